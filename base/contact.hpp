@@ -1,0 +1,34 @@
+// The one contact that spheretree and collision both produce. Neither knows forces: engine/step/respond makes them.
+#pragma once
+
+#include "base/vec.hpp"
+
+#include <cstdint>
+
+namespace seldinger {
+
+using BodyId = std::uint16_t;
+
+enum class ContactOrigin : std::uint8_t {
+    TestedSpheres,  // two leaf spheres were tested and overlap
+    AssumedSpheres, // the budget ended first: an untested pair stands for whatever lies beneath it
+    ExactVF,        // vertex against face, continuous test
+    ExactEE,        // edge against edge, continuous test
+};
+
+/// Features and frame of one contact. The normal points from body_b to body_a: moving a along it separates.
+struct Contact {
+    BodyId body_a = 0;
+    BodyId body_b = 0;
+    ContactOrigin origin = ContactOrigin::TestedSpheres;
+    Vec3 point = Vec3::Zero();    // m, world
+    Vec3 normal = Vec3::UnitX();  // unit
+    double gap = 0.0;             // m, negative: penetration along the normal
+    double time = 1.0;            // first time of contact in the step, [0, 1]; 1 for what was looked at in one instant only
+    Index feature_a[2] = {kNoIndex, kNoIndex}; // sphere id | vertex id | edge's two vertex ids
+    Index feature_b[3] = {kNoIndex, kNoIndex, kNoIndex}; // sphere id | triangle's vertex ids | edge's two vertex ids
+    double bary_a[2] = {1.0, 0.0};      // weights of feature_a's vertices
+    double bary_b[3] = {1.0, 0.0, 0.0}; // weights of feature_b's vertices
+};
+
+} // namespace seldinger

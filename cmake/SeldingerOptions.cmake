@@ -1,0 +1,56 @@
+# Compiler settings of every target. Bits must not depend on the machine: no -march=native, no fused
+# multiply-add behind our back, no fast-math.
+option(SELDINGER_WERROR "Warnings are errors" OFF)
+set(SELDINGER_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize=")
+
+add_library(seldinger_options INTERFACE)
+target_compile_features(seldinger_options INTERFACE cxx_std_20)
+target_compile_options(seldinger_options INTERFACE
+    $<BUILD_INTERFACE:-Wall;-Wextra;-Wshadow;-Wnon-virtual-dtor;-Wno-psabi;-ffp-contract=off>
+    $<BUILD_INTERFACE:$<$<BOOL:${SELDINGER_WERROR}>:-Werror>>)
+if(SELDINGER_SANITIZE)
+    target_compile_options(seldinger_options INTERFACE
+        $<BUILD_INTERFACE:-fsanitize=${SELDINGER_SANITIZE};-fno-omit-frame-pointer;-O1;-g1>)
+    target_link_options(seldinger_options INTERFACE $<BUILD_INTERFACE:-fsanitize=${SELDINGER_SANITIZE}>)
+    if(SELDINGER_SANITIZE MATCHES "undefined")
+        target_compile_options(seldinger_options INTERFACE $<BUILD_INTERFACE:-fno-sanitize-recover=undefined>)
+    endif()
+endif()
+
+# A room of the house: every source in its folder (and the named sub-folders), headers beside them.
+function(seldinger_module name)
+    cmake_parse_arguments(arg "" "" "DEPENDS;PRIVATE" ${ARGN})
+    file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+    file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.hpp)
+    if(sources)
+        add_library(seldinger_${name} STATIC ${sources} ${headers})
+        set(scope PUBLIC)
+        target_link_libraries(seldinger_${name} PRIVATE ${arg_PRIVATE})
+        target_precompile_headers(seldinger_${name} PRIVATE <Eigen/Core> <array> <cstdint> <string> <vector>)
+    else()
+        add_library(seldinger_${name} INTERFACE)
+        set(scope INTERFACE)
+    endif()
+    add_library(Seldinger::${name} ALIAS seldinger_${name})
+    set_target_properties(seldinger_${name} PROPERTIES EXPORT_NAME ${name})
+    target_include_directories(seldinger_${name} ${scope}
+        $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/seldinger>)
+    target_link_libraries(seldinger_${name} ${scope} seldinger_options ${arg_DEPENDS})
+endfunction()
+
+# One test program per folder of tests/: its sources, the modules it tests.
+function(seldinger_test name)
+    cmake_parse_arguments(arg "" "TIMEOUT" "DEPENDS;LABELS" ${ARGN})
+    file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+    if(NOT sources)
+        return()
+    endif()
+    if(NOT arg_TIMEOUT)
+        set(arg_TIMEOUT 300)
+    endif()
+    add_executable(test_${name} ${sources})
+    target_link_libraries(test_${name} PRIVATE ${arg_DEPENDS} GTest::gmock GTest::gtest_main)
+    target_precompile_headers(test_${name} PRIVATE <Eigen/Core> <gtest/gtest.h>)
+    gtest_discover_tests(test_${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+        PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${name};${arg_LABELS}")
+endfunction()
