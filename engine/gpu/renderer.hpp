@@ -1,0 +1,84 @@
+// Headless pictures of a simulated state: a shaded view with transparent organs, and an X-ray (fluoroscopy) view.
+#pragma once
+
+#include "base/mesh.hpp"
+#include "base/result.hpp"
+#include "engine/gpu/camera.hpp"
+#include "engine/gpu/context.hpp"
+#include "engine/gpu/picture.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace seldinger::engine {
+
+/// A triangle surface. Seen from both sides; closed ones should be oriented outwards.
+struct RenderSurface {
+    std::span<const Vec3> vertices;      // [vertex_count] m, world; must outlive the call
+    std::span<const Triangle> triangles; // [triangle_count]; triangles with ids out of range or non-finite corners are left out
+    Vec3 colour = Vec3(0.8, 0.8, 0.8);   // sRGB, 0..1
+    double opacity = 1.0;                // seen face-on; edges grow denser, as those of a thin shell. >= 1: opaque
+    bool fluoro_thickness = true;        // part of the X-ray picture: the surface is closed, its thickness attenuates
+    double attenuation = 20.0;           // 1/m, above what surrounds it: about 20 soft tissue, 300 contrast agent, 2000 catheter
+};
+
+/// A round tube along a polyline, with round ends: a catheter before it has a skin, a planned path, a centreline.
+struct RenderTube {
+    std::span<const Vec3> points;        // [point_count] m; must outlive the call
+    double radius = 0.001;               // m
+    Vec3 colour = Vec3(0.1, 0.3, 0.8);
+    double opacity = 1.0;
+    bool fluoro_thickness = true;
+    double attenuation = 2000.0;         // 1/m
+};
+
+/// A target: a small sphere with a halo that shines through whatever lies in front of it. A ring in the X-ray picture.
+struct RenderTarget {
+    Vec3 position = Vec3::Zero();        // m
+    double radius = 0.003;               // m
+    Vec3 colour = Vec3(1.0, 0.62, 0.1);
+};
+
+/// A contact, drawn as a dot over the picture in the colour of its depth.
+struct RenderMarker {
+    Vec3 position = Vec3::Zero(); // m
+    double depth = 0.0;           // m, penetration; negative (apart) takes the colour of 0
+};
+
+struct RenderScene {
+    std::vector<RenderSurface> surfaces;
+    std::vector<RenderTube> tubes;
+    std::vector<RenderTarget> targets;
+    std::vector<RenderMarker> markers;
+    double marker_range = 0.0;    // m, depth at the far end of the colour bar; 0: the next of 1, 2, 5 times a power of ten
+    double marker_radius_px = 4.0;
+    bool colour_bar = true;       // drawn when there are markers
+    bool scale_bar = true;        // length at the depth of the camera's look_at
+};
+
+/// Owns a context, its programs and nothing else between calls. Not for two threads at once.
+class Renderer {
+public:
+    /// failure  MissingTool without OpenGL 4.5, ToolFailed when a shader does not compile (with the driver's words)
+    [[nodiscard]] static Result<std::unique_ptr<Renderer>> make(const ContextOptions& options = {});
+    ~Renderer();
+    Renderer(const Renderer&) = delete;
+    Renderer& operator=(const Renderer&) = delete;
+
+    [[nodiscard]] const GlContext& context() const noexcept;
+
+    /// Lit picture on a light background. Transparency is exact: all layers of a pixel are sorted.
+    /// failure  BadValue for a size that is not 16..8192, ToolFailed when the driver runs out of memory
+    [[nodiscard]] Result<Picture> shaded(const RenderScene& scene, const Camera& camera, int width, int height);
+
+    /// X-ray: Beer-Lambert over the summed thickness of all bodies with `fluoro_thickness`. Bodies must lie in front of the eye.
+    [[nodiscard]] Result<Picture> fluoroscopy(const RenderScene& scene, const Camera& camera, int width, int height);
+
+private:
+    struct Parts;
+    explicit Renderer(std::unique_ptr<Parts> parts);
+    std::unique_ptr<Parts> parts_;
+};
+
+} // namespace seldinger::engine
