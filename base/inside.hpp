@@ -1,0 +1,33 @@
+// Is a point inside a closed surface? By its winding number, counted exactly along one ray.
+#pragma once
+
+#include "base/triangle_tree.hpp"
+
+namespace seldinger {
+
+/// Nonzero rule: where outward shells overlap they count as one body; inside an inward shell nested in an outward one
+/// (a cavity) a point is outside. The surface must be closed and consistently oriented; on an open one the answer depends
+/// on the ray, which goes along an axis to the nearest side of the bounding box.
+/// Points exactly on the surface get one of the two answers, always the same one.
+class InsideTest {
+public:
+    InsideTest() = default;
+    explicit InsideTest(const TriMesh& closed_surface) : tree_(closed_surface) {}
+
+    /// New positions of the same vertices. No allocation.
+    void refit(std::span<const Vec3> vertices) noexcept { tree_.refit(vertices); }
+
+    /// How often the surface winds around p; 0 outside, and for a p that is not finite.
+    [[nodiscard]] int winding_number(const Vec3& p) const noexcept;
+    [[nodiscard]] bool inside(const Vec3& p) const noexcept { return winding_number(p) != 0; }
+
+    /// Distance to the surface, negative inside. Infinity for an empty surface or a p that is not finite.
+    [[nodiscard]] double signed_distance(const Vec3& p) const noexcept;
+
+    [[nodiscard]] const TriangleTree& tree() const noexcept { return tree_; }
+
+private:
+    TriangleTree tree_;
+};
+
+} // namespace seldinger
