@@ -1,0 +1,21 @@
+#include "engine/time/clock.hpp"
+
+#include <ctime>
+
+namespace seldinger::engine {
+
+namespace {
+
+std::int64_t read(clockid_t clock) noexcept {
+    timespec now{};
+    clock_gettime(clock, &now);
+    return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+} // namespace
+
+std::int64_t monotonic_ns() noexcept { return read(CLOCK_MONOTONIC); }
+
+std::int64_t thread_cpu_ns() noexcept { return read(CLOCK_THREAD_CPUTIME_ID); }
+
+} // namespace seldinger::engine
