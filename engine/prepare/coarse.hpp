@@ -1,0 +1,29 @@
+// The coarse volume mesh of a dense surface: quadric simplification, then TetGen, kept in the cache.
+#pragma once
+
+#include "engine/prepare/tetgen.hpp"
+
+#include <cstddef>
+
+namespace seldinger::engine {
+
+struct CoarseOptions {
+    std::size_t surface_triangles = 800; // of the simplified surface, >= 20
+    TetgenOptions tetgen;                // tetgen.max_volume 0: derived from the mean triangle, so that tets are about equal
+    bool use_cache = true;
+};
+
+struct CoarseMesh {
+    TetMesh tets;
+    std::size_t surface_triangles = 0; // of the simplified surface that was meshed
+    bool from_cache = false;
+};
+
+/// dense: closed, manifold, outward. A simplified surface that intersects itself is tried again with 1.5 and 2.25 times the
+/// triangles before the error is returned.
+[[nodiscard]] Result<CoarseMesh> make_coarse_mesh(const TriMesh& dense, const CoarseOptions& options);
+
+/// Drops nodes that no tet uses (files from elsewhere have them); returns how many.
+std::size_t drop_unused_nodes(TetMesh& mesh);
+
+} // namespace seldinger::engine

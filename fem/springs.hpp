@@ -1,0 +1,47 @@
+// One-sided contact springs on the nodes: the only form in which contact reaches the tissue. engine/step makes them from
+// contacts through the transposed links; fem knows no contact, no other body, no budget.
+#pragma once
+
+#include "base/vec.hpp"
+
+#include <span>
+#include <vector>
+
+namespace seldinger::fem {
+
+struct SpringEntry {
+    Index node = 0;
+    Vec3 g = Vec3::Zero(); // d gap / d x_node, [-]
+};
+
+/// gap(x) = offset + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping max(0, -d gap/dt).
+/// Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
+struct ContactSpring {
+    Index first_entry = 0;         // into ContactSprings::entries
+    std::uint16_t entry_count = 0; // coarse nodes it hangs on, 3 for a linked vertex
+    double offset = 0.0;           // m
+    double stiffness = 0.0;        // N/m, >= 0
+    double damping = 0.0;          // N s/m, >= 0
+};
+
+struct ContactSprings {
+    std::vector<ContactSpring> springs;
+    std::vector<SpringEntry> entries;
+
+    void clear() noexcept {
+        springs.clear();
+        entries.clear();
+    }
+};
+
+struct SpringReport {
+    std::uint32_t pressed = 0;  // springs with a negative gap
+    double energy = 0.0;        // J, 1/2 stiffness gap^2 over the pressed ones
+    double deepest_gap = 0.0;   // m, <= 0
+};
+
+/// Adds the force of every pressed spring. position, velocity, force [node_count]; entries name nodes below node_count.
+SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position,
+                               std::span<const Vec3> velocity, std::span<Vec3> force) noexcept;
+
+} // namespace seldinger::fem

@@ -1,0 +1,44 @@
+// The largest time step RK4 integrates without growth, from the mesh as it is deformed now.
+// Power iteration on M^-1 K and M^-1 C for the tissue; Gershgorin rows for the contact springs, which come and go between
+// two calls and would be missed by an iteration that starts from the last mode. Both squares add up (Weyl).
+#pragma once
+
+#include "fem/forces.hpp"
+#include "fem/springs.hpp"
+
+namespace seldinger::fem {
+
+/// RK4's limit on the circle |lambda| step over damping ratios 0..1: 2.828 undamped, 2.62 at ratio 0.5, 2.785 at 1.
+inline constexpr double kRk4CircleLimit = 2.6;
+/// RK4's limit on the negative real axis, where overdamped modes live.
+inline constexpr double kRk4RealLimit = 2.785;
+/// Power iteration comes from below (98-100 % after 20 rounds) and the body stiffens within the step.
+inline constexpr double kStepSafety = 0.9;
+
+struct StableStep {
+    double step = 0.0;           // s, after all safety factors; 0 when nothing moves or the state is not finite: see finite
+    double omega_max = 0.0;      // rad/s, fastest undamped mode, springs included
+    double damping_rate = 0.0;   // 1/s, largest eigenvalue of M^-1 C, springs and mass damping included
+    double tissue_omega = 0.0;   // rad/s, without the springs
+    Index worst_tet = kNoIndex;  // the tet in which the fastest mode lives: a sliver, or the stiffest
+    bool finite = true;          // false: a force product was not finite, step is 0
+};
+
+/// Kept by the caller: the modes, so that the next call starts from them and needs a few rounds only.
+struct StableStepWorkspace {
+    std::vector<Vec3> mode, damping_mode; // [node_count] mass-scaled, unit length
+    std::vector<Vec3> displacement, product;
+    std::vector<double> row, damping_row;
+    bool warm = false;
+    int cold_rounds = 30; // first call, or after warm = false
+    int warm_rounds = 4;  // every call after that
+};
+
+/// position [node_count] m; springs may be null. Deterministic; allocates on the first call only.
+[[nodiscard]] StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position,
+                                          const ContactSprings* springs, StableStepWorkspace& workspace);
+
+/// How many equal sub-steps of at most `stable.step` cover `step`; 0 when the limit is 0 or more than max_substeps are needed.
+[[nodiscard]] unsigned count_substeps(double step, const StableStep& stable, unsigned max_substeps) noexcept;
+
+} // namespace seldinger::fem
