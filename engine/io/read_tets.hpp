@@ -1,0 +1,21 @@
+// Tetrahedra files: MSH (Gmsh 1, 2.x, 4.1), VTK legacy, VTU, MEDIT .mesh, TetGen .node/.ele, Vega .veg; plain or .gz.
+#pragma once
+
+#include "base/mesh.hpp"
+#include "base/result.hpp"
+
+#include <filesystem>
+
+namespace seldinger::engine {
+
+/// Reads the linear tetrahedra of a file; coordinates are in the file's own unit. Points, lines, triangles and other
+/// cells beside them are passed over; nodes keep the file's order, unreferenced ones included (see
+/// drop_unreferenced_nodes). Of a TetGen pair either file may be named.
+/// A file whose tetrahedra are all negative follows the other orientation convention and is turned round as a whole;
+/// single inverted or flat tetrahedra are kept as they are for inspect_tets to name.
+/// fails     with file and line (binary formats: byte offset): unknown extension or version, broken syntax, index out
+///           of range, NaN or infinite coordinate, truncated, no tetrahedron at all (what it holds instead is named)
+/// cost      O(file size); memory is bounded by the file's size, whatever counts it claims
+[[nodiscard]] Result<TetMesh> read_tets(const std::filesystem::path& path);
+
+} // namespace seldinger::engine
