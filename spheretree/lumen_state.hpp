@@ -1,0 +1,63 @@
+// The lumen's balls on a moving wall. A ball's centre follows the mean displacement of its anchors; its radius is the exact
+// distance to the wall triangles linked to it, looked at only when the descent asks for that ball: an interrupted descent
+// pays for what it sees.
+#pragma once
+
+#include "spheretree/lumen_tree.hpp"
+
+namespace seldinger::spheretree {
+
+/// A ball over one step: free space of radius `radius` around the centre that moves straight from centre_t0 to centre_t1.
+struct MovingBall {
+    Vec3 centre_t0 = Vec3::Zero(), centre_t1 = Vec3::Zero(); // m
+    double radius = -1.0;    // m, free at t0 and at t1
+    double radius_t1 = -1.0; // m, free at t1
+};
+
+/// Balls and bounds of the current step. Sized by the first update, no allocation afterwards.
+class LumenState {
+public:
+    /// Moves the centres and the inner bounds; radii follow on demand.
+    /// vertices_t0/_t1  [vertex_count] m, the wall at both ends of the step; they must stay alive and unchanged until the
+    ///                  next update. Both empty: the wall rests, which costs nothing.
+    void update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1);
+
+    /// Conservative against the linked triangles: a triangle that was further away than the build's link_reach at rest is
+    /// assumed not to have come nearer than half of that. A ball grows by half of link_reach at most.
+    [[nodiscard]] const MovingBall& ball(const LumenTree& lumen, Index ball);
+
+    /// Upper bound of (radius - distance to the centre) at p over the balls beneath a sphere, at both ends of the step.
+    [[nodiscard]] double bound_at(Index sphere, const Vec3& p) const noexcept {
+        const Sphere& s = bounds_[sphere];
+        return std::min(s.radius - (s.centre - p).norm(), largest_[sphere]);
+    }
+    [[nodiscard]] std::size_t balls_updated() const noexcept { return balls_updated_; } // this step, of all balls
+
+private:
+    void move_centres(const LumenTree& lumen);
+    void move_bounds(const LumenTree& lumen);
+    [[nodiscard]] double free_radius(const LumenTree& lumen, Index ball, const Vec3& centre,
+                                     std::span<const Vec3> vertices) const noexcept;
+
+    std::vector<MovingBall> balls_;     // [ball_count]
+    std::vector<std::uint32_t> stamp_;  // [ball_count] step of the radius
+    std::vector<Sphere> bounds_;        // [sphere_count] over both ends of the step
+    std::vector<double> largest_;       // [sphere_count] m
+    std::span<const Vec3> vertices_t0_, vertices_t1_;
+    std::uint32_t step_ = 0;
+    std::size_t balls_updated_ = 0;
+    bool at_rest_ = false;
+};
+
+/// Nearest point of the wall among the triangles linked to a ball: where a contact with that ball presses.
+struct WallPoint {
+    Index triangle = kNoIndex; // wall triangle id; kNoIndex: the ball has no linked triangle
+    Vec3 point = Vec3::Zero(); // m
+    std::array<double, 3> bary{1.0, 0.0, 0.0};
+    double distance = 0.0;     // m, from the asked point
+};
+/// vertices  [vertex_count] m, the wall now; empty: the wall rests
+[[nodiscard]] WallPoint find_wall_point(const LumenTree& lumen, std::span<const Vec3> vertices, Index ball,
+                                        const Vec3& p) noexcept;
+
+} // namespace seldinger::spheretree
