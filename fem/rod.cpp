@@ -247,7 +247,7 @@ void carry_material_axis(const RodModel& model, const RodState& state, const Rod
                          std::span<Vec3> axis) noexcept {
     const SinCos turn = sin_cos(state.rotation);
     const Vec3 reference = perpendicular_axis(port.direction);
-    Vec3 m = turn.cosine * reference + turn.sine * port.direction.cross(reference);
+    Vec3 m = turn.cos * reference + turn.sin * port.direction.cross(reference);
     for (std::size_t i = 0; i < model.node_count(); ++i) {
         // Projecting onto the next normal plane is parallel transport to second order in the turn per node.
         const Vec3 tangent = tangent_at(model, state, port, i);

@@ -58,7 +58,7 @@ void place_rod_skin(const RodModel& model, const RodSkin& skin, const RodState& 
         const Vec3 across = tangent.cross(axis[i]);
         for (unsigned s = 0; s < skin.sides; ++s) {
             const SinCos turn = sin_cos(angle * s);
-            vertex[i * skin.sides + s] = centre + radius * (turn.cosine * axis[i] + turn.sine * across);
+            vertex[i * skin.sides + s] = centre + radius * (turn.cos * axis[i] + turn.sin * across);
         }
     }
     const Vec3 back = first > 0 ? port.position : state.position.front();

@@ -1,0 +1,101 @@
+// What a scene becomes once it is prepared: built once, then only read by the step.
+#pragma once
+
+#include "base/mesh.hpp"
+#include "collision/topology.hpp"
+#include "engine/step/script.hpp"
+#include "engine/time/step_budget.hpp"
+#include "fem/links.hpp"
+#include "fem/rod_skin.hpp"
+#include "fem/tissue.hpp"
+#include "spheretree/chain_tree.hpp"
+#include "spheretree/covering_tree.hpp"
+#include "spheretree/lumen_tree.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace seldinger::engine {
+
+enum class Motion : std::uint8_t { Deformable, Kinematic, Static };
+
+/// Displacement of a kinematic body over time, linear between rows.
+struct MotionRow {
+    double time = 0.0;               // s, ascending
+    Vec3 displacement = Vec3::Zero(); // m, from the rest pose
+};
+
+struct BodyModel {
+    std::string name;
+    Motion motion = Motion::Static;
+    TriMesh surface;                             // rest pose, outward where closed
+    bool hollow = false;                         // a lumen: instruments move inside
+    std::optional<fem::TissueModel> tissue;      // deformable bodies
+    std::size_t carrier = SIZE_MAX;              // deformable body that carries this surface; SIZE_MAX: none
+    std::optional<fem::RigidLinks> links;        // surface on its own tissue, or on the carrier's
+    std::vector<MotionRow> path;                 // kinematic bodies
+    collision::SurfaceTopology topology;
+    spheretree::CoveringTree covering;           // solid bodies
+    std::optional<spheretree::LumenTree> lumen;  // hollow bodies
+
+    [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || carrier != SIZE_MAX; }
+};
+
+struct InstrumentModel {
+    std::string name;
+    fem::RodModel rod;
+    fem::RodSkin skin;
+    fem::RodPort port;
+    std::size_t lumen = 0;               // body whose lumen it moves in
+    double friction = 0.0;               // Coulomb mu
+    double inserted = 0.02;              // m at the start
+    DriveLimits limits;
+    std::vector<DriveRow> path;          // followed unless a route is set
+    std::optional<Route> route;
+    FollowSettings follow;
+    spheretree::ChainTree chain;         // links at nodes and midway between them, tip first
+    collision::SurfaceTopology topology; // of the skin
+};
+
+/// Respiration: the pinned nodes of every deformable body move together, there and back once a period.
+struct Breathing {
+    double amplitude = 0.0;          // m
+    double period = 4.0;             // s
+    Vec3 direction = Vec3::UnitZ();  // unit, towards the head: expiration
+};
+
+/// Only what is set here has code that runs.
+struct EffectSet {
+    bool elasticity = true;     // off: deformable bodies stay at rest
+    bool coarse_contact = true; // sphere trees
+    bool exact_contact = true;  // continuous tests, when the budget allows
+    std::optional<Vec3> gravity; // m/s^2
+    std::optional<Breathing> breathing;
+};
+
+struct ContactSettings {
+    double clearance = 1.0e-4;      // m, room that the response keeps between skin and wall: ten times the exact tests' distance
+    double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
+    double margin = 3.0e-4;         // m, coarse contacts are reported from this far
+    double rod_stiffness = 2.0e4;   // N/m, of the wall as the rod's solve sees it: 1 N presses 0.05 mm
+    double wall_stiffness = 120.0;  // N/m, of the instrument as the tissue sees it: how fast its push fades as the wall yields
+    double solid_stiffness = 60.0;  // N/m per contact between solid bodies
+    double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
+};
+
+struct SceneModel {
+    std::string name;
+    std::string file;             // as given, relative to the project where it lies in it
+    double step_s = 0.01;         // s
+    std::uint64_t step_count = 0;
+    unsigned max_substeps = 10000;
+    BudgetLimits budget;
+    bool budget_covers_step = false; // scope: the whole step, not collision alone
+    std::vector<BodyModel> bodies;
+    std::vector<InstrumentModel> instruments;
+    EffectSet effects;
+    ContactSettings contact;
+};
+
+} // namespace seldinger::engine

@@ -1,0 +1,74 @@
+#include "engine/step/state.hpp"
+
+#include <bit>
+
+namespace seldinger::engine {
+
+namespace {
+
+class StateHash {
+public:
+    void add(std::uint64_t value) noexcept {
+        for (int byte = 0; byte < 8; ++byte) {
+            hash_ ^= (value >> (8 * byte)) & 0xff;
+            hash_ *= 0x100000001b3ULL;
+        }
+    }
+    void add(double value) noexcept { add(std::bit_cast<std::uint64_t>(value)); }
+    void add(const std::vector<Vec3>& values) noexcept {
+        for (const Vec3& v : values)
+            for (int axis = 0; axis < 3; ++axis) add(v[axis]);
+    }
+    [[nodiscard]] std::uint64_t value() const noexcept { return hash_; }
+
+private:
+    std::uint64_t hash_ = 0xcbf29ce484222325ULL;
+};
+
+BodyState make_body_state(const BodyModel& body) {
+    BodyState state;
+    if (body.tissue) state.tissue = fem::make_rest_state(*body.tissue);
+    state.surface = body.surface.vertices;
+    return state;
+}
+
+InstrumentState make_instrument_state(const InstrumentModel& instrument) {
+    InstrumentState state;
+    const DriveCommand start = instrument.path.empty() ? DriveCommand{instrument.inserted, 0.0}
+                                                       : evaluate_path(instrument.path, 0.0);
+    fem::place_rod(instrument.rod, instrument.port, start.insertion, start.rotation, state.rod);
+    state.skin.resize(instrument.skin.vertex_count());
+    std::vector<Vec3> axis(instrument.rod.node_count());
+    fem::place_rod_skin(instrument.rod, instrument.skin, state.rod, instrument.port, axis, state.skin);
+    state.follow.best_insertion = start.insertion;
+    return state;
+}
+
+} // namespace
+
+State make_initial_state(const SceneModel& model) {
+    State state;
+    for (const BodyModel& body : model.bodies) state.bodies.push_back(make_body_state(body));
+    for (const InstrumentModel& instrument : model.instruments)
+        state.instruments.push_back(make_instrument_state(instrument));
+    return state;
+}
+
+std::uint64_t hash_state(const State& state) noexcept {
+    StateHash hash;
+    hash.add(state.step);
+    for (const BodyState& body : state.bodies) {
+        hash.add(body.tissue.position);
+        hash.add(body.tissue.velocity);
+        hash.add(body.surface);
+    }
+    for (const InstrumentState& instrument : state.instruments) {
+        hash.add(instrument.rod.position);
+        hash.add(instrument.rod.velocity);
+        hash.add(instrument.rod.insertion);
+        hash.add(instrument.rod.rotation);
+    }
+    return hash.value();
+}
+
+} // namespace seldinger::engine
