@@ -1,0 +1,34 @@
+// A step's budget as a scene or a command line writes it: "8ms", "work:20000", "exact".
+#pragma once
+
+#include "base/result.hpp"
+#include "engine/time/step_budget.hpp"
+
+#include <string>
+#include <string_view>
+
+namespace seldinger::engine {
+
+/// What the budget has to pay for.
+enum class BudgetScope : std::uint8_t {
+    Collision, // coarse and exact collision stages
+    Step,      // the whole step
+};
+
+struct BudgetSpec {
+    BudgetLimits limits;
+    BudgetScope scope = BudgetScope::Collision;
+
+    /// As it would be written: "8ms", "work:20000", "exact".
+    [[nodiscard]] std::string to_string() const;
+};
+
+/// A time with its unit (ns, us, ms, s), "work:" and a whole number of sphere-pair tests, or "exact". Zero is allowed:
+/// nothing is tested then, everything assumed.
+/// fails     BadValue: no unit, not finite, negative, above kMaxBudgetSeconds, or not understood
+[[nodiscard]] Result<BudgetSpec> parse_budget(std::string_view text);
+
+/// Longest wall budget of one step. Above an hour a unit was mistaken; `exact` has no limit.
+inline constexpr double kMaxBudgetSeconds = 3600.0; // s
+
+} // namespace seldinger::engine

@@ -1,0 +1,237 @@
+// A scene as the engine uses it: plain structs in SI, every name resolved, every number checked.
+// The file format is described by one table (scene_table.hpp), which also makes the JSON Schema and docs/scene.md.
+#pragma once
+
+#include "assets/anatomy/recipe.hpp"
+#include "base/box.hpp"
+#include "base/repair.hpp"
+#include "base/result.hpp"
+#include "base/vec.hpp"
+#include "engine/scene/budget.hpp"
+#include "engine/scene/units.hpp"
+#include "fem/material.hpp"
+#include "fem/rod.hpp"
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace seldinger::engine {
+
+enum class ShapeKind : std::uint8_t { Sphere, Box, Tube, Torus };
+
+/// A plain closed surface (assets/anatomy/shapes.hpp makes it).
+struct ShapeSpec {
+    ShapeKind kind = ShapeKind::Sphere;
+    Vec3 centre = Vec3::Zero();     // m: sphere, box, torus
+    double radius = 0.0;            // m: sphere; torus: of the ring
+    double tube_radius = 0.0;       // m: torus
+    Vec3 extent = Vec3::Zero();     // m: box, edge to edge
+    std::vector<Vec3> axis;         // m: tube, at least 2 points
+    std::vector<double> axis_radii; // m: tube, one per axis point
+    int subdivisions = 4;           // sphere: 20 * 4^subdivisions triangles
+    int cells = 8;                  // box: squares along an edge of a face
+    int sides = 24;                 // tube, torus: vertices round the tube
+};
+
+enum class SurfaceSource : std::uint8_t { File, Recipe, Shape };
+
+/// Where a body's dense surface comes from. Files and recipes are known to exist.
+struct SurfaceSpec {
+    SurfaceSource source = SurfaceSource::Shape;
+    std::filesystem::path file;      // File: the mesh; Recipe: the recipe's file
+    double unit = 1.0;               // File: m per unit of the file
+    std::vector<std::string> groups; // File: OBJ groups to keep; empty: everything
+    std::vector<Repair> repair;      // File: named repairs, in this order
+    anatomy::Recipe recipe;          // Recipe
+    std::string part;                // Recipe: "liver" or "lumen"
+    ShapeSpec shape;                 // Shape
+};
+
+/// Where a deformable body's tetrahedra come from: a mesher over the simplified surface, or a file in the surface's frame.
+struct CoarseSpec {
+    std::filesystem::path file;          // empty: TetGen
+    double unit = 1.0;                   // m per unit of the file
+    std::size_t surface_triangles = 800; // TetGen: of the simplified surface
+    double max_volume = 0.0;             // m^3, TetGen; 0: derived from the surface's triangles
+};
+
+enum class RegionKind : std::uint8_t { Direction, Box, Sphere };
+
+/// Coarse nodes that are held: the outermost `fraction` of the body's extent along a direction, or all inside a box or sphere.
+struct FixedRegion {
+    RegionKind kind = RegionKind::Direction;
+    Vec3 direction = Vec3::UnitZ(); // unit
+    double fraction = 0.0;          // (0, 1]
+    Box3 box;                       // m
+    Vec3 centre = Vec3::Zero();     // m
+    double radius = 0.0;            // m
+};
+
+/// Displacement of a kinematic body at a time; linear between key frames, held before the first and after the last.
+struct KeyFrame {
+    double time = 0.0;                // s
+    Vec3 displacement = Vec3::Zero(); // m
+};
+
+enum class BodyKind : std::uint8_t { Deformable, Static, Kinematic };
+
+struct SceneBody {
+    std::string name;
+    BodyKind kind = BodyKind::Static;
+    SurfaceSpec surface;
+    double scale = 1.0;            // applied about the origin, before translate
+    Vec3 translate = Vec3::Zero(); // m
+    bool hollow = false;           // the surface is a lumen: instruments are inside, contacts push inwards
+    Index embedded_in = kNoIndex;  // Static: deformable body that carries this surface where it is inside
+    double blend = 0.010;          // m: over this distance outside the carrier the motion fades to rest
+    fem::Material material;        // Deformable
+    CoarseSpec coarse;             // Deformable
+    std::vector<FixedRegion> fixed; // Deformable; empty: floats freely
+    std::vector<KeyFrame> motion;  // Kinematic, at least one
+};
+
+/// A place: a landmark of a recipe body, or a position. Landmark names are checked when the patient is generated.
+struct PlaceSpec {
+    std::string landmark;           // empty: position
+    Index body = kNoIndex;          // the recipe body whose landmark it is
+    Vec3 position = Vec3::Zero();   // m
+    Vec3 direction = Vec3::UnitZ(); // unit; entries only
+};
+
+struct SceneTarget {
+    std::string name;
+    PlaceSpec place;
+};
+
+/// What the hand does: insertion and rotation at a time, linear between rows, held before the first and after the last.
+struct PathPoint {
+    double time = 0.0;      // s
+    double insertion = 0.0; // m of rod beyond the entry
+    double rotation = 0.0;  // rad of the handle
+};
+
+/// The script steers to a target by itself.
+struct FollowSpec {
+    Index target = kNoIndex; // into Scene::targets
+    double speed = 0.025;    // m/s of insertion, below the limit
+};
+
+/// Hand limits of the field: 35 mm/s and 3.14 rad/s.
+inline constexpr double kHandSpeedLimit = 0.035;   // m/s
+inline constexpr double kHandRotationLimit = 3.14; // rad/s
+
+struct SceneInstrument {
+    std::string name;
+    fem::RodDesign design;
+    double friction = 0.05;             // Coulomb mu against every wall
+    std::size_t skin_triangles = 10000; // of the dense surface, aimed at
+    PlaceSpec entry;
+    Index lumen = kNoIndex;             // hollow body it is inside of
+    double inserted = 0.0;              // m beyond the entry at t = 0
+    double speed_limit = kHandSpeedLimit;       // m/s
+    double rotation_limit = kHandRotationLimit; // rad/s
+    std::vector<PathPoint> path;        // empty: none
+    std::filesystem::path path_file;    // the CSV it came from, if any
+    std::optional<FollowSpec> follow;   // never together with a path
+};
+
+struct TimeSpec {
+    double step = 0.01;     // s
+    double duration = 0.0;  // s
+    unsigned substeps = 0;  // of the tissue's integration; 0: as many as stability asks for
+
+    /// Steps that cover the duration.
+    [[nodiscard]] std::size_t step_count() const noexcept;
+};
+
+/// Parameters of the response, the same for all pairs.
+struct ContactSpec {
+    double stiffness = 2000.0; // N/m, penalty per contact
+    double damping = 0.0;      // N s/m, on the approach only
+    double distance = 2.0e-4;  // m, surfaces closer than this are in contact
+};
+
+/// Breathing moves the fixed nodes of every deformable body: amplitude (1 - cos(2 pi t / period)) / 2 along direction.
+struct BreathingSpec {
+    double amplitude = 0.010;       // m, rest to full breath
+    double period = 4.0;            // s
+    Vec3 direction = -Vec3::UnitZ(); // unit: breathing in moves the liver towards the feet
+};
+
+/// What is simulated. Nothing else is.
+struct Effects {
+    bool elasticity = false;
+    bool gravity = false;
+    bool damping = false; // viscosity and mass damping of the materials
+    bool coarse_contact = false;
+    bool exact_contact = false;
+    std::optional<BreathingSpec> breathing;
+    bool fluoroscopy = false; // X-ray pictures beside the shaded ones
+
+    /// As a scene lists them.
+    [[nodiscard]] std::vector<std::string> names() const;
+};
+
+enum class PictureView : std::uint8_t { Anatomy, Tip, Fluoroscopy };
+
+struct PictureSpec {
+    PictureView view = PictureView::Anatomy;
+    double time = 0.0; // s
+};
+
+struct OutputSpec {
+    std::vector<PictureSpec> pictures; // in the scene's order; a count in the scene is spread evenly over the run
+    unsigned width = 1280, height = 720;
+    unsigned record_every = 0;         // steps between recorded states; 0: none unless the command line asks
+};
+
+struct ScenePosition {
+    std::size_t line = 0, column = 0; // 1-based; 0: not in the file
+};
+
+struct Scene {
+    std::string name;
+    std::filesystem::path file;
+    Units units;
+    TimeSpec time;
+    BudgetSpec budget;
+    Vec3 gravity = Vec3::Zero(); // m/s^2
+    ContactSpec contact;
+    std::vector<SceneBody> bodies;           // in the file's order, as all lists here
+    std::vector<SceneInstrument> instruments;
+    std::vector<SceneTarget> targets;
+    Effects effects;
+    OutputSpec outputs;
+    std::vector<std::string> questions;      // numbers that are allowed but unusual, for `explain` to show
+    std::map<std::string, ScenePosition, std::less<>> positions; // key path, as in bodies.liver.material -> its value
+};
+
+/// Reads and checks a scene: JSON, comments allowed, names of files relative to the scene's folder.
+/// "${SELDINGER_TEST_DATA}" in a file name stands for that environment variable.
+/// fails     with file, line, column and key: what was found and what would be right; first mistake only
+[[nodiscard]] Result<Scene> read_scene(const std::filesystem::path& file);
+
+/// The same on a text in memory; `file` is for messages and for names of files relative to it.
+[[nodiscard]] Result<Scene> parse_scene(std::string_view text, const std::filesystem::path& file);
+
+/// A path that replaces the scene's own: CSV in the scene's units, checked against the instrument's length and limits.
+[[nodiscard]] Result<std::vector<PathPoint>> read_instrument_path(const Scene& scene, const SceneInstrument& instrument,
+                                                                  const std::filesystem::path& csv);
+
+/// An error about a key of a scene that was read: fills in file, line and column. For what only shows later, such as a
+/// mesh that its use does not allow. Falls back to the nearest enclosing key.
+[[nodiscard]] Error scene_error(const Scene& scene, std::string key, std::string message,
+                                ErrorCode code = ErrorCode::BadValue);
+
+/// kNoIndex when there is none of that name.
+[[nodiscard]] Index find_body(const Scene& scene, std::string_view name) noexcept;
+[[nodiscard]] Index find_target(const Scene& scene, std::string_view name) noexcept;
+
+/// What the scene asks for, readable, in the scene's own units.
+[[nodiscard]] std::string to_text(const Scene& scene);
+
+} // namespace seldinger::engine
