@@ -76,8 +76,26 @@ struct EdgeUse {
 /// All 3 uses of every triangle, sorted by (lo, hi, triangle, corner): uses of one edge are neighbours.
 [[nodiscard]] std::vector<EdgeUse> sorted_edge_uses(std::span<const Triangle> triangles);
 
+/// Calls visit(span of the uses of one edge) for each edge, by ascending vertex ids.
+template <class Visit>
+void for_each_edge(std::span<const EdgeUse> sorted_uses, Visit&& visit) {
+    for (std::size_t begin = 0; begin < sorted_uses.size();) {
+        std::size_t end = begin + 1;
+        while (end < sorted_uses.size() && sorted_uses[end].lo == sorted_uses[begin].lo &&
+               sorted_uses[end].hi == sorted_uses[begin].hi)
+            ++end;
+        visit(sorted_uses.subspan(begin, end - begin));
+        begin = end;
+    }
+}
+
 /// [triangle][k]: the triangle across the edge from corner k to k + 1; kNoIndex at a border and where 3 or more meet.
 [[nodiscard]] std::vector<std::array<Index, 3>> triangle_neighbours(std::span<const Triangle> triangles);
+
+/// [triangle][k]: number of the fan that corner k belongs to among its vertex's fans, 0-based. A fan is a run of triangles
+/// around the vertex that are joined across edges; with across_manifold_only, only across edges of exactly two triangles.
+[[nodiscard]] std::vector<std::array<Index, 3>> corner_fans(std::span<const Triangle> triangles, std::size_t vertex_count,
+                                                            bool across_manifold_only);
 
 /// Triangles around each vertex, ascending ids, in one array.
 struct VertexTriangles {

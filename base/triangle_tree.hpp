@@ -49,7 +49,6 @@ public:
     [[nodiscard]] bool empty() const noexcept { return order_.empty(); }
     [[nodiscard]] std::size_t triangle_count() const noexcept { return order_.size(); }
     [[nodiscard]] Box3 bounds() const noexcept { return nodes_.empty() ? Box3{} : nodes_.front().box; }
-    [[nodiscard]] const std::array<Vec3, 3>& corners_of_slot(Index slot) const noexcept { return corners_[slot]; }
 
 private:
     struct Node {

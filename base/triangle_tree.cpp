@@ -1,0 +1,165 @@
+#include "base/triangle_tree.hpp"
+
+#include "base/predicates.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+namespace seldinger {
+namespace {
+
+double distance_sq(const Box3& box, const Vec3& p) noexcept {
+    double sum = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double below = box.lo[axis] - p[axis], above = p[axis] - box.hi[axis];
+        const double out = std::max({below, above, 0.0});
+        sum += out * out;
+    }
+    return sum;
+}
+
+/// A centre that can be compared: non-finite triangles go to the origin, their boxes keep them out of every query.
+Vec3 sortable_centre(const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
+    const Vec3 sum = a + b + c;
+    return is_finite(sum) ? sum : Vec3(Vec3::Zero());
+}
+
+Point2 project(const Vec3& p, int axis) noexcept { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
+
+/// Sign of orient2d(a, b, p) for p shifted by (e, e^2), e -> 0: simulation of simplicity (Edelsbrunner & Muecke 1990).
+/// 0 only where a and b coincide.
+int shifted_orient2d(const Point2& a, const Point2& b, const Point2& p) noexcept {
+    const int sign = orient2d(a, b, p);
+    if (sign != 0) return sign;
+    if (a.y != b.y) return a.y > b.y ? 1 : -1;
+    if (a.x != b.x) return b.x > a.x ? 1 : -1;
+    return 0;
+}
+
+} // namespace
+
+void TriangleTree::build(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
+    nodes_.clear();
+    const std::size_t count = triangles.size();
+    order_.resize(count);
+    std::iota(order_.begin(), order_.end(), Index{0});
+    std::vector<Vec3> centres(count);
+    for (std::size_t t = 0; t < count; ++t)
+        centres[t] = sortable_centre(vertices[triangles[t][0]], vertices[triangles[t][1]], vertices[triangles[t][2]]);
+    if (count > 0) {
+        nodes_.reserve(count);
+        build_node(order_, centres, 0);
+    }
+    triangles_.resize(count);
+    for (std::size_t slot = 0; slot < count; ++slot) triangles_[slot] = triangles[order_[slot]];
+    corners_.resize(count);
+    refit(vertices);
+}
+
+Index TriangleTree::build_node(std::span<Index> slots, std::span<const Vec3> centres, Index first) {
+    const auto id = static_cast<Index>(nodes_.size());
+    nodes_.emplace_back();
+    if (slots.size() <= kLeafSize) {
+        std::sort(slots.begin(), slots.end());
+        nodes_[id].first = first;
+        nodes_[id].count = static_cast<Index>(slots.size());
+        return id;
+    }
+    Box3 box;
+    for (const Index t : slots) box.add(centres[t]);
+    int axis = 0;
+    box.extent().maxCoeff(&axis);
+    const std::size_t half = slots.size() / 2;
+    std::nth_element(slots.begin(), slots.begin() + static_cast<std::ptrdiff_t>(half), slots.end(), [&](Index a, Index b) {
+        return centres[a][axis] != centres[b][axis] ? centres[a][axis] < centres[b][axis] : a < b;
+    });
+    build_node(slots.first(half), centres, first);
+    const Index right = build_node(slots.subspan(half), centres, first + static_cast<Index>(half));
+    nodes_[id].first = right;
+    return id;
+}
+
+void TriangleTree::fit_leaf(Node& node) const noexcept {
+    node.box = {};
+    for (Index slot = node.first; slot < node.first + node.count; ++slot) node.box.add(triangle_box(slot));
+}
+
+void TriangleTree::refit(std::span<const Vec3> vertices) noexcept {
+    for (std::size_t slot = 0; slot < triangles_.size(); ++slot)
+        for (std::size_t k = 0; k < 3; ++k) {
+            assert(triangles_[slot][k] < vertices.size());
+            corners_[slot][k] = vertices[triangles_[slot][k]];
+        }
+    for (std::size_t id = nodes_.size(); id-- > 0;) { // children lie behind their parent
+        Node& node = nodes_[id];
+        if (node.count > 0) {
+            fit_leaf(node);
+        } else {
+            node.box = nodes_[id + 1].box;
+            node.box.add(nodes_[node.first].box);
+        }
+    }
+}
+
+std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_distance) const noexcept {
+    if (nodes_.empty() || !is_finite(p) || !(max_distance >= 0.0)) return std::nullopt;
+    struct Entry {
+        Index node;
+        double distance_sq;
+    };
+    std::array<Entry, kMaxDepth> stack;
+    std::size_t size = 0;
+    double best_sq = max_distance * max_distance;
+    SurfacePoint best;
+    stack[size++] = {0, distance_sq(nodes_[0].box, p)};
+    while (size > 0) {
+        const Entry entry = stack[--size];
+        if (!(entry.distance_sq <= best_sq)) continue;
+        const Node& node = nodes_[entry.node];
+        if (node.count == 0) {
+            Entry near{entry.node + 1, distance_sq(nodes_[entry.node + 1].box, p)};
+            Entry far{node.first, distance_sq(nodes_[node.first].box, p)};
+            if (far.distance_sq < near.distance_sq) std::swap(near, far);
+            stack[size++] = far;
+            stack[size++] = near;
+            continue;
+        }
+        for (Index slot = node.first; slot < node.first + node.count; ++slot) {
+            const auto& [a, b, c] = corners_[slot];
+            const PointOnTriangle hit = closest_on_triangle(p, a, b, c);
+            const bool better = hit.distance_sq < best_sq || (hit.distance_sq == best_sq && order_[slot] < best.triangle);
+            if (!better || !std::isfinite(hit.distance_sq)) continue; // a corner may not be finite
+            best_sq = hit.distance_sq;
+            best = {order_[slot], hit.point, hit.bary, std::sqrt(hit.distance_sq)};
+        }
+    }
+    if (best.triangle == kNoIndex) return std::nullopt;
+    return best;
+}
+
+int TriangleTree::ray_crossings(const Vec3& p, int axis, bool positive) const noexcept {
+    if (!is_finite(p)) return 0;
+    const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    const Point2 flat = project(p, axis);
+    int crossings = 0;
+    walk(
+        [&](const Box3& box) {
+            return box.lo[i] <= p[i] && p[i] <= box.hi[i] && box.lo[j] <= p[j] && p[j] <= box.hi[j] &&
+                   (positive ? box.hi[axis] >= p[axis] : box.lo[axis] <= p[axis]);
+        },
+        [&](Index slot) {
+            const auto& [a, b, c] = corners_[slot];
+            const Point2 fa = project(a, axis), fb = project(b, axis), fc = project(c, axis);
+            const int turn = shifted_orient2d(fa, fb, flat);
+            if (turn == 0 || shifted_orient2d(fb, fc, flat) != turn || shifted_orient2d(fc, fa, flat) != turn) return;
+            // turn > 0: the front face looks along +axis. A p in the plane counts as just below it along the axis.
+            int side = orient3d(a, b, c, p) * turn;
+            if (side == 0) side = -1;
+            if (positive ? side < 0 : side > 0) crossings += positive ? turn : -turn;
+        });
+    return crossings;
+}
+
+} // namespace seldinger
