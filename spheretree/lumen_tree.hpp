@@ -35,7 +35,8 @@ struct LumenTree {
     std::vector<Index> wall_begin;        // [ball_count + 1]
     std::vector<Index> wall_triangles;    // wall triangles within reach of the ball at rest, ascending
     std::vector<Index> anchor_begin;      // [ball_count + 1]
-    std::vector<Index> anchors;           // few wall vertices spread around the ball: its centre follows their mean
+    std::vector<Index> anchors;           // few wall vertices spread around the ball: its centre follows them
+    std::vector<double> anchor_weights;   // sum 1, and sum of weight * rest vertex = the ball's centre: rigid turns are exact
     std::vector<Vec3> rest_vertices;      // [vertex_count] m, of the wall
     std::vector<Triangle> triangles;      // [triangle_count] of the wall
 
@@ -52,7 +53,7 @@ struct LumenReport {
     double mean_relative_error = 0;
 };
 
-/// closed_lumen  closed, oriented outwards (free space inside); overlapping shells count as one lumen
+/// closed_lumen  closed, oriented outwards (free space inside), without self-intersections: a wall inside the lumen is a wall
 /// fails     BadMesh: open, inward, empty, or narrower than min_radius everywhere
 /// cost      seconds for 60K triangles; offline
 [[nodiscard]] Result<LumenTree> build_lumen_tree(const TriMesh& closed_lumen, const LumenOptions& options = {},

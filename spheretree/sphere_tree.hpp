@@ -20,6 +20,7 @@ struct SphereTree {
     std::vector<Index> parent;              // [sphere_count] kNoIndex at the root
     std::vector<Index> first_child;         // [sphere_count] kNoIndex at leaves
     std::vector<std::uint16_t> child_count; // [sphere_count] 0 at leaves
+    std::vector<std::uint8_t> level;        // [sphere_count] 0 at the root
     std::vector<Index> level_begin;         // [level_count + 1] first sphere of each level
     std::vector<Index> items;               // [item_count] triangle, lumen ball or chain link ids, depth-first order
     std::vector<Index> item_begin;          // [sphere_count] items beneath a sphere: items[item_begin .. item_end)

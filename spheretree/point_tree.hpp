@@ -1,0 +1,77 @@
+// Static kd-tree over points, for range queries of any radius. Offline.
+#pragma once
+
+#include "base/box.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <span>
+#include <vector>
+
+namespace seldinger::spheretree {
+
+class PointTree {
+public:
+    /// points  finite
+    explicit PointTree(std::span<const Vec3> points) : order_(points.size()) {
+        std::iota(order_.begin(), order_.end(), Index{0});
+        if (!points.empty()) build(points, 0, static_cast<Index>(points.size()));
+        points_.reserve(points.size());
+        for (const Index id : order_) points_.push_back(points[id]);
+    }
+
+    /// Calls visit(point id, squared distance) for every point within `radius` of p, in a fixed order.
+    template <class Visit>
+    void for_each_within(const Vec3& p, double radius, Visit&& visit) const {
+        if (!nodes_.empty()) descend(0, p, radius * radius, visit);
+    }
+
+private:
+    struct Node {
+        Box3 box;
+        Index begin = 0, end = 0;
+        Index right = kNoIndex; // kNoIndex: leaf; the left child follows its parent
+    };
+    static constexpr Index kLeafPoints = 16; // a box test costs about as much as a few points
+
+    Index build(std::span<const Vec3> points, Index begin, Index end) {
+        const auto id = static_cast<Index>(nodes_.size());
+        nodes_.push_back({{}, begin, end, kNoIndex});
+        Box3 box;
+        for (Index i = begin; i < end; ++i) box.add(points[order_[i]]);
+        nodes_[id].box = box;
+        if (end - begin <= kLeafPoints) return id;
+        int axis = 0;
+        box.extent().maxCoeff(&axis);
+        const Index middle = begin + (end - begin) / 2;
+        std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](Index a, Index b) {
+            return points[a][axis] != points[b][axis] ? points[a][axis] < points[b][axis] : a < b;
+        });
+        build(points, begin, middle);
+        const Index right = build(points, middle, end);
+        nodes_[id].right = right;
+        return id;
+    }
+
+    template <class Visit>
+    void descend(Index id, const Vec3& p, double radius_sq, Visit& visit) const {
+        const Node& node = nodes_[id];
+        const Vec3 nearest = p.cwiseMax(node.box.lo).cwiseMin(node.box.hi);
+        if ((nearest - p).squaredNorm() > radius_sq) return;
+        if (node.right != kNoIndex) {
+            descend(id + 1, p, radius_sq, visit);
+            descend(node.right, p, radius_sq, visit);
+            return;
+        }
+        for (Index i = node.begin; i < node.end; ++i) {
+            const double distance_sq = (points_[i] - p).squaredNorm();
+            if (distance_sq <= radius_sq) visit(order_[i], distance_sq);
+        }
+    }
+
+    std::vector<Node> nodes_;   // depth first
+    std::vector<Index> order_;  // [slot] point id
+    std::vector<Vec3> points_;  // [slot]
+};
+
+} // namespace seldinger::spheretree
