@@ -46,6 +46,7 @@ struct SurfaceSpec {
     double unit = 1.0;               // File: m per unit of the file
     std::vector<std::string> groups; // File: OBJ groups to keep; empty: everything
     std::vector<Repair> repair;      // File: named repairs, in this order
+    double weld_tolerance = 0.0;     // m, of the repair `weld`; 0: its own default
     anatomy::Recipe recipe;          // Recipe
     std::string part;                // Recipe: "liver" or "lumen"
     ShapeSpec shape;                 // Shape
@@ -116,8 +117,10 @@ struct PathPoint {
 
 /// The script steers to a target by itself.
 struct FollowSpec {
-    Index target = kNoIndex; // into Scene::targets
-    double speed = 0.025;    // m/s of insertion, below the limit
+    Index target = kNoIndex;   // into Scene::targets
+    double speed = 0.025;      // m/s of insertion where the way is straight, at most the limit
+    double look_ahead = 0.012; // m of the route beyond the tip that the tip is turned to
+    double tolerance = 0.003;  // m to the target: arrived
 };
 
 /// Hand limits of the field: 35 mm/s and 3.14 rad/s.
@@ -143,23 +146,28 @@ struct TimeSpec {
     double step = 0.01;     // s
     double duration = 0.0;  // s
     unsigned substeps = 0;  // of the tissue's integration; 0: as many as stability asks for
+    unsigned max_substeps = 10000; // a scene that needs more is stopped
 
     /// Steps that cover the duration.
     [[nodiscard]] std::size_t step_count() const noexcept;
 };
 
-/// Parameters of the response, the same for all pairs.
+/// Parameters of contact and response, the same for all pairs.
 struct ContactSpec {
-    double stiffness = 2000.0; // N/m, penalty per contact
-    double damping = 0.0;      // N s/m, on the approach only
-    double distance = 2.0e-4;  // m, surfaces closer than this are in contact
+    double clearance = 1.0e-4;       // m, room that the response keeps between an instrument's skin and a wall
+    double exact_distance = 1.0e-5;  // m, closer than this counts as touching in the exact tests
+    double margin = 3.0e-4;          // m, coarse contacts are reported from this far
+    double rod_stiffness = 2.0e4;    // N/m, of a wall as the instrument feels it
+    double wall_stiffness = 120.0;   // N/m, of an instrument as the tissue feels it
+    double solid_stiffness = 60.0;   // N/m per contact between solid bodies
+    double assumed_depth = 5.0e-4;   // m, deepest that an untested pair may count
 };
 
-/// Breathing moves the fixed nodes of every deformable body: amplitude (1 - cos(2 pi t / period)) / 2 along direction.
+/// Breathing moves the fixed nodes of every deformable body along a direction, there and back once a period.
 struct BreathingSpec {
-    double amplitude = 0.010;       // m, rest to full breath
+    double amplitude = 0.010;       // m, end to end
     double period = 4.0;            // s
-    Vec3 direction = -Vec3::UnitZ(); // unit: breathing in moves the liver towards the feet
+    Vec3 direction = Vec3::UnitZ(); // unit, towards the head
 };
 
 /// What is simulated. Nothing else is.

@@ -21,8 +21,8 @@ enum class Dimension : std::uint8_t {
     Pressure,     // Pa
     Viscosity,    // Pa s
     Density,      // kg/m^3
+    Force,        // N
     Stiffness,    // N/m
-    ContactDamping, // N s/m
 };
 
 /// What a scene's numbers are measured in: factors to SI, and the names the scene used.
@@ -48,7 +48,7 @@ struct UnitName {
     double factor; // to SI
 };
 
-/// Known units of Length, Time, Angle, Pressure or Density; of force for Stiffness. Empty for the others.
+/// Known units of Length, Time, Angle, Pressure, Density or Force. Empty for the others: they follow from these.
 [[nodiscard]] std::span<const UnitName> known_units(Dimension dimension) noexcept;
 
 /// Factor to SI of a unit written under "units"; nothing where it is unknown.
