@@ -1,0 +1,37 @@
+// Connectivity of one surface, built once: its features and which triangle answers for each of them, so that a pair of
+// features is tested once however many pairs of triangles hold it.
+// source   Curtis, Tamstorf, Manocha, "Fast collision detection for deformable models using representative-triangles" (2008).
+#pragma once
+
+#include "base/vec.hpp"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace seldinger::collision {
+
+using Edge = std::array<Index, 2>; // vertex ids, smaller first
+
+struct SurfaceTopology {
+    std::vector<Triangle> triangles;                  // [triangle_count] vertex ids
+    std::vector<Edge> edges;                          // [edge_count] ascending, each once
+    std::vector<std::array<Index, 3>> triangle_edges; // [triangle_count] edge ids of corners 01, 12, 20; kNoIndex for a corner repeated
+    std::vector<Index> vertex_owner;                  // [vertex_count] smallest triangle id that holds it, kNoIndex: a loose vertex
+    std::vector<Index> edge_owner;                    // [edge_count] smallest triangle id that holds it
+
+    [[nodiscard]] std::size_t vertex_count() const noexcept { return vertex_owner.size(); }
+};
+
+/// Takes any triangles whose indices are below vertex_count (a broken contract otherwise): open, non-manifold, duplicate ones
+/// too. A triangle that repeats a vertex keeps the edge that is left of it. Loose vertices take no part in collisions.
+/// cost   O(n log n)
+[[nodiscard]] SurfaceTopology make_topology(std::span<const Triangle> triangles, std::size_t vertex_count);
+
+/// One surface over one step: every vertex moves on a straight line at constant speed from t0 to t1. Borrows everything.
+struct SurfaceMotion {
+    const SurfaceTopology* topology = nullptr;
+    std::span<const Vec3> t0, t1; // [vertex_count] m, world
+};
+
+} // namespace seldinger::collision
