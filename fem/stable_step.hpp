@@ -16,7 +16,7 @@ inline constexpr double kRk4RealLimit = 2.785;
 inline constexpr double kStepSafety = 0.9;
 
 struct StableStep {
-    double step = 0.0;           // s, after all safety factors; 0 when nothing moves or the state is not finite: see finite
+    double step = 0.0;           // s, after all safety factors; infinite when every node is pinned, 0 when not finite
     double omega_max = 0.0;      // rad/s, fastest undamped mode, springs included
     double damping_rate = 0.0;   // 1/s, largest eigenvalue of M^-1 C, springs and mass damping included
     double tissue_omega = 0.0;   // rad/s, without the springs
@@ -28,7 +28,8 @@ struct StableStep {
 struct StableStepWorkspace {
     std::vector<Vec3> mode, damping_mode; // [node_count] mass-scaled, unit length
     std::vector<Vec3> displacement, product;
-    std::vector<double> row, damping_row;
+    std::vector<double> root_inv_mass;     // [node_count] 1/sqrt(kg)
+    std::vector<double> row, damping_row;  // [node_count] Gershgorin rows of the springs
     bool warm = false;
     int cold_rounds = 30; // first call, or after warm = false
     int warm_rounds = 4;  // every call after that

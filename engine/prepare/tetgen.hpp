@@ -23,7 +23,7 @@ struct TetgenOptions {
 /// The result is positively oriented, uses every node, and its first vertices are the surface's.
 [[nodiscard]] Result<TetMesh> run_tetgen(const TriMesh& surface, const TetgenOptions& options);
 
-/// The checks alone.
-[[nodiscard]] Result<void> check_closed_surface(const TriMesh& surface);
+/// The checks alone: closed, manifold, outward, finite, without self-intersection.
+[[nodiscard]] Result<void> check_meshable_surface(const TriMesh& surface);
 
 } // namespace seldinger::engine

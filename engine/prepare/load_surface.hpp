@@ -1,0 +1,51 @@
+// From a scene's words to a surface in metres that its use allows: read or made, repaired as asked, checked.
+#pragma once
+
+#include "assets/anatomy/anatomy.hpp"
+#include "base/topology.hpp"
+#include "engine/scene/scene.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace seldinger::engine {
+
+/// What a body's surface has to be.
+enum class SurfaceUse : std::uint8_t {
+    Volume,   // deformable: closed, manifold, outward
+    Lumen,    // hollow: closed, consistently oriented outward; shells may overlap (nonzero rule)
+    Obstacle, // anything whose numbers are finite; closed ones must not be inside out
+};
+
+struct LoadedSurface {
+    TriMesh mesh;                    // m, scaled and moved as the scene says
+    SurfaceReport report;            // of that mesh
+    std::vector<std::string> notes;  // repairs done with their counts, and what was let pass
+};
+
+/// Generated patients of one preparation, each made once; kept on disk by content.
+class PatientShelf {
+public:
+    [[nodiscard]] Result<const anatomy::Anatomy*> find(const anatomy::Recipe& recipe);
+
+private:
+    struct Entry {
+        std::string key;
+        std::unique_ptr<anatomy::Anatomy> patient;
+    };
+    std::vector<Entry> entries_;
+};
+
+/// fails  with the scene's file, line and key: BadMesh with the first bad triangles and the repair that would do,
+///        BadValue for a size that no body has (a mistaken unit), or the reader's own error
+[[nodiscard]] Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, PatientShelf& shelf);
+
+/// Position and direction of a place in a scene, landmarks looked up in the patient of their body.
+struct Place {
+    Vec3 position = Vec3::Zero();   // m
+    Vec3 direction = Vec3::UnitZ(); // unit
+};
+[[nodiscard]] Result<Place> find_place(const Scene& scene, const PlaceSpec& spec, const std::string& key,
+                                       PatientShelf& shelf);
+
+} // namespace seldinger::engine

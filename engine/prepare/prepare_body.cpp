@@ -1,0 +1,163 @@
+#include "engine/prepare/prepare_body.hpp"
+
+#include "engine/io/read_tets.hpp"
+#include "engine/prepare/coarse.hpp"
+#include "fem/stable_step.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace seldinger::engine {
+
+namespace {
+
+Motion motion_of(BodyKind kind) {
+    switch (kind) {
+    case BodyKind::Deformable: return Motion::Deformable;
+    case BodyKind::Kinematic: return Motion::Kinematic;
+    case BodyKind::Static: break;
+    }
+    return Motion::Static;
+}
+
+Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, std::vector<std::string>& notes) {
+    if (body.coarse.file.empty()) {
+        CoarseOptions options;
+        options.surface_triangles = body.coarse.surface_triangles;
+        options.tetgen.max_volume = body.coarse.max_volume;
+        Result<CoarseMesh> coarse = make_coarse_mesh(surface, options);
+        if (!coarse.ok()) return coarse.error();
+        notes.push_back(fmt::format("coarse mesh by TetGen from {} surface triangles{}", coarse->surface_triangles,
+                                    coarse->from_cache ? ", from the cache" : ""));
+        return std::move(coarse->tets);
+    }
+    Result<TetMesh> mesh = read_tets(body.coarse.file);
+    if (!mesh.ok()) return mesh;
+    for (Vec3& v : mesh->vertices) v = body.scale * (body.coarse.unit * v) + body.translate;
+    if (const std::size_t dropped = drop_unused_nodes(*mesh); dropped > 0)
+        notes.push_back(fmt::format("{} nodes of the coarse mesh belong to no tetrahedron and were dropped", dropped));
+    return mesh;
+}
+
+bool in_region(const FixedRegion& region, const Vec3& p, double least, double most) {
+    switch (region.kind) {
+    case RegionKind::Box: return region.box.contains(p);
+    case RegionKind::Sphere: return (p - region.centre).squaredNorm() <= region.radius * region.radius;
+    case RegionKind::Direction: break;
+    }
+    return region.direction.dot(p) >= most - region.fraction * (most - least);
+}
+
+std::vector<Index> find_pinned(const std::vector<FixedRegion>& regions, const std::vector<Vec3>& nodes) {
+    std::vector<Index> pinned;
+    for (const FixedRegion& region : regions) {
+        double least = std::numeric_limits<double>::infinity(), most = -least;
+        for (const Vec3& p : nodes) {
+            least = std::min(least, region.direction.dot(p));
+            most = std::max(most, region.direction.dot(p));
+        }
+        for (Index i = 0; i < nodes.size(); ++i)
+            if (in_region(region, nodes[i], least, most)) pinned.push_back(i);
+    }
+    std::sort(pinned.begin(), pinned.end());
+    pinned.erase(std::unique(pinned.begin(), pinned.end()), pinned.end());
+    return pinned;
+}
+
+fem::Material effective_material(const Scene& scene, const SceneBody& body) {
+    fem::Material material = body.material;
+    if (!scene.effects.damping) material.viscosity = material.mass_damping = 0.0;
+    return material;
+}
+
+Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, BodyModel& model, TetMesh& coarse,
+                            BodySummary& summary) {
+    const std::string key = "bodies." + body.name;
+    Result<TetMesh> mesh = make_coarse(body, model.surface, summary.notes);
+    if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
+    const std::vector<Index> pinned = find_pinned(body.fixed, mesh->vertices);
+    if (!body.fixed.empty() && pinned.empty())
+        return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
+    Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned);
+    if (!tissue.ok()) return scene_error(scene, key, tissue.error().message, tissue.error().code);
+    Result<fem::RigidLinks> links = fem::make_surface_links(*mesh, model.surface);
+    if (!links.ok()) return scene_error(scene, key + ".surface", links.error().message, links.error().code);
+    fem::StableStepWorkspace workspace;
+    summary.stable_step_s = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace).step;
+    summary.coarse_nodes = mesh->vertices.size();
+    summary.coarse_tets = mesh->tets.size();
+    summary.pinned_nodes = tissue->pinned.size();
+    if (body.material.poisson_ratio > fem::kLockingPoissonRatio)
+        summary.notes.push_back(fmt::format("Poisson's ratio {} above {}: linear tetrahedra lock and bend too little",
+                                            body.material.poisson_ratio, fem::kLockingPoissonRatio));
+    model.tissue = std::move(*tissue);
+    model.links = std::move(*links);
+    coarse = std::move(*mesh);
+    return {};
+}
+
+void summarise_links(const fem::RigidLinks& links, BodySummary& summary) {
+    summary.links = links.vertex_count();
+    summary.static_links = links.static_count;
+    summary.degenerate_links = links.degenerate;
+    summary.longest_link_m = links.max_length;
+}
+
+} // namespace
+
+Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse,
+                          PreparedScene& prepared) {
+    Result<LoadedSurface> surface = load_surface(scene, body, shelf);
+    if (!surface.ok()) return surface.error();
+    BodyModel model;
+    BodySummary summary;
+    summary.name = model.name = body.name;
+    summary.notes = std::move(surface->notes);
+    summary.vertices = surface->mesh.vertices.size();
+    summary.triangles = surface->mesh.triangles.size();
+    model.motion = motion_of(body.kind);
+    model.surface = std::move(surface->mesh);
+    model.hollow = body.hollow;
+    for (const KeyFrame& frame : body.motion) model.path.push_back({frame.time, frame.displacement});
+    coarse.meshes.emplace_back();
+    if (model.motion == Motion::Deformable) {
+        const Result<void> done = prepare_tissue(scene, body, model, coarse.meshes.back(), summary);
+        if (!done.ok()) return done;
+        summarise_links(*model.links, summary);
+    }
+    model.topology = collision::make_topology(model.surface.triangles, model.surface.vertices.size());
+    if (model.hollow) {
+        Result<spheretree::LumenTree> lumen = spheretree::build_lumen_tree(model.surface);
+        if (!lumen.ok())
+            return scene_error(scene, "bodies." + body.name + ".surface", lumen.error().message, lumen.error().code);
+        summary.free_balls = lumen->ball_count();
+        summary.tree_spheres = lumen->tree.sphere_count();
+        model.lumen = std::move(*lumen);
+    } else {
+        model.covering = spheretree::build_covering_tree(model.surface);
+        summary.tree_spheres = model.covering.tree.sphere_count();
+    }
+    prepared.model.bodies.push_back(std::move(model));
+    prepared.bodies.push_back(std::move(summary));
+    return {};
+}
+
+Result<void> link_to_carrier(const Scene& scene, std::size_t index, const CoarseBodies& coarse, PreparedScene& prepared) {
+    const SceneBody& body = scene.bodies[index];
+    if (body.embedded_in == kNoIndex) return {};
+    BodyModel& model = prepared.model.bodies[index];
+    Result<fem::RigidLinks> links =
+        fem::make_embedded_links(coarse.meshes[body.embedded_in], model.surface.vertices, body.blend);
+    if (!links.ok())
+        return scene_error(scene, "bodies." + body.name + ".embedded_in", links.error().message, links.error().code);
+    model.links = std::move(*links);
+    model.carrier = body.embedded_in;
+    BodySummary& summary = prepared.bodies[index];
+    summarise_links(*model.links, summary);
+    if (summary.static_links == summary.links)
+        summary.notes.push_back("no part lies inside its carrier: it stays static");
+    return {};
+}
+
+} // namespace seldinger::engine

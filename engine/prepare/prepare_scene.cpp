@@ -1,0 +1,158 @@
+#include "engine/prepare/prepare_scene.hpp"
+
+#include "base/inside.hpp"
+#include "engine/prepare/prepare_body.hpp"
+#include "engine/time/clock.hpp"
+#include "spheretree/lumen_path.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// m; the response keeps this room to the wall, or a quarter of the rod's radius where that is less.
+constexpr double kLargestClearance = 1e-4;
+/// Links of the sphere chain per rod segment: at the node and midway to the next.
+constexpr std::size_t kLinksPerSegment = 2;
+
+Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, const PreparedScene& prepared,
+                           InstrumentModel& model) {
+    const SceneTarget& target = scene.targets[spec.follow->target];
+    spheretree::PathOptions options;
+    options.min_radius = model.rod.design.radius;
+    const auto path = spheretree::find_lumen_path(*prepared.model.bodies[model.lumen].lumen, model.port.position,
+                                                  prepared.targets[spec.follow->target].position, options);
+    if (!path.ok())
+        return scene_error(scene, "instruments." + spec.name + ".follow",
+                           fmt::format("no way from the entry to {}: {}", target.name, path.error().message));
+    std::vector<Vec3> points;
+    std::vector<double> radii;
+    for (const auto& point : *path) {
+        points.push_back(point.centre);
+        radii.push_back(point.radius);
+    }
+    model.route = make_route(std::move(points), std::move(radii));
+    model.follow.speed = spec.follow->speed;
+    return {};
+}
+
+/// The whole cross-section at the port, and the part that is in at the start, must lie inside the lumen.
+Result<void> check_entry(const Scene& scene, const SceneInstrument& spec, const InstrumentModel& model,
+                         const BodyModel& lumen) {
+    const InsideTest inside(lumen.surface);
+    const auto room = [&](const Vec3& p) { return -inside.signed_distance(p); };
+    const std::string key = "instruments." + spec.name;
+    if (const double free = room(model.port.position); free < model.rod.design.radius)
+        return scene_error(scene, key + ".entry",
+                           fmt::format("the entry has {:.3g} mm of room inside {}, the instrument's radius is {:.3g} mm",
+                                       1e3 * free, lumen.name, 1e3 * model.rod.design.radius));
+    for (double s = 0.0; s < model.inserted; s += model.rod.segment)
+        if (room(model.port.position + s * model.port.direction) < model.rod.design.radius)
+            return scene_error(scene, key + ".inserted",
+                               fmt::format("{:.3g} mm straight ahead of the entry the instrument meets the wall of {}: "
+                                           "insert less at the start", 1e3 * s, lumen.name));
+    return {};
+}
+
+Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec, PatientShelf& shelf,
+                                PreparedScene& prepared) {
+    const std::string key = "instruments." + spec.name;
+    const auto rod = fem::make_rod_model(spec.design);
+    if (!rod.ok()) return scene_error(scene, key, rod.error().message, rod.error().code);
+    const auto entry = find_place(scene, spec.entry, key + ".entry", shelf);
+    if (!entry.ok()) return entry.error();
+    InstrumentModel model;
+    model.name = spec.name;
+    model.rod = *rod;
+    model.skin = fem::make_rod_skin(model.rod, spec.skin_triangles);
+    model.topology = collision::make_topology(model.skin.triangles, model.skin.vertex_count());
+    model.port = {entry->position, entry->direction};
+    model.lumen = spec.lumen;
+    model.friction = spec.friction;
+    model.inserted = spec.inserted;
+    model.limits = {spec.speed_limit, spec.rotation_limit};
+    for (const PathPoint& point : spec.path) model.path.push_back({point.time, point.insertion, point.rotation});
+    if (!model.path.empty()) model.inserted = evaluate_path(model.path, 0.0).insertion;
+    model.chain = spheretree::make_chain_tree(kLinksPerSegment * (model.rod.node_count() - 1) + 1);
+    const Result<void> entered = check_entry(scene, spec, model, prepared.model.bodies[model.lumen]);
+    if (!entered.ok()) return entered;
+    if (spec.follow) {
+        const Result<void> routed = prepare_route(scene, spec, prepared, model);
+        if (!routed.ok()) return routed;
+    }
+    prepared.model.instruments.push_back(std::move(model));
+    return {};
+}
+
+EffectSet make_effects(const Scene& scene) {
+    EffectSet effects;
+    effects.elasticity = scene.effects.elasticity;
+    effects.coarse_contact = scene.effects.coarse_contact;
+    effects.exact_contact = scene.effects.exact_contact;
+    if (scene.effects.gravity) effects.gravity = scene.gravity;
+    if (scene.effects.breathing)
+        effects.breathing = Breathing{scene.effects.breathing->amplitude, scene.effects.breathing->period,
+                                      scene.effects.breathing->direction};
+    return effects;
+}
+
+ContactSettings make_contact(const Scene& scene) {
+    ContactSettings contact;
+    contact.margin = std::max(scene.contact.distance, contact.clearance);
+    contact.solid_stiffness = scene.contact.stiffness;
+    contact.solid_damping = scene.contact.damping;
+    for (const SceneInstrument& instrument : scene.instruments)
+        contact.clearance = std::min(contact.clearance, 0.25 * instrument.design.radius);
+    contact.clearance = std::min(contact.clearance, kLargestClearance);
+    contact.exact_distance = 0.1 * contact.clearance;
+    return contact;
+}
+
+void fill_settings(const Scene& scene, SceneModel& model) {
+    model.name = scene.name;
+    model.file = scene.file.string();
+    model.step_s = scene.time.step;
+    model.step_count = scene.time.step_count();
+    model.fixed_substeps = scene.time.substeps;
+    model.budget = scene.budget.limits;
+    model.budget_covers_step = scene.budget.scope == BudgetScope::Step;
+    model.effects = make_effects(scene);
+    model.contact = make_contact(scene);
+}
+
+} // namespace
+
+Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress) {
+    const StopWatch watch;
+    const auto say = [&](const std::string& what) { if (progress) progress(what); };
+    PreparedScene prepared;
+    PatientShelf shelf;
+    CoarseBodies coarse;
+    fill_settings(scene, prepared.model);
+    for (const SceneBody& body : scene.bodies) {
+        say("body " + body.name);
+        const Result<void> done = prepare_body(scene, body, shelf, coarse, prepared);
+        if (!done.ok()) return done.error();
+    }
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const Result<void> done = link_to_carrier(scene, i, coarse, prepared);
+        if (!done.ok()) return done.error();
+    }
+    for (const SceneTarget& target : scene.targets) {
+        const auto place = find_place(scene, target.place, "targets." + target.name, shelf);
+        if (!place.ok()) return place.error();
+        prepared.targets.push_back(*place);
+    }
+    for (const SceneInstrument& instrument : scene.instruments) {
+        say("instrument " + instrument.name);
+        const Result<void> done = prepare_instrument(scene, instrument, shelf, prepared);
+        if (!done.ok()) return done.error();
+    }
+    prepared.seconds = 1e-3 * watch.elapsed_ms();
+    return prepared;
+}
+
+} // namespace seldinger::engine

@@ -1,0 +1,134 @@
+#include "fem/stable_step.hpp"
+
+#include <cmath>
+
+namespace seldinger::fem {
+
+namespace {
+
+/// Uniform in [-1, 1), the same for the same number on every machine (splitmix64, Steele et al. 2014).
+double scatter_number(std::uint64_t number) noexcept {
+    std::uint64_t z = (number + 1) * 0x9e3779b97f4a7c15ULL;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+    return static_cast<double>(static_cast<std::int64_t>(z ^ (z >> 31))) * 0x1p-63;
+}
+
+double find_norm(std::span<const Vec3> v) noexcept {
+    double sum = 0.0;
+    for (const Vec3& entry : v) sum += entry.squaredNorm();
+    return std::sqrt(sum);
+}
+
+/// Unit length, every node present: the old mode plus a tenth of noise, so that a mode that arises elsewhere is found too.
+void prepare_mode(std::vector<Vec3>& mode, std::span<const double> root_inv_mass, bool warm) noexcept {
+    if (!warm) mode.assign(root_inv_mass.size(), Vec3::Zero());
+    const double share = warm ? 0.1 / std::sqrt(static_cast<double>(mode.size())) : 1.0;
+    for (std::size_t node = 0; node < mode.size(); ++node)
+        for (int axis = 0; axis < 3; ++axis)
+            if (root_inv_mass[node] > 0.0)
+                mode[node][axis] += share * scatter_number(3 * node + static_cast<std::uint64_t>(axis));
+    const double norm = find_norm(mode);
+    if (norm > 0.0)
+        for (Vec3& entry : mode) entry /= norm;
+}
+
+struct Eigenvalue {
+    double value = 0.0; // estimate from below of the largest |eigenvalue| of M^-1/2 A M^-1/2
+    Index worst_tet = kNoIndex;
+};
+
+/// apply(displacement, product) adds A times the displacement. The norm of A y for a unit y is the better estimate: it lies
+/// between the Rayleigh quotient and the eigenvalue.
+template <class Apply>
+Eigenvalue iterate(std::vector<Vec3>& mode, StableStepWorkspace& w, int rounds, Apply&& apply) noexcept {
+    Eigenvalue result;
+    for (int round = 0; round < rounds; ++round) {
+        for (std::size_t node = 0; node < mode.size(); ++node) {
+            w.displacement[node] = w.root_inv_mass[node] * mode[node];
+            w.product[node].setZero();
+        }
+        result.worst_tet = apply(w.displacement, w.product);
+        for (std::size_t node = 0; node < mode.size(); ++node) w.product[node] *= w.root_inv_mass[node];
+        const double norm = find_norm(w.product);
+        result.value = norm;
+        if (!(norm > 0.0) || !std::isfinite(norm)) return result;
+        for (std::size_t node = 0; node < mode.size(); ++node) mode[node] = w.product[node] / norm;
+    }
+    return result;
+}
+
+/// Largest row sum of M^-1/2 (sum_s k_s g_s g_s^T) M^-1/2 by nodes: no eigenvalue is larger (Gershgorin, block norms).
+/// All springs count, pressed or not: any may be within the step.
+struct SpringBound { double stiffness = 0.0, damping = 0.0; };
+
+SpringBound bound_springs(const ContactSprings& springs, StableStepWorkspace& w) noexcept {
+    for (std::size_t node = 0; node < w.row.size(); ++node) w.row[node] = w.damping_row[node] = 0.0;
+    for (const ContactSpring& spring : springs.springs) {
+        const std::span<const SpringEntry> entries(springs.entries.data() + spring.first_entry, spring.entry_count);
+        double reach = 0.0;
+        for (const SpringEntry& entry : entries) reach += entry.g.norm() * w.root_inv_mass[entry.node];
+        for (const SpringEntry& entry : entries) {
+            const double share = entry.g.norm() * w.root_inv_mass[entry.node] * reach;
+            w.row[entry.node] += spring.stiffness * share;
+            w.damping_row[entry.node] += spring.damping * share;
+        }
+    }
+    SpringBound bound;
+    for (std::size_t node = 0; node < w.row.size(); ++node) {
+        if (!(w.row[node] <= bound.stiffness)) bound.stiffness = w.row[node]; // keeps a NaN, to be reported
+        if (!(w.damping_row[node] <= bound.damping)) bound.damping = w.damping_row[node];
+    }
+    return bound;
+}
+
+void prepare_workspace(const TissueModel& model, StableStepWorkspace& w) {
+    const std::size_t count = model.node_count();
+    if (w.mode.size() != count) w.warm = false;
+    w.root_inv_mass.resize(count);
+    for (std::size_t node = 0; node < count; ++node) w.root_inv_mass[node] = std::sqrt(model.inv_mass[node]);
+    w.displacement.resize(count);
+    w.product.resize(count);
+    w.row.resize(count);
+    w.damping_row.resize(count);
+    prepare_mode(w.mode, w.root_inv_mass, w.warm);
+    if (model.material.viscosity > 0.0) prepare_mode(w.damping_mode, w.root_inv_mass, w.warm && w.damping_mode.size() == count);
+}
+
+} // namespace
+
+StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position, const ContactSprings* springs,
+                            StableStepWorkspace& w) {
+    prepare_workspace(model, w);
+    const int rounds = w.warm ? w.warm_rounds : w.cold_rounds;
+    const Eigenvalue elastic = iterate(w.mode, w, rounds, [&](std::span<const Vec3> d, std::span<Vec3> out) {
+        return add_stiffness_product(model, position, d, out);
+    });
+    Eigenvalue viscous;
+    if (model.material.viscosity > 0.0)
+        viscous = iterate(w.damping_mode, w, rounds, [&](std::span<const Vec3> v, std::span<Vec3> out) {
+            add_damping_product(model, position, v, out);
+            return kNoIndex;
+        });
+    const SpringBound contact = springs ? bound_springs(*springs, w) : SpringBound{};
+
+    StableStep stable;
+    stable.worst_tet = elastic.worst_tet;
+    stable.tissue_omega = std::sqrt(elastic.value);
+    stable.omega_max = std::sqrt(elastic.value + contact.stiffness);
+    stable.damping_rate = viscous.value + contact.damping + model.material.mass_damping;
+    stable.finite = std::isfinite(stable.omega_max) && std::isfinite(stable.damping_rate);
+    w.warm = stable.finite && elastic.value > 0.0;
+    if (!stable.finite) return stable;
+    const double circle = kRk4CircleLimit / stable.omega_max, real = kRk4RealLimit / stable.damping_rate; // x/0 = inf
+    stable.step = kStepSafety * (circle < real ? circle : real);
+    return stable;
+}
+
+unsigned count_substeps(double step, const StableStep& stable, unsigned max_substeps) noexcept {
+    if (!(stable.step > 0.0) || !(step > 0.0)) return 0;
+    const double count = std::ceil(step / stable.step);
+    return count <= static_cast<double>(max_substeps) ? static_cast<unsigned>(count < 1.0 ? 1.0 : count) : 0;
+}
+
+} // namespace seldinger::fem

@@ -1,0 +1,100 @@
+#include "fem/tissue.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <string>
+
+namespace seldinger::fem {
+
+namespace {
+
+Error bad_mesh(std::string message) { return {.code = ErrorCode::BadMesh, .message = std::move(message)}; }
+
+std::string name_tet(std::size_t tet, const Tet& nodes) {
+    return "tet " + std::to_string(tet) + " (nodes " + std::to_string(nodes[0]) + ", " + std::to_string(nodes[1]) + ", " +
+           std::to_string(nodes[2]) + ", " + std::to_string(nodes[3]) + ")";
+}
+
+Result<void> check_nodes(const TetMesh& mesh) {
+    if (mesh.tets.empty()) return bad_mesh("the mesh has no tetrahedra");
+    for (std::size_t node = 0; node < mesh.vertices.size(); ++node)
+        if (!is_finite(mesh.vertices[node])) return bad_mesh("node " + std::to_string(node) + " is not finite");
+    for (std::size_t tet = 0; tet < mesh.tets.size(); ++tet) {
+        const Tet& t = mesh.tets[tet];
+        for (const Index node : t)
+            if (node >= mesh.vertices.size())
+                return bad_mesh(name_tet(tet, t) + " names a node beyond the last, " + std::to_string(mesh.vertices.size() - 1));
+        for (int i = 0; i < 4; ++i)
+            for (int j = i + 1; j < 4; ++j)
+                if (t[i] == t[j]) return bad_mesh(name_tet(tet, t) + " names a node twice");
+    }
+    return {};
+}
+
+Result<TetShape> make_shape(const TetMesh& mesh, std::size_t tet) {
+    const Tet& t = mesh.tets[tet];
+    Mat3 edges;
+    double longest_sq = 0.0;
+    for (int i = 0; i < 4; ++i)
+        for (int j = i + 1; j < 4; ++j)
+            longest_sq = std::max(longest_sq, (mesh.vertices[t[i]] - mesh.vertices[t[j]]).squaredNorm());
+    for (int k = 0; k < 3; ++k) edges.col(k) = mesh.vertices[t[k + 1]] - mesh.vertices[t[0]];
+    const double volume = edges.determinant() / 6.0;
+    if (!(std::abs(volume) > kFlatTetRatio * longest_sq * std::sqrt(longest_sq)))
+        return bad_mesh(name_tet(tet, t) + " is flat: volume " + std::to_string(volume) + " m^3");
+    if (volume < 0.0) return bad_mesh(name_tet(tet, t) + " is inverted: swap two of its nodes");
+    const Mat3 inverse = edges.inverse();
+    TetShape shape{};
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) shape.inverse[3 * i + j] = inverse(i, j);
+    shape.volume = volume;
+    return shape;
+}
+
+Result<void> add_mass(TissueModel& model) {
+    model.node_mass.assign(model.node_count(), 0.0);
+    for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {
+        const double quarter = 0.25 * model.material.density * model.tet_shape[tet].volume;
+        for (const Index node : model.tet_nodes[tet]) model.node_mass[node] += quarter;
+        model.volume += model.tet_shape[tet].volume;
+    }
+    model.mass = model.material.density * model.volume;
+    model.inv_mass.resize(model.node_count());
+    for (std::size_t node = 0; node < model.node_count(); ++node) {
+        if (!(model.node_mass[node] > 0.0)) return bad_mesh("node " + std::to_string(node) + " belongs to no tet: drop it");
+        model.inv_mass[node] = 1.0 / model.node_mass[node];
+    }
+    return {};
+}
+
+} // namespace
+
+Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material, std::span<const Index> pinned_nodes) {
+    if (const auto fine = check_material(material); !fine) return fine.error();
+    if (const auto fine = check_nodes(mesh); !fine) return fine.error();
+    TissueModel model{.material = material, .law = make_law_constants(material), .tet_nodes = mesh.tets,
+                      .tet_shape = {}, .node_mass = {}, .inv_mass = {}, .rest_position = mesh.vertices, .pinned = {}};
+    model.tet_shape.reserve(mesh.tets.size());
+    for (std::size_t tet = 0; tet < mesh.tets.size(); ++tet) {
+        auto shape = make_shape(mesh, tet);
+        if (!shape) return shape.error();
+        model.tet_shape.push_back(*shape);
+    }
+    if (const auto fine = add_mass(model); !fine) return fine.error();
+    model.pinned.assign(pinned_nodes.begin(), pinned_nodes.end());
+    std::sort(model.pinned.begin(), model.pinned.end());
+    model.pinned.erase(std::unique(model.pinned.begin(), model.pinned.end()), model.pinned.end());
+    if (!model.pinned.empty() && model.pinned.back() >= model.node_count())
+        return Error{.code = ErrorCode::BadValue,
+                     .message = "pinned node " + std::to_string(model.pinned.back()) + " is beyond the last node, " +
+                                std::to_string(model.node_count() - 1)};
+    for (const Index node : model.pinned) model.inv_mass[node] = 0.0;
+    return model;
+}
+
+TissueState make_rest_state(const TissueModel& model) {
+    return {.position = model.rest_position, .velocity = std::vector<Vec3>(model.node_count(), Vec3::Zero())};
+}
+
+} // namespace seldinger::fem

@@ -1,0 +1,61 @@
+// Small bodies and random deformations that the tests of this folder share.
+#pragma once
+
+#include "fem/tissue.hpp"
+
+#include <random>
+
+namespace seldinger::fem::test {
+
+/// Box of nx x ny x nz cells of size `cell` [m], six tets each around the cell's diagonal.
+inline TetMesh make_bar(Index nx, Index ny, Index nz, double cell) {
+    TetMesh mesh;
+    const auto id = [&](Index i, Index j, Index k) { return (k * (ny + 1) + j) * (nx + 1) + i; };
+    for (Index k = 0; k <= nz; ++k)
+        for (Index j = 0; j <= ny; ++j)
+            for (Index i = 0; i <= nx; ++i) mesh.vertices.push_back(cell * Vec3(i, j, k));
+    constexpr int kPaths[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {1, 0, 2}, {0, 2, 1}, {2, 1, 0}};
+    for (Index k = 0; k < nz; ++k)
+        for (Index j = 0; j < ny; ++j)
+            for (Index i = 0; i < nx; ++i)
+                for (int path = 0; path < 6; ++path) {
+                    Index corner[3] = {i, j, k};
+                    Tet tet{id(i, j, k), 0, 0, 0};
+                    for (std::size_t step = 0; step < 3; ++step) {
+                        ++corner[kPaths[path][step]];
+                        tet[step + 1] = id(corner[0], corner[1], corner[2]);
+                    }
+                    if (path >= 3) std::swap(tet[1], tet[2]); // odd permutations turn inside out
+                    mesh.tets.push_back(tet);
+                }
+    return mesh;
+}
+
+inline Material make_material(MaterialLaw law, double poisson_ratio = 0.3) {
+    return {.law = law, .young_modulus = 5000.0, .poisson_ratio = poisson_ratio, .density = 1000.0};
+}
+
+inline TissueModel make_model(const TetMesh& mesh, const Material& material, std::vector<Index> pinned = {}) {
+    auto model = make_tissue_model(mesh, material, pinned);
+    if (!model) throw std::runtime_error(model.error().to_string());
+    return std::move(model).value();
+}
+
+inline std::vector<Index> nodes_at(const TetMesh& mesh, int axis, double value) {
+    std::vector<Index> nodes;
+    for (Index node = 0; node < mesh.vertices.size(); ++node)
+        if (std::abs(mesh.vertices[node][axis] - value) < 1e-9) nodes.push_back(node);
+    return nodes;
+}
+
+inline Vec3 random_vec(std::mt19937_64& random, double size) {
+    std::uniform_real_distribution<double> range(-size, size);
+    const double x = range(random), y = range(random), z = range(random);
+    return {x, y, z};
+}
+
+inline std::vector<Vec3> zeros(std::size_t count) { return std::vector<Vec3>(count, Vec3::Zero()); }
+
+inline constexpr MaterialLaw kLaws[] = {MaterialLaw::StVK, MaterialLaw::Corotational, MaterialLaw::NeoHookean};
+
+} // namespace seldinger::fem::test
