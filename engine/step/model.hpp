@@ -81,6 +81,7 @@ struct ContactSettings {
     double rod_stiffness = 2.0e4;   // N/m, of the wall as the rod's solve sees it: 1 N presses 0.05 mm
     double wall_stiffness = 120.0;  // N/m, of the instrument as the tissue sees it: how fast its push fades as the wall yields
     double solid_stiffness = 60.0;  // N/m per contact between solid bodies
+    double solid_damping = 0.0;     // N s/m, on the approach
     double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
 };
 
@@ -89,7 +90,8 @@ struct SceneModel {
     std::string file;             // as given, relative to the project where it lies in it
     double step_s = 0.01;         // s
     std::uint64_t step_count = 0;
-    unsigned max_substeps = 10000;
+    unsigned fixed_substeps = 0;  // what the scene insists on; 0: as many as stability asks for
+    unsigned max_substeps = 10000; // beyond this a step would take minutes: stopped with the number
     BudgetLimits budget;
     bool budget_covers_step = false; // scope: the whole step, not collision alone
     std::vector<BodyModel> bodies;

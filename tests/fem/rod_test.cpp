@@ -37,7 +37,7 @@ TEST(Rod, ACantileverUnderItsOwnWeightBendsAsEulerBernoulliSays) {
     drive.gravity = Vec3(0, 0, -2.0);
     RodState state;
     place_rod(model, drive.port, drive.insertion, 0.0, state);
-    const RodReport report = settle(model, state, drive, {});
+    const RodReport report = settle(model, state, drive, {}, 40.0);
     const double area = std::numbers::pi * 0.25e-6, second_moment = 0.25 * area * 0.25e-6;
     const double load = 1100.0 * area * 2.0; // N/m
     const double expected = load * std::pow(0.05, 4) / (8.0 * 100e6 * second_moment);

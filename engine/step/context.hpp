@@ -1,0 +1,65 @@
+// Working memory of the step: sized in the first steps, reused afterwards. Nothing here outlives a step in meaning, except
+// the contact springs and planes, which are the last step's answer that this step's integration feels.
+#pragma once
+
+#include "base/inside.hpp"
+#include "collision/box_tree.hpp"
+#include "collision/contact_finder.hpp"
+#include "engine/step/report.hpp"
+#include "engine/step/state.hpp"
+#include "fem/integrate.hpp"
+#include "fem/stable_step.hpp"
+#include "spheretree/descent.hpp"
+
+namespace seldinger::engine {
+
+/// Where a rod's plane presses on a wall.
+struct WallPress {
+    Index triangle = kNoIndex;                   // of the lumen's surface; kNoIndex: nowhere
+    std::array<double, 3> bary{1.0, 0.0, 0.0};
+};
+
+struct BodyScratch {
+    fem::TissueState tissue_t0;
+    std::vector<Vec3> surface_t0;                // [vertex_count] m
+    fem::LinkFrames frames;
+    fem::RkWorkspace rk;
+    fem::StableStepWorkspace stable;
+    fem::ContactSprings springs;                 // made by the last step's response
+    std::vector<Vec3> pinned_target;
+    std::vector<spheretree::Sphere> spheres;     // solid bodies, over the step
+    spheretree::LumenState lumen;                // hollow bodies
+    collision::BoxTree boxes;                    // hollow bodies
+    InsideTest inside;                           // hollow bodies: the independent check
+    bool boxes_built = false, boxes_at_rest = false;
+};
+
+struct InstrumentScratch {
+    fem::RodState rod_t0;
+    std::vector<Vec3> skin_t0;
+    std::vector<Vec3> axis;                      // [node_count]
+    fem::RodWorkspace rod;
+    fem::RodReport rod_report;
+    DriveCommand command;
+    spheretree::ChainState chain;
+    std::vector<spheretree::Sphere> links_t0, links_t1;
+    std::vector<fem::RodPlane> planes;           // of the last solve
+    std::vector<WallPress> presses;              // [planes]
+    collision::BoxTree boxes;
+    bool boxes_built = false;
+    ExactForecast forecast;
+};
+
+struct StepContext {
+    std::vector<BodyScratch> bodies;
+    std::vector<InstrumentScratch> instruments;
+    spheretree::Descent descent;
+    collision::ContactFinder finder;
+    std::vector<Contact> coarse; // of this step
+    std::vector<Contact> exact;  // of this step; the last round's
+    StepReport report;
+};
+
+[[nodiscard]] StepContext make_step_context(const SceneModel& model, const State& state);
+
+} // namespace seldinger::engine

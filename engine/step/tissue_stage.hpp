@@ -1,0 +1,25 @@
+// Stage 2 and 3 of a step: deformable bodies are integrated, kinematic ones moved, dense surfaces follow.
+#pragma once
+
+#include "engine/step/context.hpp"
+
+namespace seldinger::engine {
+
+/// Remembers where everything is before the step moves it.
+void keep_start(const SceneModel& model, const State& state, StepContext& context);
+
+/// Integrates every deformable body over the step with the springs of the last response. On a value that is not finite,
+/// or when more sub-steps than allowed are needed, the report says which body, element and number.
+void integrate_bodies(const SceneModel& model, State& state, StepContext& context);
+
+/// Dense surfaces to the end of the step: linked ones follow their coarse mesh, kinematic ones their path.
+void steer_surfaces(const SceneModel& model, State& state, StepContext& context);
+
+/// Displacement of a kinematic body: linear between rows, held outside.
+[[nodiscard]] Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept;
+
+/// Share of a breath taken at a time, 0 at the start of a period, 1 in its middle; smooth, and free of libm.
+/// source   amplitude (1 - cos) / 2
+[[nodiscard]] double breath_at(const Breathing& breathing, double time) noexcept;
+
+} // namespace seldinger::engine
