@@ -39,6 +39,7 @@ struct RepairOptions {
 struct RepairStep {
     Repair repair = Repair::Weld;
     std::size_t vertices_merged = 0;
+    std::size_t vertices_split = 0;
     std::size_t triangles_removed = 0;
     std::size_t triangles_added = 0;
     std::size_t triangles_flipped = 0;

@@ -1,0 +1,39 @@
+// The single repairs behind repair.hpp. Each takes a mesh whose indices are in range and whose vertices are finite.
+#pragma once
+
+#include "base/repair.hpp"
+
+namespace seldinger::repairs {
+
+[[nodiscard]] Result<RepairStep> weld(TriMesh& mesh, double tolerance);
+[[nodiscard]] Result<RepairStep> drop_degenerate(TriMesh& mesh);
+[[nodiscard]] Result<RepairStep> drop_duplicates(TriMesh& mesh);
+[[nodiscard]] Result<RepairStep> drop_non_manifold(TriMesh& mesh);
+[[nodiscard]] Result<RepairStep> fill_holes(TriMesh& mesh);
+[[nodiscard]] Result<RepairStep> orient(TriMesh& mesh);
+[[nodiscard]] Result<RepairStep> drop_inner_shells(TriMesh& mesh);
+[[nodiscard]] Result<RepairStep> keep_largest(TriMesh& mesh);
+[[nodiscard]] Result<RepairStep> drop_self_intersections(TriMesh& mesh);
+
+/// Error unless every edge has one or two triangles and no triangle repeats a vertex; names the repair that helps.
+[[nodiscard]] Result<void> check_edge_manifold(const TriMesh& mesh, Repair asked);
+
+/// Same winding on both sides of every edge; each shell keeps what most of its triangles had. Returns how many turned.
+[[nodiscard]] Result<std::size_t> orient_consistently(TriMesh& mesh);
+
+/// Gives each fan around a pinched vertex its own copy, where split[vertex] says so. Returns the number of copies.
+std::size_t split_vertices(TriMesh& mesh, const std::vector<bool>& split, bool across_manifold_only);
+
+/// Keeps triangles for which keep[t]; returns how many went. Unreferenced vertices stay.
+std::size_t keep_triangles(TriMesh& mesh, const std::vector<bool>& keep);
+
+[[nodiscard]] double area(const TriMesh& mesh, const Triangle& t) noexcept;
+
+/// The connected parts of a mesh as meshes of their own.
+struct Part {
+    TriMesh mesh;
+    std::vector<Index> triangle_ids; // in the whole
+};
+[[nodiscard]] std::vector<Part> split_into_shells(const TriMesh& mesh);
+
+} // namespace seldinger::repairs

@@ -1,0 +1,129 @@
+#include "base/inside.hpp"
+#include "base/triangle_tree.hpp"
+
+#include "test_meshes.hpp"
+
+#include <set>
+
+using namespace seldinger;
+using namespace seldinger::test;
+
+TEST(TriangleTree, ClosestPointEqualsBruteForceBeforeAndAfterARefit) {
+    Random random{11};
+    SCOPED_TRACE(random.trace());
+    TriMesh mesh = make_torus(24, 12);
+    TriangleTree tree(mesh);
+    for (int round = 0; round < 2; ++round) {
+        for (int trial = 0; trial < 200; ++trial) {
+            const Vec3 p = random.point(1.6);
+            double least_sq = std::numeric_limits<double>::infinity();
+            for (const Triangle& t : mesh.triangles)
+                least_sq = std::min(least_sq, closest_on_triangle(p, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]).distance_sq);
+            const auto hit = tree.closest(p);
+            ASSERT_TRUE(hit);
+            EXPECT_EQ(hit->distance, std::sqrt(least_sq));
+            EXPECT_FALSE(tree.closest(p, 0.999 * hit->distance));
+            EXPECT_TRUE(tree.closest(p, 1.001 * hit->distance));
+        }
+        for (Vec3& v : mesh.vertices) v += 0.1 * random.point();
+        tree.refit(mesh.vertices);
+    }
+}
+
+TEST(TriangleTree, OverlapsEqualBruteForce) {
+    Random random{12};
+    SCOPED_TRACE(random.trace());
+    const TriMesh mesh = make_torus(24, 12);
+    const TriangleTree tree(mesh);
+    for (int trial = 0; trial < 100; ++trial) {
+        Box3 box;
+        box.add(random.point(1.3));
+        box.inflate(random.uniform(0.0, 0.4));
+        std::set<Index> expected, found;
+        for (Index t = 0; t < mesh.triangles.size(); ++t) {
+            Box3 own;
+            for (const Index v : mesh.triangles[t]) own.add(mesh.vertices[v]);
+            if (own.overlaps(box)) expected.insert(t);
+        }
+        tree.for_each_overlapping(box, [&](Index t) { EXPECT_TRUE(found.insert(t).second); });
+        EXPECT_EQ(found, expected);
+    }
+}
+
+TEST(TriangleTree, NonFiniteVerticesAndQueriesFindNothingFalse) {
+    TriMesh mesh = make_sphere(2);
+    mesh.vertices[3][1] = std::nan("");
+    mesh.vertices[7][0] = std::numeric_limits<double>::infinity();
+    const TriangleTree tree(mesh);
+    const auto hit = tree.closest(Vec3(2, 2, 2));
+    ASSERT_TRUE(hit);
+    EXPECT_TRUE(is_finite(hit->point));
+    EXPECT_FALSE(tree.closest(Vec3(std::nan(""), 0, 0)));
+    EXPECT_FALSE(TriangleTree().closest(Vec3::Zero()));
+}
+
+TEST(InsideTest, KnowsASphereFromItsRadius) {
+    Random random{13};
+    SCOPED_TRACE(random.trace());
+    const TriMesh sphere = make_sphere(4);
+    const InsideTest test(sphere);
+    for (int trial = 0; trial < 3000; ++trial) {
+        const Vec3 p = random.point(1.2);
+        if (p.norm() < 0.985) EXPECT_EQ(test.winding_number(p), 1) << p.transpose();
+        if (p.norm() > 1.0) EXPECT_EQ(test.winding_number(p), 0) << p.transpose();
+    }
+    EXPECT_NEAR(test.signed_distance(Vec3::Zero()), -1.0, 5e-3);
+    EXPECT_NEAR(test.signed_distance(Vec3(3, 0, 0)), 2.0, 1e-12);
+}
+
+TEST(InsideTest, RaysThroughVerticesAndEdgesCountOnce) {
+    const InsideTest test(make_cube(1.0)); // rays along axes meet edges, diagonals and corners exactly
+    for (int i = 0; i <= 16; ++i)
+        for (int j = 0; j <= 16; ++j)
+            for (int k = 0; k <= 16; ++k) {
+                const Vec3 p = Vec3(i, j, k) / 8.0 - Vec3::Constant(0.5);
+                const bool strictly_in = p.minCoeff() > 0.0 && p.maxCoeff() < 1.0;
+                const bool strictly_out = p.minCoeff() < 0.0 || p.maxCoeff() > 1.0;
+                for (int axis = 0; axis < 3; ++axis)
+                    for (const bool positive : {false, true}) {
+                        const int winding = test.tree().ray_crossings(p, axis, positive);
+                        if (strictly_in) EXPECT_EQ(winding, 1) << p.transpose() << " axis " << axis;
+                        if (strictly_out) EXPECT_EQ(winding, 0) << p.transpose() << " axis " << axis;
+                        EXPECT_TRUE(winding == 0 || winding == 1);
+                    }
+            }
+}
+
+TEST(InsideTest, AllSixRaysAgreeOnAClosedSurface) {
+    Random random{14};
+    SCOPED_TRACE(random.trace());
+    TriMesh mesh = make_torus(17, 9);
+    for (Vec3& v : mesh.vertices) v = (v * 8.0).array().round() / 8.0; // many coordinates in common
+    const TriangleTree tree(mesh);
+    for (int trial = 0; trial < 3000; ++trial) {
+        const Vec3 p = (random.point(1.4) * 16.0).array().round() / 16.0 + 1.0 / 64.0;
+        std::set<int> windings;
+        for (int axis = 0; axis < 3; ++axis)
+            for (const bool positive : {false, true}) windings.insert(tree.ray_crossings(p, axis, positive));
+        EXPECT_EQ(windings.size(), 1u) << p.transpose();
+    }
+}
+
+TEST(InsideTest, OverlappingShellsAreOneBodyAndCavitiesAreOutside) {
+    const InsideTest overlapping(join(make_sphere(3), make_sphere(3, 1.0, Vec3(0.5, 0, 0))));
+    EXPECT_EQ(overlapping.winding_number(Vec3(0.25, 0, 0)), 2);
+    EXPECT_TRUE(overlapping.inside(Vec3(-0.7, 0, 0)));
+    EXPECT_FALSE(overlapping.inside(Vec3(1.6, 0, 0)));
+    const InsideTest hollow(join(make_sphere(3), flipped(make_sphere(3, 0.5))));
+    EXPECT_FALSE(hollow.inside(Vec3(0.1, 0, 0)));
+    EXPECT_TRUE(hollow.inside(Vec3(0.7, 0, 0)));
+}
+
+TEST(InsideTest, FollowsMovedVertices) {
+    TriMesh sphere = make_sphere(3);
+    InsideTest test(sphere);
+    for (Vec3& v : sphere.vertices) v += Vec3(5, 0, 0);
+    test.refit(sphere.vertices);
+    EXPECT_TRUE(test.inside(Vec3(5, 0, 0)));
+    EXPECT_FALSE(test.inside(Vec3(0, 0, 0)));
+}
