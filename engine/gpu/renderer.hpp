@@ -19,16 +19,19 @@ struct RenderSurface {
     std::span<const Triangle> triangles; // [triangle_count]; triangles with ids out of range or non-finite corners are left out
     Vec3 colour = Vec3(0.8, 0.8, 0.8);   // sRGB, 0..1
     double opacity = 1.0;                // seen face-on; edges grow denser, as those of a thin shell. >= 1: opaque
+    double emphasis = 0.0;               // opaque surfaces: share of what lies in front that is left out, 0..1
     bool fluoro_thickness = true;        // part of the X-ray picture: the surface is closed, its thickness attenuates
-    double attenuation = 20.0;           // 1/m, above what surrounds it: about 20 soft tissue, 300 contrast agent, 2000 catheter
+    double attenuation = 2.0;            // 1/m, above what surrounds it: about 2 organ, 10-40 contrast agent, 2000 catheter
 };
 
 /// A round tube along a polyline, with round ends: a catheter before it has a skin, a planned path, a centreline.
 struct RenderTube {
     std::span<const Vec3> points;        // [point_count] m; must outlive the call
     double radius = 0.001;               // m
-    Vec3 colour = Vec3(0.1, 0.3, 0.8);
+    double min_radius_px = 0.0;          // shaded picture: drawn no thinner than this, so that a catheter is seen from afar
+    Vec3 colour = Vec3(0.1, 0.3, 0.8);   // sRGB, 0..1
     double opacity = 1.0;
+    double emphasis = 0.0;               // as RenderSurface
     bool fluoro_thickness = true;
     double attenuation = 2000.0;         // 1/m
 };
