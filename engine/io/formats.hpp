@@ -1,0 +1,61 @@
+// The file formats, one parser each, on bytes in memory. name is only for messages. What read_surface and read_tets
+// promise about errors, memory and time holds for each of them.
+#pragma once
+
+#include "base/mesh.hpp"
+#include "base/result.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace seldinger::engine {
+
+/// A surface together with the names of its face groups and how many faces each owns (OBJ only).
+struct GroupedSurface {
+    TriMesh mesh;
+    std::map<std::string, std::size_t> groups;
+};
+
+/// keep empty: all groups. Vertices are those of the whole file.
+[[nodiscard]] Result<GroupedSurface> parse_obj(std::string_view bytes, const std::string& name, std::span<const std::string> keep);
+[[nodiscard]] Result<TriMesh> parse_off(std::string_view bytes, const std::string& name);
+[[nodiscard]] Result<TriMesh> parse_ply(std::string_view bytes, const std::string& name);
+[[nodiscard]] Result<TriMesh> parse_stl(std::string_view bytes, const std::string& name);
+
+[[nodiscard]] Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name);
+[[nodiscard]] Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name);
+[[nodiscard]] Result<TetMesh> parse_veg(std::string_view bytes, const std::string& name);
+[[nodiscard]] Result<TetMesh> parse_tetgen(std::string_view node_bytes, const std::string& node_name, std::string_view ele_bytes,
+                                           const std::string& ele_name);
+
+/// Polygons and cells of a VTK file (legacy or XML), before anybody asks whether surface or volume is wanted.
+struct VtkCells {
+    std::vector<std::int64_t> ends;         // [cell_count] end of each cell in connectivity, non-decreasing
+    std::vector<std::int64_t> connectivity; // point ids
+    std::vector<std::uint8_t> types;        // [cell_count] of an unstructured grid, else empty
+};
+struct VtkMesh {
+    std::vector<Vec3> points;
+    VtkCells polygons, strips; // of PolyData
+    VtkCells cells;            // of an unstructured grid
+    bool unstructured = false;
+};
+[[nodiscard]] Result<VtkMesh> parse_vtk_legacy(std::string_view bytes, const std::string& name);
+[[nodiscard]] Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name);
+
+/// Polygons, strips and triangle cells as one surface; fails where an id is out of range.
+[[nodiscard]] Result<TriMesh> make_surface(VtkMesh&& vtk, const std::string& name);
+/// Linear tetrahedra of an unstructured grid.
+[[nodiscard]] Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name);
+
+/// Splits a polygon into a fan from its first corner; fewer than three corners give nothing.
+inline void add_fan(std::vector<Triangle>& triangles, std::span<const Index> corners) {
+    for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({corners[0], corners[i - 1], corners[i]});
+}
+
+} // namespace seldinger::engine

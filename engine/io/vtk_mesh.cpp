@@ -1,0 +1,118 @@
+// From VTK's cells to our meshes.
+#include "engine/io/formats.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+namespace seldinger::engine {
+namespace {
+
+// Cell types, from vtkCellType.h.
+constexpr std::uint8_t kVtkTriangle = 5, kVtkStrip = 6, kVtkPolygon = 7, kVtkQuad = 9, kVtkTetrahedron = 10;
+
+/// The corners of one cell, checked. Takes the cells one after the other.
+class CellWalk {
+public:
+    CellWalk(const VtkCells& cells, std::size_t point_count) : cells_(cells), point_count_(point_count) {}
+
+    bool next() {
+        if (cell_ + 1 > cells_.ends.size()) return false;
+        const std::int64_t end = cells_.ends[cell_];
+        if (end < begin_ || static_cast<std::size_t>(end) > cells_.connectivity.size())
+            return fail(fmt::format("cell {} ends at offset {} of {}", cell_, end, cells_.connectivity.size()));
+        corners_.clear();
+        for (; begin_ < end; ++begin_) {
+            const std::int64_t id = cells_.connectivity[static_cast<std::size_t>(begin_)];
+            if (id < 0 || static_cast<std::size_t>(id) >= point_count_)
+                return fail(fmt::format("cell {} uses point {}, but there are {} points", cell_, id, point_count_));
+            corners_.push_back(static_cast<Index>(id));
+        }
+        ++cell_;
+        return true;
+    }
+    [[nodiscard]] const std::vector<Index>& corners() const { return corners_; }
+    [[nodiscard]] std::size_t cell() const { return cell_ - 1; }
+    [[nodiscard]] const std::optional<std::string>& problem() const { return problem_; }
+
+private:
+    bool fail(std::string message) {
+        problem_ = std::move(message);
+        return false;
+    }
+
+    const VtkCells& cells_;
+    std::size_t point_count_, cell_ = 0;
+    std::int64_t begin_ = 0;
+    std::vector<Index> corners_;
+    std::optional<std::string> problem_;
+};
+
+/// Every other triangle of a strip is turned round.
+void add_strip(std::vector<Triangle>& triangles, const std::vector<Index>& corners) {
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+        const bool even = i % 2 == 0;
+        triangles.push_back({corners[i - 2], even ? corners[i - 1] : corners[i], even ? corners[i] : corners[i - 1]});
+    }
+}
+
+bool add_cell(std::vector<Triangle>& triangles, const std::vector<Index>& corners, std::uint8_t type) {
+    if (type == kVtkStrip) add_strip(triangles, corners);
+    else if (type == kVtkTriangle || type == kVtkQuad || type == kVtkPolygon) add_fan(triangles, corners);
+    else return false;
+    return true;
+}
+
+Error bad_mesh(std::string message, const std::string& name) { return {ErrorCode::BadMesh, std::move(message), name}; }
+
+std::optional<Error> check_types(const VtkCells& cells, const std::string& name) {
+    if (cells.types.size() == cells.ends.size()) return std::nullopt;
+    return bad_mesh(fmt::format("has {} cells but {} cell types", cells.ends.size(), cells.types.size()), name);
+}
+
+} // namespace
+
+Result<TriMesh> make_surface(VtkMesh&& vtk, const std::string& name) {
+    TriMesh mesh;
+    std::size_t others = 0;
+    if (vtk.unstructured)
+        if (const auto error = check_types(vtk.cells, name)) return *error;
+    const std::array<const VtkCells*, 3> lists = {&vtk.polygons, &vtk.strips, &vtk.cells};
+    for (const VtkCells* list : lists) {
+        CellWalk walk(*list, vtk.points.size());
+        const std::uint8_t own_type = list == &vtk.strips ? kVtkStrip : kVtkPolygon;
+        while (walk.next()) {
+            const std::uint8_t type = list == &vtk.cells ? list->types[walk.cell()] : own_type;
+            if (!add_cell(mesh.triangles, walk.corners(), type)) ++others;
+        }
+        if (walk.problem()) return bad_mesh(*walk.problem(), name);
+    }
+    if (mesh.triangles.empty()) return bad_mesh(fmt::format("holds no polygon; {} cells of other types", others), name);
+    mesh.vertices = std::move(vtk.points);
+    return mesh;
+}
+
+Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name) {
+    if (!vtk.unstructured) return bad_mesh("is a surface (PolyData); tetrahedra need an unstructured grid", name);
+    if (const auto error = check_types(vtk.cells, name)) return *error;
+    TetMesh mesh;
+    std::size_t others = 0;
+    CellWalk walk(vtk.cells, vtk.points.size());
+    while (walk.next()) {
+        if (vtk.cells.types[walk.cell()] != kVtkTetrahedron) {
+            ++others;
+            continue;
+        }
+        const std::vector<Index>& c = walk.corners();
+        if (c.size() != 4) return bad_mesh(fmt::format("tetrahedron {} has {} corners", walk.cell(), c.size()), name);
+        mesh.tets.push_back({c[0], c[1], c[2], c[3]});
+    }
+    if (walk.problem()) return bad_mesh(*walk.problem(), name);
+    if (mesh.tets.empty()) return bad_mesh(fmt::format("holds no linear tetrahedra; {} cells of other types", others), name);
+    mesh.vertices = std::move(vtk.points);
+    return mesh;
+}
+
+} // namespace seldinger::engine
