@@ -40,8 +40,10 @@ TEST(Rod, ACantileverUnderItsOwnWeightBendsAsEulerBernoulliSays) {
     const RodReport report = settle(model, state, drive, {}, 40.0);
     const double area = std::numbers::pi * 0.25e-6, second_moment = 0.25 * area * 0.25e-6;
     const double load = 1100.0 * area * 2.0; // N/m
-    const double expected = load * std::pow(0.05, 4) / (8.0 * 100e6 * second_moment);
-    EXPECT_NEAR(-state.position.back().z() / expected, 1.0, 0.05);
+    // The last node behind the port is free to turn: the clamp sits half a segment behind it.
+    const double free_length = 0.05 + 0.5 * model.segment;
+    const double expected = load * std::pow(free_length, 4) / (8.0 * 100e6 * second_moment);
+    EXPECT_NEAR(-state.position.back().z() / expected, 1.0, 0.01);
     EXPECT_LT(report.kinetic_j, 1e-12);
 }
 
