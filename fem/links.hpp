@@ -24,7 +24,7 @@ struct RigidLinks {
     std::vector<Vec3> node_rest;              // [node_count] m, coarse rest positions
 
     // what making them met
-    std::size_t degenerate = 0;    // vertices whose nearest nodes were collinear or coincident: a wider choice was taken
+    std::size_t degenerate = 0;    // vertices whose nearest nodes or face would not do (collinear, thin): a wider choice was taken
     std::size_t static_count = 0;  // vertices with blend 0
     double max_length = 0.0;       // m, longest |R| of the vertices that move
     Index longest = kNoIndex;      // the vertex that has it

@@ -1,0 +1,109 @@
+#include "fem/links.hpp"
+
+#include "fem/link_frame.hpp"
+
+#include <cassert>
+
+namespace seldinger::fem {
+
+namespace {
+
+LinkTriangle link_triangle(const Triangle& nodes, std::span<const Vec3> position) noexcept {
+    return {position[nodes[0]], position[nodes[1]], position[nodes[2]]};
+}
+
+void turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames,
+                 SteerReport& report) noexcept {
+    Mat3 axes;
+    for (std::size_t frame = 0; frame < links.frame_nodes.size(); ++frame) {
+        if (find_axes(link_triangle(links.frame_nodes[frame], node_position), axes)) {
+            frames.turn[frame] = axes - links.frame_rest[frame];
+            continue;
+        }
+        if (report.first_collapsed == kNoIndex) report.first_collapsed = static_cast<Index>(frame);
+        ++report.collapsed_frames;
+    }
+}
+
+/// Turn of the frame per node displacement: omega = sum_i w[i] dq_i. With b = n x e: omega . n = de.b/|e|,
+/// omega . b = -de.n/|e|, omega . e = (|e| df.n - (f.e) de.n)/|e x f|; e, f the edges, unit where they stand for axes.
+struct TurnRates { Mat3 node[3]; };
+
+TurnRates find_turn_rates(const LinkTriangle& t, const Mat3& axes) noexcept {
+    const Vec3 e = t.q1 - t.q0, f = t.q2 - t.q0;
+    const Vec3 n_axis = axes.col(0), e_axis = axes.col(1), b_axis = -axes.col(2);
+    const double length = e.norm(), area = e.cross(f).norm();
+    TurnRates rates;
+    rates.node[1] = (n_axis * b_axis.transpose() - b_axis * n_axis.transpose()) / length -
+                    e_axis * n_axis.transpose() * (f.dot(e_axis) / area);
+    rates.node[2] = e_axis * n_axis.transpose() * (length / area);
+    rates.node[0] = -(rates.node[1] + rates.node[2]);
+    return rates;
+}
+
+Mat3 skew(const Vec3& v) noexcept {
+    Mat3 m;
+    m << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
+    return m;
+}
+
+} // namespace
+
+SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest,
+                  LinkFrames& frames, std::span<Vec3> out) noexcept {
+    assert(node_position.size() == links.node_rest.size());
+    assert(rest.size() == links.vertex_count() && out.size() == links.vertex_count());
+    frames.turn.resize(links.frame_nodes.size(), Mat3::Zero());
+    frames.node_displacement.resize(links.node_rest.size());
+    for (std::size_t node = 0; node < node_position.size(); ++node)
+        frames.node_displacement[node] = node_position[node] - links.node_rest[node];
+    SteerReport report;
+    turn_frames(links, node_position, frames, report);
+    const Vec3* u = frames.node_displacement.data();
+    for (std::size_t v = 0; v < links.vertex_count(); ++v) {
+        const Index frame = links.vertex_frame[v];
+        if (frame == kNoIndex) {
+            out[v] = rest[v];
+            continue;
+        }
+        const Triangle& q = links.frame_nodes[frame];
+        const std::array<double, 3>& a = links.vertex_weight[v];
+        const Vec3 moved = a[0] * u[q[0]] + a[1] * u[q[1]] + a[2] * u[q[2]] +
+                           frames.turn[frame].lazyProduct(links.vertex_projection[v]);
+        out[v] = rest[v] + links.vertex_blend[v] * moved;
+    }
+    return report;
+}
+
+LinkJacobian link_jacobian(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position) noexcept {
+    LinkJacobian jacobian;
+    const Index frame = links.vertex_frame[vertex];
+    if (frame == kNoIndex) return jacobian;
+    const Triangle& nodes = links.frame_nodes[frame];
+    const LinkTriangle triangle = link_triangle(nodes, node_position);
+    Mat3 axes;
+    const bool turns = find_axes(triangle, axes);
+    const double blend = links.vertex_blend[vertex];
+    for (std::size_t i = 0; i < 3; ++i) {
+        jacobian.node[i] = nodes[i];
+        jacobian.block[i] = blend * links.vertex_weight[vertex][i] * Mat3::Identity();
+    }
+    if (!turns) return jacobian;
+    const Mat3 lever = skew(axes * links.vertex_projection[vertex]);
+    const TurnRates rates = find_turn_rates(triangle, axes);
+    for (int i = 0; i < 3; ++i) jacobian.block[i] -= blend * lever * rates.node[i]; // omega x R = -[R]x omega
+    return jacobian;
+}
+
+LinkForces spread_link_force(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position,
+                             const Vec3& force) noexcept {
+    LinkForces spread;
+    const LinkJacobian jacobian = link_jacobian(links, vertex, node_position);
+    for (int i = 0; i < 3; ++i) {
+        spread.node[i] = jacobian.node[i];
+        spread.force[i] = jacobian.block[i].transpose() * force;
+    }
+    return spread;
+}
+
+} // namespace seldinger::fem
