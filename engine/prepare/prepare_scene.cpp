@@ -13,8 +13,10 @@ namespace seldinger::engine {
 
 namespace {
 
-/// m; the response keeps this room to the wall, or a quarter of the rod's radius where that is less.
-constexpr double kLargestClearance = 1e-4;
+/// Of the rod's radius: the response keeps no more room to the wall than this, or thin instruments would not fit.
+constexpr double kLargestClearanceShare = 0.25;
+/// Of the clearance: what counts as touching stays well below it, or every rest would be a contact.
+constexpr double kLargestDistanceShare = 0.2;
 /// Links of the sphere chain per rod segment: at the node and midway to the next.
 constexpr std::size_t kLinksPerSegment = 2;
 
@@ -101,13 +103,16 @@ EffectSet make_effects(const Scene& scene) {
 
 ContactSettings make_contact(const Scene& scene) {
     ContactSettings contact;
-    contact.margin = std::max(scene.contact.distance, contact.clearance);
-    contact.solid_stiffness = scene.contact.stiffness;
-    contact.solid_damping = scene.contact.damping;
+    contact.margin = scene.contact.margin;
+    contact.rod_stiffness = scene.contact.rod_stiffness;
+    contact.wall_stiffness = scene.contact.wall_stiffness;
+    contact.solid_stiffness = scene.contact.solid_stiffness;
+    contact.assumed_depth = scene.contact.assumed_depth;
+    contact.clearance = scene.contact.clearance;
+    contact.exact_distance = scene.contact.exact_distance;
     for (const SceneInstrument& instrument : scene.instruments)
-        contact.clearance = std::min(contact.clearance, 0.25 * instrument.design.radius);
-    contact.clearance = std::min(contact.clearance, kLargestClearance);
-    contact.exact_distance = 0.1 * contact.clearance;
+        contact.clearance = std::min(contact.clearance, kLargestClearanceShare * instrument.design.radius);
+    contact.exact_distance = std::min(contact.exact_distance, kLargestDistanceShare * contact.clearance);
     return contact;
 }
 

@@ -4,7 +4,7 @@
 
 #include "base/inside.hpp"
 #include "collision/box_tree.hpp"
-#include "collision/contact_finder.hpp"
+#include "collision/contacts.hpp"
 #include "engine/step/report.hpp"
 #include "engine/step/state.hpp"
 #include "fem/integrate.hpp"
@@ -28,10 +28,11 @@ struct BodyScratch {
     fem::ContactSprings springs;                 // made by the last step's response
     std::vector<Vec3> pinned_target;
     std::vector<spheretree::Sphere> spheres;     // solid bodies, over the step
+    std::vector<Index> deepest;                  // [sphere_count] solid bodies, scratch of the response
     spheretree::LumenState lumen;                // hollow bodies
-    collision::BoxTree boxes;                    // hollow bodies
+    collision::BoxTree boxes;                    // hollow bodies, swept over the step
+    std::vector<Index> moving;                   // vertices that are not static: what a refit looks at
     InsideTest inside;                           // hollow bodies: the independent check
-    bool boxes_built = false, boxes_at_rest = false;
 };
 
 struct InstrumentScratch {
@@ -45,8 +46,7 @@ struct InstrumentScratch {
     std::vector<spheretree::Sphere> links_t0, links_t1;
     std::vector<fem::RodPlane> planes;           // of the last solve
     std::vector<WallPress> presses;              // [planes]
-    collision::BoxTree boxes;
-    bool boxes_built = false;
+    collision::BoxTree boxes;                    // of the skin, swept over the step
     ExactForecast forecast;
 };
 

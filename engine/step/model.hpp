@@ -81,7 +81,6 @@ struct ContactSettings {
     double rod_stiffness = 2.0e4;   // N/m, of the wall as the rod's solve sees it: 1 N presses 0.05 mm
     double wall_stiffness = 120.0;  // N/m, of the instrument as the tissue sees it: how fast its push fades as the wall yields
     double solid_stiffness = 60.0;  // N/m per contact between solid bodies
-    double solid_damping = 0.0;     // N s/m, on the approach
     double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
 };
 

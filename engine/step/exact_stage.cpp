@@ -1,0 +1,203 @@
+// The exact stage of an instrument: planes from the wall's own triangles, then continuous tests of the skin until none hits.
+#include "engine/step/instrument_stage.hpp"
+
+#include "collision/proximity.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// m; wall triangles this far beyond the clearance get a plane: more than the tip travels in a step of 10 ms at 35 mm/s.
+constexpr double kReach = 1.2e-3;
+/// Planes per place on the rod at most: a tube closes in from all sides with six.
+constexpr std::size_t kPlanesPerPlace = 6;
+/// Cosine above which a farther plane says nothing new.
+constexpr double kSameDirection = 0.9;
+constexpr std::size_t kNearTriangles = 64;
+
+struct NearTriangle {
+    Index triangle;
+    double distance;
+    Vec3 normal;
+    Vec3 point;
+    std::array<double, 3> bary;
+};
+
+/// The nearest triangles of one place, nearest first; a longer list than kNearTriangles drops its farthest.
+class NearList {
+public:
+    void clear() noexcept { size_ = 0; }
+    void add(const NearTriangle& entry) noexcept {
+        std::size_t at = size_;
+        while (at > 0 && before(entry, entries_[at - 1])) --at;
+        if (at >= kNearTriangles) return;
+        const std::size_t kept = std::min(size_, kNearTriangles - 1);
+        for (std::size_t i = kept; i > at; --i) entries_[i] = entries_[i - 1];
+        entries_[at] = entry;
+        size_ = kept + 1;
+    }
+    [[nodiscard]] std::span<const NearTriangle> entries() const noexcept { return {entries_.data(), size_}; }
+
+private:
+    static bool before(const NearTriangle& a, const NearTriangle& b) noexcept {
+        return a.distance < b.distance || (a.distance == b.distance && a.triangle < b.triangle);
+    }
+    std::array<NearTriangle, kNearTriangles> entries_;
+    std::size_t size_ = 0;
+};
+
+collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state,
+                                     const StepContext& context) {
+    const BodyModel& wall = model.bodies[body];
+    const std::vector<Vec3>& now = state.bodies[body].surface;
+    return {&wall.topology, wall.moves() ? context.bodies[body].surface_t0 : now, now};
+}
+
+collision::SurfaceMotion skin_motion(const SceneModel& model, std::size_t index, const State& state,
+                                     const StepContext& context) {
+    return {&model.instruments[index].topology, context.instruments[index].skin_t0, state.instruments[index].skin};
+}
+
+/// Planes of one place from the list, nearest first, those that say nothing new left out.
+void add_planes(const NearList& list, Index node, double weight, double room, InstrumentScratch& scratch) {
+    const std::size_t first = scratch.planes.size();
+    for (const NearTriangle& near : list.entries()) {
+        bool known = false;
+        for (std::size_t k = first; k < scratch.planes.size() && !known; ++k)
+            known = scratch.planes[k].normal.dot(near.normal) > kSameDirection;
+        if (known) continue;
+        scratch.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0});
+        scratch.presses.push_back({near.triangle, near.bary});
+        if (scratch.planes.size() - first == kPlanesPerPlace) return;
+    }
+}
+
+/// Half-spaces around the rod where it stood at the start of the step (inside the lumen: the last step proved it), from the
+/// wall where it stands at the end.
+void plane_from_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentScratch& scratch = context.instruments[index];
+    const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
+    const collision::BoxTree& tree = context.bodies[instrument.lumen].boxes;
+    const double room = instrument.rod.design.radius + model.contact.clearance;
+    const Index nodes = static_cast<Index>(instrument.rod.node_count());
+    const Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
+    scratch.planes.clear();
+    scratch.presses.clear();
+    NearList list;
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
+        for (const double weight : {0.5, 1.0}) {
+            const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
+            list.clear();
+            collision::for_each_close_triangle(tree, wall, p, room + kReach, [&](Index id, const PointOnTriangle& on) {
+                const double distance = std::sqrt(on.distance_sq);
+                if (distance > 0.0) list.add({id, distance, (p - on.point) / distance, on.point, on.bary});
+            });
+            add_planes(list, node, weight, room, scratch);
+        }
+}
+
+/// Place on the rod of a skin vertex, and of a point between two of them.
+double rod_place(const InstrumentModel& instrument, const Index* vertices, const double* weights, int count) {
+    double place = 0.0;
+    for (int k = 0; k < count; ++k)
+        place += weights[k] * static_cast<double>(instrument.skin.vertex_node[vertices[k]]);
+    return place;
+}
+
+/// A triangle of the wall that holds a vertex, all weight on that vertex.
+WallPress press_at_vertex(const collision::SurfaceTopology& wall, Index vertex) {
+    WallPress press{wall.vertex_owner[vertex], {0.0, 0.0, 0.0}};
+    for (std::size_t corner = 0; corner < 3; ++corner)
+        if (wall.triangles[press.triangle][corner] == vertex) press.bary[corner] = 1.0;
+    return press;
+}
+
+/// A contact that the planes did not prevent becomes one more plane, exactly where it happened.
+void add_contact_plane(const SceneModel& model, std::size_t index, const Contact& contact, const State& state,
+                       InstrumentScratch& scratch) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const bool skin_is_a = contact.body_a == model.bodies.size() + index;
+    const std::vector<Vec3>& wall = state.bodies[instrument.lumen].surface;
+    const int count_a = contact.origin == ContactOrigin::ExactVF ? 1 : 2;
+    const int count_b = contact.origin == ContactOrigin::ExactVF ? 3 : 2;
+    const Index* skin_features = skin_is_a ? contact.feature_a : contact.feature_b;
+    const Index* wall_features = skin_is_a ? contact.feature_b : contact.feature_a;
+    const double* skin_weights = skin_is_a ? contact.bary_a : contact.bary_b;
+    const double* wall_weights = skin_is_a ? contact.bary_b : contact.bary_a;
+    const double place = rod_place(instrument, skin_features, skin_weights, skin_is_a ? count_a : count_b);
+    Vec3 wall_point = Vec3::Zero();
+    for (int k = 0; k < (skin_is_a ? count_b : count_a); ++k) wall_point += wall_weights[k] * wall[wall_features[k]];
+    const Index last_segment = static_cast<Index>(instrument.rod.node_count() - 2);
+    const Index node = std::min(static_cast<Index>(std::max(place, 0.0)), last_segment);
+    const double weight = std::clamp(place - static_cast<double>(node), 0.0, 1.0);
+    // Away from the wall, and across the rod: from the wall's point to the rod's axis at the time of contact.
+    const auto& rod = scratch.rod_t0.position;
+    const Vec3 axis_point = (1.0 - weight) * rod[node] + weight * rod[node + 1];
+    Vec3 normal = axis_point - wall_point;
+    const double length = std::sqrt(normal.squaredNorm());
+    normal = length > 0.0 ? Vec3(normal / length) : Vec3(skin_is_a ? contact.normal : Vec3(-contact.normal));
+    const double room = instrument.rod.design.radius + 1.5 * model.contact.clearance;
+    scratch.planes.push_back({node, weight, normal, normal.dot(wall_point) + room, 0.0});
+    scratch.presses.push_back(press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]));
+}
+
+} // namespace
+
+void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
+    BodyScratch& scratch = context.bodies[body];
+    const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
+    if (scratch.boxes.empty()) {
+        scratch.boxes.build(*motion.topology, motion.t0);
+        scratch.boxes.refit(motion);
+    } else if (model.bodies[body].moves()) {
+        scratch.boxes.refit(motion);
+    }
+}
+
+collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context,
+                                WorkBudget& budget) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentScratch& scratch = context.instruments[index];
+    const collision::SurfaceMotion skin = skin_motion(model, index, state, context);
+    const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
+    if (scratch.boxes.empty()) scratch.boxes.build(*skin.topology, skin.t0);
+    scratch.boxes.refit(skin);
+    collision::ExactOptions options;
+    options.body_a = static_cast<BodyId>(model.bodies.size() + index);
+    options.body_b = static_cast<BodyId>(instrument.lumen);
+    options.limits.distance = model.contact.exact_distance;
+    options.limits.tolerance = 0.1 * model.contact.exact_distance;
+    return context.finder.find(skin, scratch.boxes, wall, context.bodies[instrument.lumen].boxes, options, budget,
+                               context.exact);
+}
+
+ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, State& state, StepContext& context,
+                                 WorkBudget& budget) {
+    InstrumentScratch& scratch = context.instruments[index];
+    const std::size_t known = context.exact.size();
+    plane_from_wall(model, index, state, context);
+    ExactOutcome outcome;
+    scratch.forecast.candidates = 0;
+    for (unsigned round = 0;; ++round) {
+        solve_instrument(model, index, state, context);
+        context.exact.resize(known);
+        const collision::ExactStats stats = test_skin(model, index, state, context, budget);
+        const std::uint64_t candidates = stats.candidates_vf + stats.candidates_ee;
+        scratch.forecast.candidates += candidates + stats.cluster_pairs;
+        context.report.candidates += candidates;
+        outcome.finished = stats.finished;
+        outcome.safe_fraction = stats.safe_fraction;
+        if (!stats.finished) return outcome;
+        context.report.unresolved = stats.unresolved;
+        if (context.exact.size() == known || round == kMaxCorrections) return outcome;
+        for (std::size_t k = known; k < context.exact.size(); ++k)
+            add_contact_plane(model, index, context.exact[k], state, scratch);
+        ++context.report.corrections;
+    }
+}
+
+} // namespace seldinger::engine

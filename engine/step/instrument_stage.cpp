@@ -1,0 +1,175 @@
+#include "engine/step/instrument_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// s; sub-steps of the rod's implicit solve are no longer than this, so that its lagged frames stay close.
+constexpr double kRodSubstep = 5e-3;
+
+TipView view_tip(const InstrumentModel& model, const InstrumentState& state, InstrumentScratch& scratch) {
+    const std::size_t last = model.rod.node_count() - 1;
+    const auto shaped = static_cast<std::size_t>(model.rod.design.tip_length / model.rod.segment);
+    const std::size_t root = last > shaped + 1 ? last - shaped - 1 : 1;
+    fem::carry_material_axis(model.rod, state.rod, model.port, scratch.axis);
+    const Vec3 chord = state.rod.position[root] - state.rod.position[root - 1];
+    const double length = std::sqrt(chord.squaredNorm());
+    return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, scratch.axis[root]};
+}
+
+/// Link k counted from the tip: even ones at nodes, odd ones midway to the next node behind.
+struct LinkPlace {
+    Index node;    // segment [node, node + 1]
+    double weight; // of node + 1
+};
+LinkPlace place_of_link(const fem::RodModel& rod, Index link) {
+    const Index last = static_cast<Index>(rod.node_count() - 1);
+    const Index behind = link / 2; // segments between the link and the tip
+    if (link % 2 == 1) return {last - behind - 1, 0.5};
+    return behind == 0 ? LinkPlace{last - 1, 1.0} : LinkPlace{last - behind, 0.0};
+}
+
+Index count_links(const fem::RodModel& rod, double insertion) {
+    const Index nodes = static_cast<Index>(rod.node_count());
+    const Index inserted = nodes - fem::first_inserted_node(rod, insertion);
+    return inserted == 0 ? 0 : 2 * inserted - 1;
+}
+
+Vec3 point_at(const fem::RodState& rod, const LinkPlace& place) {
+    return (1.0 - place.weight) * rod.position[place.node] + place.weight * rod.position[place.node + 1];
+}
+
+} // namespace
+
+void move_hands(const SceneModel& model, State& state, StepContext& context) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const InstrumentModel& instrument = model.instruments[i];
+        InstrumentState& now = state.instruments[i];
+        InstrumentScratch& scratch = context.instruments[i];
+        const DriveCommand from{now.rod.insertion, now.rod.rotation};
+        DriveCommand wanted = from;
+        if (instrument.route)
+            wanted = follow_route(*instrument.route, instrument.follow, instrument.limits,
+                                  view_tip(instrument, now, scratch), from, model.step_s, now.follow);
+        else if (!instrument.path.empty())
+            wanted = evaluate_path(instrument.path, state.time + model.step_s);
+        wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
+        scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
+    }
+}
+
+void solve_instrument(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentState& now = state.instruments[index];
+    InstrumentScratch& scratch = context.instruments[index];
+    now.rod = scratch.rod_t0; // same sizes: copies, never allocates
+    fem::RodDrive drive;
+    drive.port = instrument.port;
+    drive.insertion = scratch.command.insertion;
+    drive.rotation = scratch.command.rotation;
+    if (model.effects.gravity) drive.gravity = *model.effects.gravity;
+    drive.contact_stiffness = model.contact.rod_stiffness;
+    drive.friction = instrument.friction;
+    const auto substeps = static_cast<unsigned>(std::ceil(model.step_s / kRodSubstep - 1e-9));
+    scratch.rod_report = fem::solve_rod(instrument.rod, now.rod, model.step_s, std::max(1u, substeps), drive,
+                                        scratch.planes, scratch.rod);
+    fem::place_rod_skin(instrument.rod, instrument.skin, now.rod, instrument.port, scratch.axis, now.skin);
+}
+
+void add_to_descent(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentScratch& scratch = context.instruments[index];
+    const BodyModel& wall = model.bodies[instrument.lumen];
+    BodyScratch& wall_scratch = context.bodies[instrument.lumen];
+    const fem::RodModel& rod = instrument.rod;
+    // Spheres half a segment apart hold the tube between them when their radius reaches its edge midway.
+    const double half = 0.25 * rod.segment;
+    const double radius = std::sqrt(rod.design.radius * rod.design.radius + half * half);
+    const Index links = count_links(rod, std::min(scratch.rod_t0.insertion, state.instruments[index].rod.insertion));
+    scratch.links_t0.clear();
+    scratch.links_t1.clear();
+    for (Index link = 0; link < links; ++link) {
+        const LinkPlace place = place_of_link(rod, link);
+        scratch.links_t0.push_back({point_at(scratch.rod_t0, place), radius});
+        scratch.links_t1.push_back({point_at(state.instruments[index].rod, place), radius});
+    }
+    spheretree::update_chain(instrument.chain, scratch.links_t0, scratch.links_t1, scratch.chain);
+    if (wall.moves())
+        wall_scratch.lumen.update(*wall.lumen, wall_scratch.surface_t0, state.bodies[instrument.lumen].surface);
+    else
+        wall_scratch.lumen.update(*wall.lumen, {}, {});
+    context.descent.add_hollow_pair(
+        {static_cast<BodyId>(model.bodies.size() + index), &instrument.chain, &scratch.chain},
+        {static_cast<BodyId>(instrument.lumen), &*wall.lumen, &wall_scratch.lumen});
+}
+
+void plane_from_spheres(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentScratch& scratch = context.instruments[index];
+    const BodyModel& wall = model.bodies[instrument.lumen];
+    const auto body = static_cast<BodyId>(model.bodies.size() + index);
+    const std::span<const Vec3> surface = state.bodies[instrument.lumen].surface;
+    scratch.planes.clear();
+    scratch.presses.clear();
+    for (const Contact& contact : context.coarse) {
+        if (contact.body_a != body || contact.feature_b[0] == kNoIndex) continue;
+        if (!instrument.chain.tree.is_leaf(contact.feature_a[0])) continue; // an open group has no place on the rod
+        const Index link = instrument.chain.link_of_leaf(contact.feature_a[0]);
+        const LinkPlace place = place_of_link(instrument.rod, link);
+        const Vec3 centre = scratch.links_t1[link].centre;
+        scratch.planes.push_back({place.node, place.weight, contact.normal,
+                                  contact.normal.dot(centre) - contact.gap + model.contact.clearance, 0.0});
+        const auto ball = wall.lumen->ball_of_leaf(contact.feature_b[0]);
+        const auto at = spheretree::find_wall_point(*wall.lumen, wall.moves() ? surface : std::span<const Vec3>{}, ball,
+                                                    centre);
+        scratch.presses.push_back({at.triangle, at.bary});
+    }
+}
+
+void push_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const InstrumentScratch& scratch = context.instruments[index];
+    const BodyModel& wall = model.bodies[instrument.lumen];
+    for (std::size_t k = 0; k < scratch.planes.size(); ++k) {
+        const fem::RodPlane& plane = scratch.planes[k];
+        if (!(plane.force > 0.0)) continue;
+        context.report.contact_force_n += plane.force;
+        context.report.max_contact_force_n = std::max(context.report.max_contact_force_n, plane.force);
+        if (wall.carrier == SIZE_MAX || scratch.presses[k].triangle == kNoIndex) continue;
+        fem::ContactSprings& springs = context.bodies[wall.carrier].springs;
+        const std::vector<Vec3>& nodes = state.bodies[wall.carrier].tissue.position;
+        fem::ContactSpring spring;
+        spring.first_entry = static_cast<Index>(springs.entries.size());
+        spring.stiffness = model.contact.wall_stiffness;
+        // Pressed now with the plane's force; as the wall gives way the push fades.
+        spring.offset = -plane.force / spring.stiffness;
+        for (int corner = 0; corner < 3; ++corner) {
+            const Index vertex = wall.surface.triangles[scratch.presses[k].triangle][std::size_t(corner)];
+            const fem::LinkForces pull = fem::spread_link_force(
+                *wall.links, vertex, nodes, -scratch.presses[k].bary[std::size_t(corner)] * plane.normal);
+            for (int n = 0; n < 3; ++n) {
+                if (pull.node[n] == kNoIndex) continue;
+                springs.entries.push_back({pull.node[n], pull.force[n]});
+                spring.offset -= pull.force[n].dot(nodes[pull.node[n]]);
+            }
+        }
+        spring.entry_count = static_cast<std::uint16_t>(springs.entries.size() - spring.first_entry);
+        if (spring.entry_count > 0) springs.springs.push_back(spring);
+    }
+}
+
+std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const InstrumentState& now = state.instruments[index];
+    InsideTest& inside = context.bodies[instrument.lumen].inside;
+    const Index first = fem::first_inserted_node(instrument.rod, now.rod.insertion);
+    std::uint32_t exits = 0;
+    for (std::size_t v = 0; v < now.skin.size(); ++v)
+        if (instrument.skin.vertex_node[v] >= first && !inside.inside(now.skin[v])) ++exits;
+    return exits;
+}
+
+} // namespace seldinger::engine

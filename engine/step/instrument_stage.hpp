@@ -1,0 +1,48 @@
+// Stages 1 and 5 to 7 for instruments: the hands move, the rod is solved, and its contact with the lumen's wall is found,
+// answered and proven.
+#pragma once
+
+#include "engine/step/context.hpp"
+
+namespace seldinger::engine {
+
+/// Decides insertion and rotation at the end of the step.
+void move_hands(const SceneModel& model, State& state, StepContext& context);
+
+/// Solves the rod from the start of the step to its end against the planes in its scratch, and places the skin.
+void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
+
+/// Moves the sphere chain to the candidate motion and adds the hollow pair to the descent.
+void add_to_descent(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+
+/// Planes from what the descent found: contacts of links with the free balls, in the order they were found.
+void plane_from_spheres(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+
+/// What the exact stage of one instrument came to.
+struct ExactOutcome {
+    bool finished = false;      // false: the budget ended first, nothing of it may be used
+    double safe_fraction = 1.0; // < 1: contacts remain; the motion is free of touching up to this share
+};
+
+/// Planes from the wall's triangles near the rod, the solve, and continuous tests of the skin; contacts that are left
+/// become planes and the rod is solved again, up to kMaxCorrections times.
+ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, StepContext& context,
+                                 WorkBudget& budget);
+
+/// Continuous tests of the skin's motion as it is. Appends to context.exact.
+collision::ExactStats test_skin(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
+                                WorkBudget& budget);
+
+/// Wall boxes of the step that moves the lumen from surface_t0 to its current place.
+void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context);
+
+/// Normal forces of the planes become springs on the coarse nodes that carry the wall.
+void push_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+
+/// Instrument vertices outside the lumen, counted by an inside test that shares nothing with the contact stages.
+[[nodiscard]] std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t instrument, const State& state,
+                                              StepContext& context);
+
+inline constexpr unsigned kMaxCorrections = 3;
+
+} // namespace seldinger::engine

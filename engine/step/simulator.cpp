@@ -1,0 +1,240 @@
+// The step, in the order of the papers: hands, tissue, steering, coarse descent, exact contacts, response.
+#include "engine/step/simulator.hpp"
+
+#include "engine/step/instrument_stage.hpp"
+#include "engine/step/solid_stage.hpp"
+#include "engine/step/tissue_stage.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// Shares of the remaining motion that are tried before everything stays where it was.
+constexpr double kHoldShares[] = {0.9, 0.5};
+
+} // namespace
+
+StepContext make_step_context(const SceneModel& model, const State& state) {
+    StepContext context;
+    context.bodies.resize(model.bodies.size());
+    context.instruments.resize(model.instruments.size());
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (model.bodies[i].hollow) context.bodies[i].inside = InsideTest(model.bodies[i].surface);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        context.instruments[i].axis.resize(model.instruments[i].rod.node_count());
+        context.instruments[i].rod_t0 = state.instruments[i].rod;
+    }
+    return context;
+}
+
+Simulator::Simulator(const SceneModel& model) : Simulator(model, own_clock_) {}
+
+Simulator::Simulator(const SceneModel& model, const Clock& clock)
+    : model_(model), budget_(clock, model.budget), state_(make_initial_state(model)),
+      context_(make_step_context(model, state_)) {}
+
+const StepReport& Simulator::step() {
+    if (stopped_) return context_.report;
+    StepReport& report = context_.report;
+    report = StepReport{};
+    report.step = state_.step + 1;
+    report.time_s = static_cast<double>(report.step) * model_.step_s;
+    budget_.begin();
+    if (!model_.budget_covers_step) budget_.pause();
+    StopWatch total, lap;
+
+    keep_start(model_, state_, context_);
+    move_hands(model_, state_, context_);
+    report.ms.script = lap.lap_ms();
+    integrate_bodies(model_, state_, context_);
+    report.ms.fem = lap.lap_ms();
+    if (report.finite) {
+        steer_surfaces(model_, state_, context_);
+        report.ms.steer = lap.lap_ms();
+        for (std::size_t i = 0; i < model_.instruments.size(); ++i) solve_instrument(model_, i, state_, context_);
+        report.ms.fem += lap.lap_ms();
+        budget_.resume();
+        descend();
+        report.ms.descend = lap.lap_ms();
+        find_exact();
+        report.ms.exact = lap.lap_ms();
+        if (!model_.budget_covers_step) budget_.pause();
+        respond();
+        report.ms.respond = lap.lap_ms();
+    }
+    report.ms.total = total.lap_ms();
+    report.ms.budget = 1e3 * budget_.elapsed_s();
+    report.budget_kept = !budget_.overrun();
+    report.work_units = budget_.units_spent();
+    if (report.finite) {
+        ++state_.step;
+        state_.time = report.time_s;
+        observe();
+        report.ms.observe = lap.lap_ms();
+    }
+    finish_report();
+    return report;
+}
+
+void Simulator::descend() {
+    context_.coarse.clear();
+    if (!model_.effects.coarse_contact) return;
+    context_.descent.begin(model_.contact.margin);
+    add_solid_pairs(model_, state_, context_);
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, state_, context_);
+    for (bool finished = false; !finished;) {
+        WorkBudget grant = budget_.grant_descent();
+        if (grant.left() == 0) break;
+        finished = context_.descent.run(grant);
+        budget_.settle_descent(grant);
+        if (grant.spent() == 0) break; // nothing could be afforded
+    }
+    context_.descent.add_contacts(context_.coarse);
+    const spheretree::DescentStats& stats = context_.descent.stats();
+    StepReport& report = context_.report;
+    report.pairs_tested = stats.pairs_tested;
+    report.pairs_open = stats.pairs_open;
+    report.leaf_contacts = stats.leaf_contacts;
+    report.level_reached = stats.level_reached;
+    for (const Contact& contact : context_.coarse) report.assumed += contact.origin == ContactOrigin::AssumedSpheres;
+}
+
+void Simulator::find_exact() {
+    context_.exact.clear();
+    if (!model_.effects.exact_contact) return;
+    StepReport& report = context_.report;
+    report.exact_ran = any_instrument();
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
+        InstrumentScratch& scratch = context_.instruments[i];
+        const std::size_t wall = model_.instruments[i].lumen;
+        scratch.forecast.triangles = model_.instruments[i].topology.triangles.size();
+        if (model_.bodies[wall].moves()) scratch.forecast.triangles += model_.bodies[wall].surface.triangles.size();
+        ExactForecast forecast = scratch.forecast;
+        WorkBudget grant(0);
+        if (budget_.exact_fits(forecast)) {
+            grant = budget_.grant_exact(forecast);
+            refit_wall(model_, wall, state_, context_);
+            const ExactOutcome outcome = find_exact_contacts(model_, i, state_, context_, grant);
+            budget_.settle_exact(forecast, grant);
+            if (outcome.finished) {
+                report.safe_fraction = std::min(report.safe_fraction, outcome.safe_fraction);
+                continue;
+            }
+            report.exact_abandoned = true;
+        }
+        report.exact_ran = false;
+        context_.exact.clear();
+    }
+    report.exact_contacts = context_.exact.size();
+}
+
+void Simulator::respond() {
+    StepReport& report = context_.report;
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
+        if (report.exact_ran) continue;
+        plane_from_spheres(model_, i, state_, context_);
+        solve_instrument(model_, i, state_, context_);
+    }
+    if (!report.exact_ran && model_.effects.coarse_contact)
+        for (std::size_t i = 0; i < model_.instruments.size(); ++i)
+            for (const spheretree::LinkStatus status : context_.descent.link_status(i))
+                report.unproven_links += status != spheretree::LinkStatus::Free;
+    if (report.exact_ran && report.safe_fraction < 1.0) hold_back(report.safe_fraction);
+    for (BodyScratch& body : context_.bodies) body.springs.clear();
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) push_wall(model_, i, state_, context_);
+    push_solids(model_, state_, context_);
+}
+
+/// Contacts were left after all corrections: everything moves only as far as that is proven free.
+void Simulator::hold_back(double fraction) {
+    for (const double share : kHoldShares) {
+        scale_motion(share * fraction);
+        bool free = true;
+        for (std::size_t i = 0; i < model_.instruments.size() && free; ++i) {
+            WorkBudget budget; // safety is not negotiable: unlimited
+            refit_wall(model_, model_.instruments[i].lumen, state_, context_);
+            context_.exact.clear();
+            const collision::ExactStats stats = test_skin(model_, i, state_, context_, budget);
+            free = stats.hits_vf + stats.hits_ee == 0;
+        }
+        context_.report.safe_fraction = share * fraction;
+        if (free) return;
+    }
+    scale_motion(0.0);
+    context_.report.safe_fraction = 0.0;
+}
+
+/// Bodies and rods go `fraction` of the way from the start of the step to where they are now.
+void Simulator::scale_motion(double fraction) {
+    const auto scale = [fraction](const std::vector<Vec3>& from, std::vector<Vec3>& to) {
+        for (std::size_t k = 0; k < to.size(); ++k) to[k] = from[k] + fraction * (to[k] - from[k]);
+    };
+    for (std::size_t i = 0; i < model_.bodies.size(); ++i) {
+        if (!model_.bodies[i].tissue) continue;
+        scale(context_.bodies[i].tissue_t0.position, state_.bodies[i].tissue.position);
+        for (Vec3& v : state_.bodies[i].tissue.velocity) v *= fraction;
+    }
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
+        const InstrumentModel& instrument = model_.instruments[i];
+        InstrumentScratch& scratch = context_.instruments[i];
+        fem::RodState& rod = state_.instruments[i].rod;
+        scale(scratch.rod_t0.position, rod.position);
+        for (Vec3& v : rod.velocity) v *= fraction;
+        rod.insertion = scratch.rod_t0.insertion + fraction * (rod.insertion - scratch.rod_t0.insertion);
+        rod.rotation = scratch.rod_t0.rotation + fraction * (rod.rotation - scratch.rod_t0.rotation);
+        fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis,
+                            state_.instruments[i].skin);
+    }
+    steer_surfaces(model_, state_, context_);
+}
+
+void Simulator::observe() {
+    StepReport& report = context_.report;
+    for (std::size_t i = 0; i < model_.bodies.size(); ++i)
+        if (model_.bodies[i].hollow && model_.bodies[i].moves())
+            context_.bodies[i].inside.refit(state_.bodies[i].surface);
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
+        report.lumen_exits += count_lumen_exits(model_, i, state_, context_);
+        const fem::RodReport& rod = context_.instruments[i].rod_report;
+        report.kinetic_j += rod.kinetic_j;
+        report.elastic_j += rod.bend_j + rod.stretch_j;
+        if (rod.first_bad_node != kNoIndex) {
+            report.finite = false;
+            report.failure = fmt::format("{}: node {} is not finite", model_.instruments[i].name, rod.first_bad_node);
+        }
+    }
+}
+
+void Simulator::finish_report() {
+    StepReport& report = context_.report;
+    if (any_instrument()) {
+        const InstrumentState& first = state_.instruments.front();
+        report.tip = first.rod.position.back();
+        report.insertion_m = first.rod.insertion;
+        report.rotation_rad = first.rod.rotation;
+        if (const auto& route = model_.instruments.front().route)
+            report.target_distance_m = std::sqrt((route->points.back() - report.tip).squaredNorm());
+    }
+    if (report.finite) return;
+    stopped_ = true;
+    for (std::size_t i = 0; i < model_.bodies.size(); ++i) // the last good state
+        if (model_.bodies[i].moves()) {
+            state_.bodies[i].tissue = context_.bodies[i].tissue_t0;
+            state_.bodies[i].surface = context_.bodies[i].surface_t0;
+        }
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
+        state_.instruments[i].rod = context_.instruments[i].rod_t0;
+        state_.instruments[i].skin = context_.instruments[i].skin_t0;
+    }
+}
+
+std::span<const Contact> Simulator::contacts() const noexcept {
+    return context_.report.exact_ran ? context_.exact : context_.coarse;
+}
+
+} // namespace seldinger::engine
