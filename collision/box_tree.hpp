@@ -42,7 +42,7 @@ public:
     /// cost   O(n), no allocation
     void refit(const SurfaceMotion& motion);
     /// The same when only these vertices move: all others must stand where the last refit's step ended.
-    /// cost   O(moved + ancestors), no allocation
+    /// cost   O(moved + ancestors) and one byte read per node, no allocation
     void refit_moved(const SurfaceMotion& motion, std::span<const Index> moved);
 
     [[nodiscard]] bool empty() const noexcept { return nodes_.empty(); }
@@ -63,7 +63,7 @@ private:
     void split(Index node, std::span<Index> order, std::span<const Vec3> centres);
     void add_cluster(Index node, std::span<const Index> triangles);
     void gather_features();
-    [[nodiscard]] Box3 cluster_box(const Cluster& cluster, const SurfaceMotion& motion) const;
+    void refit_node(Node& node, const SurfaceMotion& motion) const;
     void make_feature_boxes(Index cluster, const SurfaceMotion& motion);
 
     const SurfaceTopology* topology_ = nullptr;

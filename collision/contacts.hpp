@@ -50,18 +50,21 @@ private:
         BoxTree& tree;
         BodyId body;
     };
-    struct NodePair {
+    struct NodePair { // of tree nodes, or of feature ids
         Index a, b;
     };
     struct Search;
 
     void traverse(Search& search);
-    bool test_clusters(Search& search, Index cluster_a, Index cluster_b);
-    void test_vertex_face(Search& search, const Side& vertex_side, const Side& face_side);
+    bool test_clusters(Search& search, Index cluster_a, Index cluster_b); // false: budget ran out
+    void find_vertex_face(Search& search, const Side& vertex_side, Index vertex_cluster, const Side& face_side, Index face_cluster,
+                          std::vector<NodePair>& pairs);
+    void find_edge_edge(Search& search, Index cluster_a, Index cluster_b);
+    void test_vertex_face(Search& search, const Side& vertex_side, const Side& face_side, std::span<const NodePair> pairs);
     void test_edge_edge(Search& search);
 
     std::vector<NodePair> stack_;
-    std::vector<NodePair> vertex_face_, face_vertex_, edge_edge_; // candidates of one cluster pair: feature ids
+    std::vector<NodePair> vertex_face_, face_vertex_, edge_edge_; // candidates of one cluster pair
     std::vector<Index> near_a_, near_b_;
     std::vector<double> safe_times_;
 };

@@ -1,0 +1,209 @@
+#include "collision/contacts.hpp"
+
+#include <algorithm>
+
+namespace seldinger::collision {
+namespace {
+
+/// Rounding is monotone: where the true gap is at most the distance, so is the rounded one. No box needs inflating, none is missed.
+bool are_near(const Box3& a, const Box3& b, double distance) noexcept {
+    for (int axis = 0; axis < 3; ++axis)
+        if (b.lo[axis] - a.hi[axis] > distance || a.lo[axis] - b.hi[axis] > distance) return false;
+    return true;
+}
+
+bool holds(const Triangle& t, Index vertex) noexcept { return t[0] == vertex || t[1] == vertex || t[2] == vertex; }
+bool share_vertex(const Edge& a, const Edge& b) noexcept { return a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]; }
+
+SweptPoint swept(const SurfaceMotion& motion, Index vertex) noexcept { return {motion.t0[vertex], motion.t1[vertex]}; }
+std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, const Edge& e) noexcept {
+    return {swept(motion, e[0]), swept(motion, e[1])};
+}
+std::array<SweptPoint, 3> swept(const SurfaceMotion& motion, const Triangle& t) noexcept {
+    return {swept(motion, t[0]), swept(motion, t[1]), swept(motion, t[2])};
+}
+Vec3 at(const SweptPoint& p, double t) noexcept { return (1.0 - t) * p.t0 + t * p.t1; }
+
+double volume_sum(const Box3& box) noexcept { return box.extent().sum(); }
+
+void find_near(std::span<const Box3> boxes, const Box3& other, double distance, std::vector<Index>& near) {
+    near.clear();
+    for (Index k = 0; k < boxes.size(); ++k)
+        if (are_near(boxes[k], other, distance)) near.push_back(k);
+}
+
+} // namespace
+
+struct ContactFinder::Search {
+    Side a, b;
+    const ExactOptions& options;
+    WorkBudget& budget;
+    std::vector<Contact>& out;
+    bool self;
+    ExactStats stats = {};
+
+    void count(const Sweep& sweep, std::vector<double>& safe_times) {
+        if (sweep.outcome == SweepOutcome::Unresolved) ++stats.unresolved;
+        stats.safe_fraction = std::min(stats.safe_fraction, sweep.safe_time);
+        safe_times.push_back(sweep.safe_time);
+    }
+};
+
+ExactStats ContactFinder::find(const SurfaceMotion& a, BoxTree& tree_a, const SurfaceMotion& b, BoxTree& tree_b,
+                               const ExactOptions& options, WorkBudget& budget, std::vector<Contact>& out) {
+    Search search{{a, tree_a, options.body_a}, {b, tree_b, options.body_b}, options, budget, out, false};
+    traverse(search);
+    return search.stats;
+}
+
+ExactStats ContactFinder::find_self(const SurfaceMotion& a, BoxTree& tree_a, const ExactOptions& options, WorkBudget& budget,
+                                    std::vector<Contact>& out) {
+    Search search{{a, tree_a, options.body_a}, {a, tree_a, options.body_a}, options, budget, out, true};
+    traverse(search);
+    return search.stats;
+}
+
+void ContactFinder::traverse(Search& search) {
+    safe_times_.clear();
+    stack_.clear();
+    if (search.a.tree.empty() || search.b.tree.empty()) return;
+    const auto nodes_a = search.a.tree.nodes(), nodes_b = search.b.tree.nodes();
+    stack_.push_back({0, 0});
+    while (!stack_.empty()) {
+        const NodePair pair = stack_.back();
+        stack_.pop_back();
+        const BoxTree::Node &a = nodes_a[pair.a], &b = nodes_b[pair.b];
+        ++search.stats.box_pairs;
+        if (!are_near(a.box, b.box, search.options.limits.distance)) continue;
+        const bool a_is_leaf = a.left == kNoIndex, b_is_leaf = b.left == kNoIndex;
+        if (a_is_leaf && b_is_leaf) {
+            if (test_clusters(search, a.cluster, b.cluster)) continue;
+            search.stats.finished = false;
+            search.stats.safe_fraction = 0.0;
+            return;
+        }
+        if (search.self && pair.a == pair.b) {
+            stack_.push_back({a.left + 1, a.left + 1});
+            stack_.push_back({a.left, a.left + 1});
+            stack_.push_back({a.left, a.left});
+        } else if (b_is_leaf || (!a_is_leaf && volume_sum(a.box) >= volume_sum(b.box))) {
+            stack_.push_back({a.left + 1, pair.b});
+            stack_.push_back({a.left, pair.b});
+        } else {
+            stack_.push_back({pair.a, b.left + 1});
+            stack_.push_back({pair.a, b.left});
+        }
+    }
+}
+
+void ContactFinder::find_vertex_face(Search& search, const Side& vertex_side, Index vertex_cluster, const Side& face_side,
+                                     Index face_cluster, std::vector<NodePair>& pairs) {
+    const double distance = search.options.limits.distance;
+    const auto& vertices = vertex_side.tree.clusters()[vertex_cluster];
+    const auto& faces = face_side.tree.clusters()[face_cluster];
+    const auto vertex_boxes = vertex_side.tree.feature_boxes(vertex_cluster, vertex_side.motion).vertices;
+    const auto face_boxes = face_side.tree.feature_boxes(face_cluster, face_side.motion).triangles;
+    find_near(vertex_boxes, face_side.tree.nodes()[faces.node].box, distance, near_a_);
+    if (near_a_.empty()) return;
+    find_near(face_boxes, vertex_side.tree.nodes()[vertices.node].box, distance, near_b_);
+    for (const Index k : near_b_)
+        for (const Index i : near_a_) {
+            if (!are_near(vertex_boxes[i], face_boxes[k], distance)) continue;
+            const Index vertex = vertex_side.tree.vertex_ids()[vertices.vertices.begin + i];
+            const Index face = face_side.tree.triangle_ids()[faces.triangles.begin + k];
+            if (!search.self || !holds(face_side.tree.topology().triangles[face], vertex)) pairs.push_back({vertex, face});
+        }
+}
+
+void ContactFinder::find_edge_edge(Search& search, Index cluster_a, Index cluster_b) {
+    const double distance = search.options.limits.distance;
+    const auto& a = search.a.tree.clusters()[cluster_a];
+    const auto& b = search.b.tree.clusters()[cluster_b];
+    const auto boxes_a = search.a.tree.feature_boxes(cluster_a, search.a.motion).edges;
+    const auto boxes_b = search.b.tree.feature_boxes(cluster_b, search.b.motion).edges;
+    find_near(boxes_a, search.b.tree.nodes()[b.node].box, distance, near_a_);
+    if (near_a_.empty()) return;
+    find_near(boxes_b, search.a.tree.nodes()[a.node].box, distance, near_b_);
+    const bool same_cluster = search.self && cluster_a == cluster_b;
+    for (const Index i : near_a_)
+        for (const Index k : near_b_) {
+            if ((same_cluster && k <= i) || !are_near(boxes_a[i], boxes_b[k], distance)) continue;
+            const Index edge_a = search.a.tree.edge_ids()[a.edges.begin + i];
+            const Index edge_b = search.b.tree.edge_ids()[b.edges.begin + k];
+            if (search.self && share_vertex(search.a.tree.topology().edges[edge_a], search.b.tree.topology().edges[edge_b])) continue;
+            edge_edge_.push_back({edge_a, edge_b});
+        }
+}
+
+bool ContactFinder::test_clusters(Search& search, Index cluster_a, Index cluster_b) {
+    vertex_face_.clear();
+    face_vertex_.clear();
+    edge_edge_.clear();
+    find_vertex_face(search, search.a, cluster_a, search.b, cluster_b, vertex_face_);
+    if (!search.self || cluster_a != cluster_b) find_vertex_face(search, search.b, cluster_b, search.a, cluster_a, face_vertex_);
+    find_edge_edge(search, cluster_a, cluster_b);
+    if (!search.budget.spend(1 + vertex_face_.size() + face_vertex_.size() + edge_edge_.size())) return false;
+    ++search.stats.cluster_pairs;
+    test_vertex_face(search, search.a, search.b, vertex_face_);
+    test_vertex_face(search, search.b, search.a, face_vertex_);
+    test_edge_edge(search);
+    return true;
+}
+
+void ContactFinder::test_vertex_face(Search& search, const Side& vertex_side, const Side& face_side, std::span<const NodePair> pairs) {
+    search.stats.candidates_vf += pairs.size();
+    for (const auto& [vertex, face] : pairs) {
+        const Triangle& t = face_side.tree.topology().triangles[face];
+        const SweptPoint point = swept(vertex_side.motion, vertex);
+        const auto corners = swept(face_side.motion, t);
+        const Sweep sweep = sweep_vertex_face(point, corners, search.options.limits);
+        if (!sweep.hit()) continue;
+        Contact contact{.body_a = vertex_side.body, .body_b = face_side.body, .origin = ContactOrigin::ExactVF};
+        contact.time = sweep.time;
+        contact.normal = sweep.normal;
+        contact.feature_a[0] = vertex;
+        contact.point = Vec3::Zero();
+        Vec3 end = Vec3::Zero(); // where the face's nearest point goes
+        for (int k = 0; k < 3; ++k) {
+            contact.feature_b[k] = t[k];
+            contact.bary_b[k] = sweep.bary[k];
+            contact.point += sweep.bary[k] * at(corners[k], sweep.time);
+            end += sweep.bary[k] * corners[k].t1;
+        }
+        contact.gap = sweep.normal.dot(point.t1 - end);
+        ++search.stats.hits_vf;
+        search.count(sweep, safe_times_);
+        search.out.push_back(contact);
+    }
+}
+
+void ContactFinder::test_edge_edge(Search& search) {
+    search.stats.candidates_ee += edge_edge_.size();
+    for (const auto& [id_a, id_b] : edge_edge_) {
+        const Edge &edge_a = search.a.tree.topology().edges[id_a], &edge_b = search.b.tree.topology().edges[id_b];
+        const auto a = swept(search.a.motion, edge_a);
+        const auto b = swept(search.b.motion, edge_b);
+        const Sweep sweep = sweep_edge_edge(a, b, search.options.limits);
+        if (!sweep.hit()) continue;
+        Contact contact{.body_a = search.a.body, .body_b = search.b.body, .origin = ContactOrigin::ExactEE};
+        contact.time = sweep.time;
+        contact.normal = sweep.normal;
+        contact.point = Vec3::Zero();
+        contact.bary_b[2] = 0.0;
+        Vec3 offset = Vec3::Zero(); // from b's nearest point to a's at t1
+        for (int k = 0; k < 2; ++k) {
+            contact.feature_a[k] = edge_a[k];
+            contact.feature_b[k] = edge_b[k];
+            contact.bary_a[k] = k == 0 ? 1.0 - sweep.bary[0] : sweep.bary[0];
+            contact.bary_b[k] = k == 0 ? 1.0 - sweep.bary[1] : sweep.bary[1];
+            contact.point += contact.bary_b[k] * at(b[k], sweep.time);
+            offset += contact.bary_a[k] * a[k].t1 - contact.bary_b[k] * b[k].t1;
+        }
+        contact.gap = sweep.normal.dot(offset);
+        ++search.stats.hits_ee;
+        search.count(sweep, safe_times_);
+        search.out.push_back(contact);
+    }
+}
+
+} // namespace seldinger::collision

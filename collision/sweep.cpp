@@ -1,0 +1,151 @@
+#include "collision/sweep.hpp"
+
+#include "collision/nearest.hpp"
+#include "collision/separation.hpp"
+
+namespace seldinger::collision {
+namespace {
+
+/// An advance below this is no progress: 2^-40 of a step, so that a thousand of them still are nothing.
+constexpr double kSmallestAdvance = 0x1p-40;
+
+using VertexFace = Differences<3>; // vertex minus face corner
+using EdgeEdge = Differences<4>;   // a0 - b0, a0 - b1, a1 - b0, a1 - b1
+
+template <int Count>
+std::array<Vec3, Count> at(const Differences<Count>& q, double t) noexcept {
+    std::array<Vec3, Count> out;
+    for (int i = 0; i < Count; ++i) out[i] = (1.0 - t) * q.t0[i] + t * q.t1[i];
+    return out;
+}
+
+/// The direction that both features lie flat across.
+Vec3 flat_normal(const std::array<Vec3, 3>& corner) noexcept { return (corner[0] - corner[1]).cross(corner[0] - corner[2]); }
+Vec3 flat_normal(const std::array<Vec3, 4>& corner) noexcept { return (corner[2] - corner[0]).cross(corner[0] - corner[1]); }
+
+enum class Stop : std::uint8_t { End, Near, Stuck }; // the step's end, within distance + tolerance, steps or digits ran out
+
+/// Where the advance stands: everything before `time` is proven, and the end too where it got there.
+struct Advance {
+    double time;
+    Stop stop;
+    Nearest nearest;
+};
+
+/// How far the step is free from t on: along the flat normal to either side, or the careful shortest vector. For where the fast
+/// shortest vector has lost its digits.
+template <int Count>
+double find_end_carefully(const Differences<Count>& q, double t, double distance) noexcept {
+    const auto corner = at(q, t);
+    const Vec3 flat = flat_normal(corner);
+    double end = t;
+    for (const Vec3& n : {flat, Vec3(-flat), find_nearest_carefully(corner).offset}) {
+        const FreeTime free = find_free_time(q, n, distance);
+        if (free.holds(t)) end = std::max(end, free.to);
+    }
+    return end;
+}
+
+/// Advances from `time` while the features stay farther apart than distance; stops within distance + tolerance, or at 1.
+template <int Count>
+Advance advance(const Differences<Count>& q, double time, double distance, double tolerance, int max_steps) noexcept {
+    Nearest nearest{};
+    for (int step = 0; step < max_steps; ++step) {
+        nearest = find_nearest(at(q, time));
+        if (nearest.distance <= distance + tolerance) return {time, Stop::Near, nearest};
+        const FreeTime free = find_free_time(q, nearest.offset, distance);
+        double end = free.holds(time) ? free.to : time;
+        if (end >= 1.0) return {1.0, Stop::End, nearest};
+        if (end <= time + kSmallestAdvance) {
+            nearest = find_nearest_carefully(at(q, time));
+            if (nearest.distance <= distance + tolerance) return {time, Stop::Near, nearest};
+            end = std::max(end, find_end_carefully(q, time, distance));
+            if (end >= 1.0) return {1.0, Stop::End, nearest};
+            if (end <= time + kSmallestAdvance) return {end, Stop::Stuck, nearest};
+        }
+        time = end;
+    }
+    return {time, Stop::Stuck, nearest};
+}
+
+/// Unit normal at contact: the shortest vector; where that is lost in rounding, the flat normal on the side of the start, or
+/// against the motion.
+template <int Count>
+Vec3 contact_normal(const Differences<Count>& q, const Advance& contact) noexcept {
+    if (contact.nearest.distance > 1e-12 * q.magnitude) return contact.nearest.offset / contact.nearest.distance;
+    Vec3 start = Vec3::Zero();
+    Vec3 motion = Vec3::Zero();
+    for (int i = 0; i < Count; ++i) {
+        start += q.t0[i];
+        motion += q.t1[i] - q.t0[i];
+    }
+    const Vec3 flat = flat_normal(at(q, contact.time));
+    const double length = flat.norm();
+    if (length > 0.0) {
+        double side = flat.dot(start);
+        if (!(std::abs(side) > 1e-12 * length * q.magnitude)) side = -flat.dot(motion);
+        return side < 0.0 ? Vec3(-flat / length) : Vec3(flat / length);
+    }
+    const double speed = motion.norm();
+    return speed > 0.0 ? Vec3(-motion / speed) : Vec3::UnitX();
+}
+
+template <int Count>
+double find_safe_time(const Differences<Count>& q, const Advance& contact, const SweepLimits& limits) noexcept {
+    const double kept = kKeptGap * std::min(contact.nearest.distance, limits.distance);
+    if (!(kept > 0.0)) return contact.time;
+    return advance(q, contact.time, kept, 0.5 * kept, limits.max_steps).time;
+}
+
+template <int Count>
+Sweep finish(const Differences<Count>& q, const Advance& contact, const SweepLimits& limits) noexcept {
+    Sweep sweep;
+    if (contact.stop == Stop::End) return sweep;
+    sweep.outcome = contact.stop == Stop::Stuck ? SweepOutcome::Unresolved
+                    : contact.time > 0.0        ? SweepOutcome::Hit
+                                                : SweepOutcome::StartsTouching;
+    sweep.time = contact.time;
+    sweep.gap = contact.nearest.distance;
+    sweep.bary = contact.nearest.bary;
+    sweep.normal = contact_normal(q, contact);
+    sweep.safe_time = find_safe_time(q, contact, limits);
+    return sweep;
+}
+
+/// Most pairs stand on one side of their common plane during the whole step: one cross product, no nearest point.
+template <int Count>
+bool stays_on_one_side(const Differences<Count>& q, double distance) noexcept {
+    Vec3 n = flat_normal(q.t0);
+    if (n.dot(q.t0[0]) < 0.0) n = -n;
+    const FreeTime free = find_free_time(q, n, distance);
+    return free.from <= 0.0 && free.to >= 1.0;
+}
+
+template <int Count>
+Sweep sweep_differences(Differences<Count>& q, const SweepLimits& limits) noexcept {
+    q.measure();
+    if (stays_on_one_side(q, limits.distance)) return {};
+    return finish(q, advance(q, 0.0, limits.distance, limits.tolerance, limits.max_steps), limits);
+}
+
+} // namespace
+
+Sweep sweep_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face, const SweepLimits& limits) noexcept {
+    VertexFace q;
+    for (int i = 0; i < 3; ++i) {
+        q.t0[i] = vertex.t0 - face[i].t0;
+        q.t1[i] = vertex.t1 - face[i].t1;
+    }
+    return sweep_differences(q, limits);
+}
+
+Sweep sweep_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b, const SweepLimits& limits) noexcept {
+    EdgeEdge q;
+    for (int i = 0; i < 4; ++i) {
+        q.t0[i] = a[i / 2].t0 - b[i % 2].t0;
+        q.t1[i] = a[i / 2].t1 - b[i % 2].t1;
+    }
+    return sweep_differences(q, limits);
+}
+
+} // namespace seldinger::collision
