@@ -8,7 +8,7 @@
 namespace seldinger::repairs {
 namespace {
 
-constexpr int kMaxRounds = 12;   // the margin is the round number divided by two, in rings of triangles
+constexpr int kMaxRounds = 40;   // every third one widens the margin by a ring of triangles
 constexpr double kCrumb = 1e-3;  // shells with less than this share of the largest one's area, left over by a cut, go
 
 /// Takes in every triangle that shares a vertex with one already in.
@@ -52,7 +52,7 @@ Result<RepairStep> drop_self_intersections(TriMesh& mesh) {
         if (crossings.count == 0) return step;
         std::vector<bool> chosen(mesh.triangles.size(), false);
         for (const auto& [a, b] : crossings.pairs) chosen[a] = chosen[b] = true;
-        for (int ring = 0; ring < 1 + round / 2; ++ring) grow(mesh, chosen);
+        for (int ring = 0; ring < 1 + round / 3; ++ring) grow(mesh, chosen);
         chosen.flip();
         const Components shells = find_components(mesh.triangles, mesh.vertices.size(), Joined::BySharedEdges);
         std::vector<Index> old_shell;

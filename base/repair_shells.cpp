@@ -163,12 +163,26 @@ Result<RepairStep> drop_inner_shells(TriMesh& mesh) {
     const std::vector<Shell> shells = find_shells(mesh);
     const std::vector<Index> container = find_containers(shells);
     std::vector<bool> keep(mesh.triangles.size(), true);
+    bool cut = false;
     for (Index s = 0; s < shells.size(); ++s) {
-        if (container[s] == kNoIndex) continue;
-        ++step.shells_removed;
-        for (const Index t : shells[s].part.triangle_ids) keep[t] = false;
+        const auto& ids = shells[s].part.triangle_ids;
+        if (container[s] != kNoIndex) {
+            ++step.shells_removed;
+            for (const Index t : ids) keep[t] = false;
+        } else if (shells[s].closed) {
+            const std::vector<bool> inner = find_inner_skin(shells[s].part.mesh);
+            if (std::find(inner.begin(), inner.end(), true) == inner.end()) continue;
+            ++step.shells_removed;
+            cut = true;
+            for (std::size_t t = 0; t < ids.size(); ++t) keep[ids[t]] = !inner[t];
+        }
     }
     step.triangles_removed = keep_triangles(mesh, keep);
+    if (!cut) return step;
+    const Result<RepairStep> closed = fill_holes(mesh); // where the outer skin went over into the inner one
+    if (!closed) return closed.error();
+    step.holes_filled = closed->holes_filled;
+    step.triangles_added = closed->triangles_added;
     return step;
 }
 

@@ -29,6 +29,10 @@ std::size_t keep_triangles(TriMesh& mesh, const std::vector<bool>& keep);
 
 [[nodiscard]] double area(const TriMesh& mesh, const Triangle& t) noexcept;
 
+/// [triangle] lies on the inner skin of a double shell: a closed thin sheet that wraps a hollow, as segmented capsules do, with
+/// openings where both skins meet. All false for a surface that is no such sheet.
+[[nodiscard]] std::vector<bool> find_inner_skin(const TriMesh& closed_shell);
+
 /// The connected parts of a mesh as meshes of their own.
 struct Part {
     TriMesh mesh;

@@ -139,14 +139,15 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
     return best;
 }
 
-int TriangleTree::ray_crossings(const Vec3& p, int axis, bool positive) const noexcept {
-    if (!is_finite(p)) return 0;
+template <class Visit>
+void TriangleTree::walk_ray(const Vec3& p, int axis, bool positive, Visit&& visit) const noexcept {
+    if (!is_finite(p)) return;
     const int i = (axis + 1) % 3, j = (axis + 2) % 3;
     const Point2 flat = project(p, axis);
-    int crossings = 0;
+    bool go_on = true;
     walk(
         [&](const Box3& box) {
-            return box.lo[i] <= p[i] && p[i] <= box.hi[i] && box.lo[j] <= p[j] && p[j] <= box.hi[j] &&
+            return go_on && box.lo[i] <= p[i] && p[i] <= box.hi[i] && box.lo[j] <= p[j] && p[j] <= box.hi[j] &&
                    (positive ? box.hi[axis] >= p[axis] : box.lo[axis] <= p[axis]);
         },
         [&](Index slot) {
@@ -157,9 +158,26 @@ int TriangleTree::ray_crossings(const Vec3& p, int axis, bool positive) const no
             // turn > 0: the front face looks along +axis. A p in the plane counts as just below it along the axis.
             int side = orient3d(a, b, c, p) * turn;
             if (side == 0) side = -1;
-            if (positive ? side < 0 : side > 0) crossings += positive ? turn : -turn;
+            if (positive ? side < 0 : side > 0) go_on = visit(positive ? turn : -turn);
         });
+}
+
+int TriangleTree::ray_crossings(const Vec3& p, int axis, bool positive) const noexcept {
+    int crossings = 0;
+    walk_ray(p, axis, positive, [&crossings](int sign) {
+        crossings += sign;
+        return true;
+    });
     return crossings;
+}
+
+bool TriangleTree::ray_meets_any(const Vec3& p, int axis, bool positive) const noexcept {
+    bool met = false;
+    walk_ray(p, axis, positive, [&met](int) {
+        met = true;
+        return false;
+    });
+    return met;
 }
 
 } // namespace seldinger

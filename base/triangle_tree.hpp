@@ -46,6 +46,9 @@ public:
     /// the ray count once. On a closed oriented surface this is p's winding number, whatever the direction.
     [[nodiscard]] int ray_crossings(const Vec3& p, int axis, bool positive) const noexcept;
 
+    /// True if the same ray meets any triangle, from either side. Exact in the same sense.
+    [[nodiscard]] bool ray_meets_any(const Vec3& p, int axis, bool positive) const noexcept;
+
     [[nodiscard]] bool empty() const noexcept { return order_.empty(); }
     [[nodiscard]] std::size_t triangle_count() const noexcept { return order_.size(); }
     [[nodiscard]] Box3 bounds() const noexcept { return nodes_.empty() ? Box3{} : nodes_.front().box; }
@@ -58,6 +61,10 @@ private:
     };
     static constexpr Index kLeafSize = 4;    // triangles per leaf: a box test costs about a quarter of a triangle test
     static constexpr std::size_t kMaxDepth = 64; // median splits halve: 2^32 triangles need 32 levels
+
+    /// visit(+1 or -1 as above) for each triangle on the ray; stops once it returns false.
+    template <class Visit>
+    void walk_ray(const Vec3& p, int axis, bool positive, Visit&& visit) const noexcept;
 
     Index build_node(std::span<Index> slots, std::span<const Vec3> centres, Index first);
     void fit_leaf(Node& node) const noexcept;
