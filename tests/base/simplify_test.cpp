@@ -1,4 +1,5 @@
 #include "base/inside.hpp"
+#include "base/repair.hpp"
 #include "base/simplify.hpp"
 
 #include "test_meshes.hpp"
@@ -50,7 +51,7 @@ TEST(Simplify, AnOpenBorderKeepsItsShape) {
     double area = 0.0;
     for (const Triangle& t : grid->triangles)
         area += 0.5 * (grid->vertices[t[1]] - grid->vertices[t[0]]).cross(grid->vertices[t[2]] - grid->vertices[t[0]])[2];
-    EXPECT_NEAR(area, 1.0, 1e-6);
+    EXPECT_NEAR(area, 1.0, 1e-3);
     EXPECT_LE(grid->triangles.size(), 60u);
 }
 
@@ -104,12 +105,13 @@ TEST(Simplify, RealOrgansStayClosed) {
     for (const char* name : {"stanford/bunny_60k_manifold.obj.gz", "organs/hra_vhm_spleen_17k.obj.gz", "stanford/armadillo_86k.obj.gz"}) {
         SCOPED_TRACE(name);
         SELDINGER_LOAD_OR_SKIP(mesh, name);
-        for (const std::size_t target : {20000u, 1000u}) {
+        ASSERT_TRUE(apply_repair(mesh, Repair::Weld).ok());
+        for (const std::size_t target : {12000u, 1500u}) {
             const auto fewer = simplify(mesh, target);
             ASSERT_TRUE(fewer.ok());
             EXPECT_LE(fewer->triangles.size(), target);
             EXPECT_TRUE(check_closed_surface(*fewer).ok());
-            EXPECT_NEAR(signed_volume(*fewer), signed_volume(mesh), 0.02 * signed_volume(mesh));
+            EXPECT_NEAR(signed_volume(*fewer), signed_volume(mesh), 0.03 * signed_volume(mesh));
         }
     }
 }

@@ -1,4 +1,5 @@
 #include "base/inside.hpp"
+#include "base/repair.hpp"
 #include "base/triangle_tree.hpp"
 
 #include "test_meshes.hpp"
@@ -69,8 +70,9 @@ TEST(InsideTest, KnowsASphereFromItsRadius) {
     const InsideTest test(sphere);
     for (int trial = 0; trial < 3000; ++trial) {
         const Vec3 p = random.point(1.2);
-        if (p.norm() < 0.985) EXPECT_EQ(test.winding_number(p), 1) << p.transpose();
-        if (p.norm() > 1.0) EXPECT_EQ(test.winding_number(p), 0) << p.transpose();
+        const double r = p.norm();
+        if (r > 0.985 && r < 1.0) continue; // between the facets and the sphere
+        EXPECT_EQ(test.winding_number(p), r < 1.0 ? 1 : 0) << p.transpose();
     }
     EXPECT_NEAR(test.signed_distance(Vec3::Zero()), -1.0, 5e-3);
     EXPECT_NEAR(test.signed_distance(Vec3(3, 0, 0)), 2.0, 1e-12);
@@ -87,9 +89,8 @@ TEST(InsideTest, RaysThroughVerticesAndEdgesCountOnce) {
                 for (int axis = 0; axis < 3; ++axis)
                     for (const bool positive : {false, true}) {
                         const int winding = test.tree().ray_crossings(p, axis, positive);
-                        if (strictly_in) EXPECT_EQ(winding, 1) << p.transpose() << " axis " << axis;
-                        if (strictly_out) EXPECT_EQ(winding, 0) << p.transpose() << " axis " << axis;
-                        EXPECT_TRUE(winding == 0 || winding == 1);
+                        EXPECT_GE(winding, strictly_in ? 1 : 0) << p.transpose() << " axis " << axis;
+                        EXPECT_LE(winding, strictly_out ? 0 : 1) << p.transpose() << " axis " << axis;
                     }
             }
 }
@@ -101,7 +102,8 @@ TEST(InsideTest, AllSixRaysAgreeOnAClosedSurface) {
     for (Vec3& v : mesh.vertices) v = (v * 8.0).array().round() / 8.0; // many coordinates in common
     const TriangleTree tree(mesh);
     for (int trial = 0; trial < 3000; ++trial) {
-        const Vec3 p = (random.point(1.4) * 16.0).array().round() / 16.0 + 1.0 / 64.0;
+        const Vec3 p = (random.point(1.4) * 16.0).array().round() / 16.0;
+        if (tree.closest(p)->distance < 1e-12) continue; // on the surface each ray has its own answer
         std::set<int> windings;
         for (int axis = 0; axis < 3; ++axis)
             for (const bool positive : {false, true}) windings.insert(tree.ray_crossings(p, axis, positive));
@@ -117,6 +119,29 @@ TEST(InsideTest, OverlappingShellsAreOneBodyAndCavitiesAreOutside) {
     const InsideTest hollow(join(make_sphere(3), flipped(make_sphere(3, 0.5))));
     EXPECT_FALSE(hollow.inside(Vec3(0.1, 0, 0)));
     EXPECT_TRUE(hollow.inside(Vec3(0.7, 0, 0)));
+}
+
+TEST(InsideTest, WorksOnRealArteriesWhoseTubesOverlap) {
+    SELDINGER_LOAD_OR_SKIP(mesh, "vessels/hra_vhf_arteries_101k.obj.gz");
+    ASSERT_TRUE(apply_repairs(mesh, std::array{Repair::Weld, Repair::FillHoles, Repair::Orient}).ok());
+    const InsideTest test(mesh);
+    Random random{15};
+    SCOPED_TRACE(random.trace());
+    const Box3 box = mesh.bounds();
+    std::size_t inside = 0;
+    for (int trial = 0; trial < 20000; ++trial) {
+        const Vec3 p = box.lo + (0.5 * (random.point() + Vec3::Ones())).cwiseProduct(box.extent());
+        const int winding = test.winding_number(p);
+        inside += winding != 0;
+        for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(test.tree().ray_crossings(p, axis, trial % 2 == 0), winding) << p.transpose();
+    }
+    EXPECT_GT(inside, 100u);
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += 97) { // a hair inside the wall and outside it
+        const auto& [i, j, k] = mesh.triangles[t];
+        const Vec3 &a = mesh.vertices[i], &b = mesh.vertices[j], &c = mesh.vertices[k];
+        const Vec3 normal = (b - a).cross(c - a).normalized(), middle = (a + b + c) / 3.0;
+        EXPECT_EQ(test.winding_number(middle - 1e-9 * normal) - test.winding_number(middle + 1e-9 * normal), 1) << t;
+    }
 }
 
 TEST(InsideTest, FollowsMovedVertices) {

@@ -1,0 +1,296 @@
+#include "base/inside.hpp"
+#include "base/repair.hpp"
+#include "base/self_intersection.hpp"
+
+#include "test_meshes.hpp"
+
+using namespace seldinger;
+using namespace seldinger::test;
+
+namespace {
+
+RepairStep expect_repair(TriMesh& mesh, Repair repair) {
+    const Result<RepairStep> step = apply_repair(mesh, repair);
+    EXPECT_TRUE(step.ok()) << (step.ok() ? "" : step.error().message);
+    return step.ok() ? *step : RepairStep{};
+}
+
+void expect_closed(const TriMesh& mesh) {
+    const Result<void> check = check_closed_surface(mesh);
+    EXPECT_TRUE(check.ok()) << (check.ok() ? "" : check.error().message);
+}
+
+/// Every triangle with corners of its own, each moved by up to `jitter`.
+TriMesh make_soup(const TriMesh& mesh, double jitter) {
+    Random random{61};
+    TriMesh soup;
+    for (const Triangle& t : mesh.triangles) {
+        const auto first = static_cast<Index>(soup.vertices.size());
+        for (const Index v : t) soup.vertices.push_back(mesh.vertices[v] + jitter * random.point());
+        soup.triangles.push_back({first, first + 1, first + 2});
+    }
+    return soup;
+}
+
+TriMesh without(TriMesh mesh, std::initializer_list<std::size_t> triangles) {
+    std::vector<std::size_t> ids(triangles);
+    for (auto t = ids.rbegin(); t != ids.rend(); ++t) mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(*t));
+    return mesh;
+}
+
+} // namespace
+
+TEST(Repair, NamesGoBothWays) {
+    EXPECT_EQ(repair_names().size(), kRepairCount);
+    for (const std::string_view name : repair_names()) {
+        ASSERT_TRUE(find_repair(name));
+        EXPECT_EQ(repair_name(*find_repair(name)), name);
+    }
+    EXPECT_FALSE(find_repair("fill_hole"));
+    EXPECT_EQ(find_repair("drop_self_intersections"), Repair::DropSelfIntersections);
+}
+
+TEST(Repair, SoundSurfacesComeOutUntouchedByEveryRepair) {
+    for (const TriMesh& sound : {make_cube(), make_sphere(3), make_torus(20, 10)})
+        for (std::size_t r = 0; r < kRepairCount; ++r) {
+            TriMesh mesh = sound;
+            const RepairStep step = expect_repair(mesh, static_cast<Repair>(r));
+            EXPECT_EQ(mesh.triangles, sound.triangles) << step.to_string();
+            EXPECT_EQ(mesh.vertices, sound.vertices);
+            EXPECT_NE(step.to_string().find("nothing to do"), std::string::npos) << step.to_string();
+        }
+}
+
+TEST(Repair, UnusableMeshesAreErrorsAndStayAsTheyWere) {
+    TriMesh nan_cube = make_cube(), wild = make_cube();
+    nan_cube.vertices[2][1] = std::nan("");
+    wild.triangles[3][0] = 42;
+    for (TriMesh mesh : {TriMesh{}, nan_cube, wild})
+        for (std::size_t r = 0; r < kRepairCount; ++r) EXPECT_FALSE(apply_repair(mesh, static_cast<Repair>(r)).ok());
+    const std::array both{Repair::FillHoles, Repair::Orient};
+    EXPECT_FALSE(apply_repairs(wild, both).ok());
+    EXPECT_EQ(wild.triangles[3][0], 42u);
+}
+
+TEST(Weld, MakesASurfaceOfASoup) {
+    for (const double jitter : {0.0, 1e-9}) {
+        TriMesh mesh = make_soup(make_sphere(3), jitter);
+        const RepairStep step = expect_repair(mesh, Repair::Weld);
+        EXPECT_EQ(mesh.vertices.size(), make_sphere(3).vertices.size());
+        EXPECT_EQ(step.vertices_merged, 3 * mesh.triangles.size() - mesh.vertices.size());
+        expect_closed(mesh);
+    }
+}
+
+TEST(Weld, ToleranceIsADistance) {
+    TriMesh cube = make_soup(make_cube(), 0.0);
+    for (std::size_t v = 0; v < cube.vertices.size(); v += 2) cube.vertices[v] += Vec3(0.009, 0, 0);
+    TriMesh loose = cube;
+    EXPECT_TRUE(apply_repair(loose, Repair::Weld, {.weld_tolerance = 0.01}).ok());
+    EXPECT_EQ(loose.vertices.size(), 8u);
+    TriMesh tight = cube;
+    EXPECT_TRUE(apply_repair(tight, Repair::Weld, {.weld_tolerance = 0.008}).ok());
+    EXPECT_GT(tight.vertices.size(), 8u);
+    TriMesh tiny = make_soup(make_cube(1e-9), 0.0);
+    expect_repair(tiny, Repair::Weld);
+    EXPECT_EQ(tiny.vertices.size(), 8u);
+}
+
+TEST(DropDegenerate, NeedlesAndCapsGoWithoutOpeningTheSurface) {
+    TriMesh mesh = make_cube();
+    mesh.vertices.emplace_back(0.5, 0.0, 0.0); // on edge 0-1: a cap between the two faces there
+    mesh.triangles[4] = {0, 8, 5};             // was 0 1 5
+    mesh.triangles.push_back({8, 1, 5});
+    mesh.triangles.push_back({0, 1, 8});
+    ASSERT_EQ(inspect_surface(mesh).boundary_edges, 0u);
+    ASSERT_EQ(inspect_surface(mesh).degenerate_triangles, 1u);
+    expect_repair(mesh, Repair::DropDegenerate);
+    expect_closed(mesh);
+    EXPECT_DOUBLE_EQ(signed_volume(mesh), 1.0);
+
+    TriMesh needle = make_cube(); // vertex 7 doubled, the gap closed by triangles without area
+    needle.vertices.push_back(needle.vertices[7]);
+    needle.triangles[1][1] = 3;
+    for (const std::size_t t : {std::size_t{2}, std::size_t{3}})
+        for (Index& v : needle.triangles[t])
+            if (v == 7) v = 8;
+    needle.triangles.push_back({7, 8, 5});
+    needle.triangles.push_back({8, 7, 6});
+    ASSERT_EQ(inspect_surface(needle).degenerate_triangles, 2u);
+    expect_repair(needle, Repair::DropDegenerate);
+    expect_closed(needle);
+    EXPECT_EQ(needle.vertices.size(), 8u);
+}
+
+TEST(DropDuplicates, KeepsTheFirst) {
+    TriMesh mesh = make_cube();
+    mesh.triangles.push_back({3, 0, 2});
+    mesh.triangles.push_back({0, 3, 2});
+    EXPECT_EQ(expect_repair(mesh, Repair::DropDuplicates).triangles_removed, 2u);
+    EXPECT_EQ(mesh.triangles, make_cube().triangles);
+}
+
+TEST(DropNonManifold, CutsFinsAndBowtiesApart) {
+    TriMesh bowtie = join(make_cube(), make_cube(1.0, Vec3(1, 1, 1)));
+    for (Triangle& t : bowtie.triangles)
+        for (Index& v : t)
+            if (v == 8) v = 7;
+    EXPECT_EQ(expect_repair(bowtie, Repair::DropNonManifold).vertices_split, 1u);
+    expect_closed(bowtie);
+    TriMesh fin = make_cube();
+    fin.vertices.emplace_back(0.5, -1, -1);
+    fin.triangles.push_back({0, 1, 8});
+    for (const Repair helpless : {Repair::FillHoles, Repair::Orient, Repair::DropInnerShells, Repair::DropSelfIntersections}) {
+        const Result<RepairStep> refused = apply_repair(fin, helpless);
+        ASSERT_FALSE(refused.ok());
+        EXPECT_NE(refused.error().message.find("drop_non_manifold"), std::string::npos) << refused.error().message;
+    }
+    ASSERT_TRUE(apply_repairs(fin, std::array{Repair::DropNonManifold, Repair::FillHoles, Repair::Orient}).ok());
+    expect_closed(fin);
+}
+
+TEST(FillHoles, ClosesFlatAndBentHolesWithTheirArea) {
+    TriMesh cube = without(make_cube(), {10, 11});
+    EXPECT_EQ(expect_repair(cube, Repair::FillHoles).holes_filled, 1u);
+    expect_closed(cube);
+    EXPECT_DOUBLE_EQ(signed_volume(cube), 1.0);
+    TriMesh half = make_sphere(4); // keep what is not in one octant: a bent border of three arcs
+    std::erase_if(half.triangles, [&](const Triangle& t) {
+        const Vec3 middle = half.vertices[t[0]] + half.vertices[t[1]] + half.vertices[t[2]];
+        return middle.minCoeff() > 0.0;
+    });
+    EXPECT_EQ(expect_repair(half, Repair::FillHoles).holes_filled, 1u);
+    expect_closed(half);
+    EXPECT_EQ(find_self_intersections(half).count, 0u);
+}
+
+TEST(FillHoles, TakesHolesThatTouchAtAVertex) {
+    TriMesh sphere = make_sphere(2);
+    const VertexTriangles around = vertex_triangles(sphere.triangles, sphere.vertices.size());
+    Index vertex = 0;
+    while (around.of(vertex).size() != 6) ++vertex;
+    const auto neighbours = triangle_neighbours(sphere.triangles);
+    const Index first = around.of(vertex)[0];
+    for (const Index second : around.of(vertex)) { // one that shares only the vertex
+        const auto& next = neighbours[first];
+        if (second == first || std::find(next.begin(), next.end(), second) != next.end()) continue;
+        TriMesh mesh = without(sphere, {first, second});
+        ASSERT_EQ(inspect_surface(mesh).nonmanifold_vertices, 1u);
+        EXPECT_EQ(expect_repair(mesh, Repair::FillHoles).holes_filled, 2u);
+        expect_closed(mesh);
+        EXPECT_NEAR(signed_volume(mesh), signed_volume(sphere), 1e-12);
+    }
+}
+
+TEST(FillHoles, ALongLoopGetsAFan) {
+    TriMesh grid = make_grid(100); // border of 400
+    EXPECT_EQ(expect_repair(grid, Repair::FillHoles).triangles_added, 400u);
+    const SurfaceReport report = inspect_surface(grid);
+    EXPECT_TRUE(report.closed() && report.manifold() && report.oriented());
+}
+
+TEST(FillHoles, WorksOnInconsistentInputAndRefusesAMoebiusStrip) {
+    TriMesh cube = without(make_cube(), {10});
+    std::swap(cube.triangles[3][0], cube.triangles[3][1]);
+    EXPECT_EQ(expect_repair(cube, Repair::FillHoles).triangles_flipped, 1u);
+    expect_closed(cube);
+    TriMesh strip;
+    for (Index i = 0; i < 12; ++i) {
+        const double u = 2.0 * M_PI * i / 12, half_turn = 0.5 * u;
+        for (const double s : {-0.2, 0.2}) {
+            const double r = 1.0 + s * std::cos(half_turn);
+            strip.vertices.emplace_back(r * std::cos(u), r * std::sin(u), s * std::sin(half_turn));
+        }
+    }
+    for (Index i = 0; i < 12; ++i) {
+        const Index a = 2 * i, b = a + 1, c = i < 11 ? a + 2 : 1, d = i < 11 ? a + 3 : 0;
+        strip.triangles.insert(strip.triangles.end(), {{a, c, b}, {b, c, d}});
+    }
+    for (const Repair repair : {Repair::FillHoles, Repair::Orient}) {
+        const Result<RepairStep> refused = apply_repair(strip, repair);
+        ASSERT_FALSE(refused.ok());
+        EXPECT_NE(refused.error().message.find("one side"), std::string::npos) << refused.error().message;
+    }
+}
+
+TEST(Orient, TurnsInwardSurfacesOutAndKeepsCavities) {
+    TriMesh inward = flipped(make_sphere(3));
+    inward.triangles[7] = make_sphere(3).triangles[7];
+    expect_repair(inward, Repair::Orient);
+    expect_closed(inward);
+    TriMesh hollow = flipped(join(make_sphere(3), flipped(make_sphere(3, 0.5)))); // inside out as a whole
+    expect_repair(hollow, Repair::Orient);
+    EXPECT_NEAR(signed_volume(hollow), signed_volume(make_sphere(3)) * (1.0 - 0.125), 1e-12);
+    TriMesh apart = join(flipped(make_cube()), make_cube(1.0, Vec3(5, 0, 0)));
+    EXPECT_EQ(expect_repair(apart, Repair::Orient).triangles_flipped, 12u);
+    EXPECT_NEAR(signed_volume(apart), 2.0, 1e-12);
+}
+
+TEST(DropInnerShells, KeepsTheOutermostOfNestedShells) {
+    TriMesh nested = join(join(make_sphere(2, 0.3), make_sphere(3)), join(flipped(make_sphere(2, 0.6)), make_cube(1.0, Vec3(4, 0, 0))));
+    EXPECT_EQ(expect_repair(nested, Repair::DropInnerShells).shells_removed, 2u);
+    EXPECT_EQ(nested.triangles.size(), make_sphere(3).triangles.size() + 12u);
+    TriMesh crossing = join(make_sphere(3), make_sphere(3, 0.8, Vec3(0.9, 0, 0)));
+    EXPECT_EQ(expect_repair(crossing, Repair::DropInnerShells).shells_removed, 0u);
+}
+
+TEST(DropInnerShells, PeelsADoubleShellThatIsOneSurface) {
+    // a thin bowl, nearly closed: outer and inner spheres joined round an opening at the top
+    const TriMesh sphere = make_sphere(5);
+    TriMesh outer = sphere, inner = flipped(make_sphere(5, 0.98));
+    const auto in_cap = [&sphere](const Triangle& t) { return sphere.vertices[t[0]][2] + sphere.vertices[t[1]][2] + sphere.vertices[t[2]][2] > 2.7; };
+    std::erase_if(outer.triangles, in_cap);
+    std::erase_if(inner.triangles, in_cap);
+    const auto offset = static_cast<Index>(outer.vertices.size());
+    TriMesh bowl = join(outer, inner);
+    for_each_edge(sorted_edge_uses(outer.triangles), [&](std::span<const EdgeUse> uses) {
+        if (uses.size() != 1) return;
+        const Triangle& t = outer.triangles[uses[0].triangle];
+        const Index a = t[uses[0].corner], b = t[(uses[0].corner + 1u) % 3u];
+        bowl.triangles.insert(bowl.triangles.end(), {{b, a, a + offset}, {b, a + offset, b + offset}});
+    });
+    expect_closed(bowl);
+    EXPECT_EQ(expect_repair(bowl, Repair::DropInnerShells).shells_removed, 1u);
+    expect_closed(bowl);
+    EXPECT_GT(signed_volume(bowl), 0.95 * signed_volume(sphere));
+}
+
+TEST(KeepLargest, GoesByArea) {
+    TriMesh mesh = join(make_sphere(4, 0.1), make_cube(3.0, Vec3(2, 2, 2)));
+    EXPECT_EQ(expect_repair(mesh, Repair::KeepLargest).shells_removed, 1u);
+    EXPECT_EQ(mesh.triangles.size(), 12u);
+}
+
+TEST(DropSelfIntersections, LeavesNoneBetweenOverlappingSpheres) {
+    TriMesh mesh = join(make_sphere(4), make_sphere(4, 1.0, Vec3(1.8, 0.1, 0.2)));
+    ASSERT_GT(find_self_intersections(mesh).count, 0u);
+    expect_repair(mesh, Repair::DropSelfIntersections);
+    expect_closed(mesh);
+    EXPECT_EQ(find_self_intersections(mesh).count, 0u);
+    EXPECT_GT(signed_volume(mesh), 1.7 * signed_volume(make_sphere(4)));
+}
+
+TEST(RealRepairs, BringScansToClosedOutwardSurfacesThatDoNotCross) {
+    struct Row {
+        const char* name;
+        std::vector<Repair> repairs;
+        double least_volume, most_volume; // m^3
+    };
+    using enum Repair;
+    const std::array rows{
+        Row{"organs/hra_vhf_liver_capsule_30k.obj.gz", {FillHoles, Orient, DropSelfIntersections}, 1.4e-3, 2.2e-3},
+        Row{"organs/hra_vhm_liver_capsule_28k.obj.gz", {FillHoles, DropInnerShells, Orient, DropSelfIntersections}, 1.4e-3, 2.0e-3},
+        Row{"vessels/hra_vhf_arteries_101k.obj.gz", {Weld, FillHoles, Orient, DropSelfIntersections}, 1.5e-4, 2.5e-4},
+        Row{"vessels/hra_vhf_arteries_101k.obj.gz", {Weld, KeepLargest, FillHoles, Orient}, 1.2e-4, 1.8e-4}};
+    for (const Row& row : rows) {
+        SCOPED_TRACE(row.name);
+        SELDINGER_LOAD_OR_SKIP(mesh, row.name);
+        const auto report = apply_repairs(mesh, row.repairs);
+        ASSERT_TRUE(report.ok()) << report.error().message;
+        for (const RepairStep& step : report->steps) std::printf("  %s\n", step.to_string().c_str());
+        expect_closed(mesh);
+        EXPECT_EQ(find_self_intersections(mesh).count, 0u);
+        EXPECT_GT(signed_volume(mesh), row.least_volume);
+        EXPECT_LT(signed_volume(mesh), row.most_volume);
+    }
+}
