@@ -20,8 +20,9 @@ public:
         limit_.reserve(medial.samples.size());
         for (std::size_t i = 0; i < medial.samples.size(); ++i) {
             const WallSample& s = medial.samples[i];
-            limit_.push_back(std::max({limits.relative_error * s.radius, limits.error_floor, kOwnBallSlack * s.deficit}));
-            open_[i] = s.radius > 0.0;
+            const double width = std::min(s.local_radius, 2.0 * s.radius);
+            limit_.push_back(std::max({limits.relative_error * width, limits.error_floor, kOwnBallSlack * s.deficit}));
+            open_[i] = s.radius > 0.0 && s.radius >= limits.corner_ratio * s.local_radius;
         }
         for (const double l : limit_) largest_limit_ = std::max(largest_limit_, l);
     }

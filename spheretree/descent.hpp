@@ -47,6 +47,7 @@ public:
     /// One lumen per chain: the chain's hints and link states belong to it.
     void add_hollow_pair(const ChainView& instrument, const LumenView& lumen);
 
+    /// Work is charged before it is done; one ball's wall links at most may be done on credit.
     /// Tests until the queue is empty (true) or the budget is (false); call again with more budget to go on.
     /// The same calls give the same lists, and a larger budget never leaves a pair coarser than a smaller one did.
     bool run(WorkBudget& budget);
@@ -71,15 +72,19 @@ private:
     };
     struct SolidPair { SolidView a, b; };
     struct HollowPair { ChainView chain; LumenView lumen; std::vector<LinkStatus> status; };
-    struct Found {              // best lumen ball for a chain sphere
+    struct Found {              // best lumen leaf for a chain sphere
         Index leaf = kNoIndex;
-        double room = 0.0;      // m, over the whole step
+        double room = -std::numeric_limits<double>::infinity(); // m, over the whole step
     };
 
     bool step_solid(const Entry& entry, WorkBudget& budget);
     bool step_hollow(const Entry& entry, WorkBudget& budget);
-    bool find_ball(HollowPair& pair, Index sphere, double enough, WorkBudget& budget, Found& found);
-    void push(const Entry& entry) { queue_.push_back(entry); }
+    bool find_ball(HollowPair& pair, Index sphere, WorkBudget& budget);
+    double room_in_leaf(HollowPair& pair, Index sphere, Index leaf, WorkBudget& budget);
+    void add_solid_contact(const Entry& entry, std::vector<Contact>& out) const;
+    void add_wall_contact(HollowPair& pair, Index sphere, WorkBudget& budget);
+    void add_open_link(const Entry& entry, std::vector<Contact>& out) const;
+    void note_test(int level) noexcept;
 
     std::vector<SolidPair> solids_;
     std::vector<HollowPair> hollows_;    // memory of the first hollow_count_ is in use
@@ -87,7 +92,9 @@ private:
     std::vector<Entry> queue_;           // PairList: entries from head_ on are open
     std::size_t head_ = 0;
     std::vector<Contact> collisions_;    // CollisionList
-    std::vector<std::pair<double, Index>> stack_; // scratch of find_ball: bound, lumen sphere
+    std::vector<std::pair<double, Index>> stack_; // of the search in progress: bound, lumen sphere
+    Found found_;
+    bool searching_ = false;             // the first open entry's search was interrupted
     DescentStats stats_;
     double margin_ = 0.0;
 };

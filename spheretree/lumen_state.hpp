@@ -5,6 +5,8 @@
 
 #include "spheretree/lumen_tree.hpp"
 
+#include <algorithm>
+
 namespace seldinger::spheretree {
 
 /// A ball over one step: free space of radius `radius` around the centre that moves straight from centre_t0 to centre_t1.
@@ -17,6 +19,10 @@ struct MovingBall {
 /// Balls and bounds of the current step. Sized by the first update, no allocation afterwards.
 class LumenState {
 public:
+    /// Optional, once: balls whose linked wall vertices all have weight 0 never move and are never measured again.
+    /// motion_weight  [vertex_count] 0: this wall vertex never leaves its rest position
+    void mark_still(const LumenTree& lumen, std::span<const double> motion_weight);
+
     /// Moves the centres and the inner bounds; radii follow on demand.
     /// vertices_t0/_t1  [vertex_count] m, the wall at both ends of the step; they must stay alive and unchanged until the
     ///                  next update. Both empty: the wall rests, which costs nothing.
@@ -26,20 +32,25 @@ public:
     /// assumed not to have come nearer than half of that. A ball grows by half of link_reach at most.
     [[nodiscard]] const MovingBall& ball(const LumenTree& lumen, Index ball);
 
-    /// Upper bound of (radius - distance to the centre) at p over the balls beneath a sphere, at both ends of the step.
+    /// What ball() would cost now, in sphere tests; 0 when it is known already.
+    [[nodiscard]] std::uint64_t cost_of(const LumenTree& lumen, Index ball) const noexcept;
+
+    /// Upper bound of (radius - distance to the centre) at p over the balls beneath a sphere, at either end of the step.
     [[nodiscard]] double bound_at(Index sphere, const Vec3& p) const noexcept {
         const Sphere& s = bounds_[sphere];
         return std::min(s.radius - (s.centre - p).norm(), largest_[sphere]);
     }
+    [[nodiscard]] const Vec3& bound_centre(Index sphere) const noexcept { return bounds_[sphere].centre; }
     [[nodiscard]] std::size_t balls_updated() const noexcept { return balls_updated_; } // this step, of all balls
 
 private:
+    void rest(const LumenTree& lumen);
     void move_centres(const LumenTree& lumen);
     void move_bounds(const LumenTree& lumen);
-    [[nodiscard]] double free_radius(const LumenTree& lumen, Index ball, const Vec3& centre,
-                                     std::span<const Vec3> vertices) const noexcept;
 
     std::vector<MovingBall> balls_;     // [ball_count]
+    std::vector<Sphere> swept_;         // [ball_count] bounds a ball at both ends
+    std::vector<char> still_;           // [ball_count] or empty
     std::vector<std::uint32_t> stamp_;  // [ball_count] step of the radius
     std::vector<Sphere> bounds_;        // [sphere_count] over both ends of the step
     std::vector<double> largest_;       // [sphere_count] m

@@ -34,16 +34,15 @@ void hang(std::span<const Sphere> balls, unsigned branching, LumenTree& lumen) {
     }
 }
 
-/// How far each sample lies outside the union, relative to the ball it is nearest to.
-void measure_error(std::span<const Sphere> balls, std::span<const WallSample> samples, double relative_error,
-                   LumenReport& report) {
+/// How far each sample lies outside the union, relative to the local radius.
+void measure_error(std::span<const Sphere> balls, std::span<const WallSample> samples, LumenReport& report) {
     std::vector<Vec3> points;
     for (const WallSample& s : samples) points.push_back(s.point);
     const PointTree tree(points);
     std::vector<double> error(samples.size(), 1.0); // [-] 1 stands for "not near any ball"
     for (const Sphere& ball : balls)
-        tree.for_each_within(ball.centre, ball.radius * (1.0 + 10.0 * relative_error), [&](Index i, double distance_sq) {
-            error[i] = std::min(error[i], std::max(0.0, std::sqrt(distance_sq) - ball.radius) / ball.radius);
+        tree.for_each_within(ball.centre, 1.5 * ball.radius, [&](Index i, double distance_sq) {
+            error[i] = std::min(error[i], std::max(0.0, std::sqrt(distance_sq) - ball.radius) / samples[i].local_radius);
         });
     double sum = 0.0;
     for (const double e : error) {
@@ -58,24 +57,29 @@ void measure_error(std::span<const Sphere> balls, std::span<const WallSample> sa
 Result<LumenTree> build_lumen_tree(const TriMesh& closed_lumen, const LumenOptions& options, LumenReport* report) {
     if (const auto checked = check_closed_surface(closed_lumen); !checked) return checked.error();
     const InsideTest inside(closed_lumen);
-    const MedialBalls medial = find_medial_balls(closed_lumen, inside, options.min_radius, options.max_candidates);
-    const std::vector<Index> chosen = select_cover(medial, {options.relative_error, options.error_floor});
+    const MedialBalls medial = find_medial_balls(
+        closed_lumen, inside, {.min_radius = options.min_radius, .max_samples = options.max_samples});
+    const std::vector<Index> chosen = select_cover(medial, {options.relative_error, options.error_floor, options.corner_ratio});
     if (chosen.empty())
         return Error{ErrorCode::BadMesh, "the lumen holds no free ball of radius " + std::to_string(options.min_radius) +
                                              " m: its surface must be closed, outward, and in metres"};
     std::vector<Sphere> balls;
-    for (const Index id : chosen) balls.push_back(medial.balls[id]);
+    for (const Index id : chosen) {
+        const Vec3& centre = medial.balls[id].centre;
+        balls.push_back({centre, inside.tree().closest(centre)->distance * (1.0 - 1e-12)});
+    }
 
     LumenTree lumen;
     lumen.rest_vertices = closed_lumen.vertices;
     lumen.triangles = closed_lumen.triangles;
+    lumen.link_reach = options.link_reach;
     hang(balls, options.branching, lumen);
     add_neighbours(lumen);
     add_wall_links(lumen, inside.tree(), options.link_reach);
     if (report != nullptr) {
         *report = {medial.samples.size(), medial.balls.size(), balls.size(), 0, 0.0, 0.0};
         (void)find_components(balls, report->components);
-        measure_error(balls, medial.samples, options.relative_error, *report);
+        measure_error(balls, medial.samples, *report);
     }
     return lumen;
 }

@@ -18,10 +18,11 @@ namespace seldinger::spheretree {
 struct LumenOptions {
     double relative_error = 0.04;   // of the local radius: how deep a wall sample may lie outside the union of the balls
     double error_floor = 2e-5;      // m; finer detail of the wall than this is not followed
-    double min_radius = 1e-4;       // m; narrower lumen is treated as closed
+    double corner_ratio = 0.25;     // of the local radius: corners that only smaller balls reach are left to the exact stage
+    double min_radius = 1e-4;       // m; narrower lumen is treated as closed. Half the instrument's radius is enough
     double link_reach = 0.15;       // of a ball's radius: wall triangles within that much beyond it move it
     unsigned branching = 8;         // 2, 4 or 8 children at most
-    std::size_t max_candidates = 150'000; // balls tried; larger surfaces are sampled more sparsely
+    std::size_t max_samples = 60'000; // of the wall, about; a larger or finer lumen is sampled more sparsely
 };
 
 /// Item k of the tree is ball k; leaf balls are numbered in depth-first order, one per leaf. Inner spheres bound the balls
@@ -37,12 +38,19 @@ struct LumenTree {
     std::vector<Index> anchor_begin;      // [ball_count + 1]
     std::vector<Index> anchors;           // few wall vertices spread around the ball: its centre follows them
     std::vector<double> anchor_weights;   // sum 1, and sum of weight * rest vertex = the ball's centre: rigid turns are exact
+    double link_reach = 0.0;              // [-] LumenOptions::link_reach it was built with
     std::vector<Vec3> rest_vertices;      // [vertex_count] m, of the wall
     std::vector<Triangle> triangles;      // [triangle_count] of the wall
 
     [[nodiscard]] std::size_t ball_count() const noexcept { return leaf_of_ball.size(); }
     [[nodiscard]] Index ball_of_leaf(Index leaf) const noexcept { return tree.item_begin[leaf]; }
     [[nodiscard]] const Sphere& ball(Index ball) const noexcept { return tree.spheres[leaf_of_ball[ball]]; }
+    [[nodiscard]] std::span<const Index> neighbours_of(Index ball) const noexcept {
+        return std::span(neighbours).subspan(neighbour_begin[ball], neighbour_begin[ball + 1] - neighbour_begin[ball]);
+    }
+    [[nodiscard]] std::span<const Index> wall_of(Index ball) const noexcept {
+        return std::span(wall_triangles).subspan(wall_begin[ball], wall_begin[ball + 1] - wall_begin[ball]);
+    }
 };
 
 /// What was reached, for the build's report.

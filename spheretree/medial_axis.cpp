@@ -1,5 +1,7 @@
 #include "spheretree/medial_axis.hpp"
 
+#include "spheretree/point_tree.hpp"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -10,13 +12,16 @@ namespace seldinger::spheretree {
 namespace {
 
 /// A ball is not shrunk for a second touching point nearer to the first than this, seen from the centre: it belongs to
-/// the roughness of the mesh. Larger: fewer, rounder balls; smaller: balls creep into the corners between facets.
-constexpr double kCosSeparation = 0.8;     // [-] about 37 degrees
-constexpr int kMaxShrinks = 12;            // each at least halves the excess in practice; 3 to 5 are usual
-constexpr int kMaxGrowths = 8;             // steps towards the medial axis
-constexpr double kTouch = 1e-6;            // [-] relative: a ball whose excess is below this counts as touching
-constexpr unsigned kGrowEvery = 3;         // every third ball is also grown: the axis is far shorter than the wall
-constexpr double kSampleSpacing = 0.4;     // of the local radius: triangles longer than this get more samples
+/// the roughness of the mesh. Larger angle: fewer, rounder balls; smaller: balls creep into the corners between facets.
+constexpr double kCosSeparation = 0.5; // [-] 60 degrees: a hexagonal tube still counts as round
+constexpr int kMaxShrinks = 16;        // 3 to 5 are usual
+constexpr int kMaxGrowths = 8;         // steps towards the medial axis
+constexpr unsigned kGrowEvery = 6;     // the axis is far shorter than the wall: a sixth of the balls finds all of it
+/// [-] A ball whose innermost hundredth is free counts as touching. At its medial centre a ball touches a whole ring of
+/// wall: asking for more would look at every triangle of the ring.
+constexpr double kTouch = 0.01;
+constexpr std::size_t kPilots = 4000;  // balls that measure the local radius
+constexpr double kPilotReach = 1.1;    // of a pilot ball's radius: wall so near to it is as wide as the ball
 
 class BallFinder {
 public:
@@ -29,36 +34,32 @@ public:
     }
 
     [[nodiscard]] const Vec3& normal(Index triangle) const { return normals_[triangle]; }
-    [[nodiscard]] double distance(const Vec3& p) const {
-        const auto hit = inside_.tree().closest(p);
-        return hit ? hit->distance : 0.0;
-    }
 
-    /// Shrinks the ball that touches p until nothing of the wall but roughness is inside it.
-    /// start  m, guess of the radius, not too small
+    /// Shrinks the ball that touches p until nothing of the wall but roughness is inside it. Empty where p is in a corner
+    /// that no ball reaches.
+    /// start  m, guess of the radius
     [[nodiscard]] Sphere shrink(const Vec3& p, const Vec3& inward, double start) const {
         double radius = std::min(start, largest_);
+        bool guessing = true; // a guess that is free may have been too small
         for (int i = 0; i < kMaxShrinks; ++i) {
             const Vec3 centre = p + inward * radius;
-            const auto hit = inside_.tree().closest(centre, radius * (1.0 + kTouch));
-            if (!hit || hit->distance >= radius * (1.0 - kTouch)) {
-                if (i > 0 || radius >= largest_) return {centre, hit ? hit->distance : radius};
-                radius = std::min(2.0 * radius, largest_); // the guess was free: it may have been too small
-                i = -1;
+            const auto hit = inside_.tree().closest(centre, radius * (1.0 - kTouch));
+            if (!hit && guessing && radius < largest_) {
+                radius = std::min(2.0 * radius, largest_);
                 continue;
             }
+            if (!hit) return {centre, radius * (1.0 - kTouch)};
+            guessing = false;
             const Vec3 to_hit = hit->point - p;
             const double along = to_hit.dot(inward);
             const bool seen_from_inside = (centre - hit->point).dot(normals_[hit->triangle]) < 0.0;
             const double cosine = (hit->point - centre).dot(p - centre) / std::max(hit->distance * radius, 1e-300);
             if (seen_from_inside && cosine > kCosSeparation) return {centre, hit->distance};
-            if (!(along > 0.0)) return {};
             const double smaller = to_hit.squaredNorm() / (2.0 * along);
-            if (!(smaller < radius)) return {centre, hit->distance};
+            if (!(along > 0.0) || !(smaller < radius)) return {};
             radius = smaller;
         }
-        const Vec3 centre = p + inward * radius;
-        return {centre, distance(centre)};
+        return {};
     }
 
     /// Walks away from the nearest wall as long as that makes the ball larger.
@@ -68,7 +69,7 @@ public:
         for (int i = 0; i < kMaxGrowths && hit && hit->distance > 0.0; ++i) {
             const Vec3 centre = ball.centre + (ball.centre - hit->point) * (step / hit->distance);
             const auto next = inside_.tree().closest(centre);
-            if (next && next->distance > ball.radius * (1.0 + 1e-4)) {
+            if (next && next->distance > ball.radius * 1.001) {
                 ball = {centre, next->distance};
                 hit = next;
             } else {
@@ -89,16 +90,6 @@ private:
     double largest_ = 0.0;      // m
 };
 
-std::vector<Vec3> vertex_normals(const TriMesh& wall) {
-    std::vector<Vec3> normal(wall.vertices.size(), Vec3::Zero());
-    for (const Triangle& t : wall.triangles) {
-        const Vec3& a = wall.vertices[t[0]];
-        const Vec3 area = (wall.vertices[t[1]] - a).cross(wall.vertices[t[2]] - a);
-        for (const Index v : t) normal[v] += area;
-    }
-    return normal;
-}
-
 /// Centres of the n * n congruent parts of a triangle, as weights of its corners.
 std::vector<Vec3> part_centres(unsigned n) {
     std::vector<Vec3> weights;
@@ -110,57 +101,101 @@ std::vector<Vec3> part_centres(unsigned n) {
     return weights;
 }
 
-class Sampler {
-public:
-    Sampler(const BallFinder& finder, double min_radius, MedialBalls& out)
-        : finder_(finder), min_radius_(min_radius), out_(out) {}
-
-    /// guess  m, in: where to start shrinking; out: the radius that was found
-    void add(const Vec3& p, const Vec3& inward, double& guess) {
-        WallSample sample{p, inward, 0.0, 0.0};
-        const Sphere ball = finder_.shrink(p, inward, 2.0 * guess);
-        if (finder_.is_free(ball, min_radius_)) {
-            guess = ball.radius;
-            sample.radius = ball.radius;
-            sample.deficit = std::max(0.0, (p - ball.centre).norm() - ball.radius);
-            out_.balls.push_back(ball);
-            if (out_.balls.size() % kGrowEvery == 0) add_grown(ball);
-        }
-        out_.samples.push_back(sample);
-    }
-
-private:
-    void add_grown(const Sphere& ball) {
-        const Sphere grown = finder_.grow(ball); // never crosses the wall: steps are shorter than the radius
-        if (grown.radius > ball.radius) out_.balls.push_back(grown);
-    }
-
-    const BallFinder& finder_;
-    double min_radius_;
-    MedialBalls& out_;
+struct Spot { // a place to sample
+    Vec3 point;
+    Index triangle;
 };
+
+Vec3 triangle_centre(const TriMesh& wall, Index t) {
+    const Triangle& v = wall.triangles[t];
+    return (wall.vertices[v[0]] + wall.vertices[v[1]] + wall.vertices[v[2]]) / 3.0;
+}
+
+/// Radius of the largest pilot ball near each triangle; the median pilot where none is near.
+std::vector<double> find_local_radius(const TriMesh& wall, const BallFinder& finder, double min_radius) {
+    std::vector<Vec3> centres;
+    for (Index t = 0; t < wall.triangles.size(); ++t) centres.push_back(triangle_centre(wall, t));
+    const PointTree tree(centres);
+    std::vector<double> local(wall.triangles.size(), 0.0), found;
+    double guess = 0.05 * wall.bounds().longest_edge();
+    const std::size_t stride = wall.triangles.size() / kPilots + 1;
+    for (std::size_t t = 0; t < wall.triangles.size(); t += stride) {
+        const auto id = static_cast<Index>(t);
+        const Sphere ball = finder.shrink(centres[t], -finder.normal(id), 2.0 * guess);
+        if (!finder.is_free(ball, min_radius)) continue;
+        guess = ball.radius;
+        found.push_back(ball.radius);
+        tree.for_each_within(ball.centre, kPilotReach * ball.radius,
+                             [&](Index i, double) { local[i] = std::max(local[i], ball.radius); });
+    }
+    std::sort(found.begin(), found.end());
+    const double median = found.empty() ? min_radius : found[found.size() / 2];
+    for (double& radius : local)
+        if (radius == 0.0) radius = median;
+    return local;
+}
+
+/// Parts of large triangles, whole small ones.
+std::vector<Spot> propose_spots(const TriMesh& wall, std::span<const double> local, double spacing) {
+    std::vector<Spot> spots;
+    for (Index t = 0; t < wall.triangles.size(); ++t) {
+        const Triangle& v = wall.triangles[t];
+        const Vec3 &a = wall.vertices[v[0]], &b = wall.vertices[v[1]], &c = wall.vertices[v[2]];
+        const double longest = std::sqrt(std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()}));
+        const auto parts = static_cast<unsigned>(std::clamp(longest / (spacing * local[t]), 1.0, 32.0));
+        for (const Vec3& w : part_centres(parts)) spots.push_back({w[0] * a + w[1] * b + w[2] * c, t});
+    }
+    return spots;
+}
+
+/// Drops spots that are nearer to an earlier one than the spacing allows.
+std::vector<Spot> thin_out(std::span<const Spot> spots, std::span<const double> local, double spacing) {
+    std::vector<Vec3> points;
+    for (const Spot& s : spots) points.push_back(s.point);
+    const PointTree tree(points);
+    std::vector<char> dropped(spots.size(), 0);
+    std::vector<Spot> kept;
+    for (Index i = 0; i < spots.size(); ++i) {
+        if (dropped[i]) continue;
+        kept.push_back(spots[i]);
+        tree.for_each_within(points[i], 0.6 * spacing * local[spots[i].triangle], [&](Index k, double) { dropped[k] = 1; });
+    }
+    return kept;
+}
+
+/// Spacing at which about max_samples spots are left: a spot takes about half a spacing squared after thinning.
+double affordable_spacing(const TriMesh& wall, std::span<const double> local, const SampleOptions& options) {
+    double spots = 0.0;
+    for (Index t = 0; t < wall.triangles.size(); ++t) {
+        const Triangle& v = wall.triangles[t];
+        const Vec3& a = wall.vertices[v[0]];
+        const double area = 0.5 * (wall.vertices[v[1]] - a).cross(wall.vertices[v[2]] - a).norm();
+        spots += area / (0.5 * options.spacing * options.spacing * local[t] * local[t]);
+    }
+    return options.spacing * std::sqrt(std::max(1.0, spots / static_cast<double>(std::max<std::size_t>(options.max_samples, 1))));
+}
 
 } // namespace
 
-MedialBalls find_medial_balls(const TriMesh& wall, const InsideTest& inside, double min_radius, std::size_t max_samples) {
+MedialBalls find_medial_balls(const TriMesh& wall, const InsideTest& inside, const SampleOptions& options) {
     MedialBalls found;
     const BallFinder finder(wall, inside);
-    Sampler sampler(finder, min_radius, found);
-    double guess = 0.05 * wall.bounds().longest_edge();
-    const std::size_t triangle_stride = wall.triangles.size() / std::max<std::size_t>(max_samples, 1) + 1;
-    for (Index t = 0; t < wall.triangles.size(); t += static_cast<Index>(triangle_stride)) {
-        const Triangle& corners = wall.triangles[t];
-        const Vec3 &a = wall.vertices[corners[0]], &b = wall.vertices[corners[1]], &c = wall.vertices[corners[2]];
-        sampler.add((a + b + c) / 3.0, -finder.normal(t), guess);
-        const double longest = std::sqrt(std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()}));
-        const double local = std::max(found.samples.back().radius, min_radius);
-        const auto parts = static_cast<unsigned>(std::clamp(longest / (kSampleSpacing * local), 1.0, 16.0));
-        if (parts < 2 || found.samples.size() + std::size_t{parts} * parts > max_samples) continue;
-        for (const Vec3& w : part_centres(parts)) sampler.add(w[0] * a + w[1] * b + w[2] * c, -finder.normal(t), guess);
+    const std::vector<double> local = find_local_radius(wall, finder, options.min_radius);
+    const double spacing = affordable_spacing(wall, local, options);
+    for (const Spot& spot : thin_out(propose_spots(wall, local, spacing), local, spacing)) {
+        WallSample sample{spot.point, -finder.normal(spot.triangle), local[spot.triangle], 0.0, 0.0};
+        const Sphere ball = finder.shrink(sample.point, sample.inward, 1.5 * sample.local_radius);
+        if (finder.is_free(ball, options.min_radius)) {
+            sample.radius = ball.radius;
+            sample.deficit = std::max(0.0, (sample.point - ball.centre).norm() - ball.radius);
+            found.balls.push_back(ball);
+            if (found.balls.size() % kGrowEvery == 0) { // never crosses the wall: steps are shorter than the radius
+                const Sphere grown = finder.grow(ball);
+                if (grown.radius > ball.radius) found.balls.push_back(grown);
+            }
+        }
+        found.samples.push_back(sample);
     }
-    const std::vector<Vec3> normals = vertex_normals(wall);
-    for (Index v = 0; v < wall.vertices.size() && found.samples.size() < max_samples; ++v)
-        if (normals[v].squaredNorm() > 0.0) sampler.add(wall.vertices[v], -normals[v].normalized(), guess);
     return found;
 }
 

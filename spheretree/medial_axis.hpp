@@ -10,21 +10,25 @@
 namespace seldinger::spheretree {
 
 struct WallSample {
-    Vec3 point = Vec3::Zero();  // m, on the wall
+    Vec3 point = Vec3::Zero();   // m, on the wall
     Vec3 inward = Vec3::UnitX(); // unit, into the lumen
-    double radius = 0.0;        // m, of the ball that touches here; 0: none was found
-    double deficit = 0.0;       // m, from the sample to that ball: what the wall's facets hide in their corners
+    double local_radius = 0.0;   // m, of the largest ball about: the lumen's width here, corners and roughness ignored
+    double radius = 0.0;         // m, of the ball that touches here; 0: none was found
+    double deficit = 0.0;        // m, from the sample to that ball: what the wall's facets hide in their corners
 };
 
 struct MedialBalls {
     std::vector<WallSample> samples;
-    std::vector<Sphere> balls;        // inside the surface; radius = exact distance of the centre to it
+    std::vector<Sphere> balls; // inside the surface, free of it; up to 1 % smaller than they could be
 };
 
-/// Samples every vertex and every triangle, large triangles (against the local radius) several times.
-/// wall  closed, oriented outwards     min_radius  m, smaller balls are dropped
-/// max_samples  beyond it triangles are left out evenly, then vertices
-[[nodiscard]] MedialBalls find_medial_balls(const TriMesh& wall, const InsideTest& inside, double min_radius,
-                                            std::size_t max_samples);
+struct SampleOptions {
+    double min_radius = 1e-4;         // m, smaller balls are dropped
+    double spacing = 0.4;             // of the local radius, between samples
+    std::size_t max_samples = 60'000; // about; beyond it the spacing grows
+};
+
+/// wall  closed, oriented outwards
+[[nodiscard]] MedialBalls find_medial_balls(const TriMesh& wall, const InsideTest& inside, const SampleOptions& options);
 
 } // namespace seldinger::spheretree

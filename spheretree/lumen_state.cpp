@@ -1,0 +1,158 @@
+#include "spheretree/lumen_state.hpp"
+
+#include "base/closest_point.hpp"
+#include "spheretree/bounding.hpp"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+
+namespace seldinger::spheretree {
+
+namespace {
+
+/// A linked triangle is looked at in about a quarter of the time of a sphere test with its tree walk.
+constexpr std::uint64_t kTrianglesPerTest = 4;
+
+struct NearestWall {
+    double distance_sq = std::numeric_limits<double>::infinity();
+    Index triangle = kNoIndex;
+    PointOnTriangle hit{};
+};
+
+/// Nearest of the linked triangles that is nearer than start_sq. No point of a triangle is nearer to p than
+/// sqrt(m^2 - e^2/3), m its nearest corner and e its longest edge: most triangles need no more than that.
+NearestWall find_nearest(const LumenTree& lumen, std::span<const Index> linked, std::span<const Vec3> vertices,
+                         const Vec3& p, double start_sq) noexcept {
+    NearestWall best{start_sq, kNoIndex, {}};
+    for (const Index t : linked) {
+        const Triangle& v = lumen.triangles[t];
+        const Vec3 &a = vertices[v[0]], &b = vertices[v[1]], &c = vertices[v[2]];
+        const double corner_sq = std::min({(a - p).squaredNorm(), (b - p).squaredNorm(), (c - p).squaredNorm()});
+        const double edge_sq = std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()});
+        if (corner_sq - edge_sq / 3.0 >= best.distance_sq) continue;
+        const PointOnTriangle hit = closest_on_triangle(p, a, b, c);
+        if (hit.distance_sq < best.distance_sq) best = {hit.distance_sq, t, hit};
+    }
+    return best;
+}
+
+/// Free radius around a moved centre, at most `cap`; empty once the centre has come to lie behind its wall.
+double free_radius(const LumenTree& lumen, Index ball, const Vec3& centre, std::span<const Vec3> vertices,
+                   double cap) noexcept {
+    const NearestWall nearest = find_nearest(lumen, lumen.wall_of(ball), vertices, centre, cap * cap);
+    if (nearest.triangle == kNoIndex) return cap;
+    const Triangle& v = lumen.triangles[nearest.triangle];
+    const Vec3 normal = (vertices[v[1]] - vertices[v[0]]).cross(vertices[v[2]] - vertices[v[0]]);
+    if ((centre - nearest.hit.point).dot(normal) > 0.0) return -1.0;
+    return std::sqrt(nearest.distance_sq) * (1.0 - 1e-12);
+}
+
+} // namespace
+
+void LumenState::mark_still(const LumenTree& lumen, std::span<const double> motion_weight) {
+    still_.assign(lumen.ball_count(), 1);
+    for (Index b = 0; b < lumen.ball_count(); ++b)
+        for (const Index t : lumen.wall_of(b))
+            for (const Index v : lumen.triangles[t])
+                if (motion_weight[v] != 0.0) still_[b] = 0;
+}
+
+void LumenState::rest(const LumenTree& lumen) {
+    at_rest_ = true;
+    bounds_ = lumen.tree.spheres;
+    largest_ = lumen.largest_ball;
+    for (Index b = 0; b < lumen.ball_count(); ++b) {
+        const Sphere& ball = lumen.ball(b);
+        balls_[b] = {ball.centre, ball.centre, ball.radius, ball.radius};
+        stamp_[b] = step_;
+    }
+}
+
+void LumenState::update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1) {
+    const bool fresh = balls_.size() != lumen.ball_count();
+    if (fresh) {
+        balls_.resize(lumen.ball_count());
+        swept_.resize(lumen.ball_count());
+        stamp_.assign(lumen.ball_count(), 0);
+        step_ = 0;
+    }
+    balls_updated_ = 0;
+    vertices_t0_ = vertices_t0;
+    vertices_t1_ = vertices_t1;
+    const bool resting = vertices_t0.empty() && vertices_t1.empty();
+    if (resting && at_rest_ && !fresh) return;
+    ++step_;
+    rest(lumen);
+    if (resting) return;
+    at_rest_ = false;
+    move_centres(lumen);
+    move_bounds(lumen);
+}
+
+void LumenState::move_centres(const LumenTree& lumen) {
+    for (Index b = 0; b < lumen.ball_count(); ++b) {
+        const Sphere& rest_ball = lumen.ball(b);
+        swept_[b] = rest_ball;
+        if (!still_.empty() && still_[b]) continue;
+        Vec3 shift_t0 = Vec3::Zero(), shift_t1 = Vec3::Zero();
+        for (Index k = lumen.anchor_begin[b]; k < lumen.anchor_begin[b + 1]; ++k) {
+            const Index v = lumen.anchors[k];
+            shift_t0 += lumen.anchor_weights[k] * (vertices_t0_[v] - lumen.rest_vertices[v]);
+            shift_t1 += lumen.anchor_weights[k] * (vertices_t1_[v] - lumen.rest_vertices[v]);
+        }
+        MovingBall& ball = balls_[b];
+        ball.centre_t0 += shift_t0;
+        ball.centre_t1 += shift_t1;
+        const double cap = rest_ball.radius * (1.0 + 0.5 * lumen.link_reach);
+        swept_[b] = {0.5 * (ball.centre_t0 + ball.centre_t1),
+                     (cap + 0.5 * (ball.centre_t1 - ball.centre_t0).norm()) * kRoundOut};
+        stamp_[b] = step_ - 1; // its radius is not known yet
+    }
+}
+
+/// Inner bounds keep their rest centre relative to the balls beneath, and hold both ends of every one of them.
+void LumenState::move_bounds(const LumenTree& lumen) {
+    const SphereTree& tree = lumen.tree;
+    for (Index s = 0; s < tree.sphere_count(); ++s) {
+        const auto beneath =
+            std::span<const Sphere>(swept_).subspan(tree.item_begin[s], tree.item_end[s] - tree.item_begin[s]);
+        if (tree.is_leaf(s)) {
+            bounds_[s] = beneath.front();
+        } else {
+            Vec3 shift = Vec3::Zero();
+            for (Index b = tree.item_begin[s]; b < tree.item_end[s]; ++b) shift += swept_[b].centre - lumen.ball(b).centre;
+            const Vec3 centre = tree.spheres[s].centre + shift / static_cast<double>(beneath.size());
+            bounds_[s] = {centre, enclosing_radius(centre, beneath)};
+        }
+        double largest = 0.0;
+        for (const Sphere& ball : beneath) largest = std::max(largest, ball.radius);
+        largest_[s] = largest;
+    }
+}
+
+const MovingBall& LumenState::ball(const LumenTree& lumen, Index ball) {
+    MovingBall& b = balls_[ball];
+    if (stamp_[ball] == step_) return b;
+    stamp_[ball] = step_;
+    ++balls_updated_;
+    const double cap = lumen.ball(ball).radius * (1.0 + 0.5 * lumen.link_reach);
+    const double radius_t0 = free_radius(lumen, ball, b.centre_t0, vertices_t0_, cap);
+    b.radius_t1 = free_radius(lumen, ball, b.centre_t1, vertices_t1_, cap);
+    b.radius = std::min(radius_t0, b.radius_t1);
+    return b;
+}
+
+std::uint64_t LumenState::cost_of(const LumenTree& lumen, Index ball) const noexcept {
+    return stamp_[ball] == step_ ? 0 : 2 * lumen.wall_of(ball).size() / kTrianglesPerTest;
+}
+
+WallPoint find_wall_point(const LumenTree& lumen, std::span<const Vec3> vertices, Index ball, const Vec3& p) noexcept {
+    const std::span<const Vec3> now = vertices.empty() ? std::span<const Vec3>(lumen.rest_vertices) : vertices;
+    const NearestWall nearest =
+        find_nearest(lumen, lumen.wall_of(ball), now, p, std::numeric_limits<double>::infinity());
+    if (nearest.triangle == kNoIndex) return {};
+    return {nearest.triangle, nearest.hit.point, nearest.hit.bary, std::sqrt(nearest.distance_sq)};
+}
+
+} // namespace seldinger::spheretree
