@@ -3,7 +3,7 @@
 
 #include "engine/prepare/load_surface.hpp"
 #include "engine/scene/scene.hpp"
-#include "engine/step/model.hpp"
+#include "engine/prepare/model.hpp"
 
 #include <functional>
 #include <string>

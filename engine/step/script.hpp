@@ -1,50 +1,13 @@
 // What the hands do: insertion and rotation of an instrument over time, from a table or steered towards a target.
 #pragma once
 
-#include "base/vec.hpp"
-
-#include <span>
-#include <vector>
+#include "engine/prepare/drive.hpp"
 
 namespace seldinger::engine {
-
-/// One row of a path: linear between rows, held before the first and after the last.
-struct DriveRow {
-    double time = 0.0;      // s, ascending
-    double insertion = 0.0; // m
-    double rotation = 0.0;  // rad
-};
-
-struct DriveLimits {
-    double speed = 0.035;   // m/s, of insertion and retraction
-    double rotation = 3.14; // rad/s
-};
-
-struct DriveCommand {
-    double insertion = 0.0; // m
-    double rotation = 0.0;  // rad
-};
-
-/// Wanted position of the handle at `time`. rows must not be empty.
-[[nodiscard]] DriveCommand evaluate_path(std::span<const DriveRow> rows, double time) noexcept;
 
 /// The command nearest to `wanted` that the limits allow within `dt` seconds from `from`.
 [[nodiscard]] DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits,
                                          double dt) noexcept;
-
-/// The lumen's middle from the port to the target.
-struct Route {
-    std::vector<Vec3> points;   // [n] m
-    std::vector<double> radii;  // [n] m
-    std::vector<double> length; // [n] m, arc length from the first point
-};
-[[nodiscard]] Route make_route(std::vector<Vec3> points, std::vector<double> radii);
-
-struct FollowSettings {
-    double speed = 0.025;      // m/s, where the way is straight
-    double look_ahead = 0.012; // m, of the route beyond the tip that the tip is turned to
-    double tolerance = 0.003;  // m, to the end of the route: arrived
-};
 
 enum class FollowMode : std::uint8_t { Advance, Retract, Arrived };
 

@@ -1,7 +1,8 @@
 // All that changes from step to step and decides what comes next. Hashing it tells whether two runs are the same run.
 #pragma once
 
-#include "engine/step/model.hpp"
+#include "engine/prepare/model.hpp"
+#include "engine/step/script.hpp"
 
 #include <cstdint>
 

@@ -3,7 +3,7 @@
 
 #include "base/mesh.hpp"
 #include "collision/topology.hpp"
-#include "engine/step/script.hpp"
+#include "engine/prepare/drive.hpp"
 #include "engine/time/step_budget.hpp"
 #include "fem/links.hpp"
 #include "fem/rod_skin.hpp"

@@ -1,0 +1,34 @@
+#include "engine/cli/progress.hpp"
+
+#include <fmt/format.h>
+
+#include <unistd.h>
+
+#include <cstdio>
+
+namespace seldinger::engine {
+
+ProgressLine::ProgressLine(bool wanted) : on_terminal_(wanted && isatty(STDERR_FILENO) == 1) {}
+
+void ProgressLine::show(const std::string& text) {
+    if (!on_terminal_) return;
+    fmt::print(stderr, "\r\033[K{:.110}", text);
+    std::fflush(stderr);
+    shown_ = true;
+}
+
+void ProgressLine::show_step(std::uint64_t done, std::uint64_t all, const StepReport& report) {
+    const double now = since_start_.elapsed_ms();
+    if (!on_terminal_ || (now - last_ms_ < 100.0 && done != all)) return;
+    last_ms_ = now;
+    show(fmt::format("step {}/{}  t {:.2f} s  {:.1f} ms (budget {:.2f})  inserted {:.0f} mm  {}{}", done, all,
+                     report.time_s, report.ms.total, report.ms.budget, 1e3 * report.insertion_m,
+                     report.exact_ran ? "exact" : "coarse", report.safe_fraction < 1.0 ? ", held back" : ""));
+}
+
+void ProgressLine::clear() {
+    if (shown_) fmt::print(stderr, "\r\033[K");
+    shown_ = false;
+}
+
+} // namespace seldinger::engine

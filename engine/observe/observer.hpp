@@ -1,0 +1,68 @@
+// What a run leaves behind: an output folder with a row per step, a summary, pictures, a report, states for ParaView.
+#pragma once
+
+#include "engine/prepare/prepare_scene.hpp"
+#include "engine/step/simulator.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace seldinger::engine {
+
+struct ObserveOptions {
+    std::filesystem::path out;    // folder; made if missing
+    bool force = false;           // an existing folder that is not empty may be written into
+    bool record = false;          // states for ParaView, every outputs.record_every steps (or so that 100 are kept)
+    bool pictures = true;
+    std::uint64_t steps = 0;      // that the run is going to take
+};
+
+/// Percentiles of one series, ms.
+struct Percentiles {
+    double p50 = 0.0, p95 = 0.0, p99 = 0.0, max = 0.0;
+};
+
+/// summary.json as numbers: what the last line on the terminal and the report's first lines are made of.
+struct RunSummary {
+    std::uint64_t steps = 0;
+    double simulated_s = 0.0, wall_s = 0.0, realtime_factor = 0.0;
+    Percentiles step_ms, collision_ms;
+    double budget_kept = 1.0;     // share of steps, 0..1
+    double worst_overrun_ms = 0.0;
+    std::uint64_t overruns = 0;
+    std::uint64_t lumen_exits = 0, unresolved = 0, assumed = 0, contacts = 0, exact_steps = 0, held_back_steps = 0;
+    double target_distance_m = -1.0;
+    std::string state_hash;       // hex
+    bool finite = true;
+    std::string failure;
+};
+
+/// Not for two threads. Everything that costs time here is outside the step and its budget.
+class RunObserver {
+public:
+    /// Refuses a folder that is not empty (unless forced), that another run is using, or that cannot be written.
+    [[nodiscard]] static Result<std::unique_ptr<RunObserver>> open(const Scene& scene, const PreparedScene& prepared,
+                                                                   const ObserveOptions& options);
+    ~RunObserver();
+    RunObserver(const RunObserver&) = delete;
+    RunObserver& operator=(const RunObserver&) = delete;
+
+    /// After every step, also the one that stopped the run.
+    [[nodiscard]] Result<void> after_step(const Simulator& simulator, const StepReport& report);
+
+    /// Writes what is only known at the end: steps.csv, summary.json, pictures, report.html.
+    /// interrupted  the run ended before its time, by request
+    [[nodiscard]] Result<RunSummary> finish(const Simulator& simulator, double wall_s, bool interrupted);
+
+    /// What was given up on the way: no GL context, no gnuplot. One sentence each.
+    [[nodiscard]] const std::vector<std::string>& notices() const noexcept;
+
+private:
+    struct Parts;
+    explicit RunObserver(std::unique_ptr<Parts> parts);
+    std::unique_ptr<Parts> parts_;
+};
+
+} // namespace seldinger::engine
