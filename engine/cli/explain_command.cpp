@@ -1,0 +1,142 @@
+// `explain`: what a scene will simulate and why, what it will not, how many sub-steps, how much memory, what it will cost.
+#include "engine/cli/commands.hpp"
+#include "engine/cli/progress.hpp"
+#include "engine/prepare/prepare_scene.hpp"
+#include "engine/step/simulator.hpp"
+
+#include <fmt/format.h>
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// Steps that are tried out for the predicted cost: enough to pass the first steps' allocations.
+constexpr std::uint64_t kTrialSteps = 30;
+
+struct EffectLine {
+    const char* name;
+    bool runs;
+    std::string why;
+};
+
+std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& prepared) {
+    std::size_t deformable = 0, tets = 0;
+    for (const BodySummary& body : prepared.bodies) {
+        deformable += body.coarse_tets > 0;
+        tets += body.coarse_tets;
+    }
+    const Effects& e = scene.effects;
+    const bool instruments = !scene.instruments.empty();
+    const auto listed = [](bool on, std::string why) { return on ? std::move(why) : std::string("not among the scene's effects"); };
+    return {
+        {"elasticity", e.elasticity && deformable > 0,
+         deformable == 0 ? "no body deforms" : listed(e.elasticity, fmt::format("{} bodies, {} tetrahedra, RK4", deformable, tets))},
+        {"damping", e.damping && deformable > 0,
+         deformable == 0 ? "no body deforms" : listed(e.damping, "viscosity and mass damping of the materials")},
+        {"gravity", e.gravity,
+         listed(e.gravity, fmt::format("({:g}, {:g}, {:g}) m/s^2", scene.gravity.x(), scene.gravity.y(), scene.gravity.z()))},
+        {"breathing", e.breathing.has_value(),
+         listed(e.breathing.has_value(), e.breathing ? fmt::format("{:g} mm every {:g} s, on the fixed nodes",
+                                                                  1e3 * e.breathing->amplitude, e.breathing->period) : "")},
+        {"coarse_contact", e.coarse_contact, listed(e.coarse_contact, "sphere trees, breadth first, under the budget")},
+        {"exact_contact", e.exact_contact && instruments,
+         !instruments ? "no instrument" : listed(e.exact_contact, "continuous tests of the skin against the wall, when they fit in the budget")},
+        {"fluoroscopy", e.fluoroscopy, listed(e.fluoroscopy, "X-ray pictures beside the shaded ones")},
+    };
+}
+
+void print_effects(const Scene& scene, const PreparedScene& prepared) {
+    for (const bool runs : {true, false}) {
+        fmt::print("\n{}\n", runs ? "simulated" : "not simulated");
+        for (const EffectLine& line : list_effects(scene, prepared))
+            if (line.runs == runs) fmt::print("  {:<15} {}\n", line.name, line.why);
+    }
+}
+
+void print_bodies(const PreparedScene& prepared) {
+    fmt::print("\nbodies\n");
+    for (std::size_t i = 0; i < prepared.bodies.size(); ++i) {
+        const BodySummary& b = prepared.bodies[i];
+        const BodyModel& model = prepared.model.bodies[i];
+        const char* motion = model.motion == Motion::Deformable ? "deformable" : model.motion == Motion::Kinematic ? "kinematic" : "static";
+        fmt::print("  {:<15} {}{}, {} triangles, {} spheres", b.name, motion, model.hollow ? ", hollow" : "", b.triangles, b.tree_spheres);
+        if (b.coarse_tets > 0)
+            fmt::print(", {} tetrahedra on {} nodes ({} fixed), stable step {:.3g} ms", b.coarse_tets, b.coarse_nodes,
+                       b.pinned_nodes, 1e3 * b.stable_step_s);
+        fmt::print("\n");
+        if (b.links > 0)
+            fmt::print("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,
+                       model.carrier == SIZE_MAX ? "its own coarse mesh" : prepared.bodies[model.carrier].name, b.static_links,
+                       b.degenerate_links, 1e3 * b.longest_link_m);
+        for (const std::string& note : b.notes) fmt::print("  {:<15} {}\n", "", note);
+    }
+}
+
+void print_instruments(const Scene& scene, const PreparedScene& prepared) {
+    if (prepared.model.instruments.empty()) return;
+    fmt::print("\ninstruments\n");
+    for (std::size_t i = 0; i < prepared.model.instruments.size(); ++i) {
+        const InstrumentModel& m = prepared.model.instruments[i];
+        fmt::print("  {:<15} rod of {} nodes, {:g} mm long, radius {:g} mm, skin of {} triangles, in {}\n", m.name,
+                   m.rod.node_count(), 1e3 * m.rod.design.length, 1e3 * m.rod.design.radius, m.skin.triangles.size(),
+                   prepared.bodies[m.lumen].name);
+        if (m.route)
+            fmt::print("  {:<15} steered to {}, {:.0f} mm away along the lumen, narrowest radius {:.2f} mm\n", "",
+                       scene.targets[scene.instruments[i].follow->target].name, 1e3 * m.route->length.back(),
+                       1e3 * *std::min_element(m.route->radii.begin(), m.route->radii.end()));
+        else
+            fmt::print("  {:<15} script of {} rows\n", "", m.path.size());
+    }
+}
+
+void print_cost(const Scene& scene, const PreparedScene& prepared) {
+    Simulator simulator(prepared.model);
+    std::vector<double> total, collision;
+    StepReport last;
+    for (std::uint64_t k = 0; k < std::min(kTrialSteps, prepared.model.step_count); ++k) {
+        last = simulator.step();
+        if (!last.finite) break;
+        total.push_back(last.ms.total);
+        collision.push_back(last.ms.descend + last.ms.exact);
+    }
+    fmt::print("\ntime and cost\n  step            {:g} ms, {} steps, {} sub-steps of the tissue (stable step {:.3g} ms)\n",
+               1e3 * scene.time.step, prepared.model.step_count, last.substeps, 1e3 * last.stable_step_s);
+    fmt::print("  budget          {} per step over {}\n", scene.budget.to_string(),
+               prepared.model.budget_covers_step ? "the whole step" : "collision");
+    if (!last.finite) fmt::print("  trial           stopped: {}\n", last.failure);
+    if (total.empty()) return;
+    std::sort(total.begin(), total.end());
+    std::sort(collision.begin(), collision.end());
+    const double middle = total[total.size() / 2];
+    fmt::print("  predicted       {:.3g} ms a step (collision {:.3g} ms), from a trial of {} steps; whole run about {:.3g} s\n",
+               middle, collision[collision.size() / 2], total.size(), 1e-3 * middle * static_cast<double>(prepared.model.step_count));
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    fmt::print("  memory          {:.0f} MB at most so far\n  preparation     {:.2f} s\n",
+               static_cast<double>(usage.ru_maxrss) / 1024.0, prepared.seconds);
+}
+
+} // namespace
+
+int explain_command(const ExplainOptions& options) {
+    const Result<Scene> scene = read_scene(options.scene);
+    if (!scene.ok()) return report_error(scene.error());
+    ProgressLine progress(true);
+    const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
+    progress.clear();
+    if (!prepared.ok()) return report_error(prepared.error());
+    fmt::print("{}   {}\n", scene->name, scene->file.string());
+    for (const std::string& question : scene->questions) fmt::print("  question: {}\n", question);
+    print_effects(*scene, *prepared);
+    print_bodies(*prepared);
+    print_instruments(*scene, *prepared);
+    print_cost(*scene, *prepared);
+    return kExitFine;
+}
+
+} // namespace seldinger::engine
