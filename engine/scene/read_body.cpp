@@ -1,0 +1,220 @@
+#include "engine/scene/nearest.hpp"
+#include "engine/scene/reader.hpp"
+#include "engine/scene/recipe.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+namespace seldinger::engine {
+namespace {
+
+/// Words of a table's choice and what they mean, in one order.
+template <class T, std::size_t count>
+T find_choice(const std::array<std::pair<std::string_view, T>, count>& choices, std::string_view word) {
+    for (const auto& [name, value] : choices)
+        if (name == word) return value;
+    return choices.front().second;
+}
+
+constexpr std::array<std::pair<std::string_view, BodyKind>, 3> kBodyKinds = {
+    {{"deformable", BodyKind::Deformable}, {"static", BodyKind::Static}, {"kinematic", BodyKind::Kinematic}}};
+constexpr std::array<std::pair<std::string_view, ShapeKind>, 4> kShapes = {
+    {{"sphere", ShapeKind::Sphere}, {"box", ShapeKind::Box}, {"tube", ShapeKind::Tube}, {"torus", ShapeKind::Torus}}};
+constexpr std::array<std::pair<std::string_view, fem::MaterialLaw>, 3> kLaws = {
+    {{"neo_hookean", fem::MaterialLaw::NeoHookean}, {"corotational", fem::MaterialLaw::Corotational}, {"stvk", fem::MaterialLaw::StVK}}};
+
+double file_unit(const CheckContext& context, const Values& values) {
+    return values.has("unit") ? *find_unit(Dimension::Length, values.text("unit")) : context.units.length;
+}
+
+std::filesystem::path checked_file(const CheckContext& context, const std::string& name) {
+    const auto file = resolve_file(name, context.folder); // the check has seen it; it may be gone by now
+    return file ? *file : context.folder / name;
+}
+
+std::optional<Error> read_file_surface(const CheckContext& context, const Values& values, SurfaceSpec& surface) {
+    surface.source = SurfaceSource::File;
+    surface.file = checked_file(context, values.text("file"));
+    surface.unit = file_unit(context, values);
+    if (const JsonNode* groups = values.find("groups"))
+        for (const JsonNode& group : groups->children) surface.groups.push_back(group.text);
+    bool welds = false;
+    if (const JsonNode* repairs = values.find("repair"))
+        for (const JsonNode& name : repairs->children) {
+            surface.repair.push_back(*find_repair(name.text));
+            welds = welds || surface.repair.back() == Repair::Weld;
+        }
+    if (!values.has("weld_tolerance")) return std::nullopt;
+    surface.weld_tolerance = values.number("weld_tolerance");
+    if (welds) return std::nullopt;
+    return fail_at(context, values, "weld_tolerance", "unused key: the repairs do not contain weld; adding it or leaving this out would be right");
+}
+
+std::optional<Error> read_tube(const CheckContext& context, const Values& values, ShapeSpec& shape) {
+    for (const JsonNode& row : values.find("axis")->children) {
+        const Vec3 point(values.column("axis", row, 0), values.column("axis", row, 1), values.column("axis", row, 2));
+        if (!shape.axis.empty() && (point - shape.axis.back()).norm() < 1e-9)
+            return error_at(context, row.at, fmt::format("{}[{}]", values.path("axis"), shape.axis.size()),
+                            "found the same point as in the row before; another point would be right");
+        shape.axis.push_back(point);
+        shape.axis_radii.push_back(values.column("axis", row, 3));
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_shape(const CheckContext& context, const Values& values, SurfaceSpec& surface) {
+    surface.source = SurfaceSource::Shape;
+    ShapeSpec& shape = surface.shape;
+    shape.kind = find_choice(kShapes, values.text("shape"));
+    shape.centre = values.vector("centre");
+    shape.subdivisions = values.count<int>("subdivisions");
+    shape.cells = values.count<int>("cells");
+    shape.sides = values.count<int>("sides");
+    shape.radius = values.number("radius", 0.0);
+    shape.tube_radius = values.number("tube_radius", 0.0);
+    if (shape.kind == ShapeKind::Box) shape.extent = values.vector("extent");
+    if (shape.kind == ShapeKind::Tube) return read_tube(context, values, shape);
+    if (shape.kind == ShapeKind::Torus && shape.tube_radius >= shape.radius)
+        return fail_at(context, values, "tube_radius",
+                       fmt::format("found {}; less than the ring's radius, {}, would be right",
+                                   with_unit(shape.tube_radius, Dimension::Length, context.units),
+                                   with_unit(shape.radius, Dimension::Length, context.units)));
+    return std::nullopt;
+}
+
+std::optional<Error> read_surface(const CheckContext& context, const Values& body, SurfaceSpec& surface) {
+    const JsonNode& node = *body.find("surface");
+    if (node.type == JsonType::Text) {
+        surface.source = SurfaceSource::File;
+        surface.file = checked_file(context, node.text);
+        surface.unit = context.units.length;
+        return std::nullopt;
+    }
+    const Values values = body.object("surface");
+    if (node.find("file") != nullptr) return read_file_surface(context, values, surface);
+    if (node.find("shape") != nullptr) return read_shape(context, values, surface);
+    surface.source = SurfaceSource::Recipe;
+    surface.file = checked_file(context, values.text("recipe"));
+    surface.part = values.text("part") == "liver" ? "liver" : "lumen";
+    auto recipe = read_recipe(surface.file);
+    if (!recipe) return recipe.error();
+    surface.recipe = *recipe;
+    return std::nullopt;
+}
+
+std::optional<Error> read_region(const CheckContext& context, const Values& values, const JsonNode& node, FixedRegion& region) {
+    if (node.find("direction") != nullptr) {
+        region.kind = RegionKind::Direction;
+        region.fraction = values.number("fraction");
+        return read_direction(context, values, "direction", region.direction);
+    }
+    if (node.find("sphere") != nullptr) {
+        const Values ball = values.object("sphere");
+        region.kind = RegionKind::Sphere;
+        region.centre = ball.vector("centre");
+        region.radius = ball.number("radius");
+        return std::nullopt;
+    }
+    region.kind = RegionKind::Box;
+    const auto& corners = values.find("box")->children;
+    for (std::size_t i = 0; i < 3; ++i) {
+        region.box.lo[static_cast<int>(i)] = values.column("box", corners[0], i);
+        region.box.hi[static_cast<int>(i)] = values.column("box", corners[1], i);
+    }
+    if ((region.box.lo.array() < region.box.hi.array()).all()) return std::nullopt;
+    return fail_at(context, values, "box", "found an empty box; the lower corner first, then the upper one, would be right");
+}
+
+std::optional<Error> read_tissue(const CheckContext& context, const Values& values, SceneBody& body) {
+    const Values material = values.object("material");
+    body.material.law = find_choice(kLaws, material.text("law"));
+    body.material.young_modulus = material.number("young_modulus");
+    body.material.poisson_ratio = material.number("poisson_ratio");
+    body.material.density = material.number("density");
+    body.material.viscosity = material.number("viscosity");
+    body.material.mass_damping = material.number("mass_damping");
+
+    const Values coarse = values.object("coarse");
+    if (values.has("coarse") && values.find("coarse")->find("file") != nullptr) {
+        body.coarse.file = checked_file(context, coarse.text("file"));
+        body.coarse.unit = file_unit(context, coarse);
+    } else {
+        body.coarse.surface_triangles = coarse.count<std::size_t>("surface_triangles");
+        body.coarse.max_volume = coarse.number("max_volume", 0.0);
+    }
+    const JsonNode* fixed = values.find("fixed");
+    for (std::size_t i = 0; fixed != nullptr && i < fixed->children.size(); ++i) {
+        const JsonNode& node = fixed->children[i];
+        const std::string path = fmt::format("{}[{}]", values.path("fixed"), i);
+        const Values region = values.element("fixed", node, path);
+        if (auto error = read_region(context, region, node, body.fixed.emplace_back())) return error;
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_motion(const CheckContext& context, const Values& values, SceneBody& body) {
+    for (const JsonNode& row : values.find("motion")->children) {
+        KeyFrame frame{values.column("motion", row, 0), {}};
+        for (std::size_t i = 0; i < 3; ++i) frame.displacement[static_cast<int>(i)] = values.column("motion", row, i + 1);
+        if (!body.motion.empty() && frame.time <= body.motion.back().time)
+            return error_at(context, row.at, fmt::format("{}[{}]", values.path("motion"), body.motion.size()),
+                            fmt::format("found the time {} after {}; increasing times would be right",
+                                        with_unit(frame.time, Dimension::Time, context.units),
+                                        with_unit(body.motion.back().time, Dimension::Time, context.units)));
+        body.motion.push_back(frame);
+    }
+    return std::nullopt;
+}
+
+} // namespace
+
+Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message, ErrorCode code) {
+    const JsonNode* member = values.find(key);
+    if (member != nullptr) return error_at(context, member->at, values.path(key), std::move(message), code);
+    const auto place = context.positions.find(values.path());
+    const TextPosition at = place != context.positions.end() ? place->second : TextPosition{1, 1};
+    return error_at(context, at, values.path(key), std::move(message), code);
+}
+
+std::optional<Error> read_direction(const CheckContext& context, const Values& values, std::string_view key, Vec3& direction) {
+    direction = values.vector(key);
+    const double largest = direction.cwiseAbs().maxCoeff();
+    if (!(largest > 0.0)) return fail_at(context, values, key, "found a direction of length 0; as in [0, 0, 1] would be right");
+    direction = (direction / largest).normalized(); // scaled first: squares of tiny or huge numbers leave the range of double
+    return std::nullopt;
+}
+
+std::optional<Error> read_body(const CheckContext& context, const Values& values, SceneBody& body) {
+    body.kind = find_choice(kBodyKinds, values.text("kind"));
+    if (auto error = read_surface(context, values, body.surface)) return error;
+    body.scale = values.number("scale");
+    body.translate = values.vector("translate");
+    body.hollow = values.flag("hollow");
+    body.blend = values.number("blend", SceneBody{}.blend);
+    if (values.has("blend") && !values.has("embedded_in"))
+        return fail_at(context, values, "blend", "unused key: the body is not embedded_in another; adding that or leaving this out would be right");
+    if (body.kind == BodyKind::Deformable) return read_tissue(context, values, body);
+    if (body.kind == BodyKind::Kinematic) return read_motion(context, values, body);
+    return std::nullopt;
+}
+
+std::optional<Error> resolve_carrier(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body) {
+    if (!values.has("embedded_in")) return std::nullopt;
+    const std::string name = values.text("embedded_in");
+    std::vector<std::string_view> deformable;
+    for (const SceneBody& other : scene.bodies)
+        if (other.kind == BodyKind::Deformable) deformable.push_back(other.name);
+    body.embedded_in = find_body(scene, name);
+    if (body.embedded_in == kNoIndex)
+        return fail_at(context, values, "embedded_in",
+                       fmt::format("found the unknown body \"{:.60}\"; {}", name, suggest("deformable body", name, deformable)));
+    if (scene.bodies[body.embedded_in].kind != BodyKind::Deformable)
+        return fail_at(context, values, "embedded_in",
+                       fmt::format("the body \"{}\" is not deformable, so it cannot carry another; {}", name,
+                                   suggest("deformable body", name, deformable)));
+    return std::nullopt;
+}
+
+} // namespace seldinger::engine

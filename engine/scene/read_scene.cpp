@@ -1,0 +1,268 @@
+#include "engine/scene/nearest.hpp"
+#include "engine/scene/reader.hpp"
+#include "engine/scene/recipe.hpp"
+#include "engine/scene/scene_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+namespace {
+
+constexpr double kMostSteps = 1e9;
+
+/// Weaker or stronger gravity than on any body one stands on: lengths and times in mixed units.
+constexpr double kLeastGravity = 0.05, kMostGravity = 300.0;    // m/s^2
+constexpr double kUsualLeast = 1.0, kUsualMost = 30.0;          // m/s^2
+constexpr double kStandardGravity = 9.80665;                    // m/s^2
+
+std::optional<Error> read_time(const CheckContext& context, const Values& values, TimeSpec& time) {
+    time.step = values.number("step");
+    time.duration = values.number("duration");
+    const JsonNode* substeps = values.find("substeps");
+    time.substeps = substeps != nullptr && substeps->type == JsonType::Number ? static_cast<unsigned>(substeps->number) : 0;
+    time.max_substeps = values.count<unsigned>("max_substeps");
+    const auto time_text = [&](double t) { return with_unit(t, Dimension::Time, context.units); };
+    if (time.duration < time.step)
+        return fail_at(context, values, "duration", fmt::format("found {}, less than a step of {}; at least one step would be right",
+                                                                time_text(time.duration), time_text(time.step)));
+    if (time.duration / time.step > kMostSteps)
+        return fail_at(context, values, "step", fmt::format("found {}, which makes {:.3g} steps; at most 10^9 would be right",
+                                                            time_text(time.step), time.duration / time.step));
+    if (time.substeps <= time.max_substeps) return std::nullopt;
+    return fail_at(context, values, "substeps", fmt::format("found {}; at most max_substeps, {}, would be right", time.substeps, time.max_substeps));
+}
+
+std::optional<Error> read_budget(const CheckContext& context, const Values& scene, BudgetSpec& budget) {
+    const JsonNode* node = scene.find("budget");
+    if (node == nullptr) return std::nullopt;
+    const bool is_object = node->type == JsonType::Object;
+    const Values values = scene.object("budget");
+    auto parsed = parse_budget(is_object ? values.text("limit") : node->text);
+    if (!parsed && is_object) return fail_at(context, values, "limit", parsed.error().message);
+    if (!parsed) return fail_at(context, scene, "budget", parsed.error().message);
+    budget = *parsed;
+    if (is_object && values.text("scope") == "step") budget.scope = BudgetScope::Step;
+    return std::nullopt;
+}
+
+std::optional<Error> read_gravity(CheckContext& context, const Values& values, Vec3& gravity) {
+    gravity = values.vector("gravity");
+    const double size = gravity.norm();
+    if (size == 0.0) return std::nullopt;
+    const auto text = [&](double a) { return with_unit(a, Dimension::Acceleration, context.units); };
+    if (size < kLeastGravity || size > kMostGravity)
+        return fail_at(context, values, "gravity", fmt::format("found a gravity of {}, that is {:.6g} m/s^2; on earth {} would be right",
+                                                               text(size), size, text(kStandardGravity)));
+    if (size < kUsualLeast || size > kUsualMost)
+        context.questions.push_back(fmt::format("gravity: {} is unusual: on earth it is {}", text(size), text(kStandardGravity)));
+    return std::nullopt;
+}
+
+void read_contact(const Values& values, ContactSpec& contact) {
+    contact.clearance = values.number("clearance");
+    contact.exact_distance = values.number("exact_distance");
+    contact.margin = values.number("margin");
+    contact.rod_stiffness = values.number("rod_stiffness");
+    contact.wall_stiffness = values.number("wall_stiffness");
+    contact.solid_stiffness = values.number("solid_stiffness");
+    contact.assumed_depth = values.number("assumed_depth");
+}
+
+bool* find_effect(Effects& effects, std::string_view name, bool& breathing) {
+    if (name == "elasticity") return &effects.elasticity;
+    if (name == "gravity") return &effects.gravity;
+    if (name == "damping") return &effects.damping;
+    if (name == "coarse_contact") return &effects.coarse_contact;
+    if (name == "exact_contact") return &effects.exact_contact;
+    return name == "breathing" ? &breathing : &effects.fluoroscopy;
+}
+
+std::optional<Error> read_effect_list(const CheckContext& context, const JsonNode& list, Effects& effects, bool& breathing) {
+    for (std::size_t i = 0; i < list.children.size(); ++i) {
+        const JsonNode& name = list.children[i];
+        bool& on = *find_effect(effects, name.text, breathing);
+        if (on) return error_at(context, name.at, fmt::format("effects[{}]", i), fmt::format("the effect \"{}\" is listed twice; once would be right", name.text));
+        on = true;
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_effects(const CheckContext& context, const Values& scene, Effects& effects) {
+    const JsonNode* node = scene.find("effects");
+    bool breathing = false;
+    if (node == nullptr) {
+        effects.elasticity = effects.damping = effects.coarse_contact = effects.exact_contact = true;
+        effects.gravity = scene.has("gravity");
+        return std::nullopt;
+    }
+    if (node->type == JsonType::List)
+        if (auto error = read_effect_list(context, *node, effects, breathing)) return error;
+    const Values values = scene.object("effects");
+    if (node->type == JsonType::Object)
+        for (const JsonNode& member : node->children)
+            *find_effect(effects, member.key, breathing) = member.type == JsonType::Object || member.flag;
+    if (effects.gravity && !scene.has("gravity"))
+        return error_at(context, node->at, "effects", "the effect gravity needs the key \"gravity\" of the scene; adding it would be right");
+    if (!breathing) return std::nullopt;
+    const Values details = values.object("breathing");
+    BreathingSpec& spec = effects.breathing.emplace();
+    spec.amplitude = details.number("amplitude");
+    spec.period = details.number("period");
+    return read_direction(context, details, "direction", spec.direction);
+}
+
+/// Switched off is not forgotten: effects exist to be switched. A question reminds of what that leaves unused.
+void question_effects(const Scene& scene, CheckContext& context) {
+    const Effects& effects = scene.effects;
+    if (!effects.gravity && scene.gravity.norm() > 0.0)
+        context.questions.push_back("gravity: given, but the effect gravity is off");
+    for (const SceneBody& body : scene.bodies) {
+        const bool damped = body.material.viscosity > 0.0 || body.material.mass_damping > 0.0;
+        if (body.kind == BodyKind::Deformable && damped && !effects.damping)
+            context.questions.push_back(fmt::format("bodies.{}.material: has damping, but the effect damping is off", body.name));
+        if (body.kind == BodyKind::Deformable && body.fixed.empty() && effects.gravity && scene.bodies.size() == 1)
+            context.questions.push_back(fmt::format("bodies.{}: nothing holds it against gravity", body.name));
+    }
+}
+
+std::optional<Error> check_breathing(const CheckContext& context, const Scene& scene) {
+    if (!scene.effects.breathing) return std::nullopt;
+    for (const SceneBody& body : scene.bodies)
+        if (body.kind == BodyKind::Deformable && !body.fixed.empty()) return std::nullopt;
+    const auto place = context.positions.find("effects");
+    return error_at(context, place->second, "effects", "breathing moves the fixed nodes of deformable bodies, and there are none; leaving it out, or a \"fixed\" region, would be right");
+}
+
+PictureView to_view(std::string_view word) {
+    if (word == "tip") return PictureView::Tip;
+    return word == "fluoroscopy" ? PictureView::Fluoroscopy : PictureView::Anatomy;
+}
+
+/// A count is spread evenly: the last one at the end. With fluoroscopy every picture has an X-ray beside it.
+void spread_pictures(unsigned count, const Scene& scene, std::vector<PictureSpec>& pictures) {
+    for (unsigned i = 1; i <= count; ++i) {
+        const double time = scene.time.duration * i / count;
+        pictures.push_back({PictureView::Anatomy, time});
+        if (scene.effects.fluoroscopy) pictures.push_back({PictureView::Fluoroscopy, time});
+    }
+}
+
+std::optional<Error> read_picture(const CheckContext& context, const Values& values, const Scene& scene, PictureSpec& picture) {
+    picture.view = to_view(values.text("view"));
+    picture.time = values.number("time");
+    if (picture.view == PictureView::Fluoroscopy && !scene.effects.fluoroscopy)
+        return fail_at(context, values, "view", "found \"fluoroscopy\", but that effect is off; adding it to the effects would be right");
+    if (picture.view == PictureView::Tip && scene.instruments.empty())
+        return fail_at(context, values, "view", "found \"tip\", but the scene has no instrument; \"anatomy\" would be right");
+    if (picture.time <= scene.time.duration) return std::nullopt;
+    return fail_at(context, values, "time", fmt::format("found {}; at most the duration, {}, would be right",
+                                                        with_unit(picture.time, Dimension::Time, context.units),
+                                                        with_unit(scene.time.duration, Dimension::Time, context.units)));
+}
+
+std::optional<Error> read_outputs(const CheckContext& context, const Values& root, const Scene& scene, OutputSpec& outputs) {
+    const Values values = root.object("outputs");
+    outputs.record_every = values.count<unsigned>("record_every");
+    if (const JsonNode* size = values.find("size")) {
+        for (const JsonNode& edge : size->children)
+            if (edge.number != std::floor(edge.number)) return fail_at(context, values, "size", fmt::format("found {}; whole numbers of pixels would be right", edge.text));
+        outputs.width = static_cast<unsigned>(size->children[0].number);
+        outputs.height = static_cast<unsigned>(size->children[1].number);
+    }
+    const JsonNode* pictures = values.find("pictures");
+    if (pictures == nullptr) return std::nullopt;
+    if (pictures->type == JsonType::Number) spread_pictures(static_cast<unsigned>(pictures->number), scene, outputs.pictures);
+    for (std::size_t i = 0; i < pictures->children.size(); ++i) {
+        const Values picture = values.element("pictures", pictures->children[i], fmt::format("{}[{}]", values.path("pictures"), i));
+        if (auto error = read_picture(context, picture, scene, outputs.pictures.emplace_back())) return error;
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_bodies(const CheckContext& context, const Values& root, Scene& scene) {
+    const JsonNode* map = root.find("bodies");
+    if (map == nullptr) return std::nullopt;
+    for (const JsonNode& member : map->children) {
+        SceneBody& body = scene.bodies.emplace_back();
+        body.name = member.key;
+        if (auto error = read_body(context, root.element("bodies", member, join_key("bodies", member.key)), body)) return error;
+    }
+    for (std::size_t i = 0; i < map->children.size(); ++i) {
+        const JsonNode& member = map->children[i];
+        const Values values = root.element("bodies", member, join_key("bodies", member.key));
+        if (auto error = resolve_carrier(context, values, scene, scene.bodies[i])) return error;
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_targets(const CheckContext& context, const Values& root, Scene& scene) {
+    const JsonNode* map = root.find("targets");
+    if (map == nullptr) return std::nullopt;
+    for (const JsonNode& member : map->children) {
+        SceneTarget target{member.key, {}};
+        if (auto error = read_target(context, root.element("targets", member, join_key("targets", member.key)), scene, target)) return error;
+        scene.targets.push_back(std::move(target));
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_instruments(const CheckContext& context, const Values& root, Scene& scene) {
+    const JsonNode* map = root.find("instruments");
+    if (map == nullptr) return std::nullopt;
+    for (const JsonNode& member : map->children) {
+        SceneInstrument instrument;
+        instrument.name = member.key;
+        if (auto error = read_instrument(context, root.element("instruments", member, join_key("instruments", member.key)), scene, instrument))
+            return error;
+        scene.instruments.push_back(std::move(instrument));
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& scene) {
+    scene.units = context.units;
+    scene.name = root.has("name") ? root.text("name") : scene.file.stem().string();
+    if (auto error = read_time(context, root.object("time"), scene.time)) return error;
+    if (auto error = read_budget(context, root, scene.budget)) return error;
+    if (auto error = read_gravity(context, root, scene.gravity)) return error;
+    read_contact(root.object("contact"), scene.contact);
+    if (auto error = read_bodies(context, root, scene)) return error;
+    if (auto error = read_targets(context, root, scene)) return error;
+    if (auto error = read_instruments(context, root, scene)) return error;
+    if (auto error = read_effects(context, root, scene.effects)) return error;
+    if (auto error = check_breathing(context, scene)) return error;
+    if (auto error = read_outputs(context, root, scene, scene.outputs)) return error;
+    if (scene.bodies.empty())
+        return fail_at(context, root, "bodies", "the scene is empty; at least one body would be right");
+    question_effects(scene, context);
+    return std::nullopt;
+}
+
+} // namespace
+
+Result<Scene> parse_scene(std::string_view text, const std::filesystem::path& file) {
+    const auto tree = parse_json_tree(text, file.string());
+    if (!tree) return tree.error();
+    CheckContext context{file.string(), file.parent_path(), {}, {}, {}};
+    if (tree->type == JsonType::Object)
+        if (auto error = read_units(*tree, units_table(), context)) return *error;
+    context.questions.clear();
+    if (auto error = check_object(*tree, scene_table(), "", context)) return *error;
+    Scene scene;
+    scene.file = file;
+    if (auto error = read_all(context, Values(&tree.value(), scene_table(), context.units, ""), scene)) return *error;
+    scene.questions = std::move(context.questions);
+    for (const auto& [key, at] : context.positions) scene.positions[key] = {at.line, at.column};
+    return scene;
+}
+
+Result<Scene> read_scene(const std::filesystem::path& file) {
+    const auto text = read_json_file(file);
+    if (!text) return text.error();
+    return parse_scene(*text, file);
+}
+
+} // namespace seldinger::engine

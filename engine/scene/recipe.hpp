@@ -1,0 +1,24 @@
+// Recipe files of generated patients: JSON with units, every number optional.
+#pragma once
+
+#include "assets/anatomy/recipe.hpp"
+#include "base/result.hpp"
+
+#include <filesystem>
+#include <string_view>
+
+namespace seldinger::engine {
+
+/// fails     as read_scene does: file, line, column, key, what was found and what would be right
+[[nodiscard]] Result<anatomy::Recipe> read_recipe(const std::filesystem::path& file);
+
+/// The same on a text in memory.
+[[nodiscard]] Result<anatomy::Recipe> parse_recipe(std::string_view text, const std::filesystem::path& file);
+
+/// A whole text file, refused above kMaxSceneBytes before it is read.
+[[nodiscard]] Result<std::string> read_json_file(const std::filesystem::path& file);
+
+/// Scenes and recipes are written by hand; long paths belong in CSV files.
+inline constexpr std::size_t kMaxSceneBytes = std::size_t{16} << 20;
+
+} // namespace seldinger::engine

@@ -1,0 +1,114 @@
+// How a key of a scene or a recipe is described: type, dimension, range, default, one sentence. One such table per object
+// drives the checks, the reader, the JSON Schema and the reference page, so that they cannot disagree.
+#pragma once
+
+#include "base/vec.hpp"
+#include "engine/scene/units.hpp"
+
+#include <limits>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace seldinger::engine {
+
+enum class ValueKind : std::uint8_t {
+    Number,
+    Count,        // whole number
+    Flag,
+    Text,
+    Path,         // name of a file that exists
+    Choice,       // one of `choices`
+    Vector,       // a number per column
+    Rows,         // list of vectors: a number per column in each
+    List,         // of alternatives.front()
+    Object,
+    Map,          // of alternatives.front(), by name
+    Alternatives, // told apart by JSON type; objects by their marker
+};
+
+/// Numbers in SI. Outside [least, most] a value is refused; outside the usual range it is questioned.
+struct Range {
+    double least = -std::numeric_limits<double>::infinity();
+    double most = std::numeric_limits<double>::infinity();
+    bool above_least = false; // least itself is refused
+    double usual_least = -std::numeric_limits<double>::infinity();
+    double usual_most = std::numeric_limits<double>::infinity();
+    std::string_view what = {}; // what the range is about, as in "soft tissue is 900 to 1200 kg/m^3"
+};
+
+struct Column {
+    std::string_view name;
+    Dimension dimension = Dimension::None;
+    Range range = {};
+};
+
+struct ObjectSpec;
+
+struct ValueSpec {
+    ValueKind kind = ValueKind::Number;
+    Dimension dimension = Dimension::None;   // Number; Choice of a unit
+    Range range = {};                        // Number, Count
+    std::vector<std::string_view> choices;   // Choice
+    std::vector<Column> columns;             // Vector, Rows
+    std::size_t least_count = 0;             // Rows, List
+    std::size_t most_count = std::numeric_limits<std::size_t>::max();
+    const ObjectSpec* object = nullptr;      // Object
+    std::vector<ValueSpec> alternatives;     // Alternatives; List, Map: the element alone
+};
+
+using DefaultValue = std::variant<std::monostate, bool, double, std::string_view, Vec3>;
+
+struct FieldSpec {
+    std::string_view key;
+    ValueSpec value;
+    std::string_view doc;
+    bool is_required = false;
+    DefaultValue otherwise;                  // SI; monostate: nothing, `doc` says what happens
+    std::vector<std::string_view> used_when; // values of the object's discriminator that use this key; empty: all
+
+    [[nodiscard]] FieldSpec required() &&;
+    [[nodiscard]] FieldSpec by_default(DefaultValue value_if_absent) &&;
+    [[nodiscard]] FieldSpec when(std::vector<std::string_view> discriminator_values) &&;
+};
+
+struct ObjectSpec {
+    std::string_view name;          // of the object in schema and reference
+    std::string_view doc;
+    std::string_view marker;        // key that tells this alternative from the others; empty: no alternative
+    std::string_view discriminator; // key whose value decides which other keys are used; empty: none
+    std::vector<FieldSpec> fields;
+
+    [[nodiscard]] const FieldSpec* find(std::string_view key) const noexcept;
+    [[nodiscard]] std::vector<std::string_view> keys() const;
+};
+
+[[nodiscard]] FieldSpec number_field(std::string_view key, Dimension dimension, Range range, std::string_view doc);
+[[nodiscard]] FieldSpec count_field(std::string_view key, double least, double most, std::string_view doc);
+[[nodiscard]] FieldSpec flag_field(std::string_view key, std::string_view doc);
+[[nodiscard]] FieldSpec text_field(std::string_view key, std::string_view doc);
+[[nodiscard]] FieldSpec path_field(std::string_view key, std::string_view doc);
+[[nodiscard]] FieldSpec choice_field(std::string_view key, std::vector<std::string_view> choices, std::string_view doc);
+[[nodiscard]] FieldSpec object_field(std::string_view key, const ObjectSpec& object, std::string_view doc);
+[[nodiscard]] FieldSpec map_field(std::string_view key, ValueSpec element, std::string_view doc);
+[[nodiscard]] FieldSpec value_field(std::string_view key, ValueSpec value, std::string_view doc);
+/// Three numbers x, y, z.
+[[nodiscard]] FieldSpec vector_field(std::string_view key, Dimension dimension, Range range, std::string_view doc);
+
+[[nodiscard]] ValueSpec vector_value(Dimension dimension, Range range);
+[[nodiscard]] ValueSpec choice_value(std::vector<std::string_view> choices);
+[[nodiscard]] ValueSpec object_value(const ObjectSpec& object);
+[[nodiscard]] ValueSpec rows_value(std::vector<Column> columns, std::size_t least_count, std::size_t most_count);
+[[nodiscard]] ValueSpec list_value(ValueSpec element, std::size_t least_count);
+[[nodiscard]] ValueSpec any_value(std::vector<ValueSpec> alternatives);
+
+/// Positions beyond this are a unit taken for another: no operating room is that large.
+inline constexpr double kMaxCoordinate = 100.0; // m
+
+[[nodiscard]] Range positive() noexcept;
+[[nodiscard]] Range between(double least, double most) noexcept;
+/// least itself excluded
+[[nodiscard]] Range above(double least, double most) noexcept;
+[[nodiscard]] Range coordinate() noexcept;
+
+} // namespace seldinger::engine
