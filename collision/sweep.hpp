@@ -31,8 +31,9 @@ enum class SweepOutcome : std::uint8_t {
 
 struct SweepLimits {
     double distance = 0.0;   // m, contact means no farther apart than this; >= 0
-    double tolerance = 0.0;  // m, pairs up to distance + tolerance may be reported as well; a larger one saves steps
-    int max_steps = 64;      // advances before giving up as Unresolved
+    double tolerance = 0.0;  // m, pairs up to distance + tolerance may be reported as well; a larger one saves steps.
+                             // 1e-13 of the features' extent comes on top, for rounding
+    int max_steps = 256;     // advances before giving up as Unresolved; two or three are usual
 };
 
 struct Sweep {

@@ -1,0 +1,107 @@
+// The public queries of Wang, Ferguson, Schneider, Jiang, Attene, Panozzo, "A Large Scale Benchmark and an Inclusion-Based
+// Algorithm for Continuous Collision Detection" (2021): eight rows a query, each coordinate a numerator and a denominator,
+// and the exact answer.
+#include "collision/sweep.hpp"
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace seldinger::collision {
+namespace {
+
+struct Query {
+    std::array<Vec3, 8> rows; // four points at t0, the same four at t1
+    bool collides;
+};
+
+std::string read_gz(const std::filesystem::path& path) {
+    std::string text;
+    gzFile file = gzopen(path.c_str(), "rb");
+    if (file == nullptr) return text;
+    char chunk[65536];
+    for (int got = 0; (got = gzread(file, chunk, sizeof chunk)) > 0;) text.append(chunk, static_cast<std::size_t>(got));
+    gzclose(file);
+    return text;
+}
+
+std::vector<Query> read_queries(const std::filesystem::path& path) {
+    const std::string text = read_gz(path);
+    std::vector<Query> queries;
+    const char* at = text.c_str();
+    const auto number = [&at] {
+        char* end = nullptr;
+        const double value = std::strtod(at, &end);
+        at = *end == ',' || *end == '\n' ? end + 1 : end;
+        return value;
+    };
+    while (*at != '\0') {
+        Query query{};
+        for (Vec3& row : query.rows) {
+            for (int axis = 0; axis < 3; ++axis) {
+                const double numerator = number(), denominator = number();
+                // the files hold doubles: nothing may be lost here
+                int exponent = 0;
+                EXPECT_EQ(std::frexp(denominator, &exponent), 0.5) << path;
+                EXPECT_LE(std::abs(numerator), 0x1p53) << path;
+                row[axis] = numerator / denominator;
+            }
+            query.collides = number() != 0.0;
+        }
+        queries.push_back(query);
+    }
+    return queries;
+}
+
+Sweep sweep_query(const Query& q, bool vertex_face, const SweepLimits& limits) {
+    const auto point = [&q](std::size_t i) { return SweptPoint{q.rows[i], q.rows[i + 4]}; };
+    if (vertex_face) return sweep_vertex_face(point(0), {point(1), point(2), point(3)}, limits);
+    return sweep_edge_edge({point(0), point(1)}, {point(2), point(3)}, limits);
+}
+
+TEST(CcdQueries, NoCollisionIsMissed) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (data == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    const std::filesystem::path folder = std::filesystem::path(data) / "ccd_queries";
+    if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << folder << " is missing";
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().string().ends_with(".csv.gz")) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    std::size_t total = 0, misses = 0, false_positives = 0, unresolved = 0;
+    double seconds = 0.0, worst = 0.0;
+    for (const auto& file : files) {
+        const bool vertex_face = file.string().find("vertex-face") != std::string::npos;
+        std::size_t file_positives = 0, file_queries = 0;
+        for (const Query& query : read_queries(file)) {
+            const auto start = std::chrono::steady_clock::now();
+            const Sweep sweep = sweep_query(query, vertex_face, {});
+            const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            seconds += spent;
+            worst = std::max(worst, spent);
+            ++total;
+            ++file_queries;
+            misses += query.collides && !sweep.hit();
+            file_positives += !query.collides && sweep.hit();
+            unresolved += sweep.outcome == SweepOutcome::Unresolved;
+        }
+        std::printf("%-55s %5zu queries, %zu false positives\n", file.filename().c_str(), file_queries, file_positives);
+        false_positives += file_positives;
+    }
+    ASSERT_GT(total, 0u);
+    std::printf("%zu queries: %zu missed, %zu false positives, %zu unresolved, mean %.0f ns, worst %.1f us\n", total, misses,
+                false_positives, unresolved, 1e9 * seconds / static_cast<double>(total), 1e6 * worst);
+    EXPECT_EQ(misses, 0u);
+    EXPECT_LE(false_positives, 222u);
+}
+
+} // namespace
+} // namespace seldinger::collision
