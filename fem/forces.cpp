@@ -85,8 +85,11 @@ void add_forces(const TissueModel& model, std::span<const Vec3> position, std::s
             for (int i = 0; i < 9; ++i) stress.m[i] += drag.m[i];
         }
         scatter(model, first, shape, stress, -1.0, force);
-        for (int lane = 0; lane < LaneTraits<T>::kCount; ++lane)
+        const T stiffness = Law::tangent_scale(model.law, f, cof, det) * contraction(shape.inverse, shape.inverse);
+        for (int lane = 0; lane < LaneTraits<T>::kCount; ++lane) {
             note_volume(report, get_lane(det, lane), first + static_cast<std::size_t>(lane));
+            if (get_lane(stiffness, lane) > report.stiffest) report.stiffest = get_lane(stiffness, lane);
+        }
     });
 }
 

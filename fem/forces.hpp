@@ -11,6 +11,8 @@ struct TetReport {
     double min_volume_ratio = 1.0;     // det F of the most compressed tet, [-]; <= 0: inverted
     Index min_volume_tet = kNoIndex;
     std::uint32_t inverted = 0;        // tets with det F <= 0
+    double stiffest = 0.0;             // Pa/m^2, largest scale of a tet's stiffness per volume: its growth is what counts;
+                                       // filled by add_tet_forces only
     double elastic_energy = 0.0;       // J, 0 at rest for every law; filled by measure_tets only
     Index first_bad_tet = kNoIndex;    // first tet with a det F or energy that is not finite; filled by measure_tets only
 };

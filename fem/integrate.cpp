@@ -1,7 +1,9 @@
 #include "fem/integrate.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace seldinger::fem {
 
@@ -22,11 +24,26 @@ void note_volume(IntegrateReport& report, const TetReport& tets) noexcept {
     report.min_volume_tet = tets.min_volume_tet;
 }
 
-/// Fills w.force with accelerations. False, with the report's bad node and tet set, when one is not finite.
-bool find_accelerations(const TissueModel& model, const IntegrateInputs& inputs, std::span<const Vec3> position,
-                        std::span<const Vec3> velocity, RkWorkspace& w, IntegrateReport& report) noexcept {
+enum class StageOutcome : std::uint8_t { Fine, NotFinite, Stiffened };
+
+/// Sees a tet stiffen since the step was derived. The step keeps 17 % in hand; the frequency grows with the root of this.
+constexpr double kStiffnessGrowth = 1.3;
+struct StiffnessWatch {
+    double reference = 0.0; // of the first stage after the estimate; 0: not seen yet
+    [[nodiscard]] bool trips(double stiffest) noexcept {
+        if (reference == 0.0) reference = stiffest;
+        return stiffest > kStiffnessGrowth * reference;
+    }
+};
+
+/// Fills w.force with accelerations. NotFinite: the report names the bad node and tet. watch may be null.
+StageOutcome find_accelerations(const TissueModel& model, const IntegrateInputs& inputs, std::span<const Vec3> position,
+                                std::span<const Vec3> velocity, RkWorkspace& w, StiffnessWatch* watch,
+                                IntegrateReport& report) noexcept {
     for (Vec3& f : w.force) f.setZero();
-    note_volume(report, add_tet_forces(model, position, velocity, w.force));
+    const TetReport tets = add_tet_forces(model, position, velocity, w.force);
+    if (watch && watch->trips(tets.stiffest)) return StageOutcome::Stiffened;
+    note_volume(report, tets);
     if (inputs.springs) add_spring_forces(*inputs.springs, position, velocity, w.force);
     const bool pushed = !inputs.external_force.empty();
     const double damping = model.material.mass_damping;
@@ -41,9 +58,9 @@ bool find_accelerations(const TissueModel& model, const IntegrateInputs& inputs,
         if (w.force[node].cwiseAbs().maxCoeff() < kAccelerationLimit && w.force[node].allFinite()) continue;
         report.first_bad_node = static_cast<Index>(node);
         report.first_bad_tet = measure_tets(model, position).first_bad_tet;
-        return false;
+        return StageOutcome::NotFinite;
     }
-    return true;
+    return StageOutcome::Fine;
 }
 
 /// Stage state = start + reach * (stage velocity, acceleration). velocity may be the stage's own: it is read first.
@@ -61,27 +78,30 @@ void add_slope(RkWorkspace& w, std::span<const Vec3> velocity, double weight) no
     }
 }
 
-/// One RK4 sub-step. False: the state was left as it was.
-bool take_substep(const TissueModel& model, TissueState& state, double h, const IntegrateInputs& inputs, RkWorkspace& w,
-                  IntegrateReport& report) noexcept {
+/// One RK4 sub-step. Anything but Fine: the state was left as it was.
+StageOutcome take_substep(const TissueModel& model, TissueState& state, double h, const IntegrateInputs& inputs, RkWorkspace& w,
+                          StiffnessWatch* watch, IntegrateReport& report) noexcept {
     w.start_position = state.position;
     w.start_velocity = state.velocity;
-    if (!find_accelerations(model, inputs, state.position, state.velocity, w, report)) return false;
+    StageOutcome outcome = find_accelerations(model, inputs, state.position, state.velocity, w, watch, report);
+    if (outcome != StageOutcome::Fine) return outcome;
     w.slope_position = state.velocity;
     w.slope_velocity = w.force;
     move_stage(w, state.velocity, 0.5 * h);
     for (const double reach : {0.5 * h, h}) {
-        if (!find_accelerations(model, inputs, w.stage_position, w.stage_velocity, w, report)) return false;
+        outcome = find_accelerations(model, inputs, w.stage_position, w.stage_velocity, w, watch, report);
+        if (outcome != StageOutcome::Fine) return outcome;
         add_slope(w, w.stage_velocity, 2.0);
         move_stage(w, w.stage_velocity, reach);
     }
-    if (!find_accelerations(model, inputs, w.stage_position, w.stage_velocity, w, report)) return false;
+    outcome = find_accelerations(model, inputs, w.stage_position, w.stage_velocity, w, watch, report);
+    if (outcome != StageOutcome::Fine) return outcome;
     add_slope(w, w.stage_velocity, 1.0);
     for (std::size_t node = 0; node < w.force.size(); ++node) {
         state.position[node] = w.start_position[node] + h / 6.0 * w.slope_position[node];
         state.velocity[node] = w.start_velocity[node] + h / 6.0 * w.slope_velocity[node];
     }
-    return true;
+    return StageOutcome::Fine;
 }
 
 /// Pinned nodes have no acceleration, so that the velocity set here carries them linearly to their target.
@@ -111,24 +131,79 @@ Index find_bad_node(const TissueState& state) noexcept {
 
 } // namespace
 
-IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps,
-                              const IntegrateInputs& inputs, RkWorkspace& w) noexcept {
+namespace {
+
+void check_sizes([[maybe_unused]] const TissueModel& model, [[maybe_unused]] const TissueState& state,
+                 [[maybe_unused]] double step, [[maybe_unused]] const IntegrateInputs& inputs) noexcept {
     assert(state.position.size() == model.node_count() && state.velocity.size() == model.node_count());
     assert(inputs.pinned_target.empty() || inputs.pinned_target.size() == model.pinned.size());
     assert(inputs.external_force.empty() || inputs.external_force.size() == model.node_count());
-    assert(step > 0.0 && substeps > 0);
+    assert(step > 0.0);
+}
+
+void begin(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs, RkWorkspace& w,
+           IntegrateReport& report) {
+    check_sizes(model, state, step, inputs);
     prepare_workspace(model.node_count(), w);
-    IntegrateReport report;
     report.first_bad_node = find_bad_node(state);
     aim_pinned(model, state, step, inputs);
-    const double h = step / substeps;
-    while (report.finite() && report.substeps_done < substeps) {
-        if (!take_substep(model, state, h, inputs, w, report)) break;
-        ++report.substeps_done;
-    }
-    if (report.finite() && !inputs.pinned_target.empty())
+}
+
+/// Pinned nodes to the last bit where they were sent, and the end's energies.
+void finish(const TissueModel& model, TissueState& state, const IntegrateInputs& inputs, bool arrived,
+            IntegrateReport& report) noexcept {
+    if (arrived && !inputs.pinned_target.empty())
         for (std::size_t k = 0; k < model.pinned.size(); ++k) state.position[model.pinned[k]] = inputs.pinned_target[k];
     measure_end(model, state, report);
+}
+
+} // namespace
+
+IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps,
+                              const IntegrateInputs& inputs, RkWorkspace& w) noexcept {
+    assert(substeps > 0);
+    IntegrateReport report;
+    begin(model, state, step, inputs, w, report);
+    const double h = step / substeps;
+    while (report.finite() && report.substeps_done < substeps &&
+           take_substep(model, state, h, inputs, w, nullptr, report) == StageOutcome::Fine)
+        ++report.substeps_done;
+    finish(model, state, inputs, report.finite(), report);
+    return report;
+}
+
+AdvanceReport advance(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs,
+                      const SubstepLimits& limits, RkWorkspace& w, StableStepWorkspace& stable_workspace) {
+    AdvanceReport report;
+    IntegrateReport& done = report.integrate;
+    begin(model, state, step, inputs, w, done);
+    double left = step, cap = std::numeric_limits<double>::infinity();
+    while (done.finite() && left > 0.0) {
+        const StableStep stable = find_stable_step(model, state.position, inputs.springs, stable_workspace);
+        if (report.estimates++ == 0 || stable.step < report.tightest.step) report.tightest = stable;
+        const unsigned spent = done.substeps_done + report.rejected;
+        const unsigned wanted =
+            spent < limits.max_substeps ? count_substeps(left, {.step = std::min(stable.step, cap)}, limits.max_substeps - spent) : 0;
+        report.refused = wanted == 0;
+        if (report.refused) break;
+        const double h = left / wanted;
+        StiffnessWatch watch;
+        StageOutcome outcome = StageOutcome::Fine;
+        unsigned taken = 0;
+        while (taken < wanted && taken < limits.substeps_per_estimate && outcome == StageOutcome::Fine) {
+            outcome = take_substep(model, state, h, inputs, w, &watch, done);
+            if (outcome == StageOutcome::Fine) ++taken;
+        }
+        done.substeps_done += taken;
+        left = taken == wanted ? 0.0 : left - taken * h;
+        if (outcome == StageOutcome::NotFinite) break;
+        // stiffened within the very first sub-step: it moves too far at once; later ones only need a new estimate
+        const bool too_far = outcome == StageOutcome::Stiffened && taken == 0;
+        cap = too_far ? 0.5 * h : std::numeric_limits<double>::infinity();
+        if (outcome == StageOutcome::Stiffened) ++report.rejected;
+    }
+    report.time_done = step - left;
+    finish(model, state, inputs, left == 0.0, done);
     return report;
 }
 

@@ -4,14 +4,15 @@
 
 #include "fem/forces.hpp"
 #include "fem/springs.hpp"
+#include "fem/stable_step.hpp"
 
 namespace seldinger::fem {
 
 struct IntegrateInputs {
     Vec3 gravity = Vec3::Zero();           // m/s^2
     const ContactSprings* springs = nullptr;
-    std::span<const Vec3> pinned_target;   // [pinned.size()] m, where the pinned nodes are at the end; empty: they stay
-    std::span<const Vec3> external_force;  // [node_count] N, constant over the step; empty: none
+    std::span<const Vec3> pinned_target = {};  // [pinned.size()] m, where the pinned nodes are at the end; empty: they stay
+    std::span<const Vec3> external_force = {}; // [node_count] N, constant over the step; empty: none
 };
 
 struct IntegrateReport {
@@ -37,6 +38,28 @@ struct RkWorkspace {
 /// the report names the first bad node and tet.
 IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                               const IntegrateInputs& inputs, RkWorkspace& workspace) noexcept;
+
+/// How far the derived sub-steps may go.
+struct SubstepLimits {
+    unsigned max_substeps = 2000;       // per call; more are needed: refused, the state stays where it got to
+    unsigned substeps_per_estimate = 16; // >= 1; the stable step is derived again after so many, and whenever a tet stiffens
+};
+
+struct AdvanceReport {
+    IntegrateReport integrate;
+    StableStep tightest;     // the smallest stable step met
+    unsigned estimates = 0;  // times the stable step was derived
+    unsigned rejected = 0;   // sub-steps not taken because a tet stiffened within them
+    double time_done = 0.0;  // s, = step when all went well
+    bool refused = false;    // max_substeps was not enough: tightest.step and worst_tet say why
+};
+
+/// Advances by `step` in as many sub-steps as the body's stiffness asks for at the time. Quiet bodies cost one warm estimate
+/// per call (a little more than one sub-step). A sub-step in which some tet's stiffness grows by kStiffnessGrowth is not
+/// taken: the step is derived again, and halved where that alone does not help. At the worst the call is refused, the state
+/// finite and where time_done says.
+AdvanceReport advance(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs,
+                      const SubstepLimits& limits, RkWorkspace& workspace, StableStepWorkspace& stable_workspace);
 
 /// Sum of m v and of x cross m v over all nodes: diagnostics and tests.
 struct Momentum { Vec3 linear = Vec3::Zero(), angular = Vec3::Zero(); };

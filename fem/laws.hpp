@@ -50,6 +50,10 @@ struct StVKLaw {
         for (int i = 0; i < 9; ++i) b.m[i] += a.m[i];
         return b;
     }
+    /// Scale of the tangent's largest eigenvalue, Pa: compared with itself only, to see a tet stiffen.
+    template <class T> static T tangent_scale(const LawConstants& c, const Block<T>& f, const Block<T>&, const T&) noexcept {
+        return (c.lambda + 2.0 * c.mu) * contraction(f, f);
+    }
     static double energy(const LawConstants& c, const Block<double>& f, double) noexcept {
         const Block<double> e = strain_of(f);
         const double trace = e.m[0] + e.m[4] + e.m[8];
@@ -77,6 +81,10 @@ struct CorotationalLaw {
         Block<T> p;
         for (int i = 0; i < 9; ++i) p.m[i] = 2.0 * c.mu * d.m[i] + growth * r.m[i] + pressure * turn.m[i];
         return p;
+    }
+    /// Linear in stretch: it never stiffens.
+    template <class T> static T tangent_scale(const LawConstants& c, const Block<T>& f, const Block<T>&, const T&) noexcept {
+        return (c.lambda + 2.0 * c.mu) + 0.0 * f.m[0];
     }
     static double energy(const LawConstants& c, const Block<double>& f, double) noexcept {
         const Block<double> r = nearest_rotation(f);
@@ -130,6 +138,11 @@ struct NeoHookeanLaw {
         for (int i = 0; i < 9; ++i)
             p.m[i] = shear * d.m[i] + along * f.m[i] + growth * cof.m[i] + pressure * turn.m[i];
         return p;
+    }
+    template <class T>
+    static T tangent_scale(const LawConstants& c, const Block<T>& f, const Block<T>& cof, const T& det) noexcept {
+        const T offset = det - c.rest_volume;
+        return 2.0 * c.mu + c.lambda * (contraction(cof, cof) + 0.5 * (offset * offset + contraction(f, f)));
     }
     /// Shifted to 0 at rest; the differences are taken before the logarithm, so that small strains keep their digits.
     static double energy(const LawConstants& c, const Block<double>& f, double det) noexcept {
