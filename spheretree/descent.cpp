@@ -120,9 +120,10 @@ bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {
     if (!find_ball(pair, entry.first, budget)) return false;
     const Index begin = chain.tree.item_begin[entry.first];
     const Index end = std::min<Index>(chain.tree.item_end[entry.first], static_cast<Index>(pair.status.size()));
-    if (found_.leaf != kNoIndex)
-        for (Index link = begin; link < end; ++link) state.hint[link] = found_.leaf;
-    if (found_.room >= margin_) {
+    const bool free = found_.room >= margin_;
+    if (free || chain.tree.is_leaf(entry.first)) // a group that no ball holds learned nothing about its links
+        std::fill(state.hint.begin() + begin, state.hint.begin() + end, found_.leaf);
+    if (free) {
         std::fill(pair.status.begin() + begin, pair.status.begin() + end, LinkStatus::Free);
         stats_.proven_free += end - begin;
     } else if (chain.tree.is_leaf(entry.first)) {

@@ -140,6 +140,16 @@ void smooth(const LumenTree& lumen, const PathOptions& options, std::vector<Lume
             }
 }
 
+/// The way need not pass the centre of the ball an end lies in when the next ball holds that end as well.
+void drop_detours(const LumenTree& lumen, const Vec3& from, const Vec3& to, double min_radius, std::vector<Index>& way) {
+    const auto holds = [&](Index ball, const Vec3& p) {
+        const Sphere& b = lumen.ball(ball);
+        return b.radius - (b.centre - p).norm() >= std::max(0.25 * b.radius, min_radius);
+    };
+    while (way.size() > 1 && holds(way[1], from)) way.erase(way.begin());
+    while (way.size() > 1 && holds(way[way.size() - 2], to)) way.pop_back();
+}
+
 std::string in_mm(double metres) {
     char text[32];
     std::snprintf(text, sizeof text, "%.2f mm", 1e3 * metres);
@@ -171,11 +181,12 @@ Result<std::vector<LumenPathPoint>> find_lumen_path(const LumenTree& lumen, cons
     if (!first) return first.error();
     const auto last = ball_near(lumen, to, "end");
     if (!last) return last.error();
-    const std::vector<Index> way = find_wide_way(lumen, *first, *last, options.min_radius);
+    std::vector<Index> way = find_wide_way(lumen, *first, *last, options.min_radius);
     if (way.empty())
         return Error{ErrorCode::BadValue, "no route of radius " + in_mm(options.min_radius) +
                                               " leads through the lumen; the widest one has " +
                                               in_mm(widest_radius(lumen, *first, *last)) + " at its narrowest place"};
+    drop_detours(lumen, from, to, options.min_radius, way);
     std::vector<Vec3> corners{from};
     for (const Index ball : way) corners.push_back(lumen.ball(ball).centre);
     corners.push_back(to);
