@@ -71,4 +71,28 @@ template <int Count>
     return free;
 }
 
+/// A direction at either end of a piece of the step; between them it turns, linearly. Neither longer than 1 + 4u.
+struct Turn {
+    double from, to; // times
+    Vec3 n_from, n_to;
+};
+
+/// Are all differences farther out than distance along the turning direction during the whole piece?
+/// n . q_i is quadratic then, its Bernstein coefficients n0 . q0, (n0 . q1 + n1 . q0) / 2 and n1 . q1 bound it from below, and |n|
+/// is at most that of its longer end. Rounding, as above: positions inside the step add 3.01 u M (two products and a sum), so a
+/// coefficient is off by less than 8.1 u |n|_1 M; again 16 are allowed.
+template <int Count>
+[[nodiscard]] inline bool is_free_turning(const Differences<Count>& q, const Turn& turn, double distance) noexcept {
+    const Vec3 &n0 = turn.n_from, &n1 = turn.n_to;
+    const double length_1 = std::max(n0.lpNorm<1>(), n1.lpNorm<1>());
+    const double bound = distance * (1.0 + 16.0 * kUnitRoundoff) + kRoundingUnits * kUnitRoundoff * length_1 * q.magnitude +
+                         std::numeric_limits<double>::min();
+    for (int i = 0; i < Count; ++i) {
+        const Vec3 q0 = (1.0 - turn.from) * q.t0[i] + turn.from * q.t1[i];
+        const Vec3 q1 = (1.0 - turn.to) * q.t0[i] + turn.to * q.t1[i];
+        if (!(n0.dot(q0) > bound && n1.dot(q1) > bound && 0.5 * (n0.dot(q1) + n1.dot(q0)) > bound)) return false;
+    }
+    return true;
+}
+
 } // namespace seldinger::collision

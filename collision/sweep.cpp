@@ -50,14 +50,51 @@ double find_end_carefully(const Differences<Count>& q, double t, double distance
     return end;
 }
 
+/// With one direction per advance, features that turn while they meet come closer by a constant factor only, be it 0.9. From this
+/// many advances on the direction turns as well, which makes it about 0.1.
+constexpr int kPlainSteps = 6;
+
+/// Unit direction to separate along. Rounding tilts a shortest vector by u M / distance; below this share of M the flat normal
+/// is the better one, where the two agree.
+constexpr double kShort = 1e-5;
+template <int Count>
+Vec3 find_direction(const Differences<Count>& q, double t, const Nearest& nearest) noexcept {
+    const Vec3 shortest = nearest.offset / nearest.distance;
+    if (nearest.distance > kShort * q.magnitude) return shortest;
+    const Vec3 flat = flat_normal(at(q, t));
+    const double length = flat.norm();
+    const double agreement = flat.dot(shortest);
+    if (!(std::abs(agreement) > 0.99 * length)) return shortest;
+    return agreement > 0.0 ? Vec3(flat / length) : Vec3(-flat / length);
+}
+
+/// The farthest of a few guesses up to which a turning direction proves freedom; `time` if none does.
+/// goal   where to try first, <= 1
+template <int Count>
+double find_end_turning(const Differences<Count>& q, double time, const Nearest& nearest, double goal, double distance) noexcept {
+    for (int attempt = 0; attempt < 3; ++attempt) {
+        const Nearest there = find_nearest(at(q, goal));
+        const Turn turn{time, goal, find_direction(q, time, nearest), find_direction(q, goal, there)};
+        if (is_free_turning(q, turn, distance)) return goal;
+        goal = time + 0.25 * (goal - time);
+    }
+    return time;
+}
+
 /// Advances from `time`, where `nearest` was found, while the features stay farther apart than distance; stops within
 /// distance + tolerance, or at 1.
 template <int Count>
 Advance advance(const Differences<Count>& q, double time, Nearest nearest, double distance, double tolerance, int max_steps) noexcept {
+    double last_time = time, last_distance = nearest.distance;
     for (int step = 0; step < max_steps; ++step) {
         if (nearest.distance <= distance + tolerance) return {time, Stop::Near, nearest};
         const FreeTime free = find_free_time(q, nearest.offset, distance);
         double end = free.holds(time) ? free.to : time;
+        if (step >= kPlainSteps && end < 1.0) {
+            const double approach = (last_distance - nearest.distance) / (time - last_time);
+            const double goal = approach > 0.0 ? time + 0.9 * (nearest.distance - distance) / approach : 1.0;
+            end = std::max(end, find_end_turning(q, time, nearest, std::min(goal, 1.0), distance));
+        }
         if (end >= 1.0) return {1.0, Stop::End, nearest};
         if (end <= time + kSmallestAdvance) {
             const double rounding = kRoundingTolerance * q.magnitude;
@@ -65,8 +102,10 @@ Advance advance(const Differences<Count>& q, double time, Nearest nearest, doubl
             if (nearest.distance <= distance + tolerance + rounding) return {time, Stop::Near, nearest};
             end = std::max(end, find_end_carefully(q, time, distance));
             if (end >= 1.0) return {1.0, Stop::End, nearest};
-            if (end <= time + kSmallestAdvance) return {end, Stop::Stuck, nearest};
+            if (!(end > time + kSmallestAdvance)) return {std::max(time, end), Stop::Stuck, nearest};
         }
+        last_time = time;
+        last_distance = nearest.distance;
         time = end;
         nearest = find_nearest(at(q, time));
     }
