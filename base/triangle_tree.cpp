@@ -127,6 +127,7 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
             continue;
         }
         for (Index slot = node.first; slot < node.first + node.count; ++slot) {
+            if (distance_sq(triangle_box(slot), p) > best_sq) continue; // cheaper than the triangle itself
             const auto& [a, b, c] = corners_[slot];
             const PointOnTriangle hit = closest_on_triangle(p, a, b, c);
             const bool better = hit.distance_sq < best_sq || (hit.distance_sq == best_sq && order_[slot] < best.triangle);
