@@ -1,0 +1,186 @@
+#include "base/topology.hpp"
+#include "engine/io/read_surface.hpp"
+#include "engine/prepare/cache.hpp"
+#include "engine/prepare/coarse.hpp"
+#include "engine/prepare/process.hpp"
+#include "fem/links.hpp"
+#include "fem/stable_step.hpp"
+
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// Sends the cache to an empty folder for as long as it lives.
+class PrivateCache {
+public:
+    PrivateCache() : folder_(std::move(TemporaryFolder::make()).value()) {
+        if (const char* before = std::getenv("SELDINGER_CACHE")) before_ = before;
+        setenv("SELDINGER_CACHE", folder_.path().c_str(), 1);
+    }
+    ~PrivateCache() {
+        if (before_.empty()) unsetenv("SELDINGER_CACHE");
+        else setenv("SELDINGER_CACHE", before_.c_str(), 1);
+    }
+    PrivateCache(const PrivateCache&) = delete;
+    PrivateCache& operator=(const PrivateCache&) = delete;
+    [[nodiscard]] std::filesystem::path only_entry() const { return *std::filesystem::directory_iterator(folder_.path()); }
+
+private:
+    TemporaryFolder folder_;
+    std::string before_;
+};
+
+/// A bumpy closed surface: an octahedron divided and pushed outwards.
+TriMesh make_bumpy_ball(int rounds) {
+    TriMesh mesh;
+    mesh.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    for (int round = 0; round < rounds; ++round) {
+        std::map<std::array<Index, 2>, Index> middle_of;
+        const auto middle = [&](Index a, Index b) {
+            const auto [slot, is_new] = middle_of.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<Index>(mesh.vertices.size()));
+            if (is_new) mesh.vertices.push_back((0.5 * (mesh.vertices[a] + mesh.vertices[b])).normalized());
+            return slot->second;
+        };
+        std::vector<Triangle> finer;
+        for (const Triangle& t : mesh.triangles) {
+            const Index a = middle(t[0], t[1]), b = middle(t[1], t[2]), c = middle(t[2], t[0]);
+            finer.insert(finer.end(), {Triangle{t[0], a, c}, Triangle{a, t[1], b}, Triangle{c, b, t[2]}, Triangle{a, b, c}});
+        }
+        mesh.triangles = finer;
+    }
+    for (Vec3& v : mesh.vertices) v *= 0.1 * (1.0 + 0.15 * v[0] * v[1] + 0.1 * v[2] * v[2] * v[0]);
+    return mesh;
+}
+
+#define NEED_TETGEN() if (!find_program("tetgen", "tetgen").ok()) GTEST_SKIP() << "tetgen is not installed"
+
+} // namespace
+
+TEST(Coarse, MeshIsAFairCopyOfTheDenseSurfaceAndComesFromTheCacheNextTime) {
+    NEED_TETGEN();
+    const PrivateCache cache;
+    const TriMesh dense = make_bumpy_ball(5);
+    const auto first = make_coarse_mesh(dense, {.surface_triangles = 400});
+    ASSERT_TRUE(first.ok()) << first.error().to_string();
+    EXPECT_FALSE(first->from_cache);
+    EXPECT_LE(first->surface_triangles, 400U);
+    EXPECT_GT(first->surface_triangles, 300U);
+    EXPECT_NEAR(inspect_tets(first->tets).volume, signed_volume(dense), 0.03 * signed_volume(dense));
+    EXPECT_EQ(inspect_tets(first->tets).components, 1U);
+    const auto again = make_coarse_mesh(dense, {.surface_triangles = 400});
+    ASSERT_TRUE(again.ok());
+    EXPECT_TRUE(again->from_cache);
+    EXPECT_EQ(again->tets.vertices, first->tets.vertices);
+    EXPECT_EQ(again->tets.tets, first->tets.tets);
+    const auto other = make_coarse_mesh(dense, {.surface_triangles = 300});
+    ASSERT_TRUE(other.ok());
+    EXPECT_FALSE(other->from_cache);
+}
+
+TEST(Coarse, EntryThatWasDamagedIsMadeAgain) {
+    NEED_TETGEN();
+    const PrivateCache cache;
+    const TriMesh dense = make_bumpy_ball(4);
+    const auto first = make_coarse_mesh(dense, {.surface_triangles = 200});
+    ASSERT_TRUE(first.ok());
+    const auto size = std::filesystem::file_size(cache.only_entry());
+    const auto damage = [&](auto&& change) {
+        change();
+        const auto mesh = make_coarse_mesh(dense, {.surface_triangles = 200});
+        ASSERT_TRUE(mesh.ok());
+        EXPECT_FALSE(mesh->from_cache);
+        EXPECT_EQ(mesh->tets.tets, first->tets.tets);
+        EXPECT_TRUE(make_coarse_mesh(dense, {.surface_triangles = 200})->from_cache);
+    };
+    damage([&] { std::filesystem::resize_file(cache.only_entry(), size / 2); });
+    damage([&] { std::filesystem::resize_file(cache.only_entry(), 3); });
+    damage([&] {
+        std::fstream file(cache.only_entry(), std::ios::in | std::ios::out | std::ios::binary);
+        file.seekp(static_cast<std::streamoff>(size / 2));
+        file.put('\x5a').put('\xa5');
+    });
+}
+
+TEST(Coarse, OpenDenseSurfaceIsAnErrorThatNamesTriangles) {
+    TriMesh dense = make_bumpy_ball(3);
+    dense.triangles.pop_back();
+    const auto mesh = make_coarse_mesh(dense, {.surface_triangles = 100, .use_cache = false});
+    ASSERT_FALSE(mesh.ok());
+    EXPECT_EQ(mesh.error().code, ErrorCode::BadMesh);
+    EXPECT_THAT(mesh.error().message, testing::HasSubstr("triangle"));
+    EXPECT_EQ(make_coarse_mesh(dense, {.surface_triangles = 3}).error().code, ErrorCode::BadValue);
+}
+
+TEST(Coarse, RealLiverBecomesABodyWithShortLinksAndAUsableStep) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (!data) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    NEED_TETGEN();
+    const auto dense = read_surface(std::filesystem::path(data) / "organs/infinytoolkit_liver_visual_5k.obj.gz", {});
+    ASSERT_TRUE(dense.ok()) << dense.error().to_string();
+    TriMesh metres = *dense;
+    for (Vec3& v : metres.vertices) v *= 0.025; // about 24 cm across
+    const auto coarse = make_coarse_mesh(metres, {.surface_triangles = 800, .use_cache = false});
+    ASSERT_TRUE(coarse.ok()) << coarse.error().to_string();
+    const auto model = fem::make_tissue_model(coarse->tets, {}, {});
+    ASSERT_TRUE(model.ok());
+    EXPECT_NEAR(model->volume, signed_volume(metres), 0.03 * signed_volume(metres));
+    fem::StableStepWorkspace workspace;
+    EXPECT_GT(fem::find_stable_step(*model, model->rest_position, nullptr, workspace).step, 1e-4);
+    const auto links = fem::make_surface_links(coarse->tets, metres);
+    ASSERT_TRUE(links.ok());
+    EXPECT_EQ(links->static_count, 0U);
+    EXPECT_LT(links->max_length, 0.02);
+    RecordProperty("tets", std::to_string(coarse->tets.tets.size()));
+}
+
+TEST(Cache, KeysTellApartWhatWasFedIn) {
+    const auto key = [](auto&&... parts) {
+        ContentHash hash;
+        (hash.feed(parts), ...);
+        return hash.hex();
+    };
+    EXPECT_NE(key(std::string_view("ab"), std::string_view("c")), key(std::string_view("a"), std::string_view("bc")));
+    EXPECT_NE(key(0.0), key(-0.0));
+    EXPECT_NE(key(make_bumpy_ball(1)), key(make_bumpy_ball(2)));
+    EXPECT_EQ(key(make_bumpy_ball(2)), key(make_bumpy_ball(2)));
+    ContentHash fnv; // published test vector of FNV-1a 128
+    fnv.feed("foobar", 6);
+    EXPECT_EQ(fnv.hex(), "343e1662793c64bf6f0d3597ba446f18");
+}
+
+TEST(Cache, CanBeTurnedOffAndNeverInventsAnEntry) {
+    const PrivateCache cache;
+    const std::string key(32, 'a');
+    EXPECT_FALSE(read_cache("coarse", key));
+    EXPECT_TRUE(write_cache("coarse", key, "payload"));
+    EXPECT_EQ(read_cache("coarse", key), "payload");
+    EXPECT_FALSE(read_cache("other", key));
+    setenv("SELDINGER_CACHE", "off", 1);
+    EXPECT_FALSE(read_cache("coarse", key));
+    EXPECT_FALSE(write_cache("coarse", key, "payload"));
+    setenv("SELDINGER_CACHE", "/proc/no/such/folder", 1);
+    EXPECT_FALSE(write_cache("coarse", key, "payload"));
+}
+
+TEST(Cache, UnpacksOnlyWholeMeshesWithIndicesInRange) {
+    const TriMesh mesh = make_bumpy_ball(1);
+    const std::string packed = pack_mesh(mesh);
+    EXPECT_EQ(unpack_triangles(packed)->vertices, mesh.vertices);
+    EXPECT_FALSE(unpack_triangles(packed.substr(0, packed.size() - 1)));
+    EXPECT_FALSE(unpack_triangles(packed + "x"));
+    EXPECT_FALSE(unpack_triangles(std::string(8, '\xff')));
+    EXPECT_FALSE(unpack_triangles(""));
+    EXPECT_FALSE(unpack_tets(packed));
+    TriMesh broken = mesh;
+    broken.triangles[0][0] = 4000;
+    EXPECT_FALSE(unpack_triangles(pack_mesh(broken)));
+}
+
+} // namespace seldinger::engine
