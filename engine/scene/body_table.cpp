@@ -125,7 +125,7 @@ const ObjectSpec& box_region_table() {
 
 const ObjectSpec& ball_table() {
     static const ObjectSpec table{
-        "ball", "", "", "",
+        "ball", "Centre and radius of a ball.", "", "",
         {
             vector_field("centre", Dimension::Length, coordinate(), "Middle.").required(),
             number_field("radius", Dimension::Length, above(0.0, kLargestBody), "Of the ball.").required(),

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMaxNameLength = 64;
 constexpr double kLargestCount = 9007199254740992.0; // 2^53: beyond it whole numbers are not exact
 
-std::string quoted(std::string_view key) { return fmt::format("\"{:.60}\"", key); }
+std::string in_quotes(std::string_view key) { return fmt::format("\"{:.60}\"", key); }
 
 class Checker {
 public:
@@ -62,7 +62,7 @@ private:
         for (const JsonNode& member : node.children) {
             if (spec.find(member.key) != nullptr) continue;
             return fail(member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
-                        fmt::format("unknown key {}; {}", quoted(member.key), suggest("key", member.key, spec.keys())));
+                        fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, spec.keys())));
         }
         return std::nullopt;
     }
@@ -81,7 +81,7 @@ private:
             if (used.empty() || std::find(used.begin(), used.end(), chosen) != used.end()) continue;
             return fail(other.key_at, join_key(path, other.key),
                         fmt::format("unused key {}: {} is {} here; the key is used where it is {}; leaving it out would be right",
-                                    quoted(other.key), spec.discriminator, quoted(chosen), fmt::join(used, " or ")));
+                                    in_quotes(other.key), spec.discriminator, in_quotes(chosen), fmt::join(used, " or ")));
         }
         return std::nullopt;
     }
@@ -99,7 +99,7 @@ private:
 
     Error missing(const JsonNode& node, const FieldSpec& field, const std::string& path) const {
         return fail(node.at, join_key(path, field.key),
-                    fmt::format("the key {} is missing; {} would be right: {}", quoted(field.key),
+                    fmt::format("the key {} is missing; {} would be right: {}", in_quotes(field.key),
                                 expected(field.value, context_.units), field.doc));
     }
 
@@ -213,7 +213,7 @@ private:
         for (const JsonNode& member : node.children) {
             if (!is_name(member.key))
                 return fail(member.key_at, path, fmt::format("found the name {}; up to {} letters, digits, - and _ would be right",
-                                                             quoted(member.key), kMaxNameLength));
+                                                             in_quotes(member.key), kMaxNameLength));
             if (auto error = value(member, spec.alternatives.front(), join_key(path, member.key))) return error;
         }
         return std::nullopt;
@@ -240,7 +240,7 @@ private:
         for (const JsonNode& member : node.children)
             if (!known_in_some(member.key, spec))
                 return fail(member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
-                            fmt::format("unknown key {}; {}", quoted(member.key), suggest("key", member.key, markers)));
+                            fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, markers)));
         return fail(node.at, path, fmt::format("found no key that says what this is; one of {} would be right", fmt::join(markers, ", ")));
     }
 

@@ -26,7 +26,7 @@ const ObjectSpec& time_table() {
                         "Sub-steps of the tissue's integration in a step; \"auto\" takes as many as stability asks for.")
                 .by_default(std::string_view("auto")),
             count_field("max_substeps", 1, 1e6, "A run whose tissue needs more sub-steps than this is stopped.")
-                .by_default(double{TimeSpec{}.max_substeps}),
+                .by_default(double(TimeSpec{}.max_substeps)),
         }};
     return table;
 }
@@ -93,7 +93,7 @@ const ObjectSpec& outputs_table() {
                 value_field("pictures", any_value({count_field("", 0, 1000, "").value, list_value(object_value(picture_table()), 0)}),
                             "How many pictures, spread evenly over the run, or a list of them; 0 when absent."),
                 value_field("size", std::move(size), "Of a picture in pixels, 1280 x 720 when absent."),
-                count_field("record_every", 0, 1e9, "Steps between recorded states; 0 records none unless the command line asks.").by_default(double{usual.record_every}),
+                count_field("record_every", 0, 1e9, "Steps between recorded states; 0 records none unless the command line asks.").by_default(double(usual.record_every)),
             }};
     }();
     return table;
