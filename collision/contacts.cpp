@@ -24,6 +24,9 @@ std::array<SweptPoint, 3> swept(const SurfaceMotion& motion, const Triangle& t) 
 }
 Vec3 at(const SweptPoint& p, double t) noexcept { return (1.0 - t) * p.t0 + t * p.t1; }
 
+/// Candidates wait until this many are there, so that the batches of the elementary tests are full and the lists stay in cache.
+constexpr std::size_t kFullList = 512;
+
 double volume_sum(const Box3& box) noexcept { return box.extent().sum(); }
 
 void find_near(std::span<const Box3> boxes, const Box3& other, double distance, std::vector<Index>& near) {
@@ -66,6 +69,9 @@ ExactStats ContactFinder::find_self(const SurfaceMotion& a, BoxTree& tree_a, con
 void ContactFinder::traverse(Search& search) {
     safe_times_.clear();
     stack_.clear();
+    vertex_face_.clear();
+    face_vertex_.clear();
+    edge_edge_.clear();
     if (search.a.tree.empty() || search.b.tree.empty()) return;
     const auto nodes_a = search.a.tree.nodes(), nodes_b = search.b.tree.nodes();
     stack_.push_back({0, 0});
@@ -77,10 +83,9 @@ void ContactFinder::traverse(Search& search) {
         if (!are_near(a.box, b.box, search.options.limits.distance)) continue;
         const bool a_is_leaf = a.left == kNoIndex, b_is_leaf = b.left == kNoIndex;
         if (a_is_leaf && b_is_leaf) {
-            if (test_clusters(search, a.cluster, b.cluster)) continue;
+            if (collect_candidates(search, a.cluster, b.cluster)) continue;
             search.stats.finished = false;
-            search.stats.safe_fraction = 0.0;
-            return;
+            break;
         }
         if (search.self && pair.a == pair.b) {
             stack_.push_back({a.left + 1, a.left + 1});
@@ -94,10 +99,12 @@ void ContactFinder::traverse(Search& search) {
             stack_.push_back({pair.a, b.left});
         }
     }
+    test_candidates(search);
+    if (!search.stats.finished) search.stats.safe_fraction = 0.0;
 }
 
-void ContactFinder::find_vertex_face(Search& search, const Side& vertex_side, Index vertex_cluster, const Side& face_side,
-                                     Index face_cluster, std::vector<NodePair>& pairs) {
+void ContactFinder::collect_vertex_face(const Search& search, const Side& vertex_side, Index vertex_cluster,
+                                        const Side& face_side, Index face_cluster, std::vector<FeaturePair>& pairs) {
     const double distance = search.options.limits.distance;
     const auto& vertices = vertex_side.tree.clusters()[vertex_cluster];
     const auto& faces = face_side.tree.clusters()[face_cluster];
@@ -115,7 +122,7 @@ void ContactFinder::find_vertex_face(Search& search, const Side& vertex_side, In
         }
 }
 
-void ContactFinder::find_edge_edge(Search& search, Index cluster_a, Index cluster_b) {
+void ContactFinder::collect_edge_edge(const Search& search, Index cluster_a, Index cluster_b) {
     const double distance = search.options.limits.distance;
     const auto& a = search.a.tree.clusters()[cluster_a];
     const auto& b = search.b.tree.clusters()[cluster_b];
@@ -135,29 +142,41 @@ void ContactFinder::find_edge_edge(Search& search, Index cluster_a, Index cluste
         }
 }
 
-bool ContactFinder::test_clusters(Search& search, Index cluster_a, Index cluster_b) {
-    vertex_face_.clear();
-    face_vertex_.clear();
-    edge_edge_.clear();
-    find_vertex_face(search, search.a, cluster_a, search.b, cluster_b, vertex_face_);
-    if (!search.self || cluster_a != cluster_b) find_vertex_face(search, search.b, cluster_b, search.a, cluster_a, face_vertex_);
-    find_edge_edge(search, cluster_a, cluster_b);
-    if (!search.budget.spend(1 + vertex_face_.size() + face_vertex_.size() + edge_edge_.size())) return false;
+/// What a cluster pair adds is paid for at once; unpaid candidates are taken back.
+bool ContactFinder::collect_candidates(Search& search, Index cluster_a, Index cluster_b) {
+    const std::size_t before_vf = vertex_face_.size(), before_fv = face_vertex_.size(), before_ee = edge_edge_.size();
+    collect_vertex_face(search, search.a, cluster_a, search.b, cluster_b, vertex_face_);
+    if (!search.self || cluster_a != cluster_b) collect_vertex_face(search, search.b, cluster_b, search.a, cluster_a, face_vertex_);
+    collect_edge_edge(search, cluster_a, cluster_b);
+    const std::size_t added = vertex_face_.size() + face_vertex_.size() + edge_edge_.size() - before_vf - before_fv - before_ee;
+    if (!search.budget.spend(1 + added)) {
+        vertex_face_.resize(before_vf);
+        face_vertex_.resize(before_fv);
+        edge_edge_.resize(before_ee);
+        return false;
+    }
     ++search.stats.cluster_pairs;
-    test_vertex_face(search, search.a, search.b, vertex_face_);
-    test_vertex_face(search, search.b, search.a, face_vertex_);
-    test_edge_edge(search);
+    if (std::max({vertex_face_.size(), face_vertex_.size(), edge_edge_.size()}) >= kFullList) test_candidates(search);
     return true;
 }
 
-void ContactFinder::test_vertex_face(Search& search, const Side& vertex_side, const Side& face_side, std::span<const NodePair> pairs) {
+void ContactFinder::test_candidates(Search& search) {
+    test_vertex_face(search, search.a, search.b, vertex_face_);
+    test_vertex_face(search, search.b, search.a, face_vertex_);
+    test_edge_edge(search);
+}
+
+void ContactFinder::test_vertex_face(Search& search, const Side& vertex_side, const Side& face_side, std::vector<FeaturePair>& pairs) {
     search.stats.candidates_vf += pairs.size();
-    for (const auto& [vertex, face] : pairs) {
+    if (sweeps_.size() < pairs.size()) sweeps_.resize(pairs.size());
+    sweep_vertex_faces(vertex_side.motion, face_side.motion, pairs, search.options.limits, sweeps_);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const Sweep& sweep = sweeps_[i];
+        if (!sweep.hit()) continue;
+        const auto [vertex, face] = pairs[i];
         const Triangle& t = face_side.tree.topology().triangles[face];
         const SweptPoint point = swept(vertex_side.motion, vertex);
         const auto corners = swept(face_side.motion, t);
-        const Sweep sweep = sweep_vertex_face(point, corners, search.options.limits);
-        if (!sweep.hit()) continue;
         Contact contact{.body_a = vertex_side.body, .body_b = face_side.body, .origin = ContactOrigin::ExactVF};
         contact.time = sweep.time;
         contact.normal = sweep.normal;
@@ -175,16 +194,19 @@ void ContactFinder::test_vertex_face(Search& search, const Side& vertex_side, co
         search.count(sweep, safe_times_);
         search.out.push_back(contact);
     }
+    pairs.clear();
 }
 
 void ContactFinder::test_edge_edge(Search& search) {
     search.stats.candidates_ee += edge_edge_.size();
-    for (const auto& [id_a, id_b] : edge_edge_) {
-        const Edge &edge_a = search.a.tree.topology().edges[id_a], &edge_b = search.b.tree.topology().edges[id_b];
+    if (sweeps_.size() < edge_edge_.size()) sweeps_.resize(edge_edge_.size());
+    sweep_edge_edges(search.a.motion, search.b.motion, edge_edge_, search.options.limits, sweeps_);
+    for (std::size_t i = 0; i < edge_edge_.size(); ++i) {
+        const Sweep& sweep = sweeps_[i];
+        if (!sweep.hit()) continue;
+        const Edge &edge_a = search.a.tree.topology().edges[edge_edge_[i].a], &edge_b = search.b.tree.topology().edges[edge_edge_[i].b];
         const auto a = swept(search.a.motion, edge_a);
         const auto b = swept(search.b.motion, edge_b);
-        const Sweep sweep = sweep_edge_edge(a, b, search.options.limits);
-        if (!sweep.hit()) continue;
         Contact contact{.body_a = search.a.body, .body_b = search.b.body, .origin = ContactOrigin::ExactEE};
         contact.time = sweep.time;
         contact.normal = sweep.normal;
@@ -204,6 +226,7 @@ void ContactFinder::test_edge_edge(Search& search) {
         search.count(sweep, safe_times_);
         search.out.push_back(contact);
     }
+    edge_edge_.clear();
 }
 
 } // namespace seldinger::collision

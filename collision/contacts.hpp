@@ -5,7 +5,7 @@
 #include "base/contact.hpp"
 #include "base/work_budget.hpp"
 #include "collision/box_tree.hpp"
-#include "collision/sweep.hpp"
+#include "collision/sweep_batch.hpp"
 
 #include <span>
 #include <vector>
@@ -50,21 +50,23 @@ private:
         BoxTree& tree;
         BodyId body;
     };
-    struct NodePair { // of tree nodes, or of feature ids
+    struct NodePair {
         Index a, b;
     };
     struct Search;
 
     void traverse(Search& search);
-    bool test_clusters(Search& search, Index cluster_a, Index cluster_b); // false: budget ran out
-    void find_vertex_face(Search& search, const Side& vertex_side, Index vertex_cluster, const Side& face_side, Index face_cluster,
-                          std::vector<NodePair>& pairs);
-    void find_edge_edge(Search& search, Index cluster_a, Index cluster_b);
-    void test_vertex_face(Search& search, const Side& vertex_side, const Side& face_side, std::span<const NodePair> pairs);
+    bool collect_candidates(Search& search, Index cluster_a, Index cluster_b); // false: budget ran out
+    void collect_vertex_face(const Search& search, const Side& vertex_side, Index vertex_cluster, const Side& face_side,
+                             Index face_cluster, std::vector<FeaturePair>& pairs);
+    void collect_edge_edge(const Search& search, Index cluster_a, Index cluster_b);
+    void test_candidates(Search& search);
+    void test_vertex_face(Search& search, const Side& vertex_side, const Side& face_side, std::vector<FeaturePair>& pairs);
     void test_edge_edge(Search& search);
 
     std::vector<NodePair> stack_;
-    std::vector<NodePair> vertex_face_, face_vertex_, edge_edge_; // candidates of one cluster pair
+    std::vector<FeaturePair> vertex_face_, face_vertex_, edge_edge_; // candidates waiting for their test
+    std::vector<Sweep> sweeps_;
     std::vector<Index> near_a_, near_b_;
     std::vector<double> safe_times_;
 };

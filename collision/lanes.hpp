@@ -1,0 +1,49 @@
+// Four doubles side by side, in the compiler's own vector type: two SSE2 registers where nothing better is there, one AVX2
+// register where the machine has it. Every lane does what a scalar would do, in the same order, so the bits are the same.
+#pragma once
+
+#include "base/vec.hpp"
+
+#include <cmath>
+
+namespace seldinger::collision {
+
+inline constexpr int kLanes = 4;
+
+using Lanes = double __attribute__((vector_size(8 * kLanes)));
+using Mask = long long __attribute__((vector_size(8 * kLanes))); // -1: yes, 0: no
+
+#define SELDINGER_LANES_INLINE [[gnu::always_inline]] inline // cloned kernels must not call out to code for another machine
+
+SELDINGER_LANES_INLINE Lanes all(double value) noexcept { return Lanes{value, value, value, value}; }
+SELDINGER_LANES_INLINE bool any(Mask mask) noexcept { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
+SELDINGER_LANES_INLINE Lanes smaller(Lanes a, Lanes b) noexcept { return b < a ? b : a; }
+SELDINGER_LANES_INLINE Lanes larger(Lanes a, Lanes b) noexcept { return a < b ? b : a; }
+SELDINGER_LANES_INLINE Lanes magnitude(Lanes a) noexcept { return a < 0.0 ? -a : a; }
+SELDINGER_LANES_INLINE Lanes square_root(Lanes a) noexcept {
+    return Lanes{std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])};
+}
+
+struct Lanes3 {
+    Lanes x, y, z;
+
+    SELDINGER_LANES_INLINE void set(int lane, const Vec3& v) noexcept {
+        x[lane] = v[0];
+        y[lane] = v[1];
+        z[lane] = v[2];
+    }
+    [[nodiscard]] Vec3 get(int lane) const noexcept { return {x[lane], y[lane], z[lane]}; }
+};
+
+SELDINGER_LANES_INLINE Lanes3 operator+(const Lanes3& a, const Lanes3& b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+SELDINGER_LANES_INLINE Lanes3 operator-(const Lanes3& a, const Lanes3& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+SELDINGER_LANES_INLINE Lanes3 operator*(Lanes s, const Lanes3& a) noexcept { return {s * a.x, s * a.y, s * a.z}; }
+SELDINGER_LANES_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
+SELDINGER_LANES_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) noexcept {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+SELDINGER_LANES_INLINE Lanes3 select(Mask mask, const Lanes3& yes, const Lanes3& no) noexcept {
+    return {mask ? yes.x : no.x, mask ? yes.y : no.y, mask ? yes.z : no.z};
+}
+
+} // namespace seldinger::collision

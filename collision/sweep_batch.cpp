@@ -1,0 +1,306 @@
+#include "collision/sweep_batch.hpp"
+
+#include "collision/lanes.hpp"
+#include "collision/separation.hpp"
+
+#include <algorithm>
+
+// Calls the best of two translations of one function, chosen when the program is loaded.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define SELDINGER_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
+#else
+#define SELDINGER_CLONES
+#endif
+
+namespace seldinger::collision {
+namespace {
+
+/// Advances of a batch before its open lanes are handed to the scalar routine.
+constexpr int kBatchSteps = 4;
+/// As in sweep.cpp; smaller advances are left to it.
+constexpr double kSmallestBatchAdvance = 0x1p-40;
+
+template <int Count>
+struct LaneDifferences {
+    std::array<Lanes3, Count> t0, t1;
+    Lanes size; // largest absolute coordinate among them
+};
+
+struct LaneNearest {
+    Lanes3 offset;
+    Lanes distance;
+    std::array<Lanes, 3> bary;
+};
+
+struct LaneFreeTime {
+    Lanes from, to;
+};
+
+template <int Count>
+SELDINGER_LANES_INLINE void measure(LaneDifferences<Count>& q) noexcept {
+    q.size = all(0.0);
+    const auto grow = [&q](const Lanes3& d) __attribute__((always_inline)) {
+        q.size = larger(q.size, larger(magnitude(d.x), larger(magnitude(d.y), magnitude(d.z))));
+    };
+    for (int i = 0; i < Count; ++i) {
+        grow(q.t0[i]);
+        grow(q.t1[i]);
+    }
+}
+
+template <int Count>
+SELDINGER_LANES_INLINE std::array<Lanes3, Count> at(const LaneDifferences<Count>& q, Lanes t) noexcept {
+    std::array<Lanes3, Count> out;
+    for (int i = 0; i < Count; ++i) out[i] = (1.0 - t) * q.t0[i] + t * q.t1[i];
+    return out;
+}
+
+SELDINGER_LANES_INLINE Lanes3 flat_normal(const std::array<Lanes3, 3>& c) noexcept { return cross(c[0] - c[1], c[0] - c[2]); }
+SELDINGER_LANES_INLINE Lanes3 flat_normal(const std::array<Lanes3, 4>& c) noexcept { return cross(c[2] - c[0], c[0] - c[1]); }
+
+/// Regions as in nearest.hpp, the last that holds wins, so they come in reverse order.
+SELDINGER_LANES_INLINE LaneNearest find_nearest(const std::array<Lanes3, 3>& corner) noexcept {
+    const Lanes3 &a = corner[0], &b = corner[1], &c = corner[2];
+    const Lanes3 ab = b - a, ac = c - a;
+    const Lanes d1 = -dot(ab, a), d2 = -dot(ac, a), d3 = -dot(ab, b), d4 = -dot(ac, b), d5 = -dot(ab, c), d6 = -dot(ac, c);
+    const Lanes va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+    const Lanes sum = va + vb + vc, zero = all(0.0), one = all(1.0);
+    Lanes v = sum > 0.0 ? vb / sum : zero, w = sum > 0.0 ? vc / sum : zero;
+    const Lanes along_bc = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    const Mask on_bc = (va <= 0.0) & (d4 >= d3) & (d5 >= d6) & ((d4 - d3) + (d5 - d6) > 0.0);
+    v = on_bc ? 1.0 - along_bc : v;
+    w = on_bc ? along_bc : w;
+    const Mask on_ac = (vb <= 0.0) & (d2 >= 0.0) & (d6 <= 0.0) & (d2 > d6);
+    v = on_ac ? zero : v;
+    w = on_ac ? d2 / (d2 - d6) : w;
+    const Mask at_c = (d6 >= 0.0) & (d5 <= d6);
+    v = at_c ? zero : v;
+    w = at_c ? one : w;
+    const Mask on_ab = (vc <= 0.0) & (d1 >= 0.0) & (d3 <= 0.0) & (d1 > d3);
+    v = on_ab ? d1 / (d1 - d3) : v;
+    w = on_ab ? zero : w;
+    const Mask at_b = (d3 >= 0.0) & (d4 <= d3);
+    v = at_b ? one : v;
+    w = at_b ? zero : w;
+    const Mask at_a = (d1 <= 0.0) & (d2 <= 0.0);
+    v = at_a ? zero : v;
+    w = at_a ? zero : w;
+    const Lanes3 offset = a + v * ab + w * ac;
+    return {offset, square_root(dot(offset, offset)), {1.0 - v - w, v, w}};
+}
+
+SELDINGER_LANES_INLINE Lanes clamped_ratio(Lanes p, Lanes q) noexcept {
+    const Lanes zero = all(0.0), one = all(1.0);
+    const Lanes ratio = p >= q ? one : p / q;
+    return (p <= 0.0) | (q <= 0.0) ? zero : ratio;
+}
+
+SELDINGER_LANES_INLINE LaneNearest find_nearest(const std::array<Lanes3, 4>& corner) noexcept {
+    const Lanes3& r = corner[0];
+    const Lanes3 da = corner[2] - corner[0], db = corner[0] - corner[1];
+    const Lanes aa = dot(da, da), bb = dot(db, db), ab = dot(da, db), ar = dot(da, r), br = dot(db, r);
+    Lanes s = clamped_ratio(ab * br - ar * bb, aa * bb - ab * ab);
+    const Lanes t = clamped_ratio(ab * s + br, bb);
+    s = t <= 0.0 ? clamped_ratio(-ar, aa) : s;
+    s = t >= 1.0 ? clamped_ratio(ab - ar, aa) : s;
+    const Lanes3 offset = r + s * da - t * db;
+    return {offset, square_root(dot(offset, offset)), {s, t, all(0.0)}};
+}
+
+/// find_free_time of separation.hpp, lane by lane; its proof holds here word for word.
+template <int Count>
+SELDINGER_LANES_INLINE LaneFreeTime find_free_time(const LaneDifferences<Count>& q, const Lanes3& n, Lanes distance) noexcept {
+    const Lanes length_1 = magnitude(n.x) + magnitude(n.y) + magnitude(n.z);
+    const Lanes length = square_root(dot(n, n));
+    const Lanes bound = distance * length * (1.0 + 8.0 * kUnitRoundoff) + kRoundingUnits * kUnitRoundoff * length_1 * q.size +
+                        std::numeric_limits<double>::min();
+    const Lanes zero = all(0.0), one = all(1.0);
+    LaneFreeTime free{zero, one};
+    for (int i = 0; i < Count; ++i) {
+        const Lanes a = dot(n, q.t0[i]), b = dot(n, q.t1[i]);
+        const Mask a_free = a > bound, b_free = b > bound;
+        const Lanes cut = (a - bound) / (a - b);
+        // what compares false, NaN included, proves nothing: the interval becomes empty
+        free.to = b_free ? free.to : (cut >= 0.0 ? smaller(free.to, cut) : -one);
+        free.from = a_free ? free.from : (cut <= 1.0 ? larger(free.from, cut) : one + one);
+        free.to = a_free | b_free ? free.to : -one;
+    }
+    return free;
+}
+
+template <int Count>
+SELDINGER_LANES_INLINE Mask stays_on_one_side(const LaneDifferences<Count>& q, Lanes distance) noexcept {
+    const Lanes3 flat = flat_normal(q.t0);
+    const Mask below = dot(flat, q.t0[0]) < 0.0;
+    const LaneFreeTime free = find_free_time(q, select(below, all(-1.0) * flat, flat), distance);
+    return (free.from <= 0.0) & (free.to >= 1.0);
+}
+
+struct LaneSweep {
+    Mask hit, unclear; // neither: separated
+    Lanes time, safe_time;
+    LaneNearest nearest;
+};
+
+template <int Count>
+SELDINGER_LANES_INLINE void find_safe_time(const LaneDifferences<Count>& q, double distance, LaneSweep& sweep) noexcept {
+    const Lanes kept = kKeptGap * smaller(sweep.nearest.distance, all(distance));
+    sweep.safe_time = sweep.time;
+    Mask open = sweep.hit & (kept > 0.0);
+    Lanes time = sweep.time;
+    LaneNearest nearest = sweep.nearest;
+    for (int step = 0; step < kBatchSteps; ++step) {
+        const Mask near = open & (nearest.distance <= kept + 0.5 * kept);
+        sweep.safe_time = near ? time : sweep.safe_time;
+        open &= ~near;
+        if (!any(open)) return;
+        const LaneFreeTime free = find_free_time(q, nearest.offset, kept);
+        const Mask advances = open & (free.from <= time) & (free.to > time + kSmallestBatchAdvance);
+        const Mask ends = open & (free.from <= time) & (free.to >= 1.0);
+        sweep.unclear |= open & ~advances & ~ends;
+        sweep.safe_time = ends ? all(1.0) : sweep.safe_time;
+        open &= advances & ~ends;
+        if (!any(open)) return;
+        time = open ? free.to : time;
+        nearest = find_nearest(at(q, time));
+    }
+    sweep.unclear |= open;
+}
+
+template <int Count>
+SELDINGER_LANES_INLINE LaneSweep sweep_lanes(LaneDifferences<Count>& q, const SweepLimits& limits) noexcept {
+    measure(q);
+    const Lanes distance = all(limits.distance);
+    LaneSweep sweep{};
+    Mask open = ~stays_on_one_side(q, distance);
+    if (!any(open)) return sweep;
+    Lanes time = all(0.0);
+    LaneNearest nearest = find_nearest(q.t0);
+    for (int step = 0; step < kBatchSteps && any(open); ++step) {
+        const Mask near = open & (nearest.distance <= limits.distance + limits.tolerance);
+        sweep.hit |= near;
+        sweep.time = near ? time : sweep.time;
+        sweep.nearest.offset = select(near, nearest.offset, sweep.nearest.offset);
+        sweep.nearest.distance = near ? nearest.distance : sweep.nearest.distance;
+        for (int k = 0; k < 3; ++k) sweep.nearest.bary[k] = near ? nearest.bary[k] : sweep.nearest.bary[k];
+        open &= ~near;
+        const LaneFreeTime free = find_free_time(q, nearest.offset, distance);
+        const Mask holds = open & (free.from <= time);
+        const Mask ends = holds & (free.to >= 1.0), advances = holds & (free.to > time + kSmallestBatchAdvance);
+        sweep.unclear |= open & ~ends & ~advances;
+        open &= advances & ~ends;
+        if (!any(open)) break;
+        time = open ? free.to : time;
+        nearest = find_nearest(at(q, time));
+    }
+    sweep.unclear |= open;
+    // without a gap worth dividing by, the scalar routine finds the normal
+    sweep.unclear |= sweep.hit & ~(sweep.nearest.distance > 1e-9 * q.size);
+    if (any(sweep.hit)) find_safe_time(q, limits.distance, sweep);
+    return sweep;
+}
+
+SELDINGER_LANES_INLINE void write_lane(const LaneSweep& lanes, int lane, Sweep& sweep) noexcept {
+    sweep.outcome = lanes.time[lane] > 0.0 ? SweepOutcome::Hit : SweepOutcome::StartsTouching;
+    sweep.time = lanes.time[lane];
+    sweep.safe_time = lanes.safe_time[lane];
+    sweep.gap = lanes.nearest.distance[lane];
+    for (std::size_t k = 0; k < 3; ++k) sweep.bary[k] = lanes.nearest.bary[k][lane];
+    sweep.normal = lanes.nearest.offset.get(lane) / sweep.gap;
+}
+
+SELDINGER_LANES_INLINE std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, Index edge) noexcept {
+    const auto [from, to] = motion.topology->edges[edge];
+    return {SweptPoint{motion.t0[from], motion.t1[from]}, SweptPoint{motion.t0[to], motion.t1[to]}};
+}
+
+Sweep sweep_alone(const SurfaceMotion& vertices, const SurfaceMotion& faces, FeaturePair pair, const SweepLimits& limits) noexcept {
+    const Triangle& t = faces.topology->triangles[pair.b];
+    return sweep_vertex_face({vertices.t0[pair.a], vertices.t1[pair.a]},
+                             {SweptPoint{faces.t0[t[0]], faces.t1[t[0]]}, SweptPoint{faces.t0[t[1]], faces.t1[t[1]]},
+                              SweptPoint{faces.t0[t[2]], faces.t1[t[2]]}},
+                             limits);
+}
+
+/// Positions of up to four pairs, side by side; missing lanes repeat the first.
+SELDINGER_LANES_INLINE LaneDifferences<3> gather_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces,
+                                                              std::span<const FeaturePair> pairs) noexcept {
+    Lanes3 p0, p1;
+    std::array<Lanes3, 3> f0, f1;
+    for (int lane = 0; lane < kLanes; ++lane) {
+        const FeaturePair pair = pairs[static_cast<std::size_t>(lane) < pairs.size() ? static_cast<std::size_t>(lane) : 0];
+        p0.set(lane, vertices.t0[pair.a]);
+        p1.set(lane, vertices.t1[pair.a]);
+        const Triangle& t = faces.topology->triangles[pair.b];
+        for (std::size_t k = 0; k < 3; ++k) {
+            f0[k].set(lane, faces.t0[t[k]]);
+            f1[k].set(lane, faces.t1[t[k]]);
+        }
+    }
+    LaneDifferences<3> q;
+    for (std::size_t k = 0; k < 3; ++k) {
+        q.t0[k] = p0 - f0[k];
+        q.t1[k] = p1 - f1[k];
+    }
+    return q;
+}
+
+SELDINGER_LANES_INLINE LaneDifferences<4> gather_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b,
+                                                            std::span<const FeaturePair> pairs) noexcept {
+    std::array<Lanes3, 2> a0, a1, b0, b1;
+    for (int lane = 0; lane < kLanes; ++lane) {
+        const FeaturePair pair = pairs[static_cast<std::size_t>(lane) < pairs.size() ? static_cast<std::size_t>(lane) : 0];
+        const Edge &ea = a.topology->edges[pair.a], &eb = b.topology->edges[pair.b];
+        for (std::size_t k = 0; k < 2; ++k) {
+            a0[k].set(lane, a.t0[ea[k]]);
+            a1[k].set(lane, a.t1[ea[k]]);
+            b0[k].set(lane, b.t0[eb[k]]);
+            b1[k].set(lane, b.t1[eb[k]]);
+        }
+    }
+    LaneDifferences<4> q;
+    for (std::size_t i = 0; i < 4; ++i) {
+        q.t0[i] = a0[i / 2] - b0[i % 2];
+        q.t1[i] = a1[i / 2] - b1[i % 2];
+    }
+    return q;
+}
+
+} // namespace
+
+SELDINGER_CLONES
+void sweep_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
+                        const SweepLimits& limits, std::span<Sweep> sweeps) noexcept {
+    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
+        LaneDifferences<3> q = gather_vertex_faces(vertices, faces, pairs.subspan(first));
+        const LaneSweep lanes = sweep_lanes(q, limits);
+        const std::size_t used = std::min<std::size_t>(kLanes, pairs.size() - first);
+        for (std::size_t k = 0; k < used; ++k) {
+            const int lane = static_cast<int>(k);
+            Sweep& sweep = sweeps[first + k];
+            if (lanes.unclear[lane]) sweep = sweep_alone(vertices, faces, pairs[first + k], limits);
+            else if (lanes.hit[lane]) write_lane(lanes, lane, sweep);
+            else sweep.outcome = SweepOutcome::Separated;
+        }
+    }
+}
+
+SELDINGER_CLONES
+void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs,
+                      const SweepLimits& limits, std::span<Sweep> sweeps) noexcept {
+    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
+        LaneDifferences<4> q = gather_edge_edges(a, b, pairs.subspan(first));
+        const LaneSweep lanes = sweep_lanes(q, limits);
+        const std::size_t used = std::min<std::size_t>(kLanes, pairs.size() - first);
+        for (std::size_t k = 0; k < used; ++k) {
+            const int lane = static_cast<int>(k);
+            Sweep& sweep = sweeps[first + k];
+            if (lanes.unclear[lane]) sweep = sweep_edge_edge(swept(a, pairs[first + k].a), swept(b, pairs[first + k].b), limits);
+            else if (lanes.hit[lane]) write_lane(lanes, lane, sweep);
+            else sweep.outcome = SweepOutcome::Separated;
+        }
+    }
+}
+
+} // namespace seldinger::collision
