@@ -1,4 +1,4 @@
-// The lumen's balls on a moving wall. A ball's centre follows the mean displacement of its anchors; its radius is the exact
+// The lumen's balls on a moving wall. A ball's centre follows the mean displacement of its anchors; its radius is the
 // distance to the wall triangles linked to it, looked at only when the descent asks for that ball: an interrupted descent
 // pays for what it sees.
 #pragma once
@@ -12,7 +12,8 @@ namespace seldinger::spheretree {
 /// A ball over one step: free space of radius `radius` around the centre that moves straight from centre_t0 to centre_t1.
 struct MovingBall {
     Vec3 centre_t0 = Vec3::Zero(), centre_t1 = Vec3::Zero(); // m
-    double radius = -1.0;    // m, free at t0 and at t1
+    double radius = -1.0;    // m, free at t0 and at t1; negative: the wall has passed the centre
+    double radius_t0 = -1.0; // m, free at t0
     double radius_t1 = -1.0; // m, free at t1
 };
 
@@ -25,10 +26,13 @@ public:
 
     /// Moves the centres and the inner bounds; radii follow on demand.
     /// vertices_t0/_t1  [vertex_count] m, the wall at both ends of the step; they must stay alive and unchanged until the
-    ///                  next update. Both empty: the wall rests, which costs nothing.
+    ///                  next update. Both empty: the wall rests, which costs nothing. Where a step does not begin where
+    ///                  the last one ended, call reset() first: radii measured at t1 are taken over as those of t0.
     void update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1);
 
-    /// Conservative against the linked triangles: a triangle that was further away than the build's link_reach at rest is
+    void reset() noexcept { balls_.clear(); } // forgets the last step; the next update starts afresh
+
+    /// Conservative against the linked triangles, within 1 % of what they leave free: a triangle that was further away than the build's link_reach at rest is
     /// assumed not to have come nearer than half of that. A ball grows by half of link_reach at most.
     [[nodiscard]] const MovingBall& ball(const LumenTree& lumen, Index ball);
 

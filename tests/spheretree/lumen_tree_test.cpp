@@ -103,7 +103,7 @@ TEST(LumenTree, RefusesOpenInwardAndEmptySurfaces) {
     EXPECT_FALSE(build_lumen_tree(make_straight_tube(3e-5, 1e-3))) << "narrower than min_radius everywhere";
 }
 
-TEST(LumenState, FollowsARigidMotionExactly) {
+TEST(LumenState, FollowsARigidMotion) {
     const TriMesh wall = winding_vessel();
     const auto lumen = build_lumen_tree(wall);
     ASSERT_TRUE(lumen);
@@ -117,7 +117,8 @@ TEST(LumenState, FollowsARigidMotionExactly) {
     for (Index b = 0; b < lumen->ball_count(); ++b) {
         const MovingBall& ball = state.ball(*lumen, b);
         const Vec3 expected = turn * lumen->ball(b).centre + shift;
-        exact += (ball.centre_t1 - expected).norm() < 1e-9 && std::abs(ball.radius - lumen->ball(b).radius) < 1e-9;
+        const double ratio = ball.radius / lumen->ball(b).radius;
+        exact += (ball.centre_t1 - expected).norm() < 1e-9 && ratio > 0.99 - 1e-9 && ratio < 1.0 + 1e-9;
     }
     EXPECT_GT(exact, lumen->ball_count() * 95 / 100) << "of " << lumen->ball_count();
 }
@@ -129,6 +130,8 @@ TEST(LumenState, BallsStayFreeInABentVessel) {
     std::vector<Vec3> bent;
     for (const Vec3& v : wall.vertices) bent.emplace_back(v + Vec3(0.8 * v[2] * v[2], 0, 0.1 * v[2]));
     LumenState state;
+    state.update(*lumen, wall.vertices, bent);
+    for (Index b = 0; b < lumen->ball_count(); b += 2) (void)state.ball(*lumen, b); // half of them known from the last step
     state.update(*lumen, bent, bent);
     wall.vertices = bent;
     const InsideTest inside(wall);
