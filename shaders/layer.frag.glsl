@@ -24,9 +24,9 @@ void main() {
     Lit lit = light_surface(base_colour.rgb, n, v, gloss);
 
     // the way through a thin shell grows as 1 / cos: face-on opacity a becomes 1 - (1 - a)^(1 / cos)
-    float opacity = 1.0 - pow(1.0 - base_colour.a, 1.0 / max(lit.facing, 0.10));
+    float opacity = 1.0 - pow(1.0 - base_colour.a, 1.0 / max(lit.facing, 0.22));
     if (!front) opacity *= 0.55; // the far wall only hints at the shape
-    vec3 colour = lit.diffuse * mix(1.0, 0.80, pow(1.0 - lit.facing, 2.0)) * opacity + lit.specular * (front ? 0.8 : 0.15);
+    vec3 colour = lit.diffuse * mix(1.0, 0.80, pow(1.0 - lit.facing, 2.0)) * opacity + lit.specular * (front ? 0.9 : 0.1);
 
     uint node = atomicAdd(node_count, 1u);
     if (node >= capacity) return; // counted, so that the caller draws again in smaller tiles

@@ -31,14 +31,14 @@ Lit light_surface(vec3 base, vec3 n, vec3 v, float gloss) {
     const vec3 fill = normalize(vec3(0.85, 0.05, 0.45));
     const vec3 rim = normalize(vec3(0.25, 0.55, -0.85));
     vec3 sky = mix(vec3(0.30, 0.27, 0.26), vec3(0.50, 0.53, 0.57), 0.5 + 0.5 * n.y);
-    vec3 light = 0.70 * sky + vec3(1.00, 0.97, 0.93) * 1.05 * wrapped(n, key, 0.20) +
-                 vec3(0.80, 0.88, 1.00) * 0.28 * wrapped(n, fill, 0.35);
+    vec3 light = 0.62 * sky + vec3(1.00, 0.97, 0.93) * 1.10 * wrapped(n, key, 0.15) +
+                 vec3(0.80, 0.88, 1.00) * 0.26 * wrapped(n, fill, 0.35);
     float facing = abs(dot(n, v));
     float fresnel = pow(1.0 - facing, 4.0);
     Lit lit;
     lit.diffuse = base * light;
-    lit.specular = gloss * (vec3(0.16 * lobe(n, key, v, 24.0) + 0.34 * lobe(n, key, v, 140.0) + 0.07 * lobe(n, fill, v, 60.0)) +
-                            vec3(0.9, 0.95, 1.0) * fresnel * 0.35 * wrapped(n, rim, 0.4));
+    lit.specular = gloss * (vec3(0.05 * lobe(n, key, v, 20.0) + 0.26 * lobe(n, key, v, 110.0) + 0.04 * lobe(n, fill, v, 60.0)) +
+                            vec3(0.9, 0.95, 1.0) * fresnel * 0.25 * wrapped(n, rim, 0.4));
     lit.facing = facing;
     return lit;
 }

@@ -12,7 +12,6 @@ namespace seldinger::engine {
 namespace {
 
 constexpr Ink kDarkInk = {{0.16, 0.19, 0.23}, 0.92};
-constexpr Ink kLightInk = {{0.92, 0.93, 0.94}, 0.85};
 constexpr double kReferenceHeight = 720.0; // line widths and text are given for this picture height
 
 // The largest of 1, 2, 5 times a power of ten that is not above `value`. value > 0.
@@ -75,7 +74,7 @@ void draw_target_rings(const RenderScene& scene, const Projection& view, Picture
         const Placed placed = place(view, target.position);
         if (!placed.visible) continue;
         const double radius = std::max(1.8 * target.radius / placed.pixel_size, 9.0 * scale);
-        canvas.draw_ring(placed.at, radius, 1.5 * scale, make_ink(target.colour, 0.85));
+        canvas.draw_ring(placed.at, radius, 2.0 * scale, make_ink(target.colour, 0.95));
     }
 }
 
@@ -108,8 +107,11 @@ void draw_colour_bar(const RenderScene& scene, Picture& picture) {
     const double text = 11.0 * scale;
     const double length = 170.0 * scale;
     const double width = 11.0 * scale;
-    const double right = picture.width - 26.0 * scale - Canvas::text_width(text, millimetres(range));
-    const PixelPoint lo = {right - width - 8.0 * scale, picture.height - 28.0 * scale - length};
+    const double text_width = std::max(Canvas::text_width(text, millimetres(range)), Canvas::text_width(text, millimetres(0.5 * range)));
+    const double right = picture.width - 28.0 * scale - text_width;
+    const PixelPoint lo = {right - width - 8.0 * scale, picture.height - 32.0 * scale - length};
+    canvas.fill_box({lo.x - 12.0 * scale, lo.y - 14.0 * scale},
+                    {right + text_width + 12.0 * scale, lo.y + length + 14.0 * scale}, {{1.0, 1.0, 1.0}, 0.55});
     canvas.fill_box({lo.x - scale, lo.y - scale}, {lo.x + width + scale, lo.y + length + scale}, kDarkInk);
     const int rows = std::max(1, static_cast<int>(length));
     for (int row = 0; row < rows; ++row) {
@@ -125,20 +127,19 @@ void draw_colour_bar(const RenderScene& scene, Picture& picture) {
     }
 }
 
-void draw_scale_bar(const Projection& view, double distance, bool on_dark, Picture& picture) {
+void draw_scale_bar(const Projection& view, double distance, Picture& picture) {
     const double pixel = view.pixel_size(distance);
     if (!(pixel > 0.0) || !std::isfinite(pixel)) return;
     Canvas canvas(picture);
-    const Ink& ink = on_dark ? kLightInk : kDarkInk;
     const double scale = picture_scale(picture);
     const double length = round_down(0.22 * picture.width * pixel);
     const PixelPoint left = {28.0 * scale, picture.height - 28.0 * scale};
     const PixelPoint right = {left.x + length / pixel, left.y};
-    canvas.draw_line(left, right, 2.2 * scale, ink);
-    for (const double x : {left.x, right.x}) canvas.draw_line({x, left.y - 4.0 * scale}, {x, left.y + 4.0 * scale}, 2.2 * scale, ink);
+    canvas.draw_line(left, right, 2.2 * scale, kDarkInk);
+    for (const double x : {left.x, right.x}) canvas.draw_line({x, left.y - 4.0 * scale}, {x, left.y + 4.0 * scale}, 2.2 * scale, kDarkInk);
     const double text = 11.0 * scale;
     const std::string label = millimetres(length);
-    canvas.draw_text({0.5 * (left.x + right.x - Canvas::text_width(text, label)), left.y - 8.0 * scale}, text, label, ink);
+    canvas.draw_text({0.5 * (left.x + right.x - Canvas::text_width(text, label)), left.y - 8.0 * scale}, text, label, kDarkInk);
 }
 
 } // namespace seldinger::engine

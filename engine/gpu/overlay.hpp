@@ -12,7 +12,7 @@ void draw_target_rings(const RenderScene& scene, const Projection& view, Picture
 void draw_markers(const RenderScene& scene, const Projection& view, Picture& picture);
 void draw_colour_bar(const RenderScene& scene, Picture& picture);
 /// distance  along the view at which the bar's length holds, m
-void draw_scale_bar(const Projection& view, double distance, bool on_dark, Picture& picture);
+void draw_scale_bar(const Projection& view, double distance, Picture& picture);
 
 /// The scene's marker_range, or the next of 1, 2, 5 times a power of ten above its deepest marker. > 0.
 [[nodiscard]] double find_marker_range(const RenderScene& scene) noexcept;

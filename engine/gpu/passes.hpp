@@ -31,8 +31,8 @@ struct PassContext {
 /// Part of the picture, in pixels from its lower left corner.
 struct Tile { int x, y, width, height; };
 
-/// A tile larger than this is split: 100 bytes a pixel of targets stay below 100 MB.
-inline constexpr int kMaxTilePixels = 1 << 20;
+/// A tile larger than this is split: its lists then hold eight transparent layers everywhere, and 26 MB of targets do.
+inline constexpr int kMaxTilePixels = 1 << 18;
 inline constexpr int kMaxTileSide = 4096;
 
 /// Draw the picture's part into `picture`.

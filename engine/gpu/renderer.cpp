@@ -67,7 +67,7 @@ Result<Picture> Renderer::shaded(const RenderScene& scene, const Camera& camera,
     draw_targets(scene, view, *picture);
     draw_markers(scene, view, *picture);
     if (scene.colour_bar && !scene.markers.empty()) draw_colour_bar(scene, *picture);
-    if (scene.scale_bar) draw_scale_bar(view, (camera.look_at - camera.eye).dot(view.forward), false, *picture);
+    if (scene.scale_bar) draw_scale_bar(view, (camera.look_at - camera.eye).dot(view.forward), *picture);
     return picture;
 }
 
@@ -76,7 +76,7 @@ Result<Picture> Renderer::fluoroscopy(const RenderScene& scene, const Camera& ca
     Result<Picture> picture = parts_->render(scene, view, false, draw_fluoroscopy);
     if (!picture) return picture;
     draw_target_rings(scene, view, *picture);
-    if (scene.scale_bar) draw_scale_bar(view, (camera.look_at - camera.eye).dot(view.forward), true, *picture);
+    if (scene.scale_bar) draw_scale_bar(view, (camera.look_at - camera.eye).dot(view.forward), *picture);
     return picture;
 }
 
