@@ -126,13 +126,27 @@ Json object_schema(const ObjectSpec& object) {
     return schema;
 }
 
-std::string key_type(const FieldSpec& field) {
-    const ValueSpec& value = field.value;
-    std::string text = expected(value, Units{});
-    const std::string range = value.kind == ValueKind::Number ? range_text(value.range, value.dimension) : "";
-    if (!range.empty()) text = fmt::format("a number: {}", range);
-    std::replace(text.begin(), text.end(), '|', '/');
-    return text;
+/// What a value may be, with links to the objects' sections.
+std::string value_page(const ValueSpec& value) {
+    switch (value.kind) {
+    case ValueKind::Number: {
+        const std::string range = range_text(value.range, value.dimension);
+        return range.empty() ? expected(value, Units{}) : "a number: " + range;
+    }
+    case ValueKind::Object: {
+        std::string anchor = definition_name(*value.object);
+        std::replace(anchor.begin(), anchor.end(), '_', '-');
+        return fmt::format("[{}](#{})", value.object->name, anchor);
+    }
+    case ValueKind::Map: return fmt::format("an object: name -> {}", value_page(value.alternatives.front()));
+    case ValueKind::List: return fmt::format("a list of {}", value_page(value.alternatives.front()));
+    case ValueKind::Alternatives: {
+        std::vector<std::string> all;
+        for (const ValueSpec& one : value.alternatives) all.push_back(value_page(one));
+        return fmt::format("{}", fmt::join(all, ", or "));
+    }
+    default: return expected(value, Units{});
+    }
 }
 
 std::string key_default(const FieldSpec& field) {
@@ -146,7 +160,7 @@ std::string object_page(const ObjectSpec& object) {
         std::string meaning(field.doc);
         if (!field.used_when.empty()) meaning += fmt::format(" Only where `{}` is {}.", object.discriminator, fmt::join(field.used_when, " or "));
         if (field.value.kind == ValueKind::Number && !field.value.range.what.empty()) meaning += fmt::format(" ({})", field.value.range.what);
-        page += fmt::format("| `{}` | {} | {} | {} |\n", field.key, key_type(field), key_default(field), meaning);
+        page += fmt::format("| `{}` | {} | {} | {} |\n", field.key, value_page(field.value), key_default(field), meaning);
     }
     return page;
 }
