@@ -1,26 +1,13 @@
 #include "collision/box_tree.hpp"
 
+#include "base/box.hpp"
+
 #include <algorithm>
 #include <cassert>
 #include <numeric>
 
 namespace seldinger::collision {
 namespace {
-
-Box3 everything() {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    return {Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)};
-}
-
-Box3 swept_box(const SurfaceMotion& motion, Index vertex) {
-    const Vec3& t0 = motion.t0[vertex];
-    const Vec3& t1 = motion.t1[vertex];
-    Box3 box{t0.cwiseMin(t1), t0.cwiseMax(t1)};
-    // x - x is 0 for finite x only: one sum looks at all six
-    const Vec3 doubt = (t0 - t0) + (t1 - t1);
-    if (!(doubt[0] + doubt[1] + doubt[2] == 0.0)) return everything();
-    return box;
-}
 
 BoxTree::Range close_range(Index begin, const std::vector<Index>& ids) { return {begin, static_cast<Index>(ids.size())}; }
 
@@ -112,6 +99,7 @@ void BoxTree::gather_features() {
         vertex_clusters_.push_back(cluster);
     }
     std::partial_sum(vertex_cluster_begin_.begin(), vertex_cluster_begin_.end(), vertex_cluster_begin_.begin());
+    moving_.resize(topology_->vertex_count());
     triangle_boxes_.resize(triangle_ids_.size());
     edge_boxes_.resize(edge_ids_.size());
     vertex_boxes_.resize(vertex_ids_.size());
@@ -119,59 +107,65 @@ void BoxTree::gather_features() {
     dirty_.assign(nodes_.size(), 0);
 }
 
-void BoxTree::refit_node(Node& node, const SurfaceMotion& motion) const {
-    node.box = Box3();
+void BoxTree::refit_node(Node& node) const {
     if (node.left != kNoIndex) {
         node.box = nodes_[node.left].box;
         node.box.add(nodes_[node.left + 1].box);
         return;
     }
     const Range touched = clusters_[node.cluster].touched;
-    for (Index k = touched.begin; k < touched.end; ++k) node.box.add(swept_box(motion, touched_ids_[k]));
+    SweptBox box;
+    for (Index k = touched.begin; k < touched.end; ++k) box.add(moving_[touched_ids_[k]]);
+    node.box = box;
 }
 
 void BoxTree::refit(const SurfaceMotion& motion) {
+    if (empty()) return;
     assert(motion.t0.size() == topology_->vertex_count() && motion.t1.size() == motion.t0.size());
+    for (std::size_t v = 0; v < moving_.size(); ++v) moving_[v] = make_swept_box(motion.t0[v], motion.t1[v]);
     std::fill(boxes_made_.begin(), boxes_made_.end(), std::uint8_t{0});
-    for (std::size_t i = nodes_.size(); i-- > 0;) refit_node(nodes_[i], motion);
+    for (std::size_t i = nodes_.size(); i-- > 0;) refit_node(nodes_[i]);
 }
 
 void BoxTree::refit_moved(const SurfaceMotion& motion, std::span<const Index> moved) {
-    for (const Index vertex : moved)
+    if (empty()) return;
+    for (const Index vertex : moved) {
+        moving_[vertex] = make_swept_box(motion.t0[vertex], motion.t1[vertex]);
         for (Index k = vertex_cluster_begin_[vertex]; k < vertex_cluster_begin_[vertex + 1]; ++k) {
             const Index cluster = vertex_clusters_[k];
             boxes_made_[cluster] = 0;
             for (Index node = clusters_[cluster].node; node != kNoIndex && !dirty_[node]; node = parents_[node]) dirty_[node] = 1;
         }
+    }
     for (std::size_t i = nodes_.size(); i-- > 0;) {
         if (!dirty_[i]) continue;
         dirty_[i] = 0;
-        refit_node(nodes_[i], motion);
+        refit_node(nodes_[i]);
     }
 }
 
-BoxTree::FeatureBoxes BoxTree::feature_boxes(Index cluster, const SurfaceMotion& motion) {
-    if (!boxes_made_[cluster]) make_feature_boxes(cluster, motion);
+BoxTree::FeatureBoxes BoxTree::feature_boxes(Index cluster) {
+    if (!boxes_made_[cluster]) make_feature_boxes(cluster);
     const Cluster& c = clusters_[cluster];
-    const auto part = [](const std::vector<Box3>& boxes, Range range) {
-        return std::span<const Box3>(boxes).subspan(range.begin, range.size());
+    const auto part = [](const std::vector<SweptBox>& boxes, Range range) {
+        return std::span<const SweptBox>(boxes).subspan(range.begin, range.size());
     };
     return {part(triangle_boxes_, c.triangles), part(edge_boxes_, c.edges), part(vertex_boxes_, c.vertices)};
 }
 
-void BoxTree::make_feature_boxes(Index cluster, const SurfaceMotion& motion) {
+void BoxTree::make_feature_boxes(Index cluster) {
     const Cluster& c = clusters_[cluster];
-    for (Index k = c.vertices.begin; k < c.vertices.end; ++k) vertex_boxes_[k] = swept_box(motion, vertex_ids_[k]);
+    for (Index k = c.vertices.begin; k < c.vertices.end; ++k) vertex_boxes_[k] = moving_[vertex_ids_[k]];
     for (Index k = c.edges.begin; k < c.edges.end; ++k) {
         const Edge& edge = topology_->edges[edge_ids_[k]];
-        edge_boxes_[k] = swept_box(motion, edge[0]);
-        edge_boxes_[k].add(swept_box(motion, edge[1]));
+        edge_boxes_[k] = moving_[edge[0]];
+        edge_boxes_[k].add(moving_[edge[1]]);
     }
     for (Index k = c.triangles.begin; k < c.triangles.end; ++k) {
         const Triangle& t = topology_->triangles[triangle_ids_[k]];
-        triangle_boxes_[k] = swept_box(motion, t[0]);
-        triangle_boxes_[k].add(swept_box(motion, t[1]));
-        triangle_boxes_[k].add(swept_box(motion, t[2]));
+        triangle_boxes_[k] = moving_[t[0]];
+        triangle_boxes_[k].add(moving_[t[1]]);
+        triangle_boxes_[k].add(moving_[t[2]]);
     }
     boxes_made_[cluster] = 1;
 }

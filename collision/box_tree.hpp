@@ -3,7 +3,7 @@
 // are compared only when somebody asks.
 #pragma once
 
-#include "base/box.hpp"
+#include "collision/swept_box.hpp"
 #include "collision/topology.hpp"
 
 #include <cstdint>
@@ -16,9 +16,11 @@ class BoxTree {
 public:
     /// Triangles in a cluster, at most. More makes refitting cheaper and comparing two clusters dearer.
     static constexpr std::size_t kClusterSize = 8;
+    /// Edges a cluster can answer for, at most; no cluster touches more vertices.
+    static constexpr std::size_t kClusterFeatures = 3 * kClusterSize;
 
     struct Node {
-        Box3 box;                 // m, contains everything beneath at every time of the step
+        SweptBox box;             // holds everything beneath at every time of the step
         Index left = kNoIndex;    // children left and left + 1; kNoIndex for a leaf
         Index cluster = kNoIndex; // of a leaf
     };
@@ -53,18 +55,18 @@ public:
     [[nodiscard]] std::span<const Index> edge_ids() const noexcept { return edge_ids_; }
     [[nodiscard]] std::span<const Index> vertex_ids() const noexcept { return vertex_ids_; }
 
-    /// Swept boxes of one cluster's features, in the order of its three ranges. Made at the first call after a refit.
+    /// Boxes of one cluster's features, in the order of its three ranges. Made at the first call after a refit.
     struct FeatureBoxes {
-        std::span<const Box3> triangles, edges, vertices;
+        std::span<const SweptBox> triangles, edges, vertices;
     };
-    [[nodiscard]] FeatureBoxes feature_boxes(Index cluster, const SurfaceMotion& motion);
+    [[nodiscard]] FeatureBoxes feature_boxes(Index cluster);
 
 private:
     void split(Index node, std::span<Index> order, std::span<const Vec3> centres);
     void add_cluster(Index node, std::span<const Index> triangles);
     void gather_features();
-    void refit_node(Node& node, const SurfaceMotion& motion) const;
-    void make_feature_boxes(Index cluster, const SurfaceMotion& motion);
+    void refit_node(Node& node) const;
+    void make_feature_boxes(Index cluster);
 
     const SurfaceTopology* topology_ = nullptr;
     std::vector<Node> nodes_;
@@ -72,7 +74,8 @@ private:
     std::vector<Cluster> clusters_;
     std::vector<Index> triangle_ids_, edge_ids_, vertex_ids_, touched_ids_;
     std::vector<Index> vertex_cluster_begin_, vertex_clusters_; // clusters that hold a vertex, by vertex
-    std::vector<Box3> triangle_boxes_, edge_boxes_, vertex_boxes_; // beside the ids
+    std::vector<SweptBox> moving_; // [vertex_count]
+    std::vector<SweptBox> triangle_boxes_, edge_boxes_, vertex_boxes_; // beside the ids
     std::vector<std::uint8_t> boxes_made_; // [cluster_count]
     std::vector<std::uint8_t> dirty_;      // [node_count] scratch of refit_moved
 };

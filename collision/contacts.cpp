@@ -5,13 +5,6 @@
 namespace seldinger::collision {
 namespace {
 
-/// Rounding is monotone: where the true gap is at most the distance, so is the rounded one. No box needs inflating, none is missed.
-bool are_near(const Box3& a, const Box3& b, double distance) noexcept {
-    for (int axis = 0; axis < 3; ++axis)
-        if (b.lo[axis] - a.hi[axis] > distance || a.lo[axis] - b.hi[axis] > distance) return false;
-    return true;
-}
-
 bool holds(const Triangle& t, Index vertex) noexcept { return t[0] == vertex || t[1] == vertex || t[2] == vertex; }
 bool share_vertex(const Edge& a, const Edge& b) noexcept { return a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]; }
 
@@ -27,13 +20,25 @@ Vec3 at(const SweptPoint& p, double t) noexcept { return (1.0 - t) * p.t0 + t * 
 /// Candidates wait until this many are there, so that the batches of the elementary tests are full and the lists stay in cache.
 constexpr std::size_t kFullList = 512;
 
-double volume_sum(const Box3& box) noexcept { return box.extent().sum(); }
-
-void find_near(std::span<const Box3> boxes, const Box3& other, double distance, std::vector<Index>& near) {
-    near.clear();
-    for (Index k = 0; k < boxes.size(); ++k)
-        if (are_near(boxes[k], other, distance)) near.push_back(k);
+/// Sum of the three edges: which of two boxes to open first.
+float size_of(const SweptBox& box) noexcept {
+    const Float4 minus_size = box.lo + box.minus_hi;
+    return -(minus_size[0] + minus_size[1] + minus_size[2]);
 }
+
+/// Which of one cluster's features come near the other cluster.
+struct NearFeatures {
+    std::array<std::uint8_t, BoxTree::kClusterFeatures> ids;
+    std::size_t count = 0;
+
+    NearFeatures(std::span<const SweptBox> boxes, const SweptBox& other, float distance) noexcept {
+        for (std::size_t k = 0; k < boxes.size(); ++k) {
+            ids[count] = static_cast<std::uint8_t>(k);
+            count += are_near(boxes[k], other, distance); // no branch: half of them are, at random
+        }
+    }
+    [[nodiscard]] std::span<const std::uint8_t> all() const noexcept { return std::span(ids).first(count); }
+};
 
 } // namespace
 
@@ -43,6 +48,7 @@ struct ContactFinder::Search {
     WorkBudget& budget;
     std::vector<Contact>& out;
     bool self;
+    float distance = round_up(options.limits.distance);
     ExactStats stats = {};
 
     void count(const Sweep& sweep, std::vector<double>& safe_times) {
@@ -80,7 +86,7 @@ void ContactFinder::traverse(Search& search) {
         stack_.pop_back();
         const BoxTree::Node &a = nodes_a[pair.a], &b = nodes_b[pair.b];
         ++search.stats.box_pairs;
-        if (!are_near(a.box, b.box, search.options.limits.distance)) continue;
+        if (!are_near(a.box, b.box, search.distance)) continue;
         const bool a_is_leaf = a.left == kNoIndex, b_is_leaf = b.left == kNoIndex;
         if (a_is_leaf && b_is_leaf) {
             if (collect_candidates(search, a.cluster, b.cluster)) continue;
@@ -91,7 +97,7 @@ void ContactFinder::traverse(Search& search) {
             stack_.push_back({a.left + 1, a.left + 1});
             stack_.push_back({a.left, a.left + 1});
             stack_.push_back({a.left, a.left});
-        } else if (b_is_leaf || (!a_is_leaf && volume_sum(a.box) >= volume_sum(b.box))) {
+        } else if (b_is_leaf || (!a_is_leaf && size_of(a.box) >= size_of(b.box))) {
             stack_.push_back({a.left + 1, pair.b});
             stack_.push_back({a.left, pair.b});
         } else {
@@ -105,17 +111,16 @@ void ContactFinder::traverse(Search& search) {
 
 void ContactFinder::collect_vertex_face(const Search& search, const Side& vertex_side, Index vertex_cluster,
                                         const Side& face_side, Index face_cluster, std::vector<FeaturePair>& pairs) {
-    const double distance = search.options.limits.distance;
     const auto& vertices = vertex_side.tree.clusters()[vertex_cluster];
     const auto& faces = face_side.tree.clusters()[face_cluster];
-    const auto vertex_boxes = vertex_side.tree.feature_boxes(vertex_cluster, vertex_side.motion).vertices;
-    const auto face_boxes = face_side.tree.feature_boxes(face_cluster, face_side.motion).triangles;
-    find_near(vertex_boxes, face_side.tree.nodes()[faces.node].box, distance, near_a_);
-    if (near_a_.empty()) return;
-    find_near(face_boxes, vertex_side.tree.nodes()[vertices.node].box, distance, near_b_);
-    for (const Index k : near_b_)
-        for (const Index i : near_a_) {
-            if (!are_near(vertex_boxes[i], face_boxes[k], distance)) continue;
+    const auto vertex_boxes = vertex_side.tree.feature_boxes(vertex_cluster).vertices;
+    const auto face_boxes = face_side.tree.feature_boxes(face_cluster).triangles;
+    const NearFeatures near_vertices(vertex_boxes, face_side.tree.nodes()[faces.node].box, search.distance);
+    if (near_vertices.count == 0) return;
+    const NearFeatures near_faces(face_boxes, vertex_side.tree.nodes()[vertices.node].box, search.distance);
+    for (const std::size_t k : near_faces.all())
+        for (const std::size_t i : near_vertices.all()) {
+            if (!are_near(vertex_boxes[i], face_boxes[k], search.distance)) continue;
             const Index vertex = vertex_side.tree.vertex_ids()[vertices.vertices.begin + i];
             const Index face = face_side.tree.triangle_ids()[faces.triangles.begin + k];
             if (!search.self || !holds(face_side.tree.topology().triangles[face], vertex)) pairs.push_back({vertex, face});
@@ -123,18 +128,17 @@ void ContactFinder::collect_vertex_face(const Search& search, const Side& vertex
 }
 
 void ContactFinder::collect_edge_edge(const Search& search, Index cluster_a, Index cluster_b) {
-    const double distance = search.options.limits.distance;
     const auto& a = search.a.tree.clusters()[cluster_a];
     const auto& b = search.b.tree.clusters()[cluster_b];
-    const auto boxes_a = search.a.tree.feature_boxes(cluster_a, search.a.motion).edges;
-    const auto boxes_b = search.b.tree.feature_boxes(cluster_b, search.b.motion).edges;
-    find_near(boxes_a, search.b.tree.nodes()[b.node].box, distance, near_a_);
-    if (near_a_.empty()) return;
-    find_near(boxes_b, search.a.tree.nodes()[a.node].box, distance, near_b_);
+    const auto boxes_a = search.a.tree.feature_boxes(cluster_a).edges;
+    const auto boxes_b = search.b.tree.feature_boxes(cluster_b).edges;
+    const NearFeatures near_a(boxes_a, search.b.tree.nodes()[b.node].box, search.distance);
+    if (near_a.count == 0) return;
+    const NearFeatures near_b(boxes_b, search.a.tree.nodes()[a.node].box, search.distance);
     const bool same_cluster = search.self && cluster_a == cluster_b;
-    for (const Index i : near_a_)
-        for (const Index k : near_b_) {
-            if ((same_cluster && k <= i) || !are_near(boxes_a[i], boxes_b[k], distance)) continue;
+    for (const std::size_t i : near_a.all())
+        for (const std::size_t k : near_b.all()) {
+            if ((same_cluster && k <= i) || !are_near(boxes_a[i], boxes_b[k], search.distance)) continue;
             const Index edge_a = search.a.tree.edge_ids()[a.edges.begin + i];
             const Index edge_b = search.b.tree.edge_ids()[b.edges.begin + k];
             if (search.self && share_vertex(search.a.tree.topology().edges[edge_a], search.b.tree.topology().edges[edge_b])) continue;

@@ -67,7 +67,6 @@ private:
     std::vector<NodePair> stack_;
     std::vector<FeaturePair> vertex_face_, face_vertex_, edge_edge_; // candidates waiting for their test
     std::vector<Sweep> sweeps_;
-    std::vector<Index> near_a_, near_b_;
     std::vector<double> safe_times_;
 };
 

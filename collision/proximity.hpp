@@ -4,8 +4,6 @@
 #include "base/closest_point.hpp"
 #include "collision/box_tree.hpp"
 
-#include <cmath>
-
 namespace seldinger::collision {
 
 /// Calls found(triangle id, PointOnTriangle) for every triangle within radius of the point at t1, in the tree's order.
@@ -13,16 +11,15 @@ namespace seldinger::collision {
 template <class Found>
 void for_each_close_triangle(const BoxTree& tree, const SurfaceMotion& motion, const Vec3& point, double radius, Found&& found) {
     if (tree.empty()) return;
-    Box3 ball;
-    ball.add(point);
-    ball.inflate(radius * (1.0 + 1e-12));
+    const SweptBox here = make_swept_box(point, point);
+    const float reach = round_up(radius);
     // Depth of a balanced tree over 2^32 triangles, one sibling waiting per level.
     Index stack[64];
     int top = 0;
     stack[top++] = 0;
     while (top > 0) {
         const BoxTree::Node& node = tree.nodes()[stack[--top]];
-        if (!node.box.overlaps(ball)) continue;
+        if (!are_near(node.box, here, reach)) continue;
         if (node.left != kNoIndex) {
             stack[top++] = node.left + 1;
             stack[top++] = node.left;
