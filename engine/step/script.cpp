@@ -16,6 +16,8 @@ constexpr double kProgressStep = 0.0005;
 constexpr double kRetraction = 0.012;
 /// rad by which every further attempt aims beside the route: a carina that was hit once is hit again otherwise.
 constexpr double kAimOffset = 0.5;
+/// Share of the speed that is kept while the tip is not aimed yet: at the first attempt, and after a failure.
+constexpr double kBoldShare = 0.5, kCarefulShare = 0.1;
 /// m; the tip searches the route this far behind and ahead of where it was last.
 constexpr double kSearchBack = 0.03, kSearchAhead = 0.02;
 
@@ -109,8 +111,10 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
             state.best_progress = std::min(state.best_progress, state.progress);
         }
     } else {
-        // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned.
-        wanted.insertion += settings.speed * dt * std::max(0.1, aim.quality * aim.quality * aim.quality);
+        // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned. Where a
+        // first attempt failed, more slowly.
+        const double least = state.attempts > 0 ? kCarefulShare : kBoldShare;
+        wanted.insertion += settings.speed * dt * std::max(least, aim.quality * aim.quality * aim.quality);
     }
     return limit_command(now, wanted, limits, dt);
 }
