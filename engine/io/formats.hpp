@@ -7,7 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,10 +15,10 @@
 
 namespace seldinger::engine {
 
-/// A surface together with the names of its face groups and how many faces each owns (OBJ only).
+/// A surface together with the names of the groups and objects that own at least one face (OBJ only).
 struct GroupedSurface {
     TriMesh mesh;
-    std::map<std::string, std::size_t> groups;
+    std::set<std::string> groups;
 };
 
 /// keep empty: all groups. Vertices are those of the whole file.

@@ -3,7 +3,6 @@
 #include "engine/io/scanner.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -29,7 +28,7 @@ public:
         // A line of a vertex or a triangle takes about 30 bytes; a wrong guess only costs a copy.
         out_.mesh.vertices.reserve(bytes.size() / 100);
         out_.mesh.triangles.reserve(bytes.size() / 60);
-        choose({});
+        kept_object_ = is_kept(object_);
     }
 
     Result<GroupedSurface> read() {
@@ -58,7 +57,8 @@ private:
         if (keyword == "g" || keyword == "group") return read_group();
         if (keyword == "o") {
             object_ = in_.rest_of_line();
-            choose(groups_);
+            kept_object_ = is_kept(object_);
+            noted_object_ = object_.empty();
             return true;
         }
         return pass_over(keyword);
@@ -78,8 +78,8 @@ private:
         }
         if (corners_.empty()) return in_.fail(ErrorCode::BadSyntax, "a face without vertices");
         if (corners_.size() < 3) return true; // bounds no area
-        count_face();
-        if (kept_) add_fan(out_.mesh.triangles, corners_);
+        note_names();
+        if (keep_.empty() || kept_object_ || kept_groups_) add_fan(out_.mesh.triangles, corners_);
         return true;
     }
 
@@ -111,30 +111,24 @@ private:
     }
 
     bool read_group() {
-        std::vector<std::string> names;
+        groups_.clear();
+        kept_groups_ = noted_groups_ = false;
         while (!in_.at_line_end()) {
             std::string_view name;
             if (!in_.word(name, "a group name")) return false;
-            names.emplace_back(name);
+            groups_.emplace_back(name);
+            kept_groups_ = kept_groups_ || is_kept(groups_.back());
         }
-        choose(std::move(names));
         return true;
     }
 
-    void choose(std::vector<std::string> groups) {
-        groups_ = std::move(groups);
-        const auto wanted = [&](const std::string& name) { return std::ranges::find(keep_, name) != keep_.end(); };
-        kept_ = keep_.empty() || std::ranges::any_of(groups_, wanted) || wanted(object_);
-        counters_.clear(); // the names enter the table with their first face
-    }
+    bool is_kept(const std::string& name) const { return std::ranges::find(keep_, name) != keep_.end(); }
 
-    void count_face() {
-        if (counters_.empty()) {
-            if (!object_.empty()) counters_.push_back(&out_.groups[object_]);
-            for (const std::string& name : groups_)
-                if (name != object_) counters_.push_back(&out_.groups[name]);
-        }
-        for (std::size_t* counter : counters_) ++*counter;
+    /// Names count from their first face on; once for each statement that names them, so that time stays linear.
+    void note_names() {
+        if (!noted_object_) out_.groups.insert(object_);
+        if (!noted_groups_) out_.groups.insert(groups_.begin(), groups_.end());
+        noted_object_ = noted_groups_ = true;
     }
 
     /// Unknown statements before the first vertex are a preface that some files have; later ones would be lost geometry.
@@ -155,15 +149,13 @@ private:
     }
 
     Error unknown_group(const std::string& wanted) const {
-        std::vector<std::string> known;
-        for (const auto& [group, faces] : out_.groups)
-            if (known.size() < kListedNames) known.push_back(group);
-        const std::size_t more = out_.groups.size() - known.size();
-        return {ErrorCode::BadValue,
-                known.empty() ? fmt::format("has no group '{}': its faces are in no group", wanted)
-                              : fmt::format("has no group '{}'; it has {}{}", wanted, fmt::join(known, ", "),
-                                            more > 0 ? fmt::format(" and {} more", more) : std::string()),
-                name_};
+        if (out_.groups.empty()) return {ErrorCode::BadValue, "has no group '" + wanted + "': its faces are in no group", name_};
+        std::string known;
+        std::size_t listed = 0;
+        for (const std::string& group : out_.groups)
+            if (listed < kListedNames) known += (listed++ > 0 ? ", " : "") + printable(group);
+        if (out_.groups.size() > listed) known += " and " + std::to_string(out_.groups.size() - listed) + " more";
+        return {ErrorCode::BadValue, "has no group '" + wanted + "'; it has " + known, name_};
     }
 
     Scanner in_;
@@ -172,8 +164,8 @@ private:
     GroupedSurface out_;
     std::string object_;
     std::vector<std::string> groups_;
-    std::vector<std::size_t*> counters_; // of the names in force; map nodes never move
-    bool kept_ = true;
+    bool kept_object_ = false, kept_groups_ = false;  // one of the names in force is wanted
+    bool noted_object_ = true, noted_groups_ = true;  // they are in out_.groups, or there are none
     std::vector<Index> corners_;
     std::int64_t furthest_ = -1; // largest index that no vertex had yet
     std::size_t furthest_position_ = 0;

@@ -1,5 +1,6 @@
 #include "engine/io/read_surface.hpp"
 
+#include "base/topology.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/io/formats.hpp"
 #include "engine/io/mesh_path.hpp"
@@ -51,7 +52,7 @@ Result<std::vector<std::string>> read_surface_groups(const std::filesystem::path
     if (!bytes) return bytes.error();
     const Result<GroupedSurface> grouped = parse_obj(*bytes, path.string(), {});
     if (!grouped) return grouped.error();
-    for (const auto& [name, faces] : grouped->groups) names.push_back(name);
+    names.assign(grouped->groups.begin(), grouped->groups.end());
     return names;
 }
 

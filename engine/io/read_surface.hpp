@@ -13,7 +13,7 @@ namespace seldinger::engine {
 struct ReadOptions {
     /// OBJ only: keep the faces of these groups or objects (names after g and o), and the vertices they use.
     /// Empty keeps everything, vertices without a face included, in the file's order.
-    std::vector<std::string> groups;
+    std::vector<std::string> groups = {};
     /// Joins vertices with equal coordinates and drops those without a face. STL files, which repeat every vertex,
     /// are always welded.
     bool weld = false;

@@ -124,7 +124,7 @@ private:
 
     bool read_cells(VtkCells& cells) {
         std::size_t count = 0, size = 0;
-        if (!in_.count(count, "the number of cells", 0) || !in_.count(size, "the cells' size", 1)) return false;
+        if (!in_.count(count, "the number of cells", 1) || !in_.count(size, "the cells' size", 1)) return false;
         in_.skip_line();
         if (five_) return read_cells_five(cells, count, size);
         std::vector<std::int64_t> numbers;

@@ -17,31 +17,6 @@ std::uint64_t hash_of(const Vec3& p) noexcept {
     return code;
 }
 
-/// Moves the elements that are kept to the front; map[i] is the new id or kNoIndex.
-std::size_t compact(std::vector<Vec3>& vertices, std::vector<Index>& map) {
-    Index kept = 0;
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-        if (map[i] == kNoIndex) continue;
-        vertices[kept] = vertices[i];
-        map[i] = kept++;
-    }
-    const std::size_t dropped = vertices.size() - kept;
-    vertices.resize(kept);
-    return dropped;
-}
-
-template <class Cell>
-std::size_t drop_unused(std::vector<Vec3>& vertices, std::vector<Cell>& cells) {
-    std::vector<Index> map(vertices.size(), kNoIndex);
-    for (const Cell& cell : cells)
-        for (const Index v : cell) map[v] = 0;
-    const std::size_t dropped = compact(vertices, map);
-    if (dropped > 0)
-        for (Cell& cell : cells)
-            for (Index& v : cell) v = map[v];
-    return dropped;
-}
-
 } // namespace
 
 std::size_t weld_equal_vertices(TriMesh& mesh) {
@@ -67,8 +42,21 @@ std::size_t weld_equal_vertices(TriMesh& mesh) {
     return joined;
 }
 
-std::size_t drop_unreferenced_vertices(TriMesh& mesh) { return drop_unused(mesh.vertices, mesh.triangles); }
-
-std::size_t drop_unreferenced_nodes(TetMesh& mesh) { return drop_unused(mesh.vertices, mesh.tets); }
+std::size_t drop_unreferenced_nodes(TetMesh& mesh) {
+    std::vector<Index> map(mesh.vertices.size(), kNoIndex);
+    for (const Tet& tet : mesh.tets)
+        for (const Index v : tet) map[v] = 0;
+    Index kept = 0;
+    for (std::size_t i = 0; i < map.size(); ++i) {
+        if (map[i] == kNoIndex) continue;
+        mesh.vertices[kept] = mesh.vertices[i];
+        map[i] = kept++;
+    }
+    const std::size_t dropped = map.size() - kept;
+    mesh.vertices.resize(kept);
+    for (Tet& tet : mesh.tets)
+        for (Index& v : tet) v = map[v];
+    return dropped;
+}
 
 } // namespace seldinger::engine

@@ -12,9 +12,6 @@ namespace seldinger::engine {
 /// cost      O(vertex_count), a hash table whose order no result depends on
 std::size_t weld_equal_vertices(TriMesh& mesh);
 
-/// Drops vertices that no triangle uses; the others keep their order. Returns how many went.
-std::size_t drop_unreferenced_vertices(TriMesh& mesh);
-
 /// Drops nodes that no tetrahedron uses; the others keep their order. Returns how many went.
 std::size_t drop_unreferenced_nodes(TetMesh& mesh);
 

@@ -1,0 +1,69 @@
+#include "engine/io/path_csv.hpp"
+#include "io_bytes.hpp"
+
+namespace seldinger::engine::test {
+namespace {
+
+TEST(PathCsv, HeaderCommentsAndBlankLinesAreOptional) {
+    const char* texts[] = {
+        "t,insertion,rotation\n0,10,0\n1.5,20,-0.25\n",
+        "0,10,0\n1.5,20,-0.25",
+        "\xEF\xBB\xBF# a path\r\n\r\ntime [s], insertion_mm, rotation_rad\r\n 0 , 1e1 ,+0 # start\r\n1.5,20,-.25\r\n\r\n",
+    };
+    for (const char* text : texts) {
+        const Result<std::vector<PathRow>> rows = parse_path_csv(text, "p.csv");
+        ASSERT_TRUE(rows.ok()) << rows.error().to_string();
+        ASSERT_EQ(rows->size(), 2u);
+        EXPECT_EQ((*rows)[0].insertion, 10);
+        EXPECT_EQ((*rows)[1].time, 1.5);
+        EXPECT_EQ((*rows)[1].rotation, -0.25);
+    }
+}
+
+TEST(PathCsv, WhatIsWrongIsNamedWithLineAndColumn) {
+    struct Case { const char* text; std::size_t line, column; const char* word; };
+    const Case cases[] = {
+        {"", 0, 0, "no row"},
+        {"t,insertion,rotation\n# nothing\n", 0, 0, "no row"},
+        {"0,1\n", 1, 1, "2 columns"},
+        {"0,1,2,3\n", 1, 1, "4 columns"},
+        {"0,1,0\n1, ten,0\n", 2, 4, "'ten'"},
+        {"0,1,0\n1,nan,0\n", 2, 3, "finite"},
+        {"0,1,0\n1,1,1e999\n", 2, 5, "finite"},
+        {"0,1,0\n0,1,0\n", 2, 1, "must increase"},
+        {"1,1,0\n0.5,1,0\n", 2, 1, "must increase"},
+        {"0,1,\n", 1, 1, "rotation is missing"},
+        {"t,rotation,insertion\n0,0,0\n", 1, 1, "'t'"},
+        {"0,1,0\nt,insertion,rotation\n", 2, 1, "'t'"},
+        {"0;1;0\n", 1, 1, "1 columns"},
+    };
+    for (const Case& c : cases) {
+        const Result<std::vector<PathRow>> rows = parse_path_csv(c.text, "p.csv");
+        ASSERT_FALSE(rows.ok()) << c.text;
+        EXPECT_EQ(rows.error().file, "p.csv");
+        EXPECT_EQ(rows.error().line, c.line) << rows.error().to_string();
+        EXPECT_EQ(rows.error().column, c.column) << rows.error().to_string();
+        EXPECT_NE(rows.error().message.find(c.word), std::string::npos) << rows.error().to_string();
+    }
+}
+
+using PathFiles = FolderTest;
+
+TEST_F(PathFiles, WrittenRowsComeBackToTheLastBit) {
+    const std::vector<PathRow> rows = {{0, 0.1, -1.0 / 3}, {0.1 + 0.2, 1e-9, 3.141592653589793}};
+    ASSERT_TRUE(write_path_csv(folder_ / "path.csv", rows).ok());
+    const Result<std::vector<PathRow>> back = read_path_csv(folder_ / "path.csv");
+    ASSERT_TRUE(back.ok()) << back.error().to_string();
+    ASSERT_EQ(back->size(), 2u);
+    EXPECT_EQ((*back)[1].time, rows[1].time);
+    EXPECT_EQ((*back)[0].rotation, rows[0].rotation);
+}
+
+TEST_F(PathFiles, AMissingFileIsNamed) {
+    const Result<std::vector<PathRow>> rows = read_path_csv(folder_ / "none.csv");
+    ASSERT_FALSE(rows.ok());
+    EXPECT_EQ(rows.error().code, ErrorCode::FileNotFound);
+}
+
+} // namespace
+} // namespace seldinger::engine::test
