@@ -21,25 +21,39 @@ double sample_spacing(const VesselPlan& plan) {
     return std::clamp(0.4 * narrowest, 0.0005, 0.002);
 }
 
+constexpr double kTakeOffRadius = 0.013; // m, arc in which a tangential branch turns away
+
+/// Way points of a branch's start: across the parent's axis, or an arc that begins tangentially some way before the fork, as
+/// a parabola whose corner is on the axis.
+std::vector<Vec3> take_off(const VesselPlan& plan, const LaidVessel& parent, std::size_t& parent_sample) {
+    const std::vector<Vec3>& axis = parent.tube.points;
+    const std::size_t fork = nearest_sample(axis, plan.attach);
+    const Vec3 next = plan.legs.front().points.front();
+    parent_sample = fork;
+    if (!plan.tangential) return {axis[fork]};
+    const Vec3 to_next = next - axis[fork], ahead = tangent(axis, fork);
+    const double turn = std::atan2(ahead.cross(to_next).norm(), ahead.dot(to_next));
+    const double lead = std::clamp(kTakeOffRadius * std::tan(0.5 * std::min(turn, 2.0)), 1.2 * parent.tube.radii[fork],
+                                   0.8 * to_next.norm());
+    const auto back = std::min(fork, static_cast<std::size_t>(std::lround(lead / parent.spacing)));
+    parent_sample = fork - back;
+    const Vec3 start = axis[parent_sample];
+    const Vec3 corner = start + lead * tangent(axis, parent_sample);
+    const Vec3 end = corner + std::min(lead, 0.85 * (next - corner).norm()) * (next - corner).normalized();
+    std::vector<Vec3> way;
+    for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0})
+        way.push_back((1 - t) * (1 - t) * start + 2 * t * (1 - t) * corner + t * t * end);
+    return way;
+}
+
 /// Smooth axis from the parent through all legs' way points.
 void lay_axis(const VesselPlan& plan, std::span<const LaidVessel> laid, LaidVessel& vessel) {
     std::vector<Vec3> way;
-    std::size_t lead_samples = 0;
     vessel.spacing = sample_spacing(plan);
-    if (plan.parent != kNoIndex) {
-        const LaidVessel& parent = laid[plan.parent];
-        const std::size_t fork = nearest_sample(parent.tube.points, plan.attach);
-        const auto back = std::min(fork, static_cast<std::size_t>(std::lround(plan.lead / parent.spacing)));
-        vessel.parent_sample = fork - back;
-        way.push_back(parent.tube.points[vessel.parent_sample]);
-        if (back >= 2) {
-            way.push_back(parent.tube.points[fork - back / 2]);
-            lead_samples = static_cast<std::size_t>(0.4 * plan.lead / vessel.spacing);
-        }
-    }
+    if (plan.parent != kNoIndex) way = take_off(plan, laid[plan.parent], vessel.parent_sample);
     for (const Leg& leg : plan.legs) way.insert(way.end(), leg.points.begin(), leg.points.end());
     std::vector<Vec3> axis = smooth_curve(way, vessel.spacing);
-    relax_bends(axis, plan.least_bend, lead_samples + 2);
+    relax_bends(axis, plan.least_bend, 2);
     vessel.tube.points = resample(axis, vessel.spacing);
     vessel.spacing = (vessel.tube.points[1] - vessel.tube.points[0]).norm();
     for (const Leg& leg : plan.legs)
@@ -92,7 +106,7 @@ Result<void> open_mouth(const VesselPlan& plan, std::span<const LaidVessel> laid
         if (wall_out > 0 && outside < tube.radii[i] + kLeastGap)
             return Error{ErrorCode::BadMesh, vessel.legs.front().name + " comes too near to another vessel"};
     }
-    if (wall_out == 0 || static_cast<double>(wall_out) * vessel.spacing > kLongestMouth + plan.lead + 2 * parent_radius)
+    if (wall_out == 0 || static_cast<double>(wall_out) * vessel.spacing > kLongestMouth + 2 * parent_radius)
         return Error{ErrorCode::BadMesh, vessel.legs.front().name + " does not leave its parent"};
     vessel.mouth = axis_out;
     tube.blend_begin = static_cast<double>(wall_out) * vessel.spacing;
@@ -121,21 +135,21 @@ void add_tree_plans(const Recipe& recipe, const HepaticTree& tree, std::vector<V
         std::find_if(plans.begin(), plans.end(), [](const VesselPlan& p) { return p.legs.back().name == "proper_hepatic"; }) -
         plans.begin());
     assert(trunk < plans.size());
-    const auto start_branch = [&](Index segment, Index parent, double parent_radius) {
+    const auto start_branch = [&](Index segment, Index parent) {
         VesselPlan plan;
         plan.parent = parent;
         plan.attach = tree.segments[segment].from;
-        plan.lead = 1.5 * parent_radius;
+        plan.tangential = true;
         plans.push_back(plan);
         open.push_back({segment, static_cast<Index>(plans.size() - 1)});
     };
     open.push_back({0, trunk});
-    start_branch(1, trunk, murray_radius(recipe, tree.flow()));
+    start_branch(1, trunk);
     for (std::size_t k = 0; k < open.size(); ++k) {
         for (Index i = open[k].segment; i != kNoIndex; i = tree.segments[i].major) {
             plans[open[k].plan].legs.push_back(leg_of(i));
             if (tree.segments[i].minor != kNoIndex)
-                start_branch(tree.segments[i].minor, open[k].plan, murray_radius(recipe, tree.segments[i].flow));
+                start_branch(tree.segments[i].minor, open[k].plan);
         }
     }
 }

@@ -24,8 +24,8 @@ struct Leg {
 struct VesselPlan {
     Index parent = kNoIndex;    // plan it leaves
     Vec3 attach = Vec3::Zero(); // m, fork on (or near) the parent's axis
-    double lead = 0.0;          // m, it follows the parent's axis from this far before the fork
-    double least_bend = 0.009;  // m, sharper bends are relaxed to this radius
+    bool tangential = false;    // turns away from the parent's axis in an arc, instead of starting across it
+    double least_bend = 0.0095;  // m, sharper bends are relaxed to this radius
     double funnel = 0.0;        // m, extra radius at its mouth in the parent's wall
     std::vector<Leg> legs;
 };

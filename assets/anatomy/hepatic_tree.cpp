@@ -15,8 +15,8 @@ constexpr double kLeastGap = 0.004;       // m, wall to wall between vessels tha
 constexpr double kMajorBend = 0.75;       // rad, most a vessel turns where another leaves it
 constexpr double kMinorBend = 1.15;       // rad, most a leaving vessel turns away
 constexpr double kCurveRoom = 0.0015;     // m, curves may leave their straight segments by this much towards the capsule
-constexpr int kCandidates = 40;           // places drawn for every new end
-constexpr int kTries = 12;                // of those, the ones farthest from the tree that are tried
+constexpr int kCandidates = 120;          // places drawn for every new end
+constexpr int kTries = 60;                // of those, the ones farthest from the tree that are tried
 constexpr int kSplits = 9;                // fork points tried along each side of the triangle they span
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -28,7 +28,7 @@ public:
 
     std::optional<HepaticTree> run() {
         lay_main_stems();
-        if (!join(liver_.place(Vec3(60, 26, 14) + 5.0 * recipe_.variation * random_.cube()), recipe_.tumour_flow))
+        if (!join(inner_place({60, 26, 14}, 5, 0.015), recipe_.tumour_flow))
             return std::nullopt;
         tree_.tumour = static_cast<Index>(tree_.segments.size() - 1);
         for (std::uint32_t ends = 3; ends < recipe_.terminals; ++ends)
@@ -56,14 +56,18 @@ private:
         return tree_.segments[s.parent].to - tree_.segments[s.parent].from;
     }
 
+    /// A place near the atlas's, moved inwards until `depth` of tissue is around it (or the liver is not that thick).
+    [[nodiscard]] Vec3 inner_place(const Vec3& atlas_mm, double freedom_mm, double depth) const {
+        Vec3 p = liver_.place(atlas_mm + freedom_mm * recipe_.variation * random_.cube());
+        for (int step = 0; step < 60 && liver_.distance(p) > -depth; ++step) p -= 0.001 * liver_.gradient(p).normalized();
+        return p;
+    }
+
     /// Right and left hepatic artery to just inside the liver, and one long vessel in each lobe.
     void lay_main_stems() {
-        const auto near = [&](double x, double y, double z) {
-            return liver_.place(Vec3(x, y, z) + 2.0 * recipe_.variation * random_.cube());
-        };
         const Vec3 hilum = liver_.place(Vec3::Zero());
-        const Vec3 right = near(20, -1, 9), left = near(-15, 11, 22);
-        const Vec3 right_end = near(76, -26, -6), left_end = near(-66, 30, 42);
+        const Vec3 right = inner_place({21, -2, 7}, 2, 0.011), left = inner_place({-16, 14, 20}, 2, 0.010);
+        const Vec3 right_end = inner_place({74, -28, -8}, 4, 0.012), left_end = inner_place({-68, 30, 34}, 4, 0.011);
         tree_.segments = {{hilum, right, kNoIndex, 2, kNoIndex, 1.0, false},
                           {hilum, left, kNoIndex, 3, kNoIndex, 1.0, false},
                           {right, right_end, 0, kNoIndex, kNoIndex, 1.0, true},
@@ -144,12 +148,16 @@ private:
         const double on_bend = angle_between(in, on), off_bend = angle_between(in, off);
         if (std::min(on_bend, off_bend) > kMajorBend || std::max(on_bend, off_bend) > kMinorBend) return false;
         if (angle_between(on, off) < 0.6) return false;
+        // Neighbouring forks: not beyond the bound, or not beyond what they were.
+        const Vec3 old = s.to - s.from;
         const bool leaves = s.parent != kNoIndex && tree_.segments[s.parent].minor == i;
-        if (angle_between(arrival(s), in) > (leaves ? kMinorBend : kMajorBend)) return false;
+        const double old_turn = angle_between(arrival(s), old);
+        if (angle_between(arrival(s), in) > std::max(old_turn, leaves ? kMinorBend : kMajorBend)) return false;
         for (const Index child : {s.major, s.minor}) {
             if (child == kNoIndex) continue;
-            const TreeSegment& c = tree_.segments[child];
-            if (angle_between(on, c.to - c.from) > (child == s.major ? kMajorBend : kMinorBend)) return false;
+            const Vec3 next = tree_.segments[child].to - tree_.segments[child].from;
+            const double limit = child == s.major ? kMajorBend : kMinorBend;
+            if (angle_between(on, next) > std::max(angle_between(old, next), limit)) return false;
         }
         return inside(s.from, fork, s.flow + flow, s.parent) && inside(fork, s.to, s.flow, i) &&
                inside(fork, end, flow, i) && clear(i, s.from, fork, s.flow + flow) && clear(i, fork, s.to, s.flow) &&

@@ -24,25 +24,37 @@ struct AtlasPart {
     double freedom;     // mm a patient's part may be moved
 };
 
+const Vec3 kAtlasSize(202, 152, 130); // mm, extent of the average shape below
+
 const AtlasPart kLobes[] = {
-    {{40, -4, 2}, {66, 74, 72}, 1, 0.0, 0, 2.5},     // right lobe
-    {{-24, 24, 30}, {70, 45, 36}, 1, 0.18, 30, 3.0}, // left lobe, its tip towards the spleen and up
-    {{-4, -36, 16}, {24, 22, 30}, 0, 0.0, 16, 2.0},  // caudate lobe
+    {{40, -4, 2}, {66, 74, 72}, 1, 0.0, 0, 2.5},      // right lobe
+    {{-22, 22, 24}, {76, 54, 44}, 1, 0.10, 34, 3.0},  // left lobe, its tip towards the spleen
+    {{-4, -34, 16}, {24, 22, 30}, 0, 0.0, 18, 2.0},   // caudate lobe
 };
 const AtlasPart kHollows[] = {
-    {{-36, -14, -56}, {76, 76, 68}, 1, 0.25, 14, 2.5},  // stomach and bowel: the visceral face
-    {{-46, -78, 0}, {36, 36, 400}, 0, 0.0, 14, 1.5},    // spine and aorta
-    {{-8, -66, 0}, {13, 14, 400}, 0, 0.0, 7, 1.5},      // vena cava
-    {{56, -92, -56}, {40, 40, 46}, 0, 0.0, 12, 3.0},    // right kidney
-    {{-50, 22, 112}, {66, 60, 58}, 0, 0.0, 16, 3.0},    // heart
-    {{-21, 78, 2}, {4.5, 26, 30}, 0, 0.3, 7, 2.0},      // umbilical fissure in the front margin
-    {{24, 44, -42}, {12, 32, 15}, 0, -0.25, 8, 2.5},    // gallbladder
+    {{-40, -22, -54}, {80, 78, 70}, 1, 0.30, 14, 2.0}, // stomach and bowel: the visceral face
+    {{2, 2, -9}, {34, 13, 13}, 1, -0.25, 14, 1.5},     // porta hepatis, where the vessels enter
+    {{-46, -78, 0}, {36, 36, 400}, 0, 0.0, 16, 1.5},   // spine and aorta
+    {{-8, -67, 0}, {13, 14, 400}, 0, 0.0, 9, 1.5},     // vena cava
+    {{58, -94, -58}, {40, 40, 46}, 0, 0.0, 14, 3.0},   // right kidney
+    {{-58, 24, 132}, {84, 74, 70}, 1, 0.12, 26, 3.0},  // heart
+    {{-20, 84, -2}, {5, 23, 26}, 0, 0.35, 10, 2.0},   // umbilical fissure in the front margin
+    {{22, 36, -42}, {12, 28, 13}, 0, -0.35, 12, 2.0},  // gallbladder
+};
+
+struct AtlasCut {
+    Vec3 point, normal; // mm; the liver lies on the other side
+    double blend;       // mm
+};
+const AtlasCut kCuts[] = {
+    {{62, 10, -50}, {-0.22, -0.52, -0.82}, 14},  // under the right lobe, towards the kidney
+    {{6, 40, -24}, {-0.58, 0.06, -0.81}, 10},    // the sharp front margin, rising to the left
 };
 
 } // namespace
 
 LiverShape::LiverShape(const Recipe& recipe, const Vec3& hilum, Random& random)
-    : hilum_(hilum), scale_(recipe.liver_width / 200, recipe.liver_depth / 150, recipe.liver_height / 145) {
+    : hilum_(hilum), scale_(Vec3(recipe.liver_width, recipe.liver_depth, recipe.liver_height).cwiseQuotient(kAtlasSize)) {
     const auto draw = [&](const AtlasPart& part) {
         Ellipsoid e;
         e.centre = part.centre + recipe.variation * part.freedom * random.cube();
@@ -53,8 +65,9 @@ LiverShape::LiverShape(const Recipe& recipe, const Vec3& hilum, Random& random)
     };
     for (const AtlasPart& part : kLobes) lobes_.push_back(draw(part));
     for (const AtlasPart& part : kHollows) hollows_.push_back(draw(part));
-    margin_point_ = Vec3(62, 10, -52) + 2.0 * recipe.variation * random.cube();
-    margin_normal_ = Vec3(-0.30, -0.42, -0.86).normalized();
+    for (const AtlasCut& cut : kCuts)
+        cuts_.push_back({cut.point + 2.0 * recipe.variation * random.cube(),
+                         (cut.normal + 0.05 * recipe.variation * random.cube()).normalized(), cut.blend});
     for (int i = 0; i < 6; ++i) {
         const double period = random.uniform(45, 110); // mm: no bump smaller than a hand's width of tissue
         waves_.push_back({random.cube().normalized() * (2 * M_PI / period), random.uniform(0, 2 * M_PI),
@@ -75,7 +88,7 @@ double LiverShape::value(const Vec3& world) const {
     const Vec3 p = (world - hilum_).cwiseQuotient(scale_);
     double d = distance_to(lobes_[0], p);
     for (std::size_t i = 1; i < lobes_.size(); ++i) d = smooth_min(d, distance_to(lobes_[i], p), lobes_[i].blend);
-    d = smooth_max(d, (p - margin_point_).dot(margin_normal_), 22);
+    for (const Cut& cut : cuts_) d = smooth_max(d, (p - cut.point).dot(cut.normal), cut.blend);
     for (const Ellipsoid& hollow : hollows_) d = smooth_max(d, -distance_to(hollow, p), hollow.blend);
     for (const Wave& w : waves_) d += w.height * std::sin(w.direction.dot(p) + w.phase);
     return d * metric_;

@@ -30,6 +30,10 @@ private:
         Mat3 turn;          // world axes to the ellipsoid's
         double blend;       // mm
     };
+    struct Cut {
+        Vec3 point, normal; // mm; unit
+        double blend;       // mm
+    };
     struct Wave {
         Vec3 direction; // 1/mm
         double phase, height;
@@ -37,7 +41,7 @@ private:
 
     Vec3 hilum_, scale_;
     std::vector<Ellipsoid> lobes_, hollows_;
-    Vec3 margin_point_, margin_normal_; // plane of the visceral face of the right lobe
+    std::vector<Cut> cuts_;
     std::vector<Wave> waves_;
     double metric_;                     // m per atlas mm, of the thinnest axis
 

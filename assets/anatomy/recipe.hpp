@@ -15,7 +15,7 @@ struct Recipe {
     std::uint32_t seed = 1;                  // liver shape, course of the vessels, hepatic tree
     double liver_width = 0.200;              // m, right to left
     double liver_depth = 0.150;              // m, back to front
-    double liver_height = 0.145;             // m, lower margin to dome
+    double liver_height = 0.140;             // m, lower margin to dome
     double variation = 1.0;                  // [-] how far a seed may depart from the average patient
     std::uint32_t liver_triangles = 23000;   // aimed at, met within a few per cent
     std::uint32_t lumen_triangles = 60000;   // aimed at, met within a few per cent

@@ -24,8 +24,8 @@ TrunkAtlas::TrunkAtlas(const Recipe& recipe, Random& random) : recipe_(recipe) {
 Vec3 TrunkAtlas::at(double x, double y, double z, std::size_t shift) const { return 1e-3 * Vec3(x, y, z) + shift_[shift]; }
 
 Hilum TrunkAtlas::hilum() const {
-    const Vec3 position = at(46, 46, 322, kHilumShift);
-    return {position, (position - at(32, 41, 300, kHepatic)).normalized()};
+    const Vec3 position = at(45, 45, 318, kHilumShift);
+    return {position, (position - at(35, 42, 302, kHepatic)).normalized()};
 }
 
 VesselPlan TrunkAtlas::coeliac(double proper_hepatic_radius) const {
@@ -48,7 +48,7 @@ VesselPlan TrunkAtlas::coeliac(double proper_hepatic_radius) const {
     leg.points.push_back(p + 0.014 * Vec3(0.14, std::sin(angle), std::cos(angle)));
     plan.legs.push_back(leg);
     plan.legs.push_back({"common_hepatic", common, {at(-1, 36, 294, kHepatic), at(13, 41, 293, kHepatic), at(25, 41, 294, kHepatic)}});
-    plan.legs.push_back({"proper_hepatic", proper_hepatic_radius, {at(37, 42, 304, kHepatic), hilum().position}});
+    plan.legs.push_back({"proper_hepatic", proper_hepatic_radius, {at(36, 42, 303, kHepatic), hilum().position}});
     return plan;
 }
 
@@ -57,44 +57,44 @@ std::vector<VesselPlan> TrunkAtlas::plans(double proper_hepatic_radius) const {
     std::vector<VesselPlan> plans;
     VesselPlan main;
     main.least_bend = 0.03;
-    main.legs = {{"right_iliac", 0.0042,
-                  {at(76, 86, 8, kGroin), at(74, 84, 26, kGroin), at(68, 72, 56, kPelvis), at(54, 46, 86, kPelvis),
-                   at(30, 20, 118, kPelvis), at(12, 9, 143, kLumbar), at(3, 6.5, 160, kLumbar)},
-                  false, 0.0054},
-                 {"aorta", 0.84 * aorta,
-                  {at(-1, 6, 172, kLumbar), at(-6, 6, 205, kLumbar), at(-9, 3, 240, kUpper), at(-10, 1, 272, kCoeliac),
+    main.legs = {{"right_iliac", 0.0043,
+                  {at(73, 82, 30, kGroin), at(71, 79, 46, kGroin), at(64, 64, 70, kPelvis), at(50, 40, 96, kPelvis),
+                   at(29, 19, 124, kPelvis), at(12, 9, 148, kLumbar), at(3, 6.5, 166, kLumbar)},
+                  false, 0.0056},
+                 {"aorta", 0.79 * aorta,
+                  {at(-1, 6, 178, kLumbar), at(-6, 6, 208, kLumbar), at(-9, 3, 240, kUpper), at(-10, 1, 272, kCoeliac),
                    at(-11, -3, 310, kUpper), at(-13, -9, 350, kUpper), at(-15, -14, 392, kUpper)},
                   false, 1.08 * aorta}};
     plans.push_back(main);
-    const auto stub = [&](std::string name, Vec3 attach, double radius, double lead, std::vector<Vec3> points) {
+    const auto stub = [&](std::string name, Vec3 attach, double radius, bool tangential, std::vector<Vec3> points) {
         VesselPlan plan;
         plan.parent = 0;
         plan.attach = attach;
-        plan.lead = lead;
+        plan.tangential = tangential;
         plan.legs = {{std::move(name), radius, std::move(points)}};
         plans.push_back(std::move(plan));
     };
-    stub("left_iliac", at(-1, 6, 172, kLumbar), 0.0054, 0.0,
-         {at(-4, 6.5, 160, kLumbar), at(-14, 9, 143, kLumbar), at(-32, 18, 118, kPelvis), at(-52, 34, 94, kPelvis)});
-    stub("right_renal", at(-8, 4, 236, kUpper), 0.0028, 0.0,
+    stub("left_iliac", at(-1, 6, 178, kLumbar), 0.0056, false,
+         {at(-4, 6.5, 166, kLumbar), at(-14, 9, 148, kLumbar), at(-31, 18, 124, kPelvis), at(-50, 34, 102, kPelvis)});
+    stub("right_renal", at(-8, 4, 236, kUpper), 0.0028, false,
          {at(2, 4, 235, kUpper), at(16, -2, 232, kStubs), at(32, -12, 228, kStubs)});
-    stub("left_renal", at(-8, 4, 238, kUpper), 0.0028, 0.0,
+    stub("left_renal", at(-8, 4, 238, kUpper), 0.0028, false,
          {at(-18, 4, 238, kUpper), at(-32, -2, 236, kStubs), at(-48, -12, 233, kStubs)});
-    stub("superior_mesenteric", at(-9, 3, 256, kUpper), 0.0034, 0.0,
+    stub("superior_mesenteric", at(-9, 3, 256, kUpper), 0.0034, false,
          {at(-9, 13, 253.5, kUpper), at(-8, 20, 247, kUpper), at(-6, 25, 234, kUpper), at(-2, 27, 214, kStubs),
           at(4, 28, 196, kStubs)});
     plans.push_back(coeliac(proper_hepatic_radius));
     const auto coeliac_plan = static_cast<Index>(plans.size() - 1);
     const std::vector<Leg> legs = plans.back().legs;
     const Vec3 fork = legs[0].points.back(), middle = legs[0].points[legs[0].points.size() - 2];
-    stub("left_gastric", middle, 0.0015, 0.004,
+    stub("left_gastric", middle, 0.0015, true,
          {middle + Vec3(-0.003, 0.004, 0.006), middle + Vec3(-0.006, 0.006, 0.017), middle + Vec3(-0.013, 0.012, 0.026)});
     plans.back().parent = coeliac_plan;
-    stub("splenic", fork, 0.0027, 0.005,
+    stub("splenic", fork, 0.0027, true,
          {fork + Vec3(-0.007, 0.005, 0.002), fork + Vec3(-0.020, 0.005, 0.0), fork + Vec3(-0.036, -0.004, 0.005),
           fork + Vec3(-0.052, -0.014, 0.003)});
     plans.back().parent = coeliac_plan;
-    stub("gastroduodenal", legs[1].points.back(), 0.0018, 0.006,
+    stub("gastroduodenal", legs[1].points.back(), 0.0018, true,
          {at(32, 43, 289, kHepatic), at(35, 46, 277, kHepatic), at(34, 47, 262, kHepatic)});
     plans.back().parent = coeliac_plan;
     return plans;
