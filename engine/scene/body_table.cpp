@@ -5,7 +5,7 @@
 namespace seldinger::engine {
 namespace {
 
-constexpr double kLargestBody = 10.0; // m
+constexpr double kLargestBody = 10.0;    // m
 constexpr double kSmallestLength = 1e-5; // m
 
 std::vector<std::string_view> length_units() {
@@ -21,14 +21,35 @@ FieldSpec file_unit_field() {
 const ObjectSpec& material_table() {
     static const fem::Material usual{};
     static const ObjectSpec table{
-        "material", "Isotropic tissue. The defaults are a soft liver.", "", "",
+        "material",
+        "Isotropic tissue. The defaults are a soft liver.",
+        "",
+        "",
         {
-            choice_field("law", {"neo_hookean", "corotational", "stvk"}, "Stable neo-Hookean, corotational linear, or St. Venant-Kirchhoff.").by_default(std::string_view("neo_hookean")),
-            number_field("young_modulus", Dimension::Pressure, {10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"}, "Stiffness.").by_default(usual.young_modulus),
-            number_field("poisson_ratio", Dimension::None, {0.0, 0.4999, false, 0.0, fem::kLockingPoissonRatio, "above 0.45 linear tetrahedra lock: they bend far too little"}, "0 compressible, 0.5 incompressible.").by_default(usual.poisson_ratio),
-            number_field("density", Dimension::Density, {50.0, 23000.0, false, 200.0, 2500.0, "soft tissue is 900 to 1200 kg/m^3, lung from 200, bone up to 2000"}, "Mass per volume.").by_default(usual.density),
-            number_field("viscosity", Dimension::Viscosity, {0.0, 1e5, false, 0.0, 1e3, "on the strain rate; large values shrink the stable step"}, "Damps deformation.").by_default(usual.viscosity),
-            number_field("mass_damping", Dimension::Rate, {0.0, 1e4, false, 0.0, 1e3, "drags every node towards rest"}, "Damps all motion.").by_default(usual.mass_damping),
+            choice_field("law", {"neo_hookean", "corotational", "stvk"},
+                         "Stable neo-Hookean, corotational linear, or St. Venant-Kirchhoff.")
+                .by_default(std::string_view("neo_hookean")),
+            number_field("young_modulus", Dimension::Pressure,
+                         {10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"},
+                         "Stiffness.")
+                .by_default(usual.young_modulus),
+            number_field("poisson_ratio", Dimension::None,
+                         {0.0, 0.4999, false, 0.0, fem::kLockingPoissonRatio,
+                          "above 0.45 linear tetrahedra lock: they bend far too little"},
+                         "0 compressible, 0.5 incompressible.")
+                .by_default(usual.poisson_ratio),
+            number_field("density", Dimension::Density,
+                         {50.0, 23000.0, false, 200.0, 2500.0,
+                          "soft tissue is 900 to 1200 kg/m^3, lung from 200, bone up to 2000"},
+                         "Mass per volume.")
+                .by_default(usual.density),
+            number_field("viscosity", Dimension::Viscosity,
+                         {0.0, 1e5, false, 0.0, 1e3, "on the strain rate; large values shrink the stable step"},
+                         "Damps deformation.")
+                .by_default(usual.viscosity),
+            number_field("mass_damping", Dimension::Rate, {0.0, 1e4, false, 0.0, 1e3, "drags every node towards rest"},
+                         "Damps all motion.")
+                .by_default(usual.mass_damping),
         }};
     return table;
 }
@@ -39,13 +60,21 @@ const ObjectSpec& file_surface_table() {
         ValueSpec text;
         text.kind = ValueKind::Text;
         return ObjectSpec{
-            "file surface", "A mesh from a file: OBJ, PLY, STL, OFF, VTK, VTP, plain or .gz.", "file", "",
+            "file surface",
+            "A mesh from a file: OBJ, PLY, STL, OFF, VTK, VTP, plain or .gz.",
+            "file",
+            "",
             {
-                path_field("file", "Relative to the scene's folder; ${SELDINGER_TEST_DATA} stands for that environment variable.").required(),
+                path_field(
+                    "file",
+                    "Relative to the scene's folder; ${SELDINGER_TEST_DATA} stands for that environment variable.")
+                    .required(),
                 file_unit_field(),
                 value_field("groups", list_value(text, 1), "OBJ groups to keep; everything when absent."),
-                value_field("repair", list_value(choice_value({names.begin(), names.end()}), 0), "Named repairs, applied in this order and reported with counts. None runs unasked."),
-                number_field("weld_tolerance", Dimension::Length, above(0.0, 0.01), "Of the repair weld; a millionth of the mesh's size when absent."),
+                value_field("repair", list_value(choice_value({names.begin(), names.end()}), 0),
+                            "Named repairs, applied in this order and reported with counts. None runs unasked."),
+                number_field("weld_tolerance", Dimension::Length, above(0.0, 0.01),
+                             "Of the repair weld; a millionth of the mesh's size when absent."),
             }};
     }();
     return table;
@@ -53,10 +82,15 @@ const ObjectSpec& file_surface_table() {
 
 const ObjectSpec& recipe_surface_table() {
     static const ObjectSpec table{
-        "recipe surface", "A part of a generated patient. Bodies with the same recipe belong to the same patient.", "recipe", "",
+        "recipe surface",
+        "A part of a generated patient. Bodies with the same recipe belong to the same patient.",
+        "recipe",
+        "",
         {
             path_field("recipe", "The recipe's file.").required(),
-            choice_field("part", {"liver", "lumen", "arteries"}, "Which surface of the patient; lumen and arteries are the same.").required(),
+            choice_field("part", {"liver", "lumen", "arteries"},
+                         "Which surface of the patient; lumen and arteries are the same.")
+                .required(),
         }};
     return table;
 }
@@ -64,19 +98,44 @@ const ObjectSpec& recipe_surface_table() {
 const ObjectSpec& shape_surface_table() {
     static const ShapeSpec usual{};
     static const ObjectSpec table{
-        "shape surface", "A plain closed surface.", "shape", "shape",
+        "shape surface",
+        "A plain closed surface.",
+        "shape",
+        "shape",
         {
             choice_field("shape", {"sphere", "box", "tube", "torus"}, "Which one.").required(),
-            vector_field("centre", Dimension::Length, coordinate(), "Middle.").by_default(usual.centre).when({"sphere", "box", "torus"}),
-            number_field("radius", Dimension::Length, between(kSmallestLength, kLargestBody), "Of a sphere; of a torus' ring.").required().when({"sphere", "torus"}),
-            number_field("tube_radius", Dimension::Length, between(kSmallestLength, kLargestBody), "Of a torus' tube, below its ring's.").required().when({"torus"}),
-            vector_field("extent", Dimension::Length, between(kSmallestLength, kLargestBody), "Of a box, edge to edge.").required().when({"box"}),
-            value_field("axis", rows_value({{"x", Dimension::Length, coordinate()}, {"y", Dimension::Length, coordinate()}, {"z", Dimension::Length, coordinate()},
-                                            {"radius", Dimension::Length, between(kSmallestLength, kLargestBody)}}, 2, 100000),
-                        "Of a tube with rounded ends: bends gentler than its radius, or the wall crosses itself.").required().when({"tube"}),
-            count_field("subdivisions", 0, 7, "Of a sphere: 20 * 4^n triangles.").by_default(double(usual.subdivisions)).when({"sphere"}),
-            count_field("cells", 1, 500, "Of a box: squares along an edge of a face.").by_default(double(usual.cells)).when({"box"}),
-            count_field("sides", 3, 1000, "Vertices round a tube.").by_default(double(usual.sides)).when({"tube", "torus"}),
+            vector_field("centre", Dimension::Length, coordinate(), "Middle.")
+                .by_default(usual.centre)
+                .when({"sphere", "box", "torus"}),
+            number_field("radius", Dimension::Length, between(kSmallestLength, kLargestBody),
+                         "Of a sphere; of a torus' ring.")
+                .required()
+                .when({"sphere", "torus"}),
+            number_field("tube_radius", Dimension::Length, between(kSmallestLength, kLargestBody),
+                         "Of a torus' tube, below its ring's.")
+                .required()
+                .when({"torus"}),
+            vector_field("extent", Dimension::Length, between(kSmallestLength, kLargestBody), "Of a box, edge to edge.")
+                .required()
+                .when({"box"}),
+            value_field("axis",
+                        rows_value({{"x", Dimension::Length, coordinate()},
+                                    {"y", Dimension::Length, coordinate()},
+                                    {"z", Dimension::Length, coordinate()},
+                                    {"radius", Dimension::Length, between(kSmallestLength, kLargestBody)}},
+                                   2, 100000),
+                        "Of a tube with rounded ends: bends gentler than its radius, or the wall crosses itself.")
+                .required()
+                .when({"tube"}),
+            count_field("subdivisions", 0, 7, "Of a sphere: 20 * 4^n triangles.")
+                .by_default(double(usual.subdivisions))
+                .when({"sphere"}),
+            count_field("cells", 1, 500, "Of a box: squares along an edge of a face.")
+                .by_default(double(usual.cells))
+                .when({"box"}),
+            count_field("sides", 3, 1000, "Vertices round a tube.")
+                .by_default(double(usual.sides))
+                .when({"tube", "torus"}),
         }};
     return table;
 }
@@ -84,18 +143,27 @@ const ObjectSpec& shape_surface_table() {
 const ObjectSpec& meshed_coarse_table() {
     static const CoarseSpec usual{};
     static const ObjectSpec table{
-        "meshed coarse", "Tetrahedra made by a mesher from the simplified surface.", "mesher", "",
+        "meshed coarse",
+        "Tetrahedra made by a mesher from the simplified surface.",
+        "mesher",
+        "",
         {
-            choice_field("mesher", {"tetgen"}, "TetGen, run as a program of its own.").by_default(std::string_view("tetgen")),
-            count_field("surface_triangles", 20, 1e6, "Of the simplified surface.").by_default(double(usual.surface_triangles)),
-            number_field("max_volume", Dimension::Volume, above(0.0, 1.0), "Of a tetrahedron; follows from the surface's triangles when absent."),
+            choice_field("mesher", {"tetgen"}, "TetGen, run as a program of its own.")
+                .by_default(std::string_view("tetgen")),
+            count_field("surface_triangles", 20, 1e6, "Of the simplified surface.")
+                .by_default(double(usual.surface_triangles)),
+            number_field("max_volume", Dimension::Volume, above(0.0, 1.0),
+                         "Of a tetrahedron; follows from the surface's triangles when absent."),
         }};
     return table;
 }
 
 const ObjectSpec& file_coarse_table() {
     static const ObjectSpec table{
-        "file coarse", "Tetrahedra from a file, in the surface's frame.", "file", "",
+        "file coarse",
+        "Tetrahedra from a file, in the surface's frame.",
+        "file",
+        "",
         {
             path_field("file", "MSH, VTK, VTU, MEDIT, TetGen or Vega, plain or .gz.").required(),
             file_unit_field(),
@@ -105,27 +173,41 @@ const ObjectSpec& file_coarse_table() {
 
 const ObjectSpec& direction_region_table() {
     static const ObjectSpec table{
-        "fixed end", "The outermost part of the body along a direction.", "direction", "",
+        "fixed end",
+        "The outermost part of the body along a direction.",
+        "direction",
+        "",
         {
-            vector_field("direction", Dimension::None, {}, "Towards the part that is held; its length does not matter.").required(),
+            vector_field("direction", Dimension::None, {}, "Towards the part that is held; its length does not matter.")
+                .required(),
             number_field("fraction", Dimension::None, above(0.0, 1.0), "Of the body's extent along it.").required(),
         }};
     return table;
 }
 
 const ObjectSpec& box_region_table() {
-    static const ObjectSpec table{
-        "fixed box", "All nodes in a box.", "box", "",
-        {
-            value_field("box", rows_value({{"x", Dimension::Length, coordinate()}, {"y", Dimension::Length, coordinate()}, {"z", Dimension::Length, coordinate()}}, 2, 2),
-                        "Lower and upper corner.").required(),
-        }};
+    static const ObjectSpec table{"fixed box",
+                                  "All nodes in a box.",
+                                  "box",
+                                  "",
+                                  {
+                                      value_field("box",
+                                                  rows_value({{"x", Dimension::Length, coordinate()},
+                                                              {"y", Dimension::Length, coordinate()},
+                                                              {"z", Dimension::Length, coordinate()}},
+                                                             2, 2),
+                                                  "Lower and upper corner.")
+                                          .required(),
+                                  }};
     return table;
 }
 
 const ObjectSpec& ball_table() {
     static const ObjectSpec table{
-        "ball", "Centre and radius of a ball.", "", "",
+        "ball",
+        "Centre and radius of a ball.",
+        "",
+        "",
         {
             vector_field("centre", Dimension::Length, coordinate(), "Middle.").required(),
             number_field("radius", Dimension::Length, above(0.0, kLargestBody), "Of the ball.").required(),
@@ -134,39 +216,66 @@ const ObjectSpec& ball_table() {
 }
 
 const ObjectSpec& sphere_region_table() {
-    static const ObjectSpec table{
-        "fixed sphere", "All nodes in a ball.", "sphere", "",
-        {object_field("sphere", ball_table(), "Centre and radius.").required()}};
+    static const ObjectSpec table{"fixed sphere",
+                                  "All nodes in a ball.",
+                                  "sphere",
+                                  "",
+                                  {object_field("sphere", ball_table(), "Centre and radius.").required()}};
     return table;
 }
 
 ValueSpec surface_value() {
     ValueSpec file;
     file.kind = ValueKind::Path;
-    return any_value({file, object_value(file_surface_table()), object_value(recipe_surface_table()), object_value(shape_surface_table())});
+    return any_value({file, object_value(file_surface_table()), object_value(recipe_surface_table()),
+                      object_value(shape_surface_table())});
 }
 
 } // namespace
 
 const ObjectSpec& body_table() {
     static const SceneBody usual{};
-    static const std::vector<Column> motion = {{"t", Dimension::Time, between(0.0, 1e6)}, {"x", Dimension::Length, coordinate()},
-                                               {"y", Dimension::Length, coordinate()}, {"z", Dimension::Length, coordinate()}};
+    static const std::vector<Column> motion = {{"t", Dimension::Time, between(0.0, 1e6)},
+                                               {"x", Dimension::Length, coordinate()},
+                                               {"y", Dimension::Length, coordinate()},
+                                               {"z", Dimension::Length, coordinate()}};
     static const ObjectSpec table{
-        "body", "An organ, a vessel, an obstacle.", "", "kind",
+        "body",
+        "An organ, a vessel, an obstacle.",
+        "",
+        "kind",
         {
-            choice_field("kind", {"deformable", "static", "kinematic"}, "Tissue that deforms, a surface that rests (or is carried), one that moves as told.").required(),
-            value_field("surface", surface_value(), "The dense surface: a file's name, or an object with file, recipe or shape.").required(),
-            number_field("scale", Dimension::None, above(0.0, 1e6), "Enlarges the surface about the origin.").by_default(usual.scale),
-            vector_field("translate", Dimension::Length, coordinate(), "Moves the surface, after the scale.").by_default(usual.translate),
-            flag_field("hollow", "The surface is a lumen: instruments are inside, contacts push inwards.").by_default(usual.hollow),
-            text_field("embedded_in", "Name of the deformable body that carries this surface where it is inside.").when({"static"}),
-            number_field("blend", Dimension::Length, above(0.0, 0.5), "With embedded_in: over this distance outside the carrier the motion fades to rest; 10 mm when absent.").when({"static"}),
+            choice_field("kind", {"deformable", "static", "kinematic"},
+                         "Tissue that deforms, a surface that rests (or is carried), one that moves as told.")
+                .required(),
+            value_field("surface", surface_value(),
+                        "The dense surface: a file's name, or an object with file, recipe or shape.")
+                .required(),
+            number_field("scale", Dimension::None, above(0.0, 1e6), "Enlarges the surface about the origin.")
+                .by_default(usual.scale),
+            vector_field("translate", Dimension::Length, coordinate(), "Moves the surface, after the scale.")
+                .by_default(usual.translate),
+            flag_field("hollow", "The surface is a lumen: instruments are inside, contacts push inwards.")
+                .by_default(usual.hollow),
+            text_field("embedded_in", "Name of the deformable body that carries this surface where it is inside.")
+                .when({"static"}),
+            number_field(
+                "blend", Dimension::Length, above(0.0, 0.5),
+                "With embedded_in: over this distance outside the carrier the motion fades to rest; 10 mm when absent.")
+                .when({"static"}),
             object_field("material", material_table(), "Of the tissue.").when({"deformable"}),
-            value_field("coarse", any_value({object_value(meshed_coarse_table()), object_value(file_coarse_table())}), "The tetrahedra that deform; TetGen's when absent.").when({"deformable"}),
-            value_field("fixed", list_value(any_value({object_value(direction_region_table()), object_value(box_region_table()), object_value(sphere_region_table())}), 0),
-                        "Regions whose nodes are held; none when absent.").when({"deformable"}),
-            value_field("motion", rows_value(motion, 1, 1000000), "Displacement over time, linear between rows.").required().when({"kinematic"}),
+            value_field("coarse", any_value({object_value(meshed_coarse_table()), object_value(file_coarse_table())}),
+                        "The tetrahedra that deform; TetGen's when absent.")
+                .when({"deformable"}),
+            value_field("fixed",
+                        list_value(any_value({object_value(direction_region_table()), object_value(box_region_table()),
+                                              object_value(sphere_region_table())}),
+                                   0),
+                        "Regions whose nodes are held; none when absent.")
+                .when({"deformable"}),
+            value_field("motion", rows_value(motion, 1, 1000000), "Displacement over time, linear between rows.")
+                .required()
+                .when({"kinematic"}),
         }};
     return table;
 }

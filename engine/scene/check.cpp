@@ -33,18 +33,30 @@ public:
     std::optional<Error> value(const JsonNode& node, const ValueSpec& spec, const std::string& path) {
         context_.positions[path] = node.at;
         switch (spec.kind) {
-        case ValueKind::Number: return number(node, spec, path);
-        case ValueKind::Count: return count(node, spec, path);
-        case ValueKind::Flag: return node.type == JsonType::Flag ? std::nullopt : mismatch(node, spec, path);
-        case ValueKind::Text: return text(node, spec, path);
-        case ValueKind::Path: return file(node, spec, path);
-        case ValueKind::Choice: return choice(node, spec, path);
-        case ValueKind::Vector: return vector(node, spec, spec.columns, path);
-        case ValueKind::Rows: return rows(node, spec, path);
-        case ValueKind::List: return list(node, spec, path);
-        case ValueKind::Object: return object(node, *spec.object, path);
-        case ValueKind::Map: return map(node, spec, path);
-        case ValueKind::Alternatives: return alternatives(node, spec, path);
+        case ValueKind::Number:
+            return number(node, spec, path);
+        case ValueKind::Count:
+            return count(node, spec, path);
+        case ValueKind::Flag:
+            return node.type == JsonType::Flag ? std::nullopt : mismatch(node, spec, path);
+        case ValueKind::Text:
+            return text(node, spec, path);
+        case ValueKind::Path:
+            return file(node, spec, path);
+        case ValueKind::Choice:
+            return choice(node, spec, path);
+        case ValueKind::Vector:
+            return vector(node, spec, spec.columns, path);
+        case ValueKind::Rows:
+            return rows(node, spec, path);
+        case ValueKind::List:
+            return list(node, spec, path);
+        case ValueKind::Object:
+            return object(node, *spec.object, path);
+        case ValueKind::Map:
+            return map(node, spec, path);
+        case ValueKind::Alternatives:
+            return alternatives(node, spec, path);
         }
         return std::nullopt;
     }
@@ -55,14 +67,16 @@ private:
     }
 
     std::optional<Error> mismatch(const JsonNode& node, const ValueSpec& spec, const std::string& path) const {
-        return fail(node.at, path, fmt::format("found {}; {} would be right", describe(node), expected(spec, context_.units)));
+        return fail(node.at, path,
+                    fmt::format("found {}; {} would be right", describe(node), expected(spec, context_.units)));
     }
 
     std::optional<Error> unknown_key(const JsonNode& node, const ObjectSpec& spec, const std::string& path) const {
         for (const JsonNode& member : node.children) {
             if (spec.find(member.key) != nullptr) continue;
-            return fail(member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
-                        fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, spec.keys())));
+            return fail(
+                member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
+                fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, spec.keys())));
         }
         return std::nullopt;
     }
@@ -79,9 +93,11 @@ private:
         for (const JsonNode& other : node.children) {
             const std::vector<std::string_view>& used = spec.find(other.key)->used_when;
             if (used.empty() || std::find(used.begin(), used.end(), chosen) != used.end()) continue;
-            return fail(other.key_at, join_key(path, other.key),
-                        fmt::format("unused key {}: {} is {} here; the key is used where it is {}; leaving it out would be right",
-                                    in_quotes(other.key), spec.discriminator, in_quotes(chosen), fmt::join(used, " or ")));
+            return fail(
+                other.key_at, join_key(path, other.key),
+                fmt::format(
+                    "unused key {}: {} is {} here; the key is used where it is {}; leaving it out would be right",
+                    in_quotes(other.key), spec.discriminator, in_quotes(chosen), fmt::join(used, " or ")));
         }
         return std::nullopt;
     }
@@ -90,8 +106,9 @@ private:
         const JsonNode* member = spec.discriminator.empty() ? nullptr : node.find(spec.discriminator);
         for (const FieldSpec& field : spec.fields) {
             if (!field.is_required || node.find(field.key) != nullptr) continue;
-            const bool used = field.used_when.empty() || member == nullptr ||
-                              std::find(field.used_when.begin(), field.used_when.end(), member->text) != field.used_when.end();
+            const bool used =
+                field.used_when.empty() || member == nullptr ||
+                std::find(field.used_when.begin(), field.used_when.end(), member->text) != field.used_when.end();
             if (used) return missing(node, field, path);
         }
         return std::nullopt;
@@ -109,50 +126,23 @@ private:
     }
 
     std::optional<Error> count(const JsonNode& node, const ValueSpec& spec, const std::string& path) {
-        if (node.type != JsonType::Number || node.number != std::floor(node.number) || std::abs(node.number) > kLargestCount)
+        if (node.type != JsonType::Number || node.number != std::floor(node.number) ||
+            std::abs(node.number) > kLargestCount)
             return mismatch(node, spec, path);
         return in_range(node, Dimension::None, spec.range, path);
     }
 
-    std::optional<Error> in_range(const JsonNode& node, Dimension dimension, const Range& range, const std::string& path) {
+    std::optional<Error> in_range(const JsonNode& node, Dimension dimension, const Range& range,
+                                  const std::string& path) {
         const double si = node.number * context_.units.factor(dimension);
         const bool inside = range.above_least ? si > range.least : si >= range.least;
         if (!inside || !(si <= range.most) || !std::isfinite(si))
-            return fail(node.at, path, out_of_range(node, si, dimension, range));
+            return fail(node.at, path, out_of_range(node, dimension, range, context_.units));
         if (si < range.usual_least || si > range.usual_most)
-            context_.questions.push_back(fmt::format("{}: {} is unusual{}{}", path, with_unit(si, dimension, context_.units),
+            context_.questions.push_back(fmt::format("{}: {} is unusual{}{}", path,
+                                                     with_unit(si, dimension, context_.units),
                                                      range.what.empty() ? "" : ": ", range.what));
         return std::nullopt;
-    }
-
-    std::string out_of_range(const JsonNode& node, double si, Dimension dimension, const Range& range) const {
-        const double factor = context_.units.factor(dimension);
-        const std::string unit = dimension == Dimension::None ? "" : " " + context_.units.name(dimension);
-        std::string text = fmt::format("found {}{}", node.text, unit);
-        if (factor != 1.0) text += fmt::format(", that is {}", with_unit(si, dimension, Units{}));
-        text += "; ";
-        const double least = range.least / factor, most = range.most / factor;
-        if (std::isinf(range.most)) text += fmt::format("{} {:.6g}{}", range.above_least ? "more than" : "at least", least, unit);
-        else if (range.above_least) text += fmt::format("more than {:.6g} and at most {:.6g}{}", least, most, unit);
-        else text += fmt::format("{:.6g} to {:.6g}{}", least, most, unit);
-        text += " would be right";
-        if (!range.what.empty()) text += fmt::format(" ({})", range.what);
-        return text + meant_unit(node.number, dimension, range);
-    }
-
-    /// The unit in which the number would be usual (or at least allowed), if there is one.
-    std::string meant_unit(double value, Dimension dimension, const Range& range) const {
-        for (const bool usual : {true, false}) {
-            const double least = usual ? std::max(range.least, range.usual_least) : range.least;
-            const double most = usual ? std::min(range.most, range.usual_most) : range.most;
-            for (const UnitName& unit : known_units(dimension)) {
-                const double si = value * unit.factor;
-                if (si < least || si > most || si == 0.0 || unit.factor == context_.units.factor(dimension)) continue;
-                return fmt::format("; was it meant in {}? then {:.6g} would be right", unit.name,
-                                   si / context_.units.factor(dimension));
-            }
-        }
-        return "";
     }
 
     std::optional<Error> text(const JsonNode& node, const ValueSpec& spec, const std::string& path) const {
@@ -171,7 +161,8 @@ private:
     std::optional<Error> choice(const JsonNode& node, const ValueSpec& spec, const std::string& path) const {
         if (node.type != JsonType::Text) return mismatch(node, spec, path);
         if (std::find(spec.choices.begin(), spec.choices.end(), node.text) != spec.choices.end()) return std::nullopt;
-        return fail(node.at, path, fmt::format("found {}; {}", describe(node), suggest("value", node.text, spec.choices)));
+        return fail(node.at, path,
+                    fmt::format("found {}; {}", describe(node), suggest("value", node.text, spec.choices)));
     }
 
     std::optional<Error> vector(const JsonNode& node, const ValueSpec& spec, const std::vector<Column>& columns,
@@ -204,7 +195,8 @@ private:
     std::optional<Error> list(const JsonNode& node, const ValueSpec& spec, const std::string& path) {
         if (node.type != JsonType::List || bad_length(node, spec)) return mismatch(node, spec, path);
         for (std::size_t i = 0; i < node.children.size(); ++i)
-            if (auto error = value(node.children[i], spec.alternatives.front(), fmt::format("{}[{}]", path, i))) return error;
+            if (auto error = value(node.children[i], spec.alternatives.front(), fmt::format("{}[{}]", path, i)))
+                return error;
         return std::nullopt;
     }
 
@@ -212,8 +204,9 @@ private:
         if (node.type != JsonType::Object) return mismatch(node, spec, path);
         for (const JsonNode& member : node.children) {
             if (!is_name(member.key))
-                return fail(member.key_at, path, fmt::format("found the name {}; up to {} letters, digits, - and _ would be right",
-                                                             in_quotes(member.key), kMaxNameLength));
+                return fail(member.key_at, path,
+                            fmt::format("found the name {}; up to {} letters, digits, - and _ would be right",
+                                        in_quotes(member.key), kMaxNameLength));
             if (auto error = value(member, spec.alternatives.front(), join_key(path, member.key))) return error;
         }
         return std::nullopt;
@@ -235,13 +228,17 @@ private:
         for (const std::string_view marker : markers)
             if (node.find(marker) != nullptr) found.push_back(marker);
         if (found.size() > 1)
-            return fail(node.find(found[1])->key_at, path,
-                        fmt::format("the keys {} exclude each other; one of them would be right", fmt::join(found, " and ")));
+            return fail(
+                node.find(found[1])->key_at, path,
+                fmt::format("the keys {} exclude each other; one of them would be right", fmt::join(found, " and ")));
         for (const JsonNode& member : node.children)
             if (!known_in_some(member.key, spec))
-                return fail(member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
-                            fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, markers)));
-        return fail(node.at, path, fmt::format("found no key that says what this is; one of {} would be right", fmt::join(markers, ", ")));
+                return fail(
+                    member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
+                    fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, markers)));
+        return fail(
+            node.at, path,
+            fmt::format("found no key that says what this is; one of {} would be right", fmt::join(markers, ", ")));
     }
 
     static bool known_in_some(std::string_view key, const ValueSpec& spec) {
@@ -256,36 +253,25 @@ private:
 bool takes(const ValueSpec& value, JsonType type) {
     switch (value.kind) {
     case ValueKind::Number:
-    case ValueKind::Count: return type == JsonType::Number;
-    case ValueKind::Flag: return type == JsonType::Flag;
+    case ValueKind::Count:
+        return type == JsonType::Number;
+    case ValueKind::Flag:
+        return type == JsonType::Flag;
     case ValueKind::Text:
     case ValueKind::Path:
-    case ValueKind::Choice: return type == JsonType::Text;
+    case ValueKind::Choice:
+        return type == JsonType::Text;
     case ValueKind::Vector:
     case ValueKind::Rows:
-    case ValueKind::List: return type == JsonType::List;
+    case ValueKind::List:
+        return type == JsonType::List;
     case ValueKind::Object:
-    case ValueKind::Map: return type == JsonType::Object;
-    case ValueKind::Alternatives: return false;
+    case ValueKind::Map:
+        return type == JsonType::Object;
+    case ValueKind::Alternatives:
+        return false;
     }
     return false;
-}
-
-std::string columns_text(const std::vector<Column>& columns, const Units& units) {
-    std::vector<std::string> names, dimensions;
-    for (const Column& column : columns) {
-        names.emplace_back(column.name);
-        const std::string unit = units.name(column.dimension);
-        if (!unit.empty() && (dimensions.empty() || dimensions.back() != unit)) dimensions.push_back(unit);
-    }
-    std::string text = fmt::format("{} numbers [{}]", columns.size(), fmt::join(names, ", "));
-    if (!dimensions.empty()) text += fmt::format(" in {}", fmt::join(dimensions, ", "));
-    return text;
-}
-
-std::string object_text(const ObjectSpec& object) {
-    if (!object.marker.empty()) return fmt::format("an object with the key \"{}\"", object.marker);
-    return fmt::format("an object with keys such as \"{}\"", object.fields.front().key);
 }
 
 } // namespace
@@ -306,49 +292,16 @@ const ValueSpec* choose_alternative(const JsonNode& node, const ValueSpec& value
         if (node.find(one.object->marker) != nullptr) {
             if (marked != nullptr) return nullptr;
             marked = &one;
-        } else if (!one.object->find(one.object->marker)->is_required) unmarked = &one;
+        } else if (!one.object->find(one.object->marker)->is_required)
+            unmarked = &one;
     }
     return marked != nullptr ? marked : unmarked;
 }
 
-std::optional<Error> check_object(const JsonNode& node, const ObjectSpec& spec, const std::string& path, CheckContext& context) {
+std::optional<Error> check_object(const JsonNode& node, const ObjectSpec& spec, const std::string& path,
+                                  CheckContext& context) {
     context.positions[path] = node.at;
     return Checker(context).object(node, spec, path);
-}
-
-std::string expected(const ValueSpec& value, const Units& units) {
-    const std::string unit = units.name(value.dimension);
-    switch (value.kind) {
-    case ValueKind::Number: return unit.empty() ? "a number" : "a number in " + unit;
-    case ValueKind::Count: return fmt::format("a whole number of {:.0f} to {:.0f}", value.range.least, value.range.most);
-    case ValueKind::Flag: return "true or false";
-    case ValueKind::Text: return "a string";
-    case ValueKind::Path: return "a file name";
-    case ValueKind::Choice: return fmt::format("{}\"{}\"", value.choices.size() > 1 ? "one of " : "", fmt::join(value.choices, "\", \""));
-    case ValueKind::Vector: return columns_text(value.columns, units);
-    case ValueKind::Rows: {
-        const bool fixed = value.least_count == value.most_count;
-        const std::string how_many = fixed ? std::to_string(value.least_count) : fmt::format("at least {}", value.least_count);
-        return fmt::format("a list of {} rows of {}", how_many, columns_text(value.columns, units));
-    }
-    case ValueKind::List:
-        return fmt::format("a list{} of {}", value.least_count > 0 ? fmt::format(" (at least {})", value.least_count) : "",
-                           expected(value.alternatives.front(), units));
-    case ValueKind::Object: return object_text(*value.object);
-    case ValueKind::Map: return "an object with names as keys";
-    case ValueKind::Alternatives: {
-        std::vector<std::string> all;
-        for (const ValueSpec& one : value.alternatives) all.push_back(expected(one, units));
-        return fmt::format("{}", fmt::join(all, ", or "));
-    }
-    }
-    return "";
-}
-
-std::string with_unit(double si, Dimension dimension, const Units& units) {
-    const double factor = units.factor(dimension);
-    if (dimension == Dimension::None) return fmt::format("{:.6g}", si);
-    return fmt::format("{:.6g} {}", si / factor, units.name(dimension));
 }
 
 } // namespace seldinger::engine

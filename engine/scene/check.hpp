@@ -14,10 +14,10 @@ namespace seldinger::engine {
 
 /// What a check needs besides the tree, and what it leaves behind.
 struct CheckContext {
-    std::string file_name;                // for messages
-    std::filesystem::path folder;         // names of files are relative to it
+    std::string file_name;        // for messages
+    std::filesystem::path folder; // names of files are relative to it
     Units units;
-    std::vector<std::string> questions;   // out: unusual numbers
+    std::vector<std::string> questions;                         // out: unusual numbers
     std::map<std::string, TextPosition, std::less<>> positions; // out: key path -> value
 };
 
@@ -43,10 +43,15 @@ struct CheckContext {
 /// fails     with the text of the message alone: unknown variable, variable not set, no such file, a folder
 [[nodiscard]] Result<std::filesystem::path> resolve_file(std::string_view name, const std::filesystem::path& folder);
 
-/// What would be right, as a message says it: "a number in mm", "rows of 3 numbers [t, insertion, rotation] in s, mm, rad".
+/// What would be right, as a message says it: "a number in mm", "rows of 3 numbers [t, insertion, rotation] in s, mm,
+/// rad".
 [[nodiscard]] std::string expected(const ValueSpec& value, const Units& units);
 
-/// "0.5 mm", and the value in SI behind it when the unit is another.
+/// What is said about a number outside its range.
+[[nodiscard]] std::string out_of_range(const JsonNode& node, Dimension dimension, const Range& range,
+                                       const Units& units);
+
+/// "0.5 mm": in the unit of the scene.
 [[nodiscard]] std::string with_unit(double si, Dimension dimension, const Units& units);
 
 } // namespace seldinger::engine

@@ -25,10 +25,14 @@ std::string with_si_unit(std::string text, Dimension dimension) {
 std::string range_text(const Range& range, Dimension dimension) {
     const bool below = std::isfinite(range.least), above = std::isfinite(range.most);
     std::string text;
-    if (below && above && range.above_least) text = fmt::format("more than {:.6g}, at most {:.6g}", range.least, range.most);
-    else if (below && above) text = fmt::format("{:.6g} to {:.6g}", range.least, range.most);
-    else if (below) text = fmt::format("{} {:.6g}", range.above_least ? "more than" : "at least", range.least);
-    else if (above) text = fmt::format("at most {:.6g}", range.most);
+    if (below && above && range.above_least)
+        text = fmt::format("more than {:.6g}, at most {:.6g}", range.least, range.most);
+    else if (below && above)
+        text = fmt::format("{:.6g} to {:.6g}", range.least, range.most);
+    else if (below)
+        text = fmt::format("{} {:.6g}", range.above_least ? "more than" : "at least", range.least);
+    else if (above)
+        text = fmt::format("at most {:.6g}", range.most);
     return text.empty() ? text : with_si_unit(text, dimension);
 }
 
@@ -38,7 +42,8 @@ std::string default_text(const FieldSpec& field) {
         return with_si_unit(fmt::format("{:.6g}", *number), field.value.dimension);
     if (const auto* word = std::get_if<std::string_view>(&field.otherwise)) return fmt::format("\"{}\"", *word);
     if (const Vec3* v = std::get_if<Vec3>(&field.otherwise)) {
-        const Dimension dimension = field.value.columns.empty() ? Dimension::None : field.value.columns.front().dimension;
+        const Dimension dimension =
+            field.value.columns.empty() ? Dimension::None : field.value.columns.front().dimension;
         return with_si_unit(fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v->x(), v->y(), v->z()), dimension);
     }
     return "";

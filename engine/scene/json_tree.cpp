@@ -54,8 +54,10 @@ public:
 
     TextPosition at(std::size_t offset) {
         for (offset = std::min(offset, text_.size()); offset_ < offset; ++offset_) {
-            if (text_[offset_] == '\n') position_ = {position_.line + 1, 1};
-            else if ((static_cast<unsigned char>(text_[offset_]) & 0xC0U) != 0x80U) ++position_.column;
+            if (text_[offset_] == '\n')
+                position_ = {position_.line + 1, 1};
+            else if ((static_cast<unsigned char>(text_[offset_]) & 0xC0U) != 0x80U)
+                ++position_.column;
         }
         return position_;
     }
@@ -191,7 +193,8 @@ private:
     std::string syntax_message(std::size_t position, std::string_view words) const {
         if (text_.empty()) return "the file is empty; a JSON object { ... } would be right";
         const std::size_t start = words.find("syntax error");
-        if (start != std::string_view::npos) words = words.substr(start);
+        if (start != std::string_view::npos)
+            words = words.substr(start);
         else if (const std::size_t bracket = words.find("] "); bracket != std::string_view::npos)
             words = words.substr(bracket + 2);
         std::string message = shortened(words, 240);
@@ -241,19 +244,26 @@ Result<JsonNode> parse_json_tree(std::string_view text, std::string_view file_na
     const CountingIterator first(text.data(), &builder.reached);
     const CountingIterator last(text.data() + text.size(), &builder.reached);
     constexpr bool kStrict = true, kIgnoreComments = true;
-    if (nlohmann::json::sax_parse(first, last, &builder, nlohmann::json::input_format_t::json, kStrict, kIgnoreComments))
+    if (nlohmann::json::sax_parse(first, last, &builder, nlohmann::json::input_format_t::json, kStrict,
+                                  kIgnoreComments))
         return std::move(builder.root);
     return builder.error;
 }
 
 std::string describe(const JsonNode& node) {
     switch (node.type) {
-    case JsonType::Null: return "null";
-    case JsonType::Flag: return node.flag ? "true" : "false";
-    case JsonType::Number: return node.text;
-    case JsonType::Text: return "the string \"" + shortened(node.text, kMaxQuote) + "\"";
-    case JsonType::List: return "a list of " + std::to_string(node.children.size());
-    case JsonType::Object: return "an object";
+    case JsonType::Null:
+        return "null";
+    case JsonType::Flag:
+        return node.flag ? "true" : "false";
+    case JsonType::Number:
+        return node.text;
+    case JsonType::Text:
+        return "the string \"" + shortened(node.text, kMaxQuote) + "\"";
+    case JsonType::List:
+        return "a list of " + std::to_string(node.children.size());
+    case JsonType::Object:
+        return "an object";
     }
     return "";
 }

@@ -33,7 +33,8 @@ inline constexpr std::size_t kMaxJsonDepth = 32;
 inline constexpr std::size_t kMaxJsonValues = 500'000;
 
 /// Reads one JSON document; // and /* */ comments and a UTF-8 byte order mark are allowed.
-/// fails     BadSyntax with line and column (duplicate keys, numbers beyond double, too deep, too many values included);
+/// fails     BadSyntax with line and column (duplicate keys, numbers beyond double, too deep, too many values
+/// included);
 ///           `file_name` is for messages only
 [[nodiscard]] Result<JsonNode> parse_json_tree(std::string_view text, std::string_view file_name);
 

@@ -7,14 +7,15 @@
 
 namespace seldinger::engine {
 
-/// Fewest insertions, removals, replacements and swaps of neighbours that turn one word into the other, letter case aside.
-/// source  Damerau 1964, "optimal string alignment" form
+/// Fewest insertions, removals, replacements and swaps of neighbours that turn one word into the other, letter case
+/// aside. source  Damerau 1964, "optimal string alignment" form
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// The first of the names with the smallest distance; empty where there are none.
 [[nodiscard]] std::string_view find_nearest(std::string_view word, std::span<const std::string_view> names);
 
 /// `nearest known X: "name" (known: a, b, c)`, or `there are none` when there are none.
-[[nodiscard]] std::string suggest(std::string_view kind, std::string_view word, std::span<const std::string_view> names);
+[[nodiscard]] std::string suggest(std::string_view kind, std::string_view word,
+                                  std::span<const std::string_view> names);
 
 } // namespace seldinger::engine

@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 namespace seldinger::engine {
@@ -23,7 +25,11 @@ constexpr std::array<std::pair<std::string_view, BodyKind>, 3> kBodyKinds = {
 constexpr std::array<std::pair<std::string_view, ShapeKind>, 4> kShapes = {
     {{"sphere", ShapeKind::Sphere}, {"box", ShapeKind::Box}, {"tube", ShapeKind::Tube}, {"torus", ShapeKind::Torus}}};
 constexpr std::array<std::pair<std::string_view, fem::MaterialLaw>, 3> kLaws = {
-    {{"neo_hookean", fem::MaterialLaw::NeoHookean}, {"corotational", fem::MaterialLaw::Corotational}, {"stvk", fem::MaterialLaw::StVK}}};
+    {{"neo_hookean", fem::MaterialLaw::NeoHookean},
+     {"corotational", fem::MaterialLaw::Corotational},
+     {"stvk", fem::MaterialLaw::StVK}}};
+
+constexpr double kSamePoint = 1e-9; // m
 
 double file_unit(const CheckContext& context, const Values& values) {
     return values.has("unit") ? *find_unit(Dimension::Length, values.text("unit")) : context.units.length;
@@ -49,17 +55,37 @@ std::optional<Error> read_file_surface(const CheckContext& context, const Values
     if (!values.has("weld_tolerance")) return std::nullopt;
     surface.weld_tolerance = values.number("weld_tolerance");
     if (welds) return std::nullopt;
-    return fail_at(context, values, "weld_tolerance", "unused key: the repairs do not contain weld; adding it or leaving this out would be right");
+    return fail_at(context, values, "weld_tolerance",
+                   "unused key: the repairs do not contain weld; adding it or leaving this out would be right");
+}
+
+/// Rings between two rows of a tube's axis, about as far apart as its sides are wide: long thin triangles make poor
+/// contacts.
+void add_rings(ShapeSpec& shape, const Vec3& point, double radius) {
+    const Vec3 from = shape.axis.back();
+    const double from_radius = shape.axis_radii.back();
+    constexpr double kTurn = 6.283185307179586, kMostRings = 2000.0;
+    const double side = kTurn * std::max(from_radius, radius) / shape.sides;
+    const int rings = static_cast<int>(std::clamp(std::ceil((point - from).norm() / side), 1.0, kMostRings));
+    for (int i = 1; i < rings; ++i) {
+        const double t = static_cast<double>(i) / rings;
+        shape.axis.push_back(from + t * (point - from));
+        shape.axis_radii.push_back(from_radius + t * (radius - from_radius));
+    }
 }
 
 std::optional<Error> read_tube(const CheckContext& context, const Values& values, ShapeSpec& shape) {
-    for (const JsonNode& row : values.find("axis")->children) {
-        const Vec3 point(values.column("axis", row, 0), values.column("axis", row, 1), values.column("axis", row, 2));
-        if (!shape.axis.empty() && (point - shape.axis.back()).norm() < 1e-9)
-            return error_at(context, row.at, fmt::format("{}[{}]", values.path("axis"), shape.axis.size()),
+    const std::vector<JsonNode>& rows = values.find("axis")->children;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const Vec3 point(values.column("axis", rows[i], 0), values.column("axis", rows[i], 1),
+                         values.column("axis", rows[i], 2));
+        const double radius = values.column("axis", rows[i], 3);
+        if (i > 0 && (point - shape.axis.back()).norm() < kSamePoint)
+            return error_at(context, rows[i].at, fmt::format("{}[{}]", values.path("axis"), i),
                             "found the same point as in the row before; another point would be right");
+        if (i > 0) add_rings(shape, point, radius);
         shape.axis.push_back(point);
-        shape.axis_radii.push_back(values.column("axis", row, 3));
+        shape.axis_radii.push_back(radius);
     }
     return std::nullopt;
 }
@@ -104,7 +130,8 @@ std::optional<Error> read_surface(const CheckContext& context, const Values& bod
     return std::nullopt;
 }
 
-std::optional<Error> read_region(const CheckContext& context, const Values& values, const JsonNode& node, FixedRegion& region) {
+std::optional<Error> read_region(const CheckContext& context, const Values& values, const JsonNode& node,
+                                 FixedRegion& region) {
     if (node.find("direction") != nullptr) {
         region.kind = RegionKind::Direction;
         region.fraction = values.number("fraction");
@@ -124,7 +151,8 @@ std::optional<Error> read_region(const CheckContext& context, const Values& valu
         region.box.hi[static_cast<int>(i)] = values.column("box", corners[1], i);
     }
     if ((region.box.lo.array() < region.box.hi.array()).all()) return std::nullopt;
-    return fail_at(context, values, "box", "found an empty box; the lower corner first, then the upper one, would be right");
+    return fail_at(context, values, "box",
+                   "found an empty box; the lower corner first, then the upper one, would be right");
 }
 
 std::optional<Error> read_tissue(const CheckContext& context, const Values& values, SceneBody& body) {
@@ -157,7 +185,8 @@ std::optional<Error> read_tissue(const CheckContext& context, const Values& valu
 std::optional<Error> read_motion(const CheckContext& context, const Values& values, SceneBody& body) {
     for (const JsonNode& row : values.find("motion")->children) {
         KeyFrame frame{values.column("motion", row, 0), {}};
-        for (std::size_t i = 0; i < 3; ++i) frame.displacement[static_cast<int>(i)] = values.column("motion", row, i + 1);
+        for (std::size_t i = 0; i < 3; ++i)
+            frame.displacement[static_cast<int>(i)] = values.column("motion", row, i + 1);
         if (!body.motion.empty() && frame.time <= body.motion.back().time)
             return error_at(context, row.at, fmt::format("{}[{}]", values.path("motion"), body.motion.size()),
                             fmt::format("found the time {} after {}; increasing times would be right",
@@ -170,7 +199,8 @@ std::optional<Error> read_motion(const CheckContext& context, const Values& valu
 
 } // namespace
 
-Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message, ErrorCode code) {
+Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message,
+              ErrorCode code) {
     const JsonNode* member = values.find(key);
     if (member != nullptr) return error_at(context, member->at, values.path(key), std::move(message), code);
     const auto place = context.positions.find(values.path());
@@ -178,11 +208,14 @@ Error fail_at(const CheckContext& context, const Values& values, std::string_vie
     return error_at(context, at, values.path(key), std::move(message), code);
 }
 
-std::optional<Error> read_direction(const CheckContext& context, const Values& values, std::string_view key, Vec3& direction) {
+std::optional<Error> read_direction(const CheckContext& context, const Values& values, std::string_view key,
+                                    Vec3& direction) {
     direction = values.vector(key);
     const double largest = direction.cwiseAbs().maxCoeff();
-    if (!(largest > 0.0)) return fail_at(context, values, key, "found a direction of length 0; as in [0, 0, 1] would be right");
-    direction = (direction / largest).normalized(); // scaled first: squares of tiny or huge numbers leave the range of double
+    if (!(largest > 0.0))
+        return fail_at(context, values, key, "found a direction of length 0; as in [0, 0, 1] would be right");
+    direction =
+        (direction / largest).normalized(); // scaled first: squares of tiny or huge numbers leave the range of double
     return std::nullopt;
 }
 
@@ -194,13 +227,16 @@ std::optional<Error> read_body(const CheckContext& context, const Values& values
     body.hollow = values.flag("hollow");
     body.blend = values.number("blend", SceneBody{}.blend);
     if (values.has("blend") && !values.has("embedded_in"))
-        return fail_at(context, values, "blend", "unused key: the body is not embedded_in another; adding that or leaving this out would be right");
+        return fail_at(
+            context, values, "blend",
+            "unused key: the body is not embedded_in another; adding that or leaving this out would be right");
     if (body.kind == BodyKind::Deformable) return read_tissue(context, values, body);
     if (body.kind == BodyKind::Kinematic) return read_motion(context, values, body);
     return std::nullopt;
 }
 
-std::optional<Error> resolve_carrier(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body) {
+std::optional<Error> resolve_carrier(const CheckContext& context, const Values& values, const Scene& scene,
+                                     SceneBody& body) {
     if (!values.has("embedded_in")) return std::nullopt;
     const std::string name = values.text("embedded_in");
     std::vector<std::string_view> deformable;
@@ -208,8 +244,9 @@ std::optional<Error> resolve_carrier(const CheckContext& context, const Values& 
         if (other.kind == BodyKind::Deformable) deformable.push_back(other.name);
     body.embedded_in = find_body(scene, name);
     if (body.embedded_in == kNoIndex)
-        return fail_at(context, values, "embedded_in",
-                       fmt::format("found the unknown body \"{:.60}\"; {}", name, suggest("deformable body", name, deformable)));
+        return fail_at(
+            context, values, "embedded_in",
+            fmt::format("found the unknown body \"{:.60}\"; {}", name, suggest("deformable body", name, deformable)));
     if (scene.bodies[body.embedded_in].kind != BodyKind::Deformable)
         return fail_at(context, values, "embedded_in",
                        fmt::format("the body \"{}\" is not deformable, so it cannot carry another; {}", name,

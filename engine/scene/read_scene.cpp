@@ -14,25 +14,29 @@ namespace {
 constexpr double kMostSteps = 1e9;
 
 /// Weaker or stronger gravity than on any body one stands on: lengths and times in mixed units.
-constexpr double kLeastGravity = 0.05, kMostGravity = 300.0;    // m/s^2
-constexpr double kUsualLeast = 1.0, kUsualMost = 30.0;          // m/s^2
-constexpr double kStandardGravity = 9.80665;                    // m/s^2
+constexpr double kLeastGravity = 0.05, kMostGravity = 300.0; // m/s^2
+constexpr double kUsualLeast = 1.0, kUsualMost = 30.0;       // m/s^2
+constexpr double kStandardGravity = 9.80665;                 // m/s^2
 
 std::optional<Error> read_time(const CheckContext& context, const Values& values, TimeSpec& time) {
     time.step = values.number("step");
     time.duration = values.number("duration");
     const JsonNode* substeps = values.find("substeps");
-    time.substeps = substeps != nullptr && substeps->type == JsonType::Number ? static_cast<unsigned>(substeps->number) : 0;
+    time.substeps =
+        substeps != nullptr && substeps->type == JsonType::Number ? static_cast<unsigned>(substeps->number) : 0;
     time.max_substeps = values.count<unsigned>("max_substeps");
     const auto time_text = [&](double t) { return with_unit(t, Dimension::Time, context.units); };
     if (time.duration < time.step)
-        return fail_at(context, values, "duration", fmt::format("found {}, less than a step of {}; at least one step would be right",
-                                                                time_text(time.duration), time_text(time.step)));
+        return fail_at(context, values, "duration",
+                       fmt::format("found {}, less than a step of {}; at least one step would be right",
+                                   time_text(time.duration), time_text(time.step)));
     if (time.duration / time.step > kMostSteps)
-        return fail_at(context, values, "step", fmt::format("found {}, which makes {:.3g} steps; at most 10^9 would be right",
-                                                            time_text(time.step), time.duration / time.step));
+        return fail_at(context, values, "step",
+                       fmt::format("found {}, which makes {:.3g} steps; at most 10^9 would be right",
+                                   time_text(time.step), time.duration / time.step));
     if (time.substeps <= time.max_substeps) return std::nullopt;
-    return fail_at(context, values, "substeps", fmt::format("found {}; at most max_substeps, {}, would be right", time.substeps, time.max_substeps));
+    return fail_at(context, values, "substeps",
+                   fmt::format("found {}; at most max_substeps, {}, would be right", time.substeps, time.max_substeps));
 }
 
 std::optional<Error> read_budget(const CheckContext& context, const Values& scene, BudgetSpec& budget) {
@@ -54,10 +58,12 @@ std::optional<Error> read_gravity(CheckContext& context, const Values& values, V
     if (size == 0.0) return std::nullopt;
     const auto text = [&](double a) { return with_unit(a, Dimension::Acceleration, context.units); };
     if (size < kLeastGravity || size > kMostGravity)
-        return fail_at(context, values, "gravity", fmt::format("found a gravity of {}, that is {:.6g} m/s^2; on earth {} would be right",
-                                                               text(size), size, text(kStandardGravity)));
+        return fail_at(context, values, "gravity",
+                       fmt::format("found a gravity of {}, that is {:.6g} m/s^2; on earth {} would be right",
+                                   text(size), size, text(kStandardGravity)));
     if (size < kUsualLeast || size > kUsualMost)
-        context.questions.push_back(fmt::format("gravity: {} is unusual: on earth it is {}", text(size), text(kStandardGravity)));
+        context.questions.push_back(
+            fmt::format("gravity: {} is unusual: on earth it is {}", text(size), text(kStandardGravity)));
     return std::nullopt;
 }
 
@@ -80,11 +86,14 @@ bool* find_effect(Effects& effects, std::string_view name, bool& breathing) {
     return name == "breathing" ? &breathing : &effects.fluoroscopy;
 }
 
-std::optional<Error> read_effect_list(const CheckContext& context, const JsonNode& list, Effects& effects, bool& breathing) {
+std::optional<Error> read_effect_list(const CheckContext& context, const JsonNode& list, Effects& effects,
+                                      bool& breathing) {
     for (std::size_t i = 0; i < list.children.size(); ++i) {
         const JsonNode& name = list.children[i];
         bool& on = *find_effect(effects, name.text, breathing);
-        if (on) return error_at(context, name.at, fmt::format("effects[{}]", i), fmt::format("the effect \"{}\" is listed twice; once would be right", name.text));
+        if (on)
+            return error_at(context, name.at, fmt::format("effects[{}]", i),
+                            fmt::format("the effect \"{}\" is listed twice; once would be right", name.text));
         on = true;
     }
     return std::nullopt;
@@ -105,7 +114,8 @@ std::optional<Error> read_effects(const CheckContext& context, const Values& sce
         for (const JsonNode& member : node->children)
             *find_effect(effects, member.key, breathing) = member.type == JsonType::Object || member.flag;
     if (effects.gravity && !scene.has("gravity"))
-        return error_at(context, node->at, "effects", "the effect gravity needs the key \"gravity\" of the scene; adding it would be right");
+        return error_at(context, node->at, "effects",
+                        "the effect gravity needs the key \"gravity\" of the scene; adding it would be right");
     if (!breathing) return std::nullopt;
     const Values details = values.object("breathing");
     BreathingSpec& spec = effects.breathing.emplace();
@@ -122,7 +132,8 @@ void question_effects(const Scene& scene, CheckContext& context) {
     for (const SceneBody& body : scene.bodies) {
         const bool damped = body.material.viscosity > 0.0 || body.material.mass_damping > 0.0;
         if (body.kind == BodyKind::Deformable && damped && !effects.damping)
-            context.questions.push_back(fmt::format("bodies.{}.material: has damping, but the effect damping is off", body.name));
+            context.questions.push_back(
+                fmt::format("bodies.{}.material: has damping, but the effect damping is off", body.name));
         if (body.kind == BodyKind::Deformable && body.fixed.empty() && effects.gravity && scene.bodies.size() == 1)
             context.questions.push_back(fmt::format("bodies.{}: nothing holds it against gravity", body.name));
     }
@@ -133,7 +144,9 @@ std::optional<Error> check_breathing(const CheckContext& context, const Scene& s
     for (const SceneBody& body : scene.bodies)
         if (body.kind == BodyKind::Deformable && !body.fixed.empty()) return std::nullopt;
     const auto place = context.positions.find("effects");
-    return error_at(context, place->second, "effects", "breathing moves the fixed nodes of deformable bodies, and there are none; leaving it out, or a \"fixed\" region, would be right");
+    return error_at(context, place->second, "effects",
+                    "breathing moves the fixed nodes of deformable bodies, and there are none; leaving it out, or a "
+                    "\"fixed\" region, would be right");
 }
 
 PictureView to_view(std::string_view word) {
@@ -150,33 +163,42 @@ void spread_pictures(unsigned count, const Scene& scene, std::vector<PictureSpec
     }
 }
 
-std::optional<Error> read_picture(const CheckContext& context, const Values& values, const Scene& scene, PictureSpec& picture) {
+std::optional<Error> read_picture(const CheckContext& context, const Values& values, const Scene& scene,
+                                  PictureSpec& picture) {
     picture.view = to_view(values.text("view"));
     picture.time = values.number("time");
     if (picture.view == PictureView::Fluoroscopy && !scene.effects.fluoroscopy)
-        return fail_at(context, values, "view", "found \"fluoroscopy\", but that effect is off; adding it to the effects would be right");
+        return fail_at(context, values, "view",
+                       "found \"fluoroscopy\", but that effect is off; adding it to the effects would be right");
     if (picture.view == PictureView::Tip && scene.instruments.empty())
-        return fail_at(context, values, "view", "found \"tip\", but the scene has no instrument; \"anatomy\" would be right");
+        return fail_at(context, values, "view",
+                       "found \"tip\", but the scene has no instrument; \"anatomy\" would be right");
     if (picture.time <= scene.time.duration) return std::nullopt;
-    return fail_at(context, values, "time", fmt::format("found {}; at most the duration, {}, would be right",
-                                                        with_unit(picture.time, Dimension::Time, context.units),
-                                                        with_unit(scene.time.duration, Dimension::Time, context.units)));
+    return fail_at(context, values, "time",
+                   fmt::format("found {}; at most the duration, {}, would be right",
+                               with_unit(picture.time, Dimension::Time, context.units),
+                               with_unit(scene.time.duration, Dimension::Time, context.units)));
 }
 
-std::optional<Error> read_outputs(const CheckContext& context, const Values& root, const Scene& scene, OutputSpec& outputs) {
+std::optional<Error> read_outputs(const CheckContext& context, const Values& root, const Scene& scene,
+                                  OutputSpec& outputs) {
     const Values values = root.object("outputs");
     outputs.record_every = values.count<unsigned>("record_every");
     if (const JsonNode* size = values.find("size")) {
         for (const JsonNode& edge : size->children)
-            if (edge.number != std::floor(edge.number)) return fail_at(context, values, "size", fmt::format("found {}; whole numbers of pixels would be right", edge.text));
+            if (edge.number != std::floor(edge.number))
+                return fail_at(context, values, "size",
+                               fmt::format("found {}; whole numbers of pixels would be right", edge.text));
         outputs.width = static_cast<unsigned>(size->children[0].number);
         outputs.height = static_cast<unsigned>(size->children[1].number);
     }
     const JsonNode* pictures = values.find("pictures");
     if (pictures == nullptr) return std::nullopt;
-    if (pictures->type == JsonType::Number) spread_pictures(static_cast<unsigned>(pictures->number), scene, outputs.pictures);
+    if (pictures->type == JsonType::Number)
+        spread_pictures(static_cast<unsigned>(pictures->number), scene, outputs.pictures);
     for (std::size_t i = 0; i < pictures->children.size(); ++i) {
-        const Values picture = values.element("pictures", pictures->children[i], fmt::format("{}[{}]", values.path("pictures"), i));
+        const Values picture =
+            values.element("pictures", pictures->children[i], fmt::format("{}[{}]", values.path("pictures"), i));
         if (auto error = read_picture(context, picture, scene, outputs.pictures.emplace_back())) return error;
     }
     return std::nullopt;
@@ -188,7 +210,8 @@ std::optional<Error> read_bodies(const CheckContext& context, const Values& root
     for (const JsonNode& member : map->children) {
         SceneBody& body = scene.bodies.emplace_back();
         body.name = member.key;
-        if (auto error = read_body(context, root.element("bodies", member, join_key("bodies", member.key)), body)) return error;
+        if (auto error = read_body(context, root.element("bodies", member, join_key("bodies", member.key)), body))
+            return error;
     }
     for (std::size_t i = 0; i < map->children.size(); ++i) {
         const JsonNode& member = map->children[i];
@@ -203,7 +226,9 @@ std::optional<Error> read_targets(const CheckContext& context, const Values& roo
     if (map == nullptr) return std::nullopt;
     for (const JsonNode& member : map->children) {
         SceneTarget target{member.key, {}};
-        if (auto error = read_target(context, root.element("targets", member, join_key("targets", member.key)), scene, target)) return error;
+        if (auto error =
+                read_target(context, root.element("targets", member, join_key("targets", member.key)), scene, target))
+            return error;
         scene.targets.push_back(std::move(target));
     }
     return std::nullopt;
@@ -215,7 +240,8 @@ std::optional<Error> read_instruments(const CheckContext& context, const Values&
     for (const JsonNode& member : map->children) {
         SceneInstrument instrument;
         instrument.name = member.key;
-        if (auto error = read_instrument(context, root.element("instruments", member, join_key("instruments", member.key)), scene, instrument))
+        if (auto error = read_instrument(
+                context, root.element("instruments", member, join_key("instruments", member.key)), scene, instrument))
             return error;
         scene.instruments.push_back(std::move(instrument));
     }

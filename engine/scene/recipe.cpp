@@ -12,10 +12,13 @@ namespace {
 
 Dimension to_dimension(anatomy::RecipeDimension dimension) {
     switch (dimension) {
-    case anatomy::RecipeDimension::Length: return Dimension::Length;
-    case anatomy::RecipeDimension::Angle: return Dimension::Angle;
+    case anatomy::RecipeDimension::Length:
+        return Dimension::Length;
+    case anatomy::RecipeDimension::Angle:
+        return Dimension::Angle;
     case anatomy::RecipeDimension::Count:
-    case anatomy::RecipeDimension::Ratio: break;
+    case anatomy::RecipeDimension::Ratio:
+        break;
     }
     return Dimension::None;
 }
@@ -24,7 +27,8 @@ FieldSpec to_field(const anatomy::RecipeField& field) {
     const double usual = anatomy::recipe_value(anatomy::Recipe{}, field);
     if (field.dimension == anatomy::RecipeDimension::Count)
         return count_field(field.name, field.least, field.most, field.doc).by_default(usual);
-    return number_field(field.name, to_dimension(field.dimension), between(field.least, field.most), field.doc).by_default(usual);
+    return number_field(field.name, to_dimension(field.dimension), between(field.least, field.most), field.doc)
+        .by_default(usual);
 }
 
 } // namespace
@@ -45,10 +49,12 @@ Result<std::string> read_json_file(const std::filesystem::path& file) {
     if (std::filesystem::is_regular_file(file, problem)) {
         const auto size = std::filesystem::file_size(file, problem);
         if (!problem && size > kMaxSceneBytes)
-            return Error{ErrorCode::BadSyntax,
-                         fmt::format("found {} bytes; at most {} would be right: long paths belong in CSV files, meshes in mesh files",
-                                     size, kMaxSceneBytes),
-                         file.string()};
+            return Error{
+                ErrorCode::BadSyntax,
+                fmt::format(
+                    "found {} bytes; at most {} would be right: long paths belong in CSV files, meshes in mesh files",
+                    size, kMaxSceneBytes),
+                file.string()};
     }
     return read_file_bytes(file);
 }

@@ -15,15 +15,19 @@ constexpr double kStepTolerance = 1e-9; // [-]
 
 const char* kind_text(BodyKind kind) {
     switch (kind) {
-    case BodyKind::Deformable: return "deformable";
-    case BodyKind::Static: return "static";
-    case BodyKind::Kinematic: return "kinematic";
+    case BodyKind::Deformable:
+        return "deformable";
+    case BodyKind::Static:
+        return "static";
+    case BodyKind::Kinematic:
+        return "kinematic";
     }
     return "";
 }
 
 std::string surface_text(const SurfaceSpec& surface) {
-    if (surface.source == SurfaceSource::Recipe) return fmt::format("{} of recipe {}", surface.part, surface.file.string());
+    if (surface.source == SurfaceSource::Recipe)
+        return fmt::format("{} of recipe {}", surface.part, surface.file.string());
     if (surface.source == SurfaceSource::Shape) {
         constexpr const char* kNames[] = {"sphere", "box", "tube", "torus"};
         return kNames[static_cast<std::size_t>(surface.shape.kind)];
@@ -37,7 +41,8 @@ std::string surface_text(const SurfaceSpec& surface) {
 }
 
 std::string body_text(const Scene& scene, const SceneBody& body) {
-    std::string text = fmt::format("body {}: {}{}, {}\n", body.name, kind_text(body.kind), body.hollow ? ", hollow" : "", surface_text(body.surface));
+    std::string text = fmt::format("body {}: {}{}, {}\n", body.name, kind_text(body.kind),
+                                   body.hollow ? ", hollow" : "", surface_text(body.surface));
     if (body.embedded_in != kNoIndex) text += fmt::format("  carried by {}\n", scene.bodies[body.embedded_in].name);
     if (body.kind != BodyKind::Deformable) return text;
     const auto unit = [&](double si, Dimension dimension) { return with_unit(si, dimension, scene.units); };
@@ -48,7 +53,8 @@ std::string body_text(const Scene& scene, const SceneBody& body) {
 
 std::string script_text(const Scene& scene, const SceneInstrument& instrument) {
     if (!instrument.path.empty())
-        return fmt::format("a path of {} rows until {}", instrument.path.size(), with_unit(instrument.path.back().time, Dimension::Time, scene.units));
+        return fmt::format("a path of {} rows until {}", instrument.path.size(),
+                           with_unit(instrument.path.back().time, Dimension::Time, scene.units));
     if (!instrument.follow) return "nothing: it stays where it is";
     return fmt::format("the script, to {} at up to {}", scene.targets[instrument.follow->target].name,
                        with_unit(instrument.follow->speed, Dimension::Speed, scene.units));
@@ -58,10 +64,11 @@ std::string instrument_text(const Scene& scene, const SceneInstrument& instrumen
     const auto unit = [&](double si, Dimension dimension) { return with_unit(si, dimension, scene.units); };
     constexpr const char* kTips[] = {"straight", "J", "Simmons"};
     const fem::RodDesign& design = instrument.design;
-    return fmt::format("instrument {}: in {}, length {}, radius {}, Young's modulus {}, {} tip, friction {:.3g}\n  moved by {}\n", instrument.name,
-                       scene.bodies[instrument.lumen].name, unit(design.length, Dimension::Length), unit(design.radius, Dimension::Length),
-                       unit(design.young_modulus, Dimension::Pressure), kTips[static_cast<std::size_t>(design.tip)], instrument.friction,
-                       script_text(scene, instrument));
+    return fmt::format(
+        "instrument {}: in {}, length {}, radius {}, Young's modulus {}, {} tip, friction {:.3g}\n  moved by {}\n",
+        instrument.name, scene.bodies[instrument.lumen].name, unit(design.length, Dimension::Length),
+        unit(design.radius, Dimension::Length), unit(design.young_modulus, Dimension::Pressure),
+        kTips[static_cast<std::size_t>(design.tip)], instrument.friction, script_text(scene, instrument));
 }
 
 } // namespace
@@ -112,15 +119,17 @@ Index find_target(const Scene& scene, std::string_view name) noexcept {
 std::string to_text(const Scene& scene) {
     const auto unit = [&](double si, Dimension dimension) { return with_unit(si, dimension, scene.units); };
     std::string text = fmt::format("{} ({})\n", scene.name, scene.file.string());
-    text += fmt::format("{} steps of {}, {} in all; budget {} for {}\n", scene.time.step_count(), unit(scene.time.step, Dimension::Time),
-                        unit(scene.time.duration, Dimension::Time), scene.budget.to_string(),
+    text += fmt::format("{} steps of {}, {} in all; budget {} for {}\n", scene.time.step_count(),
+                        unit(scene.time.step, Dimension::Time), unit(scene.time.duration, Dimension::Time),
+                        scene.budget.to_string(),
                         scene.budget.scope == BudgetScope::Step ? "the whole step" : "collision detection");
     text += fmt::format("effects: {}\n", fmt::join(scene.effects.names(), ", "));
     if (scene.effects.gravity) text += fmt::format("gravity {}\n", unit(scene.gravity.norm(), Dimension::Acceleration));
     for (const SceneBody& body : scene.bodies) text += body_text(scene, body);
     for (const SceneInstrument& instrument : scene.instruments) text += instrument_text(scene, instrument);
     for (const SceneTarget& target : scene.targets)
-        text += fmt::format("target {}: {}\n", target.name, target.place.landmark.empty() ? "a position" : "landmark " + target.place.landmark);
+        text += fmt::format("target {}: {}\n", target.name,
+                            target.place.landmark.empty() ? "a position" : "landmark " + target.place.landmark);
     for (const std::string& question : scene.questions) text += fmt::format("note: {}\n", question);
     return text;
 }

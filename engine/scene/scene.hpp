@@ -30,7 +30,7 @@ struct ShapeSpec {
     double radius = 0.0;            // m: sphere; torus: of the ring
     double tube_radius = 0.0;       // m: torus
     Vec3 extent = Vec3::Zero();     // m: box, edge to edge
-    std::vector<Vec3> axis;         // m: tube, at least 2 points
+    std::vector<Vec3> axis;         // m: tube, at least 2 points; rings between the scene's rows are filled in
     std::vector<double> axis_radii; // m: tube, one per axis point
     int subdivisions = 4;           // sphere: 20 * 4^subdivisions triangles
     int cells = 8;                  // box: squares along an edge of a face
@@ -52,7 +52,8 @@ struct SurfaceSpec {
     ShapeSpec shape;                 // Shape
 };
 
-/// Where a deformable body's tetrahedra come from: a mesher over the simplified surface, or a file in the surface's frame.
+/// Where a deformable body's tetrahedra come from: a mesher over the simplified surface, or a file in the surface's
+/// frame.
 struct CoarseSpec {
     std::filesystem::path file;          // empty: TetGen
     double unit = 1.0;                   // m per unit of the file
@@ -62,7 +63,8 @@ struct CoarseSpec {
 
 enum class RegionKind : std::uint8_t { Direction, Box, Sphere };
 
-/// Coarse nodes that are held: the outermost `fraction` of the body's extent along a direction, or all inside a box or sphere.
+/// Coarse nodes that are held: the outermost `fraction` of the body's extent along a direction, or all inside a box or
+/// sphere.
 struct FixedRegion {
     RegionKind kind = RegionKind::Direction;
     Vec3 direction = Vec3::UnitZ(); // unit
@@ -84,15 +86,15 @@ struct SceneBody {
     std::string name;
     BodyKind kind = BodyKind::Static;
     SurfaceSpec surface;
-    double scale = 1.0;            // applied about the origin, before translate
-    Vec3 translate = Vec3::Zero(); // m
-    bool hollow = false;           // the surface is a lumen: instruments are inside, contacts push inwards
-    Index embedded_in = kNoIndex;  // Static: deformable body that carries this surface where it is inside
-    double blend = 0.010;          // m: over this distance outside the carrier the motion fades to rest
-    fem::Material material;        // Deformable
-    CoarseSpec coarse;             // Deformable
+    double scale = 1.0;             // applied about the origin, before translate
+    Vec3 translate = Vec3::Zero();  // m
+    bool hollow = false;            // the surface is a lumen: instruments are inside, contacts push inwards
+    Index embedded_in = kNoIndex;   // Static: deformable body that carries this surface where it is inside
+    double blend = 0.010;           // m: over this distance outside the carrier the motion fades to rest
+    fem::Material material;         // Deformable
+    CoarseSpec coarse;              // Deformable
     std::vector<FixedRegion> fixed; // Deformable; empty: floats freely
-    std::vector<KeyFrame> motion;  // Kinematic, at least one
+    std::vector<KeyFrame> motion;   // Kinematic, at least one
 };
 
 /// A place: a landmark of a recipe body, or a position. Landmark names are checked when the patient is generated.
@@ -133,19 +135,19 @@ struct SceneInstrument {
     double friction = 0.05;             // Coulomb mu against every wall
     std::size_t skin_triangles = 10000; // of the dense surface, aimed at
     PlaceSpec entry;
-    Index lumen = kNoIndex;             // hollow body it is inside of
-    double inserted = 0.0;              // m beyond the entry at t = 0
+    Index lumen = kNoIndex;                     // hollow body it is inside of
+    double inserted = 0.0;                      // m beyond the entry at t = 0
     double speed_limit = kHandSpeedLimit;       // m/s
     double rotation_limit = kHandRotationLimit; // rad/s
-    std::vector<PathPoint> path;        // empty: none
-    std::filesystem::path path_file;    // the CSV it came from, if any
-    std::optional<FollowSpec> follow;   // never together with a path
+    std::vector<PathPoint> path;                // empty: none
+    std::filesystem::path path_file;            // the CSV it came from, if any
+    std::optional<FollowSpec> follow;           // never together with a path
 };
 
 struct TimeSpec {
-    double step = 0.01;     // s
-    double duration = 0.0;  // s
-    unsigned substeps = 0;  // of the tissue's integration; 0: as many as stability asks for
+    double step = 0.01;            // s
+    double duration = 0.0;         // s
+    unsigned substeps = 0;         // of the tissue's integration; 0: as many as stability asks for
     unsigned max_substeps = 10000; // a scene that needs more is stopped
 
     /// Steps that cover the duration.
@@ -154,13 +156,13 @@ struct TimeSpec {
 
 /// Parameters of contact and response, the same for all pairs.
 struct ContactSpec {
-    double clearance = 1.0e-4;       // m, room that the response keeps between an instrument's skin and a wall
-    double exact_distance = 1.0e-5;  // m, closer than this counts as touching in the exact tests
-    double margin = 3.0e-4;          // m, coarse contacts are reported from this far
-    double rod_stiffness = 2.0e4;    // N/m, of a wall as the instrument feels it
-    double wall_stiffness = 120.0;   // N/m, of an instrument as the tissue feels it
-    double solid_stiffness = 60.0;   // N/m per contact between solid bodies
-    double assumed_depth = 5.0e-4;   // m, deepest that an untested pair may count
+    double clearance = 1.0e-4;      // m, room that the response keeps between an instrument's skin and a wall
+    double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
+    double margin = 3.0e-4;         // m, coarse contacts are reported from this far
+    double rod_stiffness = 2.0e4;   // N/m, of a wall as the instrument feels it
+    double wall_stiffness = 120.0;  // N/m, of an instrument as the tissue feels it
+    double solid_stiffness = 60.0;  // N/m per contact between solid bodies
+    double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
 };
 
 /// Breathing moves the fixed nodes of every deformable body along a direction, there and back once a period.
@@ -194,7 +196,7 @@ struct PictureSpec {
 struct OutputSpec {
     std::vector<PictureSpec> pictures; // in the scene's order; a count in the scene is spread evenly over the run
     unsigned width = 1280, height = 720;
-    unsigned record_every = 0;         // steps between recorded states; 0: none unless the command line asks
+    unsigned record_every = 0; // steps between recorded states; 0: none unless the command line asks
 };
 
 struct ScenePosition {
@@ -209,12 +211,12 @@ struct Scene {
     BudgetSpec budget;
     Vec3 gravity = Vec3::Zero(); // m/s^2
     ContactSpec contact;
-    std::vector<SceneBody> bodies;           // in the file's order, as all lists here
+    std::vector<SceneBody> bodies; // in the file's order, as all lists here
     std::vector<SceneInstrument> instruments;
     std::vector<SceneTarget> targets;
     Effects effects;
     OutputSpec outputs;
-    std::vector<std::string> questions;      // numbers that are allowed but unusual, for `explain` to show
+    std::vector<std::string> questions; // numbers that are allowed but unusual, for `explain` to show
     std::map<std::string, ScenePosition, std::less<>> positions; // key path, as in bodies.liver.material -> its value
 };
 

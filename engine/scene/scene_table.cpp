@@ -18,12 +18,16 @@ FieldSpec unit_field(std::string_view key, Dimension dimension, std::string_view
 
 const ObjectSpec& time_table() {
     static const ObjectSpec table{
-        "time", "How far and how finely the scene is simulated.", "", "",
+        "time",
+        "How far and how finely the scene is simulated.",
+        "",
+        "",
         {
             number_field("step", Dimension::Time, above(0.0, 1.0), "Length of a step of the whole engine.").required(),
             number_field("duration", Dimension::Time, above(0.0, kLongestRun), "Simulated time of a run.").required(),
-            value_field("substeps", any_value({choice_value({"auto"}), count_field("", 1, 100000, "").value}),
-                        "Sub-steps of the tissue's integration in a step; \"auto\" takes as many as stability asks for.")
+            value_field(
+                "substeps", any_value({choice_value({"auto"}), count_field("", 1, 100000, "").value}),
+                "Sub-steps of the tissue's integration in a step; \"auto\" takes as many as stability asks for.")
                 .by_default(std::string_view("auto")),
             count_field("max_substeps", 1, 1e6, "A run whose tissue needs more sub-steps than this is stopped.")
                 .by_default(double(TimeSpec{}.max_substeps)),
@@ -33,10 +37,16 @@ const ObjectSpec& time_table() {
 
 const ObjectSpec& budget_table() {
     static const ObjectSpec table{
-        "budget", "What a step may cost.", "", "",
+        "budget",
+        "What a step may cost.",
+        "",
+        "",
         {
-            text_field("limit", "A time (\"8ms\", \"250us\"), a number of sphere-pair tests (\"work:20000\") or \"exact\".").required(),
-            choice_field("scope", {"collision", "step"}, "What the budget pays for: collision detection, or the whole step.")
+            text_field("limit",
+                       "A time (\"8ms\", \"250us\"), a number of sphere-pair tests (\"work:20000\") or \"exact\".")
+                .required(),
+            choice_field("scope", {"collision", "step"},
+                         "What the budget pays for: collision detection, or the whole step.")
                 .by_default(std::string_view("collision")),
         }};
     return table;
@@ -46,15 +56,32 @@ const ObjectSpec& contact_table() {
     static const ContactSpec usual{};
     constexpr double kLargest = 0.05; // m
     static const ObjectSpec table{
-        "contact", "Contact and response, the same for all pairs.", "", "",
+        "contact",
+        "Contact and response, the same for all pairs.",
+        "",
+        "",
         {
-            number_field("clearance", Dimension::Length, above(0.0, kLargest), "Room that the response keeps between an instrument's skin and a wall.").by_default(usual.clearance),
-            number_field("exact_distance", Dimension::Length, between(0.0, kLargest), "Closer than this counts as touching in the exact tests.").by_default(usual.exact_distance),
-            number_field("margin", Dimension::Length, between(0.0, kLargest), "Coarse contacts are reported from this far.").by_default(usual.margin),
-            number_field("rod_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of a wall as the instrument feels it.").by_default(usual.rod_stiffness),
-            number_field("wall_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of an instrument as the tissue feels it.").by_default(usual.wall_stiffness),
-            number_field("solid_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of a contact between two solid bodies.").by_default(usual.solid_stiffness),
-            number_field("assumed_depth", Dimension::Length, between(0.0, kLargest), "Deepest that a pair the budget left untested may count.").by_default(usual.assumed_depth),
+            number_field("clearance", Dimension::Length, above(0.0, kLargest),
+                         "Room that the response keeps between an instrument's skin and a wall.")
+                .by_default(usual.clearance),
+            number_field("exact_distance", Dimension::Length, between(0.0, kLargest),
+                         "Closer than this counts as touching in the exact tests.")
+                .by_default(usual.exact_distance),
+            number_field("margin", Dimension::Length, between(0.0, kLargest),
+                         "Coarse contacts are reported from this far.")
+                .by_default(usual.margin),
+            number_field("rod_stiffness", Dimension::Stiffness, above(0.0, 1e9),
+                         "Of a wall as the instrument feels it.")
+                .by_default(usual.rod_stiffness),
+            number_field("wall_stiffness", Dimension::Stiffness, above(0.0, 1e9),
+                         "Of an instrument as the tissue feels it.")
+                .by_default(usual.wall_stiffness),
+            number_field("solid_stiffness", Dimension::Stiffness, above(0.0, 1e9),
+                         "Of a contact between two solid bodies.")
+                .by_default(usual.solid_stiffness),
+            number_field("assumed_depth", Dimension::Length, between(0.0, kLargest),
+                         "Deepest that a pair the budget left untested may count.")
+                .by_default(usual.assumed_depth),
         }};
     return table;
 }
@@ -62,20 +89,31 @@ const ObjectSpec& contact_table() {
 const ObjectSpec& breathing_table() {
     static const BreathingSpec usual{};
     static const ObjectSpec table{
-        "breathing", "Moves the fixed nodes of every deformable body there and back once a period.", "", "",
+        "breathing",
+        "Moves the fixed nodes of every deformable body there and back once a period.",
+        "",
+        "",
         {
             number_field("amplitude", Dimension::Length, above(0.0, 0.1), "End to end.").by_default(usual.amplitude),
-            number_field("period", Dimension::Time, {0.5, 60.0, false, 2.0, 10.0, "adults at rest breathe in 3 to 6 s"}, "Of a breath.").by_default(usual.period),
-            vector_field("direction", Dimension::None, {}, "Of the movement; its length does not matter.").by_default(usual.direction),
+            number_field("period", Dimension::Time, {0.5, 60.0, false, 2.0, 10.0, "adults at rest breathe in 3 to 6 s"},
+                         "Of a breath.")
+                .by_default(usual.period),
+            vector_field("direction", Dimension::None, {}, "Of the movement; its length does not matter.")
+                .by_default(usual.direction),
         }};
     return table;
 }
 
 const ObjectSpec& picture_table() {
     static const ObjectSpec table{
-        "picture", "One picture of the run.", "", "",
+        "picture",
+        "One picture of the run.",
+        "",
+        "",
         {
-            choice_field("view", {"anatomy", "tip", "fluoroscopy"}, "The whole patient, the surroundings of the tip, or an X-ray (needs the effect fluoroscopy).").required(),
+            choice_field("view", {"anatomy", "tip", "fluoroscopy"},
+                         "The whole patient, the surroundings of the tip, or an X-ray (needs the effect fluoroscopy).")
+                .required(),
             number_field("time", Dimension::Time, between(0.0, kLongestRun), "When, at most the duration.").required(),
         }};
     return table;
@@ -86,14 +124,22 @@ const ObjectSpec& outputs_table() {
     static const ObjectSpec table = [] {
         ValueSpec size;
         size.kind = ValueKind::Vector;
-        size.columns = {{"width", Dimension::None, between(16, kMostPixels)}, {"height", Dimension::None, between(16, kMostPixels)}};
+        size.columns = {{"width", Dimension::None, between(16, kMostPixels)},
+                        {"height", Dimension::None, between(16, kMostPixels)}};
         return ObjectSpec{
-            "outputs", "What a run leaves behind besides its tables and report.", "", "",
+            "outputs",
+            "What a run leaves behind besides its tables and report.",
+            "",
+            "",
             {
-                value_field("pictures", any_value({count_field("", 0, 1000, "").value, list_value(object_value(picture_table()), 0)}),
-                            "How many pictures, spread evenly over the run, or a list of them; 0 when absent."),
+                value_field(
+                    "pictures",
+                    any_value({count_field("", 0, 1000, "").value, list_value(object_value(picture_table()), 0)}),
+                    "How many pictures, spread evenly over the run, or a list of them; 0 when absent."),
                 value_field("size", std::move(size), "Of a picture in pixels, 1280 x 720 when absent."),
-                count_field("record_every", 0, 1e9, "Steps between recorded states; 0 records none unless the command line asks.").by_default(double(usual.record_every)),
+                count_field("record_every", 0, 1e9,
+                            "Steps between recorded states; 0 records none unless the command line asks.")
+                    .by_default(double(usual.record_every)),
             }};
     }();
     return table;
@@ -103,12 +149,16 @@ const ObjectSpec& outputs_table() {
 
 const ObjectSpec& units_table() {
     static const ObjectSpec table{
-        "units", "What the numbers of this file are measured in. Compound units follow: a speed is in length/time.", "", "",
+        "units",
+        "What the numbers of this file are measured in. Compound units follow: a speed is in length/time.",
+        "",
+        "",
         {
             unit_field("length", Dimension::Length, "Of every position, radius, distance.").required(),
             unit_field("time", Dimension::Time, "Of steps, durations, periods.").by_default(std::string_view("s")),
             unit_field("angle", Dimension::Angle, "Of rotations and tip angles.").by_default(std::string_view("rad")),
-            unit_field("pressure", Dimension::Pressure, "Of Young's moduli; a viscosity is in pressure * time.").by_default(std::string_view("Pa")),
+            unit_field("pressure", Dimension::Pressure, "Of Young's moduli; a viscosity is in pressure * time.")
+                .by_default(std::string_view("Pa")),
             unit_field("density", Dimension::Density, "Of materials.").by_default(std::string_view("kg/m^3")),
             unit_field("force", Dimension::Force, "A stiffness is in force/length.").by_default(std::string_view("N")),
         }};
@@ -122,7 +172,10 @@ const std::vector<std::string_view>& effect_names() {
 
 const ObjectSpec& effects_table() {
     static const ObjectSpec table{
-        "effects", "What is simulated, by name; whatever is not named is off.", "", "",
+        "effects",
+        "What is simulated, by name; whatever is not named is off.",
+        "",
+        "",
         {
             flag_field("elasticity", "Deformable bodies deform; off, they stay at rest.").by_default(false),
             flag_field("gravity", "Weight, as the key gravity says.").by_default(false),
@@ -130,7 +183,8 @@ const ObjectSpec& effects_table() {
             flag_field("coarse_contact", "Contacts by sphere trees, interrupted by the budget.").by_default(false),
             flag_field("exact_contact", "Continuous contacts, when the budget allows.").by_default(false),
             value_field("breathing", any_value({flag_field("", "").value, object_value(breathing_table())}),
-                        "Respiration: true for the defaults.").by_default(false),
+                        "Respiration: true for the defaults.")
+                .by_default(false),
             flag_field("fluoroscopy", "X-ray pictures.").by_default(false),
         }};
     return table;
@@ -139,21 +193,29 @@ const ObjectSpec& effects_table() {
 const ObjectSpec& scene_table() {
     static const Range gravity = between(-1000.0, 1000.0);
     static const ObjectSpec table{
-        "scene", "The whole file.", "", "",
+        "scene",
+        "The whole file.",
+        "",
+        "",
         {
             text_field("$schema", "Where editors find the schema; not read."),
             text_field("name", "Of the scene; the file's name when absent."),
             object_field("units", units_table(), "Units of all numbers in this file.").required(),
             object_field("time", time_table(), "Steps and duration.").required(),
             value_field("budget", any_value({text_field("", "").value, object_value(budget_table())}),
-                        "Of a step: a limit, or an object with limit and scope.").by_default(std::string_view("exact")),
-            vector_field("gravity", Dimension::Acceleration, gravity, "Free fall, as in [0, 0, -9810] with lengths in mm.").by_default(Vec3(0, 0, 0)),
+                        "Of a step: a limit, or an object with limit and scope.")
+                .by_default(std::string_view("exact")),
+            vector_field("gravity", Dimension::Acceleration, gravity,
+                         "Free fall, as in [0, 0, -9810] with lengths in mm.")
+                .by_default(Vec3(0, 0, 0)),
             object_field("contact", contact_table(), "Contact and response."),
             map_field("bodies", object_value(body_table()), "Organs, vessels, obstacles by name."),
             map_field("instruments", object_value(instrument_table()), "Catheters and guide wires by name."),
             map_field("targets", target_value(), "Places to reach, by name."),
-            value_field("effects", any_value({list_value(choice_value(effects_table().keys()), 0), object_value(effects_table())}),
-                        "A list of names, or an object by name. When absent: elasticity, damping, coarse_contact and exact_contact, and gravity where it is given."),
+            value_field("effects",
+                        any_value({list_value(choice_value(effects_table().keys()), 0), object_value(effects_table())}),
+                        "A list of names, or an object by name. When absent: elasticity, damping, coarse_contact and "
+                        "exact_contact, and gravity where it is given."),
             object_field("outputs", outputs_table(), "Pictures and recordings."),
         }};
     return table;

@@ -25,8 +25,10 @@ std::string definition_name(const ObjectSpec& object) {
 /// Bounds that hold in every unit: all of a dimensionless number's, the sign of the others'.
 void add_bounds(Json& schema, const Range& range, Dimension dimension) {
     const bool any_unit = dimension != Dimension::None;
-    if (std::isfinite(range.least) && (!any_unit || range.least == 0.0)) schema[range.above_least ? "exclusiveMinimum" : "minimum"] = range.least;
-    else if (any_unit && range.least > 0.0) schema["exclusiveMinimum"] = 0;
+    if (std::isfinite(range.least) && (!any_unit || range.least == 0.0))
+        schema[range.above_least ? "exclusiveMinimum" : "minimum"] = range.least;
+    else if (any_unit && range.least > 0.0)
+        schema["exclusiveMinimum"] = 0;
     if (std::isfinite(range.most) && !any_unit) schema["maximum"] = range.most;
 }
 
@@ -43,7 +45,10 @@ Json vector_schema(const ValueSpec& value) {
         one["title"] = column.name;
         columns.push_back(std::move(one));
     }
-    return {{"type", "array"}, {"prefixItems", columns}, {"minItems", value.columns.size()}, {"maxItems", value.columns.size()}};
+    return {{"type", "array"},
+            {"prefixItems", columns},
+            {"minItems", value.columns.size()},
+            {"maxItems", value.columns.size()}};
 }
 
 Json value_schema(const ValueSpec& value);
@@ -63,24 +68,34 @@ Json any_schema(const ValueSpec& value) {
 
 Json value_schema(const ValueSpec& value) {
     switch (value.kind) {
-    case ValueKind::Number: return number_schema(value.range, value.dimension);
+    case ValueKind::Number:
+        return number_schema(value.range, value.dimension);
     case ValueKind::Count: {
         Json schema{{"type", "integer"}};
         add_bounds(schema, value.range, Dimension::None);
         return schema;
     }
-    case ValueKind::Flag: return {{"type", "boolean"}};
+    case ValueKind::Flag:
+        return {{"type", "boolean"}};
     case ValueKind::Text:
-    case ValueKind::Path: return {{"type", "string"}, {"minLength", 1}};
-    case ValueKind::Choice: return {{"enum", value.choices}};
-    case ValueKind::Vector: return vector_schema(value);
-    case ValueKind::Rows: return list_schema(value, vector_schema(value));
-    case ValueKind::List: return list_schema(value, value_schema(value.alternatives.front()));
-    case ValueKind::Object: return {{"$ref", "#/$defs/" + definition_name(*value.object)}};
+    case ValueKind::Path:
+        return {{"type", "string"}, {"minLength", 1}};
+    case ValueKind::Choice:
+        return {{"enum", value.choices}};
+    case ValueKind::Vector:
+        return vector_schema(value);
+    case ValueKind::Rows:
+        return list_schema(value, vector_schema(value));
+    case ValueKind::List:
+        return list_schema(value, value_schema(value.alternatives.front()));
+    case ValueKind::Object:
+        return {{"$ref", "#/$defs/" + definition_name(*value.object)}};
     case ValueKind::Map:
-        return {{"type", "object"}, {"propertyNames", {{"pattern", "^[A-Za-z0-9_-]{1,64}$"}}},
+        return {{"type", "object"},
+                {"propertyNames", {{"pattern", "^[A-Za-z0-9_-]{1,64}$"}}},
                 {"additionalProperties", value_schema(value.alternatives.front())}};
-    case ValueKind::Alternatives: return any_schema(value);
+    case ValueKind::Alternatives:
+        return any_schema(value);
     }
     return {};
 }
@@ -91,7 +106,8 @@ Json field_schema(const FieldSpec& field) {
     const bool has_dimension = field.value.dimension != Dimension::None && field.value.kind == ValueKind::Number;
     const std::string range = has_dimension ? range_text(field.value.range, field.value.dimension) : "";
     if (!range.empty()) text += fmt::format(" In SI: {}.", range);
-    if (const std::string otherwise = default_text(field); !otherwise.empty()) text += fmt::format(" Default: {}.", otherwise);
+    if (const std::string otherwise = default_text(field); !otherwise.empty())
+        text += fmt::format(" Default: {}.", otherwise);
     schema["description"] = text;
     return schema;
 }
@@ -104,7 +120,8 @@ Json conditions(const ObjectSpec& object) {
         const FieldSpec& discriminator = *object.find(object.discriminator);
         Json is_used{{"properties", {{object.discriminator, {{"enum", field.used_when}}}}}};
         const auto* otherwise = std::get_if<std::string_view>(&discriminator.otherwise);
-        const bool used_by_default = otherwise != nullptr && std::find(field.used_when.begin(), field.used_when.end(), *otherwise) != field.used_when.end();
+        const bool used_by_default = otherwise != nullptr && std::find(field.used_when.begin(), field.used_when.end(),
+                                                                       *otherwise) != field.used_when.end();
         if (!used_by_default) is_used["required"] = {object.discriminator};
         Json condition{{"if", is_used}};
         if (field.is_required) condition["then"] = {{"required", {field.key}}};
@@ -120,7 +137,8 @@ Json object_schema(const ObjectSpec& object) {
         properties[std::string(field.key)] = field_schema(field);
         if (field.is_required && field.used_when.empty()) required.push_back(field.key);
     }
-    Json schema{{"type", "object"}, {"description", object.doc}, {"properties", properties}, {"additionalProperties", false}};
+    Json schema{
+        {"type", "object"}, {"description", object.doc}, {"properties", properties}, {"additionalProperties", false}};
     if (!required.empty()) schema["required"] = required;
     if (Json all = conditions(object); !all.empty()) schema["allOf"] = all;
     return schema;
@@ -138,14 +156,17 @@ std::string value_page(const ValueSpec& value) {
         std::replace(anchor.begin(), anchor.end(), '_', '-');
         return fmt::format("[{}](#{})", value.object->name, anchor);
     }
-    case ValueKind::Map: return fmt::format("an object: name -> {}", value_page(value.alternatives.front()));
-    case ValueKind::List: return fmt::format("a list of {}", value_page(value.alternatives.front()));
+    case ValueKind::Map:
+        return fmt::format("an object: name -> {}", value_page(value.alternatives.front()));
+    case ValueKind::List:
+        return fmt::format("a list of {}", value_page(value.alternatives.front()));
     case ValueKind::Alternatives: {
         std::vector<std::string> all;
         for (const ValueSpec& one : value.alternatives) all.push_back(value_page(one));
         return fmt::format("{}", fmt::join(all, ", or "));
     }
-    default: return expected(value, Units{});
+    default:
+        return expected(value, Units{});
     }
 }
 
@@ -155,12 +176,16 @@ std::string key_default(const FieldSpec& field) {
 }
 
 std::string object_page(const ObjectSpec& object) {
-    std::string page = fmt::format("\n## {}\n\n{}\n\n| key | value | default | meaning |\n| --- | --- | --- | --- |\n", object.name, object.doc);
+    std::string page = fmt::format("\n## {}\n\n{}\n\n| key | value | default | meaning |\n| --- | --- | --- | --- |\n",
+                                   object.name, object.doc);
     for (const FieldSpec& field : object.fields) {
         std::string meaning(field.doc);
-        if (!field.used_when.empty()) meaning += fmt::format(" Only where `{}` is {}.", object.discriminator, fmt::join(field.used_when, " or "));
-        if (field.value.kind == ValueKind::Number && !field.value.range.what.empty()) meaning += fmt::format(" ({})", field.value.range.what);
-        page += fmt::format("| `{}` | {} | {} | {} |\n", field.key, value_page(field.value), key_default(field), meaning);
+        if (!field.used_when.empty())
+            meaning += fmt::format(" Only where `{}` is {}.", object.discriminator, fmt::join(field.used_when, " or "));
+        if (field.value.kind == ValueKind::Number && !field.value.range.what.empty())
+            meaning += fmt::format(" ({})", field.value.range.what);
+        page +=
+            fmt::format("| `{}` | {} | {} | {} |\n", field.key, value_page(field.value), key_default(field), meaning);
     }
     return page;
 }
@@ -184,8 +209,12 @@ This page is written by the engine from the table that also checks scenes and ma
 
 Json scene_schema() {
     Json definitions = Json::object();
-    for (const ObjectSpec* object : reachable_objects(scene_table())) definitions[definition_name(*object)] = object_schema(*object);
-    return {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Seldinger scene"}, {"$ref", "#/$defs/scene"}, {"$defs", definitions}};
+    for (const ObjectSpec* object : reachable_objects(scene_table()))
+        definitions[definition_name(*object)] = object_schema(*object);
+    return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+            {"title", "Seldinger scene"},
+            {"$ref", "#/$defs/scene"},
+            {"$defs", definitions}};
 }
 
 std::string scene_schema_text() { return scene_schema().dump(2) + "\n"; }
@@ -193,7 +222,8 @@ std::string scene_schema_text() { return scene_schema().dump(2) + "\n"; }
 std::string scene_reference_markdown() {
     std::string page(kIntroduction);
     for (const ObjectSpec* object : reachable_objects(scene_table())) page += object_page(*object);
-    page += "\n# Recipe files\n\nA recipe is a JSON file of the same kind; a body names it with `{\"recipe\": FILE, \"part\": \"liver\"}`.\n";
+    page += "\n# Recipe files\n\nA recipe is a JSON file of the same kind; a body names it with `{\"recipe\": FILE, "
+            "\"part\": \"liver\"}`.\n";
     return page + object_page(recipe_table());
 }
 

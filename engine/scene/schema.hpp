@@ -7,8 +7,8 @@
 
 namespace seldinger::engine {
 
-/// JSON Schema (draft 2020-12) of scene files. Ranges of numbers with a dimension depend on the scene's units: the schema
-/// states their sign, their descriptions the SI range; the reader checks them.
+/// JSON Schema (draft 2020-12) of scene files. Ranges of numbers with a dimension depend on the scene's units: the
+/// schema states their sign, their descriptions the SI range; the reader checks them.
 [[nodiscard]] nlohmann::ordered_json scene_schema();
 
 /// The same as text, as published in assets/scene.schema.json.

@@ -1,5 +1,5 @@
-// How a key of a scene or a recipe is described: type, dimension, range, default, one sentence. One such table per object
-// drives the checks, the reader, the JSON Schema and the reference page, so that they cannot disagree.
+// How a key of a scene or a recipe is described: type, dimension, range, default, one sentence. One such table per
+// object drives the checks, the reader, the JSON Schema and the reference page, so that they cannot disagree.
 #pragma once
 
 #include "base/vec.hpp"
@@ -14,14 +14,14 @@ namespace seldinger::engine {
 
 enum class ValueKind : std::uint8_t {
     Number,
-    Count,        // whole number
+    Count, // whole number
     Flag,
     Text,
-    Path,         // name of a file that exists
-    Choice,       // one of `choices`
-    Vector,       // a number per column
-    Rows,         // list of vectors: a number per column in each
-    List,         // of alternatives.front()
+    Path,   // name of a file that exists
+    Choice, // one of `choices`
+    Vector, // a number per column
+    Rows,   // list of vectors: a number per column in each
+    List,   // of alternatives.front()
     Object,
     Map,          // of alternatives.front(), by name
     Alternatives, // told apart by JSON type; objects by their marker
@@ -47,14 +47,14 @@ struct ObjectSpec;
 
 struct ValueSpec {
     ValueKind kind = ValueKind::Number;
-    Dimension dimension = Dimension::None;   // Number; Choice of a unit
-    Range range = {};                        // Number, Count
-    std::vector<std::string_view> choices;   // Choice
-    std::vector<Column> columns;             // Vector, Rows
-    std::size_t least_count = 0;             // Rows, List
+    Dimension dimension = Dimension::None; // Number; Choice of a unit
+    Range range = {};                      // Number, Count
+    std::vector<std::string_view> choices; // Choice
+    std::vector<Column> columns;           // Vector, Rows
+    std::size_t least_count = 0;           // Rows, List
     std::size_t most_count = std::numeric_limits<std::size_t>::max();
-    const ObjectSpec* object = nullptr;      // Object
-    std::vector<ValueSpec> alternatives;     // Alternatives; List, Map: the element alone
+    const ObjectSpec* object = nullptr;  // Object
+    std::vector<ValueSpec> alternatives; // Alternatives; List, Map: the element alone
 };
 
 using DefaultValue = std::variant<std::monostate, bool, double, std::string_view, Vec3>;
@@ -73,7 +73,7 @@ struct FieldSpec {
 };
 
 struct ObjectSpec {
-    std::string_view name;          // of the object in schema and reference
+    std::string_view name; // of the object in schema and reference
     std::string_view doc;
     std::string_view marker;        // key that tells this alternative from the others; empty: no alternative
     std::string_view discriminator; // key whose value decides which other keys are used; empty: none

@@ -1,4 +1,5 @@
-// Units a scene may declare, and the physical dimensions its numbers have. Everything becomes SI when the scene is read.
+// Units a scene may declare, and the physical dimensions its numbers have. Everything becomes SI when the scene is
+// read.
 #pragma once
 
 #include <optional>

@@ -10,8 +10,8 @@
 
 namespace seldinger::engine {
 
-/// A view; node, table and units outlive it. The object has passed check_object: every key asked for is in the table, and
-/// what is present has its type.
+/// A view; node, table and units outlive it. The object has passed check_object: every key asked for is in the table,
+/// and what is present has its type.
 class Values {
 public:
     Values(const JsonNode* node, const ObjectSpec& spec, const Units& units, std::string path)
@@ -34,8 +34,11 @@ public:
         return std::get<double>(spec_->find(key)->otherwise);
     }
     /// `otherwise` where the table has no default.
-    [[nodiscard]] double number(std::string_view key, double otherwise) const { return has(key) ? number(key) : otherwise; }
-    template <class T> [[nodiscard]] T count(std::string_view key) const {
+    [[nodiscard]] double number(std::string_view key, double otherwise) const {
+        return has(key) ? number(key) : otherwise;
+    }
+    template <class T>
+    [[nodiscard]] T count(std::string_view key) const {
         const JsonNode* member = find(key);
         return static_cast<T>(member != nullptr ? member->number : std::get<double>(spec_->find(key)->otherwise));
     }

@@ -15,7 +15,8 @@ TEST(HostileScenes, AnEmptyFileIsNamedSo) {
 }
 
 TEST(HostileScenes, BlanksCommentsAndABomAloneAreNoScene) {
-    for (const char* text : {" \n\n", "// nothing\n", "\xEF\xBB\xBF", "/* open"}) EXPECT_EQ(refusal(text).code, ErrorCode::BadSyntax) << text;
+    for (const char* text : {" \n\n", "// nothing\n", "\xEF\xBB\xBF", "/* open"})
+        EXPECT_EQ(refusal(text).code, ErrorCode::BadSyntax) << text;
 }
 
 TEST(HostileScenes, AByteOrderMarkIsPassedOver) {
@@ -27,7 +28,8 @@ TEST(HostileScenes, AByteOrderMarkIsPassedOver) {
 TEST(HostileScenes, Utf16IsNamedSo) { EXPECT_TRUE(says(refusal(std::string("\xFF\xFE{\0", 4)), "UTF-16")); }
 
 TEST(HostileScenes, OtherJsonThanAnObjectIsRefused) {
-    for (const char* text : {"[]", "3", "\"scene\"", "null", "true"}) EXPECT_TRUE(says(refusal(text), "an object with keys such as")) << text;
+    for (const char* text : {"[]", "3", "\"scene\"", "null", "true"})
+        EXPECT_TRUE(says(refusal(text), "an object with keys such as")) << text;
 }
 
 TEST(HostileScenes, NotANumberAndInfinityAreNamed) {
@@ -121,10 +123,18 @@ TEST(HostileScenes, RandomDamageNeverCrashes) {
         for (int i = 0; i < 3; ++i) {
             const std::size_t at = random() % text.size();
             switch (random() % 4) {
-            case 0: text[at] = static_cast<char>(random() % 256); break;
-            case 1: text.erase(at, 1 + random() % 20); break;
-            case 2: text.insert(at, text.substr(random() % text.size(), random() % 30)); break;
-            default: text[at] = "{}[],:\"0-.e"[random() % 11]; break;
+            case 0:
+                text[at] = static_cast<char>(random() % 256);
+                break;
+            case 1:
+                text.erase(at, 1 + random() % 20);
+                break;
+            case 2:
+                text.insert(at, text.substr(random() % text.size(), random() % 30));
+                break;
+            default:
+                text[at] = "{}[],:\"0-.e"[random() % 11];
+                break;
             }
             if (text.empty()) text = " ";
         }
@@ -134,7 +144,8 @@ TEST(HostileScenes, RandomDamageNeverCrashes) {
 }
 
 TEST(HostileScenes, PositionsOfAllKindsOfValuesAreExact) {
-    const auto tree = parse_json_tree("{\n \"a\\\"\\\\\" : \"x\\\\\",\n  \"b\": -1.5e3 , \"c\":[true,\nfalse, null,12], // ,\n\"d\": {}}", "t");
+    const auto tree = parse_json_tree(
+        "{\n \"a\\\"\\\\\" : \"x\\\\\",\n  \"b\": -1.5e3 , \"c\":[true,\nfalse, null,12], // ,\n\"d\": {}}", "t");
     ASSERT_TRUE(tree.ok()) << tree.error().to_string();
     const auto expect = [](const JsonNode& node, std::size_t line, std::size_t column) {
         EXPECT_EQ(node.at.line, line) << describe(node);

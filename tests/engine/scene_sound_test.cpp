@@ -28,8 +28,8 @@ TEST(Scenes, NumbersArriveInSi) {
     EXPECT_EQ(vessel.embedded_in, 0U);
     EXPECT_TRUE(vessel.hollow);
     EXPECT_DOUBLE_EQ(vessel.blend, 0.005);
-    EXPECT_DOUBLE_EQ(vessel.surface.shape.axis[1].z(), 0.2);
-    EXPECT_DOUBLE_EQ(vessel.surface.shape.axis_radii[1], 0.004);
+    EXPECT_DOUBLE_EQ(vessel.surface.shape.axis.back().z(), 0.2);
+    EXPECT_DOUBLE_EQ(vessel.surface.shape.axis_radii.back(), 0.004);
     const SceneInstrument& wire = scene.instruments[0];
     EXPECT_DOUBLE_EQ(wire.design.young_modulus, 6e7);
     EXPECT_DOUBLE_EQ(wire.design.radius, 4e-4);
@@ -39,6 +39,18 @@ TEST(Scenes, NumbersArriveInSi) {
     EXPECT_DOUBLE_EQ(wire.path[1].insertion, 0.050);
     EXPECT_DOUBLE_EQ(scene.targets[0].place.position.z(), 0.150);
     EXPECT_EQ(scene.time.step_count(), 100U);
+}
+
+TEST(Scenes, ATubesRingsAreAboutAsFarApartAsItsSidesAreWide) {
+    const ShapeSpec shape = accepted(kSoundScene).bodies[1].surface.shape;
+    const double side = 6.283185307179586 * 0.004 / shape.sides;
+    ASSERT_GT(shape.axis.size(), 100U);
+    ASSERT_EQ(shape.axis.size(), shape.axis_radii.size());
+    for (std::size_t i = 1; i < shape.axis.size(); ++i) {
+        const double gap = (shape.axis[i] - shape.axis[i - 1]).norm();
+        EXPECT_LE(gap, side * 1.0001);
+        EXPECT_GT(gap, side * 0.5);
+    }
 }
 
 TEST(Scenes, DefaultsAreThoseOfTheStructs) {
@@ -69,9 +81,11 @@ TEST(Scenes, DegreesAndMinutesAreConverted) {
 TEST(Scenes, EffectsAsAListOrByNameAreTheSame) {
     const Scene list = accepted(kSoundScene);
     const Scene object = accepted(spoil("[\"elasticity\", \"damping\", \"coarse_contact\", \"exact_contact\"]",
-                                        "{\"elasticity\": true, \"damping\": true, \"gravity\": false, \"coarse_contact\": true, \"exact_contact\": true}"));
+                                        "{\"elasticity\": true, \"damping\": true, \"gravity\": false, "
+                                        "\"coarse_contact\": true, \"exact_contact\": true}"));
     EXPECT_EQ(list.effects.names(), object.effects.names());
-    EXPECT_EQ(list.effects.names(), (std::vector<std::string>{"elasticity", "damping", "coarse_contact", "exact_contact"}));
+    EXPECT_EQ(list.effects.names(),
+              (std::vector<std::string>{"elasticity", "damping", "coarse_contact", "exact_contact"}));
 }
 
 TEST(Scenes, WithoutEffectsTheUsualOnesAreOn) {
@@ -84,7 +98,8 @@ TEST(Scenes, WithoutEffectsTheUsualOnesAreOn) {
 }
 
 TEST(Scenes, BreathingHasDefaultsOrItsOwnNumbers) {
-    EXPECT_DOUBLE_EQ(accepted(spoil("\"damping\"", "\"breathing\"")).effects.breathing->amplitude, BreathingSpec{}.amplitude);
+    EXPECT_DOUBLE_EQ(accepted(spoil("\"damping\"", "\"breathing\"")).effects.breathing->amplitude,
+                     BreathingSpec{}.amplitude);
     const Scene scene = accepted(spoil("[\"elasticity\", \"damping\", \"coarse_contact\", \"exact_contact\"]",
                                        "{\"breathing\": {\"amplitude\": 8, \"direction\": [0, 0, -3]}}"));
     EXPECT_DOUBLE_EQ(scene.effects.breathing->amplitude, 0.008);
@@ -93,7 +108,8 @@ TEST(Scenes, BreathingHasDefaultsOrItsOwnNumbers) {
 }
 
 TEST(Scenes, APictureCountIsSpreadOverTheRun) {
-    const Scene scene = accepted(spoil("\"effects\": [", "\"outputs\": {\"pictures\": 2}, \"effects\": [\"fluoroscopy\", "));
+    const Scene scene =
+        accepted(spoil("\"effects\": [", "\"outputs\": {\"pictures\": 2}, \"effects\": [\"fluoroscopy\", "));
     ASSERT_EQ(scene.outputs.pictures.size(), 4U);
     EXPECT_DOUBLE_EQ(scene.outputs.pictures[0].time, 0.5);
     EXPECT_EQ(scene.outputs.pictures[3].view, PictureView::Fluoroscopy);
@@ -104,7 +120,8 @@ TEST(Scenes, UnusualNumbersAreQuestionedNotRefused) {
     EXPECT_TRUE(accepted(kSoundScene).questions.empty());
     const Scene scene = accepted(spoil("1060", "4000, \"poisson_ratio\": 0.49"));
     ASSERT_EQ(scene.questions.size(), 2U);
-    EXPECT_NE(scene.questions[0].find("bodies.organ.material.density: 4000 kg/m^3 is unusual"), std::string::npos) << scene.questions[0];
+    EXPECT_NE(scene.questions[0].find("bodies.organ.material.density: 4000 kg/m^3 is unusual"), std::string::npos)
+        << scene.questions[0];
     EXPECT_NE(scene.questions[1].find("lock"), std::string::npos) << scene.questions[1];
 }
 
@@ -135,7 +152,8 @@ TEST(Scenes, ACsvPathIsReadInTheScenesUnits) {
 TEST(Scenes, AMistakeInARecipeIsShownInTheRecipe) {
     const TemporaryFolder folder;
     (void)folder.write("patient.json", "{\"units\": {\"length\": \"mm\"},\n \"terminls\": 3}");
-    const auto file = folder.write("scene.json", spoil("{\"shape\": \"sphere\", \"radius\": 50}", "{\"recipe\": \"patient.json\", \"part\": \"liver\"}"));
+    const auto file = folder.write("scene.json", spoil("{\"shape\": \"sphere\", \"radius\": 50}",
+                                                       "{\"recipe\": \"patient.json\", \"part\": \"liver\"}"));
     const auto scene = read_scene(file);
     ASSERT_FALSE(scene.ok());
     EXPECT_TRUE(says(scene.error(), "patient.json:2:2: terminls: unknown key"));
@@ -156,7 +174,8 @@ TEST(Recipes, LengthsAreConvertedAndRangesChecked) {
 }
 
 TEST(Budgets, AreReadAndWritten) {
-    const std::array<std::pair<const char*, double>, 6> times = {{{"8ms", 8e-3}, {"250us", 250e-6}, {"0.1ms", 1e-4}, {"1 s", 1.0}, {"0ms", 0.0}, {"100ns", 1e-7}}};
+    const std::array<std::pair<const char*, double>, 6> times = {
+        {{"8ms", 8e-3}, {"250us", 250e-6}, {"0.1ms", 1e-4}, {"1 s", 1.0}, {"0ms", 0.0}, {"100ns", 1e-7}}};
     for (const auto& [text, seconds] : times) {
         const auto budget = parse_budget(text);
         ASSERT_TRUE(budget.ok()) << text;
@@ -165,12 +184,32 @@ TEST(Budgets, AreReadAndWritten) {
     }
     EXPECT_EQ(parse_budget("work:20000")->limits.work_units, 20000U);
     EXPECT_EQ(parse_budget("exact")->limits.mode, BudgetMode::Exact);
-    for (const char* text : {"8ms", "250us", "work:20000", "exact", "0ms"}) EXPECT_EQ(parse_budget(text)->to_string(), text);
+    for (const char* text : {"8ms", "250us", "work:20000", "exact", "0ms"})
+        EXPECT_EQ(parse_budget(text)->to_string(), text);
 }
 
 TEST(Budgets, NonsenseIsRefused) {
-    for (const char* text : {"", "8", "-1ms", "-0.5us", "nan ms", "infms", "1e400ms", "1e9s", "7200s", "ms", "8 mm", "8msx", "work:", "work:-5", "work:1.5",
-                             "work:99999999999999999999999", "work:9999999999999999", "Exact", "work: 5", "0x10ms", "+5ms"}) {
+    for (const char* text : {"",
+                             "8",
+                             "-1ms",
+                             "-0.5us",
+                             "nan ms",
+                             "infms",
+                             "1e400ms",
+                             "1e9s",
+                             "7200s",
+                             "ms",
+                             "8 mm",
+                             "8msx",
+                             "work:",
+                             "work:-5",
+                             "work:1.5",
+                             "work:99999999999999999999999",
+                             "work:9999999999999999",
+                             "Exact",
+                             "work: 5",
+                             "0x10ms",
+                             "+5ms"}) {
         const auto budget = parse_budget(text);
         ASSERT_FALSE(budget.ok()) << text;
         EXPECT_NE(budget.error().message.find("would be right"), std::string::npos);
