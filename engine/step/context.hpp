@@ -57,6 +57,7 @@ struct StepContext {
     collision::ContactFinder finder;
     std::vector<Contact> coarse; // of this step
     std::vector<Contact> exact;  // of this step; the last round's
+    std::vector<Contact> contacts; // what the response pushed against: what pictures and counts show
     StepReport report;
 };
 

@@ -161,6 +161,34 @@ void push_wall(const SceneModel& model, std::size_t index, const State& state, S
     }
 }
 
+void list_presses(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const InstrumentScratch& scratch = context.instruments[index];
+    const std::vector<Vec3>& surface = state.bodies[instrument.lumen].surface;
+    for (std::size_t k = 0; k < scratch.planes.size(); ++k) {
+        const fem::RodPlane& plane = scratch.planes[k];
+        if (!(plane.force > 0.0)) continue;
+        Contact contact;
+        contact.body_a = static_cast<BodyId>(model.bodies.size() + index);
+        contact.body_b = static_cast<BodyId>(instrument.lumen);
+        contact.origin = context.report.exact_ran ? ContactOrigin::ExactVF : ContactOrigin::TestedSpheres;
+        contact.normal = plane.normal;
+        contact.gap = -plane.force / model.contact.rod_stiffness;
+        contact.point = point_at(state.instruments[index].rod, {plane.node, plane.weight});
+        contact.feature_a[0] = plane.node;
+        const WallPress& press = scratch.presses[k];
+        if (press.triangle != kNoIndex) {
+            contact.point.setZero();
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                contact.feature_b[corner] = model.bodies[instrument.lumen].surface.triangles[press.triangle][corner];
+                contact.bary_b[corner] = press.bary[corner];
+                contact.point += press.bary[corner] * surface[contact.feature_b[corner]];
+            }
+        }
+        context.contacts.push_back(contact);
+    }
+}
+
 std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     const InstrumentState& now = state.instruments[index];

@@ -39,6 +39,9 @@ void refit_wall(const SceneModel& model, std::size_t body, const State& state, S
 /// Normal forces of the planes become springs on the coarse nodes that carry the wall.
 void push_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
+/// Appends the places where the rod presses on a wall to context.contacts: gap is what is missing of the clearance.
+void list_presses(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+
 /// Instrument vertices outside the lumen, counted by an inside test that shares nothing with the contact stages.
 [[nodiscard]] std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t instrument, const State& state,
                                               StepContext& context);

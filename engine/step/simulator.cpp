@@ -66,6 +66,7 @@ const StepReport& Simulator::step() {
         if (!model_.budget_covers_step) budget_.pause();
         respond();
         report.ms.respond = lap.lap_ms();
+        check_rods();
     }
     report.ms.total = total.lap_ms();
     report.ms.budget = 1e3 * budget_.elapsed_s();
@@ -148,6 +149,26 @@ void Simulator::respond() {
     for (BodyScratch& body : context_.bodies) body.springs.clear();
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) push_wall(model_, i, state_, context_);
     push_solids(model_, state_, context_);
+    list_contacts();
+}
+
+void Simulator::list_contacts() {
+    context_.contacts.clear();
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) list_presses(model_, i, state_, context_);
+    if (context_.report.exact_ran) context_.report.exact_contacts += context_.contacts.size();
+    for (const Contact& contact : context_.coarse) // solids; those of instruments are among the presses
+        if (contact.body_a < model_.bodies.size()) context_.contacts.push_back(contact);
+}
+
+/// A rod that is not finite stops the run before its state is taken over.
+void Simulator::check_rods() {
+    StepReport& report = context_.report;
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
+        const Index bad = context_.instruments[i].rod_report.first_bad_node;
+        if (bad == kNoIndex || !report.finite) continue;
+        report.finite = false;
+        report.failure = fmt::format("{}: node {} is not finite", model_.instruments[i].name, bad);
+    }
 }
 
 /// Contacts were left after all corrections: everything moves only as far as that is proven free.
@@ -203,10 +224,6 @@ void Simulator::observe() {
         const fem::RodReport& rod = context_.instruments[i].rod_report;
         report.kinetic_j += rod.kinetic_j;
         report.elastic_j += rod.bend_j + rod.stretch_j;
-        if (rod.first_bad_node != kNoIndex) {
-            report.finite = false;
-            report.failure = fmt::format("{}: node {} is not finite", model_.instruments[i].name, rod.first_bad_node);
-        }
     }
 }
 
@@ -233,8 +250,6 @@ void Simulator::finish_report() {
     }
 }
 
-std::span<const Contact> Simulator::contacts() const noexcept {
-    return context_.report.exact_ran ? context_.exact : context_.coarse;
-}
+std::span<const Contact> Simulator::contacts() const noexcept { return context_.contacts; }
 
 } // namespace seldinger::engine

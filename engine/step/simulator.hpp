@@ -20,7 +20,8 @@ public:
 
     [[nodiscard]] const SceneModel& model() const noexcept { return model_; }
     [[nodiscard]] const State& state() const noexcept { return state_; }
-    /// Contacts of the last step: the exact ones where the exact stage ran, else the coarse ones.
+    /// What the last step's response pushed against: places where an instrument presses on its wall (gap: what is missing
+    /// of the clearance), and sphere contacts of solid bodies.
     [[nodiscard]] std::span<const Contact> contacts() const noexcept;
     /// Spheres of the last descent, for pictures: links of an instrument at the end of the step.
     [[nodiscard]] const StepContext& context() const noexcept { return context_; }
@@ -31,6 +32,8 @@ private:
     void respond();
     void hold_back(double fraction);
     void scale_motion(double fraction);
+    void list_contacts();
+    void check_rods();
     void observe();
     void finish_report();
     [[nodiscard]] bool any_instrument() const noexcept { return !model_.instruments.empty(); }

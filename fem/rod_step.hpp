@@ -1,0 +1,162 @@
+// One implicit Euler step of the rod by Newton's method: inertia, drag, stretch, bending and the planes that hold it.
+#pragma once
+
+#include "fem/rod.hpp"
+#include "fem/rod_band.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::fem {
+
+/// Newton iterations of one sub-step at most: contacts that come and go settle in 3 to 8.
+inline constexpr unsigned kMaxNewton = 12;
+/// m; a Newton correction below this ends the iteration: a thousandth of a skin's clearance.
+inline constexpr double kNewtonTolerance = 1e-7;
+/// m; no node moves further in one Newton iteration: keeps the linearised stretch honest.
+inline constexpr double kTrustRadius = 2e-3;
+/// m/s; below this sliding speed friction grows linearly instead of jumping, so a stuck rod creeps by at most this.
+inline constexpr double kStickSpeed = 1e-3;
+
+[[nodiscard]] inline Vec3 second_difference(const std::vector<Vec3>& x, std::size_t i) noexcept { return x[i - 1] - 2.0 * x[i] + x[i + 1]; }
+
+[[nodiscard]] inline double damped_mass(const RodModel& model, std::size_t i, double dt) noexcept {
+    return model.mass[i] / (dt * dt) * (1.0 + model.design.drag * dt);
+}
+
+/// One implicit Euler step: the nodes from `first` on move, those before it are where the port put them.
+class RodStep {
+public:
+    RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt,
+            Index first, RodWorkspace& workspace) noexcept
+        : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), work_(workspace) {}
+
+    /// Returns the largest correction of the last iteration.
+    double solve(RodReport& report) noexcept {
+        double correction = 0.0;
+        for (unsigned iteration = 0; iteration < kMaxNewton; ++iteration) {
+            correction = newton_iteration();
+            ++report.iterations;
+            if (!(correction > kNewtonTolerance)) break;
+        }
+        return correction;
+    }
+
+private:
+    double newton_iteration() noexcept {
+        const std::size_t moving = model_.node_count() - first_;
+        RodBand band(work_.band, moving);
+        std::fill_n(work_.rhs.begin(), 3 * moving, 0.0);
+        add_inertia(band);
+        add_stretch(band);
+        add_bending(band);
+        for (RodPlane& plane : planes_) add_plane(band, plane);
+        band.solve(std::span(work_.rhs).first(3 * moving));
+        return apply_correction(moving);
+    }
+
+    [[nodiscard]] bool moves(std::size_t node) const noexcept { return node >= first_; }
+
+    void push(std::size_t node, const Vec3& force) noexcept {
+        if (!moves(node)) return;
+        for (int axis = 0; axis < 3; ++axis) work_.rhs[3 * (node - first_) + std::size_t(axis)] += force[axis];
+    }
+    template <class Stiffness>
+    void stiffen(RodBand& band, std::size_t i, std::size_t j, const Stiffness& value) noexcept {
+        if (moves(i) && moves(j)) band.add(i - first_, j - first_, value);
+    }
+
+    void add_inertia(RodBand& band) noexcept {
+        for (std::size_t i = first_; i < model_.node_count(); ++i) {
+            const double mass = damped_mass(model_, i, dt_);
+            const Vec3 moved = state_.position[i] - work_.start[i];
+            push(i, model_.mass[i] * (state_.velocity[i] / dt_ + drive_.gravity) - mass * moved);
+            stiffen(band, i, i, mass);
+            const double whip = model_.design.whip_drag * model_.segment / dt_;
+            const Mat3 across = Mat3::Identity() - work_.tangent[i] * work_.tangent[i].transpose();
+            push(i, -whip * (across * moved));
+            stiffen(band, i, i, Mat3(whip * across));
+        }
+    }
+
+    void add_stretch(RodBand& band) noexcept {
+        for (std::size_t i = first_ > 0 ? first_ - 1 : 0; i + 1 < model_.node_count(); ++i) {
+            const Vec3 edge = state_.position[i + 1] - state_.position[i];
+            const double length = std::sqrt(edge.squaredNorm());
+            if (!(length > 0.0)) continue;
+            const Vec3 along = edge / length;
+            const double k = model_.stretch_stiffness[i];
+            const Vec3 tension = k * (length - model_.segment) * along;
+            push(i, tension);
+            push(i + 1, -tension);
+            // Under compression the transverse part would make the matrix indefinite: it is left out (Baraff & Witkin).
+            const double transverse = std::max(0.0, 1.0 - model_.segment / length);
+            const Mat3 axial = along * along.transpose();
+            const Mat3 hessian = k * (axial + transverse * (Mat3::Identity() - axial));
+            stiffen(band, i, i, hessian);
+            stiffen(band, i + 1, i + 1, hessian);
+            stiffen(band, i + 1, i, Mat3(-hessian));
+        }
+    }
+
+    void add_bending(RodBand& band) noexcept {
+        constexpr double kStencil[3] = {1.0, -2.0, 1.0};
+        for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
+            const double k = model_.bend_stiffness[i];
+            const Vec3 moment = k * (second_difference(state_.position, i) - work_.rest_bend[i]);
+            for (std::size_t a = 0; a < 3; ++a) {
+                push(i - 1 + a, -kStencil[a] * moment);
+                for (std::size_t b = 0; b <= a; ++b) stiffen(band, i - 1 + a, i - 1 + b, k * kStencil[a] * kStencil[b]);
+            }
+        }
+    }
+
+    void add_plane(RodBand& band, RodPlane& plane) noexcept {
+        const std::size_t node[2] = {plane.node, plane.node + 1};
+        const double weight[2] = {1.0 - plane.weight, plane.weight};
+        const Vec3 point = weight[0] * state_.position[node[0]] + weight[1] * state_.position[node[1]];
+        const double depth = plane.offset - plane.normal.dot(point);
+        plane.force = 0.0;
+        if (!(depth > 0.0)) return;
+        plane.force = drive_.contact_stiffness * depth;
+        Mat3 stiffness = drive_.contact_stiffness * plane.normal * plane.normal.transpose();
+        Vec3 force = plane.force * plane.normal;
+        if (drive_.friction > 0.0) {
+            const Mat3 tangential = Mat3::Identity() - plane.normal * plane.normal.transpose();
+            const Vec3 start = weight[0] * work_.start[node[0]] + weight[1] * work_.start[node[1]];
+            const Vec3 slide = tangential * (point - start);
+            const double speed = std::sqrt(slide.squaredNorm()) / dt_;
+            // Coulomb's force opposes the sliding of this step; its coefficient is lagged by one iteration.
+            const double viscous = drive_.friction * plane.force / (std::max(speed, kStickSpeed) * dt_);
+            force -= viscous * slide;
+            stiffness += viscous * tangential;
+        }
+        for (int a = 0; a < 2; ++a) {
+            push(node[a], weight[a] * force);
+            for (int b = 0; b <= a; ++b) stiffen(band, node[a], node[b], Mat3(weight[a] * weight[b] * stiffness));
+        }
+    }
+
+    double apply_correction(std::size_t moving) noexcept {
+        double largest = 0.0;
+        for (std::size_t i = 0; i < moving; ++i) {
+            const Vec3 delta(work_.rhs[3 * i], work_.rhs[3 * i + 1], work_.rhs[3 * i + 2]);
+            largest = std::max(largest, std::sqrt(delta.squaredNorm()));
+        }
+        const double scale = largest > kTrustRadius ? kTrustRadius / largest : 1.0;
+        for (std::size_t i = 0; i < moving; ++i)
+            for (int axis = 0; axis < 3; ++axis)
+                state_.position[i + first_][axis] += scale * work_.rhs[3 * i + std::size_t(axis)];
+        return largest;
+    }
+
+    const RodModel& model_;
+    RodState& state_;
+    const RodDrive& drive_;
+    std::span<RodPlane> planes_;
+    double dt_;
+    Index first_;
+    RodWorkspace& work_;
+};
+
+} // namespace seldinger::fem
