@@ -72,11 +72,12 @@ void set_radii(LaidVessel& vessel) {
                               : vessel.legs[k - 1].end_radius > 0 ? vessel.legs[k - 1].end_radius
                                                                   : vessel.legs[k - 1].radius;
         const std::size_t end = vessel.leg_end[k];
+        const double length = 0.9 * static_cast<double>(end - begin) * vessel.spacing;
         for (std::size_t i = begin; i <= end; ++i) {
             const double along = static_cast<double>(i - begin) * vessel.spacing;
             const double share = end > begin ? static_cast<double>(i - begin) / static_cast<double>(end - begin) : 1.0;
             const double own = leg.radius + share * (end_radius - leg.radius);
-            const double taper = smooth_ramp(along, 0.3 * before, 3.0 * before);
+            const double taper = smooth_ramp(along, 0.0, std::min(4.0 * before, length));
             vessel.tube.radii[i] = before + taper * (own - before);
         }
         begin = end;

@@ -21,7 +21,7 @@ constexpr double kEntryDepth = 0.014;        // m, femoral entry from the vessel
 constexpr double kTargetDepth = 0.006;       // m, targets from the end of their vessel
 
 constexpr double kLiverCell = 0.0026;        // m, grid of the first polygons
-constexpr double kLumenCell = 0.0007;        // m, a gap or a terminal vessel is more than two cells wide
+constexpr double kLumenCell = 0.00085;       // m, a gap or a terminal vessel is more than two cells wide
 
 
 std::vector<Tube> tubes_of(const std::vector<LaidVessel>& vessels) {
@@ -135,14 +135,14 @@ Result<Anatomy> lay_out(const Recipe& recipe, const LiverShape& liver, const Tru
 
 TriMesh mesh_liver(const Recipe& recipe, const LiverShape& liver) {
     return remesh(polygonise(liver, liver.box(), kLiverCell, 2.5), liver, [](const Vec3&) { return 1.0; },
-                  {recipe.liver_triangles, 8});
+                  {recipe.liver_triangles, 7});
 }
 
 TriMesh mesh_lumen(const Recipe& recipe, const std::vector<LaidVessel>& vessels) {
     const VesselField lumen(tubes_of(vessels));
     // Between equal angles (edge ~ r) and equal edges: small vessels stay round, the aorta keeps its curvature.
     const auto size = [&](const Vec3& p) { return std::sqrt(lumen.local_radius(p)); };
-    return remesh(polygonise(lumen, lumen.box(), kLumenCell, 1.3), lumen, size, {recipe.lumen_triangles, 8});
+    return remesh(polygonise(lumen, lumen.box(), kLumenCell, 1.3), lumen, size, {recipe.lumen_triangles, 7});
 }
 
 } // namespace

@@ -17,6 +17,7 @@ constexpr double kMinorBend = 1.15;       // rad, most a leaving vessel turns aw
 constexpr double kCurveRoom = 0.0015;     // m, curves may leave their straight segments by this much towards the capsule
 constexpr int kCandidates = 120;          // places drawn for every new end
 constexpr int kTries = 60;                // of those, the ones farthest from the tree that are tried
+constexpr std::uint32_t kLeftEvery = 4;   // every so many ends one is the left lobe's: its share of the tissue
 constexpr int kSplits = 9;                // fork points tried along each side of the triangle they span
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -32,7 +33,7 @@ public:
             return std::nullopt;
         tree_.tumour = static_cast<Index>(tree_.segments.size() - 1);
         for (std::uint32_t ends = 3; ends < recipe_.terminals; ++ends)
-            if (!add_end()) return std::nullopt;
+            if (!(ends % kLeftEvery == 0 && add_end(true)) && !add_end(false)) return std::nullopt;
         return std::move(tree_);
     }
 
@@ -75,13 +76,15 @@ private:
     }
 
     /// Of some random places, the ones farthest from the tree first.
-    bool add_end() {
+    /// in_left_lobe  only places left of the umbilical fissure
+    bool add_end(bool in_left_lobe) {
         std::vector<std::pair<double, Vec3>> places;
         const Box3 box = liver_.box();
         const double depth = recipe_.capsule_margin + recipe_.terminal_radius + kCurveRoom + 0.003;
+        const double left_of = liver_.place(Vec3(-24, 0, 0))[0];
         while (places.size() < kCandidates) {
             const Vec3 p = box.lo + (0.5 * (random_.cube() + Vec3::Ones())).cwiseProduct(box.extent());
-            if (liver_.distance(p) > -depth) continue;
+            if ((in_left_lobe && p[0] > left_of) || liver_.distance(p) > -depth) continue;
             places.emplace_back(-distance_to_tree(p), p);
         }
         std::stable_sort(places.begin(), places.end(), [](const auto& l, const auto& r) { return l.first < r.first; });

@@ -33,7 +33,7 @@ const AtlasPart kLobes[] = {
 };
 const AtlasPart kHollows[] = {
     {{-40, -22, -54}, {80, 78, 70}, 1, 0.30, 14, 2.0}, // stomach and bowel: the visceral face
-    {{2, 2, -9}, {34, 13, 13}, 1, -0.25, 14, 1.5},     // porta hepatis, where the vessels enter
+    {{-4, 2, -10}, {28, 14, 13}, 1, -0.25, 18, 1.5},    // porta hepatis, where the vessels enter
     {{-46, -78, 0}, {36, 36, 400}, 0, 0.0, 16, 1.5},   // spine and aorta
     {{-8, -67, 0}, {13, 14, 400}, 0, 0.0, 9, 1.5},     // vena cava
     {{58, -94, -58}, {40, 40, 46}, 0, 0.0, 14, 3.0},   // right kidney

@@ -61,6 +61,11 @@ public:
                 if (a < b) flip(a, b);
             }
     }
+    /// A vertex with three triangles only blocks its neighbours' collapses: one triangle takes its place.
+    void drop_pits() {
+        for (Index v = 0; v < x_.size(); ++v)
+            if (around_[v].size() == 3) drop_pit(v);
+    }
     void relax() {
         for (Index v = 0; v < x_.size(); ++v)
             if (!around_[v].empty()) relax(v);
@@ -192,7 +197,6 @@ private:
         normal_.push_back((normal_[a] + normal_[b]).normalized());
         wanted_.push_back(wanted(a, b));
         around_.emplace_back();
-        settle(middle);
         for (const Index t : side) {
             const auto fresh = static_cast<Index>(triangles_.size());
             Triangle copy = triangles_[t];
@@ -223,8 +227,9 @@ private:
         const double least = std::min(kLeastShape, std::min(worst_shape(a), worst_shape(b)));
         const Vec3 old_a = x_[a], old_normal = normal_[a];
         const double old_wanted = wanted_[a];
-        x_[a] = 0.5 * (x_[a] + x_[b]);
-        settle(a);
+        x_[a] = 0.5 * (x_[a] + x_[b]); // relax() takes it back to the field
+        normal_[a] = (normal_[a] + normal_[b]).normalized();
+        wanted_[a] = wanted(a, b);
         if (!may_stand_at(a, b, side, least)) {
             x_[a] = old_a;
             normal_[a] = old_normal;
@@ -266,23 +271,43 @@ private:
         };
         const int before = excess(a, 0) + excess(b, 0) + excess(c, 0) + excess(d, 0);
         const int after = excess(a, -1) + excess(b, -1) + excess(c, 1) + excess(d, 1);
-        if (after >= before || around_[a].size() <= 3 || around_[b].size() <= 3) return;
+        const double worst_now = std::min(shape(triangles_[side[0]]), shape(triangles_[side[1]]));
+        const bool for_shape = worst_now < 2 * kLeastShape;
+        if ((after >= before && !for_shape) || around_[a].size() <= 3 || around_[b].size() <= 3) return;
         if (length(c, d) > 1.5 * wanted(c, d)) return;
         ring(c, ring_a_);
         if (std::binary_search(ring_a_.begin(), ring_a_.end(), d)) return;
         Triangle t0 = triangles_[side[0]], t1 = triangles_[side[1]];
         std::replace(t0.begin(), t0.end(), b, d); // a, c, d in t0's turn
         std::replace(t1.begin(), t1.end(), a, c); // b, d, c in t1's turn
-        const double least =
-            std::min(kLeastShape, std::min(shape(triangles_[side[0]]), shape(triangles_[side[1]])));
         const double shape_after = std::min(shape(t0), shape(t1));
-        if (shape_after < least || shape_after <= 0) return;
+        if (shape_after <= 0 || shape_after < std::min(kLeastShape, worst_now)) return;
+        if (after >= before && shape_after < 1.2 * worst_now) return;
         triangles_[side[0]] = t0;
         triangles_[side[1]] = t1;
         detach(b, side[0]);
         detach(a, side[1]);
         around_[d].push_back(side[0]);
         around_[c].push_back(side[1]);
+    }
+
+    void drop_pit(Index v) {
+        const Index t0 = around_[v][0], t1 = around_[v][1], t2 = around_[v][2];
+        Triangle merged = triangles_[t0]; // v's place is taken by the corner that t0 lacks
+        for (const Index w : triangles_[t1])
+            if (std::find(merged.begin(), merged.end(), w) == merged.end()) std::replace(merged.begin(), merged.end(), v, w);
+        if (shape(merged) <= 0) return;
+        for (const Index w : merged)
+            if (around_[w].size() <= 4) return;
+        for (const Index t : {t1, t2}) {
+            const Triangle old = triangles_[t];
+            for (const Index w : old) detach(w, t);
+            triangles_[t][0] = kNoIndex;
+        }
+        around_[v].clear();
+        triangles_[t0] = merged;
+        for (const Index w : merged)
+            if (std::find(around_[w].begin(), around_[w].end(), t0) == around_[w].end()) around_[w].push_back(t0);
     }
 
     /// Moves a vertex along the surface to the weighted centre of its triangles, unless a triangle would turn over.
@@ -319,9 +344,10 @@ TriMesh remesh(const TriMesh& mesh, const Field& field, const std::function<doub
     for (int round = 0; round < options.rounds; ++round) {
         work.split_long_edges();
         work.collapse_short_edges();
+        work.drop_pits();
         work.flip_edges();
         work.relax();
-        if (round + 2 == options.rounds) work.aim_at(2 * options.triangles - work.live_triangles());
+        if (round + 3 == options.rounds) work.aim_at(2 * options.triangles - work.live_triangles());
     }
     work.flip_edges();
     work.relax();

@@ -58,8 +58,8 @@ std::vector<VesselPlan> TrunkAtlas::plans(double proper_hepatic_radius) const {
     VesselPlan main;
     main.least_bend = 0.03;
     main.legs = {{"right_iliac", 0.0043,
-                  {at(73, 82, 30, kGroin), at(71, 79, 46, kGroin), at(64, 64, 70, kPelvis), at(50, 40, 96, kPelvis),
-                   at(29, 19, 124, kPelvis), at(12, 9, 148, kLumbar), at(3, 6.5, 166, kLumbar)},
+                  {at(70, 76, 56, kGroin), at(66, 69, 72, kGroin), at(57, 53, 92, kPelvis), at(44, 34, 114, kPelvis),
+                   at(27, 18, 134, kPelvis), at(12, 9, 153, kLumbar), at(3, 6.5, 168, kLumbar)},
                   false, 0.0056},
                  {"aorta", 0.79 * aorta,
                   {at(-1, 6, 178, kLumbar), at(-6, 6, 208, kLumbar), at(-9, 3, 240, kUpper), at(-10, 1, 272, kCoeliac),
@@ -75,7 +75,7 @@ std::vector<VesselPlan> TrunkAtlas::plans(double proper_hepatic_radius) const {
         plans.push_back(std::move(plan));
     };
     stub("left_iliac", at(-1, 6, 178, kLumbar), 0.0056, false,
-         {at(-4, 6.5, 166, kLumbar), at(-14, 9, 148, kLumbar), at(-31, 18, 124, kPelvis), at(-50, 34, 102, kPelvis)});
+         {at(-4, 6.5, 168, kLumbar), at(-13, 9, 153, kLumbar), at(-29, 18, 134, kPelvis), at(-46, 34, 114, kPelvis), at(-58, 52, 93, kPelvis)});
     stub("right_renal", at(-8, 4, 236, kUpper), 0.0028, false,
          {at(2, 4, 235, kUpper), at(16, -2, 232, kStubs), at(32, -12, 228, kStubs)});
     stub("left_renal", at(-8, 4, 238, kUpper), 0.0028, false,
