@@ -1,0 +1,46 @@
+# Run by ctest: install, configure a stranger's project against the installed package only, build, run.
+function(run what)
+    execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+    if(NOT status EQUAL 0)
+        message(FATAL_ERROR "${what} failed (${status}):\n${output}")
+    endif()
+    set(last_output "${output}" PARENT_SCOPE)
+endfunction()
+
+function(build_project name source)
+    run("configuring ${name}" ${CMAKE_COMMAND} -S ${source} -B ${WORK_DIR}/${name} -G ${GENERATOR}
+        -DCMAKE_BUILD_TYPE=${CONFIG} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS}
+        -DCMAKE_PREFIX_PATH=${WORK_DIR}/prefix -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF
+        -DSeldinger_DIR=${WORK_DIR}/prefix/${LIB_DIR}/cmake/Seldinger)
+    run("building ${name}" ${CMAKE_COMMAND} --build ${WORK_DIR}/${name} --parallel 2)
+endfunction()
+
+file(REMOVE_RECURSE ${WORK_DIR})
+run("installing" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix)
+file(GLOB_RECURSE config RELATIVE ${WORK_DIR}/prefix ${WORK_DIR}/prefix/*/SeldingerConfig.cmake)
+string(REGEX REPLACE "/cmake/Seldinger/SeldingerConfig.cmake$" "" LIB_DIR "${config}")
+
+# Nothing that is installed may point back into the source or the build folder.
+file(GLOB_RECURSE package ${WORK_DIR}/prefix/${LIB_DIR}/cmake/Seldinger/*.cmake)
+foreach(file ${package})
+    file(READ ${file} text)
+    string(FIND "${text}" "${SOURCE_DIR}" found)
+    if(NOT found EQUAL -1)
+        message(FATAL_ERROR "${file} names the source folder")
+    endif()
+endforeach()
+
+build_project(consumer ${SOURCE_DIR}/tests/install/consumer)
+run("running the consumer" ${WORK_DIR}/consumer/consumer ${WORK_DIR}/consumer)
+if(NOT last_output MATCHES "4 triangles")
+    message(FATAL_ERROR "the consumer printed: ${last_output}")
+endif()
+
+file(GLOB examples ${SOURCE_DIR}/examples/*/CMakeLists.txt)
+foreach(example ${examples})
+    get_filename_component(folder ${example} DIRECTORY)
+    get_filename_component(name ${folder} NAME)
+    build_project(${name} ${folder})
+    run("running ${name}" ${WORK_DIR}/${name}/${name} ${WORK_DIR}/prefix/share/seldinger/scenes/straight_tube.json 20)
+    message(STATUS "${name}: ${last_output}")
+endforeach()
