@@ -1,0 +1,154 @@
+#include "engine/observe/observer.hpp"
+
+#include "engine/io/atomic_file.hpp"
+#include "engine/observe/output_folder.hpp"
+#include "engine/observe/photographer.hpp"
+#include "engine/observe/recorder.hpp"
+#include "engine/observe/report_page.hpp"
+#include "engine/observe/step_table.hpp"
+#include "engine/observe/summary.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace seldinger::engine {
+
+namespace {
+
+constexpr std::uint64_t kRecordedStates = 100; // when the command line asks and the scene does not say how often
+
+std::uint64_t record_interval(const Scene& scene, const ObserveOptions& options) {
+    if (scene.outputs.record_every > 0) return scene.outputs.record_every;
+    return options.record ? std::max<std::uint64_t>(1, options.steps / kRecordedStates) : 0;
+}
+
+/// ms; infinite where the budget is no time.
+double budget_limit_ms(const BudgetSpec& budget) {
+    return budget.limits.mode == BudgetMode::Wall ? 1e3 * budget.limits.wall_s : std::numeric_limits<double>::infinity();
+}
+
+} // namespace
+
+struct RunObserver::Parts {
+    Parts(const Scene& scene_in, const PreparedScene& prepared_in, const ObserveOptions& options_in, OutputFolder folder_in,
+          StepTable table_in)
+        : scene(scene_in), prepared(prepared_in), options(options_in), budget_ms(budget_limit_ms(scene_in.budget)),
+          folder(std::move(folder_in)), table(std::move(table_in)), photographer(scene_in, folder.path()),
+          recorder(prepared_in.model, folder.path() / output_name::kRecord, record_interval(scene_in, options_in)) {
+        statistics.reserve(options.steps);
+    }
+
+    [[nodiscard]] Moment moment(const Simulator& simulator) const {
+        return {prepared, simulator.state(), &simulator.context(), simulator.contacts()};
+    }
+    Result<void> start();
+    Result<void> observe(const Simulator& simulator, const StepReport& report);
+    Result<void> stop(const Simulator& simulator, const StepReport& report);
+    Result<void> write_pages(RunRecord& record);
+
+    const Scene& scene;
+    const PreparedScene& prepared;
+    ObserveOptions options;
+    double budget_ms;
+    OutputFolder folder;
+    StepTable table;
+    Photographer photographer;
+    Recorder recorder;
+    RunStatistics statistics;
+    std::vector<std::string> notices;
+    double spent_ms = 0.0; // in here while the run goes
+    std::string failure, last_good_state;
+    std::uint64_t failed_step = 0;
+};
+
+/// The state before the first step: pictures of time 0, and a driver that is awake before the steps begin.
+Result<void> RunObserver::Parts::start() {
+    const bool picture = options.pictures && photographer.anything_due(0.0);
+    const bool record = record_interval(scene, options) > 0;
+    if (!picture && !record) return {};
+    const State initial = make_initial_state(prepared.model);
+    if (picture)
+        if (Result<void> taken = photographer.take_due({.prepared = prepared, .state = initial, .contacts = {}}, 0.0, notices); !taken)
+            return taken;
+    return recorder.start(initial);
+}
+
+Result<void> RunObserver::Parts::observe(const Simulator& simulator, const StepReport& report) {
+    if (!report.finite) return stop(simulator, report);
+    statistics.add(report, budget_ms);
+    if (Result<void> added = table.add(report); !added) return added;
+    if (options.pictures && photographer.anything_due(report.time_s))
+        if (Result<void> taken = photographer.take_due(moment(simulator), report.time_s, notices); !taken) return taken;
+    return recorder.after_step(simulator.state());
+}
+
+/// The step that failed has no row: it was not done. The simulator went back to the last good state, which is kept.
+Result<void> RunObserver::Parts::stop(const Simulator& simulator, const StepReport& report) {
+    failure = report.failure;
+    failed_step = report.step;
+    last_good_state = output_name::kLastGoodState;
+    const std::filesystem::path place = folder.path() / last_good_state;
+    std::error_code failed;
+    std::filesystem::create_directories(place, failed);
+    if (failed) return Error{.code = ErrorCode::CannotWrite, .message = "cannot be made: " + failed.message(), .file = place.string()};
+    const auto files = write_state(place, prepared.model, simulator.state(), "", false);
+    return files ? Result<void>() : Result<void>(files.error());
+}
+
+Result<void> RunObserver::Parts::write_pages(RunRecord& record) {
+    const Result<std::string> page = make_report_page(record, photographer.taken(), folder.path(), notices);
+    if (!page) return page.error();
+    if (Result<void> written = write_file_atomically(folder.path() / output_name::kReport, *page); !written) return written;
+    record.notices = notices;
+    return write_file_atomically(folder.path() / output_name::kSummary, summary_text(record));
+}
+
+Result<std::unique_ptr<RunObserver>> RunObserver::open(const Scene& scene, const PreparedScene& prepared,
+                                                       const ObserveOptions& options) {
+    Result<OutputFolder> folder = OutputFolder::open(options.out, options.force);
+    if (!folder) return folder.error();
+    Result<StepTable> table = StepTable::create(options.out, budget_limit_ms(scene.budget));
+    if (!table) return table.error();
+    auto parts = std::make_unique<Parts>(scene, prepared, options, std::move(*folder), std::move(*table));
+    if (Result<void> started = parts->start(); !started) return started.error();
+    return std::unique_ptr<RunObserver>(new RunObserver(std::move(parts)));
+}
+
+RunObserver::RunObserver(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+RunObserver::~RunObserver() = default;
+
+Result<void> RunObserver::after_step(const Simulator& simulator, const StepReport& report) {
+    const StopWatch watch;
+    Result<void> observed = parts_->observe(simulator, report);
+    parts_->spent_ms += watch.elapsed_ms();
+    return observed;
+}
+
+Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s, bool interrupted) {
+    Parts& parts = *parts_;
+    const State& state = simulator.state();
+    if (Result<void> finished = parts.table.finish(); !finished) return finished.error();
+    if (parts.options.pictures)
+        if (Result<void> taken = parts.photographer.take_rest(parts.moment(simulator), state.time, parts.notices); !taken)
+            return taken.error();
+    if (Result<void> finished = parts.recorder.finish(state); !finished) return finished.error();
+
+    RunRecord record{.scene = parts.scene, .prepared = parts.prepared, .statistics = parts.statistics};
+    record.observe_s = 1e-3 * parts.spent_ms;
+    record.interrupted = interrupted;
+    record.failed_step = parts.failed_step;
+    record.last_good_state = parts.last_good_state;
+    record.summary.finite = parts.failed_step == 0;
+    record.summary.failure = parts.failure;
+    record.gl = parts.photographer.renderer_name();
+    record.machine = describe_machine();
+    for (const TakenPicture& picture : parts.photographer.taken()) record.pictures.push_back(picture.file);
+    make_run_summary(record, static_cast<double>(parts.statistics.steps) * parts.scene.time.step,
+                     std::max(wall_s - record.observe_s, 0.0), hash_state(state));
+    if (Result<void> written = parts.write_pages(record); !written) return written.error();
+    return record.summary;
+}
+
+const std::vector<std::string>& RunObserver::notices() const noexcept { return parts_->notices; }
+
+} // namespace seldinger::engine

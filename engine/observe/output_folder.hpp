@@ -1,0 +1,40 @@
+// The folder a run writes into: made if missing, held by one run at a time, never mixed with somebody's files.
+#pragma once
+
+#include "base/result.hpp"
+
+#include <filesystem>
+
+namespace seldinger::engine {
+
+/// Holds the folder until it goes. A run that was killed holds nothing: the system drops its lock with it.
+class OutputFolder {
+public:
+    /// force    outputs of an earlier run are removed first, by their known names; other files are left alone
+    /// fails    CannotWrite: not empty (without force), in use by another run, a file in the way, read-only, disk full
+    [[nodiscard]] static Result<OutputFolder> open(const std::filesystem::path& path, bool force);
+
+    OutputFolder(OutputFolder&& other) noexcept;
+    OutputFolder& operator=(OutputFolder&&) = delete;
+    ~OutputFolder();
+
+    [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+
+private:
+    OutputFolder(std::filesystem::path path, int lock) : path_(std::move(path)), lock_(lock) {}
+    std::filesystem::path path_;
+    int lock_ = -1; // file descriptor; the lock file is removed with it
+};
+
+/// Names that runs give to what they leave in an output folder.
+namespace output_name {
+inline constexpr const char* kLock = ".seldinger.lock";
+inline constexpr const char* kSteps = "steps.csv";
+inline constexpr const char* kPartialSteps = "steps.csv.partial"; // until the run ends; all that is left of a killed one
+inline constexpr const char* kSummary = "summary.json";
+inline constexpr const char* kReport = "report.html";
+inline constexpr const char* kRecord = "record";
+inline constexpr const char* kLastGoodState = "last_good_state";
+} // namespace output_name
+
+} // namespace seldinger::engine

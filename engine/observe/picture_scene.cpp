@@ -1,0 +1,147 @@
+#include "engine/observe/picture_scene.hpp"
+
+#include <algorithm>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// From the eye into the scene: the patient's front, slightly from above.
+const Vec3 kFront = Vec3(0.0, -1.0, -0.22).normalized();
+const Vec3 kAnteroPosterior(0.0, -1.0, 0.0);
+
+constexpr double kTipViewHeight = 64.0;      // [-] of a tip picture, in radii of the instrument
+constexpr double kTipViewAngle = 0.35;       // rad
+constexpr Index kTipTangentNodes = 4;        // back from the tip, for its direction
+constexpr double kTipOrganOpacity = 0.05;    // an organ around the tip is mist, no more
+constexpr double kTipVesselOpacity = 0.26;
+constexpr double kInstrumentPixels = 2.2;    // half width of an instrument seen from afar
+constexpr double kFluoroVessel = 9.0;        // 1/m: a trace of contrast agent
+constexpr double kFluoroOrgan = 1.6;         // 1/m
+constexpr std::size_t kMaxMarkers = 4000;
+constexpr double kMarkerRange = 2.0e-4;      // m
+
+RenderSurface make_surface(PictureView view, const BodyModel& body, const BodyState& state) {
+    RenderSurface surface{.vertices = state.surface, .triangles = body.surface.triangles};
+    if (body.hollow) {
+        surface.colour = palette::kArtery;
+        surface.opacity = view == PictureView::Tip ? kTipVesselOpacity : palette::kVesselOpacity;
+        surface.attenuation = kFluoroVessel;
+    } else if (body.motion == Motion::Deformable) {
+        surface.colour = palette::kLiver;
+        surface.opacity = view == PictureView::Tip ? kTipOrganOpacity : palette::kOrganOpacity;
+        surface.attenuation = kFluoroOrgan;
+    } else {
+        surface.colour = palette::kRigid;
+        surface.attenuation = kFluoroOrgan;
+    }
+    return surface;
+}
+
+std::vector<Vec3> inserted_part(const InstrumentModel& instrument, const fem::RodState& rod) {
+    std::vector<Vec3> points{instrument.port.position};
+    const Index first = std::min(fem::first_inserted_node(instrument.rod, rod.insertion),
+                                 static_cast<Index>(rod.position.size()));
+    points.insert(points.end(), rod.position.begin() + first, rod.position.end());
+    return points;
+}
+
+void add_instrument(PictureView view, const InstrumentModel& instrument, const InstrumentState& state, View& out) {
+    if (view == PictureView::Anatomy) {
+        const std::vector<Vec3>& line = out.lines.emplace_back(inserted_part(instrument, state.rod));
+        out.scene.tubes.push_back({.points = line, .radius = instrument.rod.design.radius, .min_radius_px = kInstrumentPixels,
+                                   .emphasis = palette::kInstrumentEmphasis});
+        return;
+    }
+    out.scene.surfaces.push_back({.vertices = state.skin, .triangles = instrument.skin.triangles,
+                                  .colour = palette::kInstrument, .emphasis = palette::kInstrumentEmphasis,
+                                  .attenuation = palette::kInstrumentAttenuation});
+}
+
+/// Where walls press on a rod: on the wall, coloured by how deep it is pressed in.
+void add_wall_markers(const SceneModel& model, const InstrumentModel& instrument, const InstrumentState& state,
+                      const InstrumentScratch& scratch, RenderScene& out) {
+    for (const fem::RodPlane& plane : scratch.planes) {
+        if (!(plane.force > 0.0) || out.markers.size() >= kMaxMarkers) continue;
+        const Vec3 axis = (1.0 - plane.weight) * state.rod.position[plane.node] + plane.weight * state.rod.position[plane.node + 1];
+        out.markers.push_back({axis - instrument.rod.design.radius * plane.normal, plane.force / model.contact.rod_stiffness});
+    }
+}
+
+void add_markers(const Moment& moment, RenderScene& out) {
+    if (moment.context == nullptr) return;
+    const SceneModel& model = moment.prepared.model;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i)
+        add_wall_markers(model, model.instruments[i], moment.state.instruments[i], moment.context->instruments[i], out);
+    for (const Contact& contact : moment.contacts)
+        if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() && out.markers.size() < kMaxMarkers)
+            out.markers.push_back({contact.point, -contact.gap});
+    out.marker_range = model.instruments.empty() ? 0.0 : kMarkerRange;
+}
+
+std::vector<Vec3> all_points(const Moment& moment) {
+    std::vector<Vec3> points;
+    for (const BodyState& body : moment.state.bodies) points.insert(points.end(), body.surface.begin(), body.surface.end());
+    for (std::size_t i = 0; i < moment.state.instruments.size(); ++i) {
+        const std::vector<Vec3> line = inserted_part(moment.prepared.model.instruments[i], moment.state.instruments[i].rod);
+        points.insert(points.end(), line.begin(), line.end());
+    }
+    return points;
+}
+
+/// As on the angiography table: the organ in the middle, and the instrument's tip wherever it is.
+std::vector<Vec3> fluoroscopy_points(const Moment& moment) {
+    std::vector<Vec3> points;
+    for (std::size_t i = 0; i < moment.state.bodies.size(); ++i) {
+        const std::vector<Vec3>& surface = moment.state.bodies[i].surface;
+        if (moment.prepared.model.bodies[i].motion == Motion::Deformable) points.insert(points.end(), surface.begin(), surface.end());
+    }
+    if (points.empty()) return all_points(moment);
+    for (const InstrumentState& instrument : moment.state.instruments) points.push_back(instrument.rod.position.back());
+    return points;
+}
+
+Camera tip_camera(const InstrumentModel& instrument, const fem::RodState& rod) {
+    const Vec3 tip = rod.position.back();
+    const std::size_t behind = rod.position.size() - 1 - std::min<std::size_t>(kTipTangentNodes, rod.position.size() - 1);
+    const Vec3 along = tip - rod.position[behind];
+    const double length = along.norm();
+    const Vec3 tangent = length > 0.0 ? Vec3(along / length) : Vec3(Vec3::UnitZ());
+    Vec3 direction = kFront - kFront.dot(tangent) * tangent; // across the instrument, as far in front as that allows
+    if (!(direction.norm() > 0.2)) direction = Vec3::UnitX() - tangent.x() * tangent;
+    direction.normalize();
+    const double height = kTipViewHeight * instrument.rod.design.radius;
+    Camera camera;
+    camera.look_at = tip - 0.15 * height * tangent;
+    camera.field_of_view_rad = kTipViewAngle;
+    camera.eye = camera.look_at - direction * (0.5 * height / std::tan(0.5 * kTipViewAngle));
+    camera.up = std::abs(direction.z()) < 0.9 ? Vec3::UnitZ() : Vec3::UnitY();
+    return camera;
+}
+
+} // namespace
+
+View make_view(PictureView view, const Moment& moment, unsigned width, unsigned height) {
+    View out;
+    const SceneModel& model = moment.prepared.model;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        out.scene.surfaces.push_back(make_surface(view, model.bodies[i], moment.state.bodies[i]));
+    out.lines.reserve(model.instruments.size()); // tubes point into it
+    for (std::size_t i = 0; i < model.instruments.size(); ++i)
+        add_instrument(view, model.instruments[i], moment.state.instruments[i], out);
+    const double aspect = static_cast<double>(width) / static_cast<double>(height);
+    const double target_size = model.instruments.empty() ? 0.003 : 3.0 * model.instruments.front().rod.design.radius;
+    for (const Place& target : moment.prepared.targets) out.scene.targets.push_back({target.position, target_size});
+    if (view == PictureView::Fluoroscopy) {
+        out.camera = frame_camera(fluoroscopy_points(moment), {.direction = kAnteroPosterior, .aspect = aspect, .orthographic = true});
+        return out;
+    }
+    add_markers(moment, out.scene);
+    if (view == PictureView::Tip && !model.instruments.empty())
+        out.camera = tip_camera(model.instruments.front(), moment.state.instruments.front().rod);
+    else
+        out.camera = frame_camera(all_points(moment), {.direction = kFront, .aspect = aspect});
+    return out;
+}
+
+} // namespace seldinger::engine
