@@ -74,7 +74,7 @@ TEST(LumenTree, OfPatientsVesselsIsFree) {
     const auto wall = test::read_test_obj("vessels/steve_vessel_architecture_3.6k.obj", 1e-3);
     if (!wall) GTEST_SKIP() << "SELDINGER_TEST_DATA does not name a folder with the test data";
     LumenReport report;
-    const auto lumen = build_lumen_tree(*wall, {.max_samples = 10'000}, &report);
+    const auto lumen = build_lumen_tree(*wall, {}, &report);
     ASSERT_TRUE(lumen) << lumen.error().to_string();
     expect_free_balls(*lumen, *wall);
     EXPECT_LT(report.components, 10U);
