@@ -144,7 +144,7 @@ Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, Pa
     loaded.mesh = std::move(*mesh);
     for (Vec3& v : loaded.mesh.vertices) v = body.scale * v + body.translate;
     if (!body.surface.repair.empty()) {
-        const Result<RepairReport> repaired = apply_repairs(loaded.mesh, body.surface.repair);
+        const Result<RepairReport> repaired = apply_repairs(loaded.mesh, body.surface.repair, {body.surface.weld_tolerance});
         if (!repaired.ok()) return scene_error(scene, key, repaired.error().message, repaired.error().code);
         for (const RepairStep& step : repaired->steps) loaded.notes.push_back("repair " + step.to_string());
     }

@@ -37,7 +37,7 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
         radii.push_back(point.radius);
     }
     model.route = make_route(std::move(points), std::move(radii));
-    model.follow.speed = spec.follow->speed;
+    model.follow = {spec.follow->speed, spec.follow->look_ahead, spec.follow->tolerance};
     return {};
 }
 
@@ -122,6 +122,7 @@ void fill_settings(const Scene& scene, SceneModel& model) {
     model.step_s = scene.time.step;
     model.step_count = scene.time.step_count();
     model.fixed_substeps = scene.time.substeps;
+    model.max_substeps = scene.time.max_substeps;
     model.budget = scene.budget.limits;
     model.budget_covers_step = scene.budget.scope == BudgetScope::Step;
     model.effects = make_effects(scene);
