@@ -19,6 +19,8 @@ Vec3 at(const SweptPoint& p, double t) noexcept { return (1.0 - t) * p.t0 + t * 
 
 /// Candidates wait until this many are there, so that the batches of the elementary tests are full and the lists stay in cache.
 constexpr std::size_t kFullList = 512;
+/// What one more pair of clusters can add to a list that is not full.
+constexpr std::size_t kLongestList = kFullList + BoxTree::kClusterFeatures * BoxTree::kClusterFeatures + 1;
 
 /// Sum of the three edges: which of two boxes to open first.
 float size_of(const SweptBox& box) noexcept {
@@ -38,6 +40,23 @@ struct NearFeatures {
         }
     }
     [[nodiscard]] std::span<const std::uint8_t> all() const noexcept { return std::span(ids).first(count); }
+};
+
+/// Appends those of up to `most` pairs that are kept, without a branch.
+class PairWriter {
+public:
+    PairWriter(std::vector<FeaturePair>& pairs, std::size_t most) : pairs_(pairs), count_(pairs.size()) { pairs.resize(count_ + most + 1); }
+    ~PairWriter() { pairs_.resize(count_); }
+    PairWriter(const PairWriter&) = delete;
+    PairWriter& operator=(const PairWriter&) = delete;
+    void add(FeaturePair pair, bool kept) noexcept {
+        pairs_[count_] = pair;
+        count_ += kept;
+    }
+
+private:
+    std::vector<FeaturePair>& pairs_;
+    std::size_t count_;
 };
 
 } // namespace
@@ -75,9 +94,10 @@ ExactStats ContactFinder::find_self(const SurfaceMotion& a, BoxTree& tree_a, con
 void ContactFinder::traverse(Search& search) {
     safe_times_.clear();
     stack_.clear();
-    vertex_face_.clear();
-    face_vertex_.clear();
-    edge_edge_.clear();
+    for (auto* list : {&vertex_face_, &face_vertex_, &edge_edge_}) {
+        list->clear();
+        list->reserve(kLongestList);
+    }
     if (search.a.tree.empty() || search.b.tree.empty()) return;
     const auto nodes_a = search.a.tree.nodes(), nodes_b = search.b.tree.nodes();
     stack_.push_back({0, 0});
@@ -118,12 +138,14 @@ void ContactFinder::collect_vertex_face(const Search& search, const Side& vertex
     const NearFeatures near_vertices(vertex_boxes, face_side.tree.nodes()[faces.node].box, search.distance);
     if (near_vertices.count == 0) return;
     const NearFeatures near_faces(face_boxes, vertex_side.tree.nodes()[vertices.node].box, search.distance);
+    const auto vertex_ids = vertex_side.tree.vertex_ids().subspan(vertices.vertices.begin);
+    const auto face_ids = face_side.tree.triangle_ids().subspan(faces.triangles.begin);
+    PairWriter writer(pairs, near_vertices.count * near_faces.count);
     for (const std::size_t k : near_faces.all())
         for (const std::size_t i : near_vertices.all()) {
-            if (!are_near(vertex_boxes[i], face_boxes[k], search.distance)) continue;
-            const Index vertex = vertex_side.tree.vertex_ids()[vertices.vertices.begin + i];
-            const Index face = face_side.tree.triangle_ids()[faces.triangles.begin + k];
-            if (!search.self || !holds(face_side.tree.topology().triangles[face], vertex)) pairs.push_back({vertex, face});
+            const bool near = are_near(vertex_boxes[i], face_boxes[k], search.distance);
+            const bool adjacent = search.self && holds(face_side.tree.topology().triangles[face_ids[k]], vertex_ids[i]);
+            writer.add({vertex_ids[i], face_ids[k]}, near && !adjacent);
         }
 }
 
@@ -136,13 +158,14 @@ void ContactFinder::collect_edge_edge(const Search& search, Index cluster_a, Ind
     if (near_a.count == 0) return;
     const NearFeatures near_b(boxes_b, search.a.tree.nodes()[a.node].box, search.distance);
     const bool same_cluster = search.self && cluster_a == cluster_b;
+    const auto ids_a = search.a.tree.edge_ids().subspan(a.edges.begin), ids_b = search.b.tree.edge_ids().subspan(b.edges.begin);
+    const auto& edges = search.a.tree.topology().edges;
+    PairWriter writer(edge_edge_, near_a.count * near_b.count);
     for (const std::size_t i : near_a.all())
         for (const std::size_t k : near_b.all()) {
-            if ((same_cluster && k <= i) || !are_near(boxes_a[i], boxes_b[k], search.distance)) continue;
-            const Index edge_a = search.a.tree.edge_ids()[a.edges.begin + i];
-            const Index edge_b = search.b.tree.edge_ids()[b.edges.begin + k];
-            if (search.self && share_vertex(search.a.tree.topology().edges[edge_a], search.b.tree.topology().edges[edge_b])) continue;
-            edge_edge_.push_back({edge_a, edge_b});
+            const bool near = are_near(boxes_a[i], boxes_b[k], search.distance);
+            const bool skipped = search.self && ((same_cluster && k <= i) || share_vertex(edges[ids_a[i]], edges[ids_b[k]]));
+            writer.add({ids_a[i], ids_b[k]}, near && !skipped);
         }
 }
 

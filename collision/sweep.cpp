@@ -51,7 +51,7 @@ double find_end_carefully(const Differences<Count>& q, double t, double distance
 }
 
 /// With one direction per advance, features that turn while they meet come closer by a constant factor only, be it 0.9. From this
-/// many advances on the direction turns as well, which makes it about 0.1.
+/// many advances on the direction turns as well, which makes it 0.1 or less.
 constexpr int kPlainSteps = 6;
 
 /// Unit direction to separate along. Rounding tilts a shortest vector by u M / distance; below this share of M the flat normal
@@ -72,11 +72,12 @@ Vec3 find_direction(const Differences<Count>& q, double t, const Nearest& neares
 /// goal   where to try first, <= 1
 template <int Count>
 double find_end_turning(const Differences<Count>& q, double time, const Nearest& nearest, double goal, double distance) noexcept {
-    for (int attempt = 0; attempt < 3; ++attempt) {
-        const Nearest there = find_nearest(at(q, goal));
-        const Turn turn{time, goal, find_direction(q, time, nearest), find_direction(q, goal, there)};
-        if (is_free_turning(q, turn, distance)) return goal;
-        goal = time + 0.25 * (goal - time);
+    const Vec3 from = find_direction(q, time, nearest);
+    for (const double share : {1.0, 0.9, 0.25}) {
+        const double end = time + share * (goal - time);
+        const Nearest there = find_nearest(at(q, end));
+        const Turn turn{time, end, from, find_direction(q, end, there)};
+        if (is_free_turning(q, turn, distance)) return end;
     }
     return time;
 }
@@ -92,7 +93,7 @@ Advance advance(const Differences<Count>& q, double time, Nearest nearest, doubl
         double end = free.holds(time) ? free.to : time;
         if (step >= kPlainSteps && end < 1.0) {
             const double approach = (last_distance - nearest.distance) / (time - last_time);
-            const double goal = approach > 0.0 ? time + 0.9 * (nearest.distance - distance) / approach : 1.0;
+            const double goal = approach > 0.0 ? time + 0.99 * (nearest.distance - distance) / approach : 1.0;
             end = std::max(end, find_end_turning(q, time, nearest, std::min(goal, 1.0), distance));
         }
         if (end >= 1.0) return {1.0, Stop::End, nearest};

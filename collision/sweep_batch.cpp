@@ -108,18 +108,23 @@ SELDINGER_LANES_INLINE LaneNearest find_nearest(const std::array<Lanes3, 4>& cor
     return {offset, square_root(dot(offset, offset)), {s, t, all(0.0)}};
 }
 
-/// find_free_time of separation.hpp, lane by lane; its proof holds here word for word.
+/// As in separation.hpp, lane by lane; its proof holds here word for word.
+template <int Count>
+SELDINGER_LANES_INLINE Lanes free_bound(const LaneDifferences<Count>& q, const Lanes3& n, Lanes distance) noexcept {
+    const Lanes length_1 = magnitude(n.x) + magnitude(n.y) + magnitude(n.z);
+    return distance * square_root(dot(n, n)) * (1.0 + 8.0 * kUnitRoundoff) + kRoundingUnits * kUnitRoundoff * length_1 * q.size +
+           std::numeric_limits<double>::min();
+}
+
 template <int Count>
 SELDINGER_LANES_INLINE LaneFreeTime find_free_time(const LaneDifferences<Count>& q, const Lanes3& n, Lanes distance) noexcept {
-    const Lanes length_1 = magnitude(n.x) + magnitude(n.y) + magnitude(n.z);
-    const Lanes length = square_root(dot(n, n));
-    const Lanes bound = distance * length * (1.0 + 8.0 * kUnitRoundoff) + kRoundingUnits * kUnitRoundoff * length_1 * q.size +
-                        std::numeric_limits<double>::min();
+    const Lanes bound = free_bound(q, n, distance);
     const Lanes zero = all(0.0), one = all(1.0);
     LaneFreeTime free{zero, one};
     for (int i = 0; i < Count; ++i) {
         const Lanes a = dot(n, q.t0[i]), b = dot(n, q.t1[i]);
         const Mask a_free = a > bound, b_free = b > bound;
+        if (!any(~(a_free & b_free))) continue;
         const Lanes cut = (a - bound) / (a - b);
         // what compares false, NaN included, proves nothing: the interval becomes empty
         free.to = b_free ? free.to : (cut >= 0.0 ? smaller(free.to, cut) : -one);
@@ -133,8 +138,11 @@ template <int Count>
 SELDINGER_LANES_INLINE Mask stays_on_one_side(const LaneDifferences<Count>& q, Lanes distance) noexcept {
     const Lanes3 flat = flat_normal(q.t0);
     const Mask below = dot(flat, q.t0[0]) < 0.0;
-    const LaneFreeTime free = find_free_time(q, select(below, all(-1.0) * flat, flat), distance);
-    return (free.from <= 0.0) & (free.to >= 1.0);
+    const Lanes3 n = select(below, all(-1.0) * flat, flat);
+    const Lanes bound = free_bound(q, n, distance);
+    Mask free = {-1, -1, -1, -1};
+    for (int i = 0; i < Count; ++i) free &= (dot(n, q.t0[i]) > bound) & (dot(n, q.t1[i]) > bound);
+    return free;
 }
 
 struct LaneSweep {

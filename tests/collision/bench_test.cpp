@@ -23,6 +23,12 @@ double median(std::vector<double> v) {
     return v[v.size() / 2];
 }
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kSteps = 3; // these times say nothing
+#else
+constexpr int kSteps = 41;
+#endif
+
 /// Lumen: 60K triangles, 0.4 m, 3 mm radius; skin: 10K triangles, 0.5 mm radius, lying on the outer wall of the bend.
 struct Scene {
     Surface lumen = testing::make_bent_tube(0.40, 3.0e-3, 1001, 30, 4.0);
@@ -60,7 +66,7 @@ TEST(Bench, SkinInALumen) {
         options.limits = {.distance = distance, .tolerance = 0.01 * distance};
         std::vector<double> refit, find;
         ExactStats stats;
-        for (int step = 0; step < 41; ++step) {
+        for (int step = 0; step < kSteps; ++step) {
             scene.move(step);
             start = now_ms();
             skin.refit(scene.skin.motion());

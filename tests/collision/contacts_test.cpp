@@ -2,27 +2,13 @@
 
 #include "collision/hold_back.hpp"
 #include "collision/proximity.hpp"
+#include "tests/collision/allocations.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstdlib>
-#include <new>
 #include <set>
-
-namespace {
-std::atomic<std::size_t> allocations{0};
-}
-// Counts what the step loop must not do.
-void* operator new(std::size_t size) {
-    ++allocations;
-    if (void* memory = std::malloc(size)) return memory;
-    throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace seldinger::collision {
 namespace {
@@ -320,14 +306,14 @@ TEST(Contacts, NothingIsAllocatedAfterTheFirstStep) {
     std::vector<Contact> contacts;
     std::size_t before = 0;
     for (int step = 0; step < 3; ++step) {
-        if (step == 1) before = allocations;
+        if (step == 1) before = testing::allocation_count();
         contacts.clear();
         tree_a.refit(a.motion());
         tree_b.refit(b.motion());
         WorkBudget budget;
         finder.find(a.motion(), tree_a, b.motion(), tree_b, {}, budget, contacts);
     }
-    EXPECT_EQ(allocations - before, 0u);
+    EXPECT_EQ(testing::allocation_count() - before, 0u);
     EXPECT_FALSE(contacts.empty());
 }
 

@@ -1,0 +1,10 @@
+// How often this program has asked for memory: the step loop must not.
+#pragma once
+
+#include <cstddef>
+
+namespace seldinger::collision::testing {
+
+[[nodiscard]] std::size_t allocation_count() noexcept;
+
+} // namespace seldinger::collision::testing
