@@ -96,6 +96,7 @@ Result<void> RunObserver::Parts::stop(const Simulator& simulator, const StepRepo
 }
 
 Result<void> RunObserver::Parts::write_pages(RunRecord& record) {
+    record.notices = notices;
     const Result<std::string> page = make_report_page(record, photographer.taken(), folder.path(), notices);
     if (!page) return page.error();
     if (Result<void> written = write_file_atomically(folder.path() / output_name::kReport, *page); !written) return written;

@@ -1,0 +1,285 @@
+#include "engine/observe/plots.hpp"
+
+#include "engine/io/atomic_file.hpp"
+#include "engine/io/file_bytes.hpp"
+#include "engine/prepare/process.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+namespace seldinger::engine {
+
+namespace {
+
+constexpr double kTimeLimit = 60.0; // s, for all plots
+constexpr const char* kCurveFile = "curve.tsv";
+
+/// A plot before gnuplot: commands after the common ones.
+struct Sketch {
+    Plot plot;
+    int width = 540, height = 300; // of the drawing's own units; the page scales it
+    std::string commands;
+};
+
+constexpr const char* kCommon = R"(
+set encoding utf8
+set border 3 lc rgb '#9aa3ad' lw 1
+set tics nomirror out scale 0.5 textcolor rgb '#4b5563'
+set grid ytics lc rgb '#e6e9ed' lw 1 lt 1
+set key top left horizontal Left reverse samplen 1.6 textcolor rgb '#374151' maxrows 1
+set key at graph 0, 1.13
+set tmargin 2.6
+set rmargin 2.5
+set xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4
+set style fill solid 0.25 noborder
+file = 'curve.tsv'
+)";
+
+/// Columns of the curve's file, from 1.
+enum Column {
+    kTime = 1, kTotalMin, kTotalMax, kChargedMin, kChargedMax, kForce, kKinetic, kElastic, kVolume,
+    kInsertion, kTarget, kLevelMin, kLevelMax, kOpen, kExactShare, kTipX, kTipY, kTipZ,
+};
+
+std::string curve_text(const Curve& curve) {
+    std::string text;
+    for (const CurvePoint& p : curve.points())
+        fmt::format_to(std::back_inserter(text),
+                       "{:.9g}\t{:.5g}\t{:.5g}\t{:.5g}\t{:.5g}\t{:.5g}\t{:.5g}\t{:.5g}\t{:.5g}\t{:.7g}\t{:.7g}\t{}\t{}\t{}\t{:.4g}\t"
+                       "{:.7g}\t{:.7g}\t{:.7g}\n",
+                       p.time_s, p.total_ms.min, p.total_ms.max, p.charged_ms.min, p.charged_ms.max, p.force_n.max,
+                       p.kinetic_j.max, p.elastic_j.max, p.volume_ratio.min, 1e3 * p.insertion_m.last,
+                       1e3 * p.target_distance_m.last, p.level.min, p.level.max, p.pairs_open.max,
+                       static_cast<double>(p.exact_steps) / static_cast<double>(p.steps), 1e3 * p.tip.x(), 1e3 * p.tip.y(),
+                       1e3 * p.tip.z());
+    return text;
+}
+
+Sketch sketch_times(const RunRecord& record) {
+    const BudgetSpec& budget = record.scene.budget;
+    const bool wall = budget.limits.mode == BudgetMode::Wall;
+    const char* scope = budget.scope == BudgetScope::Step ? "whole step, charged" : "collision, charged";
+    Sketch sketch;
+    sketch.plot = {"times", wall ? "Time of each step against its budget" : "Time of each step",
+                   "Milliseconds on a logarithmic scale; where several steps share a point, the slowest is drawn.", {}};
+    sketch.commands = "set logscale y\nset format y '%g'\nset ylabel 'ms' textcolor rgb '#4b5563' offset 1,0\n";
+    if (wall && budget.limits.wall_s > 0.0)
+        sketch.commands += fmt::format("set arrow 1 from graph 0, first {0} to graph 1, first {0} nohead lc rgb '#d64545' lw 1.6 dt (8,5) front\n"
+                                       "budget = {0}\n", 1e3 * budget.limits.wall_s);
+    sketch.commands += fmt::format("plot file using {}:{} with lines lw 1.1 lc rgb '#a9bfe8' title 'whole step', "
+                                   "'' using {}:{} with lines lw 1.3 lc rgb '#2158d6' title '{}'", int{kTime}, int{kTotalMax},
+                                   int{kTime}, int{kChargedMax}, scope);
+    if (wall && budget.limits.wall_s > 0.0)
+        sketch.commands += ", '' using 1:(budget) with lines lw 1.6 lc rgb '#d64545' dt (8,5) title 'budget'";
+    return sketch;
+}
+
+Sketch sketch_advance(const RunRecord& record) {
+    Sketch sketch;
+    const bool target = record.statistics.target_distance_m >= 0.0;
+    sketch.plot = {"advance", target ? "Insertion, and the way that is left" : "Insertion",
+                   target ? "Length of instrument beyond the entry, and straight distance from its tip to the target."
+                          : "Length of instrument beyond the entry.", {}};
+    sketch.commands = fmt::format("set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\n"
+                                  "plot file using {}:{} with lines lw 1.8 lc rgb '#2158d6' title 'inserted'", int{kTime}, int{kInsertion});
+    if (target)
+        sketch.commands += fmt::format(", '' using {}:{} with lines lw 1.8 lc rgb '#d97706' title 'tip to target'", int{kTime}, int{kTarget});
+    return sketch;
+}
+
+Sketch sketch_force() {
+    Sketch sketch;
+    sketch.plot = {"force", "Force on the walls", "Sum of the normal forces between instrument and wall.", {}};
+    sketch.commands = fmt::format("set ylabel 'N' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\nunset key\n"
+                                  "plot file using {0}:{1} with filledcurves y1=0 fc rgb '#0f8a6d', "
+                                  "'' using {0}:{1} with lines lw 1.1 lc rgb '#0f8a6d'", int{kTime}, int{kForce});
+    return sketch;
+}
+
+Sketch sketch_depth(const RunRecord& record) {
+    Sketch sketch;
+    sketch.plot = {"level", "How far the tests went",
+                   "Coarsest level of the sphere trees that was still open when a step's descent ended (higher is finer), and the "
+                   "share of steps in which the exact stage gave the answer.", {}};
+    sketch.commands = fmt::format(
+        "set ylabel 'level' textcolor rgb '#2158d6' offset 1,0\nset yrange [0:*]\nset ytics 1\nset y2range [0:1]\nset y2tics ('0 %' 0, '50 %' 0.5, '100 %' 1)\n"
+        "set rmargin 7\nplot file using {0}:{2} axes x1y2 with filledcurves y=0 fc rgb '#7cc4ae' title 'exact answers', "
+        "'' using {0}:{1} with steps lw 1.6 lc rgb '#2158d6' title 'level reached'", int{kTime}, int{kLevelMin}, int{kExactShare});
+    if (std::none_of(record.statistics.curve.points().begin(), record.statistics.curve.points().end(),
+                     [](const CurvePoint& p) { return p.level.max > 12.0; }))
+        return sketch;
+    const std::size_t at = sketch.commands.find("set ytics 1\n");
+    sketch.commands.erase(at, std::string("set ytics 1\n").size());
+    return sketch;
+}
+
+Sketch sketch_energy() {
+    Sketch sketch;
+    sketch.plot = {"energy", "Energy", "Kinetic and elastic energy of everything that moves; a run that explodes shows here first.", {}};
+    sketch.commands = fmt::format("set ylabel 'J' textcolor rgb '#4b5563' offset 1,0\nset logscale y\nset format y '10^{{%L}}'\n"
+                                  "plot file using {0}:{1} with lines lw 1.3 lc rgb '#7c3aed' title 'elastic', "
+                                  "'' using {0}:{2} with lines lw 1.3 lc rgb '#d97706' title 'kinetic'", int{kTime}, int{kElastic}, int{kKinetic});
+    return sketch;
+}
+
+/// Outlines of all bodies as gnuplot's lines with breaks, mm.
+std::string outline_text(const SceneModel& model, const Vec3& direction, bool hollow) {
+    std::string text;
+    for (const BodyModel& body : model.bodies) {
+        if (body.hollow != hollow) continue;
+        for (const OutlineEdge& edge : find_outline(body.surface, direction))
+            fmt::format_to(std::back_inserter(text), "{:.4g} {:.4g} {:.4g}\n{:.4g} {:.4g} {:.4g}\n\n", 1e3 * edge.a.x(),
+                           1e3 * edge.a.y(), 1e3 * edge.a.z(), 1e3 * edge.b.x(), 1e3 * edge.b.y(), 1e3 * edge.b.z());
+    }
+    return text.empty() ? "NaN NaN NaN\n" : text;
+}
+
+struct Projection {
+    const char* name;
+    const char* title;
+    Vec3 direction;    // of view
+    int across;        // axis, 0 x, 1 y
+    const char* label; // of that axis
+    bool mirrored;     // as in the pictures, x runs to the left
+};
+
+Sketch sketch_path(const RunRecord& record, const Projection& projection) {
+    Sketch sketch;
+    sketch.plot = {projection.name, projection.title, "Way of the tip over the outlines of vessel and organ at rest; same scale on both axes.", {}};
+    sketch.height = 460;
+    sketch.commands = fmt::format(
+        "set size ratio -1\nset grid xtics ytics lc rgb '#eef0f3' lw 1 lt 1\nset key at graph 0, 1.07\nset tmargin 2.2\n"
+        "set xlabel '{}' offset 0,0.4\nset ylabel 'feet to head [mm]' textcolor rgb '#4b5563' offset 1,0\n{}"
+        "plot '{}_organ.txt' using {}:3 with lines lw 0.5 lc rgb '#e3b7a8' notitle, "
+        "'{}_vessel.txt' using {}:3 with lines lw 0.6 lc rgb '#d46a6a' notitle, "
+        "file using {}:{} with lines lw 2.2 lc rgb '#2158d6' title 'tip'",
+        projection.label, projection.mirrored ? "set xrange [*:*] reverse\n" : "", projection.name, projection.across + 1,
+        projection.name, projection.across + 1, projection.across == 0 ? int{kTipX} : int{kTipY}, int{kTipZ});
+    if (record.prepared.targets.empty()) return sketch;
+    sketch.commands += fmt::format(", '{}_targets.txt' using {}:3 with points pt 6 ps 1.1 lw 2 lc rgb '#f59e0b' title 'target'",
+                                   projection.name, projection.across + 1);
+    return sketch;
+}
+
+Result<void> write_path_files(const RunRecord& record, const Projection& projection, const std::filesystem::path& folder) {
+    std::string targets;
+    for (const Place& target : record.prepared.targets)
+        fmt::format_to(std::back_inserter(targets), "{} {} {}\n", 1e3 * target.position.x(), 1e3 * target.position.y(), 1e3 * target.position.z());
+    const SceneModel& model = record.prepared.model;
+    const std::pair<const char*, std::string> files[] = {{"_organ.txt", outline_text(model, projection.direction, false)},
+                                                         {"_vessel.txt", outline_text(model, projection.direction, true)},
+                                                         {"_targets.txt", targets}};
+    for (const auto& [ending, text] : files)
+        if (Result<void> written = write_file_atomically(folder / (projection.name + std::string(ending)), text); !written) return written;
+    return {};
+}
+
+const std::vector<Projection>& projections() {
+    static const std::vector<Projection> kBoth{
+        {"front", "Way of the tip, from the front", Vec3(0.0, -1.0, 0.0), 0, "patient's right to left [mm]", true},
+        {"side", "Way of the tip, from the side", Vec3(1.0, 0.0, 0.0), 1, "back to front [mm]", false}};
+    return kBoth;
+}
+
+std::vector<Sketch> make_sketches(const RunRecord& record) {
+    std::vector<Sketch> sketches{sketch_times(record)};
+    if (!record.prepared.model.instruments.empty()) {
+        sketches.push_back(sketch_advance(record));
+        for (const Projection& projection : projections()) sketches.push_back(sketch_path(record, projection));
+        sketches.push_back(sketch_force());
+    }
+    if (record.prepared.model.effects.coarse_contact) sketches.push_back(sketch_depth(record));
+    if (record.statistics.energy.max > 0.0) sketches.push_back(sketch_energy());
+    return sketches;
+}
+
+std::string script_of(const std::vector<Sketch>& sketches) {
+    std::string script;
+    for (const Sketch& sketch : sketches)
+        script += fmt::format("reset\nset terminal svg size {},{} dynamic enhanced font 'Helvetica,14' background '#ffffff'\n"
+                              "set output '{}.svg'\n{}{}\nunset output\n",
+                              sketch.width, sketch.height, sketch.plot.name, kCommon, sketch.commands);
+    return script;
+}
+
+void replace_all(std::string& text, const std::string& piece, const std::string& other) {
+    for (std::size_t at = text.find(piece); at != std::string::npos; at = text.find(piece, at + other.size()))
+        text.replace(at, piece.size(), other);
+}
+
+} // namespace
+
+std::string inline_svg(std::string svg, const std::string& name) {
+    const std::size_t begin = svg.find("<svg");
+    if (begin == std::string::npos) return {};
+    svg.erase(0, begin);
+    for (const char* id : {"gnuplot_plot_", "gpDot", "gpPt", "hypertextBox", "hypertext", "textbox", "greybox", "gridoutline"}) {
+        replace_all(svg, fmt::format("id=\"{}", id), fmt::format("id=\"{}_{}", name, id));
+        replace_all(svg, fmt::format("id='{}", id), fmt::format("id='{}_{}", name, id));
+        replace_all(svg, fmt::format("#{}", id), fmt::format("#{}_{}", name, id));
+    }
+    return svg;
+}
+
+std::vector<OutlineEdge> find_outline(const TriMesh& mesh, const Vec3& view_direction) {
+    struct Side {
+        Index a, b;
+        bool faces_away;
+    };
+    std::vector<Side> sides;
+    sides.reserve(3 * mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 normal = (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]);
+        const bool faces_away = normal.dot(view_direction) > 0.0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [a, b] = std::minmax(t[k], t[(k + 1) % 3]);
+            sides.push_back({a, b, faces_away});
+        }
+    }
+    std::sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) {
+        return std::tie(p.a, p.b, p.faces_away) < std::tie(q.a, q.b, q.faces_away);
+    });
+    std::vector<OutlineEdge> outline;
+    for (std::size_t i = 0, next = 0; i < sides.size(); i = next) {
+        while (next < sides.size() && sides[next].a == sides[i].a && sides[next].b == sides[i].b) ++next;
+        const bool border = next == i + 1;
+        if (border || sides[i].faces_away != sides[next - 1].faces_away)
+            outline.push_back({mesh.vertices[sides[i].a], mesh.vertices[sides[i].b]});
+    }
+    return outline;
+}
+
+Result<std::vector<Plot>> make_plots(const RunRecord& record) {
+    if (record.statistics.steps == 0) return std::vector<Plot>{};
+    const Result<std::filesystem::path> gnuplot = find_program("gnuplot", "gnuplot-nox");
+    if (!gnuplot) return gnuplot.error();
+    const Result<TemporaryFolder> folder = TemporaryFolder::make();
+    if (!folder) return folder.error();
+    const std::vector<Sketch> sketches = make_sketches(record);
+    if (Result<void> written = write_file_atomically(folder->path() / kCurveFile, curve_text(record.statistics.curve)); !written)
+        return written.error();
+    if (!record.prepared.model.instruments.empty())
+        for (const Projection& projection : projections())
+            if (Result<void> written = write_path_files(record, projection, folder->path()); !written) return written.error();
+    if (Result<void> written = write_file_atomically(folder->path() / "plots.gp", script_of(sketches)); !written)
+        return written.error();
+    const Result<ProcessOutcome> outcome = run_process(*gnuplot, {"-d", "plots.gp"}, folder->path(), kTimeLimit);
+    if (!outcome) return outcome.error();
+    const Error failed{.code = ErrorCode::ToolFailed, .message = "gnuplot drew nothing: " +
+                           (outcome->timed_out ? fmt::format("it took more than {} s", kTimeLimit) : outcome->output)};
+    if (outcome->timed_out || outcome->exit_code != 0) return failed;
+    std::vector<Plot> plots;
+    for (const Sketch& sketch : sketches) {
+        const Result<std::string> svg = read_file_bytes(folder->path() / (sketch.plot.name + ".svg"));
+        if (!svg) return failed;
+        plots.push_back(sketch.plot);
+        plots.back().svg = inline_svg(*svg, sketch.plot.name);
+    }
+    return plots;
+}
+
+} // namespace seldinger::engine

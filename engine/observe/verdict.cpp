@@ -1,0 +1,128 @@
+#include "engine/observe/verdict.hpp"
+
+#include <fmt/format.h>
+
+namespace seldinger::engine {
+
+namespace {
+
+constexpr const char* kThinSpace = "\xE2\x80\xAF"; // narrow, no break
+
+std::string grouped(std::uint64_t count) {
+    const std::string digits = std::to_string(count);
+    std::string text;
+    for (std::size_t i = 0; i < digits.size(); ++i) {
+        if (i > 0 && digits.size() > 4 && (digits.size() - i) % 3 == 0) text += kThinSpace;
+        text += digits[i];
+    }
+    return text;
+}
+
+std::string of_steps(std::uint64_t part, const RunRecord& record) {
+    return fmt::format("{} of {}", grouped(part), count_text(record.statistics.steps, "step", "steps"));
+}
+
+std::string scope_text(const BudgetSpec& budget) {
+    return budget.scope == BudgetScope::Step ? "the whole step" : "collision detection";
+}
+
+std::string ms(double value) { return fmt::format("{:.3g} ms", value); }
+
+Verdict wall_verdict(const RunRecord& record) {
+    const BudgetSpec& budget = record.scene.budget;
+    const RunStatistics& t = record.statistics;
+    const std::string limit = ms(1e3 * budget.limits.wall_s);
+    if (t.overruns == 0)
+        return {Mark::Good, fmt::format("The deadline was kept in {}.", t.steps == 1 ? "the one step" : "all " + count_text(t.steps, "step", "steps")),
+                fmt::format("{} for {} in every step; the slowest used {}.", limit, scope_text(budget), ms(t.worst_charged_ms))};
+    return {record.summary.budget_kept >= 0.99 ? Mark::Note : Mark::Bad,
+            fmt::format("The deadline was missed in {} ({:.2g} %).", of_steps(t.overruns, record), 100.0 * (1.0 - record.summary.budget_kept)),
+            fmt::format("{} for {} in every step; missed by {} at worst.", limit, scope_text(budget), ms(t.worst_overrun_ms))};
+}
+
+Verdict budget_verdict(const RunRecord& record) {
+    const BudgetLimits& limits = record.scene.budget.limits;
+    const std::string steps = count_text(record.statistics.steps, "step", "steps");
+    if (record.statistics.steps == 0) return {Mark::Note, "No step was taken.", "There is nothing to judge."};
+    if (limits.mode == BudgetMode::Wall) return wall_verdict(record);
+    if (limits.mode == BudgetMode::Work)
+        return {Mark::Good, fmt::format("{} with {} units of work each.", steps, grouped(limits.work_units)),
+                "No clock decides: the same input gives the same bits, on every run."};
+    return {Mark::Good, fmt::format("{} without a deadline.", steps),
+            fmt::format("Everything was tested in every step; the slowest took {}.", ms(record.summary.step_ms.max))};
+}
+
+/// Zero is good news.
+Loss make_loss(const char* name, std::uint64_t amount, std::string text, Mark mark, std::string advice) {
+    if (amount == 0) return {Mark::Good, name, "none", {}};
+    return {mark, name, std::move(text), std::move(advice)};
+}
+
+void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
+    const RunStatistics& t = record.statistics;
+    const EffectSet& effects = record.prepared.model.effects;
+    const bool instruments = !record.prepared.model.instruments.empty();
+    if (effects.coarse_contact)
+        losses.push_back(make_loss("Assumed contacts", t.assumed,
+                                   fmt::format("{} untested sphere pairs stood for contacts; pairs were open in {}", grouped(t.assumed), of_steps(t.open_steps, record)),
+                                   Mark::Note, "A larger budget lets the descent end."));
+    if (!instruments) return;
+    if (effects.exact_contact) {
+        const std::uint64_t skipped = t.steps - t.exact_steps;
+        losses.push_back(make_loss("Exact contacts skipped", skipped,
+                                   fmt::format("in {}{}", of_steps(skipped, record),
+                                               t.exact_abandoned > 0 ? fmt::format(", {} of them begun and thrown away", grouped(t.exact_abandoned)) : ""),
+                                   Mark::Note, "Sphere trees alone gave the answer there. A larger budget, or fewer skin_triangles."));
+        losses.push_back(make_loss("Tests without a verdict", t.unresolved, grouped(t.unresolved), Mark::Note,
+                                   "Each was taken as a contact; motion was held back to what is proven."));
+        losses.push_back(make_loss("Motion held back", t.held_back,
+                                   fmt::format("in {}, to {:.0f} % at least", of_steps(t.held_back, record), 100.0 * t.smallest_safe_fraction),
+                                   Mark::Note, "Contacts were left after all corrections. A shorter step moves less at once."));
+    }
+    losses.push_back(make_loss("Instrument not proven free", t.unproven_steps, fmt::format("in {}", of_steps(t.unproven_steps, record)),
+                               Mark::Note, "A larger budget lets the exact stage prove it."));
+    losses.push_back(make_loss("Instrument outside the lumen", t.lumen_exits,
+                               fmt::format("{} vertices in {}, by an independent inside test", grouped(t.lumen_exits), of_steps(t.exit_steps, record)),
+                               Mark::Bad, "A larger budget, a shorter step, or a slower hand."));
+}
+
+} // namespace
+
+std::string count_text(std::uint64_t count, const char* singular, const char* plural) {
+    return grouped(count) + " " + (count == 1 ? singular : plural);
+}
+
+Verdict make_verdict(const RunRecord& record) {
+    Verdict verdict = budget_verdict(record);
+    if (!record.summary.finite) {
+        verdict.detail = fmt::format("{}. The last good state is in {}/. Until then: {} {}", record.summary.failure,
+                                     record.last_good_state, verdict.headline, verdict.detail);
+        verdict.headline = fmt::format("The run was stopped in step {}.", record.failed_step);
+        verdict.mark = Mark::Bad;
+    } else if (record.interrupted) {
+        verdict.detail = "The run was interrupted by request. " + verdict.detail;
+    }
+    if (record.statistics.lumen_exits > 0) verdict.mark = Mark::Bad;
+    return verdict;
+}
+
+std::vector<Loss> list_losses(const RunRecord& record) {
+    const RunStatistics& t = record.statistics;
+    std::vector<Loss> losses;
+    if (record.scene.budget.limits.mode == BudgetMode::Wall)
+        losses.push_back(make_loss("Steps over the deadline", t.overruns, of_steps(t.overruns, record), Mark::Bad,
+                                   fmt::format("{} at worst. A larger budget, or a machine with less else to do.", ms(t.worst_overrun_ms))));
+    add_contact_losses(record, losses);
+    bool tissue = false;
+    for (const BodyModel& body : record.prepared.model.bodies) tissue = tissue || body.tissue.has_value();
+    if (tissue)
+        losses.push_back(make_loss("Crushed elements", t.inverted_steps,
+                                   fmt::format("up to {} in {}; smallest volume {:.3g} of rest", count_text(t.inverted_tets, "tetrahedron", "tetrahedra"),
+                                               of_steps(t.inverted_steps, record), t.min_volume_ratio),
+                                   Mark::Bad, "Softer contact, a shorter step, or a coarser mesh there."));
+    losses.push_back(make_loss("Numbers that are not finite", record.summary.finite ? 0 : 1, record.summary.failure, Mark::Bad,
+                               "The run was stopped before they could spread."));
+    return losses;
+}
+
+} // namespace seldinger::engine

@@ -1,0 +1,33 @@
+// What a run kept and what it gave up, in plain sentences.
+#pragma once
+
+#include "engine/observe/summary.hpp"
+
+#include <string>
+#include <vector>
+
+namespace seldinger::engine {
+
+enum class Mark : std::uint8_t { Good, Note, Bad };
+
+/// The run's first sentence, and one that says what it stands on.
+struct Verdict {
+    Mark mark = Mark::Good;
+    std::string headline;
+    std::string detail;
+};
+[[nodiscard]] Verdict make_verdict(const RunRecord& record);
+
+/// One thing that may be given up: how much of it was, what that means, which setting would help.
+struct Loss {
+    Mark mark = Mark::Good;
+    std::string name;   // "Exact contacts"
+    std::string amount; // "skipped in 12 of 2400 steps", "none"
+    std::string advice; // empty when nothing was lost
+};
+[[nodiscard]] std::vector<Loss> list_losses(const RunRecord& record);
+
+/// "1 step", "2400 steps"; thin spaces between thousands.
+[[nodiscard]] std::string count_text(std::uint64_t count, const char* singular, const char* plural);
+
+} // namespace seldinger::engine
