@@ -24,7 +24,10 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
     context.bodies.resize(model.bodies.size());
     context.instruments.resize(model.instruments.size());
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (model.bodies[i].hollow) context.bodies[i].inside = InsideTest(model.bodies[i].surface);
+        if (const BodyModel& body = model.bodies[i]; body.hollow) {
+            context.bodies[i].inside = InsideTest(body.surface);
+            if (body.links) context.bodies[i].lumen.mark_still(*body.lumen, body.links->vertex_blend);
+        }
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         context.instruments[i].axis.resize(model.instruments[i].rod.node_count());
         context.instruments[i].rod_t0 = state.instruments[i].rod;
