@@ -84,6 +84,9 @@ void set_radii(LaidVessel& vessel) {
     }
 }
 
+/// Sideways sway of an intrahepatic segment's middle over its length, for a unit variation.
+constexpr double kSway = 0.07;
+
 double distance_to_all(std::span<const LaidVessel> laid, const Vec3& p) {
     double least = std::numeric_limits<double>::infinity();
     for (const LaidVessel& v : laid) least = std::min(least, nearest_on_tube(v.tube, p).distance);
@@ -97,7 +100,7 @@ Result<void> open_mouth(const VesselPlan& plan, std::span<const LaidVessel> laid
     const double radius = vessel.legs.front().radius;
     const double parent_radius = laid[plan.parent].tube.radii[vessel.parent_sample];
     const double ratio = std::clamp((radius / parent_radius - 0.45) / 0.4, 0.0, 1.0);
-    tube.blend = radius * (1.5 - 0.7 * ratio);
+    tube.blend = radius * (1.5 - 0.4 * ratio);
 
     std::size_t axis_out = 0, wall_out = 0;
     for (std::size_t i = 0; i < tube.points.size(); ++i) {
@@ -124,7 +127,9 @@ Result<void> open_mouth(const VesselPlan& plan, std::span<const LaidVessel> laid
 void add_tree_plans(const Recipe& recipe, const HepaticTree& tree, std::vector<VesselPlan>& plans) {
     const auto leg_of = [&](Index i) {
         const TreeSegment& s = tree.segments[i];
-        const Vec3 middle = 0.5 * (s.from + s.to);
+        Random dice((static_cast<std::uint64_t>(recipe.seed) << 16) + i); // no vessel runs like a ruler
+        const Vec3 axis = s.to - s.from;
+        const Vec3 middle = 0.5 * (s.from + s.to) + (i > 1 ? kSway : 0.0) * recipe.variation * axis.cross(dice.cube());
         std::string name = i == 0 ? "right_hepatic" : i == 1 ? "left_hepatic" : "hepatic_" + std::to_string(i - 1);
         return Leg{std::move(name), murray_radius(recipe, s.flow), {middle, s.to}, i > 1};
     };
@@ -139,13 +144,14 @@ void add_tree_plans(const Recipe& recipe, const HepaticTree& tree, std::vector<V
     const auto start_branch = [&](Index segment, Index parent) {
         VesselPlan plan;
         plan.parent = parent;
+        plan.parent_leg = plans[parent].legs.size() - 1;
         plan.attach = tree.segments[segment].from;
         plan.tangential = true;
         plans.push_back(plan);
         open.push_back({segment, static_cast<Index>(plans.size() - 1)});
     };
-    open.push_back({0, trunk});
     start_branch(1, trunk);
+    open.push_back({0, trunk});
     for (std::size_t k = 0; k < open.size(); ++k) {
         for (Index i = open[k].segment; i != kNoIndex; i = tree.segments[i].major) {
             plans[open[k].plan].legs.push_back(leg_of(i));
@@ -160,6 +166,7 @@ Result<std::vector<LaidVessel>> lay_vessels(const std::vector<VesselPlan>& plans
     for (const VesselPlan& plan : plans) {
         LaidVessel vessel;
         vessel.parent = plan.parent;
+        vessel.parent_leg = plan.parent_leg;
         vessel.legs = plan.legs;
         lay_axis(plan, laid, vessel);
         set_radii(vessel);

@@ -23,6 +23,7 @@ struct Leg {
 /// A run of legs that one curve follows through its forks.
 struct VesselPlan {
     Index parent = kNoIndex;    // plan it leaves
+    std::size_t parent_leg = 0; // leg of that plan
     Vec3 attach = Vec3::Zero(); // m, fork on (or near) the parent's axis
     bool tangential = false;    // turns away from the parent's axis in an arc, instead of starting across it
     double least_bend = 0.0095;  // m, sharper bends are relaxed to this radius
@@ -35,6 +36,7 @@ struct LaidVessel {
     Tube tube;
     double spacing = 0.0;               // m
     Index parent = kNoIndex;            // vessel
+    std::size_t parent_leg = 0;         // leg of that vessel
     std::size_t parent_sample = 0;      // where on the parent it begins
     std::size_t mouth = 0;              // first sample outside the parent's wall
     std::vector<std::size_t> leg_end;   // [leg] last sample

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kAttempts = 60;                // hepatic trees tried for a seed
 constexpr double kLeastRouteRadius = 0.0014; // m, on the way to the tumour
-constexpr double kLeastRouteBend = 0.008;    // m
+constexpr double kLeastRouteBend = 0.0095;   // m
 constexpr double kEntryDepth = 0.014;        // m, femoral entry from the vessel's cut end
 constexpr double kTargetDepth = 0.006;       // m, targets from the end of their vessel
 
@@ -45,17 +45,16 @@ bool deep_enough(const Recipe& recipe, const LiverShape& liver, const std::vecto
 Centreline make_centreline(const std::vector<LaidVessel>& vessels, const VesselField& lumen) {
     Centreline line;
     std::vector<std::vector<Index>> node_of; // [vessel][sample]
+    std::vector<Index> first_branch_of;      // [vessel]
     for (const LaidVessel& v : vessels) {
         auto& nodes = node_of.emplace_back();
         std::size_t leg = 0;
         const auto first_branch = static_cast<Index>(line.branches.size());
-        for (std::size_t k = 0; k < v.legs.size(); ++k) {
-            Index parent = k > 0 ? first_branch + static_cast<Index>(k) - 1 : kNoIndex;
-            if (k == 0 && v.parent != kNoIndex) {
-                const std::size_t fork = nearest_sample(vessels[v.parent].tube.points, v.tube.points[v.mouth]);
-                parent = line.branch[node_of[v.parent][std::min(fork, v.parent_sample)]];
-            }
-            line.branches.push_back({v.legs[k].name, parent, v.legs[k].radius, v.legs[k].intrahepatic});
+        first_branch_of.push_back(first_branch);
+        Index parent = v.parent == kNoIndex ? kNoIndex : first_branch_of[v.parent] + static_cast<Index>(v.parent_leg);
+        for (const Leg& l : v.legs) {
+            line.branches.push_back({l.name, parent, l.radius, l.intrahepatic});
+            parent = static_cast<Index>(line.branches.size() - 1);
         }
         for (std::size_t i = 0; i < v.tube.points.size(); ++i) {
             while (leg + 1 < v.legs.size() && i > v.leg_end[leg]) ++leg;

@@ -17,7 +17,7 @@ constexpr double kMinorBend = 1.15;       // rad, most a leaving vessel turns aw
 constexpr double kCurveRoom = 0.0015;     // m, curves may leave their straight segments by this much towards the capsule
 constexpr int kCandidates = 120;          // places drawn for every new end
 constexpr int kTries = 60;                // of those, the ones farthest from the tree that are tried
-constexpr std::uint32_t kLeftEvery = 4;   // every so many ends one is the left lobe's: its share of the tissue
+constexpr std::uint32_t kLeftEvery = 3;   // every so many ends one is the left lobe's: its share of the tissue
 constexpr int kSplits = 9;                // fork points tried along each side of the triangle they span
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }

@@ -28,9 +28,12 @@ public:
         : field_(field), size_(size), x_(mesh.vertices), triangles_(mesh.triangles), around_(mesh.vertices.size()) {
         for (Index t = 0; t < triangles_.size(); ++t)
             for (const Index v : triangles_[t]) around_[v].push_back(t);
-        wanted_.resize(x_.size());
-        normal_.resize(x_.size());
-        for (Index v = 0; v < x_.size(); ++v) settle(v);
+        // The first polygons are close to the field already: their own normals do until most vertices are gone.
+        normal_.assign(x_.size(), Vec3::Zero());
+        for (const Triangle& t : triangles_)
+            for (const Index v : t) normal_[v] += area_vector(t);
+        for (Vec3& n : normal_) n.normalize();
+        for (const Vec3& x : x_) wanted_.push_back(size_(x));
     }
 
     /// Scales the size field so that the surface holds `count` equilateral triangles of the wanted size.
@@ -115,7 +118,7 @@ private:
             const double steep_sq = slope.squaredNorm();
             if (!(steep_sq > 1e-6)) break;
             Vec3 move = -field_.value(x_[v]) / steep_sq * slope;
-            const double limit = wanted_[v] > 0 ? 0.3 * wanted_[v] : 1e-3;
+            const double limit = 0.3 * wanted_[v];
             if (move.norm() > limit) move *= limit / move.norm();
             x_[v] += move;
             normal_[v] = slope / std::sqrt(steep_sq);
@@ -224,7 +227,9 @@ private:
         for (const Index t : side)
             if (around_[apex(t, a, b)].size() <= 3) return;
 
-        const double least = std::min(kLeastShape, std::min(worst_shape(a), worst_shape(b)));
+        // A knot of tiny edges comes apart only through worse shapes on the way; relaxing mends them afterwards.
+        const bool tiny = length(a, b) < 0.35 * wanted(a, b);
+        const double least = (tiny ? 0.2 : 1.0) * std::min(kLeastShape, std::min(worst_shape(a), worst_shape(b)));
         const Vec3 old_a = x_[a], old_normal = normal_[a];
         const double old_wanted = wanted_[a];
         x_[a] = 0.5 * (x_[a] + x_[b]); // relax() takes it back to the field
@@ -298,7 +303,7 @@ private:
             if (std::find(merged.begin(), merged.end(), w) == merged.end()) std::replace(merged.begin(), merged.end(), v, w);
         if (shape(merged) <= 0) return;
         for (const Index w : merged)
-            if (around_[w].size() <= 4) return;
+            if (around_[w].size() <= 3) return;
         for (const Index t : {t1, t2}) {
             const Triangle old = triangles_[t];
             for (const Index w : old) detach(w, t);

@@ -26,7 +26,10 @@ Result<std::vector<Index>> route_nodes(const Anatomy& anatomy, std::string_view 
     const auto entry = named.find("femoral_entry"), found = named.find(target);
     if (entry == named.end() || found == named.end()) {
         std::string known;
-        for (const auto& [name, node] : named) known += (known.empty() ? "" : ", ") + name;
+        for (const auto& [name, node] : named) {
+            if (!known.empty()) known += ", ";
+            known += name;
+        }
         return Error{ErrorCode::BadValue, "no landmark '" + std::string(target) + "'; there are: " + known};
     }
     return nodes_to(anatomy.centreline, found->second, entry->second);

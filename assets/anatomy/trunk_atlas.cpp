@@ -9,6 +9,7 @@ namespace {
 enum Shift : std::size_t { kGroin, kPelvis, kLumbar, kUpper, kCoeliac, kHepatic, kHilumShift, kStubs, kShiftCount };
 constexpr double kFreedom[kShiftCount] = {0.004, 0.006, 0.003, 0.002, 0.0015, 0.0025, 0.003, 0.004}; // m
 
+constexpr std::size_t kAortaLeg = 1;   // of the first plan
 constexpr double kCoeliacTurn = 0.016; // m, radius of the turn out of the aorta
 
 /// Radius that carries both flows, by Murray's law with the cube.
@@ -34,6 +35,7 @@ VesselPlan TrunkAtlas::coeliac(double proper_hepatic_radius) const {
     const double angle = recipe_.coeliac_angle;
     VesselPlan plan;
     plan.parent = 0;
+    plan.parent_leg = kAortaLeg;
     plan.attach = at(-10, 1, 272, kCoeliac);
     plan.funnel = 0.45 * trunk;
     plan.least_bend = 0.011;
@@ -66,9 +68,10 @@ std::vector<VesselPlan> TrunkAtlas::plans(double proper_hepatic_radius) const {
                    at(-11, -3, 310, kUpper), at(-13, -9, 350, kUpper), at(-15, -14, 392, kUpper)},
                   false, 1.08 * aorta}};
     plans.push_back(main);
-    const auto stub = [&](std::string name, Vec3 attach, double radius, bool tangential, std::vector<Vec3> points) {
+    const auto stub = [&](std::string name, const Vec3& attach, double radius, bool tangential, std::vector<Vec3> points) {
         VesselPlan plan;
         plan.parent = 0;
+        plan.parent_leg = kAortaLeg;
         plan.attach = attach;
         plan.tangential = tangential;
         plan.legs = {{std::move(name), radius, std::move(points)}};
@@ -85,18 +88,22 @@ std::vector<VesselPlan> TrunkAtlas::plans(double proper_hepatic_radius) const {
           at(4, 28, 196, kStubs)});
     plans.push_back(coeliac(proper_hepatic_radius));
     const auto coeliac_plan = static_cast<Index>(plans.size() - 1);
+    const auto spring_from = [&](Index parent, std::size_t leg) {
+        plans.back().parent = parent;
+        plans.back().parent_leg = leg;
+    };
     const std::vector<Leg> legs = plans.back().legs;
     const Vec3 fork = legs[0].points.back(), middle = legs[0].points[legs[0].points.size() - 2];
     stub("left_gastric", middle, 0.0015, true,
          {middle + Vec3(-0.003, 0.004, 0.006), middle + Vec3(-0.006, 0.006, 0.017), middle + Vec3(-0.013, 0.012, 0.026)});
-    plans.back().parent = coeliac_plan;
+    spring_from(coeliac_plan, 0);
     stub("splenic", fork, 0.0027, true,
          {fork + Vec3(-0.007, 0.005, 0.002), fork + Vec3(-0.020, 0.005, 0.0), fork + Vec3(-0.036, -0.004, 0.005),
           fork + Vec3(-0.052, -0.014, 0.003)});
-    plans.back().parent = coeliac_plan;
+    spring_from(coeliac_plan, 0);
     stub("gastroduodenal", legs[1].points.back(), 0.0018, true,
          {at(32, 43, 289, kHepatic), at(35, 46, 277, kHepatic), at(34, 47, 262, kHepatic)});
-    plans.back().parent = coeliac_plan;
+    spring_from(coeliac_plan, 1);
     return plans;
 }
 
