@@ -17,7 +17,7 @@ double percentile(const std::vector<double>& sorted, double share) {
 void join(CurvePoint& into, const CurvePoint& later) {
     into.steps += later.steps;
     into.time_s = later.time_s;
-    for (Range CurvePoint::*range : {&CurvePoint::total_ms, &CurvePoint::charged_ms, &CurvePoint::force_n, &CurvePoint::kinetic_j,
+    for (Spread CurvePoint::*range : {&CurvePoint::total_ms, &CurvePoint::charged_ms, &CurvePoint::force_n, &CurvePoint::kinetic_j,
                                      &CurvePoint::elastic_j, &CurvePoint::volume_ratio, &CurvePoint::insertion_m,
                                      &CurvePoint::target_distance_m, &CurvePoint::level, &CurvePoint::pairs_open})
         (into.*range).join(later.*range);
@@ -28,7 +28,7 @@ void join(CurvePoint& into, const CurvePoint& later) {
 }
 
 CurvePoint make_point(const StepReport& report) {
-    const auto at = [](double value) { return Range{value, value, value}; };
+    const auto at = [](double value) { return Spread{value, value, value}; };
     CurvePoint point;
     point.steps = 1;
     point.time_s = report.time_s;
@@ -57,7 +57,7 @@ Percentiles find_percentiles(std::vector<double>& values) {
     return {percentile(values, 0.50), percentile(values, 0.95), percentile(values, 0.99), values.back()};
 }
 
-void Range::join(const Range& later) noexcept {
+void Spread::join(const Spread& later) noexcept {
     min = std::min(min, later.min);
     max = std::max(max, later.max);
     last = later.last;

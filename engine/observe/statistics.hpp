@@ -12,17 +12,17 @@ namespace seldinger::engine {
 [[nodiscard]] Percentiles find_percentiles(std::vector<double>& values);
 
 /// A number over several steps: plots show the range, so that no spike is lost.
-struct Range {
+struct Spread {
     double min = 0.0, max = 0.0, last = 0.0;
-    void join(const Range& later) noexcept;
+    void join(const Spread& later) noexcept;
 };
 
 /// Neighbouring steps in one point of a plot.
 struct CurvePoint {
     std::uint64_t steps = 0;
     double time_s = 0.0; // of the last step
-    Range total_ms, charged_ms, force_n, kinetic_j, elastic_j, volume_ratio;
-    Range insertion_m, target_distance_m, level, pairs_open;
+    Spread total_ms, charged_ms, force_n, kinetic_j, elastic_j, volume_ratio;
+    Spread insertion_m, target_distance_m, level, pairs_open;
     std::uint64_t exact_steps = 0, assumed = 0, held_back = 0;
     Vec3 tip = Vec3::Zero();
 };
