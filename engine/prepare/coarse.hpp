@@ -9,7 +9,7 @@ namespace seldinger::engine {
 
 struct CoarseOptions {
     std::size_t surface_triangles = 800; // of the simplified surface, >= 20
-    TetgenOptions tetgen;                // tetgen.max_volume 0: derived from the mean triangle, so that tets are about equal
+    TetgenOptions tetgen = {};           // tetgen.max_volume 0: derived from the mean triangle, so that tets are about equal
     bool use_cache = true;
 };
 

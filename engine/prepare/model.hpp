@@ -52,7 +52,8 @@ struct InstrumentModel {
     double inserted = 0.02;              // m at the start
     DriveLimits limits;
     std::vector<DriveRow> path;          // followed unless a route is set
-    std::optional<Route> route;
+    std::optional<Route> route;          // at rest
+    std::optional<fem::RigidLinks> route_links; // the route moves with the organ that carries the lumen
     FollowSettings follow;
     spheretree::ChainTree chain;         // links at nodes and midway between them, tip first
     collision::SurfaceTopology topology; // of the skin

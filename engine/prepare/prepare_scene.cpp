@@ -20,8 +20,8 @@ constexpr double kLargestDistanceShare = 0.2;
 /// Links of the sphere chain per rod segment: at the node and midway to the next.
 constexpr std::size_t kLinksPerSegment = 2;
 
-Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, const PreparedScene& prepared,
-                           InstrumentModel& model) {
+Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse,
+                           const PreparedScene& prepared, InstrumentModel& model) {
     const SceneTarget& target = scene.targets[spec.follow->target];
     spheretree::PathOptions options;
     options.min_radius = model.rod.design.radius;
@@ -37,6 +37,11 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
         radii.push_back(point.radius);
     }
     model.route = make_route(std::move(points), std::move(radii));
+    if (const std::size_t carrier = prepared.model.bodies[model.lumen].carrier; carrier != SIZE_MAX) {
+        auto links = fem::make_embedded_links(coarse.meshes[carrier], model.route->points, scene.bodies[model.lumen].blend);
+        if (!links.ok()) return links.error();
+        model.route_links = std::move(*links);
+    }
     model.follow = {spec.follow->speed, spec.follow->look_ahead, spec.follow->tolerance};
     return {};
 }
@@ -59,8 +64,8 @@ Result<void> check_entry(const Scene& scene, const SceneInstrument& spec, const 
     return {};
 }
 
-Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec, PatientShelf& shelf,
-                                PreparedScene& prepared) {
+Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse,
+                                PatientShelf& shelf, PreparedScene& prepared) {
     const std::string key = "instruments." + spec.name;
     const auto rod = fem::make_rod_model(spec.design);
     if (!rod.ok()) return scene_error(scene, key, rod.error().message, rod.error().code);
@@ -82,7 +87,7 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     const Result<void> entered = check_entry(scene, spec, model, prepared.model.bodies[model.lumen]);
     if (!entered.ok()) return entered;
     if (spec.follow) {
-        const Result<void> routed = prepare_route(scene, spec, prepared, model);
+        const Result<void> routed = prepare_route(scene, spec, coarse, prepared, model);
         if (!routed.ok()) return routed;
     }
     prepared.model.instruments.push_back(std::move(model));
@@ -154,7 +159,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress
     }
     for (const SceneInstrument& instrument : scene.instruments) {
         say("instrument " + instrument.name);
-        const Result<void> done = prepare_instrument(scene, instrument, shelf, prepared);
+        const Result<void> done = prepare_instrument(scene, instrument, coarse, shelf, prepared);
         if (!done.ok()) return done.error();
     }
     prepared.seconds = 1e-3 * watch.elapsed_ms();

@@ -42,6 +42,8 @@ struct InstrumentScratch {
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
     DriveCommand command;
+    Route route;                                 // where it is now
+    fem::LinkFrames route_frames;
     spheretree::ChainState chain;
     std::vector<spheretree::Sphere> links_t0, links_t1;
     std::vector<fem::RodPlane> planes;           // of the last solve

@@ -75,6 +75,15 @@ void add_planes(const NearList& list, Index node, double weight, double room, In
     }
 }
 
+/// Has the descent proven that the rod keeps more than the margin from the wall here, all step long?
+bool proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const StepContext& context) {
+    if (!model.effects.coarse_contact) return false;
+    const auto status = context.descent.link_status(index);
+    const Index ahead = static_cast<Index>(model.instruments[index].rod.node_count()) - 2 - node; // segments to the tip
+    const Index link = 2 * ahead + (weight < 1.0 ? 1 : 0);
+    return link < status.size() && status[link] == spheretree::LinkStatus::Free;
+}
+
 /// Half-spaces around the rod where it stood at the start of the step (inside the lumen: the last step proved it), from the
 /// wall where it stands at the end.
 void plane_from_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
@@ -90,6 +99,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
     NearList list;
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
         for (const double weight : {0.5, 1.0}) {
+            if (proven_free(model, index, node, weight, context)) continue;
             const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
             list.clear();
             collision::for_each_close_triangle(tree, wall, p, room + kReach, [&](Index id, const PointOnTriangle& on) {
@@ -150,12 +160,20 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
     BodyScratch& scratch = context.bodies[body];
     const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
-    if (scratch.boxes.empty()) {
-        scratch.boxes.build(*motion.topology, motion.t0);
-        scratch.boxes.refit(motion);
-    } else if (model.bodies[body].moves()) {
-        scratch.boxes.refit(motion);
+    if (model.bodies[body].moves()) scratch.boxes.refit(motion);
+}
+
+void build_exact_trees(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    if (!model.effects.exact_contact) return;
+    const InstrumentModel& instrument = model.instruments[index];
+    const std::vector<Vec3>& wall = state.bodies[instrument.lumen].surface;
+    const std::vector<Vec3>& skin = state.instruments[index].skin;
+    collision::BoxTree& wall_boxes = context.bodies[instrument.lumen].boxes;
+    if (wall_boxes.empty()) {
+        wall_boxes.build(model.bodies[instrument.lumen].topology, wall);
+        wall_boxes.refit({&model.bodies[instrument.lumen].topology, wall, wall});
     }
+    context.instruments[index].boxes.build(instrument.topology, skin);
 }
 
 collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context,
@@ -164,7 +182,6 @@ collision::ExactStats test_skin(const SceneModel& model, std::size_t index, cons
     InstrumentScratch& scratch = context.instruments[index];
     const collision::SurfaceMotion skin = skin_motion(model, index, state, context);
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
-    if (scratch.boxes.empty()) scratch.boxes.build(*skin.topology, skin.t0);
     scratch.boxes.refit(skin);
     collision::ExactOptions options;
     options.body_a = static_cast<BodyId>(model.bodies.size() + index);

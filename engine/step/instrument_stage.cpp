@@ -20,6 +20,16 @@ TipView view_tip(const InstrumentModel& model, const InstrumentState& state, Ins
     return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, scratch.axis[root]};
 }
 
+/// The route where the organs stand now: its carrier takes it along.
+const Route& route_now(const SceneModel& model, const InstrumentModel& instrument, const State& state,
+                       InstrumentScratch& scratch) {
+    if (scratch.route.points.empty()) scratch.route = *instrument.route;
+    if (instrument.route_links)
+        fem::steer(*instrument.route_links, state.bodies[model.bodies[instrument.lumen].carrier].tissue.position,
+                   instrument.route->points, scratch.route_frames, scratch.route.points);
+    return scratch.route;
+}
+
 /// Link k counted from the tip: even ones at nodes, odd ones midway to the next node behind.
 struct LinkPlace {
     Index node;    // segment [node, node + 1]
@@ -52,7 +62,7 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
         const DriveCommand from{now.rod.insertion, now.rod.rotation};
         DriveCommand wanted = from;
         if (instrument.route)
-            wanted = follow_route(*instrument.route, instrument.follow, instrument.limits,
+            wanted = follow_route(route_now(model, instrument, state, scratch), instrument.follow, instrument.limits,
                                   view_tip(instrument, now, scratch), from, model.step_s, now.follow);
         else if (!instrument.path.empty())
             wanted = evaluate_path(instrument.path, state.time + model.step_s);

@@ -33,6 +33,10 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument
 collision::ExactStats test_skin(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
                                 WorkBudget& budget);
 
+/// Trees of the exact stage, built before the first step so that no step pays for them. Nothing when the scene has no
+/// exact contacts.
+void build_exact_trees(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+
 /// Wall boxes of the step that moves the lumen from surface_t0 to its current place.
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context);
 

@@ -17,7 +17,7 @@ constexpr double kRetraction = 0.012;
 /// rad by which every further attempt aims beside the route: a carina that was hit once is hit again otherwise.
 constexpr double kAimOffset = 0.5;
 /// Share of the speed that is kept while the tip is not aimed yet: at the first attempt, and after a failure.
-constexpr double kBoldShare = 0.5, kCarefulShare = 0.1;
+constexpr double kBoldShare = 0.7, kCarefulShare = 0.1;
 /// m; the tip searches the route this far behind and ahead of where it was last.
 constexpr double kSearchBack = 0.03, kSearchAhead = 0.02;
 

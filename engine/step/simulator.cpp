@@ -31,6 +31,7 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         context.instruments[i].axis.resize(model.instruments[i].rod.node_count());
         context.instruments[i].rod_t0 = state.instruments[i].rod;
+        build_exact_trees(model, i, state, context);
     }
     return context;
 }
@@ -237,8 +238,9 @@ void Simulator::finish_report() {
         report.tip = first.rod.position.back();
         report.insertion_m = first.rod.insertion;
         report.rotation_rad = first.rod.rotation;
-        if (const auto& route = model_.instruments.front().route)
-            report.target_distance_m = std::sqrt((route->points.back() - report.tip).squaredNorm());
+        if (model_.instruments.front().route)
+            report.target_distance_m =
+                std::sqrt((context_.instruments.front().route.points.back() - report.tip).squaredNorm());
     }
     if (report.finite) return;
     stopped_ = true;

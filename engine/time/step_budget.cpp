@@ -16,6 +16,9 @@ constexpr std::uint64_t kSmallestLesson = 64;
 constexpr double kExactReserve = 1.33;
 /// Weight of the newest measurement: a rate that changes tenfold is followed within some ten steps.
 constexpr double kLearning = 0.2;
+/// Per step in which the exact stage was not tried its remembered rate shrinks by this: one slow run (a cold cache, another
+/// process) must not keep it away for ever. Halved within 35 steps.
+constexpr double kForget = 0.98;
 
 void learn(double& rate, double measured) noexcept { rate += kLearning * (measured - rate); }
 
@@ -28,6 +31,8 @@ std::uint64_t exact_units(const ExactForecast& forecast) noexcept {
 void StepBudget::begin() noexcept {
     charged_ns_ = 0;
     units_spent_ = 0;
+    if (!exact_tried_) exact_s_per_unit_ *= kForget;
+    exact_tried_ = false;
     running_ = true;
     running_since_ = clock_->now_ns();
 }
@@ -89,6 +94,7 @@ bool StepBudget::exact_fits(const ExactForecast& forecast) const noexcept {
 }
 
 WorkBudget StepBudget::grant_exact(const ExactForecast& forecast) noexcept {
+    exact_tried_ = true;
     operation_start_ns_ = clock_->now_ns();
     const std::uint64_t refit = forecast.triangles * kUnitsPerRefitTriangle;
     if (limits_.mode == BudgetMode::Exact) return WorkBudget(WorkBudget::kUnlimited);

@@ -69,6 +69,7 @@ private:
     std::int64_t charged_ns_ = 0;
     std::int64_t running_since_ = 0;
     bool running_ = false;
+    bool exact_tried_ = true;
     std::uint64_t units_spent_ = 0;
     std::int64_t operation_start_ns_ = 0;
     double descent_s_per_unit_ = 20e-9; // s, replaced by the first measurement
