@@ -19,8 +19,8 @@ struct CoarseMesh {
     bool from_cache = false;
 };
 
-/// dense: closed, manifold, outward. A simplified surface that intersects itself is tried again with 1.5 and 2.25 times the
-/// triangles before the error is returned.
+/// dense: closed, manifold, outward. A simplified surface that intersects itself, or gives flat tets, is tried again with other
+/// triangle counts and with a surface that TetGen may refine; the roundest mesh is taken.
 [[nodiscard]] Result<CoarseMesh> make_coarse_mesh(const TriMesh& dense, const CoarseOptions& options);
 
 /// Drops nodes that no tet uses (files from elsewhere have them); returns how many.

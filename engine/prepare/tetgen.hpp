@@ -12,7 +12,7 @@ namespace seldinger::engine {
 struct TetgenOptions {
     double max_radius_edge_ratio = 1.414; // [-], quality bound, >= 1.1. Smaller: rounder tets, more of them
     double min_dihedral_degrees = 10.0;   // 0..18. Slivers shrink the stable step
-    double max_volume = 0.0;              // m^3 per tet, 0: no bound. TetGen's last smoothing may pass it by a fifth
+    double max_volume = 0.0;              // m^3 per tet, 0: no bound. A target: TetGen's last smoothing passes it here and there
     bool keep_surface = true;             // no new points on the surface: coarse surface vertices stay the input's
     double time_limit = 60.0;             // s of wall time, then the process is killed
     std::string program = "tetgen";       // name looked up in PATH, or a path
