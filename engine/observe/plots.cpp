@@ -180,7 +180,7 @@ Result<void> write_path_files(const RunRecord& record, const Projection& project
 
 const std::vector<Projection>& projections() {
     static const std::vector<Projection> kBoth{
-        {"front", "Way of the tip, from the front", Vec3(0.0, -1.0, 0.0), 0, "patient's right to left [mm]", true},
+        {"front", "Way of the tip, from the front", Vec3(0.0, -1.0, 0.0), 0, "right to left of the patient [mm]", true},
         {"side", "Way of the tip, from the side", Vec3(1.0, 0.0, 0.0), 1, "back to front [mm]", false}};
     return kBoth;
 }

@@ -1,0 +1,120 @@
+#include "observe_fixture.hpp"
+
+#include "engine/observe/output_folder.hpp"
+
+#include <csignal>
+
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace seldinger::engine::test {
+
+class OutputFolders : public Folder {};
+
+TEST_F(OutputFolders, AreMadeWithTheirParents) {
+    const Result<OutputFolder> folder = OutputFolder::open(out / "a" / "b", false);
+    ASSERT_TRUE(folder.ok()) << folder.error().to_string();
+    EXPECT_TRUE(fs::is_directory(out / "a" / "b"));
+}
+
+TEST_F(OutputFolders, WithFilesInThemAreRefusedAndLeftAsTheyWere) {
+    write("notes.txt", "mine");
+    const Result<OutputFolder> folder = OutputFolder::open(out, false);
+    ASSERT_FALSE(folder.ok());
+    EXPECT_EQ(folder.error().code, ErrorCode::CannotWrite);
+    EXPECT_NE(folder.error().message.find("--force"), std::string::npos);
+    EXPECT_NE(folder.error().message.find("notes.txt"), std::string::npos);
+    EXPECT_EQ(names(), std::vector<std::string>{"notes.txt"});
+}
+
+TEST_F(OutputFolders, LoseOnlyOldOutputsWhenForced) {
+    for (const char* ours : {"steps.csv", "steps.csv.partial", "summary.json", "report.html", "anatomy_01_t04.20s.png", "fluoro_12_t100.00s.png",
+                             ".steps.csv.123.0.part", "record/00_liver_000010.vtp", "record/states.pvd", "last_good_state/00_liver_coarse.vtu"})
+        write(ours, "old");
+    for (const char* theirs : {"notes.txt", "anatomy.png", "my_steps.csv", "record/measurements.xlsx", "data/steps.csv"}) write(theirs, "mine");
+    const Result<OutputFolder> folder = OutputFolder::open(out, true);
+    ASSERT_TRUE(folder.ok()) << folder.error().to_string();
+    EXPECT_EQ(names(), (std::vector<std::string>{".seldinger.lock", "anatomy.png", "data", "my_steps.csv", "notes.txt", "record"}));
+    EXPECT_TRUE(fs::exists(out / "record" / "measurements.xlsx"));
+    EXPECT_FALSE(fs::exists(out / "record" / "states.pvd"));
+    EXPECT_TRUE(fs::exists(out / "data" / "steps.csv"));
+}
+
+TEST_F(OutputFolders, DoNotFollowALinkOutOfThemselves) {
+    write("record_elsewhere/precious.vtp", "mine");
+    write("run/steps.csv", "old");
+    fs::create_directory_symlink(out / "record_elsewhere", out / "run" / "record");
+    ASSERT_TRUE(OutputFolder::open(out / "run", true).ok());
+    EXPECT_TRUE(fs::exists(out / "record_elsewhere" / "precious.vtp"));
+}
+
+TEST_F(OutputFolders, BelongToOneRunAtATimeEvenWhenForced) {
+    Result<OutputFolder> first = OutputFolder::open(out, false);
+    ASSERT_TRUE(first.ok());
+    for (const bool force : {false, true}) {
+        const Result<OutputFolder> second = OutputFolder::open(out, force);
+        ASSERT_FALSE(second.ok());
+        EXPECT_NE(second.error().message.find("another run"), std::string::npos);
+    }
+    { const OutputFolder ended = std::move(*first); }
+    EXPECT_TRUE(OutputFolder::open(out, false).ok());
+    EXPECT_TRUE(fs::is_empty(out)) << "the lock stays behind";
+}
+
+TEST_F(OutputFolders, OfKilledRunsAreFree) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        const Result<OutputFolder> held = OutputFolder::open(out, false);
+        raise(SIGKILL);
+        _exit(1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(status));
+    ASSERT_TRUE(fs::exists(out / ".seldinger.lock")) << "the child did not come so far";
+    EXPECT_TRUE(OutputFolder::open(out, false).ok());
+}
+
+TEST_F(OutputFolders, AreRefusedWhereAFileIsInTheWay) {
+    write("file", "text");
+    for (const fs::path& path : {out / "file", out / "file" / "below"}) {
+        const Result<OutputFolder> folder = OutputFolder::open(path, true);
+        ASSERT_FALSE(folder.ok());
+        EXPECT_EQ(folder.error().code, ErrorCode::CannotWrite);
+        EXPECT_EQ(folder.error().file, path.string());
+    }
+    EXPECT_FALSE(OutputFolder::open("", false).ok());
+}
+
+TEST_F(OutputFolders, ThatCannotBeWrittenAreAnError) {
+    const Result<OutputFolder> folder = OutputFolder::open("/proc/self/nowhere", false);
+    ASSERT_FALSE(folder.ok());
+    EXPECT_EQ(folder.error().code, ErrorCode::CannotWrite);
+}
+
+/// The limit of a file's size stands for a full disk: the same call fails, at the same place.
+TEST_F(OutputFolders, ThatAreFullAreAnErrorAndNotACrash) {
+    const Run& run = tube_run();
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit little{2000, 2000};
+        setrlimit(RLIMIT_FSIZE, &little);
+        const Result<RunSummary> summary = run.into(out, 20);
+        _exit(!summary.ok() && summary.error().code == ErrorCode::CannotWrite ? 7 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 7);
+    EXPECT_FALSE(fs::exists(out / "steps.csv"));
+    EXPECT_FALSE(fs::exists(out / "summary.json"));
+    EXPECT_FALSE(fs::exists(out / ".seldinger.lock"));
+}
+
+} // namespace seldinger::engine::test
