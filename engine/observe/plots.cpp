@@ -106,7 +106,7 @@ Sketch sketch_depth(const RunRecord& record) {
                    "Coarsest level of the sphere trees that was still open when a step's descent ended (higher is finer), and the "
                    "share of steps in which the exact stage gave the answer.", {}};
     sketch.commands = fmt::format(
-        "set ylabel 'level' textcolor rgb '#2158d6' offset 1,0\nset yrange [0:*]\nset ytics 1\nset y2range [0:1]\nset y2tics ('0 %' 0, '50 %' 0.5, '100 %' 1)\n"
+        "set ylabel 'level' textcolor rgb '#2158d6' offset 1,0\nset yrange [0:*]\nset ytics 1\nset y2range [0:1]\nset y2tics ('0 %%' 0, '50 %%' 0.5, '100 %%' 1)\n"
         "set rmargin 7\nplot file using {0}:{2} axes x1y2 with filledcurves y=0 fc rgb '#7cc4ae' title 'exact answers', "
         "'' using {0}:{1} with steps lw 1.6 lc rgb '#2158d6' title 'level reached'", int{kTime}, int{kLevelMin}, int{kExactShare});
     if (std::none_of(record.statistics.curve.points().begin(), record.statistics.curve.points().end(),

@@ -32,11 +32,11 @@ inline const std::string kTubeScene = R"({
 })";
 
 /// A run of a scene text into a folder.
-struct Run {
+struct TinyRun {
     Scene scene;
     PreparedScene prepared;
 
-    explicit Run(const std::string& text, const std::string& file = "scenes/tiny.json") {
+    explicit TinyRun(const std::string& text, const std::string& file = "scenes/tiny.json") {
         Result<Scene> read = parse_scene(text, file);
         EXPECT_TRUE(read.ok()) << (read.ok() ? "" : read.error().to_string());
         if (!read.ok()) return;
@@ -65,8 +65,8 @@ struct Run {
 };
 
 /// Prepared once: preparing is what takes time.
-inline const Run& tube_run() {
-    static const Run run(kTubeScene);
+inline const TinyRun& tube_run() {
+    static const TinyRun run(kTubeScene);
     return run;
 }
 

@@ -98,7 +98,7 @@ TEST_F(OutputFolders, ThatCannotBeWrittenAreAnError) {
 
 /// The limit of a file's size stands for a full disk: the same call fails, at the same place.
 TEST_F(OutputFolders, ThatAreFullAreAnErrorAndNotACrash) {
-    const Run& run = tube_run();
+    const TinyRun& run = tube_run();
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {

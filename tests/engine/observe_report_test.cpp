@@ -30,7 +30,7 @@ std::string changed(std::initializer_list<std::pair<std::string, std::string>> p
     return text;
 }
 
-RunRecord record_of(const Run& run, RunStatistics& statistics) {
+RunRecord record_of(const TinyRun& run, RunStatistics& statistics) {
     return {.scene = run.scene, .prepared = run.prepared, .statistics = statistics};
 }
 
@@ -53,7 +53,7 @@ TEST_F(Report, IsOnePageThatLoadsNothing) {
 }
 
 TEST_F(Report, SaysFirstWhetherTheDeadlineWasKept) {
-    ASSERT_TRUE(Run(changed({{R"({"limit": "exact"})", R"({"limit": "10s"})"}})).into(out, 5).ok());
+    ASSERT_TRUE(TinyRun(changed({{R"({"limit": "exact"})", R"({"limit": "10s"})"}})).into(out, 5).ok());
     EXPECT_THAT(text_of("report.html"), HasSubstr("<h1>The deadline was kept in all 5 steps.</h1>"));
 }
 
@@ -91,7 +91,7 @@ TEST_F(Report, ComesWithATableAndANoticeWhereGnuplotIsNot) {
 }
 
 TEST_F(Report, ShowsThePicturesThatTheSceneAsksFor) {
-    const Run run(changed({{R"("effects": ["coarse_contact", "exact_contact"])",
+    const TinyRun run(changed({{R"("effects": ["coarse_contact", "exact_contact"])",
                             R"("effects": ["coarse_contact", "exact_contact", "fluoroscopy"],
                                "outputs": {"size": [160, 96], "pictures": [{"view": "anatomy", "time": 0}, {"view": "tip", "time": 0.05},
                                            {"view": "anatomy", "time": 0.2}, {"view": "anatomy", "time": 0.19}]})"}}));
@@ -112,7 +112,7 @@ TEST_F(Report, ShowsThePicturesThatTheSceneAsksFor) {
 }
 
 TEST(Verdicts, TellMissedDeadlinesAndWhatEachLossMeans) {
-    const Run run(changed({{R"({"limit": "exact"})", R"({"limit": "2ms"})"}}));
+    const TinyRun run(changed({{R"({"limit": "exact"})", R"({"limit": "2ms"})"}}));
     RunStatistics statistics;
     StepReport report;
     for (int k = 0; k < 1000; ++k) {

@@ -17,6 +17,7 @@ namespace seldinger::engine::test {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 namespace {
@@ -102,7 +103,7 @@ TEST_F(RunFolder, SaysTheSameTwiceExceptForTimes) {
 TEST_F(RunFolder, NamesTheSceneByItsPathInTheProject) {
     write("project/CMakePresets.json", "{}");
     write("project/assets/scenes/tiny.json", kTubeScene);
-    Run run(kTubeScene, (out / "project" / "assets" / "scenes" / "tiny.json").string());
+    TinyRun run(kTubeScene, (out / "project" / "assets" / "scenes" / "tiny.json").string());
     out /= "run";
     ASSERT_TRUE(run.into(out, 1).ok());
     EXPECT_EQ(summary()["scene"], "assets/scenes/tiny.json");
@@ -117,7 +118,7 @@ TEST_F(RunFolder, OfNoStepsIsWhole) {
 }
 
 TEST_F(RunFolder, OfAKilledRunCanBeRead) {
-    const Run& run = tube_run();
+    const TinyRun& run = tube_run();
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
@@ -143,7 +144,7 @@ TEST_F(RunFolder, OfAKilledRunCanBeRead) {
 }
 
 TEST_F(RunFolder, OfAStoppedRunHoldsTheLastGoodStateAndSaysWhy) {
-    const Run& run = tube_run();
+    const TinyRun& run = tube_run();
     ObserveOptions options;
     options.out = out;
     auto observer = RunObserver::open(run.scene, run.prepared, options);
