@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace seldinger::engine {
 
@@ -85,6 +86,11 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, BodyModel
     if (!links.ok()) return scene_error(scene, key + ".surface", links.error().message, links.error().code);
     fem::StableStepWorkspace workspace;
     summary.stable_step_s = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace).step;
+    if (scene.time.substeps > 0 && scene.time.step / scene.time.substeps > summary.stable_step_s)
+        return scene_error(scene, "time.substeps",
+                           fmt::format("{} sub-steps of {:g} s are longer than the stable step of {} ({:.3g} s): {} would work, "
+                                       "or \"auto\"", scene.time.substeps, scene.time.step / scene.time.substeps, body.name,
+                                       summary.stable_step_s, std::ceil(scene.time.step / summary.stable_step_s)));
     summary.coarse_nodes = mesh->vertices.size();
     summary.coarse_tets = mesh->tets.size();
     summary.pinned_nodes = tissue->pinned.size();

@@ -21,46 +21,52 @@ void find_pinned_targets(const SceneModel& model, const fem::TissueModel& tissue
     for (const Index node : tissue.pinned) target.push_back(tissue.rest_position[node] + moved);
 }
 
-/// Sub-steps that stability asks for; 0 with the report's failure filled in when they cannot be taken.
-unsigned plan_substeps(const SceneModel& model, const BodyModel& body, const BodyState& state, BodyScratch& scratch,
-                       StepReport& report) {
-    const fem::StableStep stable =
-        fem::find_stable_step(*body.tissue, state.tissue.position, &scratch.springs, scratch.stable);
-    const unsigned needed = fem::count_substeps(model.step_s, stable, model.max_substeps);
-    if (needed == 0) {
-        report.failure = fmt::format("{}: the stable step is {:.3g} s (tetrahedron {}), more than {} sub-steps of the "
-                                     "step of {:g} s would be needed", body.name, stable.step, stable.worst_tet,
-                                     model.max_substeps, model.step_s);
-        return 0;
-    }
-    if (report.stable_step_s == 0.0 || stable.step < report.stable_step_s) report.stable_step_s = stable.step;
-    return std::max(needed, model.fixed_substeps);
+fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::IntegrateInputs& inputs,
+                                BodyState& state, BodyScratch& scratch) {
+    fem::SubstepLimits limits;
+    limits.max_substeps = model.max_substeps;
+    if (model.fixed_substeps == 0)
+        return fem::advance(*body.tissue, state.tissue, model.step_s, inputs, limits, scratch.rk, scratch.stable);
+    // The scene insists on a number; preparation refused it where the body at rest would not stand it.
+    fem::AdvanceReport done;
+    done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, &scratch.springs, scratch.stable);
+    const unsigned needed = fem::count_substeps(model.step_s, done.tightest, model.max_substeps);
+    done.refused = needed == 0;
+    if (!done.refused)
+        done.integrate = fem::integrate_rk4(*body.tissue, state.tissue, model.step_s,
+                                            std::max(needed, model.fixed_substeps), inputs, scratch.rk);
+    return done;
+}
+
+/// Empty while all went well.
+std::string describe_failure(const SceneModel& model, const BodyModel& body, const fem::AdvanceReport& done) {
+    const fem::IntegrateReport& end = done.integrate;
+    if (done.refused)
+        return fmt::format("{}: the stable step is {:.3g} s (tetrahedron {}), more than {} sub-steps of the step of {:g} s "
+                           "would be needed", body.name, done.tightest.step, done.tightest.worst_tet, model.max_substeps,
+                           model.step_s);
+    if (!end.finite())
+        return fmt::format("{}: node {} is not finite after {} sub-steps (tetrahedron {}, smallest volume ratio {:.3g})",
+                           body.name, end.first_bad_node, end.substeps_done, end.first_bad_tet, end.min_volume_ratio);
+    return {};
 }
 
 void integrate_body(const SceneModel& model, const BodyModel& body, double end_time, BodyState& state,
                     BodyScratch& scratch, StepReport& report) {
-    const unsigned substeps = plan_substeps(model, body, state, scratch, report);
-    if (substeps == 0) {
-        report.finite = false;
-        return;
-    }
     find_pinned_targets(model, *body.tissue, end_time, scratch.pinned_target);
     fem::IntegrateInputs inputs;
     if (model.effects.gravity) inputs.gravity = *model.effects.gravity;
     inputs.springs = &scratch.springs;
     inputs.pinned_target = scratch.pinned_target;
-    const fem::IntegrateReport done =
-        fem::integrate_rk4(*body.tissue, state.tissue, model.step_s, substeps, inputs, scratch.rk);
-    report.substeps = std::max(report.substeps, substeps);
-    report.min_volume_ratio = std::min(report.min_volume_ratio, done.min_volume_ratio);
-    report.inverted_tets += done.inverted;
-    report.elastic_j += done.elastic_j;
-    report.kinetic_j += done.kinetic_j;
-    if (done.finite()) return;
-    report.finite = false;
-    report.failure = fmt::format("{}: node {} is not finite after {} of {} sub-steps (tetrahedron {}, smallest volume "
-                                 "ratio {:.3g})", body.name, done.first_bad_node, done.substeps_done, substeps,
-                                 done.first_bad_tet, done.min_volume_ratio);
+    const fem::AdvanceReport done = advance_body(model, body, inputs, state, scratch);
+    report.substeps = std::max(report.substeps, done.integrate.substeps_done);
+    if (report.stable_step_s == 0.0 || done.tightest.step < report.stable_step_s) report.stable_step_s = done.tightest.step;
+    report.min_volume_ratio = std::min(report.min_volume_ratio, done.integrate.min_volume_ratio);
+    report.inverted_tets += done.integrate.inverted;
+    report.elastic_j += done.integrate.elastic_j;
+    report.kinetic_j += done.integrate.kinetic_j;
+    report.failure = describe_failure(model, body, done);
+    report.finite = report.failure.empty();
 }
 
 } // namespace
