@@ -17,12 +17,12 @@ namespace seldinger::engine {
 namespace {
 
 /// Raised whenever the same input would give another mesh: part of every key.
-constexpr std::string_view kVersion = "coarse-3";
+constexpr std::string_view kVersion = "coarse-5";
 constexpr std::string_view kKind = "coarse";
 constexpr std::size_t kLeastTriangles = 20;
 constexpr double kShares[] = {1.0, 1.25, 0.8, 1.5, 0.65}; // of the triangles asked for, in this order
-constexpr double kSliver = 0.03;          // [-] flatness below which a tet is dropped
-constexpr std::size_t kMostSlivers = 100; // at most one tet of so many
+constexpr double kSliver = 0.05;          // [-] flatness below which a tet is dropped
+constexpr std::size_t kMostSlivers = 25;  // at most one tet of so many
 constexpr double kRoundEnough = 0.06; // [-] flatness at which no other try is worth its time
 
 std::string find_key(const TriMesh& dense, const CoarseOptions& o) {
@@ -97,25 +97,26 @@ Result<TetMesh> mesh_with_retries(const TriMesh& dense, const CoarseOptions& opt
     return std::move(*best);
 }
 
-/// Drops tets that are flat, up to kMostSlivers of all: wedges between two sheets of the surface that almost touch. They
-/// hold next to no volume, and the step of the whole body would follow them. Returns how many went.
+/// Drops flat tets, the flattest first, up to one of kMostSlivers: wedges between sheets of the surface that almost touch.
+/// They hold next to no volume, and the step of the whole body would follow them. Returns how many went.
 std::size_t drop_slivers(TetMesh& mesh) {
     const double flattest = find_flatness(mesh);
     if (flattest >= kSliver) return 0;
-    const double scale = find_least_altitude(mesh) / flattest; // mean edge
-    std::vector<unsigned> users(mesh.vertices.size(), 0);
-    for (const Tet& t : mesh.tets)
-        for (const Index node : t) ++users[node];
-    const std::size_t before = mesh.tets.size();
-    std::size_t left = before / kMostSlivers;
-    std::erase_if(mesh.tets, [&](const Tet& t) {
-        const bool last_of_a_node = std::any_of(t.begin(), t.end(), [&](Index node) { return users[node] == 1; });
-        if (left == 0 || last_of_a_node || least_altitude(mesh, t) >= kSliver * scale) return false;
-        for (const Index node : t) --users[node];
-        --left;
-        return true;
-    });
-    return before - mesh.tets.size();
+    const double least_allowed = kSliver * find_least_altitude(mesh) / flattest; // of the mean edge
+    std::vector<std::pair<double, std::size_t>> flat; // altitude, tet
+    for (std::size_t i = 0; i < mesh.tets.size(); ++i)
+        if (const double altitude = least_altitude(mesh, mesh.tets[i]); altitude < least_allowed) flat.emplace_back(altitude, i);
+    std::sort(flat.begin(), flat.end());
+    flat.resize(std::min(flat.size(), mesh.tets.size() / kMostSlivers));
+    std::vector<bool> dropped(mesh.tets.size(), false);
+    for (const auto& [altitude, i] : flat) dropped[i] = true;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < mesh.tets.size(); ++i)
+        if (!dropped[i]) mesh.tets[kept++] = mesh.tets[i];
+    const std::size_t count = mesh.tets.size() - kept;
+    mesh.tets.resize(kept);
+    drop_unused_nodes(mesh);
+    return count;
 }
 
 } // namespace

@@ -20,7 +20,7 @@ struct CoarseMesh {
 };
 
 /// dense: closed, manifold, outward. A simplified surface that intersects itself, or gives flat tets, is tried again with other
-/// triangle counts; the roundest mesh is taken, and at most 1 % of its tets, flat ones, are dropped.
+/// triangle counts; the roundest mesh is taken, and at most 4 % of its tets, flat ones, are dropped.
 [[nodiscard]] Result<CoarseMesh> make_coarse_mesh(const TriMesh& dense, const CoarseOptions& options);
 
 /// Drops nodes that no tet uses (files from elsewhere have them); returns how many.

@@ -17,7 +17,13 @@ TipView view_tip(const InstrumentModel& model, const InstrumentState& state, Ins
     fem::carry_material_axis(model.rod, state.rod, model.port, scratch.axis);
     const Vec3 chord = state.rod.position[root] - state.rod.position[root - 1];
     const double length = std::sqrt(chord.squaredNorm());
-    return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, scratch.axis[root]};
+    // The rod is compressed most where it enters: what the hand feels.
+    const std::size_t entry = std::min<std::size_t>(fem::first_inserted_node(model.rod, state.rod.insertion), last);
+    const std::size_t behind = entry > 0 ? entry - 1 : 0;
+    const double shortened =
+        model.rod.segment - std::sqrt((state.rod.position[behind + 1] - state.rod.position[behind]).squaredNorm());
+    return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, scratch.axis[root],
+            model.rod.stretch_stiffness[behind] * std::max(0.0, shortened)};
 }
 
 /// The route where the organs stand now: its carrier takes it along.

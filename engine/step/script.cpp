@@ -18,6 +18,12 @@ constexpr double kRetraction = 0.012;
 constexpr double kAimOffset = 0.5;
 /// Share of the speed that is kept while the tip is not aimed yet: at the first attempt, and after a failure.
 constexpr double kBoldShare = 0.7, kCarefulShare = 0.1;
+/// m beyond the free radius around the route at which the tip is in another branch.
+constexpr double kOffRoute = 1e-3;
+/// N at the entry: more than this a careful hand does not push; it waits, and pulls back when that lasts.
+constexpr double kPushLimit = 1.0;
+/// m/s of insertion that count as patience spent while the hand only waits.
+constexpr double kWaitingSpeed = 0.02;
 /// m; the tip searches the route this far behind and ahead of where it was last.
 constexpr double kSearchBack = 0.03, kSearchAhead = 0.02;
 
@@ -30,16 +36,22 @@ std::size_t find_point_at(const Route& route, double length) noexcept {
     return std::min<std::size_t>(static_cast<std::size_t>(it - route.length.begin()), route.points.size() - 1);
 }
 
-double find_progress(const Route& route, const Vec3& tip, double last) noexcept {
+/// Arc length of the route's point nearest to the tip, and whether the tip is within the route's lumen there.
+struct Progress {
+    double length;
+    bool on_route;
+};
+
+Progress find_progress(const Route& route, const Vec3& tip, double last) noexcept {
     double best_sq = std::numeric_limits<double>::infinity();
-    double progress = last;
+    Progress progress{last, false};
     const std::size_t end = find_point_at(route, last + kSearchAhead);
     for (std::size_t i = find_point_at(route, std::max(0.0, last - kSearchBack)); i <= end; ++i) {
         const double distance_sq = (route.points[i] - tip).squaredNorm();
-        if (distance_sq < best_sq) {
-            best_sq = distance_sq;
-            progress = route.length[i];
-        }
+        if (distance_sq >= best_sq) continue;
+        best_sq = distance_sq;
+        const double room = route.radii[i] + kOffRoute;
+        progress = {route.length[i], distance_sq <= room * room};
     }
     return progress;
 }
@@ -84,17 +96,20 @@ DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted,
 DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits,
                           const TipView& view, const DriveCommand& now, double dt, FollowState& state) noexcept {
     if (route.points.empty() || state.mode == FollowMode::Arrived) return now;
-    state.progress = find_progress(route, view.tip, state.progress);
+    const Progress progress = find_progress(route, view.tip, state.progress);
+    state.progress = progress.length;
     const double missing = std::sqrt((route.points.back() - view.tip).squaredNorm());
     if (missing <= settings.tolerance) {
         state.mode = FollowMode::Arrived;
         return now;
     }
-    if (state.progress > state.best_progress + kProgressStep) {
+    const bool resisted = view.resistance > kPushLimit;
+    if (progress.on_route && state.progress > state.best_progress + kProgressStep) {
         state.best_progress = state.progress;
         state.best_insertion = now.insertion;
         if (state.mode == FollowMode::Advance) state.attempts = 0;
     }
+    if (resisted) state.best_insertion -= kWaitingSpeed * dt;
     if (state.mode == FollowMode::Advance && now.insertion - state.best_insertion > kPatience) {
         state.mode = FollowMode::Retract;
         ++state.attempts;
@@ -110,7 +125,7 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
             state.best_insertion = wanted.insertion;
             state.best_progress = std::min(state.best_progress, state.progress);
         }
-    } else {
+    } else if (!resisted) {
         // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned. Where a
         // first attempt failed, more slowly.
         const double least = state.attempts > 0 ? kCarefulShare : kBoldShare;

@@ -26,10 +26,11 @@ struct TipView {
     Vec3 tip = Vec3::Zero();        // m
     Vec3 tangent = Vec3::UnitZ();   // unit, of the shaft where the shaped tip begins
     Vec3 bend = Vec3::UnitX();      // unit, across the tangent: where the shaped tip points
+    double resistance = 0.0;        // N, compression of the rod at the entry: what the hand feels
 };
 
 /// Turns the handle until the shaped tip points to the route ahead, pushes when it does, and pulls back and tries at
-/// another angle when insertion no longer brings the tip forward (a wrong branch, a loop).
+/// another angle when insertion no longer brings the tip forward (a wrong branch, a loop) or meets resistance.
 /// source   the surgeon's own rule; no planner. deviation: sees the true position of the tip.
 [[nodiscard]] DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits,
                                         const TipView& view, const DriveCommand& now, double dt,
