@@ -15,8 +15,10 @@ constexpr double kTipViewAngle = 0.35;       // rad
 constexpr Index kTipTangentNodes = 4;        // back from the tip, for its direction
 constexpr double kTipOrganOpacity = 0.05;    // an organ around the tip is mist, no more
 constexpr double kTipVesselOpacity = 0.26;
-constexpr double kInstrumentPixels = 2.2;    // half width of an instrument seen from afar
+constexpr double kInstrumentEmphasis = 0.92; // seen from afar, through two walls and an organ
+constexpr double kInstrumentPixels = 2.5;    // half width of an instrument seen from afar
 constexpr double kFluoroVessel = 9.0;        // 1/m: a trace of contrast agent
+constexpr double kFluoroTail = 0.05;         // m behind the tip that stays in the picture
 constexpr double kFluoroOrgan = 1.6;         // 1/m
 constexpr std::size_t kMaxMarkers = 4000;
 constexpr double kMarkerRange = 2.0e-4;      // m
@@ -50,7 +52,7 @@ void add_instrument(PictureView view, const InstrumentModel& instrument, const I
     if (view == PictureView::Anatomy) {
         const std::vector<Vec3>& line = out.lines.emplace_back(inserted_part(instrument, state.rod));
         out.scene.tubes.push_back({.points = line, .radius = instrument.rod.design.radius, .min_radius_px = kInstrumentPixels,
-                                   .emphasis = palette::kInstrumentEmphasis});
+                                   .emphasis = kInstrumentEmphasis});
         return;
     }
     out.scene.surfaces.push_back({.vertices = state.skin, .triangles = instrument.skin.triangles,
@@ -97,7 +99,9 @@ std::vector<Vec3> fluoroscopy_points(const Moment& moment) {
         if (moment.prepared.model.bodies[i].motion == Motion::Deformable) points.insert(points.end(), surface.begin(), surface.end());
     }
     if (points.empty()) return all_points(moment);
-    for (const InstrumentState& instrument : moment.state.instruments) points.push_back(instrument.rod.position.back());
+    for (const InstrumentState& instrument : moment.state.instruments)
+        for (const Vec3& p : instrument.rod.position)
+            if ((p - instrument.rod.position.back()).squaredNorm() < kFluoroTail * kFluoroTail) points.push_back(p);
     return points;
 }
 

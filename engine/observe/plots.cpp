@@ -31,8 +31,8 @@ set border 3 lc rgb '#9aa3ad' lw 1
 set tics nomirror out scale 0.5 textcolor rgb '#4b5563'
 set grid ytics lc rgb '#e6e9ed' lw 1 lt 1
 set key top left horizontal Left reverse samplen 1.6 textcolor rgb '#374151' maxrows 1
-set key at graph 0, 1.13
-set tmargin 2.6
+set key at graph 0, 1.12
+set tmargin 1.9
 set rmargin 2.5
 set xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4
 set style fill solid 0.25 noborder
@@ -62,7 +62,7 @@ std::string curve_text(const Curve& curve) {
 Sketch sketch_times(const RunRecord& record) {
     const BudgetSpec& budget = record.scene.budget;
     const bool wall = budget.limits.mode == BudgetMode::Wall;
-    const char* scope = budget.scope == BudgetScope::Step ? "whole step, charged" : "collision, charged";
+    const char* scope = budget.scope == BudgetScope::Step ? "charged" : "collision";
     Sketch sketch;
     sketch.plot = {"times", wall ? "Time of each step against its budget" : "Time of each step",
                    "Milliseconds on a logarithmic scale; where several steps share a point, the slowest is drawn.", {}};
@@ -126,6 +126,23 @@ Sketch sketch_energy() {
     return sketch;
 }
 
+bool has_route(const RunRecord& record) {
+    const std::vector<InstrumentModel>& instruments = record.prepared.model.instruments;
+    return std::any_of(instruments.begin(), instruments.end(), [](const InstrumentModel& m) { return m.route.has_value(); });
+}
+
+/// Planned ways, mm.
+std::string route_text(const SceneModel& model) {
+    std::string text;
+    for (const InstrumentModel& instrument : model.instruments) {
+        if (!instrument.route) continue;
+        for (const Vec3& p : instrument.route->points)
+            fmt::format_to(std::back_inserter(text), "{:.5g} {:.5g} {:.5g}\n", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
+        text += "\n";
+    }
+    return text.empty() ? "NaN NaN NaN\n" : text;
+}
+
 /// Outlines of all bodies as gnuplot's lines with breaks, mm.
 std::string outline_text(const SceneModel& model, const Vec3& direction, bool hollow) {
     std::string text;
@@ -138,6 +155,34 @@ std::string outline_text(const SceneModel& model, const Vec3& direction, bool ho
     return text.empty() ? "NaN NaN NaN\n" : text;
 }
 
+/// What a projection shows, mm: all bodies at rest, the way of the tip.
+struct Frame {
+    double lo[2], hi[2]; // across, up
+    [[nodiscard]] double size(int axis) const { return hi[axis] - lo[axis]; }
+};
+
+Frame frame_of(const RunRecord& record, int across) {
+    Box3 box;
+    for (const BodyModel& body : record.prepared.model.bodies) box.add(body.surface.bounds());
+    for (const CurvePoint& point : record.statistics.curve.points()) box.add(point.tip);
+    Frame frame{};
+    for (int axis = 0; axis < 2; ++axis) {
+        const int from = axis == 0 ? across : 2;
+        const double room = 0.03 * (box.hi - box.lo).maxCoeff();
+        frame.lo[axis] = 1e3 * (box.lo[from] - room);
+        frame.hi[axis] = 1e3 * (box.hi[from] + room);
+    }
+    return frame;
+}
+
+/// The distance of tics that puts about `count` of them on a length: 1, 2 or 5 times a power of ten.
+double tic_distance(double length, double count) {
+    const double power = std::pow(10.0, std::floor(std::log10(length / count)));
+    for (const double step : {1.0, 2.0, 5.0})
+        if (length <= step * power * count) return step * power;
+    return 10.0 * power;
+}
+
 struct Projection {
     const char* name;
     const char* title;
@@ -147,18 +192,31 @@ struct Projection {
     bool mirrored;     // as in the pictures, x runs to the left
 };
 
+/// Beyond this ratio of height to width the axes get scales of their own.
+constexpr double kLongestFrame = 4.0;
+
 Sketch sketch_path(const RunRecord& record, const Projection& projection) {
+    const Frame frame = frame_of(record, projection.across);
+    const bool same_scale = frame.size(1) < kLongestFrame * frame.size(0);
+    const double tics = tic_distance(frame.size(1), 7.0);
     Sketch sketch;
-    sketch.plot = {projection.name, projection.title, "Way of the tip over the outlines of vessel and organ at rest; same scale on both axes.", {}};
-    sketch.height = 460;
+    sketch.plot = {projection.name, projection.title,
+                   same_scale ? "Way of the tip over the outlines of vessel and organ at rest; same scale on both axes."
+                              : "Way of the tip over the outlines of vessel and organ at rest; each axis has a scale of its own.", {}};
+    sketch.height = 480;
     sketch.commands = fmt::format(
-        "set size ratio -1\nset grid xtics ytics lc rgb '#eef0f3' lw 1 lt 1\nset key at graph 0, 1.07\nset tmargin 2.2\n"
-        "set xlabel '{}' offset 0,0.4\nset ylabel 'feet to head [mm]' textcolor rgb '#4b5563' offset 1,0\n{}"
-        "plot '{}_organ.txt' using {}:3 with lines lw 0.5 lc rgb '#e3b7a8' notitle, "
-        "'{}_vessel.txt' using {}:3 with lines lw 0.6 lc rgb '#d46a6a' notitle, "
-        "file using {}:{} with lines lw 2.2 lc rgb '#2158d6' title 'tip'",
-        projection.label, projection.mirrored ? "set xrange [*:*] reverse\n" : "", projection.name, projection.across + 1,
-        projection.name, projection.across + 1, projection.across == 0 ? int{kTipX} : int{kTipY}, int{kTipZ});
+        "{}set grid xtics ytics lc rgb '#eef0f3' lw 1 lt 1\nset key at graph 0, 1.065\n"
+        "set xrange [{}:{}]{}\nset yrange [{}:{}]\nset xtics {}\nset ytics {}\n"
+        "set xlabel '{}' offset 0,0.4\nset ylabel 'feet to head [mm]' textcolor rgb '#4b5563' offset 1,0\n",
+        same_scale ? "set size ratio -1\n" : "", frame.lo[0], frame.hi[0], projection.mirrored ? " reverse" : "", frame.lo[1], frame.hi[1],
+        same_scale ? tics : tic_distance(frame.size(0), 7.0), tics, projection.label);
+    sketch.commands += fmt::format(
+        "plot '{0}_organ.txt' using {1}:3 with lines lw 0.5 lc rgb '#e3b7a8' notitle, "
+        "'{0}_vessel.txt' using {1}:3 with lines lw 0.6 lc rgb '#d88080' notitle, "
+        "'{0}_route.txt' using {1}:3 with lines lw 1.2 lc rgb '#f0a63a' {2}, "
+        "file using {3}:{4} with lines lw 2.2 lc rgb '#2158d6' title 'tip'",
+        projection.name, projection.across + 1, has_route(record) ? "title 'route'" : "notitle",
+        projection.across == 0 ? int{kTipX} : int{kTipY}, int{kTipZ});
     if (record.prepared.targets.empty()) return sketch;
     sketch.commands += fmt::format(", '{}_targets.txt' using {}:3 with points pt 6 ps 1.1 lw 2 lc rgb '#f59e0b' title 'target'",
                                    projection.name, projection.across + 1);
@@ -172,6 +230,7 @@ Result<void> write_path_files(const RunRecord& record, const Projection& project
     const SceneModel& model = record.prepared.model;
     const std::pair<const char*, std::string> files[] = {{"_organ.txt", outline_text(model, projection.direction, false)},
                                                          {"_vessel.txt", outline_text(model, projection.direction, true)},
+                                                         {"_route.txt", route_text(model)},
                                                          {"_targets.txt", targets}};
     for (const auto& [ending, text] : files)
         if (Result<void> written = write_file_atomically(folder / (projection.name + std::string(ending)), text); !written) return written;

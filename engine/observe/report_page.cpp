@@ -52,14 +52,19 @@ void add_head(const RunRecord& record, Page& page) {
 }
 
 void add_losses(const RunRecord& record, Page& page) {
-    page.add("<h2 style=\"margin-top:0\">What was given up</h2>\n<table class=\"losses\">\n");
-    for (const Loss& loss : list_losses(record)) {
-        page.add("<tr><td><i class=\"dot {}\"></i>{}</td><td{}>{}", mark_class(loss.mark), escape_html(loss.name),
-                 loss.mark == Mark::Good ? " class=\"none\"" : "", escape_html(loss.amount));
-        if (!loss.advice.empty()) page.add("<span class=\"advice\">{}</span>", escape_html(loss.advice));
-        page.add("</td></tr>\n");
-    }
-    page.add("</table>\n");
+    const std::vector<Loss> losses = list_losses(record);
+    const bool any = std::any_of(losses.begin(), losses.end(), [](const Loss& loss) { return loss.mark != Mark::Good; });
+    page.add("<h2 style=\"margin-top:0\">What was given up</h2>\n");
+    if (any) page.add("<table class=\"losses\">\n");
+    for (const Loss& loss : losses)
+        if (loss.mark != Mark::Good)
+            page.add("<tr><td><i class=\"dot {}\"></i>{}</td><td>{}<span class=\"advice\">{}</span></td></tr>\n", mark_class(loss.mark),
+                     escape_html(loss.name), escape_html(loss.amount), escape_html(loss.advice));
+    if (any) page.add("</table>\n");
+    page.add("<p class=\"nothing\"><b>{}</b>", any ? "None of" : "Nothing: none of");
+    for (const Loss& loss : losses)
+        if (loss.mark == Mark::Good) page.add("<span><i class=\"dot\"></i>{}</span>", escape_html(loss.name));
+    page.add("</p>\n");
 }
 
 void add_figure(Page& page, const std::string& value, const char* unit, const char* name) {

@@ -31,7 +31,7 @@ td.n,th.n{text-align:right;white-space:nowrap}
 .dot{display:inline-block;width:9px;height:9px;border-radius:50%;background:var(--good);margin-right:10px;vertical-align:1px}
 .dot.note{background:#e0a23c}.dot.bad{background:var(--bad)}
 .losses td:first-child{white-space:nowrap;width:16em}
-.losses .none{color:var(--soft)}
+.nothing{margin:14px 0 0;font-size:14px;color:var(--soft);line-height:1.9}.nothing b{font-weight:400;margin-right:16px}.nothing span{display:inline-block;margin-right:20px}.nothing .dot{width:7px;height:7px;margin-right:7px}
 .losses .advice{display:block}
 figure{margin:0;min-width:0}
 figure img,figure svg{display:block;width:100%;height:auto;border-radius:10px;border:1px solid var(--line);background:#fff}
@@ -40,7 +40,7 @@ figure svg text{font-family:inherit!important}
 figcaption{margin-top:8px}
 .grid{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:28px 28px}
 .wide{grid-column:1/-1}
-.bars td{border:0;padding:5px 14px 5px 0}
+.bars td{border:0;padding:5px 14px 5px 0;vertical-align:middle}
 .bars td:nth-child(3){width:62%}
 .bar{height:13px;border-radius:3px;background:var(--blue);min-width:1px}
 .tags span{display:inline-block;border:1px solid var(--line);border-radius:99px;padding:2px 12px;margin:0 6px 8px 0;font-size:14px}

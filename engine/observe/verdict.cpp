@@ -64,8 +64,12 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
     const bool instruments = !record.prepared.model.instruments.empty();
     if (effects.coarse_contact)
         losses.push_back(make_loss("Assumed contacts", t.assumed,
-                                   fmt::format("{} untested sphere pairs stood for contacts; pairs were open in {}", grouped(t.assumed), of_steps(t.open_steps, record)),
+                                   fmt::format("{} stood for contacts", count_text(t.assumed, "untested sphere pair", "untested sphere pairs")),
                                    Mark::Note, "A larger budget lets the descent end."));
+    if (effects.coarse_contact)
+        losses.push_back(make_loss("Open sphere pairs", t.open_steps,
+                                   fmt::format("in {}, as coarse as level {}", of_steps(t.open_steps, record), t.coarsest_level), Mark::Note,
+                                   "The descent ended there, with the answer it had."));
     if (!instruments) return;
     if (effects.exact_contact) {
         const std::uint64_t skipped = t.steps - t.exact_steps;

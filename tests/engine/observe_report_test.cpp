@@ -132,7 +132,7 @@ TEST(Verdicts, TellMissedDeadlinesAndWhatEachLossMeans) {
     std::string all;
     for (const Loss& loss : list_losses(record)) all += loss.name + ": " + loss.amount + "\n";
     EXPECT_THAT(all, HasSubstr("Exact contacts skipped: in 100 of 1000 steps"));
-    EXPECT_THAT(all, HasSubstr("Assumed contacts: 400 untested"));
+    EXPECT_THAT(all, HasSubstr("Assumed contacts: 400 untested sphere pairs"));
     EXPECT_THAT(all, HasSubstr("Instrument outside the lumen: none"));
 }
 
