@@ -1,0 +1,92 @@
+// The step loop allocates nothing once it is warm: every allocation of the program passes a counter here.
+#include "../engine/step_fixture.hpp"
+
+#include <atomic>
+#include <cstdlib>
+#include <execinfo.h>
+#include <new>
+
+namespace {
+
+std::atomic<bool> counting{false};
+std::atomic<std::uint64_t> count{0};
+void* first_places[24];
+int first_depth = 0;
+
+void* allocate(std::size_t size, std::size_t alignment) {
+    if (counting.load(std::memory_order_relaxed) && count.fetch_add(1) == 0) {
+        counting = false; // what backtrace allocates for itself is not the step's
+        first_depth = backtrace(first_places, 24);
+        counting = true;
+    }
+    void* memory = alignment > alignof(std::max_align_t) ? std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)
+                                                         : std::malloc(size == 0 ? 1 : size);
+    if (memory == nullptr) throw std::bad_alloc();
+    return memory;
+}
+
+} // namespace
+
+void* operator new(std::size_t size) { return allocate(size, 0); }
+void* operator new[](std::size_t size) { return allocate(size, 0); }
+void* operator new(std::size_t size, std::align_val_t alignment) { return allocate(size, static_cast<std::size_t>(alignment)); }
+void* operator new[](std::size_t size, std::align_val_t alignment) { return allocate(size, static_cast<std::size_t>(alignment)); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace seldinger::engine {
+namespace {
+
+constexpr const char* kAllEffects = R"("elasticity", "damping", "coarse_contact", "exact_contact")";
+
+struct Case {
+    std::string name;
+    test::BentTube tube;
+};
+
+class StepLoop : public ::testing::TestWithParam<Case> {};
+
+TEST_P(StepLoop, AllocatesNothingOnceWarm) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene(GetParam().tube));
+    ASSERT_EQ(prepared.model.instruments.size(), 1u);
+    Simulator simulator(prepared.model);
+    (void)test::run_steps(simulator, 50);
+    std::uint64_t steps_that_did = 0, all = 0;
+    for (int k = 0; k < 100; ++k) {
+        count = 0;
+        counting = true;
+        const StepReport& report = simulator.step();
+        counting = false;
+        ASSERT_TRUE(report.finite) << report.failure;
+        steps_that_did += count > 0;
+        all += count;
+    }
+    EXPECT_EQ(all, 0u) << steps_that_did << " of 100 steps allocated; the last first allocation came from:";
+    if (all > 0) backtrace_symbols_fd(first_places, first_depth, 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(, StepLoop,
+                         ::testing::Values(Case{"WithAStaticTube", {35, "exact", R"("coarse_contact", "exact_contact")", ""}},
+                                           Case{"WithSpheresAlone", {35, "exact", R"("coarse_contact")", ""}},
+                                           Case{"UnderAWorkBudget", {35, "work:500", R"("coarse_contact", "exact_contact")", ""}},
+                                           Case{"WithTissue", {35, "exact", kAllEffects, test::kOrgan}}),
+                         [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
+
+TEST(Counter, SeesAnAllocation) {
+    count = 0;
+    counting = true;
+    std::vector<int> numbers(100);
+    numbers[3] = 1;
+    counting = false;
+    EXPECT_GE(count, 1u);
+    EXPECT_EQ(numbers[3], 1);
+}
+
+} // namespace
+} // namespace seldinger::engine

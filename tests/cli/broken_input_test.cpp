@@ -1,0 +1,160 @@
+// Broken scenes and broken meshes: a clear refusal or a sound load, never a crash or a hang.
+#include "program.hpp"
+
+#include <algorithm>
+
+namespace seldinger::cli_test {
+namespace {
+
+class BrokenScene : public Program {};
+class NastyMesh : public Program {};
+
+constexpr double kTimeLimit = 60.0; // s, for one file; the usual is well below one
+
+TEST_F(BrokenScene, IsRefusedWithFileLineAndKey) {
+    struct Spoiled {
+        const char *piece, *other, *expected;
+    };
+    const Spoiled all[] = {
+        {"\"step\": 0.01", "\"step\": \"often\"", "time.step"},
+        {"\"step\": 0.01", "\"step\": -0.01", "time.step"},
+        {"\"step\": 0.01", "\"stepp\": 0.01", "step"},
+        {"\"units\": {\"length\": \"mm\", \"pressure\": \"MPa\"},", "", "units"},
+        {"\"length\": \"mm\"", "\"length\": \"parsec\"", "units.length"},
+        {"\"kind\": \"static\"", "\"kind\": \"liquid\"", "bodies.tube.kind"},
+        {"\"hollow\": true", "\"hollow\": 3", "bodies.tube.hollow"},
+        {"\"shape\": \"tube\"", "\"shape\": \"klein bottle\"", "bodies.tube.surface"},
+        {"{\"shape\": \"tube\", \"axis\": [[0, 0, 0, 4], [0, 0, 120, 4]], \"sides\": 16}", "\"none.obj\"", "none.obj"},
+        {"{\"shape\": \"tube\", \"axis\": [[0, 0, 0, 4], [0, 0, 120, 4]], \"sides\": 16}",
+         "{\"recipe\": \"none.json\", \"part\": \"lumen\"}", "none.json"},
+        {"[0, 0, 0, 4]", "[0, 0, 0, -4]", "bodies.tube.surface"},
+        {"[0, 0, 0, 4]", "[0, 0, 4]", "bodies.tube.surface"},
+        {"[0, 0, 0, 4]", "[0, 0, 120, 4]", "bodies.tube"},
+        {"\"radius\": 0.5", "\"radius\": 500", "instruments.wire.radius"},
+        {"\"radius\": 0.5", "\"radius\": 6", "instruments.wire"},
+        {"\"young_modulus\": 60", "\"young_modulus\": 6e20", "instruments.wire.young_modulus"},
+        {"\"young_modulus\": 60", "\"young_modulus\": 60, \"density\": -1200", "instruments.wire.density"},
+        {"\"lumen\": \"tube\"", "\"lumen\": \"tub\"", "tube"},
+        {"[0, 0, 10]", "[0, 0, 1000]", "instruments.wire.entry"},
+        {"\"direction\": [0, 0, 1]", "\"direction\": [0, 0, 0]", "direction"},
+        {"[0.2, 26, 0.4]", "[0.2, 260, 0.4]", "instruments.wire.path"},
+        {"[0.2, 26, 0.4]", "[-0.2, 26, 0.4]", "instruments.wire.path"},
+        {"\"exact_contact\"]", "\"levitation\"]", "levitation"},
+        {"\"budget\": \"exact\"", "\"budget\": \"-1ms\"", "budget"},
+        {"\"budget\": \"exact\"", "\"budget\": \"exact\", \"budget\": \"1ms\"", "budget"},
+        {"\"step\": 0.01,", "\"step\": 0.01,,", "spoiled.json:"},
+        {"\"step\": 0.01", "\"step\": NaN", "spoiled.json:"},
+        {"\"step\": 0.01", "\"step\": 1e999", "spoiled.json"},
+    };
+    for (const Spoiled& each : all) {
+        const fs::path scene = write("spoiled.json", with(kTube, each.piece, each.other));
+        for (const char* command : {"run", "explain"}) {
+            const Ended ended = std::string(command) == "run" ? run(scene) : call({"explain", scene});
+            EXPECT_TRUE(refuses(ended, each.expected)) << command << " with " << each.other;
+            EXPECT_TRUE(ended.says("spoiled.json")) << command << " with " << each.other << "\n" << ended;
+            EXPECT_FALSE(fs::exists(out())) << each.other;
+        }
+    }
+}
+
+TEST_F(BrokenScene, OfAnyBytesIsRefused) {
+    const std::string deep(100'000, '[');
+    std::string zeros(5000, '\0');
+    for (const std::string& text :
+         {std::string(), std::string("{}"), std::string("[]"), std::string("null"), std::string("{\"units\""), deep, zeros,
+          std::string("\xff\xfe{\0}\0", 6), std::string("/* no end"), kTube.substr(0, kTube.size() / 2), kTube + kTube})
+        EXPECT_TRUE(refuses(run(write("bytes.json", text)), "bytes.json")) << text.substr(0, 60);
+}
+
+TEST_F(BrokenScene, CutAtAnyPlaceIsRefused) {
+    for (std::size_t size = 1; size + 1 < kTube.size(); size += 97)
+        EXPECT_TRUE(refuses(run(write("cut.json", kTube.substr(0, size))), "cut.json")) << "after " << size << " bytes";
+}
+
+/// Every file of the nasty collection, sorted.
+std::vector<fs::path> nasty_files(const char* data) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(data) / "nasty"))
+        if (entry.is_regular_file() && entry.path().extension() != ".json" && entry.path().extension() != ".md")
+            files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+std::string surface_scene(const fs::path& mesh, const std::string& body, const std::string& effects) {
+    return R"({"units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 0.03},
+        "bodies": {"thing": {)" + body + R"(, "surface": {"file": ")" + mesh.string() + R"("}}}, "effects": [)" + effects + "]}";
+}
+
+/// Exit 0 or exit 2 with a message that names the file or the key.
+void expect_sound_or_refused(const Ended& ended, const fs::path& mesh, const std::string& use) {
+    SCOPED_TRACE(mesh.filename().string() + " as " + use);
+    EXPECT_FALSE(ended.timed_out);
+    EXPECT_EQ(ended.signal, 0) << ended;
+    EXPECT_TRUE(ended.exit_code == 0 || ended.exit_code == 2) << ended;
+    if (ended.exit_code == 2) {
+        EXPECT_TRUE(ended.says(mesh.filename().string()) || ended.says("bodies.thing")) << ended;
+    }
+}
+
+TEST_F(NastyMesh, LoadsOrIsRefusedInEveryUse) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (data == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    struct Use {
+        const char *name, *body, *effects;
+    };
+    const Use uses[] = {
+        {"static", R"("kind": "static")", R"("coarse_contact")"},
+        {"hollow", R"("kind": "static", "hollow": true)", R"("coarse_contact")"},
+        {"deformable", R"("kind": "deformable", "material": {"young_modulus": 5}, "coarse": {"surface_triangles": 60})",
+         R"("elasticity", "damping")"},
+    };
+    const std::vector<fs::path> files = nasty_files(data);
+    ASSERT_GE(files.size(), 30u);
+    int loaded = 0, refused = 0;
+    for (const fs::path& mesh : files)
+        for (const Use& use : uses) {
+            const fs::path scene = write("nasty.json", surface_scene(mesh, use.body, use.effects));
+            const Ended ended = call({"run", scene, "--out", out(), "--no-pictures", "--force", "-n", "2"}, kTimeLimit);
+            expect_sound_or_refused(ended, mesh, use.name);
+            loaded += ended.exit_code == 0;
+            refused += ended.exit_code == 2;
+        }
+    EXPECT_GT(loaded, 0);
+    EXPECT_GT(refused, 0);
+    std::cout << loaded << " loaded, " << refused << " refused\n";
+}
+
+TEST_F(NastyMesh, IsExplainedOrRefused) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (data == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    for (const fs::path& mesh : nasty_files(data)) {
+        const fs::path scene = write("nasty.json", surface_scene(mesh, R"("kind": "static")", ""));
+        expect_sound_or_refused(call({"explain", scene}, kTimeLimit), mesh, "explain");
+    }
+}
+
+TEST_F(NastyMesh, KnownDefectsAreNamed) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (data == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    const auto refusal = [&](const char* file, const std::string& piece) {
+        const fs::path mesh = fs::path(data) / "nasty/synthetic" / file;
+        const fs::path scene = write("nasty.json", surface_scene(mesh, R"("kind": "deformable", "material": {"young_modulus": 5})",
+                                                                 R"("elasticity")"));
+        return refuses(run(scene), piece);
+    };
+    EXPECT_TRUE(refusal("cube_nan_vertex.obj", "cube_nan_vertex.obj"));
+    EXPECT_TRUE(refusal("cube_inf_vertex.obj", "cube_inf_vertex.obj"));
+    EXPECT_TRUE(refusal("cube_open_one_face.obj", "fill_holes"));
+    EXPECT_TRUE(refusal("cube_flipped_face.obj", "orient"));
+    EXPECT_TRUE(refusal("cube_duplicate_face.obj", "drop_duplicates"));
+    EXPECT_TRUE(refusal("degenerate_zero_area.obj", "drop_degenerate"));
+    EXPECT_TRUE(refusal("edge_three_faces.obj", "drop_non_manifold"));
+    EXPECT_TRUE(refusal("index_out_of_range.obj", "index_out_of_range.obj"));
+    EXPECT_TRUE(refusal("empty.obj", "empty.obj"));
+    EXPECT_TRUE(refusal("cube_tiny.obj", "unit"));
+    EXPECT_TRUE(refusal("mobius_strip.obj", "closed"));
+}
+
+} // namespace
+} // namespace seldinger::cli_test

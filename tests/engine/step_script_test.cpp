@@ -1,0 +1,167 @@
+// What the hands do: tables, limits, and steering along a route, on routes and tips made up for the purpose.
+#include "engine/step/script.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace seldinger::engine {
+namespace {
+
+constexpr double kDt = 0.01;
+constexpr DriveLimits kLimits{0.035, 3.14};
+constexpr FollowSettings kSettings{0.025, 0.012, 0.003};
+
+/// 100 mm along z, then 60 mm along `aside`, points 1 mm apart.
+Route make_bent_route(const Vec3& aside) {
+    std::vector<Vec3> points;
+    for (int i = 0; i <= 100; ++i) points.emplace_back(0.0, 0.0, 1e-3 * i);
+    for (int i = 1; i <= 60; ++i) points.push_back(Vec3(0.0, 0.0, 0.1) + 1e-3 * i * aside);
+    std::vector<double> radii(points.size(), 3e-3);
+    return make_route(std::move(points), std::move(radii));
+}
+
+TEST(DrivePath, IsLinearBetweenRowsAndHeldOutside) {
+    const std::array<DriveRow, 3> rows{{{1.0, 0.02, 0.0}, {2.0, 0.04, 1.0}, {4.0, 0.03, -1.0}}};
+    EXPECT_DOUBLE_EQ(evaluate_path(rows, -5.0).insertion, 0.02);
+    EXPECT_DOUBLE_EQ(evaluate_path(rows, 1.0).insertion, 0.02);
+    EXPECT_DOUBLE_EQ(evaluate_path(rows, 1.5).insertion, 0.03);
+    EXPECT_DOUBLE_EQ(evaluate_path(rows, 1.5).rotation, 0.5);
+    EXPECT_DOUBLE_EQ(evaluate_path(rows, 2.0).rotation, 1.0);
+    EXPECT_DOUBLE_EQ(evaluate_path(rows, 3.0).insertion, 0.035);
+    EXPECT_DOUBLE_EQ(evaluate_path(rows, 3.0).rotation, 0.0);
+    EXPECT_DOUBLE_EQ(evaluate_path(rows, 99.0).insertion, 0.03);
+}
+
+TEST(DrivePath, OfOneRowOrOfTwoAtTheSameTimeHasAnAnswer) {
+    const std::array<DriveRow, 1> one{{{1.0, 0.02, 0.5}}};
+    EXPECT_DOUBLE_EQ(evaluate_path(one, 0.0).insertion, 0.02);
+    EXPECT_DOUBLE_EQ(evaluate_path(one, 2.0).rotation, 0.5);
+    const std::array<DriveRow, 3> jump{{{0.0, 0.01, 0.0}, {1.0, 0.02, 0.0}, {1.0, 0.05, 0.0}}};
+    EXPECT_DOUBLE_EQ(evaluate_path(jump, 1.0).insertion, 0.02);
+    EXPECT_DOUBLE_EQ(evaluate_path(jump, 1.1).insertion, 0.05);
+}
+
+TEST(HandLimits, HoldBothWaysAndLetSmallChangesPass) {
+    const DriveCommand from{0.1, 1.0};
+    EXPECT_DOUBLE_EQ(limit_command(from, {0.2, 2.0}, kLimits, kDt).insertion, 0.1 + 0.035 * kDt);
+    EXPECT_DOUBLE_EQ(limit_command(from, {0.0, 2.0}, kLimits, kDt).insertion, 0.1 - 0.035 * kDt);
+    EXPECT_DOUBLE_EQ(limit_command(from, {0.1, 9.0}, kLimits, kDt).rotation, 1.0 + 3.14 * kDt);
+    EXPECT_DOUBLE_EQ(limit_command(from, {0.1, -9.0}, kLimits, kDt).rotation, 1.0 - 3.14 * kDt);
+    const DriveCommand near{0.1001, 1.01};
+    EXPECT_DOUBLE_EQ(limit_command(from, near, kLimits, kDt).insertion, near.insertion);
+    EXPECT_DOUBLE_EQ(limit_command(from, near, kLimits, kDt).rotation, near.rotation);
+}
+
+TEST(Steering, WhereTheWayIsStraightItPushesAtFullSpeedAndLeavesTheHandleAlone) {
+    const Route route = make_bent_route(Vec3::UnitX());
+    FollowState state;
+    const DriveCommand now{0.05, 0.3};
+    const DriveCommand next =
+        follow_route(route, kSettings, kLimits, {{0, 0, 0.02}, Vec3::UnitZ(), Vec3::UnitX()}, now, kDt, state);
+    EXPECT_DOUBLE_EQ(next.insertion, 0.05 + 0.025 * kDt);
+    EXPECT_DOUBLE_EQ(next.rotation, 0.3);
+    EXPECT_EQ(state.mode, FollowMode::Advance);
+}
+
+TEST(Steering, TurnsTheTipTowardsTheSideTheRouteGoesTo) {
+    const TipView view{{0, 0, 0.096}, Vec3::UnitZ(), Vec3::UnitX()}; // the tip points to x
+    const auto turn_for = [&](const Vec3& aside) {
+        FollowState state;
+        state.progress = 0.096;
+        return follow_route(make_bent_route(aside), kSettings, kLimits, view, {0.1, 0.0}, kDt, state).rotation;
+    };
+    EXPECT_GT(turn_for(Vec3::UnitY()), 0.01) << "counter-clockwise about z";
+    EXPECT_LT(turn_for(-Vec3::UnitY()), -0.01);
+    EXPECT_NEAR(turn_for(Vec3::UnitX()), 0.0, 1e-9) << "already there";
+    EXPECT_NEAR(std::abs(turn_for(-Vec3::UnitX())), 3.14 * kDt, 1e-9) << "the wrong way round: as fast as allowed";
+}
+
+TEST(Steering, PushesMoreSlowlyWhileTheTipLooksElsewhere) {
+    const Route route = make_bent_route(Vec3::UnitX());
+    const auto push_for = [&](const Vec3& bend) {
+        FollowState state;
+        state.progress = 0.096;
+        return follow_route(route, kSettings, kLimits, {{0, 0, 0.096}, Vec3::UnitZ(), bend}, {0.1, 0.0}, kDt, state).insertion -
+               0.1;
+    };
+    EXPECT_GT(push_for(Vec3::UnitX()), push_for(-Vec3::UnitX()));
+    EXPECT_GT(push_for(-Vec3::UnitX()), 0.0);
+}
+
+TEST(Steering, ArrivesWithinTheToleranceAndThenKeepsStill) {
+    const Route route = make_bent_route(Vec3::UnitX());
+    FollowState state;
+    state.progress = 0.155;
+    const DriveCommand now{0.2, 1.0};
+    const TipView near{{0.0575, 0, 0.1}, Vec3::UnitX(), Vec3::UnitY()};
+    EXPECT_DOUBLE_EQ(follow_route(route, kSettings, kLimits, near, now, kDt, state).insertion, 0.2);
+    EXPECT_EQ(state.mode, FollowMode::Arrived);
+    const TipView away{{0.0, 0, 0.05}, Vec3::UnitZ(), Vec3::UnitY()};
+    const DriveCommand later = follow_route(route, kSettings, kLimits, away, now, kDt, state);
+    EXPECT_DOUBLE_EQ(later.insertion, 0.2);
+    EXPECT_DOUBLE_EQ(later.rotation, 1.0);
+}
+
+TEST(Steering, PullsBackWhenInsertionBringsNoProgressAndFurtherEachTime) {
+    const Route route = make_bent_route(Vec3::UnitX());
+    const TipView stuck{{0, 0, 0.1}, Vec3::UnitZ(), -Vec3::UnitX()}; // the tip never moves again
+    FollowState state;
+    state.progress = state.best_progress = 0.1;
+    state.best_insertion = 0.2;
+    DriveCommand now{0.2, 0.0};
+    std::vector<double> turns; // insertion where the direction changed
+    FollowMode before = state.mode;
+    for (int step = 0; step < 100'000 && turns.size() < 10; ++step) {
+        const DriveCommand next = follow_route(route, kSettings, kLimits, stuck, now, kDt, state);
+        ASSERT_LE(std::abs(next.insertion - now.insertion), kLimits.speed * kDt + 1e-12);
+        ASSERT_LE(std::abs(next.rotation - now.rotation), kLimits.rotation * kDt + 1e-12);
+        if (state.mode != before) turns.push_back(next.insertion);
+        before = state.mode;
+        now = next;
+    }
+    ASSERT_EQ(turns.size(), 10u) << "forward and back, five times";
+    EXPECT_NEAR(turns[0], 0.215, 1e-3) << "15 mm without progress are enough";
+    for (std::size_t i = 0; i + 1 < turns.size(); i += 2) EXPECT_LT(turns[i + 1], turns[i]);
+    EXPECT_GT(turns[2] - turns[3], turns[0] - turns[1]) << "further back at the second attempt";
+    EXPECT_NEAR(turns[8] - turns[9], turns[6] - turns[7], 2e-3) << "but not without end";
+    EXPECT_EQ(state.attempts, 5u);
+}
+
+TEST(Steering, OnARouteWithoutPointsDoesNothing) {
+    FollowState state;
+    const DriveCommand now{0.2, 1.0};
+    const DriveCommand next = follow_route({}, kSettings, kLimits, {}, now, kDt, state);
+    EXPECT_DOUBLE_EQ(next.insertion, now.insertion);
+    EXPECT_DOUBLE_EQ(next.rotation, now.rotation);
+}
+
+TEST(Steering, ATipThatOnlyTakesTheForkWhenItPointsThereGetsToTheEnd) {
+    for (int start = 0; start < 8; ++start) { // any first angle of the handle
+        const Route route = make_bent_route(Vec3::UnitX());
+        FollowState state;
+        DriveCommand now{0.0, start * std::numbers::pi / 4.0};
+        double tip = 0.0, blocked_at = 0.0; // m along the route; insertion that is slack
+        int step = 0;
+        for (; step < 20'000 && state.mode != FollowMode::Arrived; ++step) {
+            const bool ahead = tip < 0.1;
+            const Vec3 tangent = ahead ? Vec3::UnitZ() : Vec3::UnitX();
+            const Vec3 bend = ahead ? Vec3(std::cos(now.rotation), std::sin(now.rotation), 0.0) : Vec3(Vec3::UnitY());
+            const std::size_t at = static_cast<std::size_t>(std::llround(1e3 * tip));
+            const DriveCommand next =
+                follow_route(route, kSettings, kLimits, {route.points[at], tangent, bend}, now, kDt, state);
+            const double reach = std::clamp(next.insertion - blocked_at, 0.0, 0.16);
+            const bool taken = !ahead || reach < 0.1 || bend.x() > 0.8;
+            if (!taken) blocked_at = std::max(0.0, next.insertion - 0.0995); // it buckles instead
+            tip = taken ? reach : 0.0995;
+            now = next;
+        }
+        EXPECT_EQ(state.mode, FollowMode::Arrived) << "first angle " << start;
+        EXPECT_LT(step, 3000) << "first angle " << start;
+    }
+}
+
+} // namespace
+} // namespace seldinger::engine

@@ -1,0 +1,183 @@
+// A wire in a bent tube: it stays inside at every budget and speed, and says what it could not test.
+#include "step_fixture.hpp"
+
+namespace seldinger::engine {
+namespace {
+
+using test::BentTube;
+using test::Tally;
+
+struct Case {
+    std::string name;
+    BentTube tube;
+    double least_insertion = 0.1; // m; less means that the wire got stuck
+};
+void PrintTo(const Case& tested, std::ostream* os) { *os << tested.name; }
+
+class WireInABentTube : public ::testing::TestWithParam<Case> {};
+
+TEST_P(WireInABentTube, NeverLeavesIt) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene(GetParam().tube));
+    ASSERT_EQ(prepared.model.instruments.size(), 1u);
+    Simulator simulator(prepared.model);
+    const std::uint64_t steps = prepared.model.step_count + 50;
+    const Tally tally = test::run_steps(simulator, steps);
+    EXPECT_EQ(tally.steps, steps) << tally;
+    EXPECT_EQ(tally.lumen_exits, 0u) << tally;
+    EXPECT_TRUE(test::all_finite(simulator.state()));
+    EXPECT_GT(tally.largest_force, 0.0) << "the bend was never felt: " << tally;
+    EXPECT_GT(tally.insertion, GetParam().least_insertion) << tally;
+}
+
+constexpr const char* kCoarse = R"("coarse_contact")";
+constexpr const char* kExact = R"("exact_contact")";
+constexpr const char* kBoth = R"("coarse_contact", "exact_contact")";
+
+INSTANTIATE_TEST_SUITE_P(
+    , WireInABentTube,
+    ::testing::Values(Case{"Exact", {35, "exact", kBoth, ""}}, Case{"ExactAlone", {35, "exact", kExact, ""}},
+                      Case{"CoarseOnly", {35, "exact", kCoarse, ""}}, Case{"WorkOf500", {35, "work:500", kBoth, ""}},
+                      Case{"WorkOf20000", {35, "work:20000", kBoth, ""}},
+                      Case{"ExactAtAHundredTimesTheSpeed", {3500, "exact", kBoth, ""}, 0.05},
+                      Case{"CoarseOnlyAtAHundredTimesTheSpeed", {3500, "exact", kCoarse, ""}, 0.05},
+                      Case{"WorkOf500AtAHundredTimesTheSpeed", {3500, "work:500", kBoth, ""}, 0.05},
+                      Case{"ExactInAnOrgan", {35, "exact", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
+                                              test::kOrgan}, 0.06},
+                      Case{"WorkOf500InAnOrgan", {35, "work:500", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
+                                                  test::kOrgan}, 0.06}),
+    [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
+
+TEST(Wire, RunsUnderAWorkBudgetGiveTheSameBitsTwice) {
+    const PreparedScene prepared =
+        test::prepare(test::bent_tube_scene({35, "work:3000", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
+                                             test::kOrgan}));
+    std::uint64_t first = 0;
+    for (int run = 0; run < 2; ++run) {
+        Simulator simulator(prepared.model);
+        const std::uint64_t start = hash_state(simulator.state());
+        EXPECT_EQ(test::run_steps(simulator, 150).steps, 150u);
+        const std::uint64_t hash = hash_state(simulator.state());
+        EXPECT_NE(hash, start);
+        if (run == 0) first = hash;
+        EXPECT_EQ(hash, first);
+    }
+    const PreparedScene again =
+        test::prepare(test::bent_tube_scene({35, "work:3000", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
+                                             test::kOrgan}));
+    Simulator simulator(again.model);
+    (void)test::run_steps(simulator, 150);
+    EXPECT_EQ(hash_state(simulator.state()), first) << "preparation gives the same model twice";
+}
+
+TEST(Wire, TheHashSeesOneBitOfOnePosition) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene());
+    State state = make_initial_state(prepared.model);
+    const std::uint64_t hash = hash_state(state);
+    double& x = state.instruments[0].rod.position[7].x();
+    x = std::nextafter(x, 1.0);
+    EXPECT_NE(hash_state(state), hash);
+}
+
+TEST(Wire, ABudgetOfNothingAssumesEverythingAndSaysSo) {
+    for (const char* budget : {"work:0", "0ms", "work:1", "1us"}) {
+        const PreparedScene prepared = test::prepare(test::bent_tube_scene({35, budget, kBoth, ""}));
+        Simulator simulator(prepared.model);
+        const Tally tally = test::run_steps(simulator, 250);
+        EXPECT_EQ(tally.steps, 250u) << budget << ": " << tally.last.failure;
+        EXPECT_TRUE(test::all_finite(simulator.state())) << budget;
+        EXPECT_EQ(tally.exact_steps, 0u) << budget;
+        EXPECT_GE(tally.open, 250u) << budget << ": every step leaves pairs open";
+        EXPECT_GT(tally.assumed, 0u) << budget;
+        EXPECT_GT(tally.unproven, 0u) << budget;
+    }
+}
+
+TEST(Wire, MoreWorkLeavesLessOpen) {
+    std::uint64_t last_open = std::numeric_limits<std::uint64_t>::max();
+    for (const char* budget : {"work:0", "work:10", "exact"}) {
+        const PreparedScene prepared = test::prepare(test::bent_tube_scene({35, budget, kCoarse, ""}));
+        Simulator simulator(prepared.model);
+        const Tally tally = test::run_steps(simulator, 50);
+        EXPECT_LT(tally.open, last_open) << budget;
+        last_open = tally.open;
+    }
+    EXPECT_EQ(last_open, 0u);
+}
+
+TEST(Wire, AWorkBudgetIsNeverOverspent) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({35, "work:500", kBoth, ""}));
+    Simulator simulator(prepared.model);
+    for (int k = 0; k < 200; ++k) {
+        const StepReport& report = simulator.step();
+        ASSERT_LE(report.work_units, 500u) << "step " << report.step;
+        ASSERT_LE(report.pairs_tested, 500u) << "step " << report.step;
+    }
+}
+
+/// Every reading passes some time.
+class TickingClock final : public Clock {
+public:
+    explicit TickingClock(std::int64_t tick_ns) : tick_ns_(tick_ns) {}
+    [[nodiscard]] std::int64_t now_ns() const noexcept override { return now_ += tick_ns_; }
+
+private:
+    std::int64_t tick_ns_;
+    mutable std::int64_t now_ = 0;
+};
+
+TEST(Wire, ADeadlineOnASlowMachineIsReportedAsMissed) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({35, "1ms", kBoth, ""}));
+    const TickingClock slow(2'000'000), quick(10);
+    Simulator late(prepared.model, slow), early(prepared.model, quick);
+    const Tally missed = test::run_steps(late, 20);
+    EXPECT_FALSE(missed.last.budget_kept);
+    EXPECT_EQ(missed.exact_steps, 0u);
+    EXPECT_GT(missed.open, 0u);
+    const Tally kept = test::run_steps(early, 20);
+    EXPECT_TRUE(kept.last.budget_kept);
+    EXPECT_EQ(kept.exact_steps, 20u);
+}
+
+TEST(Wire, InsertionFollowsThePathWithinTheLimitsOfTheHand) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene());
+    Simulator simulator(prepared.model);
+    double last = 0.02;
+    for (int k = 0; k < 100; ++k) {
+        const StepReport& report = simulator.step();
+        ASSERT_LE(report.insertion_m - last, 0.035 * 0.01 + 1e-12);
+        last = report.insertion_m;
+    }
+    EXPECT_NEAR(last, 0.02 + 0.035, 1e-3) << "free on the straight part";
+}
+
+TEST(Effects, LeftOutExactContactBuildsNoTreesAndTestsNothing) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({35, "exact", kCoarse, ""}));
+    Simulator simulator(prepared.model);
+    const Tally tally = test::run_steps(simulator, 100);
+    EXPECT_EQ(tally.exact_steps, 0u);
+    EXPECT_EQ(tally.candidates, 0u);
+    EXPECT_TRUE(simulator.context().instruments[0].boxes.empty());
+    EXPECT_TRUE(simulator.context().bodies[0].boxes.empty());
+    EXPECT_GT(tally.pairs_tested, 0u);
+    EXPECT_LT(tally.last.ms.exact, 0.05) << "two readings of the clock";
+}
+
+TEST(Effects, LeftOutCoarseContactTestsNoSpheres) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({35, "exact", kExact, ""}));
+    Simulator simulator(prepared.model);
+    const Tally tally = test::run_steps(simulator, 100);
+    EXPECT_EQ(tally.pairs_tested, 0u);
+    EXPECT_EQ(tally.open, 0u);
+    EXPECT_EQ(tally.exact_steps, 100u);
+}
+
+TEST(Effects, WithoutAnyContactTheWirePassesThroughAndTheIndependentCheckSeesIt) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({35, "exact", "", ""}));
+    Simulator simulator(prepared.model);
+    const Tally tally = test::run_steps(simulator, prepared.model.step_count);
+    EXPECT_GT(tally.lumen_exits, 0u);
+    EXPECT_EQ(tally.largest_force, 0.0);
+}
+
+} // namespace
+} // namespace seldinger::engine
