@@ -47,6 +47,7 @@ void Descent::add_solid_pair(const SolidView& a, const SolidView& b) {
     if (a.spheres.empty() || b.spheres.empty()) return;
     solids_.push_back({a, b});
     queue_.push_back({static_cast<Index>(solids_.size() - 1), 0, 0, false, false});
+    ++stats_.pairs_open; // until run() says otherwise: a budget of nothing never calls it
 }
 
 void Descent::add_hollow_pair(const ChainView& instrument, const LumenView& lumen) {
@@ -55,7 +56,10 @@ void Descent::add_hollow_pair(const ChainView& instrument, const LumenView& lume
     pair.chain = instrument;
     pair.lumen = lumen;
     pair.status.assign(instrument.state->links_t1.size(), LinkStatus::Open);
-    if (!pair.status.empty()) queue_.push_back({static_cast<Index>(hollow_count_), 0, 0, true, false});
+    if (!pair.status.empty()) {
+        queue_.push_back({static_cast<Index>(hollow_count_), 0, 0, true, false});
+        ++stats_.pairs_open;
+    }
     ++hollow_count_;
 }
 

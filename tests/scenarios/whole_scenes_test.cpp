@@ -1,0 +1,83 @@
+// The shipped scenes for a while, in work mode: the same bits twice, and the instrument inside its vessel.
+#include "engine/prepare/prepare_scene.hpp"
+#include "engine/step/simulator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+
+namespace seldinger::engine {
+namespace {
+
+PreparedScene prepare_in_work_mode(const std::string& file) {
+    Result<Scene> scene = read_scene(std::filesystem::path(SELDINGER_SOURCE_DIR) / file);
+    EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().to_string());
+    if (!scene.ok()) return {};
+    scene->budget.limits = {BudgetMode::Work, 0.0, 1'000'000};
+    Result<PreparedScene> prepared = prepare_scene(*scene);
+    EXPECT_TRUE(prepared.ok()) << (prepared.ok() ? "" : prepared.error().to_string());
+    return prepared.ok() ? std::move(*prepared) : PreparedScene{};
+}
+
+struct Outcome {
+    std::uint64_t hash = 0, steps = 0, lumen_exits = 0, exact_steps = 0, contacts = 0;
+    std::uint32_t inverted_tets = 0;
+    double insertion = 0.0;
+    std::string failure;
+};
+
+Outcome run(const SceneModel& model, int steps) {
+    Simulator simulator(model);
+    Outcome outcome;
+    for (int k = 0; k < steps; ++k) {
+        const StepReport& report = simulator.step();
+        outcome.failure = report.failure;
+        if (!report.finite) break;
+        ++outcome.steps;
+        outcome.lumen_exits += report.lumen_exits;
+        outcome.exact_steps += report.exact_ran;
+        outcome.contacts += report.exact_contacts;
+        outcome.inverted_tets = std::max(outcome.inverted_tets, report.inverted_tets);
+        outcome.insertion = report.insertion_m;
+    }
+    outcome.hash = hash_state(simulator.state());
+    std::cout << outcome.steps << " steps, inserted " << 1e3 * outcome.insertion << " mm, exact in " << outcome.exact_steps
+              << ", contacts " << outcome.contacts << "\n";
+    return outcome;
+}
+
+void expect_sound(const Outcome& outcome, std::uint64_t steps) {
+    EXPECT_EQ(outcome.steps, steps) << outcome.failure;
+    EXPECT_EQ(outcome.lumen_exits, 0u);
+    EXPECT_EQ(outcome.inverted_tets, 0u);
+    EXPECT_GT(outcome.insertion, 0.0);
+}
+
+TEST(Scenario, ChemoembolisationIsTheSameRunTwiceAndStaysInside) {
+    const PreparedScene prepared = prepare_in_work_mode("assets/scenes/hepatic.json");
+    ASSERT_FALSE(prepared.model.instruments.empty());
+    const Outcome first = run(prepared.model, 200);
+    expect_sound(first, 200);
+    EXPECT_GT(first.insertion, 0.03);
+    EXPECT_EQ(run(prepared.model, 200).hash, first.hash);
+}
+
+TEST(Scenario, ARealPatientsArteriesHoldTheCatheterAfterNamedRepairs) {
+    if (std::getenv("SELDINGER_TEST_DATA") == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    const PreparedScene prepared = prepare_in_work_mode("tests/scenes/real_anatomy.json");
+    ASSERT_FALSE(prepared.model.instruments.empty());
+    expect_sound(run(prepared.model, 100), 100);
+}
+
+TEST(Scenario, StraightTubeIsDrivenToTheEndOfItsScript) {
+    const PreparedScene prepared = prepare_in_work_mode("assets/scenes/straight_tube.json");
+    ASSERT_FALSE(prepared.model.instruments.empty());
+    const Outcome outcome = run(prepared.model, static_cast<int>(prepared.model.step_count));
+    expect_sound(outcome, prepared.model.step_count);
+    EXPECT_NEAR(outcome.insertion, 0.2, 1e-3);
+}
+
+} // namespace
+} // namespace seldinger::engine
