@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
-#include <regex>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -57,26 +56,60 @@ Result<int> lock_folder(const fs::path& folder) {
     }
 }
 
-bool is_temporary_of_ours(const std::string& name) {
-    static const std::regex kTemporary(R"(\.(steps\.csv|summary\.json|report\.html|.*\.(vtp|vtu|pvd|png))\.\d+\.\d+\.part)");
-    return std::regex_match(name, kTemporary);
+/// Takes a run of digits off the front; false where there is none.
+bool skip_digits(std::string_view& text) {
+    const std::size_t count = std::min(text.find_first_not_of("0123456789"), text.size());
+    text.remove_prefix(count);
+    return count > 0;
 }
 
-bool is_output_file(const std::string& name) {
-    static const std::array<std::string, 4> kNames{output_name::kSteps, output_name::kPartialSteps, output_name::kSummary,
-                                                   output_name::kReport};
-    static const std::regex kPicture(R"((anatomy|tip|fluoro)_\d+_t\d+\.\d+s\.png)");
-    return std::find(kNames.begin(), kNames.end(), name) != kNames.end() || std::regex_match(name, kPicture) ||
-           is_temporary_of_ours(name);
+bool skip(std::string_view& text, std::string_view piece) {
+    if (!text.starts_with(piece)) return false;
+    text.remove_prefix(piece.size());
+    return true;
 }
 
-bool is_state_file(const std::string& name) {
-    static const std::regex kState(R"([^.].*\.(vtp|vtu|pvd))");
-    return std::regex_match(name, kState) || is_temporary_of_ours(name);
+bool has_state_ending(std::string_view name) {
+    return name.ends_with(".vtp") || name.ends_with(".vtu") || name.ends_with(".pvd");
+}
+
+/// anatomy_01_t04.20s.png
+bool is_picture(std::string_view name) {
+    return (skip(name, "anatomy_") || skip(name, "tip_") || skip(name, "fluoro_")) && skip_digits(name) && skip(name, "_t") &&
+           skip_digits(name) && skip(name, ".") && skip_digits(name) && name == "s.png";
+}
+
+bool is_page(std::string_view name) {
+    return name == output_name::kSteps || name == output_name::kPartialSteps || name == output_name::kSummary ||
+           name == output_name::kReport;
+}
+
+/// .NAME.PID.COUNT.part, which a run that was killed while it wrote leaves behind
+bool is_temporary(std::string_view name, bool (*is_ours)(std::string_view)) {
+    if (!skip(name, ".") || !name.ends_with(".part")) return false;
+    name.remove_suffix(5);
+    for (int number = 0; number < 2; ++number) {
+        const std::size_t dot = name.rfind('.');
+        if (dot == std::string_view::npos) return false;
+        std::string_view digits = name.substr(dot + 1);
+        if (!skip_digits(digits) || !digits.empty()) return false;
+        name = name.substr(0, dot);
+    }
+    return is_ours(name);
+}
+
+bool is_output_file(std::string_view name) {
+    const auto is_ours = [](std::string_view n) { return is_page(n) || is_picture(n); };
+    return is_ours(name) || is_temporary(name, is_ours);
+}
+
+bool is_state_file(std::string_view name) {
+    const auto is_ours = [](std::string_view n) { return !n.starts_with(".") && has_state_ending(n); };
+    return is_ours(name) || is_temporary(name, is_ours);
 }
 
 /// Removes the files of a folder that `is_ours` knows; links are removed, never followed.
-Result<void> remove_files(const fs::path& folder, bool (*is_ours)(const std::string&)) {
+Result<void> remove_files(const fs::path& folder, bool (*is_ours)(std::string_view)) {
     std::error_code failed;
     std::vector<fs::path> found;
     for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed))

@@ -21,7 +21,9 @@ constexpr double kFluoroVessel = 9.0;        // 1/m: a trace of contrast agent
 constexpr double kFluoroTail = 0.05;         // m behind the tip that stays in the picture
 constexpr double kFluoroOrgan = 1.6;         // 1/m
 constexpr std::size_t kMaxMarkers = 4000;
-constexpr double kMarkerRange = 2.0e-4;      // m
+constexpr double kMarkerForce = 1.0e-3;      // N, gentler presses are left out
+constexpr double kMarkerRadius = 3.4;        // pixels at a height of 720
+constexpr double kSmallestRange = 1.0e-5;    // m, of the colour bar
 
 RenderSurface make_surface(PictureView view, const BodyModel& body, const BodyState& state) {
     RenderSurface surface{.vertices = state.surface, .triangles = body.surface.triangles};
@@ -64,7 +66,7 @@ void add_instrument(PictureView view, const InstrumentModel& instrument, const I
 void add_wall_markers(const SceneModel& model, const InstrumentModel& instrument, const InstrumentState& state,
                       const InstrumentScratch& scratch, RenderScene& out) {
     for (const fem::RodPlane& plane : scratch.planes) {
-        if (!(plane.force > 0.0) || out.markers.size() >= kMaxMarkers) continue;
+        if (!(plane.force > kMarkerForce) || out.markers.size() >= kMaxMarkers) continue;
         const Vec3 axis = (1.0 - plane.weight) * state.rod.position[plane.node] + plane.weight * state.rod.position[plane.node + 1];
         out.markers.push_back({axis - instrument.rod.design.radius * plane.normal, plane.force / model.contact.rod_stiffness});
     }
@@ -78,7 +80,10 @@ void add_markers(const Moment& moment, RenderScene& out) {
     for (const Contact& contact : moment.contacts)
         if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() && out.markers.size() < kMaxMarkers)
             out.markers.push_back({contact.point, -contact.gap});
-    out.marker_range = model.instruments.empty() ? 0.0 : kMarkerRange;
+    double deepest = 0.0;
+    for (const RenderMarker& marker : out.markers) deepest = std::max(deepest, marker.depth);
+    if (deepest < kSmallestRange) out.marker_range = kSmallestRange; // else it follows the deepest
+    out.marker_radius_px = kMarkerRadius;
 }
 
 std::vector<Vec3> all_points(const Moment& moment) {

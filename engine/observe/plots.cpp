@@ -143,6 +143,14 @@ std::string route_text(const SceneModel& model) {
     return text.empty() ? "NaN NaN NaN\n" : text;
 }
 
+Sketch sketch_volume() {
+    Sketch sketch;
+    sketch.plot = {"volume", "Smallest volume of a tetrahedron", "Relative to rest, over the whole tissue; at 0 an element is inverted.", {}};
+    sketch.commands = fmt::format("set ylabel 'share of rest' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:1.05]\nunset key\n"
+                                  "plot file using {}:{} with lines lw 1.6 lc rgb '#0f8a6d'", int{kTime}, int{kVolume});
+    return sketch;
+}
+
 /// Outlines of all bodies as gnuplot's lines with breaks, mm.
 std::string outline_text(const SceneModel& model, const Vec3& direction, bool hollow) {
     std::string text;
@@ -198,7 +206,7 @@ constexpr double kLongestFrame = 4.0;
 Sketch sketch_path(const RunRecord& record, const Projection& projection) {
     const Frame frame = frame_of(record, projection.across);
     const bool same_scale = frame.size(1) < kLongestFrame * frame.size(0);
-    const double tics = tic_distance(frame.size(1), 7.0);
+    const double tics = tic_distance(frame.size(1), 9.0);
     Sketch sketch;
     sketch.plot = {projection.name, projection.title,
                    same_scale ? "Way of the tip over the outlines of vessel and organ at rest; same scale on both axes."
@@ -206,9 +214,9 @@ Sketch sketch_path(const RunRecord& record, const Projection& projection) {
     sketch.height = 480;
     sketch.commands = fmt::format(
         "{}set grid xtics ytics lc rgb '#eef0f3' lw 1 lt 1\nset key at graph 0, 1.065\n"
-        "set xrange [{}:{}]{}\nset yrange [{}:{}]\nset xtics {}\nset ytics {}\n"
+        "set xrange [{}:{}]\nset yrange [{}:{}]\nset xtics {}\nset ytics {}\n"
         "set xlabel '{}' offset 0,0.4\nset ylabel 'feet to head [mm]' textcolor rgb '#4b5563' offset 1,0\n",
-        same_scale ? "set size ratio -1\n" : "", frame.lo[0], frame.hi[0], projection.mirrored ? " reverse" : "", frame.lo[1], frame.hi[1],
+        same_scale ? "set size ratio -1\n" : "", projection.mirrored ? frame.hi[0] : frame.lo[0], projection.mirrored ? frame.lo[0] : frame.hi[0], frame.lo[1], frame.hi[1],
         same_scale ? tics : tic_distance(frame.size(0), 7.0), tics, projection.label);
     sketch.commands += fmt::format(
         "plot '{0}_organ.txt' using {1}:3 with lines lw 0.5 lc rgb '#e3b7a8' notitle, "
@@ -253,15 +261,18 @@ std::vector<Sketch> make_sketches(const RunRecord& record) {
     }
     if (record.prepared.model.effects.coarse_contact) sketches.push_back(sketch_depth(record));
     if (record.statistics.energy.max > 0.0) sketches.push_back(sketch_energy());
+    const std::vector<BodyModel>& bodies = record.prepared.model.bodies;
+    if (std::any_of(bodies.begin(), bodies.end(), [](const BodyModel& body) { return body.tissue.has_value(); }))
+        sketches.push_back(sketch_volume());
     return sketches;
 }
 
-std::string script_of(const std::vector<Sketch>& sketches) {
+std::string script_of(const std::vector<Sketch>& sketches, double end_time) {
     std::string script;
     for (const Sketch& sketch : sketches)
         script += fmt::format("reset\nset terminal svg size {},{} dynamic enhanced font 'Helvetica,14' background '#ffffff'\n"
-                              "set output '{}.svg'\n{}{}\nunset output\n",
-                              sketch.width, sketch.height, sketch.plot.name, kCommon, sketch.commands);
+                              "set output '{}.svg'\n{}set xrange [0:{}]\n{}\nunset output\n",
+                              sketch.width, sketch.height, sketch.plot.name, kCommon, end_time, sketch.commands);
     return script;
 }
 
@@ -324,7 +335,7 @@ Result<std::vector<Plot>> make_plots(const RunRecord& record) {
     if (!record.prepared.model.instruments.empty())
         for (const Projection& projection : projections())
             if (Result<void> written = write_path_files(record, projection, folder->path()); !written) return written.error();
-    if (Result<void> written = write_file_atomically(folder->path() / "plots.gp", script_of(sketches)); !written)
+    if (Result<void> written = write_file_atomically(folder->path() / "plots.gp", script_of(sketches, record.statistics.curve.points().back().time_s)); !written)
         return written.error();
     const Result<ProcessOutcome> outcome = run_process(*gnuplot, {"-d", "plots.gp"}, folder->path(), kTimeLimit);
     if (!outcome) return outcome.error();

@@ -61,7 +61,7 @@ void add_losses(const RunRecord& record, Page& page) {
             page.add("<tr><td><i class=\"dot {}\"></i>{}</td><td>{}<span class=\"advice\">{}</span></td></tr>\n", mark_class(loss.mark),
                      escape_html(loss.name), escape_html(loss.amount), escape_html(loss.advice));
     if (any) page.add("</table>\n");
-    page.add("<p class=\"nothing\"><b>{}</b>", any ? "None of" : "Nothing: none of");
+    page.add("<p class=\"nothing\"><b>{}</b>", any ? "None of these:" : "Nothing; none of these:");
     for (const Loss& loss : losses)
         if (loss.mark == Mark::Good) page.add("<span><i class=\"dot\"></i>{}</span>", escape_html(loss.name));
     page.add("</p>\n");
@@ -76,13 +76,13 @@ void add_figures(const RunRecord& record, Page& page) {
     const RunStatistics& t = record.statistics;
     page.add("<div class=\"figures\">");
     add_figure(page, std::to_string(s.steps), "", "steps");
-    add_figure(page, fmt::format("{:.4g}", s.simulated_s), "s", "simulated");
+    add_figure(page, number_text(s.simulated_s), "s", "simulated");
     add_figure(page, fmt::format("{:.2f}", s.realtime_factor), "×", "real-time factor");
-    add_figure(page, fmt::format("{:.3g}", s.step_ms.p50), "ms", "step, median");
-    add_figure(page, fmt::format("{:.3g}", s.step_ms.p99), "ms", "step, 99 %");
-    add_figure(page, fmt::format("{:.3g}", s.step_ms.max), "ms", "step, slowest");
-    if (!record.prepared.model.instruments.empty()) add_figure(page, fmt::format("{:.3g}", 1e3 * t.insertion_m), "mm", "inserted");
-    if (t.target_distance_m >= 0.0) add_figure(page, fmt::format("{:.3g}", 1e3 * t.target_distance_m), "mm", "tip to target");
+    add_figure(page, number_text(s.step_ms.p50), "ms", "step, median");
+    add_figure(page, number_text(s.step_ms.p99), "ms", "step, 99 %");
+    add_figure(page, number_text(s.step_ms.max), "ms", "step, slowest");
+    if (!record.prepared.model.instruments.empty()) add_figure(page, number_text(1e3 * t.insertion_m), "mm", "inserted");
+    if (t.target_distance_m >= 0.0) add_figure(page, number_text(1e3 * t.target_distance_m), "mm", "tip to target");
     page.add("</div>\n");
     if (record.notices.empty()) return;
     page.add("<div class=\"notices\">");

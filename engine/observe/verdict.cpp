@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace seldinger::engine {
 
 namespace {
@@ -26,7 +28,7 @@ std::string scope_text(const BudgetSpec& budget) {
     return budget.scope == BudgetScope::Step ? "the whole step" : "collision detection";
 }
 
-std::string ms(double value) { return fmt::format("{:.3g} ms", value); }
+std::string ms(double value) { return number_text(value) + " ms"; }
 
 Verdict wall_verdict(const RunRecord& record) {
     const BudgetSpec& budget = record.scene.budget;
@@ -86,11 +88,15 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
     losses.push_back(make_loss("Instrument not proven free", t.unproven_steps, fmt::format("in {}", of_steps(t.unproven_steps, record)),
                                Mark::Note, "A larger budget lets the exact stage prove it."));
     losses.push_back(make_loss("Instrument outside the lumen", t.lumen_exits,
-                               fmt::format("{} vertices in {}, by an independent inside test", grouped(t.lumen_exits), of_steps(t.exit_steps, record)),
+                               fmt::format("{} in {}, by an independent inside test", count_text(t.lumen_exits, "vertex", "vertices"), of_steps(t.exit_steps, record)),
                                Mark::Bad, "A larger budget, a shorter step, or a slower hand."));
 }
 
 } // namespace
+
+std::string number_text(double value) {
+    return std::abs(value) >= 1000.0 && std::abs(value) < 1e9 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+}
 
 std::string count_text(std::uint64_t count, const char* singular, const char* plural) {
     return grouped(count) + " " + (count == 1 ? singular : plural);
@@ -115,7 +121,7 @@ std::vector<Loss> list_losses(const RunRecord& record) {
     std::vector<Loss> losses;
     if (record.scene.budget.limits.mode == BudgetMode::Wall)
         losses.push_back(make_loss("Steps over the deadline", t.overruns, of_steps(t.overruns, record), Mark::Bad,
-                                   fmt::format("{} at worst. A larger budget, or a machine with less else to do.", ms(t.worst_overrun_ms))));
+                                   fmt::format("{} at worst. A larger budget, or a less busy machine.", ms(t.worst_overrun_ms))));
     add_contact_losses(record, losses);
     bool tissue = false;
     for (const BodyModel& body : record.prepared.model.bodies) tissue = tissue || body.tissue.has_value();

@@ -27,6 +27,9 @@ struct Loss {
 };
 [[nodiscard]] std::vector<Loss> list_losses(const RunRecord& record);
 
+/// Three digits that count, all those before the point: "0.0123", "45.6", "1234".
+[[nodiscard]] std::string number_text(double value);
+
 /// "1 step", "2400 steps"; thin spaces between thousands.
 [[nodiscard]] std::string count_text(std::uint64_t count, const char* singular, const char* plural);
 
