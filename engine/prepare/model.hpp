@@ -80,7 +80,8 @@ struct ContactSettings {
     double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
     double margin = 3.0e-4;         // m, coarse contacts are reported from this far
     double rod_stiffness = 2.0e4;   // N/m, of the wall as the rod's solve sees it: 1 N presses 0.05 mm
-    double wall_stiffness = 120.0;  // N/m, of the instrument as the tissue sees it: how fast its push fades as the wall yields
+    double wall_stiffness = 2000.0; // N/m, of the instrument as the tissue sees it: its push has faded when the wall has yielded
+                                    // by force / wall_stiffness. Softer lets a tap throw the wall by millimetres in a step
     double solid_stiffness = 60.0;  // N/m per contact between solid bodies
     double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
 };

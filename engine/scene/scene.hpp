@@ -160,7 +160,7 @@ struct ContactSpec {
     double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
     double margin = 3.0e-4;         // m, coarse contacts are reported from this far
     double rod_stiffness = 2.0e4;   // N/m, of a wall as the instrument feels it
-    double wall_stiffness = 120.0;  // N/m, of an instrument as the tissue feels it
+    double wall_stiffness = 2000.0; // N/m, of an instrument as the tissue feels it
     double solid_stiffness = 60.0;  // N/m per contact between solid bodies
     double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
 };

@@ -42,6 +42,7 @@ struct InstrumentScratch {
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
     DriveCommand command;
+    bool hand_stopped = false;                   // in the last step: the motion that the hand asked for met the wall
     Route route;                                 // where it is now
     fem::LinkFrames route_frames;
     spheretree::ChainState chain;

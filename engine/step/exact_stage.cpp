@@ -17,6 +17,8 @@ constexpr std::size_t kPlanesPerPlace = 6;
 /// Cosine above which a farther plane says nothing new.
 constexpr double kSameDirection = 0.9;
 constexpr std::size_t kNearTriangles = 64;
+/// Round after which the hand is stopped: the first one has planes from the wall, the second one contacts as well.
+constexpr unsigned kHandStopRound = 1;
 
 struct NearTriangle {
     Index triangle;
@@ -84,32 +86,6 @@ bool proven_free(const SceneModel& model, std::size_t index, Index node, double 
     return link < status.size() && status[link] == spheretree::LinkStatus::Free;
 }
 
-/// Half-spaces around the rod where it stood at the start of the step (inside the lumen: the last step proved it), from the
-/// wall where it stands at the end.
-void plane_from_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
-    const InstrumentModel& instrument = model.instruments[index];
-    InstrumentScratch& scratch = context.instruments[index];
-    const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
-    const collision::BoxTree& tree = context.bodies[instrument.lumen].boxes;
-    const double room = instrument.rod.design.radius + model.contact.clearance;
-    const Index nodes = static_cast<Index>(instrument.rod.node_count());
-    const Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
-    scratch.planes.clear();
-    scratch.presses.clear();
-    NearList list;
-    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
-        for (const double weight : {0.5, 1.0}) {
-            if (proven_free(model, index, node, weight, context)) continue;
-            const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
-            list.clear();
-            collision::for_each_close_triangle(tree, wall, p, room + kReach, [&](Index id, const PointOnTriangle& on) {
-                const double distance = std::sqrt(on.distance_sq);
-                if (distance > 0.0) list.add({id, distance, (p - on.point) / distance, on.point, on.bary});
-            });
-            add_planes(list, node, weight, room, scratch);
-        }
-}
-
 /// Place on the rod of a skin vertex, and of a point between two of them.
 double rod_place(const InstrumentModel& instrument, const Index* vertices, const double* weights, int count) {
     double place = 0.0;
@@ -150,12 +126,58 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
     Vec3 normal = axis_point - wall_point;
     const double length = std::sqrt(normal.squaredNorm());
     normal = length > 0.0 ? Vec3(normal / length) : Vec3(skin_is_a ? contact.normal : Vec3(-contact.normal));
-    const double room = instrument.rod.design.radius + 1.5 * model.contact.clearance;
+    const double room = instrument.rod.design.radius + model.contact.clearance;
     scratch.planes.push_back({node, weight, normal, normal.dot(wall_point) + room, 0.0});
     scratch.presses.push_back(press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]));
 }
 
+void stop_hand(InstrumentScratch& scratch) {
+    scratch.command = {scratch.rod_t0.insertion, scratch.rod_t0.rotation};
+    scratch.hand_stopped = true;
+}
+
 } // namespace
+
+void plane_from_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentScratch& scratch = context.instruments[index];
+    const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
+    const collision::BoxTree& tree = context.bodies[instrument.lumen].boxes;
+    const double room = instrument.rod.design.radius + model.contact.clearance;
+    const Index nodes = static_cast<Index>(instrument.rod.node_count());
+    const Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
+    scratch.planes.clear();
+    scratch.presses.clear();
+    NearList list;
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
+        for (const double weight : {0.5, 1.0}) {
+            if (proven_free(model, index, node, weight, context)) continue;
+            const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
+            list.clear();
+            collision::for_each_close_triangle(tree, wall, p, room + kReach, [&](Index id, const PointOnTriangle& on) {
+                const double distance = std::sqrt(on.distance_sq);
+                if (distance > 0.0) list.add({id, distance, (p - on.point) / distance, on.point, on.bary});
+            });
+            add_planes(list, node, weight, room, scratch);
+        }
+}
+
+bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const fem::RodState& rod = state.instruments[index].rod;
+    const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
+    const collision::BoxTree& tree = context.bodies[instrument.lumen].boxes;
+    const Index first = fem::first_inserted_node(instrument.rod, rod.insertion);
+    bool pokes = false;
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size() && !pokes; ++node)
+        for (const double weight : {0.5, 1.0}) {
+            if (proven_free(model, index, node, weight, context)) continue;
+            const Vec3 p = (1.0 - weight) * rod.position[node] + weight * rod.position[node + 1];
+            collision::for_each_close_triangle(tree, wall, p, instrument.rod.design.radius,
+                                               [&](Index, const PointOnTriangle&) { pokes = true; });
+        }
+    return pokes;
+}
 
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
     BodyScratch& scratch = context.bodies[body];
@@ -164,7 +186,7 @@ void refit_wall(const SceneModel& model, std::size_t body, const State& state, S
 }
 
 void build_exact_trees(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
-    if (!model.effects.exact_contact) return;
+    if (!model.effects.exact_contact && !model.effects.coarse_contact) return;
     const InstrumentModel& instrument = model.instruments[index];
     const std::vector<Vec3>& wall = state.bodies[instrument.lumen].surface;
     const std::vector<Vec3>& skin = state.instruments[index].skin;
@@ -197,6 +219,7 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     InstrumentScratch& scratch = context.instruments[index];
     const std::size_t known = context.exact.size();
     plane_from_wall(model, index, state, context);
+    const std::size_t base_planes = scratch.planes.size();
     ExactOutcome outcome;
     scratch.forecast.candidates = 0;
     for (unsigned round = 0;; ++round) {
@@ -211,9 +234,16 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
         if (!stats.finished) return outcome;
         context.report.unresolved = stats.unresolved;
         if (context.exact.size() == known || round == kMaxCorrections) return outcome;
+        ++context.report.corrections;
+        if (round == kHandStopRound) { // a jam: more planes would only squeeze harder
+            stop_hand(scratch);
+            ++context.report.hand_stops;
+            scratch.planes.resize(base_planes);
+            scratch.presses.resize(base_planes);
+            continue;
+        }
         for (std::size_t k = known; k < context.exact.size(); ++k)
             add_contact_plane(model, index, context.exact[k], state, scratch);
-        ++context.report.corrections;
     }
 }
 

@@ -10,6 +10,9 @@ namespace {
 /// s; sub-steps of the rod's implicit solve are no longer than this, so that its lagged frames stay close.
 constexpr double kRodSubstep = 5e-3;
 
+/// N; what the hand feels when the last step's contact stopped it: more than anybody would push.
+constexpr double kBlocked = 1e3;
+
 TipView view_tip(const InstrumentModel& model, const InstrumentState& state, InstrumentScratch& scratch) {
     const std::size_t last = model.rod.node_count() - 1;
     const auto shaped = static_cast<std::size_t>(model.rod.design.tip_length / model.rod.segment);
@@ -22,8 +25,9 @@ TipView view_tip(const InstrumentModel& model, const InstrumentState& state, Ins
     const std::size_t behind = entry > 0 ? entry - 1 : 0;
     const double shortened =
         model.rod.segment - std::sqrt((state.rod.position[behind + 1] - state.rod.position[behind]).squaredNorm());
+    const double felt = model.rod.stretch_stiffness[behind] * std::max(0.0, shortened);
     return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, scratch.axis[root],
-            model.rod.stretch_stiffness[behind] * std::max(0.0, shortened)};
+            scratch.hand_stopped ? kBlocked : felt};
 }
 
 /// The route where the organs stand now: its carrier takes it along.
@@ -74,6 +78,7 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
             wanted = evaluate_path(instrument.path, state.time + model.step_s);
         wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
         scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
+        scratch.hand_stopped = false;
     }
 }
 
@@ -122,29 +127,6 @@ void add_to_descent(const SceneModel& model, std::size_t index, const State& sta
         {static_cast<BodyId>(instrument.lumen), &*wall.lumen, &wall_scratch.lumen});
 }
 
-void plane_from_spheres(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
-    const InstrumentModel& instrument = model.instruments[index];
-    InstrumentScratch& scratch = context.instruments[index];
-    const BodyModel& wall = model.bodies[instrument.lumen];
-    const auto body = static_cast<BodyId>(model.bodies.size() + index);
-    const std::span<const Vec3> surface = state.bodies[instrument.lumen].surface;
-    scratch.planes.clear();
-    scratch.presses.clear();
-    for (const Contact& contact : context.coarse) {
-        if (contact.body_a != body || contact.feature_b[0] == kNoIndex) continue;
-        if (!instrument.chain.tree.is_leaf(contact.feature_a[0])) continue; // an open group has no place on the rod
-        const Index link = instrument.chain.link_of_leaf(contact.feature_a[0]);
-        const LinkPlace place = place_of_link(instrument.rod, link);
-        const Vec3 centre = scratch.links_t1[link].centre;
-        scratch.planes.push_back({place.node, place.weight, contact.normal,
-                                  contact.normal.dot(centre) - contact.gap + model.contact.clearance, 0.0});
-        const auto ball = wall.lumen->ball_of_leaf(contact.feature_b[0]);
-        const auto at = spheretree::find_wall_point(*wall.lumen, wall.moves() ? surface : std::span<const Vec3>{}, ball,
-                                                    centre);
-        scratch.presses.push_back({at.triangle, at.bary});
-    }
-}
-
 void push_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     const InstrumentScratch& scratch = context.instruments[index];
@@ -152,8 +134,10 @@ void push_wall(const SceneModel& model, std::size_t index, const State& state, S
     for (std::size_t k = 0; k < scratch.planes.size(); ++k) {
         const fem::RodPlane& plane = scratch.planes[k];
         if (!(plane.force > 0.0)) continue;
-        context.report.contact_force_n += plane.force;
-        context.report.max_contact_force_n = std::max(context.report.max_contact_force_n, plane.force);
+        const double force = std::min(plane.force, kMaxPress);
+        context.report.clamped_forces += plane.force > kMaxPress;
+        context.report.contact_force_n += force;
+        context.report.max_contact_force_n = std::max(context.report.max_contact_force_n, force);
         if (wall.carrier == SIZE_MAX || scratch.presses[k].triangle == kNoIndex) continue;
         fem::ContactSprings& springs = context.bodies[wall.carrier].springs;
         const std::vector<Vec3>& nodes = state.bodies[wall.carrier].tissue.position;
@@ -161,7 +145,7 @@ void push_wall(const SceneModel& model, std::size_t index, const State& state, S
         spring.first_entry = static_cast<Index>(springs.entries.size());
         spring.stiffness = model.contact.wall_stiffness;
         // Pressed now with the plane's force; as the wall gives way the push fades.
-        spring.offset = -plane.force / spring.stiffness;
+        spring.offset = -force / spring.stiffness;
         for (int corner = 0; corner < 3; ++corner) {
             const Index vertex = wall.surface.triangles[scratch.presses[k].triangle][std::size_t(corner)];
             const fem::LinkForces pull = fem::spread_link_force(

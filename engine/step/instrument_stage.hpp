@@ -15,8 +15,10 @@ void solve_instrument(const SceneModel& model, std::size_t instrument, State& st
 /// Moves the sphere chain to the candidate motion and adds the hollow pair to the descent.
 void add_to_descent(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
-/// Planes from what the descent found: contacts of links with the free balls, in the order they were found.
-void plane_from_spheres(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+/// Half-spaces around the rod from the wall's triangles, wherever the descent did not prove it free: the response's own view
+/// of the wall, needed with and without the exact stage. Seen from where the rod stood at the start of the step, towards
+/// the wall where it stands at the end. refit_wall must have been called.
+void plane_from_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// What the exact stage of one instrument came to.
 struct ExactOutcome {
@@ -24,17 +26,22 @@ struct ExactOutcome {
     double safe_fraction = 1.0; // < 1: contacts remain; the motion is free of touching up to this share
 };
 
-/// Planes from the wall's triangles near the rod, the solve, and continuous tests of the skin; contacts that are left
-/// become planes and the rod is solved again, up to kMaxCorrections times.
+/// Planes from the wall, the solve, and continuous tests of the skin; contacts that are left
+/// become planes and the rod is solved again, up to kMaxCorrections times; when that does not help, with the hand held
+/// where it was: resistance stops it.
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, StepContext& context,
                                  WorkBudget& budget);
+
+/// Does the rod, where nothing proved it free, stand closer to the wall at the end of the step than its radius?
+[[nodiscard]] bool pokes_into_wall(const SceneModel& model, std::size_t instrument, const State& state,
+                                   const StepContext& context);
 
 /// Continuous tests of the skin's motion as it is. Appends to context.exact.
 collision::ExactStats test_skin(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
                                 WorkBudget& budget);
 
-/// Trees of the exact stage, built before the first step so that no step pays for them. Nothing when the scene has no
-/// exact contacts.
+/// Box trees of wall and skin, built before the first step so that no step pays for them. Nothing when the scene has no
+/// contacts.
 void build_exact_trees(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// Wall boxes of the step that moves the lumen from surface_t0 to its current place.
@@ -51,5 +58,7 @@ void list_presses(const SceneModel& model, std::size_t instrument, const State& 
                                               StepContext& context);
 
 inline constexpr unsigned kMaxCorrections = 3;
+/// N per place on the rod: a vessel perforates at about this; more comes from planes that contradict each other in a jam.
+inline constexpr double kMaxPress = 2.0;
 
 } // namespace seldinger::engine

@@ -34,10 +34,13 @@ struct StepReport {
     int level_reached = 0;
     // exact
     bool exact_ran = false;
+    bool exact_insisted = false;         // did not fit, but ran all the same: without it the rod would have left the lumen
     bool exact_abandoned = false;        // started, but the budget ended first: its answer was thrown away
     std::uint64_t candidates = 0, unresolved = 0;
     std::uint64_t exact_contacts = 0;    // places that press on a wall, and hits that no correction removed
     unsigned corrections = 0;            // times the rod was solved again because a continuous test still hit
+    unsigned hand_stops = 0;             // instruments whose hand was stopped in this step because its push met the wall
+    unsigned clamped_forces = 0;         // presses on a wall that were cut to kMaxPress
     double safe_fraction = 1.0;          // < 1: the motion of this step was held back to this share
     unsigned unproven_links = 0;         // instrument links whose freedom nothing proved in this step
 

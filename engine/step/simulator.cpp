@@ -141,15 +141,21 @@ void Simulator::find_exact() {
 void Simulator::respond() {
     StepReport& report = context_.report;
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
-        if (report.exact_ran) continue;
-        plane_from_spheres(model_, i, state_, context_);
+        if (report.exact_ran || !(model_.effects.coarse_contact || model_.effects.exact_contact)) continue;
+        refit_wall(model_, model_.instruments[i].lumen, state_, context_);
+        plane_from_wall(model_, i, state_, context_);
         solve_instrument(model_, i, state_, context_);
+        if (model_.effects.exact_contact && pokes_into_wall(model_, i, state_, context_)) insist_on_exact(i);
     }
+    report.exact_contacts = context_.exact.size();
     if (!report.exact_ran && model_.effects.coarse_contact)
         for (std::size_t i = 0; i < model_.instruments.size(); ++i)
             for (const spheretree::LinkStatus status : context_.descent.link_status(i))
                 report.unproven_links += status != spheretree::LinkStatus::Free;
-    if (report.exact_ran && report.safe_fraction < 1.0) hold_back(report.safe_fraction);
+    if (report.exact_ran && report.safe_fraction < 1.0) {
+        hold_back(report.safe_fraction);
+        forget_forces();
+    }
     for (BodyScratch& body : context_.bodies) body.springs.clear();
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) push_wall(model_, i, state_, context_);
     push_solids(model_, state_, context_);
@@ -175,6 +181,18 @@ void Simulator::check_rods() {
     }
 }
 
+/// The planes alone did not keep the rod inside: the exact stage runs whatever it costs, and the budget is charged for it.
+void Simulator::insist_on_exact(std::size_t instrument) {
+    if (!model_.budget_covers_step) budget_.resume();
+    WorkBudget unlimited;
+    context_.exact.clear();
+    const ExactOutcome outcome = find_exact_contacts(model_, instrument, state_, context_, unlimited);
+    context_.report.safe_fraction = std::min(context_.report.safe_fraction, outcome.safe_fraction);
+    context_.report.exact_ran = true;
+    context_.report.exact_insisted = true;
+    if (!model_.budget_covers_step) budget_.pause();
+}
+
 /// Contacts were left after all corrections: everything moves only as far as that is proven free.
 void Simulator::hold_back(double fraction) {
     for (const double share : kHoldShares) {
@@ -192,6 +210,12 @@ void Simulator::hold_back(double fraction) {
     }
     scale_motion(0.0);
     context_.report.safe_fraction = 0.0;
+}
+
+/// Forces of a solve whose motion was not taken mean nothing: nothing is pushed in the next step.
+void Simulator::forget_forces() {
+    for (InstrumentScratch& scratch : context_.instruments)
+        for (fem::RodPlane& plane : scratch.planes) plane.force = 0.0;
 }
 
 /// Bodies and rods go `fraction` of the way from the start of the step to where they are now.

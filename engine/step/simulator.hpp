@@ -32,6 +32,8 @@ private:
     void respond();
     void hold_back(double fraction);
     void scale_motion(double fraction);
+    void insist_on_exact(std::size_t instrument);
+    void forget_forces();
     void list_contacts();
     void check_rods();
     void observe();
