@@ -62,6 +62,7 @@ TEST_F(Output, NoPartialFileIsLeftAfterAFinishedRun) {
 TEST_F(Output, AnInterruptedRunEndsWith130AndAReadableSummary) {
     const fs::path scene = write("long.json", kTube);
     for (const int signal : {SIGINT, SIGTERM}) {
+        fs::remove_all(out());
         const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "--force", "-n", "100000000"});
         for (int wait = 0; wait < 2000; ++wait) { // until steps are being taken
             std::this_thread::sleep_for(std::chrono::milliseconds(10));

@@ -76,7 +76,9 @@ protected:
         for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
         argv.push_back(nullptr);
         pid_t child = -1;
-        EXPECT_EQ(posix_spawn(&child, SELDINGER_PROGRAM, &actions, nullptr, argv.data(), environ), 0) << SELDINGER_PROGRAM;
+        const int failed = posix_spawn(&child, SELDINGER_PROGRAM, &actions, nullptr, argv.data(), environ);
+        EXPECT_EQ(failed, 0) << SELDINGER_PROGRAM;
+        if (failed != 0) child = -1;
         posix_spawn_file_actions_destroy(&actions);
         return child;
     }
@@ -85,6 +87,7 @@ protected:
         using Time = std::chrono::steady_clock;
         const auto end = Time::now() + std::chrono::duration<double>(limit_s);
         Ended ended;
+        if (child <= 0) return ended; // never started: exit -1
         int status = 0;
         while (waitpid(child, &status, WNOHANG) == 0) {
             if (Time::now() > end && !ended.timed_out) {
