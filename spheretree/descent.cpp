@@ -55,6 +55,7 @@ void Descent::add_hollow_pair(const ChainView& instrument, const LumenView& lume
     HollowPair& pair = hollows_[hollow_count_];
     pair.chain = instrument;
     pair.lumen = lumen;
+    pair.status.reserve(instrument.chain->capacity());
     pair.status.assign(instrument.state->links_t1.size(), LinkStatus::Open);
     if (!pair.status.empty()) {
         queue_.push_back({static_cast<Index>(hollow_count_), 0, 0, true, false});

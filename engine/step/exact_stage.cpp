@@ -10,10 +10,8 @@ namespace seldinger::engine {
 
 namespace {
 
-/// m; wall triangles this far beyond the clearance get a plane: more than the tip travels in a step of 10 ms at 35 mm/s.
-constexpr double kReach = 1.2e-3;
-/// Planes per place on the rod at most: a tube closes in from all sides with six.
-constexpr std::size_t kPlanesPerPlace = 6;
+/// m; wall triangles this far beyond the clearance get a plane: a little more than the hand moves in a step at most.
+constexpr double kReach = 1.2 * kHandReach;
 /// Cosine above which a farther plane says nothing new.
 constexpr double kSameDirection = 0.9;
 constexpr std::size_t kNearTriangles = 64;
@@ -131,9 +129,22 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
     scratch.presses.push_back(press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]));
 }
 
-void stop_hand(InstrumentScratch& scratch) {
-    scratch.command = {scratch.rod_t0.insertion, scratch.rod_t0.rotation};
-    scratch.hand_stopped = true;
+/// Distance to the nearest wall triangle within reach, negative behind it; reach where there is none. Beside an edge the
+/// sign is that of one of its faces: good enough to ask for the exact stage, not to replace it.
+double room_at(const SceneModel& model, std::size_t body, const State& state, const StepContext& context, const Vec3& p,
+               double reach) {
+    const collision::SurfaceMotion wall = wall_motion(model, body, state, context);
+    double nearest = reach;
+    bool behind = false;
+    collision::for_each_close_triangle(context.bodies[body].boxes, wall, p, reach, [&](Index id, const PointOnTriangle& on) {
+        const double distance = std::sqrt(on.distance_sq);
+        if (distance >= nearest) return;
+        nearest = distance;
+        const Triangle& t = wall.topology->triangles[id];
+        const Vec3 outward = (wall.t1[t[1]] - wall.t1[t[0]]).cross(wall.t1[t[2]] - wall.t1[t[0]]);
+        behind = outward.dot(p - on.point) > 0.0;
+    });
+    return behind ? -nearest : nearest;
 }
 
 } // namespace
@@ -162,21 +173,23 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
         }
 }
 
+void stop_hand(InstrumentScratch& scratch) {
+    scratch.command = {scratch.rod_t0.insertion, scratch.rod_t0.rotation};
+    scratch.hand_stopped = true;
+}
+
 bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     const fem::RodState& rod = state.instruments[index].rod;
-    const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
-    const collision::BoxTree& tree = context.bodies[instrument.lumen].boxes;
+    const double radius = instrument.rod.design.radius;
     const Index first = fem::first_inserted_node(instrument.rod, rod.insertion);
-    bool pokes = false;
-    for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size() && !pokes; ++node)
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size(); ++node)
         for (const double weight : {0.5, 1.0}) {
             if (proven_free(model, index, node, weight, context)) continue;
             const Vec3 p = (1.0 - weight) * rod.position[node] + weight * rod.position[node + 1];
-            collision::for_each_close_triangle(tree, wall, p, instrument.rod.design.radius,
-                                               [&](Index, const PointOnTriangle&) { pokes = true; });
+            if (room_at(model, instrument.lumen, state, context, p, radius + kReach) < radius) return true;
         }
-    return pokes;
+    return false;
 }
 
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
@@ -195,7 +208,7 @@ void build_exact_trees(const SceneModel& model, std::size_t index, const State& 
         wall_boxes.build(model.bodies[instrument.lumen].topology, wall);
         wall_boxes.refit({&model.bodies[instrument.lumen].topology, wall, wall});
     }
-    context.instruments[index].boxes.build(instrument.topology, skin);
+    if (model.effects.exact_contact) context.instruments[index].boxes.build(instrument.topology, skin);
 }
 
 collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context,

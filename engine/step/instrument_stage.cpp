@@ -79,6 +79,9 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
         wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
         scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
         scratch.hand_stopped = false;
+        const double advance = scratch.command.insertion - from.insertion;
+        context.report.hand_limited += advance > kHandReach || advance < -kHandReach;
+        scratch.command.insertion = from.insertion + std::clamp(advance, -kHandReach, kHandReach);
     }
 }
 

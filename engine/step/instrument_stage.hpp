@@ -32,6 +32,9 @@ struct ExactOutcome {
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, StepContext& context,
                                  WorkBudget& budget);
 
+/// The hand stays where it was at the start of the step.
+void stop_hand(InstrumentScratch& scratch);
+
 /// Does the rod, where nothing proved it free, stand closer to the wall at the end of the step than its radius?
 [[nodiscard]] bool pokes_into_wall(const SceneModel& model, std::size_t instrument, const State& state,
                                    const StepContext& context);
@@ -58,6 +61,11 @@ void list_presses(const SceneModel& model, std::size_t instrument, const State& 
                                               StepContext& context);
 
 inline constexpr unsigned kMaxCorrections = 3;
+/// Planes per place on the rod at most: a tube closes in from all sides with six.
+inline constexpr std::size_t kPlanesPerPlace = 6;
+/// m; the hand moves at most this far in one step, or the contact response would not see what lies ahead. 35 mm/s reach it
+/// at a step of 29 ms. Shortening is counted (StepReport::hand_limited).
+inline constexpr double kHandReach = 1.0e-3;
 /// N per place on the rod: a vessel perforates at about this; more comes from planes that contradict each other in a jam.
 inline constexpr double kMaxPress = 2.0;
 

@@ -39,6 +39,7 @@ struct StepReport {
     std::uint64_t candidates = 0, unresolved = 0;
     std::uint64_t exact_contacts = 0;    // places that press on a wall, and hits that no correction removed
     unsigned corrections = 0;            // times the rod was solved again because a continuous test still hit
+    unsigned hand_limited = 0;           // instruments whose hand moved less than asked for: kHandReach in a step
     unsigned hand_stops = 0;             // instruments whose hand was stopped in this step because its push met the wall
     unsigned clamped_forces = 0;         // presses on a wall that were cut to kMaxPress
     double safe_fraction = 1.0;          // < 1: the motion of this step was held back to this share

@@ -16,8 +16,23 @@ namespace {
 
 /// Shares of the remaining motion that are tried before everything stays where it was.
 constexpr double kHoldShares[] = {0.9, 0.5};
+/// Contacts that the step's lists hold without growing.
+constexpr std::size_t kReservedContacts = 4096;
+/// Planes from corrections beside those of the wall.
+constexpr std::size_t kSparePlanes = 4096;
 
 } // namespace
+
+/// Room for every place of the rod, so that pushing it in allocates nothing.
+static void reserve_lists(const InstrumentModel& instrument, InstrumentScratch& scratch) {
+    const std::size_t places = 2 * instrument.rod.node_count();
+    scratch.links_t0.reserve(places);
+    scratch.links_t1.reserve(places);
+    scratch.chain.links_t0.reserve(places);
+    scratch.chain.links_t1.reserve(places);
+    scratch.planes.reserve(places * kPlanesPerPlace + kSparePlanes);
+    scratch.presses.reserve(places * kPlanesPerPlace + kSparePlanes);
+}
 
 StepContext make_step_context(const SceneModel& model, const State& state) {
     StepContext context;
@@ -28,10 +43,18 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
             context.bodies[i].inside = InsideTest(body.surface);
             if (body.links) context.bodies[i].lumen.mark_still(*body.lumen, body.links->vertex_blend);
         }
+    context.coarse.reserve(kReservedContacts);
+    context.exact.reserve(kReservedContacts);
+    context.contacts.reserve(kReservedContacts);
+    for (BodyScratch& body : context.bodies) {
+        body.springs.springs.reserve(kReservedContacts);
+        body.springs.entries.reserve(9 * kReservedContacts); // three vertices of three nodes each
+    }
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         context.instruments[i].axis.resize(model.instruments[i].rod.node_count());
         context.instruments[i].rod_t0 = state.instruments[i].rod;
         build_exact_trees(model, i, state, context);
+        reserve_lists(model.instruments[i], context.instruments[i]);
     }
     return context;
 }
@@ -145,7 +168,9 @@ void Simulator::respond() {
         refit_wall(model_, model_.instruments[i].lumen, state_, context_);
         plane_from_wall(model_, i, state_, context_);
         solve_instrument(model_, i, state_, context_);
-        if (model_.effects.exact_contact && pokes_into_wall(model_, i, state_, context_)) insist_on_exact(i);
+        if (!pokes_into_wall(model_, i, state_, context_)) continue;
+        if (model_.effects.exact_contact) insist_on_exact(i);
+        else retry_with_hand_stopped(i);
     }
     report.exact_contacts = context_.exact.size();
     if (!report.exact_ran && model_.effects.coarse_contact)
@@ -191,6 +216,13 @@ void Simulator::insist_on_exact(std::size_t instrument) {
     context_.report.exact_ran = true;
     context_.report.exact_insisted = true;
     if (!model_.budget_covers_step) budget_.pause();
+}
+
+/// Without an exact stage the rod is pushed no further into what it met; nothing proves that this was enough.
+void Simulator::retry_with_hand_stopped(std::size_t instrument) {
+    stop_hand(context_.instruments[instrument]);
+    ++context_.report.hand_stops;
+    solve_instrument(model_, instrument, state_, context_);
 }
 
 /// Contacts were left after all corrections: everything moves only as far as that is proven free.

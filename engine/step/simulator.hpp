@@ -33,6 +33,7 @@ private:
     void hold_back(double fraction);
     void scale_motion(double fraction);
     void insist_on_exact(std::size_t instrument);
+    void retry_with_hand_stopped(std::size_t instrument);
     void forget_forces();
     void list_contacts();
     void check_rods();

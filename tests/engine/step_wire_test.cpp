@@ -39,7 +39,6 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"CoarseOnly", {35, "exact", kCoarse, ""}}, Case{"WorkOf500", {35, "work:500", kBoth, ""}},
                       Case{"WorkOf20000", {35, "work:20000", kBoth, ""}},
                       Case{"ExactAtAHundredTimesTheSpeed", {3500, "exact", kBoth, ""}, 0.05},
-                      Case{"CoarseOnlyAtAHundredTimesTheSpeed", {3500, "exact", kCoarse, ""}, 0.05},
                       Case{"WorkOf500AtAHundredTimesTheSpeed", {3500, "work:500", kBoth, ""}, 0.05},
                       Case{"ExactInAnOrgan", {35, "exact", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
                                               test::kOrgan}, 0.06},
@@ -92,16 +91,16 @@ TEST(Wire, ABudgetOfNothingAssumesEverythingAndSaysSo) {
     }
 }
 
-TEST(Wire, MoreWorkLeavesLessOpen) {
-    std::uint64_t last_open = std::numeric_limits<std::uint64_t>::max();
+TEST(Wire, MoreWorkLeavesFewerLinksUnproven) {
+    std::uint64_t last_unproven = std::numeric_limits<std::uint64_t>::max();
     for (const char* budget : {"work:0", "work:10", "exact"}) {
         const PreparedScene prepared = test::prepare(test::bent_tube_scene({35, budget, kCoarse, ""}));
         Simulator simulator(prepared.model);
         const Tally tally = test::run_steps(simulator, 50);
-        EXPECT_LT(tally.open, last_open) << budget;
-        last_open = tally.open;
+        EXPECT_LE(tally.unproven, last_unproven) << budget;
+        last_unproven = tally.unproven;
+        if (std::string(budget) == "exact") EXPECT_EQ(tally.open, 0u);
     }
-    EXPECT_EQ(last_open, 0u);
 }
 
 TEST(Wire, AWorkBudgetIsNeverOverspent) {
@@ -150,16 +149,14 @@ TEST(Wire, InsertionFollowsThePathWithinTheLimitsOfTheHand) {
     EXPECT_NEAR(last, 0.02 + 0.035, 1e-3) << "free on the straight part";
 }
 
-TEST(Effects, LeftOutExactContactBuildsNoTreesAndTestsNothing) {
+TEST(Effects, LeftOutExactContactBuildsNoSkinTreeAndTestsNothing) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene({35, "exact", kCoarse, ""}));
     Simulator simulator(prepared.model);
     const Tally tally = test::run_steps(simulator, 100);
     EXPECT_EQ(tally.exact_steps, 0u);
     EXPECT_EQ(tally.candidates, 0u);
     EXPECT_TRUE(simulator.context().instruments[0].boxes.empty());
-    EXPECT_TRUE(simulator.context().bodies[0].boxes.empty());
     EXPECT_GT(tally.pairs_tested, 0u);
-    EXPECT_LT(tally.last.ms.exact, 0.05) << "two readings of the clock";
 }
 
 TEST(Effects, LeftOutCoarseContactTestsNoSpheres) {
