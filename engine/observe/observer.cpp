@@ -19,7 +19,8 @@ constexpr std::uint64_t kRecordedStates = 100; // when the command line asks and
 
 std::uint64_t record_interval(const Scene& scene, const ObserveOptions& options) {
     if (scene.outputs.record_every > 0) return scene.outputs.record_every;
-    return options.record ? std::max<std::uint64_t>(1, options.steps / kRecordedStates) : 0;
+    if (!options.record) return 0;
+    return std::max<std::uint64_t>(1, (options.steps + kRecordedStates - 1) / kRecordedStates);
 }
 
 /// ms; infinite where the budget is no time.

@@ -287,7 +287,7 @@ std::string inline_svg(std::string svg, const std::string& name) {
     const std::size_t begin = svg.find("<svg");
     if (begin == std::string::npos) return {};
     svg.erase(0, begin);
-    for (const char* id : {"gnuplot_plot_", "gpDot", "gpPt", "hypertextBox", "hypertext", "textbox", "greybox", "gridoutline"}) {
+    for (const char* id : {"gnuplot_plot_", "gnuplot_canvas", "gpDot", "gpPt", "hypertextBox", "hypertext", "textbox", "greybox", "gridoutline"}) {
         replace_all(svg, fmt::format("id=\"{}", id), fmt::format("id=\"{}_{}", name, id));
         replace_all(svg, fmt::format("id='{}", id), fmt::format("id='{}_{}", name, id));
         replace_all(svg, fmt::format("#{}", id), fmt::format("#{}_{}", name, id));

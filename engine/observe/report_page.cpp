@@ -99,9 +99,9 @@ std::vector<TakenPicture> in_order(std::vector<TakenPicture> pictures) {
 
 const char* view_caption(PictureView view) {
     switch (view) {
-    case PictureView::Anatomy: return "Dots mark where the wall is pressed; the bar gives the depth.";
-    case PictureView::Tip: return "Close to the tip, across the vessel.";
-    case PictureView::Fluoroscopy: return "X-ray by the thickness of every body along the ray.";
+    case PictureView::Anatomy: return "Dots mark contacts; the colour is their depth.";
+    case PictureView::Tip: return "Seen across the vessel, from the front.";
+    case PictureView::Fluoroscopy: return "X-ray through every body, by its thickness along the ray.";
     }
     return "";
 }

@@ -18,8 +18,8 @@ p{margin:0 0 10px}
 .soft,figcaption,.advice{color:var(--soft);font-size:14px;line-height:1.45}
 .verdict{border-left:3px solid var(--good);padding-left:20px;margin:0 0 30px}
 .verdict.note{border-color:#e0a23c}.verdict.bad{border-color:var(--bad)}
-.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(132px,1fr));gap:1px;background:var(--line);border:1px solid var(--line);border-radius:10px;overflow:hidden;margin:26px 0 0}
-.figures>div{background:#fff;padding:14px 16px 12px}
+.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(132px,1fr));border:1px solid var(--line);border-radius:10px;overflow:hidden;margin:26px 0 0}
+.figures>div{box-shadow:0 0 0 .5px var(--line);padding:14px 16px 12px}
 .figures b{display:block;font-weight:300;font-size:25px;line-height:1.2;letter-spacing:-.015em;font-variant-numeric:tabular-nums;white-space:nowrap}
 .figures b small{font-size:14px;color:var(--soft);font-weight:400;letter-spacing:0}
 .figures span{font-size:13px;color:var(--soft)}
@@ -27,7 +27,7 @@ table{border-collapse:collapse;width:100%;font-size:15px;font-variant-numeric:ta
 th{font-weight:500;text-align:left;color:var(--soft);font-size:13px;padding:6px 14px 6px 0;border-bottom:1px solid var(--line);vertical-align:bottom}
 td{padding:8px 14px 8px 0;border-bottom:1px solid #f0f1f3;vertical-align:top}
 td.n,th.n{text-align:right;white-space:nowrap}
-.scroll{overflow-x:auto;-webkit-overflow-scrolling:touch}
+.scroll{overflow-x:auto;-webkit-overflow-scrolling:touch}.scroll table{min-width:720px}
 .dot{display:inline-block;width:9px;height:9px;border-radius:50%;background:var(--good);margin-right:10px;vertical-align:1px}
 .dot.note{background:#e0a23c}.dot.bad{background:var(--bad)}
 .losses td:first-child{white-space:nowrap;width:16em}
@@ -48,7 +48,7 @@ figcaption{margin-top:8px}
 dl{display:grid;grid-template-columns:max-content minmax(0,1fr);gap:6px 22px;margin:0;font-size:15px}
 dt{color:var(--soft)}dd{margin:0;overflow-wrap:anywhere}
 code,pre{font:13.5px/1.5 ui-monospace,SFMono-Regular,Menlo,Consolas,"DejaVu Sans Mono",monospace}
-pre{background:var(--pale);border:1px solid var(--line);border-radius:8px;padding:12px 16px;overflow-x:auto;margin:0 0 12px}
+pre{background:var(--pale);border:1px solid var(--line);border-radius:8px;padding:12px 16px;overflow-x:auto;white-space:pre-wrap;overflow-wrap:anywhere;margin:0 0 12px}
 .notices{background:#fff9ec;border:1px solid #f3e2b8;border-radius:8px;padding:10px 16px;font-size:14px;margin:22px 0 0}
 footer{margin-top:56px;border-top:1px solid var(--line);padding-top:14px;color:var(--soft);font-size:13px}
 @media(max-width:720px){main{padding:24px 16px 44px}h2{margin-top:42px}.grid{grid-template-columns:minmax(0,1fr)}
