@@ -91,7 +91,14 @@ ExactStats ContactFinder::find_self(const SurfaceMotion& a, BoxTree& tree_a, con
     return search.stats;
 }
 
+/// Entries that every list of the search holds without growing.
+static constexpr std::size_t kReserved = 16384;
+
 void ContactFinder::traverse(Search& search) {
+    stack_.reserve(kReserved);
+    for (auto* pairs : {&vertex_face_, &face_vertex_, &edge_edge_}) pairs->reserve(kReserved);
+    safe_times_.reserve(kReserved);
+    sweeps_.reserve(kReserved);
     safe_times_.clear();
     stack_.clear();
     for (auto* list : {&vertex_face_, &face_vertex_, &edge_edge_}) {

@@ -31,7 +31,13 @@ Contact sphere_contact(BodyId body_a, BodyId body_b, const Sphere& a, const Sphe
 
 } // namespace
 
+/// Pairs that the lists hold without growing: a catheter in a vessel needs some hundreds.
+static constexpr std::size_t kReservedPairs = 8192;
+
 void Descent::begin(double margin) {
+    queue_.reserve(kReservedPairs);
+    collisions_.reserve(kReservedPairs);
+    stack_.reserve(kReservedPairs);
     margin_ = margin;
     solids_.clear();
     hollow_count_ = 0;
