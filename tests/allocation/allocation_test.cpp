@@ -49,6 +49,7 @@ struct Case {
     std::string name;
     test::BentTube tube;
 };
+void PrintTo(const Case& tested, std::ostream* os) { *os << tested.name; }
 
 class StepLoop : public ::testing::TestWithParam<Case> {};
 
