@@ -99,7 +99,9 @@ TEST(Wire, MoreWorkLeavesFewerLinksUnproven) {
         const Tally tally = test::run_steps(simulator, 50);
         EXPECT_LE(tally.unproven, last_unproven) << budget;
         last_unproven = tally.unproven;
-        if (std::string(budget) == "exact") EXPECT_EQ(tally.open, 0u);
+        if (std::string(budget) == "exact") {
+            EXPECT_EQ(tally.open, 0u);
+        }
     }
 }
 

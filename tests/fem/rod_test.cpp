@@ -84,7 +84,9 @@ TEST(Rod, PushedThroughThePortItMovesWithoutAJolt) {
         ASSERT_EQ(report.first_bad_node, kNoIndex);
         const double moved = (state.position.back() - before).norm();
         ASSERT_LT(moved, 3.3e-4);
-        if (i > 20) ASSERT_GT(moved, 2.7e-4);
+        if (i > 20) {
+            ASSERT_GT(moved, 2.7e-4);
+        }
     }
     EXPECT_NEAR((state.position.back() - drive.port.position).dot(drive.port.direction), 0.05, 2e-4);
 }
