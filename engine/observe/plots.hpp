@@ -22,10 +22,4 @@ struct Plot {
 /// gnuplot's file as an element: without the XML prologue, its ids made different from those of other plots.
 [[nodiscard]] std::string inline_svg(std::string svg, const std::string& name);
 
-/// Edges where a surface turns from the viewer: its outline and its folds.
-struct OutlineEdge {
-    Vec3 a, b; // m
-};
-[[nodiscard]] std::vector<OutlineEdge> find_outline(const TriMesh& mesh, const Vec3& view_direction);
-
 } // namespace seldinger::engine

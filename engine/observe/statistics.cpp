@@ -124,6 +124,10 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
     coarsest_level = steps == 0 ? report.level_reached : std::min(coarsest_level, report.level_reached);
     work_units += report.work_units;
     corrections += report.corrections;
+    exact_insisted += report.exact_insisted;
+    hand_limited_steps += report.hand_limited > 0;
+    hand_stop_steps += report.hand_stops > 0;
+    clamped_steps += report.clamped_forces > 0;
 
     largest_force_n = std::max(largest_force_n, report.contact_force_n);
     target_distance_m = report.target_distance_m;

@@ -96,6 +96,10 @@ void add_losses(const RunRecord& record, Json& json) {
     json["steps_with_open_pairs"] = t.open_steps;
     json["coarsest_level"] = t.coarsest_level;
     json["corrections"] = t.corrections;
+    json["exact_insisted_steps"] = t.exact_insisted;
+    json["hand_limited_steps"] = t.hand_limited_steps;
+    json["hand_stop_steps"] = t.hand_stop_steps;
+    json["clamped_force_steps"] = t.clamped_steps;
     json["work_units"] = t.work_units;
     json["finite"] = record.summary.finite;
     json["failure"] = record.summary.failure;

@@ -79,12 +79,20 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    fmt::format("in {}{}", of_steps(skipped, record),
                                                t.exact_abandoned > 0 ? fmt::format(", {} of them begun and thrown away", grouped(t.exact_abandoned)) : ""),
                                    Mark::Note, "Sphere trees alone gave the answer there. A larger budget, or fewer skin_triangles."));
+        losses.push_back(make_loss("Budget set aside for safety", t.exact_insisted, fmt::format("in {}", of_steps(t.exact_insisted, record)), Mark::Note,
+                                   "The exact stage did not fit but ran all the same: without it the instrument would have left the lumen."));
         losses.push_back(make_loss("Tests without a verdict", t.unresolved, grouped(t.unresolved), Mark::Note,
                                    "Each was taken as a contact; motion was held back to what is proven."));
         losses.push_back(make_loss("Motion held back", t.held_back,
                                    fmt::format("in {}, to {:.0f} % at least", of_steps(t.held_back, record), 100.0 * t.smallest_safe_fraction),
                                    Mark::Note, "Contacts were left after all corrections. A shorter step moves less at once."));
     }
+    losses.push_back(make_loss("Hand slowed", t.hand_limited_steps, fmt::format("in {}", of_steps(t.hand_limited_steps, record)), Mark::Note,
+                               "It moved less than the script asked for in one step. A shorter step lets it keep up."));
+    losses.push_back(make_loss("Hand stopped", t.hand_stop_steps, fmt::format("in {}", of_steps(t.hand_stop_steps, record)), Mark::Note,
+                               "Its push met a wall; the script waited or drew back."));
+    losses.push_back(make_loss("Forces cut", t.clamped_steps, fmt::format("in {}", of_steps(t.clamped_steps, record)), Mark::Note,
+                               "A wall was pressed harder than any tissue bears; the push on the tissue was limited."));
     losses.push_back(make_loss("Instrument not proven free", t.unproven_steps, fmt::format("in {}", of_steps(t.unproven_steps, record)),
                                Mark::Note, "A larger budget lets the exact stage prove it."));
     losses.push_back(make_loss("Instrument outside the lumen", t.lumen_exits,

@@ -1,6 +1,7 @@
 #include "observe_fixture.hpp"
 
 #include "engine/observe/html.hpp"
+#include "engine/observe/outline.hpp"
 #include "engine/observe/places.hpp"
 #include "engine/observe/plots.hpp"
 #include "engine/observe/verdict.hpp"

@@ -1,0 +1,16 @@
+// The outline of a surface, as a line drawing shows it.
+#pragma once
+
+#include "base/mesh.hpp"
+
+#include <vector>
+
+namespace seldinger::engine {
+
+/// Edges where a surface turns from the viewer: its outline and its folds.
+struct OutlineEdge {
+    Vec3 a, b; // m
+};
+[[nodiscard]] std::vector<OutlineEdge> find_outline(const TriMesh& mesh, const Vec3& view_direction);
+
+} // namespace seldinger::engine
