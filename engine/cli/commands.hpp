@@ -4,32 +4,26 @@
 
 #include "base/result.hpp"
 
-#include <cstdint>
-#include <filesystem>
-#include <string>
+#include <functional>
+
+namespace CLI {
+class App;
+}
 
 namespace seldinger::engine {
 
 enum ExitCode : int { kExitFine = 0, kExitBadInput = 2, kExitNotFinite = 3, kExitOverrun = 4, kExitInterrupted = 130 };
 
-struct RunOptions {
-    std::filesystem::path scene;
-    std::filesystem::path out;     // empty: out/<scene name>
-    std::int64_t steps = -1;       // < 0: as the scene says
-    std::string budget;            // empty: as the scene says
-    std::filesystem::path path;    // CSV that replaces the first instrument's script
-    bool record = false, force = false, fail_on_overrun = false, pictures = true, quiet = false;
+/// A subcommand: its options, and what runs when the command line names it. One file each.
+struct Command {
+    CLI::App* app = nullptr;
+    std::function<int()> run;
 };
 
-[[nodiscard]] int run_command(const RunOptions& options);
-
-struct ExplainOptions {
-    std::filesystem::path scene;
-};
-[[nodiscard]] int explain_command(const ExplainOptions& options);
-
-/// JSON Schema of scenes on standard output.
-[[nodiscard]] int schema_command();
+[[nodiscard]] Command add_run_command(CLI::App& app);
+[[nodiscard]] Command add_explain_command(CLI::App& app);
+[[nodiscard]] Command add_schema_command(CLI::App& app);
+[[nodiscard]] Command add_bench_command(CLI::App& app);
 
 /// Parses the command line and runs what it asks for.
 [[nodiscard]] int run_program(int argc, char** argv);

@@ -4,11 +4,13 @@
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/simulator.hpp"
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <memory>
 #include <cmath>
 
 namespace seldinger::engine {
@@ -121,10 +123,8 @@ void print_cost(const Scene& scene, const PreparedScene& prepared) {
                static_cast<double>(usage.ru_maxrss) / 1024.0, prepared.seconds);
 }
 
-} // namespace
-
-int explain_command(const ExplainOptions& options) {
-    const Result<Scene> scene = read_scene(options.scene);
+int explain(const std::filesystem::path& file) {
+    const Result<Scene> scene = read_scene(file);
     if (!scene.ok()) return report_error(scene.error());
     ProgressLine progress(true);
     const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
@@ -137,6 +137,15 @@ int explain_command(const ExplainOptions& options) {
     print_instruments(*scene, *prepared);
     print_cost(*scene, *prepared);
     return kExitFine;
+}
+
+} // namespace
+
+Command add_explain_command(CLI::App& app) {
+    const auto scene = std::make_shared<std::filesystem::path>();
+    CLI::App* command = app.add_subcommand("explain", "Say what a scene simulates and why, and what it will cost");
+    command->add_option("scene", *scene, "scene file (JSON)")->required();
+    return {command, [scene] { return explain(*scene); }};
 }
 
 } // namespace seldinger::engine

@@ -2,14 +2,25 @@
 #include "engine/cli/progress.hpp"
 #include "engine/observe/observer.hpp"
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <csignal>
 #include <cstdio>
+#include <memory>
 
 namespace seldinger::engine {
 
 namespace {
+
+struct RunOptions {
+    std::filesystem::path scene;
+    std::filesystem::path out;     // empty: out/<scene name>
+    std::int64_t steps = -1;       // < 0: as the scene says
+    std::string budget;            // empty: as the scene says
+    std::filesystem::path path;    // CSV that replaces the first instrument's script
+    bool record = false, force = false, fail_on_overrun = false, pictures = true, quiet = false;
+};
 
 volatile std::sig_atomic_t interrupt_requested = 0;
 
@@ -92,9 +103,7 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     return options.fail_on_overrun && summary->overruns > 0 ? kExitOverrun : kExitFine;
 }
 
-} // namespace
-
-int run_command(const RunOptions& options) {
+int run(const RunOptions& options) {
     Result<Scene> scene = read_scene(options.scene);
     if (!scene.ok()) return report_error(scene.error());
     const Result<void> overridden = apply_overrides(options, *scene);
@@ -104,6 +113,26 @@ int run_command(const RunOptions& options) {
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
     return simulate(options, *scene, *prepared, progress);
+}
+
+} // namespace
+
+Command add_run_command(CLI::App& app) {
+    const auto run_options = std::make_shared<RunOptions>();
+    RunOptions& options = *run_options;
+    CLI::App* command = app.add_subcommand("run", "Simulate a scene without a display and report what was done");
+    command->add_option("scene", options.scene, "scene file (JSON)")->required();
+    command->add_option("--out", options.out, "output folder; out/<scene name> where none is given");
+    command->add_option("-n,--steps", options.steps, "steps to take instead of the scene's duration")
+        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}));
+    command->add_option("--budget", options.budget, "per step: a time (1ms, 250us), work:TESTS, or exact");
+    command->add_option("--path", options.path, "CSV t,insertion,rotation in the scene's units, instead of the scene's script");
+    command->add_flag("--record", options.record, "write states for ParaView (PVD, VTP)");
+    command->add_flag("--force", options.force, "write into an output folder that is not empty");
+    command->add_flag("--fail-on-overrun", options.fail_on_overrun, "exit 4 when a step missed its budget");
+    command->add_flag("!--no-pictures", options.pictures, "take no pictures");
+    command->add_flag("--quiet", options.quiet, "no progress line");
+    return {command, [run_options] { return run(*run_options); }};
 }
 
 } // namespace seldinger::engine

@@ -16,8 +16,8 @@ inline constexpr std::array<std::string_view, 6> kRooms{"base", "fem", "spheretr
 
 /// Wings of engine/, lowest first: each may include those before it. So io knows no other wing, and step knows nothing of
 /// gpu, observe, viewer and cli.
-inline constexpr std::array<std::string_view, 9> kWings{"io",   "time",    "scene",  "prepare", "step",
-                                                        "gpu",  "observe", "viewer", "cli"};
+inline constexpr std::array<std::string_view, 10> kWings{"io",   "time",    "scene",  "prepare", "step",
+                                                        "gpu",  "observe", "bench", "viewer", "cli"};
 
 struct Place {
     std::string room; // empty: not one of ours

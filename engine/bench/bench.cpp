@@ -1,0 +1,93 @@
+#include "engine/bench/bench.hpp"
+
+#include "engine/bench/tables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <thread>
+
+namespace seldinger::engine {
+
+namespace {
+
+std::string cpu_name() {
+    std::ifstream info("/proc/cpuinfo");
+    for (std::string line; std::getline(info, line);)
+        if (line.starts_with("model name")) return line.substr(std::min(line.size(), line.find(':') + 2));
+    return "unknown";
+}
+
+std::string cell(const BenchRow& value) {
+    if (value.is_null()) return "-";
+    if (value.is_string()) return value.get<std::string>();
+    if (value.is_number_float()) return fmt::format("{:.4g}", value.get<double>());
+    return value.dump();
+}
+
+std::vector<std::string> columns_of(const BenchTable& table) {
+    std::vector<std::string> columns;
+    for (const BenchRow& row : table.rows)
+        for (const auto& [key, value] : row.items())
+            if (std::find(columns.begin(), columns.end(), key) == columns.end()) columns.push_back(key);
+    return columns;
+}
+
+} // namespace
+
+nlohmann::ordered_json describe_machine() {
+    nlohmann::ordered_json machine;
+    machine["cpu"] = cpu_name();
+    machine["cores"] = std::thread::hardware_concurrency();
+    machine["avx2"] = static_cast<bool>(__builtin_cpu_supports("avx2"));
+    machine["avx512"] = static_cast<bool>(__builtin_cpu_supports("avx512f"));
+    machine["compiler"] = __VERSION__;
+#ifdef __OPTIMIZE__
+    machine["build"] = "optimised";
+#else
+    machine["build"] = "not optimised";
+#endif
+    return machine;
+}
+
+nlohmann::ordered_json bench_json(std::string_view name, const BenchTable& table) {
+    nlohmann::ordered_json json;
+    json["bench"] = name;
+    json["machine"] = describe_machine();
+    json["rows"] = table.rows;
+    json["notes"] = table.notes;
+    return json;
+}
+
+std::string bench_text(const BenchTable& table) {
+    const std::vector<std::string> columns = columns_of(table);
+    std::vector<std::vector<std::string>> lines{columns};
+    for (const BenchRow& row : table.rows) {
+        std::vector<std::string>& line = lines.emplace_back();
+        for (const std::string& column : columns) line.push_back(row.contains(column) ? cell(row[column]) : "");
+    }
+    std::string text;
+    std::vector<std::size_t> width(columns.size(), 0);
+    for (const auto& line : lines)
+        for (std::size_t k = 0; k < line.size(); ++k) width[k] = std::max(width[k], line[k].size());
+    for (const auto& line : lines) {
+        for (std::size_t k = 0; k < line.size(); ++k) text += fmt::format("{:<{}}  ", line[k], width[k]);
+        text.erase(text.find_last_not_of(' ') + 1);
+        text += '\n';
+    }
+    for (const std::string& note : table.notes) text += "note: " + note + '\n';
+    return text;
+}
+
+std::optional<std::filesystem::path> find_peer(std::string_view name) {
+    std::error_code failed;
+    const auto self = std::filesystem::read_symlink("/proc/self/exe", failed);
+    if (failed) return std::nullopt;
+    const auto peer = self.parent_path() / "peers" / name;
+    return std::filesystem::is_regular_file(peer, failed) ? std::optional(peer) : std::nullopt;
+}
+
+std::span<const Bench> benches() { return kBenches; }
+
+} // namespace seldinger::engine

@@ -1,0 +1,59 @@
+// The papers' tables and the peers' figures, measured on the machine at hand: one function per table, rows that say what was
+// measured and what stands beside it. `seldinger bench NAME --json FILE` prints and writes them.
+#pragma once
+
+#include "base/result.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace seldinger::engine {
+
+struct BenchOptions {
+    bool quick = false;                          // a small part of every table, for tests: same columns, fewer rows
+    unsigned threads = 0;                        // 0: one row set with 1 thread and one with every core
+    std::filesystem::path json;                  // empty: printed only
+    std::filesystem::path scene;                 // what scene-wide tables run; empty: the hepatic scene of this project
+    std::optional<std::filesystem::path> data;   // $SELDINGER_TEST_DATA where it names a folder
+    std::function<void(const std::string&)> progress = [](const std::string&) {}; // what is being measured now
+};
+
+/// One line of a table. Keys keep their order; units stand in the names (ns_per_tet, total_ms); a figure that was not
+/// measured here (a paper's, a peer's that is not installed) says so in its own key or is null.
+using BenchRow = nlohmann::ordered_json;
+
+struct BenchTable {
+    std::vector<BenchRow> rows;
+    std::vector<std::string> notes; // what was left out and why; printed under the table
+};
+
+struct Bench {
+    std::string_view name;
+    std::string_view what;  // one line for --help
+    Result<BenchTable> (*run)(const BenchOptions&);
+};
+
+/// All benches, in the order in which they are listed.
+[[nodiscard]] std::span<const Bench> benches();
+
+/// The machine, as every JSON file of a bench says it: cpu, cores, instruction sets, compiler, build type.
+[[nodiscard]] nlohmann::ordered_json describe_machine();
+
+/// {"bench", "machine", "rows", "notes"}
+[[nodiscard]] nlohmann::ordered_json bench_json(std::string_view name, const BenchTable& table);
+
+/// Rows as aligned text, a column per key that any row has.
+[[nodiscard]] std::string bench_text(const BenchTable& table);
+
+/// A peer's program beside this one (peers/NAME in the folder of the running binary); empty where it was not built because
+/// its package is missing.
+[[nodiscard]] std::optional<std::filesystem::path> find_peer(std::string_view name);
+
+} // namespace seldinger::engine
