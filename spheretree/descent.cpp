@@ -46,13 +46,38 @@ void Descent::begin(double margin) {
     collisions_.clear();
     stack_.clear();
     searching_ = false;
+    open_at_level_.fill(0);
+    leaf_depth_ = 0;
     stats_ = {};
+}
+
+/// Both leaves: nothing is left to refine, so the deeper one counts.
+int Descent::level_of(const Entry& entry) const noexcept {
+    if (entry.hollow) return hollows_[entry.pair].chain.chain->tree.level[entry.first];
+    const SolidPair& pair = solids_[entry.pair];
+    const SphereTree& first = *(entry.swapped ? pair.b : pair.a).tree;
+    const SphereTree& second = *(entry.swapped ? pair.a : pair.b).tree;
+    const int level_1 = first.level[entry.first], level_2 = second.level[entry.second];
+    if (first.is_leaf(entry.first)) return second.is_leaf(entry.second) ? std::max(level_1, level_2) : level_2;
+    return second.is_leaf(entry.second) ? level_1 : std::min(level_1, level_2);
+}
+
+void Descent::open(const Entry& entry) {
+    queue_.push_back(entry);
+    ++open_at_level_[static_cast<std::size_t>(level_of(entry))];
+}
+
+void Descent::find_level_reached() noexcept {
+    stats_.level_reached = 0;
+    while (stats_.level_reached < leaf_depth_ && open_at_level_[static_cast<std::size_t>(stats_.level_reached)] == 0)
+        ++stats_.level_reached;
 }
 
 void Descent::add_solid_pair(const SolidView& a, const SolidView& b) {
     if (a.spheres.empty() || b.spheres.empty()) return;
     solids_.push_back({a, b});
-    queue_.push_back({static_cast<Index>(solids_.size() - 1), 0, 0, false, false});
+    open({static_cast<Index>(solids_.size() - 1), 0, 0, false, false});
+    leaf_depth_ = std::max({leaf_depth_, a.tree->leaf_depth(), b.tree->leaf_depth()});
     ++stats_.pairs_open; // until run() says otherwise: a budget of nothing never calls it
 }
 
@@ -64,7 +89,8 @@ void Descent::add_hollow_pair(const ChainView& instrument, const LumenView& lume
     pair.status.reserve(instrument.chain->capacity());
     pair.status.assign(instrument.state->links_t1.size(), LinkStatus::Open);
     if (!pair.status.empty()) {
-        queue_.push_back({static_cast<Index>(hollow_count_), 0, 0, true, false});
+        open({static_cast<Index>(hollow_count_), 0, 0, true, false});
+        leaf_depth_ = std::max(leaf_depth_, instrument.chain->tree.leaf_depth());
         ++stats_.pairs_open;
     }
     ++hollow_count_;
@@ -78,15 +104,12 @@ bool Descent::run(WorkBudget& budget) {
     while (head_ < queue_.size()) {
         const Entry entry = queue_[head_];
         if (!(entry.hollow ? step_hollow(entry, budget) : step_solid(entry, budget))) break;
+        --open_at_level_[static_cast<std::size_t>(level_of(entry))];
         ++head_;
     }
     stats_.pairs_open = queue_.size() - head_;
+    find_level_reached();
     return stats_.pairs_open == 0;
-}
-
-void Descent::note_test(int level) noexcept {
-    ++stats_.pairs_tested;
-    stats_.level_reached = std::max(stats_.level_reached, level);
 }
 
 bool Descent::step_solid(const Entry& entry, WorkBudget& budget) {
@@ -94,7 +117,7 @@ bool Descent::step_solid(const Entry& entry, WorkBudget& budget) {
     const SolidPair& pair = solids_[entry.pair];
     const SolidView& first = entry.swapped ? pair.b : pair.a;
     const SolidView& second = entry.swapped ? pair.a : pair.b;
-    note_test(std::max<int>(first.tree->level[entry.first], second.tree->level[entry.second]));
+    ++stats_.pairs_tested;
     const Sphere& s1 = first.spheres[entry.first];
     const Sphere& s2 = second.spheres[entry.second];
     if (s1.radius < 0.0 || s2.radius < 0.0) return true;
@@ -103,9 +126,9 @@ bool Descent::step_solid(const Entry& entry, WorkBudget& budget) {
     if (!second.tree->is_leaf(entry.second)) {
         const Index child = second.tree->first_child[entry.second];
         for (Index k = 0; k < second.tree->child_count[entry.second]; ++k)
-            queue_.push_back({entry.pair, child + k, entry.first, false, !entry.swapped});
+            open({entry.pair, child + k, entry.first, false, !entry.swapped});
     } else if (!first.tree->is_leaf(entry.first)) {
-        queue_.push_back({entry.pair, entry.second, entry.first, false, !entry.swapped});
+        open({entry.pair, entry.second, entry.first, false, !entry.swapped});
     } else {
         add_solid_contact(entry, collisions_);
         ++stats_.leaf_contacts;
@@ -143,7 +166,7 @@ bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {
     } else {
         const Index child = chain.tree.first_child[entry.first];
         for (Index k = 0; k < chain.tree.child_count[entry.first]; ++k)
-            queue_.push_back({entry.pair, child + k, 0, true, false});
+            open({entry.pair, child + k, 0, true, false});
     }
     return true;
 }
@@ -181,7 +204,7 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
     // Where no ball can hold it with the margin, a group needs no search; a link wants the best there is.
     const auto hopeless = [&](double room) { return room < (leaf ? found_.room - kTie : margin_); };
     const auto try_leaf = [&](Index candidate) {
-        note_test(tree.level[candidate]);
+        ++stats_.pairs_tested;
         const double room = room_in_leaf(pair, sphere, candidate, budget);
         if (room > found_.room || (room == found_.room && candidate < found_.leaf)) found_ = {candidate, room};
     };
@@ -193,7 +216,7 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
         Index hint = pair.chain.state->hint[link];
         if (hint == kNoIndex && link > 0) hint = pair.chain.state->hint[link - 1];
         if (hint < tree.sphere_count() && tree.is_leaf(hint)) try_leaf(hint);
-        else note_test(0);
+        else ++stats_.pairs_tested;
     }
     // A link's bound must hold at t1 alone; its own swept sphere is larger than the link where it moves.
     const double own_radius = leaf ? pair.chain.state->links_t1[link].radius : bound.radius;
@@ -216,7 +239,7 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
         stack_.pop_back();
         const std::size_t first = stack_.size();
         for (Index child = tree.first_child[s]; child < tree.first_child[s] + count; ++child) {
-            note_test(tree.level[child]);
+            ++stats_.pairs_tested;
             const double room = pair.lumen.state->bound_at(child, own_centre) - own_radius;
             if (!hopeless(room)) stack_.emplace_back(room, child);
         }

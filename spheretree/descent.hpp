@@ -11,6 +11,8 @@
 #include "spheretree/chain_tree.hpp"
 #include "spheretree/lumen_state.hpp"
 
+#include <array>
+
 namespace seldinger::spheretree {
 
 /// A solid in one step: its tree and the spheres that bound it over the step (update_covering_spheres, update_chain).
@@ -35,7 +37,9 @@ struct DescentStats {
     std::uint64_t pairs_open = 0;    // left in the queue: assumed to collide
     std::uint64_t leaf_contacts = 0; // CollisionList
     std::uint64_t proven_free = 0;   // links proven free of the wall (hollow pairs)
-    int level_reached = 0;           // deepest level of any sphere tested
+    /// The coarsest level over all pairs still open; the leaf depth (deepest level of any tree) where none is. A pair is as
+    /// coarse as the coarser of its spheres that can still be refined. Never falls as the budget grows.
+    int level_reached = 0;
 };
 
 /// Reused every step: keeps its memory, allocates nothing once it has seen its largest step.
@@ -84,13 +88,17 @@ private:
     void add_solid_contact(const Entry& entry, std::vector<Contact>& out) const;
     void add_wall_contact(HollowPair& pair, Index sphere, WorkBudget& budget);
     void add_open_link(const Entry& entry, std::vector<Contact>& out) const;
-    void note_test(int level) noexcept;
+    void open(const Entry& entry);
+    [[nodiscard]] int level_of(const Entry& entry) const noexcept;
+    void find_level_reached() noexcept;
 
     std::vector<SolidPair> solids_;
     std::vector<HollowPair> hollows_;    // memory of the first hollow_count_ is in use
     std::size_t hollow_count_ = 0;
     std::vector<Entry> queue_;           // PairList: entries from head_ on are open
     std::size_t head_ = 0;
+    std::array<std::uint32_t, 256> open_at_level_{}; // entries from head_ on, by level_of
+    int leaf_depth_ = 0;                 // deepest level of all trees added
     std::vector<Contact> collisions_;    // CollisionList
     std::vector<std::pair<double, Index>> stack_; // of the search in progress: bound, lumen sphere
     Found found_;

@@ -4,6 +4,7 @@
 
 #include "base/vec.hpp"
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct SphereTree {
 
     [[nodiscard]] std::size_t sphere_count() const noexcept { return spheres.size(); }
     [[nodiscard]] std::size_t level_count() const noexcept { return level_begin.empty() ? 0 : level_begin.size() - 1; }
+    [[nodiscard]] int leaf_depth() const noexcept { return std::max(0, static_cast<int>(level_count()) - 1); }
     [[nodiscard]] bool is_leaf(Index sphere) const noexcept { return child_count[sphere] == 0; }
     [[nodiscard]] std::span<const Index> items_of(Index sphere) const noexcept {
         return std::span(items).subspan(item_begin[sphere], item_end[sphere] - item_begin[sphere]);

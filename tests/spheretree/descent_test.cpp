@@ -103,6 +103,31 @@ TEST(Descent, MoreBudgetIsNeverCoarser) {
     }
 }
 
+TEST(Descent, LevelReachedIsTheCoarsestOpenLevelAndTheLeafDepthAtTheEnd) {
+    const SolidPairFixture f;
+    const int depth = std::max(f.a.tree.leaf_depth(), f.b.tree.leaf_depth());
+    int last = 0;
+    bool between = false;
+    for (std::uint64_t units = 0; units < 6000; units += 37) {
+        DescentStats stats;
+        const std::vector<Contact> contacts = f.run(units, &stats);
+        int expected = depth;
+        for (const Contact& c : contacts) {
+            if (c.origin != ContactOrigin::AssumedSpheres) continue;
+            int level = depth;
+            if (!f.a.tree.is_leaf(c.feature_a[0])) level = f.a.tree.level[c.feature_a[0]];
+            if (!f.b.tree.is_leaf(c.feature_b[0])) level = std::min<int>(level, f.b.tree.level[c.feature_b[0]]);
+            expected = std::min(expected, level);
+        }
+        EXPECT_EQ(stats.level_reached, expected) << "budget " << units;
+        EXPECT_GE(stats.level_reached, last) << "budget " << units;
+        last = stats.level_reached;
+        between = between || (last > 0 && last < depth);
+    }
+    EXPECT_EQ(last, depth);
+    EXPECT_TRUE(between);
+}
+
 TEST(Descent, SameRunGivesTheSameListsAndSmallGrantsAddUp) {
     const SolidPairFixture f;
     const auto once = f.run(WorkBudget::kUnlimited), again = f.run(WorkBudget::kUnlimited);
