@@ -1,5 +1,7 @@
 #include "engine/step/script.hpp"
 
+#include "base/trig.hpp"
+
 #include <algorithm>
 #include <limits>
 #include <cmath>
@@ -8,16 +10,29 @@ namespace seldinger::engine {
 
 namespace {
 
-/// m of insertion without progress along the route before the hand pulls back.
+/// m of insertion without progress along the route before the hand pulls back: the slack of a shaft in wide vessels.
 constexpr double kPatience = 0.015;
+/// m of insertion with the tip in another branch before the hand pulls back: the fork is behind, waiting brings nothing.
+constexpr double kAstrayPatience = 0.006;
 /// m; progress below this is no progress: the tip's jitter in contact.
 constexpr double kProgressStep = 0.0005;
-/// m pulled back at the first attempt; each further attempt adds as much again, up to four times.
-constexpr double kRetraction = 0.012;
-/// rad by which every further attempt aims beside the route: a carina that was hit once is hit again otherwise.
-constexpr double kAimOffset = 0.5;
-/// Share of the speed that is kept while the tip is not aimed yet: at the first attempt, and after a failure.
-constexpr double kBoldShare = 0.7, kCarefulShare = 0.1;
+/// m before the fork where the next attempt begins, and how much further back each further round of angles begins.
+constexpr double kBeforeFork = 0.006, kFurtherBack = 0.006;
+/// m of insertion that one retraction may take: a shaft whose slack is longer is not stuck at the tip.
+constexpr double kLongestRetraction = 0.08;
+/// m beyond the fork where an attempt has succeeded: the hand steers again; and where it is forgotten.
+constexpr double kPastFork = 0.005, kForgetFork = 0.012;
+/// rad between the angles that are probed: 0, +1, -1, +2, -2 ... of these, all round in eleven attempts.
+constexpr double kAimOffset = 0.6;
+constexpr unsigned kAnglesInARound = 11;
+/// A tip is aimed when the sine of its error is below this; a turn that takes longer than kLongestTurn s is over anyway.
+constexpr double kAimed = 0.15, kLongestTurn = 2.5;
+/// Share of the tolerance within which nothing is left to improve.
+constexpr double kNear = 0.3;
+/// Tolerances away from the end of the route at which a tip that had arrived is brought back.
+constexpr double kSlipped = 1.2;
+/// Share of the speed that is kept while the tip is not aimed yet.
+constexpr double kBoldShare = 0.7;
 /// m beyond the free radius around the route at which the tip is in another branch.
 constexpr double kOffRoute = 1e-3;
 /// N at the entry: more than this a careful hand does not push; it waits, and pulls back when that lasts.
@@ -61,28 +76,77 @@ Vec3 unit_or(const Vec3& v, const Vec3& fallback) noexcept {
     return length > 1e-9 ? Vec3(v / length) : fallback;
 }
 
-/// Wanted change of the handle's angle, in [-1, 1] of what the limit allows, and how well the tip is aimed, in [0, 1].
+/// Offset of an attempt's angle from the first one's, rad: to either hand by turns.
+double probe_offset(unsigned attempt) noexcept {
+    const unsigned k = attempt % kAnglesInARound;
+    return (k % 2 == 1 ? 1.0 : -1.0) * kAimOffset * static_cast<double>((k + 1) / 2);
+}
+
+/// Wanted change of the handle's angle, in [-1, 1] of what the limit allows; how well the tip is aimed, in [0, 1].
 struct Aim {
     double turn;
     double quality;
+    bool aimed;
 };
 
-Aim aim_tip(const Route& route, const FollowSettings& settings, const TipView& view, const FollowState& state) noexcept {
+Aim aim_tip(const Route& route, const FollowSettings& settings, const TipView& view, const FollowState& state,
+            double offset) noexcept {
     const Vec3 ahead = route.points[find_point_at(route, state.progress + settings.look_ahead)] - view.tip;
     const Vec3 across = ahead - ahead.dot(view.tangent) * view.tangent;
     const double lateral = std::sqrt(across.squaredNorm());
     // Straight ahead the direction across means nothing: leave the handle alone.
     const double matters = std::min(1.0, lateral / (0.25 * settings.look_ahead));
-    Vec3 wanted = unit_or(across, view.bend);
-    if (state.attempts > 0) { // alternate sides, one offset further every second attempt
-        const double side = (state.attempts % 2 == 1) ? 1.0 : -1.0;
-        const double offset = side * kAimOffset * static_cast<double>(std::min(state.attempts, 6u) + 1) / 2.0;
-        wanted = unit_or(wanted + offset * view.tangent.cross(wanted), wanted);
-    }
+    const Vec3 toward = unit_or(across, view.bend);
+    const SinCos turned = sin_cos(offset);
+    const Vec3 wanted = turned.cos * toward + turned.sin * view.tangent.cross(toward);
     const double sine = view.tangent.dot(view.bend.cross(wanted));
     const double cosine = view.bend.dot(wanted);
     const double error = cosine > 0.0 ? sine : (sine >= 0.0 ? 1.0 : -1.0);
-    return {matters * std::clamp(3.0 * error, -1.0, 1.0), 1.0 - matters * 0.5 * (1.0 - cosine)};
+    return {matters * std::clamp(3.0 * error, -1.0, 1.0), 1.0 - matters * 0.5 * (1.0 - cosine),
+            cosine > 0.0 && std::abs(sine) < kAimed};
+}
+
+/// Where the tip stands now, and what that means for patience.
+void note_progress(const Progress& progress, const DriveCommand& now, FollowState& state) noexcept {
+    state.progress = progress.length;
+    if (!progress.on_route) return;
+    state.astray_insertion = now.insertion;
+    if (state.progress <= state.best_progress + kProgressStep) return;
+    state.best_progress = state.progress;
+    state.best_insertion = now.insertion;
+}
+
+bool is_beyond_the_end(const Route& route, const Vec3& tip) noexcept {
+    if (route.points.size() < 2) return false;
+    const Vec3& end = route.points.back();
+    return (tip - end).dot(end - route.points[route.points.size() - 2]) > 0.0;
+}
+
+bool has_failed(const DriveCommand& now, const FollowState& state) noexcept {
+    return now.insertion - state.best_insertion > kPatience || now.insertion - state.astray_insertion > kAstrayPatience;
+}
+
+/// Another attempt at the same fork, or the first at a new one.
+void begin_retraction(const DriveCommand& now, FollowState& state) noexcept {
+    if (state.attempts == 0 || state.best_progress > state.fork + kForgetFork) {
+        state.fork = state.best_progress;
+        state.attempts = 0;
+    }
+    ++state.attempts;
+    state.mode = FollowMode::Retract;
+    state.retract_from = now.insertion;
+}
+
+bool stands_before_fork(const Progress& progress, const DriveCommand& now, const FollowState& state) noexcept {
+    const double before = state.fork - kBeforeFork - kFurtherBack * static_cast<double>(state.attempts / kAnglesInARound);
+    return (progress.on_route && state.progress <= std::max(0.0, before)) ||
+           state.retract_from - now.insertion > kLongestRetraction || now.insertion <= 0.0;
+}
+
+void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) noexcept {
+    state.mode = mode;
+    state.best_progress = std::min(state.best_progress, state.progress);
+    state.best_insertion = state.astray_insertion = now.insertion;
 }
 
 } // namespace
@@ -95,41 +159,54 @@ DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted,
 
 DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits,
                           const TipView& view, const DriveCommand& now, double dt, FollowState& state) noexcept {
-    if (route.points.empty() || state.mode == FollowMode::Arrived) return now;
+    if (route.points.empty()) return now;
     const Progress progress = find_progress(route, view.tip, state.progress);
-    state.progress = progress.length;
+    note_progress(progress, now, state);
     const double missing = std::sqrt((route.points.back() - view.tip).squaredNorm());
-    if (missing <= settings.tolerance) {
+    // Within the tolerance it goes on for as long as that brings the tip nearer: the organ's breath moves it about that place.
+    if (missing <= settings.tolerance && (missing <= kNear * settings.tolerance || missing >= state.missing))
         state.mode = FollowMode::Arrived;
-        return now;
+    state.missing = missing;
+    if (state.mode == FollowMode::Arrived) {
+        if (missing <= kSlipped * settings.tolerance) return now;
+        begin_push(FollowMode::Advance, now, state); // the organ moved on, or the shaft's slack
     }
+    const bool pushes = state.mode == FollowMode::Advance || state.mode == FollowMode::Probe;
     const bool resisted = view.resistance > kPushLimit;
-    if (progress.on_route && state.progress > state.best_progress + kProgressStep) {
-        state.best_progress = state.progress;
-        state.best_insertion = now.insertion;
-        if (state.mode == FollowMode::Advance) state.attempts = 0;
-    }
-    if (resisted) state.best_insertion -= kWaitingSpeed * dt;
-    if (state.mode == FollowMode::Advance && now.insertion - state.best_insertion > kPatience) {
-        state.mode = FollowMode::Retract;
-        ++state.attempts;
-        state.retract_to = now.insertion - kPatience - kRetraction * std::min(state.attempts, 4u);
-    }
-    const Aim aim = aim_tip(route, settings, view, state);
+    if (pushes && resisted) state.best_insertion -= kWaitingSpeed * dt;
+    if (pushes && has_failed(now, state)) begin_retraction(now, state);
+
     DriveCommand wanted = now;
-    wanted.rotation += aim.turn * limits.rotation * dt;
-    if (state.mode == FollowMode::Retract) {
+    const auto turn_to = [&](const Aim& aim) { wanted.rotation += aim.turn * limits.rotation * dt; };
+    switch (state.mode) {
+    case FollowMode::Advance: {
+        const Aim aim = aim_tip(route, settings, view, state, 0.0);
+        turn_to(aim);
+        // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned.
+        const double share = std::max(kBoldShare, aim.quality * aim.quality * aim.quality);
+        if (is_beyond_the_end(route, view.tip)) wanted.insertion -= settings.speed * dt * share;
+        else if (!resisted) wanted.insertion += settings.speed * dt * share;
+        break;
+    }
+    case FollowMode::Retract:
         wanted.insertion -= settings.speed * dt;
-        if (wanted.insertion <= state.retract_to) {
-            state.mode = FollowMode::Advance;
-            state.best_insertion = wanted.insertion;
-            state.best_progress = std::min(state.best_progress, state.progress);
+        if (stands_before_fork(progress, now, state)) {
+            state.mode = FollowMode::Turn;
+            state.turned_for = 0.0;
         }
-    } else if (!resisted) {
-        // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned. Where a
-        // first attempt failed, more slowly.
-        const double least = state.attempts > 0 ? kCarefulShare : kBoldShare;
-        wanted.insertion += settings.speed * dt * std::max(least, aim.quality * aim.quality * aim.quality);
+        break;
+    case FollowMode::Turn: {
+        const Aim aim = aim_tip(route, settings, view, state, probe_offset(state.attempts - 1));
+        turn_to(aim);
+        state.turned_for += dt;
+        if (aim.aimed || state.turned_for > kLongestTurn) begin_push(FollowMode::Probe, now, state);
+        break;
+    }
+    case FollowMode::Probe:
+        if (!resisted) wanted.insertion += settings.speed * dt;
+        if (progress.on_route && state.progress > state.fork + kPastFork) begin_push(FollowMode::Advance, now, state);
+        break;
+    case FollowMode::Arrived: break;
     }
     return limit_command(now, wanted, limits, dt);
 }

@@ -9,16 +9,26 @@ namespace seldinger::engine {
 [[nodiscard]] DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits,
                                          double dt) noexcept;
 
-enum class FollowMode : std::uint8_t { Advance, Retract, Arrived };
+enum class FollowMode : std::uint8_t {
+    Advance, // push, the tip turned to the route ahead
+    Retract, // the tip went astray or stuck: back until it stands before that fork again
+    Turn,    // before the fork: turn the tip to this attempt's angle
+    Probe,   // push past the fork with the handle held
+    Arrived, // still, until the tip slips away from the end of the route
+};
 
 /// The hand's memory. Plain data: part of the state, so that a run can be repeated bit for bit.
 struct FollowState {
     FollowMode mode = FollowMode::Advance;
     double progress = 0.0;          // m along the route of the point nearest to the tip
-    double best_progress = 0.0;     // m
-    double best_insertion = 0.0;    // m, when best_progress last grew
-    double retract_to = 0.0;        // m
-    unsigned attempts = 0;          // retractions so far
+    double best_progress = 0.0;     // m, furthest on the route since the last retraction
+    double best_insertion = 0.0;    // m, when best_progress last grew, or patience was last renewed
+    double astray_insertion = 0.0;  // m, where the tip was last on the route
+    double fork = 0.0;              // m along the route: where the attempt failed
+    double retract_from = 0.0;      // m of insertion
+    double turned_for = 0.0;        // s in Turn
+    double missing = 0.0;           // m, tip to the end of the route
+    unsigned attempts = 0;          // at this fork
 };
 
 /// What the hand sees, as on the fluoroscopy screen.
@@ -29,8 +39,9 @@ struct TipView {
     double resistance = 0.0;        // N, compression of the rod at the entry: what the hand feels
 };
 
-/// Turns the handle until the shaped tip points to the route ahead, pushes when it does, and pulls back and tries at
-/// another angle when insertion no longer brings the tip forward (a wrong branch, a loop) or meets resistance.
+/// Turns the handle until the shaped tip points to the route ahead, and pushes when it does. When the tip enters another
+/// branch, or insertion no longer brings it forward, it pulls back to before that place, and probes it at another angle each
+/// time, beside the first to either hand, until one leads on.
 /// source   the surgeon's own rule; no planner. deviation: sees the true position of the tip.
 [[nodiscard]] DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits,
                                         const TipView& view, const DriveCommand& now, double dt,

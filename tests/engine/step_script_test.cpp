@@ -91,43 +91,66 @@ TEST(Steering, PushesMoreSlowlyWhileTheTipLooksElsewhere) {
     EXPECT_GT(push_for(-Vec3::UnitX()), 0.0);
 }
 
-TEST(Steering, ArrivesWithinTheToleranceAndThenKeepsStill) {
-    const Route route = make_bent_route(Vec3::UnitX());
+TEST(Steering, ArrivesWhereNothingIsLeftToImproveAndKeepsStillUntilTheTipSlips) {
+    const Route route = make_bent_route(Vec3::UnitX()); // ends at 60, 0, 100 mm
     FollowState state;
     state.progress = 0.155;
     const DriveCommand now{0.2, 1.0};
-    const TipView near{{0.0575, 0, 0.1}, Vec3::UnitX(), Vec3::UnitY()};
-    EXPECT_DOUBLE_EQ(follow_route(route, kSettings, kLimits, near, now, kDt, state).insertion, 0.2);
+    const auto command_at = [&](double x) {
+        return follow_route(route, kSettings, kLimits, {{x, 0, 0.1}, Vec3::UnitX(), Vec3::UnitY()}, now, kDt, state);
+    };
+    state.missing = 0.01;
+    EXPECT_GT(command_at(0.0575).insertion, 0.2) << "within the tolerance, but still coming nearer";
+    EXPECT_DOUBLE_EQ(command_at(0.0575).insertion, 0.2) << "nearer it does not come";
     EXPECT_EQ(state.mode, FollowMode::Arrived);
-    const TipView away{{0.0, 0, 0.05}, Vec3::UnitZ(), Vec3::UnitY()};
-    const DriveCommand later = follow_route(route, kSettings, kLimits, away, now, kDt, state);
-    EXPECT_DOUBLE_EQ(later.insertion, 0.2);
-    EXPECT_DOUBLE_EQ(later.rotation, 1.0);
+    EXPECT_DOUBLE_EQ(command_at(0.0580).rotation, 1.0);
+    EXPECT_DOUBLE_EQ(command_at(0.0567).insertion, 0.2) << "a little out of the tolerance";
+    EXPECT_GT(command_at(0.0560).insertion, 0.2) << "slipped: pushed on";
+    EXPECT_EQ(state.mode, FollowMode::Advance);
+    EXPECT_LT(command_at(0.0640).insertion, 0.2) << "beyond the end: pulled back";
 }
 
-TEST(Steering, PullsBackWhenInsertionBringsNoProgressAndFurtherEachTime) {
+/// A tip before a fork in which it goes astray: whatever the hand pushes, it is 3 mm beside the route; what it pulls, the tip
+/// goes back by.
+struct StrayTip {
+    double insertion = 0.1;
+    [[nodiscard]] Vec3 at(double hand) const {
+        return hand < insertion ? Vec3(0, 0, 0.1 - (insertion - hand)) : Vec3(0, -std::min(0.01, 2.0 * (hand - insertion)), 0.1);
+    }
+};
+
+TEST(Steering, PullsBackToBeforeTheForkAndProbesOtherAnglesThere) {
     const Route route = make_bent_route(Vec3::UnitX());
-    const TipView stuck{{0, 0, 0.1}, Vec3::UnitZ(), -Vec3::UnitX()}; // the tip never moves again
+    const StrayTip tip;
     FollowState state;
-    state.progress = state.best_progress = 0.1;
-    state.best_insertion = 0.2;
-    DriveCommand now{0.2, 0.0};
-    std::vector<double> turns; // insertion where the direction changed
+    state.progress = state.best_progress = 0.095;
+    DriveCommand now{0.095, 0.0};
+    state.best_insertion = state.astray_insertion = now.insertion;
+    std::vector<double> probed; // handle's angle of each attempt
+    std::vector<double> started;
     FollowMode before = state.mode;
-    for (int step = 0; step < 100'000 && turns.size() < 10; ++step) {
-        const DriveCommand next = follow_route(route, kSettings, kLimits, stuck, now, kDt, state);
+    for (int step = 0; step < 100'000 && probed.size() < 22; ++step) {
+        const Vec3 bend(std::cos(now.rotation), std::sin(now.rotation), 0.0);
+        const DriveCommand next = follow_route(route, kSettings, kLimits, {tip.at(now.insertion), Vec3::UnitZ(), bend}, now, kDt, state);
         ASSERT_LE(std::abs(next.insertion - now.insertion), kLimits.speed * kDt + 1e-12);
         ASSERT_LE(std::abs(next.rotation - now.rotation), kLimits.rotation * kDt + 1e-12);
-        if (state.mode != before) turns.push_back(next.insertion);
+        if (state.mode == FollowMode::Probe && before != FollowMode::Probe) {
+            probed.push_back(std::remainder(next.rotation, 2.0 * std::numbers::pi));
+            started.push_back(tip.at(next.insertion).z());
+        }
         before = state.mode;
         now = next;
     }
-    ASSERT_EQ(turns.size(), 10u) << "forward and back, five times";
-    EXPECT_NEAR(turns[0], 0.215, 1e-3) << "15 mm without progress are enough";
-    for (std::size_t i = 0; i + 1 < turns.size(); i += 2) EXPECT_LT(turns[i + 1], turns[i]);
-    EXPECT_GT(turns[2] - turns[3], turns[0] - turns[1]) << "further back at the second attempt";
-    EXPECT_NEAR(turns[8] - turns[9], turns[6] - turns[7], 2e-3) << "but not without end";
-    EXPECT_EQ(state.attempts, 5u);
+    ASSERT_EQ(probed.size(), 22u);
+    for (int k = 0; k < 8; ++k) { // no direction is further than 0.5 rad from an angle that was probed in the first round
+        const double direction = k * std::numbers::pi / 4.0;
+        double nearest = 9.0;
+        for (std::size_t i = 0; i < 11; ++i)
+            nearest = std::min(nearest, std::abs(std::remainder(direction - probed[i], 2.0 * std::numbers::pi)));
+        EXPECT_LT(nearest, 0.5) << "direction " << direction;
+    }
+    for (const double z : started) EXPECT_LT(z, 0.0955) << "each attempt begins before the fork";
+    EXPECT_LT(started[12], started[0] - 0.004) << "the second round begins further back";
 }
 
 TEST(Steering, OnARouteWithoutPointsDoesNothing) {
@@ -138,29 +161,31 @@ TEST(Steering, OnARouteWithoutPointsDoesNothing) {
     EXPECT_DOUBLE_EQ(next.rotation, now.rotation);
 }
 
-TEST(Steering, ATipThatOnlyTakesTheForkWhenItPointsThereGetsToTheEnd) {
-    for (int start = 0; start < 8; ++start) { // any first angle of the handle
-        const Route route = make_bent_route(Vec3::UnitX());
-        FollowState state;
-        DriveCommand now{0.0, start * std::numbers::pi / 4.0};
-        double tip = 0.0, blocked_at = 0.0; // m along the route; insertion that is slack
-        int step = 0;
-        for (; step < 20'000 && state.mode != FollowMode::Arrived; ++step) {
-            const bool ahead = tip < 0.1;
-            const Vec3 tangent = ahead ? Vec3::UnitZ() : Vec3::UnitX();
-            const Vec3 bend = ahead ? Vec3(std::cos(now.rotation), std::sin(now.rotation), 0.0) : Vec3(Vec3::UnitY());
-            const std::size_t at = static_cast<std::size_t>(std::llround(1e3 * tip));
-            const DriveCommand next =
-                follow_route(route, kSettings, kLimits, {route.points[at], tangent, bend}, now, kDt, state);
-            const double reach = std::clamp(next.insertion - blocked_at, 0.0, 0.16);
-            const bool taken = !ahead || reach < 0.1 || bend.x() > 0.8;
-            if (!taken) blocked_at = std::max(0.0, next.insertion - 0.0995); // it buckles instead
-            tip = taken ? reach : 0.0995;
-            now = next;
+TEST(Steering, ATipThatOnlyTakesTheForkAtOneAngleGetsToTheEnd) {
+    for (int start = 0; start < 8; ++start)      // any first angle of the handle
+        for (int opens = 0; opens < 8; ++opens) { // and whatever angle it is that leads on
+            const Route route = make_bent_route(Vec3::UnitX());
+            const double opening = opens * std::numbers::pi / 4.0;
+            FollowState state;
+            DriveCommand now{0.0, start * std::numbers::pi / 4.0};
+            double tip = 0.0, blocked_at = 0.0; // m along the route; insertion that is slack
+            int step = 0;
+            for (; step < 20'000 && state.mode != FollowMode::Arrived; ++step) {
+                const bool ahead = tip < 0.1;
+                const Vec3 tangent = ahead ? Vec3::UnitZ() : Vec3::UnitX();
+                const Vec3 bend = ahead ? Vec3(std::cos(now.rotation), std::sin(now.rotation), 0.0) : Vec3(Vec3::UnitY());
+                const std::size_t at = static_cast<std::size_t>(std::llround(1e3 * tip));
+                const DriveCommand next =
+                    follow_route(route, kSettings, kLimits, {route.points[at], tangent, bend}, now, kDt, state);
+                const double reach = std::clamp(next.insertion - blocked_at, 0.0, 0.16);
+                const bool taken = !ahead || reach < 0.1 || std::cos(now.rotation - opening) > 0.88;
+                if (!taken) blocked_at = std::max(0.0, next.insertion - 0.0995); // it buckles instead
+                tip = taken ? reach : 0.0995;
+                now = next;
+            }
+            EXPECT_EQ(state.mode, FollowMode::Arrived) << "first angle " << start << ", opens at " << opening;
+            EXPECT_LT(step, 4000) << "first angle " << start << ", opens at " << opening;
         }
-        EXPECT_EQ(state.mode, FollowMode::Arrived) << "first angle " << start;
-        EXPECT_LT(step, 3000) << "first angle " << start;
-    }
 }
 
 } // namespace
