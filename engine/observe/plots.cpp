@@ -1,9 +1,6 @@
 #include "engine/observe/plots.hpp"
 
-#include "engine/io/atomic_file.hpp"
-#include "engine/io/file_bytes.hpp"
 #include "engine/observe/outline.hpp"
-#include "engine/prepare/process.hpp"
 
 #include <fmt/format.h>
 
@@ -16,29 +13,7 @@ namespace seldinger::engine {
 
 namespace {
 
-constexpr double kTimeLimit = 60.0; // s, for all plots
 constexpr const char* kCurveFile = "curve.tsv";
-
-/// A plot before gnuplot: commands after the common ones.
-struct Sketch {
-    Plot plot;
-    int width = 540, height = 300; // of the drawing's own units; the page scales it
-    std::string commands;
-};
-
-constexpr const char* kCommon = R"(
-set encoding utf8
-set border 3 lc rgb '#9aa3ad' lw 1
-set tics nomirror out scale 0.5 textcolor rgb '#4b5563'
-set grid ytics lc rgb '#e6e9ed' lw 1 lt 1
-set key top left horizontal Left reverse samplen 1.6 textcolor rgb '#374151' maxrows 1
-set key at graph 0, 1.12
-set tmargin 1.9
-set rmargin 2.5
-set xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4
-set style fill solid 0.25 noborder
-file = 'curve.tsv'
-)";
 
 /// Columns of the curve's file, from 1.
 enum Column {
@@ -232,18 +207,15 @@ Sketch sketch_path(const RunRecord& record, const Projection& projection) {
     return sketch;
 }
 
-Result<void> write_path_files(const RunRecord& record, const Projection& projection, const std::filesystem::path& folder) {
+void add_path_files(const RunRecord& record, const Projection& projection, std::vector<PlotData>& data) {
     std::string targets;
     for (const Place& target : record.prepared.targets)
         fmt::format_to(std::back_inserter(targets), "{} {} {}\n", 1e3 * target.position.x(), 1e3 * target.position.y(), 1e3 * target.position.z());
     const SceneModel& model = record.prepared.model;
-    const std::pair<const char*, std::string> files[] = {{"_organ.txt", outline_text(model, projection.direction, false)},
-                                                         {"_vessel.txt", outline_text(model, projection.direction, true)},
-                                                         {"_route.txt", route_text(model)},
-                                                         {"_targets.txt", targets}};
-    for (const auto& [ending, text] : files)
-        if (Result<void> written = write_file_atomically(folder / (projection.name + std::string(ending)), text); !written) return written;
-    return {};
+    data.push_back({projection.name + std::string("_organ.txt"), outline_text(model, projection.direction, false)});
+    data.push_back({projection.name + std::string("_vessel.txt"), outline_text(model, projection.direction, true)});
+    data.push_back({projection.name + std::string("_route.txt"), route_text(model)});
+    data.push_back({projection.name + std::string("_targets.txt"), targets});
 }
 
 const std::vector<Projection>& projections() {
@@ -268,61 +240,19 @@ std::vector<Sketch> make_sketches(const RunRecord& record) {
     return sketches;
 }
 
-std::string script_of(const std::vector<Sketch>& sketches, double end_time) {
-    std::string script;
-    for (const Sketch& sketch : sketches)
-        script += fmt::format("reset\nset terminal svg size {},{} dynamic enhanced font 'Helvetica,14' background '#ffffff'\n"
-                              "set output '{}.svg'\n{}set xrange [0:{}]\n{}\nunset output\n",
-                              sketch.width, sketch.height, sketch.plot.name, kCommon, end_time, sketch.commands);
-    return script;
-}
-
-void replace_all(std::string& text, const std::string& piece, const std::string& other) {
-    for (std::size_t at = text.find(piece); at != std::string::npos; at = text.find(piece, at + other.size()))
-        text.replace(at, piece.size(), other);
-}
-
 } // namespace
-
-std::string inline_svg(std::string svg, const std::string& name) {
-    const std::size_t begin = svg.find("<svg");
-    if (begin == std::string::npos) return {};
-    svg.erase(0, begin);
-    for (const char* id : {"gnuplot_plot_", "gnuplot_canvas", "gpDot", "gpPt", "hypertextBox", "hypertext", "textbox", "greybox", "gridoutline"}) {
-        replace_all(svg, fmt::format("id=\"{}", id), fmt::format("id=\"{}_{}", name, id));
-        replace_all(svg, fmt::format("id='{}", id), fmt::format("id='{}_{}", name, id));
-        replace_all(svg, fmt::format("#{}", id), fmt::format("#{}_{}", name, id));
-    }
-    return svg;
-}
 
 Result<std::vector<Plot>> make_plots(const RunRecord& record) {
     if (record.statistics.steps == 0) return std::vector<Plot>{};
-    const Result<std::filesystem::path> gnuplot = find_program("gnuplot", "gnuplot-nox");
-    if (!gnuplot) return gnuplot.error();
-    const Result<TemporaryFolder> folder = TemporaryFolder::make();
-    if (!folder) return folder.error();
-    const std::vector<Sketch> sketches = make_sketches(record);
-    if (Result<void> written = write_file_atomically(folder->path() / kCurveFile, curve_text(record.statistics.curve)); !written)
-        return written.error();
+    const Curve& curve = record.statistics.curve;
+    std::vector<PlotData> data{{kCurveFile, curve_text(curve)}};
     if (!record.prepared.model.instruments.empty())
-        for (const Projection& projection : projections())
-            if (Result<void> written = write_path_files(record, projection, folder->path()); !written) return written.error();
-    if (Result<void> written = write_file_atomically(folder->path() / "plots.gp", script_of(sketches, record.statistics.curve.points().back().time_s)); !written)
-        return written.error();
-    const Result<ProcessOutcome> outcome = run_process(*gnuplot, {"-d", "plots.gp"}, folder->path(), kTimeLimit);
-    if (!outcome) return outcome.error();
-    const Error failed{.code = ErrorCode::ToolFailed, .message = "gnuplot drew nothing: " +
-                           (outcome->timed_out ? fmt::format("it took more than {} s", kTimeLimit) : outcome->output)};
-    if (outcome->timed_out || outcome->exit_code != 0) return failed;
-    std::vector<Plot> plots;
-    for (const Sketch& sketch : sketches) {
-        const Result<std::string> svg = read_file_bytes(folder->path() / (sketch.plot.name + ".svg"));
-        if (!svg) return failed;
-        plots.push_back(sketch.plot);
-        plots.back().svg = inline_svg(*svg, sketch.plot.name);
-    }
-    return plots;
+        for (const Projection& projection : projections()) add_path_files(record, projection, data);
+    std::vector<Sketch> sketches = make_sketches(record);
+    for (Sketch& sketch : sketches)
+        sketch.commands = fmt::format("file = '{}'\nset xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4\nset xrange [0:{}]\n{}",
+                                      kCurveFile, curve.points().back().time_s, sketch.commands);
+    return draw_plots(sketches, data);
 }
 
 } // namespace seldinger::engine

@@ -1,0 +1,36 @@
+// Plots drawn by gnuplot in a process of its own: data files and commands in, SVG elements out.
+#pragma once
+
+#include "base/result.hpp"
+
+#include <string>
+#include <vector>
+
+namespace seldinger::engine {
+
+struct Plot {
+    std::string name;    // short, a-z only
+    std::string title;   // what is seen
+    std::string caption; // how to read it
+    std::string svg;     // an <svg> element that can stand inside a page
+};
+
+/// A plot before gnuplot: its commands run after kPlotStyle.
+struct Sketch {
+    Plot plot;
+    int width = 540, height = 300; // of the drawing's own units; the page scales it
+    std::string commands;
+};
+
+/// What the commands read, by name in their folder.
+struct PlotData {
+    std::string name, text;
+};
+
+/// fails  MissingTool without gnuplot, ToolFailed with its words
+[[nodiscard]] Result<std::vector<Plot>> draw_plots(const std::vector<Sketch>& sketches, const std::vector<PlotData>& data);
+
+/// gnuplot's file as an element: without the XML prologue, its ids made different from those of other plots.
+[[nodiscard]] std::string inline_svg(std::string svg, const std::string& name);
+
+} // namespace seldinger::engine
