@@ -1,7 +1,6 @@
 #include "collision/sweep.hpp"
 
-#include "collision/nearest.hpp"
-#include "collision/separation.hpp"
+#include "collision/sweep_parts.hpp"
 
 namespace seldinger::collision {
 namespace {
@@ -12,20 +11,6 @@ constexpr double kRoundingTolerance = 1024.0 * kUnitRoundoff;
 
 /// An advance below this is no progress: 2^-50 of a step, a few roundings of the time itself.
 constexpr double kSmallestAdvance = 0x1p-50;
-
-using VertexFace = Differences<3>; // vertex minus face corner
-using EdgeEdge = Differences<4>;   // a0 - b0, a0 - b1, a1 - b0, a1 - b1
-
-template <int Count>
-std::array<Vec3, Count> at(const Differences<Count>& q, double t) noexcept {
-    std::array<Vec3, Count> out;
-    for (int i = 0; i < Count; ++i) out[i] = (1.0 - t) * q.t0[i] + t * q.t1[i];
-    return out;
-}
-
-/// The direction that both features lie flat across.
-Vec3 flat_normal(const std::array<Vec3, 3>& corner) noexcept { return (corner[0] - corner[1]).cross(corner[0] - corner[2]); }
-Vec3 flat_normal(const std::array<Vec3, 4>& corner) noexcept { return (corner[2] - corner[0]).cross(corner[0] - corner[1]); }
 
 enum class Stop : std::uint8_t { End, Near, Stuck }; // the step's end, within distance + tolerance, steps or digits ran out
 
@@ -113,29 +98,6 @@ Advance advance(const Differences<Count>& q, double time, Nearest nearest, doubl
     return {time, Stop::Stuck, nearest};
 }
 
-/// Unit normal at contact, finite whatever came in: the shortest vector; where that is lost in rounding, the flat normal on the side of the start, or
-/// against the motion.
-template <int Count>
-Vec3 contact_normal(const Differences<Count>& q, const Advance& contact) noexcept {
-    const Vec3 shortest = contact.nearest.offset / contact.nearest.distance;
-    if (contact.nearest.distance > 1e-12 * q.magnitude && is_finite(shortest)) return shortest;
-    Vec3 start = Vec3::Zero();
-    Vec3 motion = Vec3::Zero();
-    for (int i = 0; i < Count; ++i) {
-        start += q.t0[i];
-        motion += q.t1[i] - q.t0[i];
-    }
-    const Vec3 flat = flat_normal(at(q, contact.time));
-    const double length = flat.norm();
-    if (length > 0.0 && std::isfinite(length)) {
-        double side = flat.dot(start);
-        if (!(std::abs(side) > 1e-12 * length * q.magnitude)) side = -flat.dot(motion);
-        return side < 0.0 ? Vec3(-flat / length) : Vec3(flat / length);
-    }
-    const double speed = motion.norm();
-    return speed > 0.0 && std::isfinite(speed) ? Vec3(-motion / speed) : Vec3::UnitX();
-}
-
 template <int Count>
 double find_safe_time(const Differences<Count>& q, const Advance& contact, const SweepLimits& limits) noexcept {
     const double kept = kKeptGap * std::min(contact.nearest.distance, limits.distance);
@@ -153,7 +115,7 @@ Sweep finish(const Differences<Count>& q, const Advance& contact, const SweepLim
     sweep.time = contact.time;
     sweep.gap = contact.nearest.distance;
     sweep.bary = contact.nearest.bary;
-    sweep.normal = contact_normal(q, contact);
+    sweep.normal = contact_normal(q, contact.time, contact.nearest);
     sweep.safe_time = find_safe_time(q, contact, limits);
     return sweep;
 }
@@ -177,20 +139,12 @@ Sweep sweep_differences(Differences<Count>& q, const SweepLimits& limits) noexce
 } // namespace
 
 Sweep sweep_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face, const SweepLimits& limits) noexcept {
-    VertexFace q;
-    for (int i = 0; i < 3; ++i) {
-        q.t0[i] = vertex.t0 - face[i].t0;
-        q.t1[i] = vertex.t1 - face[i].t1;
-    }
+    Differences<3> q = make_differences(vertex, face);
     return sweep_differences(q, limits);
 }
 
 Sweep sweep_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b, const SweepLimits& limits) noexcept {
-    EdgeEdge q;
-    for (int i = 0; i < 4; ++i) {
-        q.t0[i] = a[i / 2].t0 - b[i % 2].t0;
-        q.t1[i] = a[i / 2].t1 - b[i % 2].t1;
-    }
+    Differences<4> q = make_differences(a, b);
     return sweep_differences(q, limits);
 }
 

@@ -1,0 +1,57 @@
+// Whole numbers of any size, for the few verdicts that floating point cannot reach: every double is a whole number times a
+// power of two, so with one common exponent all of a test's polynomials have whole coefficients.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace seldinger::collision {
+
+/// Sign and magnitude, 64 bits a limb, lowest first. Short numbers live inside the object, long ones on the heap.
+/// fails   only by std::bad_alloc
+class BigInteger {
+public:
+    BigInteger() noexcept = default;
+    BigInteger(std::int64_t value) noexcept; // NOLINT(google-explicit-constructor)
+
+    /// value * 2^-exponent. The exponent must be at most lowest_exponent(value), else bits would be lost (assert).
+    [[nodiscard]] static BigInteger from_double(double value, int exponent);
+
+    [[nodiscard]] int sign() const noexcept { return count_ == 0 ? 0 : negative_ ? -1 : 1; }
+    [[nodiscard]] bool is_zero() const noexcept { return count_ == 0; }
+    [[nodiscard]] std::size_t bits() const noexcept; // of the magnitude; 0 for zero
+    /// Rounded towards zero to 53 bits, divided by 2^shift; infinite where that is too large.
+    [[nodiscard]] double to_double(int shift) const noexcept;
+
+    [[nodiscard]] BigInteger operator-() const;
+    [[nodiscard]] BigInteger operator<<(std::size_t bits) const;
+    friend BigInteger operator+(const BigInteger& a, const BigInteger& b) { return sum(a, b, false); }
+    friend BigInteger operator-(const BigInteger& a, const BigInteger& b) { return sum(a, b, true); }
+    friend BigInteger operator*(const BigInteger& a, const BigInteger& b);
+    friend bool operator==(const BigInteger& a, const BigInteger& b) noexcept;
+
+private:
+    /// Limbs without the heap: a cubic's coefficients over coordinates of one order of magnitude need 4, their remainders 23.
+    static constexpr std::size_t kInside = 8;
+
+    [[nodiscard]] std::span<const std::uint64_t> limbs() const noexcept {
+        return {far_.empty() ? near_.data() : far_.data(), count_};
+    }
+    std::uint64_t* make_limbs(std::size_t count);
+    void trim() noexcept;
+    static BigInteger sum(const BigInteger& a, const BigInteger& b, bool negate_b);
+    static int compare_magnitudes(const BigInteger& a, const BigInteger& b) noexcept;
+
+    std::array<std::uint64_t, kInside> near_;
+    std::vector<std::uint64_t> far_; // empty: near_ holds the limbs
+    std::size_t count_ = 0;
+    bool negative_ = false;
+};
+
+/// Largest e for which value is a whole multiple of 2^e; a large number for 0.
+[[nodiscard]] int lowest_exponent(double value) noexcept;
+
+} // namespace seldinger::collision

@@ -1,0 +1,62 @@
+// What the continuous tests share beneath their interfaces: corner differences at a time, the flat normal, the normal of a contact.
+#pragma once
+
+#include "collision/nearest.hpp"
+#include "collision/separation.hpp"
+#include "collision/sweep.hpp"
+
+namespace seldinger::collision {
+
+[[nodiscard]] inline Differences<3> make_differences(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) noexcept {
+    Differences<3> q; // vertex minus face corner
+    for (int i = 0; i < 3; ++i) {
+        q.t0[i] = vertex.t0 - face[i].t0;
+        q.t1[i] = vertex.t1 - face[i].t1;
+    }
+    return q;
+}
+
+[[nodiscard]] inline Differences<4> make_differences(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) noexcept {
+    Differences<4> q; // a0 - b0, a0 - b1, a1 - b0, a1 - b1
+    for (int i = 0; i < 4; ++i) {
+        q.t0[i] = a[i / 2].t0 - b[i % 2].t0;
+        q.t1[i] = a[i / 2].t1 - b[i % 2].t1;
+    }
+    return q;
+}
+
+template <int Count>
+[[nodiscard]] std::array<Vec3, Count> at(const Differences<Count>& q, double t) noexcept {
+    std::array<Vec3, Count> out;
+    for (int i = 0; i < Count; ++i) out[i] = (1.0 - t) * q.t0[i] + t * q.t1[i];
+    return out;
+}
+
+/// The direction that both features lie flat across.
+[[nodiscard]] inline Vec3 flat_normal(const std::array<Vec3, 3>& corner) noexcept { return (corner[0] - corner[1]).cross(corner[0] - corner[2]); }
+[[nodiscard]] inline Vec3 flat_normal(const std::array<Vec3, 4>& corner) noexcept { return (corner[2] - corner[0]).cross(corner[0] - corner[1]); }
+
+/// Unit normal at contact, finite whatever came in: the shortest vector; where that is lost in rounding, the flat normal on the side
+/// of the start, or against the motion.
+template <int Count>
+[[nodiscard]] Vec3 contact_normal(const Differences<Count>& q, double time, const Nearest& nearest) noexcept {
+    const Vec3 shortest = nearest.offset / nearest.distance;
+    if (nearest.distance > 1e-12 * q.magnitude && is_finite(shortest)) return shortest;
+    Vec3 start = Vec3::Zero();
+    Vec3 motion = Vec3::Zero();
+    for (int i = 0; i < Count; ++i) {
+        start += q.t0[i];
+        motion += q.t1[i] - q.t0[i];
+    }
+    const Vec3 flat = flat_normal(at(q, time));
+    const double length = flat.norm();
+    if (length > 0.0 && std::isfinite(length)) {
+        double side = flat.dot(start);
+        if (!(std::abs(side) > 1e-12 * length * q.magnitude)) side = -flat.dot(motion);
+        return side < 0.0 ? Vec3(-flat / length) : Vec3(flat / length);
+    }
+    const double speed = motion.norm();
+    return speed > 0.0 && std::isfinite(speed) ? Vec3(-motion / speed) : Vec3::UnitX();
+}
+
+} // namespace seldinger::collision
