@@ -1,0 +1,97 @@
+// The hierarchy of the exact whole-step search: wide nodes of k-DOPs over clusters of triangles; each cluster owns blocks of features
+// (faces, edges, vertices) stored lane by lane, so that one feature is tested against sixteen at a time.
+// This work is based on: Fuenfzig, Fellner, "Easy realignment of k-DOP bounding volumes" (2003) and Mezger, Kimmerle, Etzmuss,
+// "Hierarchical techniques in collision detection for cloth animation" (2003) for the arity; Wald, "On fast construction of
+// SAH-based bounding volume hierarchies" (2007) for the binned builder. Deviates: leaves are clusters (down to one triangle on
+// request), since a block of 16 lanes costs one test whether it holds one feature or sixteen.
+#pragma once
+
+#include "collision/dop.hpp"
+#include "collision/topology.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace seldinger::collision {
+
+enum class TreeBuilder : std::uint8_t {
+    Median, // halves by count along the longest axis: full clusters
+    Sah,    // binned surface-area heuristic
+    Middle, // the paper's: through the middle, across the slab that is widest; what is cut goes to the smaller side
+};
+
+struct TreeOptions {
+    std::size_t dop = 6;          // 6, 14, 18, 26
+    std::size_t arity = 8;        // 2, 4, 8
+    std::size_t cluster_size = 8; // triangles in a leaf, 1 .. kMaxClusterSize
+    TreeBuilder builder = TreeBuilder::Sah;
+};
+
+class DopTree {
+public:
+    static constexpr std::size_t kLanes = 16;           // features in a block
+    static constexpr std::size_t kMaxClusterSize = 32;
+
+    /// Sixteen features side by side. bounds_ holds 2 slabs rows of kLanes floats per block: all lo, then all minus_hi.
+    struct BlockRange {
+        Index begin = 0, end = 0; // blocks
+        Index count = 0;          // features; the last block may have empty lanes, which overlap nothing
+    };
+    struct Cluster {
+        BlockRange faces, edges, vertices; // edges and vertices: those it owns
+    };
+    /// Child of a node: another node, or a cluster.
+    static constexpr Index kLeafBit = 0x80000000u;
+    static constexpr Index kNoChild = kNoIndex;
+
+    /// The topology must outlive the tree. Positions give the shape of the tree only; refit before any search.
+    /// cost   O(n log n), allocates, as nothing after it does
+    void build(const SurfaceTopology& topology, std::span<const Vec3> positions, const TreeOptions& options);
+
+    /// Bounds of a new step, in three parts that can each run on several threads: vertices, then clusters, then nodes (one thread).
+    void refit(const SurfaceMotion& motion);
+    void refit_vertices(const SurfaceMotion& motion, Index begin, Index end) noexcept;
+    void refit_clusters(Index begin, Index end) noexcept;
+    void refit_nodes() noexcept;
+
+    [[nodiscard]] bool empty() const noexcept { return clusters_.empty(); }
+    [[nodiscard]] const SurfaceTopology& topology() const noexcept { return *topology_; }
+    [[nodiscard]] const TreeOptions& options() const noexcept { return options_; }
+    [[nodiscard]] std::size_t slabs() const noexcept { return options_.dop / 2; }
+    [[nodiscard]] std::span<const Cluster> clusters() const noexcept { return clusters_; }
+    /// Root: node 0, unless the tree is one cluster.
+    [[nodiscard]] Index root() const noexcept { return children_.empty() ? kLeafBit : 0; }
+    [[nodiscard]] std::span<const Index> children(Index node) const noexcept { return {children_.data() + node * options_.arity, options_.arity}; }
+    /// Rows of `arity` floats: all slabs' lo, then all minus_hi.
+    [[nodiscard]] const float* child_bounds(Index node) const noexcept { return node_bounds_.data() + node * 2 * slabs() * options_.arity; }
+    /// 2 slabs floats: lo, then minus_hi.
+    [[nodiscard]] const float* cluster_bounds(Index cluster) const noexcept { return cluster_bounds_.data() + cluster * 2 * slabs(); }
+    [[nodiscard]] const float* block_bounds(Index block) const noexcept { return bounds_.data() + block * 2 * slabs() * kLanes; }
+    [[nodiscard]] const Index* block_ids(Index block) const noexcept { return ids_.data() + block * kLanes; }
+    /// Vertex ids of the block's features, three rows of kLanes; a row that a feature does not have repeats the first.
+    [[nodiscard]] const Index* block_corners(Index block) const noexcept { return corners_.data() + block * 3 * kLanes; }
+
+    /// Bytes of everything that the tree holds.
+    [[nodiscard]] std::size_t memory() const noexcept;
+
+private:
+    struct BuildState;
+    Index build_node(BuildState& state, std::span<Index> order);
+    Index add_cluster(BuildState& state, std::span<const Index> triangles);
+    BlockRange add_blocks(std::span<const Index> ids, int corners);
+    void own_features(BuildState& state, std::span<const Index> triangles, std::vector<Index>& edges, std::vector<Index>& vertices) const;
+
+    const SurfaceTopology* topology_ = nullptr;
+    TreeOptions options_;
+    std::vector<Index> children_;        // [node_count][arity], parents before children
+    std::vector<float> node_bounds_;     // [node_count][2 slabs][arity]
+    std::vector<Cluster> clusters_;
+    std::vector<float> cluster_bounds_;  // [cluster_count][2 slabs]
+    std::vector<float> bounds_;          // [block_count][2 slabs][kLanes]
+    std::vector<Index> ids_;             // [block_count][kLanes] feature ids, kNoIndex in empty lanes
+    std::vector<Index> corners_;         // [block_count][3][kLanes]
+    std::vector<float> vertex_bounds_;   // [vertex_count][2 slabs]
+};
+
+} // namespace seldinger::collision
