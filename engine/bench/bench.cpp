@@ -1,23 +1,15 @@
 #include "engine/bench/bench.hpp"
 
 #include "engine/bench/tables.hpp"
+#include "engine/observe/places.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <thread>
 
 namespace seldinger::engine {
 
 namespace {
-
-std::string cpu_name() {
-    std::ifstream info("/proc/cpuinfo");
-    for (std::string line; std::getline(info, line);)
-        if (line.starts_with("model name")) return line.substr(std::min(line.size(), line.find(':') + 2));
-    return "unknown";
-}
 
 std::string cell(const BenchRow& value) {
     if (value.is_null()) return "-";
@@ -36,25 +28,28 @@ std::vector<std::string> columns_of(const BenchTable& table) {
 
 } // namespace
 
-nlohmann::ordered_json describe_machine() {
-    nlohmann::ordered_json machine;
-    machine["cpu"] = cpu_name();
-    machine["cores"] = std::thread::hardware_concurrency();
-    machine["avx2"] = static_cast<bool>(__builtin_cpu_supports("avx2"));
-    machine["avx512"] = static_cast<bool>(__builtin_cpu_supports("avx512f"));
-    machine["compiler"] = __VERSION__;
+nlohmann::ordered_json machine_json() {
+    const Machine machine = describe_machine();
+    nlohmann::ordered_json json;
+    json["cpu"] = machine.processor;
+    json["cores"] = machine.cores;
+    json["memory_gib"] = machine.memory_gib;
+    json["system"] = machine.system;
+    json["avx2"] = static_cast<bool>(__builtin_cpu_supports("avx2"));
+    json["avx512"] = static_cast<bool>(__builtin_cpu_supports("avx512f"));
+    json["compiler"] = machine.compiler;
 #ifdef __OPTIMIZE__
-    machine["build"] = "optimised";
+    json["build"] = "optimised";
 #else
-    machine["build"] = "not optimised";
+    json["build"] = "not optimised";
 #endif
-    return machine;
+    return json;
 }
 
 nlohmann::ordered_json bench_json(std::string_view name, const BenchTable& table) {
     nlohmann::ordered_json json;
     json["bench"] = name;
-    json["machine"] = describe_machine();
+    json["machine"] = machine_json();
     json["rows"] = table.rows;
     json["notes"] = table.notes;
     return json;

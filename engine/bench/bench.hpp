@@ -44,7 +44,7 @@ struct Bench {
 [[nodiscard]] std::span<const Bench> benches();
 
 /// The machine, as every JSON file of a bench says it: cpu, cores, instruction sets, compiler, build type.
-[[nodiscard]] nlohmann::ordered_json describe_machine();
+[[nodiscard]] nlohmann::ordered_json machine_json();
 
 /// {"bench", "machine", "rows", "notes"}
 [[nodiscard]] nlohmann::ordered_json bench_json(std::string_view name, const BenchTable& table);

@@ -21,6 +21,7 @@ struct Command {
 };
 
 [[nodiscard]] Command add_run_command(CLI::App& app);
+[[nodiscard]] Command add_plan_command(CLI::App& app);
 [[nodiscard]] Command add_explain_command(CLI::App& app);
 [[nodiscard]] Command add_schema_command(CLI::App& app);
 [[nodiscard]] Command add_bench_command(CLI::App& app);

@@ -19,6 +19,7 @@ int run_program(int argc, char** argv) {
     app.footer("Exit codes: 0 fine, 2 bad usage or input, 3 a state left its bounds, 4 budget missed, 130 interrupted.");
     const Command commands[] = {
         add_run_command(app),
+        add_plan_command(app),
         add_explain_command(app),
         add_bench_command(app),
         add_ccd_command(app),

@@ -33,6 +33,9 @@ inline constexpr const char* kSteps = "steps.csv";
 inline constexpr const char* kPartialSteps = "steps.csv.partial"; // until the run ends; all that is left of a killed one
 inline constexpr const char* kSummary = "summary.json";
 inline constexpr const char* kReport = "report.html";
+inline constexpr const char* kPath = "path.csv";             // of a plan
+inline constexpr const char* kCentreline = "centreline.csv"; // likewise
+inline constexpr const char* kPlan = "plan.json";
 inline constexpr const char* kRecord = "record";
 inline constexpr const char* kLastGoodState = "last_good_state";
 } // namespace output_name

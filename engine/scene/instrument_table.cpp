@@ -155,6 +155,9 @@ const ObjectSpec& instrument_table() {
             number_field("friction", Dimension::None, {0.0, 2.0, false, 0.0, 1.0, "coated catheters are 0.01 to 0.3"},
                          "Coulomb's mu against every wall.")
                 .by_default(instrument.friction),
+            number_field("min_bend_radius", Dimension::Length, between(0.0, 1.0),
+                         "Tighter bends kink it: `plan` refuses ways that need them. 0: not stated.")
+                .by_default(instrument.min_bend_radius),
             number_field("segment", Dimension::Length,
                          {1e-4, 0.1, false, 2e-4, 0.02, "short against the vessels' bends"},
                          "Distance of the rod's nodes.")

@@ -257,6 +257,7 @@ std::optional<Error> read_instrument(const CheckContext& context, const Values& 
                                      SceneInstrument& instrument) {
     if (auto error = read_design(context, values, instrument.design)) return error;
     instrument.friction = values.number("friction");
+    instrument.min_bend_radius = values.number("min_bend_radius");
     instrument.skin_triangles = values.count<std::size_t>("skin_triangles");
     if (auto error = read_lumen(context, values, scene, instrument.lumen)) return error;
     if (auto error = read_entry(context, values, scene, instrument.lumen, instrument.entry)) return error;

@@ -133,6 +133,7 @@ struct SceneInstrument {
     std::string name;
     fem::RodDesign design;
     double friction = 0.05;             // Coulomb mu against every wall
+    double min_bend_radius = 0.0;       // m, bends tighter than this kink it; 0: not stated
     std::size_t skin_triangles = 10000; // of the dense surface, aimed at
     PlaceSpec entry;
     Index lumen = kNoIndex;                     // hollow body it is inside of
@@ -163,6 +164,12 @@ struct ContactSpec {
     double wall_stiffness = 2000.0; // N/m, of an instrument as the tissue feels it
     double solid_stiffness = 60.0;  // N/m per contact between solid bodies
     double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
+};
+
+/// How `cost` compares the contacts of two runs.
+struct CostSpec {
+    double patch = 0.0;     // m, edge of the cells that a surface at rest is cut into; 0: derived from the surface
+    double tolerance = 0.0; // m, solid surfaces nearer than this are in contact; 0: the contact margin
 };
 
 /// Breathing moves the fixed nodes of every deformable body along a direction, there and back once a period.
@@ -211,6 +218,7 @@ struct Scene {
     BudgetSpec budget;
     Vec3 gravity = Vec3::Zero(); // m/s^2
     ContactSpec contact;
+    CostSpec cost;
     std::vector<SceneBody> bodies; // in the file's order, as all lists here
     std::vector<SceneInstrument> instruments;
     std::vector<SceneTarget> targets;

@@ -9,7 +9,7 @@ namespace {
 class BrokenScene : public Program {};
 class NastyMesh : public Program {};
 
-constexpr double kTimeLimit = 60.0; // s, for one file; the usual is well below one
+constexpr double kTimeLimit = kPatience; // for one file; the usual is well below a second
 
 TEST_F(BrokenScene, IsRefusedWithFileLineAndKey) {
     struct Spoiled {

@@ -48,6 +48,13 @@ inline std::ostream& operator<<(std::ostream& os, const Ended& ended) {
               << ended.out << ended.err;
 }
 
+/// s until a program counts as hanging: far more than any takes, also on a busy machine.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr double kPatience = 900.0;
+#else
+constexpr double kPatience = 300.0;
+#endif
+
 /// A run in a folder of its own, which goes away with it.
 class Program : public ::testing::Test {
 protected:
@@ -103,7 +110,7 @@ protected:
         return ended;
     }
 
-    Ended call(const std::vector<std::string>& arguments, double limit_s = 60.0) const {
+    Ended call(const std::vector<std::string>& arguments, double limit_s = kPatience) const {
         return wait_for(start(arguments), limit_s);
     }
 

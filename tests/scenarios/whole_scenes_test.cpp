@@ -55,20 +55,27 @@ void expect_sound(const Outcome& outcome, std::uint64_t steps) {
     EXPECT_GT(outcome.insertion, 0.0);
 }
 
+/// Sanitizers make a step ten times slower; fewer of them show the same.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kSteps = 40;
+#else
+constexpr int kSteps = 200;
+#endif
+
 TEST(Scenario, ChemoembolisationIsTheSameRunTwiceAndStaysInside) {
     const PreparedScene prepared = prepare_in_work_mode("assets/scenes/hepatic.json");
     ASSERT_FALSE(prepared.model.instruments.empty());
-    const Outcome first = run(prepared.model, 200);
-    expect_sound(first, 200);
-    EXPECT_GT(first.insertion, 0.03);
-    EXPECT_EQ(run(prepared.model, 200).hash, first.hash);
+    const Outcome first = run(prepared.model, kSteps);
+    expect_sound(first, kSteps);
+    EXPECT_GT(first.insertion, 0.008 + 1.5e-4 * kSteps) << "8 mm at the start, then at least 15 mm/s";
+    EXPECT_EQ(run(prepared.model, kSteps).hash, first.hash);
 }
 
 TEST(Scenario, ARealPatientsArteriesHoldTheCatheterAfterNamedRepairs) {
     if (std::getenv("SELDINGER_TEST_DATA") == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
     const PreparedScene prepared = prepare_in_work_mode("tests/scenes/real_anatomy.json");
     ASSERT_FALSE(prepared.model.instruments.empty());
-    expect_sound(run(prepared.model, 100), 100);
+    expect_sound(run(prepared.model, kSteps / 2), kSteps / 2);
 }
 
 TEST(Scenario, StraightTubeIsDrivenToTheEndOfItsScript) {

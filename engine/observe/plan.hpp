@@ -1,0 +1,50 @@
+// Path planning: the way through the lumen from the entry to a target, and the motion of the hand that takes the instrument
+// along it, found by simulation with feedback.
+//
+// This work is based on: Gayle, Segars, Lin, Manocha 2005, "Path Planning for Deformable Robots in Complex Environments"
+// (a roadmap in free space guides a simulated deformable robot). Deviates: the roadmap is the graph of the lumen's medial
+// balls, and the guidance is a hand that turns and pushes at the entry, as a surgeon's does, not a force field on the body.
+#pragma once
+
+#include "engine/prepare/prepare_scene.hpp"
+
+#include <cstdint>
+#include <functional>
+
+namespace seldinger::engine {
+
+/// The route at rest, point by point.
+struct RouteReport {
+    double length = 0.0;                 // m
+    double smallest_radius = 0.0;        // m of free space around the route
+    double smallest_radius_at = 0.0;     // m along the route
+    double sharpest_curvature = 0.0;     // 1/m
+    double sharpest_curvature_at = 0.0;  // m along the route
+    std::vector<double> curvature;       // [points] 1/m
+};
+
+/// Curvature of a polyline at each point, from the circle through it and the points `window` m before and behind.
+[[nodiscard]] std::vector<double> find_curvature(const Route& route, double window);
+
+/// Curvature over a window of the instrument's own diameter, or three route points where that is more.
+[[nodiscard]] RouteReport inspect_route(const Route& route, double instrument_radius);
+
+struct Plan {
+    bool arrived = false;
+    std::vector<DriveRow> path;          // what the hand did, a row per step
+    std::vector<double> progress;        // [path] m, distance of the tip from the target
+    double time = 0.0;                   // s, when the tip arrived; the end of the trial if it did not
+    double closest = 0.0;                // m, tip to target at its nearest
+    double last = 0.0;                   // m, at the end of the plan
+    unsigned retractions = 0;
+    std::uint64_t lumen_exits = 0;
+    double largest_force = 0.0;          // N on the wall
+};
+
+/// Drives the first instrument along its route in the prepared scene, for at most `time_limit` s of simulated time, and a
+/// little longer once it has arrived, to see it stay. The scene's budget is used as it stands: give it a work budget for a
+/// plan that is the same everywhere.
+/// stopped   asked after every step with the share that is done; true ends the trial
+[[nodiscard]] Plan find_motion(const SceneModel& model, double time_limit, const std::function<bool(double)>& stopped);
+
+} // namespace seldinger::engine

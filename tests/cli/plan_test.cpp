@@ -1,0 +1,110 @@
+// `plan`: the way, the motion that was found, and why there is none.
+#include "program.hpp"
+
+namespace seldinger::cli_test {
+namespace {
+
+/// A wire in a tube with one bend and two named targets.
+const std::string kBend = R"({
+    "name": "bend",
+    "units": {"length": "mm", "pressure": "MPa"},
+    "time": {"step": 0.01, "duration": 0.2},
+    "budget": "5ms",
+    "bodies": {"tube": {"kind": "static", "hollow": true, "surface": {"shape": "tube", "sides": 24, "axis":
+        [[0, 0, 0, 4], [0, 0, 40, 4], [2.7, 0, 50, 4], [10, 0, 57.3, 4], [20, 0, 60, 4], [70, 0, 60, 4]]}}},
+    "instruments": {"wire": {"length": 150, "radius": 0.5, "young_modulus": 60, "segment": 2.5, "skin_triangles": 600,
+        "tip": {"shape": "J", "length": 12, "angle": 0.6}, "lumen": "tube", "inserted": 10,
+        "entry": {"position": [0, 0, 8], "direction": [0, 0, 1]}}},
+    "targets": {"end": {"position": [50, 0, 60]}, "near": {"position": [0, 0, 35]}},
+    "effects": ["coarse_contact", "exact_contact"]
+})";
+
+class PlanCommand : public Program {
+protected:
+    Ended plan(const fs::path& scene, const std::string& target, std::vector<std::string> more = {}) const {
+        std::vector<std::string> arguments = {"plan", scene.string(), "--to", target, "--out", out().string()};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return call(arguments);
+    }
+    [[nodiscard]] Json plan_json() const { return Json::parse(text_of(out() / "plan.json"), nullptr, false); }
+    [[nodiscard]] std::vector<std::vector<double>> rows_of(const char* name, const std::string& header) const {
+        std::istringstream in(text_of(out() / name));
+        std::string line;
+        std::getline(in, line);
+        EXPECT_EQ(line, header);
+        std::vector<std::vector<double>> rows;
+        while (std::getline(in, line)) {
+            std::istringstream cells(line);
+            std::vector<double>& row = rows.emplace_back();
+            for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
+        }
+        return rows;
+    }
+};
+
+TEST_F(PlanCommand, FindsAMotionThatReachesTheTargetAlsoWhenItIsReplayed) {
+    const fs::path scene = write("bend.json", kBend);
+    ASSERT_TRUE(ended_with(plan(scene, "end"), 0));
+    const Json plan = plan_json();
+    EXPECT_EQ(plan["target"], "end");
+    EXPECT_EQ(plan["arrived"], true);
+    EXPECT_EQ(plan["lumen_exits"], 0);
+    EXPECT_NEAR(plan["route"]["length_m"].get<double>(), 0.094, 0.006) << "32 mm, a quarter circle of 20 mm, 30 mm";
+    EXPECT_NEAR(plan["route"]["min_radius_m"].get<double>(), 0.004, 0.0012) << "a lower bound";
+    EXPECT_GT(plan["route"]["max_curvature_per_m"].get<double>(), 25.0);
+
+    const auto path = rows_of("path.csv", "t,insertion,rotation");
+    ASSERT_GT(path.size(), 100u);
+    EXPECT_DOUBLE_EQ(path.front()[0], 0.0);
+    EXPECT_DOUBLE_EQ(path.front()[1], 10.0) << "mm, as the scene";
+    for (std::size_t k = 1; k < path.size(); ++k) {
+        EXPECT_GT(path[k][0], path[k - 1][0]);
+        EXPECT_LE(std::abs(path[k][1] - path[k - 1][1]), 0.35 + 1e-9) << "35 mm/s";
+    }
+    const fs::path csv = folder / "path.csv";
+    fs::copy_file(out() / "path.csv", csv);
+    ASSERT_TRUE(ended_with(run(scene, {"--path", csv.string(), "-n", std::to_string(path.size()), "--force"}), 0));
+    const Json end = summary();
+    const double dx = end["tip_m"][0].get<double>() - 0.05, dz = end["tip_m"][2].get<double>() - 0.06;
+    EXPECT_LT(std::sqrt(dx * dx + dz * dz), 0.0045) << end["tip_m"];
+}
+
+TEST_F(PlanCommand, LeadsTheCentrelineFromTheEntryToTheTarget) {
+    ASSERT_TRUE(ended_with(plan(write("bend.json", kBend), "end", {"--time", "0.02"}), 2)) << "too short a trial to arrive";
+    EXPECT_EQ(plan_json()["arrived"], false);
+    const auto line = rows_of("centreline.csv", "x,y,z,radius");
+    ASSERT_GT(line.size(), 20u);
+    EXPECT_NEAR(line.front()[2], 8.0, 1e-6);
+    EXPECT_NEAR(line.back()[0], 50.0, 1e-6);
+    EXPECT_NEAR(line.back()[2], 60.0, 1e-6);
+    for (const auto& row : line) EXPECT_GT(row[3], 1.0);
+}
+
+TEST_F(PlanCommand, NamesTheTargetsThatThereAre) {
+    const fs::path scene = write("bend.json", kBend);
+    EXPECT_TRUE(refuses(plan(scene, "heart"), "known: end, near"));
+    EXPECT_TRUE(refuses(plan(write("none.json", with(kBend, R"("targets": {"end": {"position": [50, 0, 60]}, "near": {"position": [0, 0, 35]}},)", "")), "end"),
+                        "names none"));
+    EXPECT_TRUE(refuses(call({"plan", scene.string()}), "--to"));
+    EXPECT_FALSE(fs::exists(out())) << "nothing is left behind";
+}
+
+TEST_F(PlanCommand, SaysWhyThereIsNoWay) {
+    const fs::path narrow = write("narrow.json", with(kBend, "[10, 0, 57.3, 4]", "[10, 0, 57.3, 0.45]"));
+    EXPECT_TRUE(refuses(plan(narrow, "end"), "wide"));
+    const fs::path stiff = write("stiff.json", with(kBend, R"("segment": 2.5,)", R"("segment": 2.5, "min_bend_radius": 60,)"));
+    EXPECT_TRUE(refuses(plan(stiff, "end"), "bends to a radius of"));
+    EXPECT_TRUE(refuses(plan(write("outside.json", with(kBend, "[50, 0, 60]", "[50, 30, 60]")), "end"), "end"));
+}
+
+TEST_F(PlanCommand, RefusesABusyFolderUnlessForced) {
+    const fs::path scene = write("bend.json", kBend);
+    fs::create_directories(out());
+    std::ofstream(out() / "mine.txt") << "mine";
+    EXPECT_TRUE(refuses(plan(scene, "near"), "mine.txt"));
+    EXPECT_TRUE(ended_with(plan(scene, "near", {"--force"}), 0));
+    EXPECT_TRUE(fs::exists(out() / "mine.txt"));
+}
+
+} // namespace
+} // namespace seldinger::cli_test
