@@ -17,7 +17,7 @@ constexpr double kSmallestBody = 1e-4, kLargestBody = 10.0;
 /// Beyond this many body sizes from the origin a double leaves less than a millionth of the body's size: refused.
 constexpr double kFarthest = 1e8;
 
-TriMesh make_shape(const ShapeSpec& shape) {
+Result<TriMesh> make_shape(const ShapeSpec& shape) {
     switch (shape.kind) {
     case ShapeKind::Sphere: return anatomy::make_icosphere(shape.centre, shape.radius, shape.subdivisions);
     case ShapeKind::Box: return anatomy::make_box(shape.centre, shape.extent, shape.cells);
@@ -27,8 +27,9 @@ TriMesh make_shape(const ShapeSpec& shape) {
         for (Vec3& v : mesh.vertices) v += shape.centre;
         return mesh;
     }
+    case ShapeKind::Vessels: return anatomy::make_vessels(shape.branches, shape.blend, shape.triangles);
     }
-    return {};
+    return TriMesh{};
 }
 
 Result<TriMesh> read_file(const SurfaceSpec& spec) {

@@ -103,7 +103,7 @@ const ObjectSpec& shape_surface_table() {
         "shape",
         "shape",
         {
-            choice_field("shape", {"sphere", "box", "tube", "torus"}, "Which one.").required(),
+            choice_field("shape", {"sphere", "box", "tube", "torus", "vessels"}, "Which one.").required(),
             vector_field("centre", Dimension::Length, coordinate(), "Middle.")
                 .by_default(usual.centre)
                 .when({"sphere", "box", "torus"}),
@@ -127,6 +127,20 @@ const ObjectSpec& shape_surface_table() {
                         "Of a tube with rounded ends: bends gentler than its radius, or the wall crosses itself.")
                 .required()
                 .when({"tube"}),
+            value_field("branches",
+                        list_value(rows_value({{"x", Dimension::Length, coordinate()},
+                                               {"y", Dimension::Length, coordinate()},
+                                               {"z", Dimension::Length, coordinate()},
+                                               {"radius", Dimension::Length, between(1e-4, 0.05)}},
+                                              2, 10000),
+                                   1),
+                        "Of vessels: a smooth axis each, with radii; they melt into one another where they meet, and form one piece.")
+                .required()
+                .when({"vessels"}),
+            number_field("blend", Dimension::Length, between(0.0, 0.05), "Of vessels: width of the fillets where branches meet.")
+                .by_default(usual.blend)
+                .when({"vessels"}),
+            count_field("triangles", 500, 1e6, "Of vessels: aimed at.").by_default(double(usual.triangles)).when({"vessels"}),
             count_field("subdivisions", 0, 7, "Of a sphere: 20 * 4^n triangles.")
                 .by_default(double(usual.subdivisions))
                 .when({"sphere"}),

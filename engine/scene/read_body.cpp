@@ -22,8 +22,8 @@ T find_choice(const std::array<std::pair<std::string_view, T>, count>& choices, 
 
 constexpr std::array<std::pair<std::string_view, BodyKind>, 3> kBodyKinds = {
     {{"deformable", BodyKind::Deformable}, {"static", BodyKind::Static}, {"kinematic", BodyKind::Kinematic}}};
-constexpr std::array<std::pair<std::string_view, ShapeKind>, 4> kShapes = {
-    {{"sphere", ShapeKind::Sphere}, {"box", ShapeKind::Box}, {"tube", ShapeKind::Tube}, {"torus", ShapeKind::Torus}}};
+constexpr std::array<std::pair<std::string_view, ShapeKind>, 5> kShapes = {
+    {{"sphere", ShapeKind::Sphere}, {"box", ShapeKind::Box}, {"tube", ShapeKind::Tube}, {"torus", ShapeKind::Torus}, {"vessels", ShapeKind::Vessels}}};
 constexpr std::array<std::pair<std::string_view, fem::MaterialLaw>, 3> kLaws = {
     {{"neo_hookean", fem::MaterialLaw::NeoHookean},
      {"corotational", fem::MaterialLaw::Corotational},
@@ -90,6 +90,23 @@ std::optional<Error> read_tube(const CheckContext& context, const Values& values
     return std::nullopt;
 }
 
+std::optional<Error> read_vessels(const CheckContext& context, const Values& values, ShapeSpec& shape) {
+    shape.blend = values.number("blend");
+    shape.triangles = values.count<std::size_t>("triangles");
+    for (const JsonNode& branch : values.find("branches")->children) {
+        anatomy::VesselBranch& read = shape.branches.emplace_back();
+        for (const JsonNode& row : branch.children) {
+            read.axis.emplace_back(values.column("branches", row, 0), values.column("branches", row, 1), values.column("branches", row, 2));
+            read.radii.push_back(values.column("branches", row, 3));
+            const std::size_t i = read.axis.size() - 1;
+            if (i > 0 && (read.axis[i] - read.axis[i - 1]).norm() < kSamePoint)
+                return error_at(context, row.at, fmt::format("{}[{}][{}]", values.path("branches"), shape.branches.size() - 1, i),
+                                "found the same point as in the row before; another point would be right");
+        }
+    }
+    return std::nullopt;
+}
+
 std::optional<Error> read_shape(const CheckContext& context, const Values& values, SurfaceSpec& surface) {
     surface.source = SurfaceSource::Shape;
     ShapeSpec& shape = surface.shape;
@@ -102,6 +119,7 @@ std::optional<Error> read_shape(const CheckContext& context, const Values& value
     shape.tube_radius = values.number("tube_radius", 0.0);
     if (shape.kind == ShapeKind::Box) shape.extent = values.vector("extent");
     if (shape.kind == ShapeKind::Tube) return read_tube(context, values, shape);
+    if (shape.kind == ShapeKind::Vessels) return read_vessels(context, values, shape);
     if (shape.kind == ShapeKind::Torus && shape.tube_radius >= shape.radius)
         return fail_at(context, values, "tube_radius",
                        fmt::format("found {}; less than the ring's radius, {}, would be right",

@@ -29,7 +29,7 @@ std::string surface_text(const SurfaceSpec& surface) {
     if (surface.source == SurfaceSource::Recipe)
         return fmt::format("{} of recipe {}", surface.part, surface.file.string());
     if (surface.source == SurfaceSource::Shape) {
-        constexpr const char* kNames[] = {"sphere", "box", "tube", "torus"};
+        constexpr const char* kNames[] = {"sphere", "box", "tube", "torus", "vessels"};
         return kNames[static_cast<std::size_t>(surface.shape.kind)];
     }
     std::string text = surface.file.string();

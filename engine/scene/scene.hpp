@@ -3,6 +3,7 @@
 #pragma once
 
 #include "assets/anatomy/recipe.hpp"
+#include "assets/anatomy/vessels.hpp"
 #include "base/box.hpp"
 #include "base/repair.hpp"
 #include "base/result.hpp"
@@ -21,9 +22,9 @@
 
 namespace seldinger::engine {
 
-enum class ShapeKind : std::uint8_t { Sphere, Box, Tube, Torus };
+enum class ShapeKind : std::uint8_t { Sphere, Box, Tube, Torus, Vessels };
 
-/// A plain closed surface (assets/anatomy/shapes.hpp makes it).
+/// A plain closed surface (assets/anatomy/shapes.hpp and vessels.hpp make it).
 struct ShapeSpec {
     ShapeKind kind = ShapeKind::Sphere;
     Vec3 centre = Vec3::Zero();     // m: sphere, box, torus
@@ -32,6 +33,9 @@ struct ShapeSpec {
     Vec3 extent = Vec3::Zero();     // m: box, edge to edge
     std::vector<Vec3> axis;         // m: tube, at least 2 points; rings between the scene's rows are filled in
     std::vector<double> axis_radii; // m: tube, one per axis point
+    std::vector<anatomy::VesselBranch> branches; // vessels
+    double blend = 2e-3;            // m: vessels, width of the fillets
+    std::size_t triangles = 20000;  // vessels, aimed at
     int subdivisions = 4;           // sphere: 20 * 4^subdivisions triangles
     int cells = 8;                  // box: squares along an edge of a face
     int sides = 24;                 // tube, torus: vertices round the tube

@@ -66,6 +66,7 @@ public:
         if (value->kind == ValueKind::Alternatives)
             for (const ValueSpec& one : field.value.alternatives)
                 if (one.kind == ValueKind::Rows) value = &one;
+        if (value->kind == ValueKind::List) value = &value->alternatives.front(); // a list of rows
         return row.children[i].number * units_->factor(value->columns[i].dimension);
     }
     [[nodiscard]] double column(std::string_view key, const JsonNode& row, std::size_t i) const {
