@@ -31,20 +31,8 @@ Meeting meeting_of(const Sweep& sweep) noexcept {
     return {.meets = true, .time = sweep.time, .bary = sweep.bary, .normal = sweep.normal};
 }
 
-/// Room for `most` more pairs at the end, then the used part of it.
-class Appender {
-public:
-    Appender(std::vector<FeaturePair>& list, std::size_t most) : list_(list), used_(list.size()) {
-        if (list.capacity() < used_ + most) list.reserve(2 * (used_ + most));
-        list.resize(used_ + most);
-    }
-    FeaturePair* place() noexcept { return list_.data() + used_; }
-    void keep(std::size_t count) { list_.resize(used_ + count); }
-
-private:
-    std::vector<FeaturePair>& list_;
-    std::size_t used_;
-};
+/// Most pairs that two clusters can have: all their edges.
+constexpr std::size_t kMostPairs = 9 * DopTree::kMaxClusterSize * DopTree::kMaxClusterSize;
 
 auto order_of(const SearchContact& c) noexcept {
     const bool vertex_face = c.contact.origin == ContactOrigin::ExactVF;
@@ -83,7 +71,7 @@ void ContactSearch::build(std::span<const SurfaceTopology* const> surfaces, std:
         for (BodyId b = a; b < surfaces.size(); ++b)
             if (a == b ? options.within : options.between) jobs_.push_back({a, b, {}, {}, {}, {}});
     const Directions directions = directions_of(options.tree.dop);
-    for (std::size_t s = 0; s < directions.size(); ++s) reach_[s] = round_up(options.distance * direction_length(directions[s]));
+    for (std::size_t s = 0; s < directions.size(); ++s) reach_[s] = options.all_pairs ? SweptBox::kNothing : round_up(options.distance * direction_length(directions[s]));
 }
 
 void ContactSearch::refit(std::span<const SurfaceMotion> motions) {
@@ -151,12 +139,13 @@ void ContactSearch::collect(Job& job, std::size_t chunk) {
     auto &vertex_face = job.vertex_face[chunk], &face_vertex = job.face_vertex[chunk], &edge_edge = job.edge_edge[chunk];
     for (auto* list : {&vertex_face, &face_vertex, &edge_edge}) list->clear();
     NearTest test{.slabs = tree_a.slabs(), .distance = reach_.data(), .box_b = nullptr, .skip_shared = self};
+    std::array<FeaturePair, kMostPairs> found; // left uninitialised
     const auto append = [&](const BlockRun& a, const BlockRun& b, const float* box_b, bool same_run, std::vector<FeaturePair>& out) {
         if (a.count == 0 || b.count == 0) return;
         test.box_b = box_b;
         test.same_run = same_run;
-        Appender room(out, static_cast<std::size_t>(a.count) * b.count);
-        room.keep(options_.simd ? near_pairs(a, b, test, room.place()) : near_pairs_plain(a, b, test, room.place()));
+        const std::size_t count = options_.simd ? near_pairs(a, b, test, found.data()) : near_pairs_plain(a, b, test, found.data());
+        out.insert(out.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count));
     };
     const std::size_t end = std::min((chunk + 1) * kChunk, job.cluster_pairs.size());
     for (std::size_t i = chunk * kChunk; i < end; ++i) {

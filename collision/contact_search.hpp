@@ -23,6 +23,7 @@ struct SearchOptions {
     TreeOptions tree;
     unsigned threads = 1;
     bool simd = true;      // false: the plain twins of the broad phase's kernels
+    bool all_pairs = false; // bounds cull nothing: every pair of features is decided; what the other answers are compared with
 };
 
 struct SearchStats {

@@ -257,25 +257,47 @@ void DopTree::refit_vertices(const SurfaceMotion& motion, Index begin, Index end
 }
 
 void DopTree::refit_clusters(Index begin, Index end) noexcept {
-    const std::size_t stride = 2 * slabs();
-    std::array<float, 2 * kMaxSlabs> joined;
-    const auto fill = [&](const BlockRange& range, int corner_count, float* whole) {
-        for (Index i = 0; i < range.count; ++i) {
-            const std::size_t block = range.begin + i / kLanes, lane = i % kLanes;
-            const Index* corner = corners_.data() + block * 3 * kLanes + lane;
-            std::copy_n(vertex_bounds_.data() + corner[0] * stride, stride, joined.data());
-            for (int k = 1; k < corner_count; ++k) join(joined.data(), vertex_bounds_.data() + corner[static_cast<std::size_t>(k) * kLanes] * stride, stride);
-            float* out = bounds_.data() + block * stride * kLanes + lane;
-            for (std::size_t s = 0; s < stride; ++s) out[s * kLanes] = joined[s];
-            if (whole != nullptr) join(whole, joined.data(), stride);
+    switch (options_.dop) {
+    case 6: return refit_clusters_of<3>(begin, end);
+    case 14: return refit_clusters_of<7>(begin, end);
+    case 18: return refit_clusters_of<9>(begin, end);
+    default: return refit_clusters_of<13>(begin, end);
+    }
+}
+
+/// Bounds of a range's features, lane by lane.
+template <std::size_t Slabs, std::size_t Corners>
+void DopTree::refit_blocks(const BlockRange& range) noexcept {
+    constexpr std::size_t kStride = 2 * Slabs;
+    for (Index i = 0; i < range.count; ++i) {
+        const std::size_t block = range.begin + i / kLanes, lane = i % kLanes;
+        const Index* corner = corners_.data() + block * 3 * kLanes + lane;
+        const float* bounds[Corners];
+        for (std::size_t k = 0; k < Corners; ++k) bounds[k] = vertex_bounds_.data() + corner[k * kLanes] * kStride;
+        float* out = bounds_.data() + block * kStride * kLanes + lane;
+        for (std::size_t s = 0; s < kStride; ++s) {
+            float joined = bounds[0][s];
+            for (std::size_t k = 1; k < Corners; ++k) joined = bounds[k][s] < joined ? bounds[k][s] : joined;
+            out[s * kLanes] = joined;
         }
-    };
+    }
+}
+
+template <std::size_t Slabs>
+void DopTree::refit_clusters_of(Index begin, Index end) noexcept {
+    constexpr std::size_t kStride = 2 * Slabs;
     for (Index c = begin; c < end; ++c) {
-        float* whole = cluster_bounds_.data() + c * stride;
-        std::fill_n(whole, stride, kNothing);
-        fill(clusters_[c].faces, 3, whole); // faces hold the edges and vertices
-        fill(clusters_[c].edges, 2, nullptr);
-        fill(clusters_[c].vertices, 1, nullptr);
+        refit_blocks<Slabs, 3>(clusters_[c].faces);
+        refit_blocks<Slabs, 2>(clusters_[c].edges);
+        refit_blocks<Slabs, 1>(clusters_[c].vertices);
+        // faces hold the edges and vertices; empty lanes hold nothing
+        for (std::size_t s = 0; s < kStride; ++s) {
+            float lowest[kLanes];
+            std::fill_n(lowest, kLanes, kNothing);
+            for (Index block = clusters_[c].faces.begin; block < clusters_[c].faces.end; ++block)
+                join(lowest, block_bounds(block) + s * kLanes, kLanes);
+            cluster_bounds_[c * kStride + s] = *std::min_element(lowest, lowest + kLanes);
+        }
     }
 }
 

@@ -24,7 +24,7 @@ enum class TreeBuilder : std::uint8_t {
 struct TreeOptions {
     std::size_t dop = 6;          // 6, 14, 18, 26
     std::size_t arity = 8;        // 2, 4, 8
-    std::size_t cluster_size = 8; // triangles in a leaf, 1 .. kMaxClusterSize
+    std::size_t cluster_size = 16; // triangles in a leaf, 1 .. kMaxClusterSize
     TreeBuilder builder = TreeBuilder::Sah;
 };
 
@@ -80,6 +80,10 @@ private:
     Index build_node(BuildState& state, std::span<Index> order);
     Index add_cluster(BuildState& state, std::span<const Index> triangles);
     BlockRange add_blocks(std::span<const Index> ids, int corners);
+    template <std::size_t Slabs, std::size_t Corners>
+    void refit_blocks(const BlockRange& range) noexcept;
+    template <std::size_t Slabs>
+    void refit_clusters_of(Index begin, Index end) noexcept;
     void own_features(BuildState& state, std::span<const Index> triangles, std::vector<Index>& edges, std::vector<Index>& vertices) const;
 
     const SurfaceTopology* topology_ = nullptr;

@@ -25,22 +25,23 @@ HWY_INLINE std::uint32_t bits_of(Floats d, LaneMask mask) {
     return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8;
 }
 
-/// Lanes of a block that are not farther from one box than the distance. box: lo at [s * stride], minus_hi at [(s + slabs) * stride].
-HWY_INLINE std::uint32_t near_lanes(const float* box, std::size_t stride, const float* block, const NearTest& test) {
+/// Lanes of a block that are not farther from one box than the distance. box: lo at [s * stride], minus_hi at [(s + Slabs) * stride].
+template <std::size_t Slabs>
+HWY_INLINE std::uint32_t near_lanes(const float* box, std::size_t stride, const float* block, const float* distance) {
     const Floats d;
-    std::uint32_t near = 0;
+    std::uint32_t apart_bits = 0;
     for (std::size_t first = 0; first < kBlock; first += hn::Lanes(d)) {
         LaneMask apart = hn::FirstN(d, 0);
-        for (std::size_t s = 0; s < test.slabs; ++s) {
-            const Vec limit = hn::Set(d, test.distance[s]);
-            const Vec lo = hn::LoadU(d, block + s * kBlock + first), minus_hi = hn::LoadU(d, block + (s + test.slabs) * kBlock + first);
-            const Vec above = hn::Add(hn::Set(d, box[s * stride]), minus_hi), below = hn::Add(hn::Set(d, box[(s + test.slabs) * stride]), lo);
+        for (std::size_t s = 0; s < Slabs; ++s) {
+            const Vec limit = hn::Set(d, distance[s]);
+            const Vec lo = hn::LoadU(d, block + s * kBlock + first), minus_hi = hn::LoadU(d, block + (s + Slabs) * kBlock + first);
+            const Vec above = hn::Add(hn::Set(d, box[s * stride]), minus_hi), below = hn::Add(hn::Set(d, box[(s + Slabs) * stride]), lo);
             apart = hn::Or(apart, hn::Or(hn::Gt(above, limit), hn::Gt(below, limit)));
-            if (s == 2 && test.slabs > 3 && hn::AllTrue(d, apart)) break;
+            if (s == 2 && Slabs > 3 && hn::AllTrue(d, apart)) break;
         }
-        near |= bits_of(d, hn::Not(apart)) << first;
+        apart_bits |= bits_of(d, apart) << first;
     }
-    return near;
+    return ~apart_bits;
 }
 
 /// Lanes whose features hold the vertex.
@@ -61,29 +62,37 @@ HWY_INLINE std::uint32_t filled_lanes(Index count, std::size_t block) {
     return left >= kBlock ? 0xffffu : (1u << left) - 1u;
 }
 
-std::size_t near_pairs(const BlockRun& a, const BlockRun& b, const NearTest& test, FeaturePair* out) {
+template <std::size_t Slabs>
+HWY_INLINE std::size_t near_pairs_of(const BlockRun& a, const BlockRun& b, const NearTest& test, FeaturePair* out) {
     const FeaturePair* const begin = out;
-    const std::size_t stride = 2 * test.slabs * kBlock;
+    constexpr std::size_t kStride = 2 * Slabs * kBlock;
     for (std::size_t block_a = 0; block_a * kBlock < a.count; ++block_a) {
-        const float* bounds_a = a.bounds + block_a * stride;
-        const Index* ids_a = a.ids + block_a * kBlock;
-        const Index* corners_a = a.corners + block_a * 3 * kBlock;
-        std::uint32_t lanes = near_lanes(test.box_b, 1, bounds_a, test) & filled_lanes(a.count, block_a);
+        const float* bounds_a = a.bounds + block_a * kStride;
+        std::uint32_t lanes = near_lanes<Slabs>(test.box_b, 1, bounds_a, test.distance) & filled_lanes(a.count, block_a);
         for (; lanes != 0; lanes &= lanes - 1) {
             const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
             for (std::size_t block_b = test.same_run ? block_a : 0; block_b * kBlock < b.count; ++block_b) {
-                std::uint32_t near = near_lanes(bounds_a + lane, kBlock, b.bounds + block_b * stride, test) & filled_lanes(b.count, block_b);
+                std::uint32_t near = near_lanes<Slabs>(bounds_a + lane, kBlock, b.bounds + block_b * kStride, test.distance) & filled_lanes(b.count, block_b);
                 if (test.same_run && block_b == block_a) near &= ~((2u << lane) - 1u);
                 if (near == 0) continue;
                 if (test.skip_shared)
                     for (int k = 0; k < a.corner_count; ++k)
-                        near &= ~holding_lanes(corners_a[static_cast<std::size_t>(k) * kBlock + lane], b.corners + block_b * 3 * kBlock, b.corner_count);
+                        near &= ~holding_lanes(a.corners[(block_a * 3 + static_cast<std::size_t>(k)) * kBlock + lane],
+                                               b.corners + block_b * 3 * kBlock, b.corner_count);
+                const Index id_a = a.ids[block_a * kBlock + lane];
                 const Index* ids_b = b.ids + block_b * kBlock;
-                for (; near != 0; near &= near - 1) *out++ = {ids_a[lane], ids_b[__builtin_ctz(near)]};
+                for (; near != 0; near &= near - 1) *out++ = {id_a, ids_b[__builtin_ctz(near)]};
             }
         }
     }
     return static_cast<std::size_t>(out - begin);
+}
+
+std::size_t near_pairs(const BlockRun& a, const BlockRun& b, const NearTest& test, FeaturePair* out) {
+    if (test.slabs == 3) return near_pairs_of<3>(a, b, test, out);
+    if (test.slabs == 7) return near_pairs_of<7>(a, b, test, out);
+    if (test.slabs == 9) return near_pairs_of<9>(a, b, test, out);
+    return near_pairs_of<13>(a, b, test, out);
 }
 
 template <std::size_t Arity>

@@ -23,6 +23,7 @@ int run_program(int argc, char** argv) {
         add_explain_command(app),
         add_bench_command(app),
         add_ccd_command(app),
+        add_contacts_command(app),
         add_schema_command(app),
     };
     try {

@@ -1,0 +1,28 @@
+// `contacts --method NAME`: which combination of techniques finds the contacts. Words joined by '-', in any order.
+#pragma once
+
+#include "base/result.hpp"
+#include "collision/contact_search.hpp"
+
+#include <string>
+
+namespace seldinger::engine {
+
+/// Text for --help: every word and what it does.
+inline constexpr const char* kMethodWords =
+    "words joined by '-': exact (the default of all); dop6, dop14, dop18, dop26 (bounds); arity2, arity4, arity8 (children of a node); "
+    "sah, median, paper (how the tree is built); cluster1 .. cluster32 (triangles in a leaf); plain (no SIMD in the broad phase); "
+    "brute (every pair of features, no tree)";
+
+struct ContactMethod {
+    collision::TreeOptions tree;
+    bool simd = true;
+    bool brute = false;
+
+    /// The name with everything spelled out, as the statistics give it.
+    [[nodiscard]] std::string name() const;
+};
+
+[[nodiscard]] Result<ContactMethod> parse_contact_method(const std::string& text);
+
+} // namespace seldinger::engine

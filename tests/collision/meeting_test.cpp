@@ -1,0 +1,165 @@
+// Exact verdicts against rational arithmetic, on pairs that are made to be hard.
+#include "collision/meeting.hpp"
+
+#include "tests/collision/rational.hpp"
+#include "tests/collision/shapes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace seldinger::collision {
+namespace {
+
+using testing::Random;
+using testing::RationalPair;
+using testing::Verdict;
+
+struct Pair {
+    bool vertex_face;
+    std::array<SweptPoint, 4> p;
+
+    Meeting meet() const {
+        if (vertex_face) return meet_vertex_face(p[0], {p[1], p[2], p[3]});
+        return meet_edge_edge({p[0], p[1]}, {p[2], p[3]});
+    }
+    Pair reordered(std::array<std::size_t, 4> order) const { return {vertex_face, {p[order[0]], p[order[1]], p[order[2]], p[order[3]]}}; }
+    Pair scaled(double factor) const {
+        Pair out = *this;
+        for (SweptPoint& q : out.p) q = {factor * q.t0, factor * q.t1};
+        return out;
+    }
+    Pair reversed() const {
+        Pair out = *this;
+        for (SweptPoint& q : out.p) std::swap(q.t0, q.t1);
+        return out;
+    }
+};
+
+Vec3 whole_vector(Random& random, int reach) {
+    Vec3 v;
+    for (int axis = 0; axis < 3; ++axis) v[axis] = static_cast<double>(static_cast<int>(random.bits() % static_cast<unsigned>(2 * reach + 1)) - reach);
+    return v;
+}
+
+/// Small whole numbers: coplanar, parallel, touching and degenerate pairs are common.
+Pair whole_pair(Random& random, int reach) {
+    Pair pair{random.bits() % 2 == 0, {}};
+    const bool resting = random.bits() % 3 == 0;
+    for (SweptPoint& q : pair.p) {
+        q.t0 = whole_vector(random, reach);
+        q.t1 = resting && random.bits() % 2 == 0 ? q.t0 : whole_vector(random, reach);
+    }
+    return pair;
+}
+
+/// Meets at a random time on a corner, border or inside, but for a few ulps either way.
+Pair nearly_touching_pair(Random& random) {
+    Pair pair{random.bits() % 2 == 0, {}};
+    for (SweptPoint& q : pair.p) q = {random.vector(1.0), random.vector(1.0)};
+    const double t = random.real(0.05, 0.95);
+    const auto middle = [&](std::size_t i) { return Vec3((1.0 - t) * pair.p[i].t0 + t * pair.p[i].t1); };
+    const auto weight = [&] { return random.bits() % 3 == 0 ? 0.0 : random.bits() % 3 == 0 ? 1.0 : random.real(0.0, 1.0); };
+    const double w1 = weight(), w2 = pair.vertex_face ? weight() * (1.0 - w1) : weight();
+    const Vec3 on_a = pair.vertex_face ? middle(0) : Vec3((1.0 - w1) * middle(0) + w1 * middle(1));
+    const Vec3 on_b = pair.vertex_face ? Vec3((1.0 - w1 - w2) * middle(1) + w1 * middle(2) + w2 * middle(3)) : Vec3((1.0 - w2) * middle(2) + w2 * middle(3));
+    const Vec3 shift = on_b - on_a + random.vector(random.bits() % 2 == 0 ? 0.0 : 3e-16);
+    for (std::size_t i = 0; i < (pair.vertex_face ? 1u : 2u); ++i) pair.p[i] = {pair.p[i].t0 + shift, pair.p[i].t1 + shift};
+    return pair;
+}
+
+struct Counts {
+    std::size_t meets = 0, apart = 0, unknown = 0, exact = 0;
+};
+
+void compare(const Pair& pair, Counts& counts, std::uint64_t seed, std::size_t trial) {
+    const Meeting meeting = pair.meet();
+    counts.exact += meeting.decided_by == Decision::Exact;
+    const Verdict truth = RationalPair(pair.vertex_face, pair.p).verdict();
+    if (truth == Verdict::Unknown) ++counts.unknown;
+    else if (truth == Verdict::Meets) ++counts.meets;
+    else ++counts.apart;
+    if (truth == Verdict::Unknown) return;
+    EXPECT_EQ(meeting.meets, truth == Verdict::Meets) << "seed " << seed << " trial " << trial;
+}
+
+/// More trials on request: SELDINGER_LONG_TESTS=1 asks for millions.
+std::size_t trials(std::size_t usual) {
+    const char* wanted = std::getenv("SELDINGER_LONG_TESTS");
+    return wanted != nullptr && *wanted != '0' ? 200 * usual : usual;
+}
+
+void print(const char* what, const Counts& c) {
+    std::printf("%s: %zu meet, %zu apart, %zu not known to the rational test; %zu decided in whole numbers\n", what, c.meets, c.apart, c.unknown, c.exact);
+}
+
+TEST(Meeting, AgreesWithRationalArithmeticOnSmallWholeNumbers) {
+    constexpr std::uint64_t kSeed = 31;
+    Random random(kSeed);
+    Counts counts;
+    for (std::size_t trial = 0; trial < trials(2000); ++trial) compare(whole_pair(random, 1 + static_cast<int>(trial % 4)), counts, kSeed, trial);
+    print("whole numbers", counts);
+    EXPECT_GT(counts.meets, counts.unknown);
+    EXPECT_GT(counts.apart, counts.unknown);
+    EXPECT_GT(counts.exact, 100u);
+}
+
+TEST(Meeting, AgreesWithRationalArithmeticAFewUlpsFromTouching) {
+    constexpr std::uint64_t kSeed = 32;
+    Random random(kSeed);
+    Counts counts;
+    for (std::size_t trial = 0; trial < trials(700); ++trial) compare(nearly_touching_pair(random), counts, kSeed, trial);
+    print("nearly touching", counts);
+    EXPECT_GT(counts.meets, 200u);
+    EXPECT_GT(counts.apart, 100u);
+    EXPECT_GT(counts.exact, 200u);
+}
+
+TEST(Meeting, IsTheSameForEveryOrderScaleAndDirectionOfTime) {
+    constexpr std::uint64_t kSeed = 33;
+    Random random(kSeed);
+    const std::vector<std::array<std::size_t, 4>> faces{{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {0, 2, 1, 3}, {0, 1, 3, 2}, {0, 3, 2, 1}};
+    const std::vector<std::array<std::size_t, 4>> edges{{0, 1, 2, 3}, {1, 0, 2, 3}, {0, 1, 3, 2}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 0, 1}};
+    for (std::size_t trial = 0; trial < trials(2000); ++trial) {
+        const Pair pair = trial % 2 == 0 ? whole_pair(random, 2) : nearly_touching_pair(random);
+        const Meeting one = pair.meet();
+        for (const auto& order : pair.vertex_face ? faces : edges) {
+            const Meeting other = pair.reordered(order).meet();
+            EXPECT_EQ(one.meets, other.meets) << "seed " << kSeed << " trial " << trial;
+            if (one.meets && other.meets) {
+                EXPECT_NEAR(one.time, other.time, 2.0 * kMeetingTime) << "seed " << kSeed << " trial " << trial;
+            }
+        }
+        EXPECT_EQ(one.meets, pair.scaled(0x1p-300).meet().meets) << "seed " << kSeed << " trial " << trial;
+        EXPECT_EQ(one.meets, pair.scaled(0x1p200).meet().meets) << "seed " << kSeed << " trial " << trial;
+        EXPECT_EQ(one.meets, pair.reversed().meet().meets) << "seed " << kSeed << " trial " << trial;
+    }
+}
+
+TEST(Meeting, TellsTimePlaceAndNormal) {
+    constexpr std::uint64_t kSeed = 34;
+    Random random(kSeed);
+    std::size_t checked = 0;
+    for (std::size_t trial = 0; trial < 20000; ++trial) {
+        Pair pair{trial % 2 == 0, {}};
+        for (SweptPoint& q : pair.p) q = {random.vector(1.0), random.vector(1.0)};
+        const Meeting m = pair.meet();
+        if (!m.meets) continue;
+        ++checked;
+        std::array<Vec3, 4> x;
+        for (std::size_t i = 0; i < 4; ++i) x[i] = (1.0 - m.time) * pair.p[i].t0 + m.time * pair.p[i].t1;
+        const Vec3 a = pair.vertex_face ? x[0] : Vec3((1.0 - m.bary[0]) * x[0] + m.bary[0] * x[1]);
+        const Vec3 b = pair.vertex_face ? Vec3(m.bary[0] * x[1] + m.bary[1] * x[2] + m.bary[2] * x[3]) : Vec3((1.0 - m.bary[1]) * x[2] + m.bary[1] * x[3]);
+        EXPECT_LT((a - b).norm(), 1e-8) << "seed " << kSeed << " trial " << trial;
+        EXPECT_NEAR(m.normal.norm(), 1.0, 1e-12) << "seed " << kSeed << " trial " << trial;
+        for (const double w : m.bary) EXPECT_TRUE(w >= -1e-12 && w <= 1.0 + 1e-12) << "seed " << kSeed << " trial " << trial;
+        // the sweep has proven everything before its own time, and that is close
+        const Sweep sweep = pair.vertex_face ? sweep_vertex_face(pair.p[0], {pair.p[1], pair.p[2], pair.p[3]}, {})
+                                             : sweep_edge_edge({pair.p[0], pair.p[1]}, {pair.p[2], pair.p[3]}, {});
+        EXPECT_GE(m.time, sweep.time - 1e-12) << "seed " << kSeed << " trial " << trial;
+    }
+    EXPECT_GT(checked, 1500u);
+}
+
+} // namespace
+} // namespace seldinger::collision
