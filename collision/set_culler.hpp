@@ -1,0 +1,64 @@
+// Stage II, free of order: a pair of triangles survives unless in some view one of them is free of the other's whole set, its one
+// neighbour there left out. Views after views; what was proven apart is neither drawn nor asked again, so later views see more.
+// This work is based on: Govindaraju et al. (2005), section 5.2. Deviates: the two nearest per pixel and set instead of two passes with an
+// occlusion query per triangle; both passes come from the same view (the paper's may come from two).
+#pragma once
+
+#include "collision/cull_backend.hpp"
+#include "collision/near_triangles.hpp"
+
+namespace seldinger::collision {
+
+struct CullPlan {
+    CullMemory memory = CullMemory::Intervals;
+    int resolution = 0;          // pixels a side; 0: what the backend prefers
+    bool reversed_views = false; // three more views: of use with CullMemory::Fronts
+    int max_rounds = 3;          // through all views
+    double worthwhile = 0.05;    // another round only if the last one dropped more than this share of the pairs
+    double most_pixels = 4e7;    // drawn and asked in one view; large triangles or many sets make do with fewer pixels a side
+};
+
+struct CullReport {
+    int views = 0, rounds = 0;
+    std::uint64_t questions = 0; // 2.5D tests
+    std::uint64_t drawn = 0;     // prisms, over all views
+    int resolution = 0;          // the least that a view was given
+};
+
+/// The prisms of one problem by index; corners and set_of beside them.
+struct CullProblem {
+    std::span<const SweptCorners> prisms; // finite
+    std::span<const Triangle> corners;    // vertex ids; surfaces that are not one must not share any
+    std::span<const Index> set_of;
+    Index set_count = 0;
+    double reach = 0.0;                   // m, half the distance that counts as contact, tolerance included
+};
+
+class SetCuller {
+public:
+    /// pairs   of prism indices; those proven farther apart than twice the reach during the whole step are taken out, the order stays
+    /// fails   as the backend does; the pairs are then those of the last view that worked, and still right
+    [[nodiscard]] Result<CullReport> cull(const CullProblem& problem, const CullPlan& plan, CullBackend& backend, std::vector<TrianglePair>& pairs);
+
+private:
+    void gather_live(const CullProblem& problem, std::span<const TrianglePair> pairs);
+    void gather_questions(std::span<const TrianglePair> pairs, Index set_count);
+    [[nodiscard]] double count_pixels() const noexcept;
+    [[nodiscard]] Result<void> look(const CullProblem& problem, const ViewDirection& view, const CullPlan& plan, int resolution, CullBackend& backend,
+                                    std::vector<TrianglePair>& pairs, CullReport& report);
+
+    // of the view at hand
+    std::vector<Index> live_, place_;                      // prisms with a pair left; prism to its place among them
+    std::vector<SweptCorners> live_prisms_;
+    std::vector<Triangle> live_corners_;
+    std::vector<Index> live_set_;
+    std::vector<Footprint> footprints_;
+    std::vector<Index> set_begin_, set_members_;
+    std::vector<CullQuestion> questions_;
+    std::vector<std::size_t> question_begin_, entry_begin_;
+    std::vector<std::size_t> entries_, entry_question_;    // entry 2 i + side of pair i
+    std::vector<std::pair<Index, std::size_t>> asked_;     // of a prism: set it was last asked for, and the question
+    std::vector<std::uint8_t> hits_;
+};
+
+} // namespace seldinger::collision
