@@ -16,10 +16,13 @@ int run_program(int argc, char** argv) {
     CLI::App app{"Time-critical, interactive surgical simulation", "seldinger"};
     app.set_version_flag("--version", "seldinger 0.1.0");
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 fine, 2 bad usage or input, 3 a state left its bounds, 4 budget missed, 130 interrupted.");
+    app.footer("Exit codes: 0 fine, 2 bad usage or input, 3 a state left its bounds, 4 budget missed, 5 verify differs, "
+               "130 interrupted.");
     const Command commands[] = {
         add_run_command(app),
         add_plan_command(app),
+        add_cost_command(app),
+        add_verify_command(app),
         add_explain_command(app),
         add_bench_command(app),
         add_ccd_command(app),

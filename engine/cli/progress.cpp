@@ -17,6 +17,13 @@ void ProgressLine::show(const std::string& text) {
     shown_ = true;
 }
 
+void ProgressLine::show_now_and_then(const std::string& text) {
+    const double now = since_start_.elapsed_ms();
+    if (!on_terminal_ || now - last_ms_ < 100.0) return;
+    last_ms_ = now;
+    show(text);
+}
+
 void ProgressLine::show_step(std::uint64_t done, std::uint64_t all, const StepReport& report) {
     const double now = since_start_.elapsed_ms();
     if (!on_terminal_ || (now - last_ms_ < 100.0 && done != all)) return;

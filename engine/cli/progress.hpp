@@ -13,6 +13,8 @@ public:
     explicit ProgressLine(bool wanted);
     void show(const std::string& text);
     /// At most ten times a second.
+    void show_now_and_then(const std::string& text);
+    /// At most ten times a second.
     void show_step(std::uint64_t done, std::uint64_t all, const StepReport& report);
     void clear();
 

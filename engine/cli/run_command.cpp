@@ -1,13 +1,16 @@
 #include "engine/cli/commands.hpp"
+#include "engine/cli/interrupt.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/observe/grant_record.hpp"
 #include "engine/observe/observer.hpp"
+#include "engine/step/model_hash.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <csignal>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 namespace seldinger::engine {
 
@@ -19,12 +22,15 @@ struct RunOptions {
     std::int64_t steps = -1;       // < 0: as the scene says
     std::string budget;            // empty: as the scene says
     std::filesystem::path path;    // CSV that replaces the first instrument's script
+    std::filesystem::path record_grants, replay;
     bool record = false, force = false, fail_on_overrun = false, pictures = true, quiet = false;
 };
 
-volatile std::sig_atomic_t interrupt_requested = 0;
-
-void request_interrupt(int) { interrupt_requested = 1; }
+/// Decisions of the clock: written down, or taken from a record, or both.
+struct Grants {
+    GrantRecord* record = nullptr;
+    const GrantRecord* replay = nullptr;
+};
 
 /// What the command line says overrides what the scene says.
 Result<void> apply_overrides(const RunOptions& options, Scene& scene) {
@@ -61,45 +67,126 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
     fmt::print("state {}   report {}\n", summary.state_hash, (out / "report.html").string());
 }
 
+/// How the steps ended, when nothing went wrong with the output.
+struct Taken {
+    bool interrupted = false;
+    std::uint64_t left_record = 0; // the step in which a replay was no longer the recorded run; 0: it was, to the end
+};
+
+/// One step, with its decisions to or from a file. False: a replay that is not the recorded run.
+bool take_step(Simulator& simulator, std::uint64_t k, const Grants& grants) {
+    if (grants.record != nullptr) simulator.tape().record_into(&grants.record->steps.emplace_back().decisions);
+    if (grants.replay != nullptr) simulator.tape().replay(grants.replay->steps[k].decisions);
+    const StepReport& report = simulator.step();
+    if (grants.record != nullptr) grants.record->steps.back().fingerprint = fingerprint_of(report);
+    return grants.replay == nullptr ||
+           (!simulator.tape().left_script() && grants.replay->steps[k].fingerprint == fingerprint_of(report));
+}
+
 /// Steps until done, stopped, or interrupted. Returns an error only when the output cannot be written.
-Result<bool> take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, ProgressLine& progress) {
+Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, const Grants& grants,
+                         ProgressLine& progress) {
+    Taken taken;
     for (std::uint64_t k = 0; k < steps; ++k) {
-        if (interrupt_requested) return true;
-        const StepReport& report = simulator.step();
+        taken.interrupted = interrupt_requested();
+        if (taken.interrupted) break;
+        const bool as_recorded = take_step(simulator, k, grants);
+        const StepReport& report = simulator.context().report;
         const Result<void> observed = observer.after_step(simulator, report);
         if (!observed.ok()) return observed.error();
         progress.show_step(k + 1, steps, report);
-        if (!report.finite) break;
+        if (!as_recorded) taken.left_record = k + 1;
+        if (!as_recorded || !report.finite) break;
     }
-    return false;
+    return taken;
 }
 
-int simulate(const RunOptions& options, const Scene& scene, const PreparedScene& prepared, ProgressLine& progress) {
+/// The record belongs to this scene, and holds as many steps as are asked for.
+Result<void> check_replay(const RunOptions& options, const GrantRecord& record, const SceneModel& model) {
+    if (record.model_hash != hash_model(model))
+        return Error{ErrorCode::BadValue,
+                     fmt::format("was recorded with another scene, \"{}\" ({:016x}); this one is \"{}\" ({:016x}), prepared from its "
+                                 "meshes and paths as they are now", record.scene, record.model_hash, model.name, hash_model(model)),
+                     options.replay.string()};
+    if (options.steps > static_cast<std::int64_t>(record.steps.size()))
+        return Error{ErrorCode::BadUsage, fmt::format("the record holds {} steps; at most that many would be right", record.steps.size()),
+                     {}, 0, 0, "--steps"};
+    return {};
+}
+
+/// Exit code of a replay: did it come to the same end?
+int judge_replay(const RunOptions& options, const GrantRecord& record, const Taken& taken, const RunSummary& summary) {
+    const std::string hash = fmt::format("{:016x}", record.state_hash);
+    if (taken.left_record > 0) {
+        fmt::print(stderr, "error: {}: step {} is not the recorded one: another build of the program, or other prepared meshes\n",
+                   options.replay.string(), taken.left_record);
+        return kExitDiffers;
+    }
+    if (summary.steps < record.steps.size()) return kExitFine; // a part was asked for, or it was interrupted
+    if (summary.state_hash != hash) {
+        fmt::print(stderr, "error: {}: ends in state {}, the recorded run in {}\n", options.replay.string(), summary.state_hash, hash);
+        return kExitDiffers;
+    }
+    fmt::print("replayed bit for bit\n");
+    return kExitFine;
+}
+
+Result<void> write_record(const RunOptions& options, const PreparedScene& prepared, const Simulator& simulator, GrantRecord& record) {
+    record.model_hash = hash_model(prepared.model);
+    record.scene = prepared.model.name;
+    record.limits = prepared.model.budget;
+    record.covers_step = prepared.model.budget_covers_step;
+    record.state_hash = hash_state(simulator.state());
+    return write_grant_record(options.record_grants, record);
+}
+
+/// Before the run: a file that could not be written in the end would have cost all of it.
+Result<void> check_place(const std::filesystem::path& file) {
+    std::error_code failed;
+    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+    if (std::filesystem::is_directory(file, failed))
+        return Error{ErrorCode::CannotWrite, "is a folder; the name of a file would be right", file.string(), 0, 0, "--record-grants"};
+    if (!std::filesystem::is_directory(folder, failed))
+        return Error{ErrorCode::CannotWrite, "its folder does not exist", file.string(), 0, 0, "--record-grants"};
+    return {};
+}
+
+int simulate(const RunOptions& options, const Scene& scene, const PreparedScene& prepared, const GrantRecord* replay,
+             ProgressLine& progress) {
     ObserveOptions observe;
     observe.out = options.out.empty() ? std::filesystem::path("out") / scene.name : options.out;
     observe.force = options.force;
     observe.record = options.record;
     observe.pictures = options.pictures;
-    observe.steps = options.steps >= 0 ? static_cast<std::uint64_t>(options.steps) : prepared.model.step_count;
+    observe.steps = options.steps >= 0 ? static_cast<std::uint64_t>(options.steps)
+                    : replay != nullptr ? replay->steps.size()
+                                        : prepared.model.step_count;
     auto observer = RunObserver::open(scene, prepared, observe);
     if (!observer.ok()) return report_error(observer.error());
+    if (!options.record_grants.empty())
+        if (const auto fits = check_place(options.record_grants); !fits.ok()) return report_error(fits.error());
 
-    std::signal(SIGINT, request_interrupt);
-    std::signal(SIGTERM, request_interrupt);
+    catch_interrupts();
     Simulator simulator(prepared.model);
+    GrantRecord record;
     const StopWatch watch;
-    const Result<bool> interrupted = take_steps(simulator, **observer, observe.steps, progress);
+    const Result<Taken> taken =
+        take_steps(simulator, **observer, observe.steps, {options.record_grants.empty() ? nullptr : &record, replay}, progress);
     progress.clear();
-    if (!interrupted.ok()) return report_error(interrupted.error());
-    const auto summary = (*observer)->finish(simulator, 1e-3 * watch.elapsed_ms(), *interrupted);
+    if (!taken.ok()) return report_error(taken.error());
+    const auto summary = (*observer)->finish(simulator, 1e-3 * watch.elapsed_ms(), taken->interrupted);
     if (!summary.ok()) return report_error(summary.error());
+    if (!options.record_grants.empty())
+        if (const auto written = write_record(options, prepared, simulator, record); !written.ok()) return report_error(written.error());
     for (const std::string& notice : (*observer)->notices()) fmt::print(stderr, "notice: {}\n", notice);
     print_summary(*summary, prepared, observe.out);
+    if (replay != nullptr)
+        if (const int code = judge_replay(options, *replay, *taken, *summary); code != kExitFine) return code;
     if (!summary->finite) {
         fmt::print(stderr, "error: stopped: {}; the last good state is saved\n", summary->failure);
         return kExitNotFinite;
     }
-    if (*interrupted) return kExitInterrupted;
+    if (taken->interrupted) return kExitInterrupted;
     return options.fail_on_overrun && summary->overruns > 0 ? kExitOverrun : kExitFine;
 }
 
@@ -108,11 +195,21 @@ int run(const RunOptions& options) {
     if (!scene.ok()) return report_error(scene.error());
     const Result<void> overridden = apply_overrides(options, *scene);
     if (!overridden.ok()) return report_error(overridden.error());
+    std::optional<GrantRecord> replay;
+    if (!options.replay.empty()) {
+        auto record = read_grant_record(options.replay);
+        if (!record.ok()) return report_error(record.error());
+        replay = std::move(*record);
+        scene->budget.limits = replay->limits;
+        scene->budget.scope = replay->covers_step ? BudgetScope::Step : BudgetScope::Collision;
+    }
     ProgressLine progress(!options.quiet);
     const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
-    return simulate(options, *scene, *prepared, progress);
+    if (replay)
+        if (const auto belongs = check_replay(options, *replay, prepared->model); !belongs.ok()) return report_error(belongs.error());
+    return simulate(options, *scene, *prepared, replay ? &*replay : nullptr, progress);
 }
 
 } // namespace
@@ -125,8 +222,10 @@ Command add_run_command(CLI::App& app) {
     command->add_option("--out", options.out, "output folder; out/<scene name> where none is given");
     command->add_option("-n,--steps", options.steps, "steps to take instead of the scene's duration")
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}));
-    command->add_option("--budget", options.budget, "per step: a time (1ms, 250us), work:TESTS, or exact");
+    CLI::Option* budget = command->add_option("--budget", options.budget, "per step: a time (1ms, 250us), work:TESTS, or exact");
     command->add_option("--path", options.path, "CSV t,insertion,rotation in the scene's units, instead of the scene's script");
+    command->add_option("--record-grants", options.record_grants, "write every decision of the clock to this file");
+    command->add_option("--replay", options.replay, "repeat the run of such a file bit for bit, under its budget")->excludes(budget);
     command->add_flag("--record", options.record, "write states for ParaView (PVD, VTP)");
     command->add_flag("--force", options.force, "write into an output folder that is not empty");
     command->add_flag("--fail-on-overrun", options.fail_on_overrun, "exit 4 when a step missed its budget");

@@ -95,6 +95,7 @@ struct SceneModel {
     unsigned max_substeps = 10000; // beyond this a step would take minutes: stopped with the number
     BudgetLimits budget;
     bool budget_covers_step = false; // scope: the whole step, not collision alone
+    std::vector<Droppable> drop;     // scope step: what may be left out of a step that would not fit, first to go first
     std::vector<BodyModel> bodies;
     std::vector<InstrumentModel> instruments;
     EffectSet effects;

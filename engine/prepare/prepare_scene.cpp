@@ -130,6 +130,7 @@ void fill_settings(const Scene& scene, SceneModel& model) {
     model.max_substeps = scene.time.max_substeps;
     model.budget = scene.budget.limits;
     model.budget_covers_step = scene.budget.scope == BudgetScope::Step;
+    model.drop = scene.budget.drop;
     model.effects = make_effects(scene);
     model.contact = make_contact(scene);
 }

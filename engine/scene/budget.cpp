@@ -32,7 +32,7 @@ Result<BudgetSpec> parse_work(std::string_view text, std::string_view digits) {
         return refuse(text, "more than 10^15 tests are no limit");
     if (problem != std::errc() || end != digits.data() + digits.size())
         return refuse(text, "a whole number of sphere-pair tests must follow work:");
-    return BudgetSpec{{BudgetMode::Work, 0.0, units}, BudgetScope::Collision};
+    return BudgetSpec{{BudgetMode::Work, 0.0, units}};
 }
 
 std::optional<double> find_time_unit(std::string_view name) {
@@ -59,7 +59,7 @@ Result<BudgetSpec> parse_budget(std::string_view text) {
     if (std::signbit(value) && value != 0.0) return refuse(text, "negative");
     const double seconds = std::abs(value) * *factor;
     if (seconds > kMaxBudgetSeconds) return refuse(text, "longer than an hour per step");
-    return BudgetSpec{{BudgetMode::Wall, seconds, 0}, BudgetScope::Collision};
+    return BudgetSpec{{BudgetMode::Wall, seconds, 0}};
 }
 
 std::string BudgetSpec::to_string() const {

@@ -6,6 +6,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace seldinger::engine {
 
@@ -18,6 +19,7 @@ enum class BudgetScope : std::uint8_t {
 struct BudgetSpec {
     BudgetLimits limits;
     BudgetScope scope = BudgetScope::Collision;
+    std::vector<Droppable> drop = {}; // what a step may leave out when it would not fit, first to go first
 
     /// As it would be written: "8ms", "work:20000", "exact".
     [[nodiscard]] std::string to_string() const;

@@ -49,6 +49,18 @@ std::optional<Error> read_budget(const CheckContext& context, const Values& scen
     if (!parsed) return fail_at(context, scene, "budget", parsed.error().message);
     budget = *parsed;
     if (is_object && values.text("scope") == "step") budget.scope = BudgetScope::Step;
+    const JsonNode* drop = is_object ? values.find("drop") : nullptr;
+    if (drop == nullptr) return std::nullopt;
+    if (budget.scope != BudgetScope::Step && !drop->children.empty())
+        return fail_at(context, values, "drop", "a budget for collision leaves the exact stage out by itself and nothing "
+                                                "else; with \"scope\": \"step\" it would be right");
+    for (std::size_t i = 0; i < drop->children.size(); ++i) {
+        const Droppable effect = drop->children[i].text == "elasticity" ? Droppable::Elasticity : Droppable::ExactContact;
+        if (std::find(budget.drop.begin(), budget.drop.end(), effect) != budget.drop.end())
+            return error_at(context, drop->children[i].at, fmt::format("budget.drop[{}]", i),
+                            fmt::format("\"{}\" is listed twice; once would be right", drop->children[i].text));
+        budget.drop.push_back(effect);
+    }
     return std::nullopt;
 }
 
@@ -255,6 +267,8 @@ std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& 
     if (auto error = read_budget(context, root, scene.budget)) return error;
     if (auto error = read_gravity(context, root, scene.gravity)) return error;
     read_contact(root.object("contact"), scene.contact);
+    const Values cost = root.object("cost");
+    scene.cost = {cost.number("patch", 0.0), cost.number("tolerance", 0.0)};
     if (auto error = read_bodies(context, root, scene)) return error;
     if (auto error = read_targets(context, root, scene)) return error;
     if (auto error = read_instruments(context, root, scene)) return error;

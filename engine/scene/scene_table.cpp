@@ -48,6 +48,9 @@ const ObjectSpec& budget_table() {
             choice_field("scope", {"collision", "step"},
                          "What the budget pays for: collision detection, or the whole step.")
                 .by_default(std::string_view("collision")),
+            value_field("drop", list_value(choice_value({"exact_contact", "elasticity"}), 0),
+                        "With the scope \"step\": what a step leaves out when its forecast does not fit, first to go "
+                        "first. Without elasticity the tissue stands still for that step."),
         }};
     return table;
 }
@@ -82,6 +85,22 @@ const ObjectSpec& contact_table() {
             number_field("assumed_depth", Dimension::Length, between(0.0, kLargest),
                          "Deepest that a pair the budget left untested may count.")
                 .by_default(usual.assumed_depth),
+        }};
+    return table;
+}
+
+const ObjectSpec& cost_table() {
+    static const ObjectSpec table{
+        "cost",
+        "How the command cost compares contacts under a budget with the exact ones.",
+        "",
+        "",
+        {
+            number_field("patch", Dimension::Length, above(0.0, 1.0),
+                         "Edge of the cells that a surface is cut into; contacts are the same when their cell is. When "
+                         "absent: four times the surface's mean edge."),
+            number_field("tolerance", Dimension::Length, above(0.0, 0.05),
+                         "Solid surfaces nearer than this are in contact; the contact margin when absent."),
         }};
     return table;
 }
@@ -209,6 +228,7 @@ const ObjectSpec& scene_table() {
                          "Free fall, as in [0, 0, -9810] with lengths in mm.")
                 .by_default(Vec3(0, 0, 0)),
             object_field("contact", contact_table(), "Contact and response."),
+            object_field("cost", cost_table(), "Comparison of contacts between runs."),
             map_field("bodies", object_value(body_table()), "Organs, vessels, obstacles by name."),
             map_field("instruments", object_value(instrument_table()), "Catheters and guide wires by name."),
             map_field("targets", target_value(), "Places to reach, by name."),

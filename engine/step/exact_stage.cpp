@@ -227,20 +227,37 @@ collision::ExactStats test_skin(const SceneModel& model, std::size_t index, cons
                                context.exact);
 }
 
+/// One solve and the continuous tests of its motion, each only if the budget has room for it. Not finished: it had not.
+static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t index, State& state, StepContext& context,
+                                            const ExactForecast& forecast, StepBudget* budget) {
+    collision::ExactStats stats;
+    if (budget != nullptr && !budget->round_fits(forecast)) {
+        stats.finished = false;
+        return stats;
+    }
+    solve_instrument(model, index, state, context);
+    WorkBudget grant = budget != nullptr ? budget->grant_tests(forecast) : WorkBudget();
+    stats = test_skin(model, index, state, context, grant);
+    if (budget != nullptr) budget->settle_tests(forecast, grant);
+    return stats;
+}
+
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, State& state, StepContext& context,
-                                 WorkBudget& budget) {
+                                 StepBudget* budget) {
     InstrumentScratch& scratch = context.instruments[index];
     const std::size_t known = context.exact.size();
     plane_from_wall(model, index, state, context);
     const std::size_t base_planes = scratch.planes.size();
     ExactOutcome outcome;
-    scratch.forecast.candidates = 0;
+    ExactForecast forecast = scratch.forecast;
+    std::uint64_t seen = 0;
     for (unsigned round = 0;; ++round) {
-        solve_instrument(model, index, state, context);
         context.exact.resize(known);
-        const collision::ExactStats stats = test_skin(model, index, state, context, budget);
+        const collision::ExactStats stats = solve_and_test(model, index, state, context, forecast, budget);
         const std::uint64_t candidates = stats.candidates_vf + stats.candidates_ee;
-        scratch.forecast.candidates += candidates + stats.cluster_pairs;
+        seen += candidates + stats.cluster_pairs;
+        scratch.forecast.candidates = stats.finished ? seen : std::max(seen, scratch.forecast.candidates);
+        forecast.triangles = model.instruments[index].topology.triangles.size(); // the wall's boxes are fitted once
         context.report.candidates += candidates;
         outcome.finished = stats.finished;
         outcome.safe_fraction = stats.safe_fraction;

@@ -103,7 +103,7 @@ void solve_instrument(const SceneModel& model, std::size_t index, State& state, 
     fem::place_rod_skin(instrument.rod, instrument.skin, now.rod, instrument.port, scratch.axis, now.skin);
 }
 
-void add_to_descent(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+void update_instrument_trees(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     const BodyModel& wall = model.bodies[instrument.lumen];
@@ -125,9 +125,14 @@ void add_to_descent(const SceneModel& model, std::size_t index, const State& sta
         wall_scratch.lumen.update(*wall.lumen, wall_scratch.surface_t0, state.bodies[instrument.lumen].surface);
     else
         wall_scratch.lumen.update(*wall.lumen, {}, {});
+}
+
+void add_to_descent(const SceneModel& model, std::size_t index, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
     context.descent.add_hollow_pair(
-        {static_cast<BodyId>(model.bodies.size() + index), &instrument.chain, &scratch.chain},
-        {static_cast<BodyId>(instrument.lumen), &*wall.lumen, &wall_scratch.lumen});
+        {static_cast<BodyId>(model.bodies.size() + index), &instrument.chain, &context.instruments[index].chain},
+        {static_cast<BodyId>(instrument.lumen), &*model.bodies[instrument.lumen].lumen,
+         &context.bodies[instrument.lumen].lumen});
 }
 
 void push_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {

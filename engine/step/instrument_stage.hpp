@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/step/context.hpp"
+#include "engine/time/step_budget.hpp"
 
 namespace seldinger::engine {
 
@@ -12,8 +13,11 @@ void move_hands(const SceneModel& model, State& state, StepContext& context);
 /// Solves the rod from the start of the step to its end against the planes in its scratch, and places the skin.
 void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
 
-/// Moves the sphere chain to the candidate motion and adds the hollow pair to the descent.
-void add_to_descent(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+/// Moves the sphere chain to the candidate motion, and the lumen's balls with their wall.
+void update_instrument_trees(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+
+/// Adds the hollow pair of instrument and lumen to the descent.
+void add_to_descent(const SceneModel& model, std::size_t instrument, StepContext& context);
 
 /// Half-spaces around the rod from the wall's triangles, wherever the descent did not prove it free: the response's own view
 /// of the wall, needed with and without the exact stage. Seen from where the rod stood at the start of the step, towards
@@ -29,8 +33,9 @@ struct ExactOutcome {
 /// Planes from the wall, the solve, and continuous tests of the skin; contacts that are left
 /// become planes and the rod is solved again, up to kMaxCorrections times; when that does not help, with the hand held
 /// where it was: resistance stops it.
+/// budget    asked before every solve and before its tests; nullptr: it runs to its end whatever it costs
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, StepContext& context,
-                                 WorkBudget& budget);
+                                 StepBudget* budget);
 
 /// The hand stays where it was at the start of the step.
 void stop_hand(InstrumentScratch& scratch);

@@ -20,6 +20,7 @@ struct StageTimes {
     double observe = 0.0; // independent checks; not part of the step
     double total = 0.0;   // whole step without observe
     double budget = 0.0;  // charged to the budget's scope
+    double budget_cpu = 0.0; // the same in this thread's own time: what the operating system gave to others is left out
 };
 
 struct StepReport {
@@ -57,6 +58,7 @@ struct StepReport {
     std::uint32_t lumen_exits = 0;       // instrument vertices outside the lumen at the end, by an independent test
     bool budget_kept = true;
     std::uint64_t work_units = 0;
+    unsigned dropped = 0;                // effects left out of this step so that the rest fits, a bit per Droppable
 
     // stop
     bool finite = true;

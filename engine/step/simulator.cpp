@@ -62,59 +62,123 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
 Simulator::Simulator(const SceneModel& model) : Simulator(model, own_clock_) {}
 
 Simulator::Simulator(const SceneModel& model, const Clock& clock)
-    : model_(model), budget_(clock, model.budget), state_(make_initial_state(model)),
-      context_(make_step_context(model, state_)) {}
+    : Simulator(model, clock, model.budget) {}
+
+Simulator::Simulator(const SceneModel& model, const BudgetLimits& limits) : Simulator(model, own_clock_, limits) {}
+
+Simulator::Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits)
+    : model_(model), budget_(clock, limits), state_(make_initial_state(model)), context_(make_step_context(model, state_)) {}
 
 const StepReport& Simulator::step() {
-    if (stopped_) return context_.report;
+    begin_step();
+    return finish_step();
+}
+
+bool Simulator::begin_step() {
+    if (stopped_) return false;
     StepReport& report = context_.report;
     report = StepReport{};
     report.step = state_.step + 1;
     report.time_s = static_cast<double>(report.step) * model_.step_s;
     budget_.begin();
     if (!model_.budget_covers_step) budget_.pause();
-    StopWatch total, lap;
+    dropped_ = model_.budget_covers_step ? budget_.choose_drops(model_.drop) : 0u;
+    report.dropped = dropped_;
+    const StopWatch total;
+    move_everything();
+    report.ms.total = total.elapsed_ms();
+    return report.finite;
+}
 
+void Simulator::move_everything() {
+    StepReport& report = context_.report;
+    StopWatch lap;
     keep_start(model_, state_, context_);
     move_hands(model_, state_, context_);
     report.ms.script = lap.lap_ms();
-    integrate_bodies(model_, state_, context_);
+    if (!is_dropped(Droppable::Elasticity)) {
+        budget_.begin_part();
+        integrate_bodies(model_, state_, context_);
+        budget_.end_part(StepPart::Tissue);
+    }
     report.ms.fem = lap.lap_ms();
+    if (!report.finite) return;
+    budget_.begin_part();
+    steer_surfaces(model_, state_, context_);
+    report.ms.steer = lap.lap_ms();
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) solve_instrument(model_, i, state_, context_);
+    report.ms.fem += lap.lap_ms();
+    if (model_.effects.coarse_contact) {
+        update_solid_trees(model_, state_, context_);
+        for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_instrument_trees(model_, i, state_, context_);
+    }
+    budget_.end_part(StepPart::Steer);
+    report.ms.steer += lap.lap_ms();
+}
+
+const StepReport& Simulator::finish_step() {
+    if (stopped_) return context_.report;
+    StepReport& report = context_.report;
+    StopWatch total, lap;
     if (report.finite) {
-        steer_surfaces(model_, state_, context_);
-        report.ms.steer = lap.lap_ms();
-        for (std::size_t i = 0; i < model_.instruments.size(); ++i) solve_instrument(model_, i, state_, context_);
-        report.ms.fem += lap.lap_ms();
-        budget_.resume();
+        if (!model_.budget_covers_step) budget_.resume();
+        else budget_.keep_back(budget_.forecast(StepPart::Respond).reserve_s());
         descend();
         report.ms.descend = lap.lap_ms();
         find_exact();
         report.ms.exact = lap.lap_ms();
         if (!model_.budget_covers_step) budget_.pause();
+        budget_.begin_part();
+        const bool coarse_answer = !report.exact_ran;
         respond();
+        if (coarse_answer && !report.exact_insisted) budget_.end_part(StepPart::Respond);
         report.ms.respond = lap.lap_ms();
         check_rods();
     }
-    report.ms.total = total.lap_ms();
+    report.ms.total += total.elapsed_ms();
+    budget_.pause();
     report.ms.budget = 1e3 * budget_.elapsed_s();
+    report.ms.budget_cpu = 1e3 * budget_.elapsed_cpu_s();
     report.budget_kept = !budget_.overrun();
     report.work_units = budget_.units_spent();
     if (report.finite) {
         ++state_.step;
         state_.time = report.time_s;
+        const StopWatch watch;
         observe();
-        report.ms.observe = lap.lap_ms();
+        report.ms.observe = watch.elapsed_ms();
     }
     finish_report();
     return report;
+}
+
+void Simulator::join_step(const Simulator& other) {
+    state_ = other.state_;
+    for (std::size_t i = 0; i < context_.bodies.size(); ++i) {
+        BodyScratch& to = context_.bodies[i];
+        const BodyScratch& from = other.context_.bodies[i];
+        to.tissue_t0 = from.tissue_t0;
+        to.surface_t0 = from.surface_t0;
+        to.springs = from.springs;
+        to.spheres = from.spheres;
+        to.lumen = from.lumen; // goes on looking at the other's wall
+    }
+    context_.instruments = other.context_.instruments;
+    context_.report = other.context_.report;
+    stopped_ = other.stopped_;
+    dropped_ = other.dropped_;
+    budget_.begin();
+    budget_.pause();
+    budget_.charge(model_.budget_covers_step ? other.budget_.elapsed_s() : 0.0);
+    if (model_.budget_covers_step) budget_.resume();
 }
 
 void Simulator::descend() {
     context_.coarse.clear();
     if (!model_.effects.coarse_contact) return;
     context_.descent.begin(model_.contact.margin);
-    add_solid_pairs(model_, state_, context_);
-    for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, state_, context_);
+    add_solid_pairs(model_, context_);
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, context_);
     for (bool finished = false; !finished;) {
         WorkBudget grant = budget_.grant_descent();
         if (grant.left() == 0) break;
@@ -142,13 +206,10 @@ void Simulator::find_exact() {
         const std::size_t wall = model_.instruments[i].lumen;
         scratch.forecast.triangles = model_.instruments[i].topology.triangles.size();
         if (model_.bodies[wall].moves()) scratch.forecast.triangles += model_.bodies[wall].surface.triangles.size();
-        ExactForecast forecast = scratch.forecast;
-        WorkBudget grant(0);
-        if (budget_.exact_fits(forecast)) {
-            grant = budget_.grant_exact(forecast);
+        if (!is_dropped(Droppable::ExactContact) && budget_.exact_fits(scratch.forecast)) {
             refit_wall(model_, wall, state_, context_);
-            const ExactOutcome outcome = find_exact_contacts(model_, i, state_, context_, grant);
-            budget_.settle_exact(forecast, grant);
+            const ExactOutcome outcome = find_exact_contacts(model_, i, state_, context_, &budget_);
+            budget_.end_exact(outcome.finished);
             if (outcome.finished) {
                 report.safe_fraction = std::min(report.safe_fraction, outcome.safe_fraction);
                 continue;
@@ -209,9 +270,8 @@ void Simulator::check_rods() {
 /// The planes alone did not keep the rod inside: the exact stage runs whatever it costs, and the budget is charged for it.
 void Simulator::insist_on_exact(std::size_t instrument) {
     if (!model_.budget_covers_step) budget_.resume();
-    WorkBudget unlimited;
     context_.exact.clear();
-    const ExactOutcome outcome = find_exact_contacts(model_, instrument, state_, context_, unlimited);
+    const ExactOutcome outcome = find_exact_contacts(model_, instrument, state_, context_, nullptr);
     context_.report.safe_fraction = std::min(context_.report.safe_fraction, outcome.safe_fraction);
     context_.report.exact_ran = true;
     context_.report.exact_insisted = true;

@@ -13,10 +13,24 @@ public:
     /// The model is only read and must outlive the simulator.
     explicit Simulator(const SceneModel& model);
     Simulator(const SceneModel& model, const Clock& clock);
+    /// Under another budget than the scene's.
+    Simulator(const SceneModel& model, const BudgetLimits& limits);
+    Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits);
 
     /// Advances by model.step_s. After a report with finite == false the state is the last good one, and no more steps
     /// are taken.
     const StepReport& step();
+
+    /// The same in two halves. The first is all that the budget does not decide: hands, tissue, dense surfaces, sphere
+    /// trees, the free motion of instruments. False: that failed, finish_step() only reports it.
+    bool begin_step();
+    const StepReport& finish_step();
+    /// Takes over a step that another simulator of the same model has begun: what would this one's budget have answered
+    /// there? The other must not go on before this one has finished it.
+    void join_step(const Simulator& other);
+
+    /// Every decision of the clock: recorded from the next step on, or replayed in it (see DecisionTape).
+    [[nodiscard]] DecisionTape& tape() noexcept { return budget_.tape(); }
 
     [[nodiscard]] const SceneModel& model() const noexcept { return model_; }
     [[nodiscard]] const State& state() const noexcept { return state_; }
@@ -27,6 +41,7 @@ public:
     [[nodiscard]] const StepContext& context() const noexcept { return context_; }
 
 private:
+    void move_everything();
     void descend();
     void find_exact();
     void respond();
@@ -39,6 +54,7 @@ private:
     void check_rods();
     void observe();
     void finish_report();
+    [[nodiscard]] bool is_dropped(Droppable effect) const noexcept { return (dropped_ & drop_bit(effect)) != 0; }
     [[nodiscard]] bool any_instrument() const noexcept { return !model_.instruments.empty(); }
 
     const SceneModel& model_;
@@ -46,6 +62,7 @@ private:
     StepBudget budget_;
     State state_;
     StepContext context_;
+    unsigned dropped_ = 0; // effects that this step leaves out
     bool stopped_ = false;
 };
 

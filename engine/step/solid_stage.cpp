@@ -7,13 +7,6 @@ namespace seldinger::engine {
 
 namespace {
 
-bool are_a_pair(const SceneModel& model, std::size_t i, std::size_t j) {
-    const BodyModel& a = model.bodies[i];
-    const BodyModel& b = model.bodies[j];
-    if (a.hollow || b.hollow || (!a.moves() && !b.moves())) return false;
-    return a.carrier != j && b.carrier != i;
-}
-
 spheretree::SolidView view_of(const SceneModel& model, std::size_t body, const StepContext& context) {
     return {static_cast<BodyId>(body), &model.bodies[body].covering.tree, context.bodies[body].spheres};
 }
@@ -87,7 +80,14 @@ void push_body(const SceneModel& model, std::size_t body, const State& state, St
 
 } // namespace
 
-void add_solid_pairs(const SceneModel& model, const State& state, StepContext& context) {
+bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexcept {
+    const BodyModel& a = model.bodies[i];
+    const BodyModel& b = model.bodies[j];
+    if (a.hollow || b.hollow || (!a.moves() && !b.moves())) return false;
+    return a.carrier != j && b.carrier != i;
+}
+
+void update_solid_trees(const SceneModel& model, const State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         if (body.hollow) continue;
@@ -96,9 +96,12 @@ void add_solid_pairs(const SceneModel& model, const State& state, StepContext& c
             spheretree::update_covering_spheres(body.covering, body.moves() ? scratch.surface_t0 : state.bodies[i].surface,
                                                 state.bodies[i].surface, scratch.spheres);
     }
+}
+
+void add_solid_pairs(const SceneModel& model, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         for (std::size_t j = i + 1; j < model.bodies.size(); ++j)
-            if (are_a_pair(model, i, j))
+            if (are_solid_pair(model, i, j))
                 context.descent.add_solid_pair(view_of(model, i, context), view_of(model, j, context));
 }
 

@@ -1,29 +1,10 @@
 #include "engine/step/state.hpp"
 
-#include <bit>
+#include "engine/step/content_hash.hpp"
 
 namespace seldinger::engine {
 
 namespace {
-
-class StateHash {
-public:
-    void add(std::uint64_t value) noexcept {
-        for (int byte = 0; byte < 8; ++byte) {
-            hash_ ^= (value >> (8 * byte)) & 0xff;
-            hash_ *= 0x100000001b3ULL;
-        }
-    }
-    void add(double value) noexcept { add(std::bit_cast<std::uint64_t>(value)); }
-    void add(const std::vector<Vec3>& values) noexcept {
-        for (const Vec3& v : values)
-            for (int axis = 0; axis < 3; ++axis) add(v[axis]);
-    }
-    [[nodiscard]] std::uint64_t value() const noexcept { return hash_; }
-
-private:
-    std::uint64_t hash_ = 0xcbf29ce484222325ULL;
-};
 
 BodyState make_body_state(const BodyModel& body) {
     BodyState state;
@@ -55,7 +36,7 @@ State make_initial_state(const SceneModel& model) {
 }
 
 std::uint64_t hash_state(const State& state) noexcept {
-    StateHash hash;
+    ContentHash hash;
     hash.add(state.step);
     for (const BodyState& body : state.bodies) {
         hash.add(body.tissue.position);

@@ -16,11 +16,14 @@ class Clock {
 public:
     virtual ~Clock() = default;
     [[nodiscard]] virtual std::int64_t now_ns() const noexcept = 0;
+    /// What this thread has run; a clock that cannot tell gives its time.
+    [[nodiscard]] virtual std::int64_t cpu_ns() const noexcept { return now_ns(); }
 };
 
 class MonotonicClock final : public Clock {
 public:
     [[nodiscard]] std::int64_t now_ns() const noexcept override { return monotonic_ns(); }
+    [[nodiscard]] std::int64_t cpu_ns() const noexcept override { return thread_cpu_ns(); }
 };
 
 /// Milliseconds since construction or the last lap.

@@ -7,43 +7,62 @@ namespace seldinger::engine {
 
 namespace {
 
-/// Pair tests between two readings of the clock at most: about 40 us of overrun at 10 ns a test, and the clock's own cost
-/// (about 30 ns) stays below a thousandth of the tests'.
+/// Pair tests between two readings of the clock at most; the clock's own cost (about 30 ns) stays below a thousandth of the
+/// tests'.
 constexpr std::uint64_t kLargestGrant = 4096;
+/// Of the time that is left, a grant takes this share until it would be this small: a rate that has doubled since it was
+/// measured is seen before the time is gone.
+constexpr double kGrantShare = 0.5;
+constexpr std::uint64_t kSmallestShare = 256;
 /// Grants that spent less say more about the clock than about the tests: they teach nothing.
 constexpr std::uint64_t kSmallestLesson = 64;
-/// The forecast of the exact stage is its last cost; contacts grow between steps, so a third is kept in reserve.
-constexpr double kExactReserve = 1.33;
-/// Weight of the newest measurement: a rate that changes tenfold is followed within some ten steps.
+/// Weight of the newest measurement: a rate that changes tenfold is followed within some ten grants.
 constexpr double kLearning = 0.2;
-/// Per step in which the exact stage was not tried its remembered rate shrinks by this: one slow run (a cold cache, another
-/// process) must not keep it away for ever. Halved within 35 steps.
+/// Rates that rise are followed faster: late is dearer than early.
+constexpr double kAlarm = 0.5;
+/// Contacts grow between steps: a third is kept in reserve.
+constexpr double kTestsReserve = 1.33;
+/// An abandoned stage would have cost more than it was given; how much more nobody knows.
+constexpr double kAbandonedCost = 1.5;
+/// Per step in which the exact stage was not tried its remembered rate shrinks by this, as CostForecast::fade.
 constexpr double kForget = 0.98;
 
-void learn(double& rate, double measured) noexcept { rate += kLearning * (measured - rate); }
+void learn(double& rate, double measured) noexcept { rate += (measured > rate ? kAlarm : kLearning) * (measured - rate); }
 
-std::uint64_t exact_units(const ExactForecast& forecast) noexcept {
+std::uint64_t units_of(const ExactForecast& forecast) noexcept {
     return forecast.candidates * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;
 }
+
+double seconds_between(std::int64_t from_ns, std::int64_t to_ns) noexcept { return static_cast<double>(to_ns - from_ns) * 1e-9; }
 
 } // namespace
 
 void StepBudget::begin() noexcept {
-    charged_ns_ = 0;
+    charged_ns_ = charged_cpu_ns_ = 0;
     units_spent_ = 0;
-    if (!exact_tried_) exact_s_per_unit_ *= kForget;
+    kept_back_s_ = 0.0;
+    if (!exact_tried_) {
+        tests_s_per_unit_ *= kForget;
+        exact_.fade();
+        solve_.fade();
+    }
     exact_tried_ = false;
-    running_ = true;
-    running_since_ = clock_->now_ns();
+    running_ = false;
+    resume();
 }
 
 void StepBudget::pause() noexcept {
-    if (running_) charged_ns_ += clock_->now_ns() - running_since_;
+    if (running_) {
+        charged_ns_ += clock_->now_ns() - running_since_;
+        charged_cpu_ns_ += clock_->cpu_ns() - running_since_cpu_;
+    }
     running_ = false;
 }
 
 void StepBudget::resume() noexcept {
-    if (!running_) running_since_ = clock_->now_ns();
+    if (running_) return;
+    running_since_cpu_ = clock_->cpu_ns();
+    running_since_ = clock_->now_ns();
     running_ = true;
 }
 
@@ -52,64 +71,118 @@ double StepBudget::elapsed_s() const noexcept {
     return static_cast<double>(charged_ns_ + open) * 1e-9;
 }
 
+double StepBudget::elapsed_cpu_s() const noexcept {
+    const std::int64_t open = running_ ? clock_->cpu_ns() - running_since_cpu_ : 0;
+    return static_cast<double>(charged_cpu_ns_ + open) * 1e-9;
+}
+
 double StepBudget::limit_s() const noexcept {
     return limits_.mode == BudgetMode::Wall ? limits_.wall_s : std::numeric_limits<double>::infinity();
 }
 
-double StepBudget::left_s() const noexcept { return limit_s() - elapsed_s(); }
+double StepBudget::left_s() const noexcept { return limit_s() - kept_back_s_ - elapsed_s(); }
 
 std::uint64_t StepBudget::units_left() const noexcept {
     if (limits_.mode != BudgetMode::Work) return WorkBudget::kUnlimited;
     return limits_.work_units > units_spent_ ? limits_.work_units - units_spent_ : 0;
 }
 
-WorkBudget StepBudget::grant_descent() noexcept {
-    if (limits_.mode != BudgetMode::Wall) return WorkBudget(units_left());
-    operation_start_ns_ = clock_->now_ns();
+void StepBudget::end_part(StepPart part) noexcept {
+    parts_[static_cast<std::size_t>(part)].learn(seconds_between(part_start_ns_, clock_->now_ns()));
+}
+
+unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
+    const auto by_forecast = [&]() -> std::uint64_t {
+        if (limits_.mode != BudgetMode::Wall) return 0;
+        CostForecast& tissue = parts_[static_cast<std::size_t>(StepPart::Tissue)];
+        double need = tissue.reserve_s() + forecast(StepPart::Steer).reserve_s() + forecast(StepPart::Respond).reserve_s() +
+                      exact_.reserve_s();
+        unsigned dropped = 0;
+        for (const Droppable effect : order) {
+            if (need <= left_s()) break;
+            dropped |= drop_bit(effect);
+            need -= effect == Droppable::Elasticity ? tissue.reserve_s() : exact_.reserve_s();
+        }
+        if ((dropped & drop_bit(Droppable::Elasticity)) != 0) tissue.fade(); // or it would be left out for ever
+        return dropped;
+    };
+    return order.empty() ? 0u : static_cast<unsigned>(tape_.decide(DecisionKind::Drop, by_forecast));
+}
+
+std::uint64_t StepBudget::affordable_descent() const noexcept {
     const double left = left_s();
-    if (!(left > 0.0)) return WorkBudget(0);
-    const double affordable = left / descent_s_per_unit_;
-    if (affordable < 1.0) return WorkBudget(0);
-    return WorkBudget(static_cast<std::uint64_t>(std::min(affordable, static_cast<double>(kLargestGrant))));
+    if (!(left > 0.0)) return 0;
+    const double all = left / descent_s_per_unit_;
+    if (all < 1.0) return 0;
+    const double share = std::max(kGrantShare * all, std::min(all, static_cast<double>(kSmallestShare)));
+    return static_cast<std::uint64_t>(std::min(share, static_cast<double>(kLargestGrant)));
+}
+
+WorkBudget StepBudget::grant_descent() {
+    operation_start_ns_ = clock_->now_ns();
+    return WorkBudget(tape_.decide(DecisionKind::Descent, [&] {
+        return limits_.mode == BudgetMode::Wall ? affordable_descent() : units_left();
+    }));
 }
 
 void StepBudget::settle_descent(const WorkBudget& grant) noexcept {
     units_spent_ += grant.spent();
     if (limits_.mode != BudgetMode::Wall || grant.spent() < kSmallestLesson) return;
-    learn(descent_s_per_unit_,
-          static_cast<double>(clock_->now_ns() - operation_start_ns_) * 1e-9 / static_cast<double>(grant.spent()));
+    learn(descent_s_per_unit_, seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent()));
 }
 
-double StepBudget::exact_seconds(const ExactForecast& forecast) const noexcept {
-    return kExactReserve * static_cast<double>(exact_units(forecast)) * exact_s_per_unit_;
+double StepBudget::tests_seconds(const ExactForecast& forecast) const noexcept {
+    return kTestsReserve * static_cast<double>(units_of(forecast)) * tests_s_per_unit_;
 }
 
-bool StepBudget::exact_fits(const ExactForecast& forecast) const noexcept {
-    switch (limits_.mode) {
-    case BudgetMode::Exact: return true;
-    case BudgetMode::Work: return exact_units(forecast) <= units_left();
-    case BudgetMode::Wall: return exact_seconds(forecast) <= left_s();
-    }
-    return false;
-}
-
-WorkBudget StepBudget::grant_exact(const ExactForecast& forecast) noexcept {
+bool StepBudget::exact_fits(const ExactForecast& forecast) {
+    const bool fits = tape_.decide(DecisionKind::Fits, [&]() -> std::uint64_t {
+        if (limits_.mode == BudgetMode::Exact) return 1;
+        if (limits_.mode == BudgetMode::Work) return units_of(forecast) <= units_left();
+        const double need = std::max(exact_.reserve_s(), solve_.reserve_s() + tests_seconds(forecast));
+        return need <= left_s();
+    }) != 0;
+    if (!fits) return false;
     exact_tried_ = true;
-    operation_start_ns_ = clock_->now_ns();
-    const std::uint64_t refit = forecast.triangles * kUnitsPerRefitTriangle;
-    if (limits_.mode == BudgetMode::Exact) return WorkBudget(WorkBudget::kUnlimited);
-    if (limits_.mode == BudgetMode::Work)
-        return WorkBudget(units_left() > refit ? (units_left() - refit) / kUnitsPerCandidate : 0);
-    const double affordable = left_s() / exact_s_per_unit_ - static_cast<double>(refit);
-    if (!(affordable > 0.0)) return WorkBudget(0);
-    return WorkBudget(static_cast<std::uint64_t>(affordable / kUnitsPerCandidate));
+    exact_start_ns_ = clock_->now_ns();
+    return true;
 }
 
-void StepBudget::settle_exact(const ExactForecast& forecast, const WorkBudget& grant) noexcept {
+bool StepBudget::round_fits(const ExactForecast& forecast) {
+    const bool fits = tape_.decide(DecisionKind::Round, [&]() -> std::uint64_t {
+        if (limits_.mode != BudgetMode::Wall) return 1; // work is charged where the tests are granted
+        return solve_.reserve_s() + tests_seconds({0, forecast.triangles}) <= left_s();
+    }) != 0;
+    round_start_ns_ = clock_->now_ns();
+    return fits;
+}
+
+std::uint64_t StepBudget::affordable_tests(const ExactForecast& forecast) const noexcept {
+    const std::uint64_t refit = forecast.triangles * kUnitsPerRefitTriangle;
+    if (limits_.mode == BudgetMode::Exact) return WorkBudget::kUnlimited;
+    if (limits_.mode == BudgetMode::Work) return units_left() > refit ? (units_left() - refit) / kUnitsPerCandidate : 0;
+    const double all = left_s() / tests_s_per_unit_ - static_cast<double>(refit);
+    return all > 0.0 ? static_cast<std::uint64_t>(all / kUnitsPerCandidate) : 0;
+}
+
+WorkBudget StepBudget::grant_tests(const ExactForecast& forecast) {
+    operation_start_ns_ = clock_->now_ns();
+    if (limits_.mode == BudgetMode::Wall) solve_.learn(seconds_between(round_start_ns_, operation_start_ns_));
+    return WorkBudget(tape_.decide(DecisionKind::Tests, [&] { return affordable_tests(forecast); }));
+}
+
+void StepBudget::settle_tests(const ExactForecast& forecast, const WorkBudget& grant) noexcept {
     const std::uint64_t units = grant.spent() * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;
     units_spent_ += units;
     if (limits_.mode != BudgetMode::Wall || units == 0) return;
-    learn(exact_s_per_unit_, static_cast<double>(clock_->now_ns() - operation_start_ns_) * 1e-9 / static_cast<double>(units));
+    learn(tests_s_per_unit_, seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(units));
+}
+
+void StepBudget::end_exact(bool finished) noexcept {
+    if (limits_.mode != BudgetMode::Wall) return;
+    const double spent = seconds_between(exact_start_ns_, clock_->now_ns());
+    if (finished) exact_.learn(spent);
+    else exact_.learn(std::max(kAbandonedCost * spent, exact_.mean_s()));
 }
 
 } // namespace seldinger::engine

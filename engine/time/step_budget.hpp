@@ -4,7 +4,10 @@
 
 #include "base/work_budget.hpp"
 #include "engine/time/clock.hpp"
+#include "engine/time/decisions.hpp"
+#include "engine/time/forecast.hpp"
 
+#include <array>
 #include <cstdint>
 
 namespace seldinger::engine {
@@ -20,6 +23,18 @@ struct BudgetLimits {
     double wall_s = 0.0;          // s per step, mode Wall
     std::uint64_t work_units = 0; // per step, mode Work
 };
+
+/// What a step may leave out when its budget covers the whole of it.
+enum class Droppable : std::uint8_t { ExactContact, Elasticity };
+[[nodiscard]] constexpr unsigned drop_bit(Droppable effect) noexcept { return 1u << static_cast<unsigned>(effect); }
+
+/// Parts of a step whose cost is forecast from step to step.
+enum class StepPart : std::uint8_t {
+    Tissue,  // integration
+    Steer,   // surfaces, sphere trees and the free motion of instruments
+    Respond, // what follows the descent when there is no exact answer
+};
+inline constexpr std::size_t kStepPartCount = 3;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
 /// machine changes an answer: from measurements of the main scene (a pair test ~10 ns, a candidate ~60 ns, a triangle's
@@ -42,38 +57,62 @@ public:
     /// Time that passes between pause and resume is not charged: steps whose scope is collision pause around the rest.
     void pause() noexcept;
     void resume() noexcept;
+    /// Time that another account was charged for work that this one stands on.
+    void charge(double seconds) noexcept { charged_ns_ += static_cast<std::int64_t>(seconds * 1e9); }
+
+    /// A part of the step begins, and ends: what it cost is the forecast for the next one.
+    void begin_part() noexcept { part_start_ns_ = clock_->now_ns(); }
+    void end_part(StepPart part) noexcept;
+    [[nodiscard]] const CostForecast& forecast(StepPart part) const noexcept { return parts_[static_cast<std::size_t>(part)]; }
+    /// Which of the droppable effects this step leaves out, in their order, so that the forecast of the rest fits.
+    [[nodiscard]] unsigned choose_drops(std::span<const Droppable> order);
+    /// From now on this much is kept back from every grant, for what must follow within the budget.
+    void keep_back(double seconds) noexcept { kept_back_s_ = seconds; }
 
     /// The next grant for sphere-pair tests: small, so that the clock is read often enough. Empty when the time is up.
-    [[nodiscard]] WorkBudget grant_descent() noexcept;
+    [[nodiscard]] WorkBudget grant_descent();
     void settle_descent(const WorkBudget& grant) noexcept;
 
-    /// Does the exact stage, forecast from its last run, fit in what is left?
-    [[nodiscard]] bool exact_fits(const ExactForecast& forecast) const noexcept;
-    /// The grant for the exact stage's candidates; it ends early (and its answer is thrown away) when that runs out.
-    [[nodiscard]] WorkBudget grant_exact(const ExactForecast& forecast) noexcept;
-    void settle_exact(const ExactForecast& forecast, const WorkBudget& grant) noexcept;
+    /// The exact stage: does it fit, by the cost of its last runs, in what is left? True starts its account.
+    [[nodiscard]] bool exact_fits(const ExactForecast& forecast);
+    /// Is there time for one more solve and its tests? False: the stage is abandoned, its answer thrown away.
+    [[nodiscard]] bool round_fits(const ExactForecast& forecast);
+    /// The solve is done: the grant for its continuous tests. They end early when that runs out.
+    [[nodiscard]] WorkBudget grant_tests(const ExactForecast& forecast);
+    void settle_tests(const ExactForecast& forecast, const WorkBudget& grant) noexcept;
+    /// finished  false: abandoned, so the cost is not known, only that it is more than what was spent
+    void end_exact(bool finished) noexcept;
 
-    [[nodiscard]] double elapsed_s() const noexcept;  // charged so far in this step
-    [[nodiscard]] double limit_s() const noexcept;    // infinity unless mode Wall
+    [[nodiscard]] double elapsed_s() const noexcept;     // charged so far in this step
+    [[nodiscard]] double elapsed_cpu_s() const noexcept; // the same in this thread's own time
+    [[nodiscard]] double limit_s() const noexcept;       // infinity unless mode Wall
     [[nodiscard]] std::uint64_t units_spent() const noexcept { return units_spent_; }
     [[nodiscard]] bool overrun() const noexcept { return limits_.mode == BudgetMode::Wall && elapsed_s() > limit_s(); }
     [[nodiscard]] const BudgetLimits& limits() const noexcept { return limits_; }
+    [[nodiscard]] DecisionTape& tape() noexcept { return tape_; }
 
 private:
     [[nodiscard]] double left_s() const noexcept;
     [[nodiscard]] std::uint64_t units_left() const noexcept;
-    [[nodiscard]] double exact_seconds(const ExactForecast& forecast) const noexcept;
+    [[nodiscard]] double tests_seconds(const ExactForecast& forecast) const noexcept;
+    [[nodiscard]] std::uint64_t affordable_tests(const ExactForecast& forecast) const noexcept;
+    [[nodiscard]] std::uint64_t affordable_descent() const noexcept;
 
     const Clock* clock_;
     BudgetLimits limits_;
-    std::int64_t charged_ns_ = 0;
-    std::int64_t running_since_ = 0;
+    DecisionTape tape_;
+    std::int64_t charged_ns_ = 0, charged_cpu_ns_ = 0;
+    std::int64_t running_since_ = 0, running_since_cpu_ = 0;
     bool running_ = false;
     bool exact_tried_ = true;
+    double kept_back_s_ = 0.0;
     std::uint64_t units_spent_ = 0;
-    std::int64_t operation_start_ns_ = 0;
-    double descent_s_per_unit_ = 20e-9; // s, replaced by the first measurement
-    double exact_s_per_unit_ = 15e-9;   // s per work unit of the exact stage, likewise
+    std::int64_t part_start_ns_ = 0, operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
+    double descent_s_per_unit_ = 100e-9; // s, replaced by the first measurement
+    double tests_s_per_unit_ = 15e-9;    // s per work unit of the continuous tests, likewise
+    std::array<CostForecast, kStepPartCount> parts_{};
+    // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
+    CostForecast exact_{1e-3}, solve_{0.3e-3};
 };
 
 } // namespace seldinger::engine

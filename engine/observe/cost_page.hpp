@@ -1,0 +1,22 @@
+// What `cost` leaves behind: a table for scripts, one for readers, and a page with plots.
+#pragma once
+
+#include "engine/observe/cost_run.hpp"
+
+#include <string>
+
+namespace seldinger::engine {
+
+/// The contract's columns, a row per budget; every number with the digits that tell it from its neighbours.
+[[nodiscard]] std::string cost_csv(const CostTable& table);
+
+/// Everything that was measured, as JSON.
+[[nodiscard]] std::string cost_json(const Scene& scene, const CostTable& table);
+
+/// The table for a terminal.
+[[nodiscard]] std::string cost_text(const CostTable& table);
+
+/// One page without any other file. Without gnuplot a notice stands in place of the plots.
+[[nodiscard]] std::string cost_page(const Scene& scene, CostTable& table);
+
+} // namespace seldinger::engine

@@ -1,0 +1,44 @@
+// What something will cost, from what it cost before: the mean, and how far the last ones lay from it.
+// source   Jacobson, "Congestion avoidance and control" (1988), the round-trip timer. Deviates: what costs less than the mean
+//          narrows the forecast more slowly than what costs more widens it, since being late is dearer than being early.
+#pragma once
+
+#include <algorithm>
+
+namespace seldinger::engine {
+
+class CostForecast {
+public:
+    constexpr CostForecast() noexcept = default;
+    explicit constexpr CostForecast(double first_guess_s) noexcept : mean_(first_guess_s) {}
+
+    void learn(double seconds) noexcept {
+        if (!known_) {
+            known_ = true;
+            mean_ = seconds;
+            deviation_ = kFirstSpread * seconds; // one measurement says little
+            return;
+        }
+        const double error = seconds - mean_;
+        mean_ += kMeanGain * error;
+        const double size = error < 0.0 ? -error : error;
+        deviation_ += (size > deviation_ ? kWidenGain : kNarrowGain) * (size - deviation_);
+    }
+    /// Nothing was measured in this step: what one slow run taught fades, halved within 35 steps.
+    void fade() noexcept {
+        mean_ *= kFade;
+        deviation_ *= kFade;
+    }
+    [[nodiscard]] double mean_s() const noexcept { return mean_; }
+    /// Few cost more: what is set aside.
+    [[nodiscard]] double reserve_s() const noexcept { return mean_ + kSpread * deviation_; }
+
+private:
+    static constexpr double kMeanGain = 0.125, kWidenGain = 0.25, kNarrowGain = 0.05;
+    static constexpr double kSpread = 3.0, kFirstSpread = 0.2;
+    static constexpr double kFade = 0.98;
+    double mean_ = 0.0, deviation_ = 0.0;
+    bool known_ = false;
+};
+
+} // namespace seldinger::engine
