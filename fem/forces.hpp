@@ -3,6 +3,7 @@
 // factor 1/2, so that Young's modulus and Poisson's ratio are the engineer's.
 #pragma once
 
+#include "fem/kernels.hpp"
 #include "fem/tissue.hpp"
 
 namespace seldinger::fem {
@@ -20,20 +21,31 @@ struct TetReport {
 /// Adds the nodal forces of every tetrahedron, elastic and (viscosity > 0) viscous.
 /// position, velocity [node_count] m, m/s     force [node_count] N, added to, never cleared
 /// Finite positions within any stretch a double can square give finite forces: no law divides by det F.
-/// cost O(tet_count), no allocation, fixed summation order
+/// The integrators run the same kernels on records of their own; this one gathers, scatters and allocates.
 TetReport add_tet_forces(const TissueModel& model, std::span<const Vec3> position, std::span<const Vec3> velocity,
-                         std::span<Vec3> force) noexcept;
+                         std::span<Vec3> force);
 
 /// Energy, volume ratios and first bad element of a configuration; no forces.
 [[nodiscard]] TetReport measure_tets(const TissueModel& model, std::span<const Vec3> position) noexcept;
+/// The same of records in the plan's order.
+[[nodiscard]] TetReport measure_tets(const TissueModel& model, std::span<const NodeRecord> records) noexcept;
 
 /// Adds K(x) d, the elastic stiffness at `position` times a nodal displacement (exact derivative of -add_tet_forces).
 /// Returns the tet that takes up the most energy of d: max d_e . K_e d_e.
 Index add_stiffness_product(const TissueModel& model, std::span<const Vec3> position, std::span<const Vec3> displacement,
-                            std::span<Vec3> product) noexcept;
+                            std::span<Vec3> product);
 
 /// Adds C(x) v, the viscous drag at `position` (exactly linear in v). Nothing to add where viscosity is 0.
 void add_damping_product(const TissueModel& model, std::span<const Vec3> position, std::span<const Vec3> velocity,
-                         std::span<Vec3> product) noexcept;
+                         std::span<Vec3> product);
+
+/// What the kernels need of a body's material.
+[[nodiscard]] TetJob make_tet_job(const TissueModel& model, TetKernel kernel, unsigned threads) noexcept;
+
+/// Caller's order to records: x = position, v = second (empty: left as they are), and back.
+void gather_records(const ForcePlan& plan, std::span<const Vec3> position, std::span<const Vec3> second,
+                    std::span<NodeRecord> records) noexcept;
+void scatter_records(const ForcePlan& plan, std::span<const NodeRecord> records, std::span<Vec3> position,
+                     std::span<Vec3> second) noexcept;
 
 } // namespace seldinger::fem

@@ -9,19 +9,16 @@ namespace seldinger::fem {
 
 namespace {
 
-/// An acceleration beyond this is counted as not finite: its square must still be a double.
-constexpr double kAccelerationLimit = 1e150; // m/s^2
-
-void prepare_workspace(std::size_t count, RkWorkspace& w) {
-    for (std::vector<Vec3>* array : {&w.start_position, &w.start_velocity, &w.stage_position, &w.stage_velocity, &w.force,
-                                     &w.slope_position, &w.slope_velocity})
-        array->resize(count);
+void prepare_workspace(const ForcePlan& plan, RkWorkspace& w) {
+    for (std::vector<NodeRecord>* array : {&w.start, &w.stage, &w.slope}) array->resize(plan.node_count());
+    w.partial.resize(plan.slots.size());
+    w.extra.resize(plan.node_count());
 }
 
-void note_volume(IntegrateReport& report, const TetReport& tets) noexcept {
-    if (report.min_volume_tet != kNoIndex && !(tets.min_volume_ratio < report.min_volume_ratio)) return;
-    report.min_volume_ratio = tets.min_volume_ratio;
-    report.min_volume_tet = tets.min_volume_tet;
+void note_volume(IntegrateReport& report, double ratio, Index tet) noexcept {
+    if (report.min_volume_tet != kNoIndex && !(ratio < report.min_volume_ratio)) return;
+    report.min_volume_ratio = ratio;
+    report.min_volume_tet = tet;
 }
 
 enum class StageOutcome : std::uint8_t { Fine, NotFinite, Stiffened };
@@ -36,72 +33,78 @@ struct StiffnessWatch {
     }
 };
 
-/// Fills w.force with accelerations. NotFinite: the report names the bad node and tet. watch may be null.
-StageOutcome find_accelerations(const TissueModel& model, const IntegrateInputs& inputs, std::span<const Vec3> position,
-                                std::span<const Vec3> velocity, RkWorkspace& w, StiffnessWatch* watch,
-                                IntegrateReport& report) noexcept {
-    for (Vec3& f : w.force) f.setZero();
-    const TetReport tets = add_tet_forces(model, position, velocity, w.force);
-    if (watch && watch->trips(tets.stiffest)) return StageOutcome::Stiffened;
-    note_volume(report, tets);
-    if (inputs.springs) add_spring_forces(*inputs.springs, position, velocity, w.force);
-    const bool pushed = !inputs.external_force.empty();
-    const double damping = model.material.mass_damping;
-    for (std::size_t node = 0; node < w.force.size(); ++node) {
-        const double inv_mass = model.inv_mass[node];
-        if (inv_mass == 0.0) {
-            w.force[node].setZero();
-            continue;
-        }
-        if (pushed) w.force[node] += inputs.external_force[node];
-        w.force[node] = inv_mass * w.force[node] + inputs.gravity - damping * velocity[node];
-        if (w.force[node].cwiseAbs().maxCoeff() < kAccelerationLimit && w.force[node].allFinite()) continue;
-        report.first_bad_node = static_cast<Index>(node);
-        report.first_bad_tet = measure_tets(model, position).first_bad_tet;
-        return StageOutcome::NotFinite;
+/// What a sub-step needs at hand.
+struct Substep {
+    const TissueModel& model;
+    const IntegrateInputs& inputs;
+    RkWorkspace& w;
+    StiffnessWatch* watch; // may be null
+    IntegrateReport& report;
+};
+
+/// Springs and external forces at `now`; null where there are none.
+const PartialForce* find_extra(const Substep& s, std::span<const NodeRecord> now) noexcept {
+    const bool pushed = !s.inputs.external_force.empty(), sprung = s.inputs.springs && !s.inputs.springs->springs.empty();
+    if (!pushed && !sprung) return nullptr;
+    const ForcePlan& plan = s.model.plan;
+    for (std::size_t record = 0; record < plan.node_count(); ++record) {
+        const Vec3 force = pushed ? s.inputs.external_force[plan.node_of[record]] : Vec3(0.0, 0.0, 0.0);
+        s.w.extra[record] = {{force[0], force[1], force[2], 0.0}};
     }
-    return StageOutcome::Fine;
+    if (sprung) add_spring_forces(*s.inputs.springs, plan, now, s.w.extra);
+    return s.w.extra.data();
 }
 
-/// Stage state = start + reach * (stage velocity, acceleration). velocity may be the stage's own: it is read first.
-void move_stage(RkWorkspace& w, std::span<const Vec3> velocity, double reach) noexcept {
-    for (std::size_t node = 0; node < w.force.size(); ++node) {
-        w.stage_position[node] = w.start_position[node] + reach * velocity[node];
-        w.stage_velocity[node] = w.start_velocity[node] + reach * w.force[node];
-    }
+/// Forces at `now`, then every node's update. Not Fine: the report names the bad node and tet; w.start is as it was.
+StageOutcome run_stage(const Substep& s, std::span<const NodeRecord> now, NodeUpdate update, double reach, double drift) noexcept {
+    const ForcePlan& plan = s.model.plan;
+    const TetKernel kernel = s.model.material.viscosity > 0.0 ? TetKernel::ViscousForce : TetKernel::Force;
+    const Extremes tets = run_tets(plan, make_tet_job(s.model, kernel, s.w.threads), now, s.w.partial);
+    if (s.watch && s.watch->trips(tets.high)) return StageOutcome::Stiffened;
+    if (tets.low_place != kNoIndex) note_volume(s.report, tets.low, plan.tet_of[tets.low_place]);
+    NodeJob job{.update = update, .start = s.w.start.data(), .now = now.data(), .out = s.w.stage.data(), .slope = s.w.slope.data(),
+                .partial = s.w.partial.data(), .extra = find_extra(s, now)};
+    for (int axis = 0; axis < 3; ++axis) job.gravity[axis] = s.inputs.gravity[axis];
+    job.mass_damping = s.model.material.mass_damping;
+    job.reach = reach;
+    job.drift = drift;
+    job.threads = s.w.threads;
+    const Index bad = update_nodes(plan, job);
+    if (bad == kNoIndex) return StageOutcome::Fine;
+    s.report.first_bad_node = bad;
+    s.report.first_bad_tet = measure_tets(s.model, now).first_bad_tet;
+    return StageOutcome::NotFinite;
 }
 
-void add_slope(RkWorkspace& w, std::span<const Vec3> velocity, double weight) noexcept {
-    for (std::size_t node = 0; node < w.force.size(); ++node) {
-        w.slope_position[node] += weight * velocity[node];
-        w.slope_velocity[node] += weight * w.force[node];
-    }
-}
-
-/// One RK4 sub-step. Anything but Fine: the state was left as it was.
-StageOutcome take_substep(const TissueModel& model, TissueState& state, double h, const IntegrateInputs& inputs, RkWorkspace& w,
-                          StiffnessWatch* watch, IntegrateReport& report) noexcept {
-    w.start_position = state.position;
-    w.start_velocity = state.velocity;
-    StageOutcome outcome = find_accelerations(model, inputs, state.position, state.velocity, w, watch, report);
-    if (outcome != StageOutcome::Fine) return outcome;
-    w.slope_position = state.velocity;
-    w.slope_velocity = w.force;
-    move_stage(w, state.velocity, 0.5 * h);
-    for (const double reach : {0.5 * h, h}) {
-        outcome = find_accelerations(model, inputs, w.stage_position, w.stage_velocity, w, watch, report);
+StageOutcome take_rk4(const Substep& s, double h) noexcept {
+    struct Stage { NodeUpdate update; double reach; };
+    const Stage stages[4] = {{NodeUpdate::FirstStage, 0.5 * h}, {NodeUpdate::MiddleStage, 0.5 * h},
+                             {NodeUpdate::MiddleStage, h}, {NodeUpdate::LastStage, h / 6.0}};
+    std::span<const NodeRecord> now = s.w.start;
+    for (const Stage& stage : stages) {
+        const StageOutcome outcome = run_stage(s, now, stage.update, stage.reach, 0.0);
         if (outcome != StageOutcome::Fine) return outcome;
-        add_slope(w, w.stage_velocity, 2.0);
-        move_stage(w, w.stage_velocity, reach);
+        now = s.w.stage;
     }
-    outcome = find_accelerations(model, inputs, w.stage_position, w.stage_velocity, w, watch, report);
-    if (outcome != StageOutcome::Fine) return outcome;
-    add_slope(w, w.stage_velocity, 1.0);
-    for (std::size_t node = 0; node < w.force.size(); ++node) {
-        state.position[node] = w.start_position[node] + h / 6.0 * w.slope_position[node];
-        state.velocity[node] = w.start_velocity[node] + h / 6.0 * w.slope_velocity[node];
-    }
+    std::swap(s.w.start, s.w.stage);
     return StageOutcome::Fine;
+}
+
+StageOutcome take_leapfrog(const Substep& s, double h) noexcept {
+    for (std::size_t record = 0; record < s.w.start.size(); ++record) {
+        const NodeRecord& from = s.w.start[record];
+        NodeRecord& to = s.w.stage[record];
+        to = from;
+        for (int axis = 0; axis < 3; ++axis) to.x[axis] += 0.5 * h * from.v[axis];
+    }
+    const StageOutcome outcome = run_stage(s, s.w.stage, NodeUpdate::KickDrift, h, 0.5 * h);
+    if (outcome == StageOutcome::Fine) std::swap(s.w.start, s.w.stage);
+    return outcome;
+}
+
+/// One sub-step of w.start. Anything but Fine: it was left as it was.
+StageOutcome take_substep(const Substep& s, double h, Integrator integrator) noexcept {
+    return integrator == Integrator::Rk4 ? take_rk4(s, h) : take_leapfrog(s, h);
 }
 
 /// Pinned nodes have no acceleration, so that the velocity set here carries them linearly to their target.
@@ -115,7 +118,7 @@ void aim_pinned(const TissueModel& model, TissueState& state, double step, const
 
 void measure_end(const TissueModel& model, const TissueState& state, IntegrateReport& report) noexcept {
     const TetReport tets = measure_tets(model, state.position);
-    note_volume(report, tets);
+    note_volume(report, tets.min_volume_ratio, tets.min_volume_tet);
     report.inverted = tets.inverted;
     report.elastic_j = tets.elastic_energy;
     for (std::size_t node = 0; node < model.node_count(); ++node)
@@ -129,10 +132,6 @@ Index find_bad_node(const TissueState& state) noexcept {
     return kNoIndex;
 }
 
-} // namespace
-
-namespace {
-
 void check_sizes([[maybe_unused]] const TissueModel& model, [[maybe_unused]] const TissueState& state,
                  [[maybe_unused]] double step, [[maybe_unused]] const IntegrateInputs& inputs) noexcept {
     assert(state.position.size() == model.node_count() && state.velocity.size() == model.node_count());
@@ -144,32 +143,44 @@ void check_sizes([[maybe_unused]] const TissueModel& model, [[maybe_unused]] con
 void begin(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs, RkWorkspace& w,
            IntegrateReport& report) {
     check_sizes(model, state, step, inputs);
-    prepare_workspace(model.node_count(), w);
+    prepare_workspace(model.plan, w);
     report.first_bad_node = find_bad_node(state);
     aim_pinned(model, state, step, inputs);
+    gather_records(model.plan, state.position, state.velocity, w.start);
 }
 
 /// Pinned nodes to the last bit where they were sent, and the end's energies.
-void finish(const TissueModel& model, TissueState& state, const IntegrateInputs& inputs, bool arrived,
+void finish(const TissueModel& model, TissueState& state, const IntegrateInputs& inputs, bool arrived, const RkWorkspace& w,
             IntegrateReport& report) noexcept {
+    scatter_records(model.plan, w.start, state.position, state.velocity);
     if (arrived && !inputs.pinned_target.empty())
         for (std::size_t k = 0; k < model.pinned.size(); ++k) state.position[model.pinned[k]] = inputs.pinned_target[k];
     measure_end(model, state, report);
+}
+
+IntegrateReport integrate(const TissueModel& model, TissueState& state, double step, unsigned substeps,
+                          const IntegrateInputs& inputs, Integrator integrator, RkWorkspace& w) noexcept {
+    assert(substeps > 0);
+    IntegrateReport report;
+    begin(model, state, step, inputs, w, report);
+    const double h = step / substeps;
+    const Substep substep{model, inputs, w, nullptr, report};
+    while (report.finite() && report.substeps_done < substeps && take_substep(substep, h, integrator) == StageOutcome::Fine)
+        ++report.substeps_done;
+    finish(model, state, inputs, report.finite(), w, report);
+    return report;
 }
 
 } // namespace
 
 IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                               const IntegrateInputs& inputs, RkWorkspace& w) noexcept {
-    assert(substeps > 0);
-    IntegrateReport report;
-    begin(model, state, step, inputs, w, report);
-    const double h = step / substeps;
-    while (report.finite() && report.substeps_done < substeps &&
-           take_substep(model, state, h, inputs, w, nullptr, report) == StageOutcome::Fine)
-        ++report.substeps_done;
-    finish(model, state, inputs, report.finite(), report);
-    return report;
+    return integrate(model, state, step, substeps, inputs, Integrator::Rk4, w);
+}
+
+IntegrateReport integrate_leapfrog(const TissueModel& model, TissueState& state, double step, unsigned substeps,
+                                   const IntegrateInputs& inputs, RkWorkspace& w) noexcept {
+    return integrate(model, state, step, substeps, inputs, Integrator::Leapfrog, w);
 }
 
 AdvanceReport advance(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs,
@@ -179,7 +190,7 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
     begin(model, state, step, inputs, w, done);
     double left = step, cap = std::numeric_limits<double>::infinity();
     while (done.finite() && left > 0.0) {
-        const StableStep stable = find_stable_step(model, state.position, inputs.springs, stable_workspace);
+        const StableStep stable = find_stable_step(model, w.start, inputs.springs, stable_workspace, limits.integrator);
         if (report.estimates++ == 0 || stable.step < report.tightest.step) report.tightest = stable;
         const unsigned spent = done.substeps_done + report.rejected;
         const unsigned wanted =
@@ -188,10 +199,11 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
         if (report.refused) break;
         const double h = left / wanted;
         StiffnessWatch watch;
+        const Substep substep{model, inputs, w, &watch, done};
         StageOutcome outcome = StageOutcome::Fine;
         unsigned taken = 0;
         while (taken < wanted && taken < limits.substeps_per_estimate && outcome == StageOutcome::Fine) {
-            outcome = take_substep(model, state, h, inputs, w, &watch, done);
+            outcome = take_substep(substep, h, limits.integrator);
             if (outcome == StageOutcome::Fine) ++taken;
         }
         done.substeps_done += taken;
@@ -203,7 +215,7 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
         if (outcome == StageOutcome::Stiffened) ++report.rejected;
     }
     report.time_done = step - left;
-    finish(model, state, inputs, left == 0.0, done);
+    finish(model, state, inputs, left == 0.0, w, done);
     return report;
 }
 

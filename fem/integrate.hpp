@@ -1,5 +1,6 @@
-// Classical Runge-Kutta 4 over equal sub-steps. Pinned nodes move linearly to their target; the springs and the tissue are
-// evaluated in all four stages.
+// Time integration over equal sub-steps: classical Runge-Kutta 4 (tissue and springs in all four stages), or leapfrog with
+// one evaluation in the middle (position Verlet; a drag sees the velocity at the sub-step's start). Pinned nodes move linearly
+// to their target.
 #pragma once
 
 #include "fem/forces.hpp"
@@ -28,9 +29,12 @@ struct IntegrateReport {
     [[nodiscard]] bool finite() const noexcept { return first_bad_node == kNoIndex; }
 };
 
+/// All in the plan's order.
 struct RkWorkspace {
-    std::vector<Vec3> start_position, start_velocity, stage_position, stage_velocity, force;
-    std::vector<Vec3> slope_position, slope_velocity; // weighted sums of the four slopes
+    std::vector<NodeRecord> start, stage, slope; // [node_count] state, where forces are evaluated, weighted sum of slopes
+    std::vector<PartialForce> partial;           // [slots]
+    std::vector<PartialForce> extra;             // [node_count] N, springs and external forces
+    unsigned threads = 1;                        // the bits are the same for any number
 };
 
 /// Advances by `step` seconds in `substeps` equal parts. Allocates on the first call only.
@@ -39,8 +43,13 @@ struct RkWorkspace {
 IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                               const IntegrateInputs& inputs, RkWorkspace& workspace) noexcept;
 
+/// The same with one force evaluation a sub-step, second order, symplectic without damping.
+IntegrateReport integrate_leapfrog(const TissueModel& model, TissueState& state, double step, unsigned substeps,
+                                   const IntegrateInputs& inputs, RkWorkspace& workspace) noexcept;
+
 /// How far the derived sub-steps may go.
 struct SubstepLimits {
+    Integrator integrator = Integrator::Rk4;
     unsigned max_substeps = 2000;       // per call; more are needed: refused, the state stays where it got to
     unsigned substeps_per_estimate = 16; // >= 1; the stable step is derived again after so many, and whenever a tet stiffens
 };

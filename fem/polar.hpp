@@ -3,7 +3,7 @@
 // Theobald 2005 (that eigenvalue by Newton's method on the quartic, from an upper bound).
 #pragma once
 
-#include "fem/lanes.hpp"
+#include "fem/block.hpp"
 
 #include <cmath>
 

@@ -2,24 +2,46 @@
 
 namespace seldinger::fem {
 
-SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position,
-                               std::span<const Vec3> velocity, std::span<Vec3> force) noexcept {
+namespace {
+
+/// position(node), velocity(node), push(node, force)
+template <class Position, class Velocity, class Push>
+SpringReport add_forces(const ContactSprings& springs, Position&& position, Velocity&& velocity, Push&& push_node) noexcept {
     SpringReport report;
     for (const ContactSpring& spring : springs.springs) {
         const std::span<const SpringEntry> entries(springs.entries.data() + spring.first_entry, spring.entry_count);
         double gap = spring.offset, rate = 0.0;
         for (const SpringEntry& entry : entries) {
-            gap += entry.g.dot(position[entry.node]);
-            rate += entry.g.dot(velocity[entry.node]);
+            gap += entry.g.dot(position(entry.node));
+            rate += entry.g.dot(velocity(entry.node));
         }
         if (!(gap < 0.0)) continue;
         const double push = -spring.stiffness * gap + (rate < 0.0 ? -spring.damping * rate : 0.0);
-        for (const SpringEntry& entry : entries) force[entry.node] += push * entry.g;
+        for (const SpringEntry& entry : entries) push_node(entry.node, push * entry.g);
         ++report.pressed;
         report.energy += 0.5 * spring.stiffness * gap * gap;
         if (gap < report.deepest_gap) report.deepest_gap = gap;
     }
     return report;
+}
+
+} // namespace
+
+SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position,
+                               std::span<const Vec3> velocity, std::span<Vec3> force) noexcept {
+    return add_forces(
+        springs, [&](Index node) -> const Vec3& { return position[node]; }, [&](Index node) -> const Vec3& { return velocity[node]; },
+        [&](Index node, const Vec3& push) { force[node] += push; });
+}
+
+SpringReport add_spring_forces(const ContactSprings& springs, const ForcePlan& plan, std::span<const NodeRecord> records,
+                               std::span<PartialForce> force) noexcept {
+    return add_forces(
+        springs, [&](Index node) { return Vec3(records[plan.record_of[node]].x); },
+        [&](Index node) { return Vec3(records[plan.record_of[node]].v); },
+        [&](Index node, const Vec3& push) {
+            for (int axis = 0; axis < 3; ++axis) force[plan.record_of[node]].f[axis] += push[axis];
+        });
 }
 
 } // namespace seldinger::fem

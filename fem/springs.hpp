@@ -2,7 +2,7 @@
 // contacts through the transposed links; fem knows no contact, no other body, no budget.
 #pragma once
 
-#include "base/vec.hpp"
+#include "fem/force_plan.hpp"
 
 #include <span>
 #include <vector>
@@ -43,5 +43,9 @@ struct SpringReport {
 /// Adds the force of every pressed spring. position, velocity, force [node_count]; entries name nodes below node_count.
 SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position,
                                std::span<const Vec3> velocity, std::span<Vec3> force) noexcept;
+
+/// The same on records in the plan's order; entries name nodes in the caller's.
+SpringReport add_spring_forces(const ContactSprings& springs, const ForcePlan& plan, std::span<const NodeRecord> records,
+                               std::span<PartialForce> force) noexcept;
 
 } // namespace seldinger::fem

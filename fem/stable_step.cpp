@@ -1,5 +1,6 @@
 #include "fem/stable_step.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace seldinger::fem {
@@ -21,13 +22,13 @@ double find_norm(std::span<const Vec3> v) noexcept {
 }
 
 /// Unit length, every node present: the old mode plus a tenth of noise, so that a mode that arises elsewhere is found too.
-void prepare_mode(std::vector<Vec3>& mode, std::span<const double> root_inv_mass, bool warm) noexcept {
+void prepare_mode(std::vector<Vec3>& mode, const ForcePlan& plan, std::span<const double> root_inv_mass, bool warm) noexcept {
     if (!warm) mode.assign(root_inv_mass.size(), Vec3::Zero());
     const double share = warm ? 0.1 / std::sqrt(static_cast<double>(mode.size())) : 1.0;
     for (std::size_t node = 0; node < mode.size(); ++node)
         for (int axis = 0; axis < 3; ++axis)
             if (root_inv_mass[node] > 0.0)
-                mode[node][axis] += share * scatter_number(3 * node + static_cast<std::uint64_t>(axis));
+                mode[node][axis] += share * scatter_number(3 * std::uint64_t{plan.node_of[node]} + static_cast<std::uint64_t>(axis));
     const double norm = find_norm(mode);
     if (norm > 0.0)
         for (Vec3& entry : mode) entry /= norm;
@@ -38,22 +39,23 @@ struct Eigenvalue {
     Index worst_tet = kNoIndex;
 };
 
-/// apply(displacement, product) adds A times the displacement. The norm of A y for a unit y is the better estimate: it lies
-/// between the Rayleigh quotient and the eigenvalue.
-template <class Apply>
-Eigenvalue iterate(std::vector<Vec3>& mode, StableStepWorkspace& w, int rounds, Apply&& apply) noexcept {
+/// Power iteration with a kernel that gives -A v. The norm of A y for a unit y is the better estimate: it lies between the
+/// Rayleigh quotient and the eigenvalue.
+Eigenvalue iterate(const TissueModel& model, TetKernel kernel, std::vector<Vec3>& mode, StableStepWorkspace& w, int rounds) noexcept {
     Eigenvalue result;
+    const TetJob job = make_tet_job(model, kernel, w.threads);
     for (int round = 0; round < rounds; ++round) {
-        for (std::size_t node = 0; node < mode.size(); ++node) {
-            w.displacement[node] = w.root_inv_mass[node] * mode[node];
-            w.product[node].setZero();
-        }
-        result.worst_tet = apply(w.displacement, w.product);
-        for (std::size_t node = 0; node < mode.size(); ++node) w.product[node] *= w.root_inv_mass[node];
+        for (std::size_t node = 0; node < mode.size(); ++node)
+            for (int axis = 0; axis < 3; ++axis) w.records[node].v[axis] = w.root_inv_mass[node] * mode[node][axis];
+        const Extremes found = run_tets(model.plan, job, w.records, w.partial);
+        result.worst_tet = found.high_place == kNoIndex ? kNoIndex : model.plan.tet_of[found.high_place];
+        for (std::size_t node = 0; node < mode.size(); ++node)
+            w.product[node] = -w.root_inv_mass[node] * sum_partial(model.plan, w.partial, node);
         const double norm = find_norm(w.product);
         result.value = norm;
         if (!(norm > 0.0) || !std::isfinite(norm)) return result;
-        for (std::size_t node = 0; node < mode.size(); ++node) mode[node] = w.product[node] / norm;
+        const double per_norm = 1.0 / norm;
+        for (std::size_t node = 0; node < mode.size(); ++node) mode[node] = per_norm * w.product[node];
     }
     return result;
 }
@@ -62,16 +64,17 @@ Eigenvalue iterate(std::vector<Vec3>& mode, StableStepWorkspace& w, int rounds, 
 /// All springs count, pressed or not: any may be within the step.
 struct SpringBound { double stiffness = 0.0, damping = 0.0; };
 
-SpringBound bound_springs(const ContactSprings& springs, StableStepWorkspace& w) noexcept {
+SpringBound bound_springs(const ForcePlan& plan, const ContactSprings& springs, StableStepWorkspace& w) noexcept {
     for (std::size_t node = 0; node < w.row.size(); ++node) w.row[node] = w.damping_row[node] = 0.0;
     for (const ContactSpring& spring : springs.springs) {
         const std::span<const SpringEntry> entries(springs.entries.data() + spring.first_entry, spring.entry_count);
         double reach = 0.0;
-        for (const SpringEntry& entry : entries) reach += entry.g.norm() * w.root_inv_mass[entry.node];
+        for (const SpringEntry& entry : entries) reach += entry.g.norm() * w.root_inv_mass[plan.record_of[entry.node]];
         for (const SpringEntry& entry : entries) {
-            const double share = entry.g.norm() * w.root_inv_mass[entry.node] * reach;
-            w.row[entry.node] += spring.stiffness * share;
-            w.damping_row[entry.node] += spring.damping * share;
+            const Index node = plan.record_of[entry.node];
+            const double share = entry.g.norm() * w.root_inv_mass[node] * reach;
+            w.row[node] += spring.stiffness * share;
+            w.damping_row[node] += spring.damping * share;
         }
     }
     SpringBound bound;
@@ -86,31 +89,34 @@ void prepare_workspace(const TissueModel& model, StableStepWorkspace& w) {
     const std::size_t count = model.node_count();
     if (w.mode.size() != count) w.warm = false;
     w.root_inv_mass.resize(count);
-    for (std::size_t node = 0; node < count; ++node) w.root_inv_mass[node] = std::sqrt(model.inv_mass[node]);
-    w.displacement.resize(count);
+    for (std::size_t node = 0; node < count; ++node) w.root_inv_mass[node] = std::sqrt(model.plan.inv_mass[node]);
+    w.records.resize(count);
+    w.partial.resize(model.plan.slots.size());
     w.product.resize(count);
     w.row.resize(count);
     w.damping_row.resize(count);
-    prepare_mode(w.mode, w.root_inv_mass, w.warm);
-    if (model.material.viscosity > 0.0) prepare_mode(w.damping_mode, w.root_inv_mass, w.warm && w.damping_mode.size() == count);
+    prepare_mode(w.mode, model.plan, w.root_inv_mass, w.warm);
+    if (model.material.viscosity > 0.0) prepare_mode(w.damping_mode, model.plan, w.root_inv_mass, w.warm && w.damping_mode.size() == count);
 }
 
-} // namespace
+/// Seconds, safety included; infinite where nothing moves.
+double find_limit(const StableStep& stable, Integrator integrator) noexcept {
+    if (integrator == Integrator::Rk4) {
+        const double circle = kRk4CircleLimit / stable.omega_max, real = kRk4RealLimit / stable.damping_rate; // x/0 = inf
+        return kStepSafety * (circle < real ? circle : real);
+    }
+    if (!(stable.omega_max > 0.0)) return kStepSafety * kLeapfrogLimit / stable.damping_rate;
+    const double ratio = 0.5 * stable.damping_rate / stable.omega_max;
+    return kStepSafety * kLeapfrogLimit / stable.omega_max * (std::sqrt(1.0 + ratio * ratio) - ratio);
+}
 
-StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position, const ContactSprings* springs,
-                            StableStepWorkspace& w) {
-    prepare_workspace(model, w);
+/// w.records hold the positions.
+StableStep find_from_records(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
     const int rounds = w.warm ? w.warm_rounds : w.cold_rounds;
-    const Eigenvalue elastic = iterate(w.mode, w, rounds, [&](std::span<const Vec3> d, std::span<Vec3> out) {
-        return add_stiffness_product(model, position, d, out);
-    });
-    Eigenvalue viscous;
-    if (model.material.viscosity > 0.0)
-        viscous = iterate(w.damping_mode, w, rounds, [&](std::span<const Vec3> v, std::span<Vec3> out) {
-            add_damping_product(model, position, v, out);
-            return kNoIndex;
-        });
-    const SpringBound contact = springs ? bound_springs(*springs, w) : SpringBound{};
+    const Eigenvalue elastic = iterate(model, TetKernel::Stiffness, w.mode, w, rounds);
+    const Eigenvalue viscous =
+        model.material.viscosity > 0.0 ? iterate(model, TetKernel::Damping, w.damping_mode, w, rounds) : Eigenvalue{};
+    const SpringBound contact = springs ? bound_springs(model.plan, *springs, w) : SpringBound{};
 
     StableStep stable;
     stable.worst_tet = elastic.worst_tet;
@@ -119,10 +125,24 @@ StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> posi
     stable.damping_rate = viscous.value + contact.damping + model.material.mass_damping;
     stable.finite = std::isfinite(stable.omega_max) && std::isfinite(stable.damping_rate);
     w.warm = stable.finite && elastic.value > 0.0;
-    if (!stable.finite) return stable;
-    const double circle = kRk4CircleLimit / stable.omega_max, real = kRk4RealLimit / stable.damping_rate; // x/0 = inf
-    stable.step = kStepSafety * (circle < real ? circle : real);
+    if (stable.finite) stable.step = find_limit(stable, integrator);
     return stable;
+}
+
+} // namespace
+
+StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position, const ContactSprings* springs,
+                            StableStepWorkspace& w, Integrator integrator) {
+    prepare_workspace(model, w);
+    gather_records(model.plan, position, {}, w.records);
+    return find_from_records(model, springs, w, integrator);
+}
+
+StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord> records, const ContactSprings* springs,
+                            StableStepWorkspace& w, Integrator integrator) {
+    prepare_workspace(model, w);
+    std::copy(records.begin(), records.end(), w.records.begin());
+    return find_from_records(model, springs, w, integrator);
 }
 
 unsigned count_substeps(double step, const StableStep& stable, unsigned max_substeps) noexcept {

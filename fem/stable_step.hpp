@@ -1,4 +1,4 @@
-// The largest time step RK4 integrates without growth, from the mesh as it is deformed now.
+// The largest time step an integrator takes without growth, from the mesh as it is deformed now.
 // Power iteration on M^-1 K and M^-1 C for the tissue; Gershgorin rows for the contact springs, which come and go between
 // two calls and would be missed by an iteration that starts from the last mode. Both squares add up (Weyl).
 #pragma once
@@ -12,8 +12,13 @@ namespace seldinger::fem {
 inline constexpr double kRk4CircleLimit = 2.6;
 /// RK4's limit on the negative real axis, where overdamped modes live.
 inline constexpr double kRk4RealLimit = 2.785;
+/// Leapfrog's limit on omega step, undamped. With a drag taken from the step's start it shrinks by sqrt(1 + ratio^2) - ratio
+/// (Belytschko, Liu & Moran 2000, section 6.2).
+inline constexpr double kLeapfrogLimit = 2.0;
 /// Power iteration comes from below (98-100 % after 20 rounds) and the body stiffens within the step.
 inline constexpr double kStepSafety = 0.9;
+
+enum class Integrator : std::uint8_t { Rk4, Leapfrog };
 
 struct StableStep {
     double step = 0.0;           // s, after all safety factors; infinite when every node is pinned, 0 when not finite
@@ -26,10 +31,13 @@ struct StableStep {
 
 /// Kept by the caller: the modes, so that the next call starts from them and needs a few rounds only.
 struct StableStepWorkspace {
-    std::vector<Vec3> mode, damping_mode; // [node_count] mass-scaled, unit length
-    std::vector<Vec3> displacement, product;
-    std::vector<double> root_inv_mass;     // [node_count] 1/sqrt(kg)
-    std::vector<double> row, damping_row;  // [node_count] Gershgorin rows of the springs
+    std::vector<Vec3> mode, damping_mode; // [node_count] by record, mass-scaled, unit length
+    std::vector<Vec3> product;
+    std::vector<NodeRecord> records;       // x: position, v: displacement
+    std::vector<PartialForce> partial;
+    std::vector<double> root_inv_mass;     // [node_count] by record, 1/sqrt(kg)
+    std::vector<double> row, damping_row;  // [node_count] by record, Gershgorin rows of the springs
+    unsigned threads = 1;
     bool warm = false;
     int cold_rounds = 30; // first call, or after warm = false
     int warm_rounds = 4;  // every call after that
@@ -37,7 +45,11 @@ struct StableStepWorkspace {
 
 /// position [node_count] m; springs may be null. Deterministic; allocates on the first call only.
 [[nodiscard]] StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position,
-                                          const ContactSprings* springs, StableStepWorkspace& workspace);
+                                          const ContactSprings* springs, StableStepWorkspace& workspace,
+                                          Integrator integrator = Integrator::Rk4);
+/// The same of records in the plan's order.
+[[nodiscard]] StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord> records,
+                                          const ContactSprings* springs, StableStepWorkspace& workspace, Integrator integrator);
 
 /// How many equal sub-steps of at most `stable.step` cover `step`; 0 when the limit is 0 or more than max_substeps are needed.
 [[nodiscard]] unsigned count_substeps(double step, const StableStep& stable, unsigned max_substeps) noexcept;

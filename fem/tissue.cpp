@@ -74,7 +74,7 @@ Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& mater
     if (const auto fine = check_material(material); !fine) return fine.error();
     if (const auto fine = check_nodes(mesh); !fine) return fine.error();
     TissueModel model{.material = material, .law = make_law_constants(material), .tet_nodes = mesh.tets,
-                      .tet_shape = {}, .node_mass = {}, .inv_mass = {}, .rest_position = mesh.vertices, .pinned = {}};
+                      .tet_shape = {}, .node_mass = {}, .inv_mass = {}, .rest_position = mesh.vertices, .pinned = {}, .plan = {}};
     model.tet_shape.reserve(mesh.tets.size());
     for (std::size_t tet = 0; tet < mesh.tets.size(); ++tet) {
         auto shape = make_shape(mesh, tet);
@@ -90,6 +90,7 @@ Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& mater
                      .message = "pinned node " + std::to_string(model.pinned.back()) + " is beyond the last node, " +
                                 std::to_string(model.node_count() - 1)};
     for (const Index node : model.pinned) model.inv_mass[node] = 0.0;
+    model.plan = make_force_plan(model.tet_nodes, model.tet_shape, model.rest_position, model.inv_mass);
     return model;
 }
 

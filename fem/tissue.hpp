@@ -3,13 +3,14 @@
 
 #include "base/mesh.hpp"
 #include "base/result.hpp"
+#include "fem/force_plan.hpp"
 #include "fem/material.hpp"
 
 #include <span>
 
 namespace seldinger::fem {
 
-/// Rest shape of one tetrahedron, kept together: the force loop streams it once per evaluation.
+/// Rest shape of one tetrahedron.
 struct TetShape {
     double inverse[9]; // Dm^-1, row-major: F = Ds Dm^-1 with Ds = [x1-x0, x2-x0, x3-x0], 1/m
     double volume;     // m^3, > 0
@@ -24,6 +25,7 @@ struct TissueModel {
     std::vector<double> inv_mass;    // [node_count] 1/kg, 0 pins the node
     std::vector<Vec3> rest_position; // [node_count] m
     std::vector<Index> pinned;       // node ids, ascending, each once
+    ForcePlan plan;                  // the same body in the kernels' own order
     double volume = 0.0;             // m^3, all tets
     double mass = 0.0;               // kg, all nodes, pinned ones included
 

@@ -1,0 +1,57 @@
+// How the force kernels see a body: tets in Morton order, eight at a time; nodes renumbered by first use and kept as 64-byte
+// records. Callers never meet this order: integrators gather from and scatter to the caller's own node ids.
+// Forces are summed twice: each chunk of tets into its own slots, in order; then the slots of a node, in order. Which thread
+// ran a chunk does not show in the bits.
+#pragma once
+
+#include "base/mesh.hpp"
+
+#include <span>
+#include <vector>
+
+namespace seldinger::fem {
+
+inline constexpr std::size_t kBatch = 8;          // tets that a kernel handles at once: a vector of doubles in AVX-512
+inline constexpr std::size_t kChunkBatches = 32;  // its slots fit in the first-level cache
+
+/// Eight tets; the last batch repeats its last tet with volume 0.
+struct alignas(64) TetBatch {
+    double inverse[9][kBatch];  // Dm^-1, row-major, 1/m
+    double volume[kBatch];      // m^3
+    double inverse_sq[kBatch];  // |Dm^-1|^2, 1/m^2
+    Index node[4][kBatch];      // records
+    Index slot[4][kBatch];      // partial sums
+};
+
+/// A node's two vectors side by side: position and velocity, or position and a displacement.
+struct alignas(64) NodeRecord {
+    double x[4] = {0, 0, 0, 0}, v[4] = {0, 0, 0, 0}; // fourth numbers stay 0
+};
+
+struct alignas(32) PartialForce { double f[4]; };
+
+struct ForceChunk {
+    Index first_batch, batch_count;
+    Index first_slot, slot_count;
+};
+
+struct ForcePlan {
+    std::vector<TetBatch> batches;
+    std::vector<ForceChunk> chunks;
+    std::vector<Index> tet_of;     // [8 batches] caller's tet id
+    std::vector<Index> node_of;    // [node_count] caller's id of a record
+    std::vector<Index> record_of;  // [node_count] record of a caller's node
+    std::vector<Index> slot_begin; // [node_count + 1] into `slots`
+    std::vector<Index> slots;      // a record's partial sums, ascending
+    std::vector<double> inv_mass;  // [node_count] by record, 1/kg; 0 pins
+
+    [[nodiscard]] std::size_t node_count() const noexcept { return node_of.size(); }
+};
+
+struct TetShape;
+
+/// tets, shapes [tet_count]; inv_mass [node_count] in the caller's order. Every node must belong to a tet.
+[[nodiscard]] ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> shapes,
+                                        std::span<const Vec3> rest_position, std::span<const double> inv_mass);
+
+} // namespace seldinger::fem
