@@ -9,6 +9,7 @@ namespace seldinger::engine {
 // X(type without PFNGL and PROC, name without gl)
 #define SELDINGER_GL_FUNCTIONS(X)                                                                                      \
     X(ATTACHSHADER, AttachShader)                                                                                      \
+    X(BEGINQUERY, BeginQuery)                                                                                          \
     X(BINDBUFFERBASE, BindBufferBase)                                                                                  \
     X(BINDFRAMEBUFFER, BindFramebuffer)                                                                                \
     X(BINDIMAGETEXTURE, BindImageTexture)                                                                              \
@@ -18,6 +19,7 @@ namespace seldinger::engine {
     X(BLENDFUNC, BlendFunc)                                                                                            \
     X(CHECKNAMEDFRAMEBUFFERSTATUS, CheckNamedFramebufferStatus)                                                        \
     X(CLEARNAMEDFRAMEBUFFERFV, ClearNamedFramebufferfv)                                                                \
+    X(CLEARNAMEDFRAMEBUFFERUIV, ClearNamedFramebufferuiv)                                                              \
     X(CLEARTEXIMAGE, ClearTexImage)                                                                                    \
     X(CLIPCONTROL, ClipControl)                                                                                        \
     X(COLORMASK, ColorMask)                                                                                            \
@@ -25,12 +27,14 @@ namespace seldinger::engine {
     X(CREATEBUFFERS, CreateBuffers)                                                                                    \
     X(CREATEFRAMEBUFFERS, CreateFramebuffers)                                                                          \
     X(CREATEPROGRAM, CreateProgram)                                                                                    \
+    X(CREATEQUERIES, CreateQueries)                                                                                    \
     X(CREATESHADER, CreateShader)                                                                                      \
     X(CREATETEXTURES, CreateTextures)                                                                                  \
     X(CREATEVERTEXARRAYS, CreateVertexArrays)                                                                          \
     X(DELETEBUFFERS, DeleteBuffers)                                                                                    \
     X(DELETEFRAMEBUFFERS, DeleteFramebuffers)                                                                          \
     X(DELETEPROGRAM, DeleteProgram)                                                                                    \
+    X(DELETEQUERIES, DeleteQueries)                                                                                    \
     X(DELETESHADER, DeleteShader)                                                                                      \
     X(DELETETEXTURES, DeleteTextures)                                                                                  \
     X(DELETEVERTEXARRAYS, DeleteVertexArrays)                                                                          \
@@ -41,20 +45,24 @@ namespace seldinger::engine {
     X(DRAWELEMENTS, DrawElements)                                                                                      \
     X(ENABLE, Enable)                                                                                                  \
     X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)                                                                \
+    X(ENDQUERY, EndQuery)                                                                                              \
     X(GETERROR, GetError)                                                                                              \
     X(GETINTEGERV, GetIntegerv)                                                                                        \
     X(GETNAMEDBUFFERSUBDATA, GetNamedBufferSubData)                                                                    \
     X(GETPROGRAMINFOLOG, GetProgramInfoLog)                                                                            \
     X(GETPROGRAMIV, GetProgramiv)                                                                                      \
+    X(GETQUERYOBJECTUIV, GetQueryObjectuiv)                                                                            \
     X(GETSHADERINFOLOG, GetShaderInfoLog)                                                                              \
     X(GETSHADERIV, GetShaderiv)                                                                                        \
     X(GETSTRING, GetString)                                                                                            \
+    X(GETSTRINGI, GetStringi)                                                                                          \
     X(GETUNIFORMLOCATION, GetUniformLocation)                                                                          \
     X(LINKPROGRAM, LinkProgram)                                                                                        \
     X(MEMORYBARRIER, MemoryBarrier)                                                                                    \
     X(NAMEDBUFFERDATA, NamedBufferData)                                                                                \
     X(NAMEDBUFFERSUBDATA, NamedBufferSubData)                                                                          \
     X(NAMEDFRAMEBUFFERDRAWBUFFER, NamedFramebufferDrawBuffer)                                                          \
+    X(NAMEDFRAMEBUFFERPARAMETERI, NamedFramebufferParameteri)                                                          \
     X(NAMEDFRAMEBUFFERREADBUFFER, NamedFramebufferReadBuffer)                                                          \
     X(NAMEDFRAMEBUFFERTEXTURE, NamedFramebufferTexture)                                                                \
     X(PIXELSTOREI, PixelStorei)                                                                                        \
@@ -62,6 +70,7 @@ namespace seldinger::engine {
     X(SHADERSOURCE, ShaderSource)                                                                                      \
     X(TEXTUREPARAMETERI, TextureParameteri)                                                                            \
     X(TEXTURESTORAGE2D, TextureStorage2D)                                                                              \
+    X(TEXTURESTORAGE3D, TextureStorage3D)                                                                              \
     X(UNIFORM1F, Uniform1f)                                                                                            \
     X(UNIFORM1UI, Uniform1ui)                                                                                          \
     X(UNIFORM2F, Uniform2f)                                                                                            \
