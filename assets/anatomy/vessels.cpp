@@ -4,6 +4,7 @@
 #include "assets/anatomy/polygonise.hpp"
 #include "assets/anatomy/remesh.hpp"
 #include "assets/anatomy/vessel_field.hpp"
+#include "base/box.hpp"
 #include "base/topology.hpp"
 
 #include <algorithm>
@@ -66,17 +67,20 @@ Result<TriMesh> make_vessels(std::span<const VesselBranch> branches, double blen
         if (const auto checked = check_branch(branches[k], k); !checked) return checked.error();
         smallest = std::min(smallest, *std::min_element(branches[k].radii.begin(), branches[k].radii.end()));
     }
-    std::vector<Tube> tubes;
-    for (const VesselBranch& branch : branches) tubes.push_back(make_tube_of(branch, kSpacingShare * smallest, blend));
-    const VesselField field(std::move(tubes));
-    const Box3 box = field.box();
     const double cell = kCellShare * smallest;
-    const Vec3 cells = (box.hi - box.lo) / cell;
+    Box3 bounds;
+    for (const VesselBranch& branch : branches)
+        for (std::size_t i = 0; i < branch.axis.size(); ++i)
+            for (const double side : {-1.0, 1.0}) bounds.add(branch.axis[i] + side * Vec3::Constant(branch.radii[i]));
+    const Vec3 cells = (bounds.hi - bounds.lo) / cell;
     if (!(cells.x() * cells.y() * cells.z() < kMostCells))
         return Error{ErrorCode::BadValue, "the vessels are too large for their smallest radius, " + std::to_string(1e3 * smallest) +
                                               " mm: a wider or a shorter tree would be right"};
+    std::vector<Tube> tubes;
+    for (const VesselBranch& branch : branches) tubes.push_back(make_tube_of(branch, kSpacingShare * smallest, blend));
+    const VesselField field(std::move(tubes));
     const auto size = [&](const Vec3& p) { return std::sqrt(field.local_radius(p)); };
-    TriMesh mesh = remesh(polygonise(field, box, cell, kSteepness), field, size, {triangles, 7});
+    TriMesh mesh = remesh(polygonise(field, field.box(), cell, kSteepness), field, size, {triangles, 7});
     if (const std::size_t pieces = inspect_surface(mesh).components; pieces != 1)
         return Error{ErrorCode::BadMesh, "the branches form " + std::to_string(pieces) +
                                              " separate pieces: a branch that begins inside another would be right"};

@@ -1,6 +1,8 @@
 #include "engine/observe/picture_scene.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace seldinger::engine {
 
@@ -128,6 +130,23 @@ Camera tip_camera(const InstrumentModel& instrument, const fem::RodState& rod) {
     return camera;
 }
 
+/// How far the nearest vertex of a hollow body has moved from its rest place: targets lie in vessels, and go with them.
+Vec3 drift_of(const Vec3& rest, const Moment& moment) {
+    double nearest = std::numeric_limits<double>::infinity();
+    Vec3 drift = Vec3::Zero();
+    for (std::size_t i = 0; i < moment.prepared.model.bodies.size(); ++i) {
+        const BodyModel& body = moment.prepared.model.bodies[i];
+        if (!body.hollow || !body.moves()) continue;
+        for (std::size_t v = 0; v < body.surface.vertices.size(); ++v) {
+            const double distance = (body.surface.vertices[v] - rest).squaredNorm();
+            if (distance >= nearest) continue;
+            nearest = distance;
+            drift = moment.state.bodies[i].surface[v] - body.surface.vertices[v];
+        }
+    }
+    return drift;
+}
+
 } // namespace
 
 View make_view(PictureView view, const Moment& moment, unsigned width, unsigned height) {
@@ -140,7 +159,8 @@ View make_view(PictureView view, const Moment& moment, unsigned width, unsigned 
         add_instrument(view, model.instruments[i], moment.state.instruments[i], out);
     const double aspect = static_cast<double>(width) / static_cast<double>(height);
     const double target_size = model.instruments.empty() ? 0.003 : 3.0 * model.instruments.front().rod.design.radius;
-    for (const Place& target : moment.prepared.targets) out.scene.targets.push_back({target.position, target_size});
+    for (const Place& target : moment.prepared.targets)
+        out.scene.targets.push_back({target.position + drift_of(target.position, moment), target_size});
     if (view == PictureView::Fluoroscopy) {
         out.camera = frame_camera(fluoroscopy_points(moment), {.direction = kAnteroPosterior, .aspect = aspect, .orthographic = true});
         return out;

@@ -86,5 +86,23 @@ TEST(Scenario, StraightTubeIsDrivenToTheEndOfItsScript) {
     EXPECT_NEAR(outcome.insertion, 0.2, 1e-3);
 }
 
+class Steered : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Steered, ReachesItsTargetAndStaysInside) {
+    const PreparedScene prepared = prepare_in_work_mode(std::string("assets/scenes/") + GetParam() + ".json");
+    ASSERT_FALSE(prepared.model.instruments.empty());
+    Simulator simulator(prepared.model);
+    double closest = 1.0;
+    for (std::uint64_t k = 0; k < prepared.model.step_count; ++k) {
+        const StepReport& report = simulator.step();
+        ASSERT_TRUE(report.finite) << report.failure;
+        ASSERT_EQ(report.lumen_exits, 0u) << "step " << k;
+        closest = std::min(closest, report.target_distance_m);
+    }
+    EXPECT_LE(closest, prepared.model.instruments.front().follow.tolerance);
+}
+INSTANTIATE_TEST_SUITE_P(Vessels, Steered, ::testing::Values("u_bend", "s_bend", "bifurcation", "stenosis", "aneurysm", "aortic_arch"),
+                         [](const auto& info) { return std::string(info.param); });
+
 } // namespace
 } // namespace seldinger::engine
