@@ -125,6 +125,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
     work_units += report.work_units;
     corrections += report.corrections;
     exact_insisted += report.exact_insisted;
+    dropped_steps += report.dropped != 0;
     hand_limited_steps += report.hand_limited > 0;
     hand_stop_steps += report.hand_stops > 0;
     clamped_steps += report.clamped_forces > 0;

@@ -93,6 +93,8 @@ constexpr Column kColumns[] = {
     SELDINGER_COLUMN("stable_step_s", row.r.stable_step_s),
     SELDINGER_COLUMN("script_ms", row.r.ms.script),
     SELDINGER_COLUMN("observe_ms", row.r.ms.observe),
+    SELDINGER_COLUMN("charged_cpu_ms", row.r.ms.budget_cpu), // charged_ms in this thread's own time
+    SELDINGER_COLUMN("dropped", row.r.dropped),
 };
 #undef SELDINGER_COLUMN
 

@@ -97,6 +97,7 @@ void add_losses(const RunRecord& record, Json& json) {
     json["coarsest_level"] = t.coarsest_level;
     json["corrections"] = t.corrections;
     json["exact_insisted_steps"] = t.exact_insisted;
+    json["dropped_steps"] = t.dropped_steps;
     json["hand_limited_steps"] = t.hand_limited_steps;
     json["hand_stop_steps"] = t.hand_stop_steps;
     json["clamped_force_steps"] = t.clamped_steps;

@@ -130,6 +130,9 @@ std::vector<Loss> list_losses(const RunRecord& record) {
     if (record.scene.budget.limits.mode == BudgetMode::Wall)
         losses.push_back(make_loss("Steps over the deadline", t.overruns, of_steps(t.overruns, record), Mark::Bad,
                                    fmt::format("{} at worst. A larger budget, or a less busy machine.", ms(t.worst_overrun_ms))));
+    if (!record.scene.budget.drop.empty())
+        losses.push_back(make_loss("Effects left out", t.dropped_steps, fmt::format("in {}", of_steps(t.dropped_steps, record)), Mark::Note,
+                                   "Their forecast did not fit in the step; the scene's budget says which go first."));
     add_contact_losses(record, losses);
     bool tissue = false;
     for (const BodyModel& body : record.prepared.model.bodies) tissue = tissue || body.tissue.has_value();

@@ -38,7 +38,7 @@ struct BentTube {
     double speed = 35.0;            // mm/s, of the hand
     std::string budget = "exact";
     std::string effects = R"("coarse_contact", "exact_contact")";
-    std::string carrier;            // further bodies; embeds the tube in "organ" when not empty
+    std::string carrier = {};       // further bodies; embeds the tube in "organ" when not empty
 };
 
 /// A wire of 0.5 mm is pushed 120 mm into a tube of 3 mm, through the bend, turning on its way.
