@@ -19,6 +19,7 @@ public:
             deviation_ = kFirstSpread * seconds; // one measurement says little
             return;
         }
+        seconds = std::min(seconds, kLargestLesson * reserve_s());
         const double error = seconds - mean_;
         mean_ += kMeanGain * error;
         const double size = error < 0.0 ? -error : error;
@@ -37,6 +38,8 @@ private:
     static constexpr double kMeanGain = 0.125, kWidenGain = 0.25, kNarrowGain = 0.05;
     static constexpr double kSpread = 3.0, kFirstSpread = 0.2;
     static constexpr double kFade = 0.98;
+    /// Of the reserve: what takes longer was not this work's doing (the program was suspended), and says no more than this.
+    static constexpr double kLargestLesson = 10.0;
     double mean_ = 0.0, deviation_ = 0.0;
     bool known_ = false;
 };

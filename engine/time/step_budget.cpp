@@ -27,7 +27,13 @@ constexpr double kAbandonedCost = 1.5;
 /// Per step in which the exact stage was not tried its remembered rate shrinks by this, as CostForecast::fade.
 constexpr double kForget = 0.98;
 
-void learn(double& rate, double measured) noexcept { rate += (measured > rate ? kAlarm : kLearning) * (measured - rate); }
+/// As CostForecast: a program that was suspended has not become a thousand times slower.
+constexpr double kLargestLesson = 10.0;
+
+void learn(double& rate, double measured) noexcept {
+    measured = std::min(measured, kLargestLesson * rate);
+    rate += (measured > rate ? kAlarm : kLearning) * (measured - rate);
+}
 
 std::uint64_t units_of(const ExactForecast& forecast) noexcept {
     return forecast.candidates * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;

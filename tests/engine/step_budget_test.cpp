@@ -305,6 +305,26 @@ TEST(StepBudget, OneSlowExactStageIsForgottenInTime) {
     EXPECT_LT(refused, 300);
 }
 
+TEST(StepBudget, ASuspensionOfAnHourIsForgottenWithinTwoSecondsOfSteps) {
+    HandClock clock;
+    StepBudget budget(clock, wall(2e-3));
+    const ExactForecast forecast{1000, 100};
+    const auto run_steps = [&](int count) {
+        int done = 0;
+        for (int step = 0; step < count; ++step) {
+            budget.begin();
+            done += run_exact(budget, clock, forecast, {1, 0.2e-3});
+        }
+        return done;
+    };
+    ASSERT_GT(run_steps(50), 40);
+    budget.begin();
+    (void)run_exact(budget, clock, forecast, {1, 3600.0});
+    WorkBudget grant = budget.grant_descent();
+    EXPECT_EQ(grant.left(), 0u);
+    EXPECT_GT(run_steps(200), 50);
+}
+
 TEST(StepBudget, TheCostOfAnExactStageThatRunsEveryStepIsNotForgotten) {
     HandClock clock;
     StepBudget budget(clock, wall(2e-3));
