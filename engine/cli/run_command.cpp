@@ -1,8 +1,11 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/interrupt.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/io/atomic_file.hpp"
 #include "engine/observe/grant_record.hpp"
 #include "engine/observe/observer.hpp"
+#include "engine/observe/output_folder.hpp"
+#include "engine/observe/trace.hpp"
 #include "engine/step/model_hash.hpp"
 
 #include <CLI/CLI.hpp>
@@ -23,13 +26,14 @@ struct RunOptions {
     std::string budget;            // empty: as the scene says
     std::filesystem::path path;    // CSV that replaces the first instrument's script
     std::filesystem::path record_grants, replay;
-    bool record = false, force = false, fail_on_overrun = false, pictures = true, quiet = false;
+    bool trace = false, record = false, force = false, fail_on_overrun = false, pictures = true, quiet = false;
 };
 
-/// Decisions of the clock: written down, or taken from a record, or both.
+/// Decisions of the clock: written down, or taken from a record, or both. And the time line, where it is asked for.
 struct Grants {
     GrantRecord* record = nullptr;
     const GrantRecord* replay = nullptr;
+    StepTrace* trace = nullptr;
 };
 
 /// What the command line says overrides what the scene says.
@@ -95,6 +99,7 @@ Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint6
         const Result<void> observed = observer.after_step(simulator, report);
         if (!observed.ok()) return observed.error();
         progress.show_step(k + 1, steps, report);
+        if (grants.trace != nullptr) grants.trace->add(report);
         if (!as_recorded) taken.left_record = k + 1;
         if (!as_recorded || !report.finite) break;
     }
@@ -169,13 +174,17 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     catch_interrupts();
     Simulator simulator(prepared.model);
     GrantRecord record;
+    StepTrace trace;
+    const Grants grants{options.record_grants.empty() ? nullptr : &record, replay, options.trace ? &trace : nullptr};
     const StopWatch watch;
-    const Result<Taken> taken =
-        take_steps(simulator, **observer, observe.steps, {options.record_grants.empty() ? nullptr : &record, replay}, progress);
+    const Result<Taken> taken = take_steps(simulator, **observer, observe.steps, grants, progress);
     progress.clear();
     if (!taken.ok()) return report_error(taken.error());
     const auto summary = (*observer)->finish(simulator, 1e-3 * watch.elapsed_ms(), taken->interrupted);
     if (!summary.ok()) return report_error(summary.error());
+    if (options.trace)
+        if (const auto written = write_file_atomically(observe.out / output_name::kTrace, trace.text()); !written.ok())
+            return report_error(written.error());
     if (!options.record_grants.empty())
         if (const auto written = write_record(options, prepared, simulator, record); !written.ok()) return report_error(written.error());
     for (const std::string& notice : (*observer)->notices()) fmt::print(stderr, "notice: {}\n", notice);
@@ -226,6 +235,7 @@ Command add_run_command(CLI::App& app) {
     command->add_option("--path", options.path, "CSV t,insertion,rotation in the scene's units, instead of the scene's script");
     command->add_option("--record-grants", options.record_grants, "write every decision of the clock to this file");
     command->add_option("--replay", options.replay, "repeat the run of such a file bit for bit, under its budget")->excludes(budget);
+    command->add_flag("--trace", options.trace, "write the stages of every step for chrome://tracing and ui.perfetto.dev");
     command->add_flag("--record", options.record, "write states for ParaView (PVD, VTP)");
     command->add_flag("--force", options.force, "write into an output folder that is not empty");
     command->add_flag("--fail-on-overrun", options.fail_on_overrun, "exit 4 when a step missed its budget");

@@ -33,6 +33,7 @@ inline constexpr const char* kSteps = "steps.csv";
 inline constexpr const char* kPartialSteps = "steps.csv.partial"; // until the run ends; all that is left of a killed one
 inline constexpr const char* kSummary = "summary.json";
 inline constexpr const char* kReport = "report.html";
+inline constexpr const char* kTrace = "trace.json";
 inline constexpr const char* kCost = "cost.csv";
 inline constexpr const char* kCostJson = "cost.json";
 inline constexpr const char* kPath = "path.csv";             // of a plan
