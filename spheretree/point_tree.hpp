@@ -4,6 +4,7 @@
 #include "base/box.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <span>
 #include <vector>
@@ -24,6 +25,15 @@ public:
     template <class Visit>
     void for_each_within(const Vec3& p, double radius, Visit&& visit) const {
         if (!nodes_.empty()) descend(0, p, radius * radius, visit);
+    }
+
+    /// Nearest point within max_distance of p; of equally near ones the first met. kNoIndex: none.
+    [[nodiscard]] Index nearest(const Vec3& p, double max_distance, double& distance) const noexcept {
+        Index best = kNoIndex;
+        double best_sq = max_distance * max_distance;
+        if (!nodes_.empty()) search(0, p, best_sq, best);
+        distance = std::sqrt(best_sq);
+        return best;
     }
 
 private:
@@ -51,6 +61,26 @@ private:
         const Index right = build(points, middle, end);
         nodes_[id].right = right;
         return id;
+    }
+
+    static double box_distance_sq(const Box3& box, const Vec3& p) noexcept {
+        return (p.cwiseMax(box.lo).cwiseMin(box.hi) - p).squaredNorm();
+    }
+
+    void search(Index id, const Vec3& p, double& best_sq, Index& best) const noexcept {
+        const Node& node = nodes_[id];
+        if (node.right == kNoIndex) {
+            for (Index i = node.begin; i < node.end; ++i)
+                if (const double d = (points_[i] - p).squaredNorm(); d < best_sq) {
+                    best_sq = d;
+                    best = order_[i];
+                }
+            return;
+        }
+        const double left = box_distance_sq(nodes_[id + 1].box, p), right = box_distance_sq(nodes_[node.right].box, p);
+        const bool left_first = left <= right;
+        if ((left_first ? left : right) < best_sq) search(left_first ? id + 1 : node.right, p, best_sq, best);
+        if ((left_first ? right : left) < best_sq) search(left_first ? node.right : id + 1, p, best_sq, best);
     }
 
     template <class Visit>

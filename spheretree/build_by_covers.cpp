@@ -1,0 +1,241 @@
+// Medial-axis and shell trees: level by level, each as a whole, then the pieces of the surface shared out for good.
+#include "spheretree/bounding.hpp"
+#include "spheretree/level_cover.hpp"
+#include "spheretree/medial_axis.hpp"
+#include "spheretree/wrapped_nodes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::spheretree {
+
+namespace {
+
+constexpr std::size_t kMostLeaves = 65'536;
+constexpr double kPointsAcross = 3.6; // cuts of a leaf's patch: fewer, and borders cannot move
+constexpr std::size_t kMostCandidates = 40'000, kLeastCandidates = 12000;
+constexpr std::size_t kStarts[] = {768, 512, 1024, 1536, 640};
+constexpr double kSecondWeight = 2.5; // spheres of the second level may reach outside 0.4 times as far as those of the first
+constexpr double kCutToRelax = 0.02, kCutForGood = 0.015; // smallest pieces, of the ball's radius
+constexpr unsigned kLastRelax = 6, kLastFit = 24;
+
+double area_of(const PieceSet& set, const Piece& piece) {
+    const Vec3& a = set.point(piece.corners[0]);
+    return 0.5 * (set.point(piece.corners[1]) - a).cross(set.point(piece.corners[2]) - a).norm();
+}
+
+class CoverBuilder {
+public:
+    CoverBuilder(const TriMesh& surface, const WrappedOptions& options, BodyDepth& body)
+        : options_(options), body_(body), out_{{}, PieceSet(surface.vertices)} {
+        for (unsigned k = 0; k < options.depth && leaves_ < kMostLeaves; ++k) leaves_ *= options.branching;
+        leaves_ = std::min(leaves_, kMostLeaves);
+        for (Index t = 0; t < surface.triangles.size(); ++t) pieces_.push_back({surface.triangles[t], t});
+        double area = 0.0;
+        for (const Piece& piece : pieces_) area += area_of(out_.set, piece);
+        const double patch = std::sqrt(area / static_cast<double>(leaves_));
+        if (!(patch > 0.0)) return; // no area
+        cut_to(patch / kPointsAcross, out_.set, pieces_);
+        if (!body_.solid()) return;
+        body_.set_cloud(make_points().points(), patch / kPointsAcross);
+        candidates_ = find_candidates(surface, body_, std::clamp(8 * leaves_, kLeastCandidates, kMostCandidates));
+    }
+
+    WrappedNodes build() {
+        make_root();
+        make_levels();
+        share_out();
+        make_nodes();
+        return std::move(out_);
+    }
+
+private:
+    [[nodiscard]] LevelPoints make_points() {
+        ids_ = corners_of(pieces_);
+        std::vector<double> area(out_.set.points().size(), 0.0), areas;
+        for (const Piece& piece : pieces_)
+            for (const Index id : piece.corners) area[id] += area_of(out_.set, piece) / 3.0;
+        std::vector<Vec3> points;
+        for (const Index id : ids_) {
+            points.push_back(out_.set.point(id));
+            areas.push_back(area[id]);
+        }
+        return {std::move(points), std::move(areas)};
+    }
+
+    void make_root() {
+        std::vector<Sphere> corners;
+        for (const Index id : corners_of(pieces_)) corners.push_back({out_.set.point(id), 0.0});
+        const Sphere around = enclose(corners, 64);
+        root_ = {around.centre, body_.at(around.centre), around.radius};
+    }
+
+    void make_levels() {
+        if (options_.depth == 0) return;
+        LevelPoints points = make_points();
+        if (!body_.solid())
+            for (const Vec3& p : points.points()) candidates_.push_back({p, 0.0, 0.0});
+        if (options_.depth > 2) choose_first(points);
+        for (unsigned k = static_cast<unsigned>(levels_.size()) + 1; k <= options_.depth; ++k) {
+            enter(points, k);
+            levels_.push_back(cover(points, k, kStarts[0]));
+            if (k < options_.depth) widen(levels_.back().balls);
+        }
+        refine();
+    }
+
+    /// What the balls of level k - 1 hold becomes what those of level k may hold.
+    void enter(LevelPoints& points, unsigned k) const {
+        if (k > 1) points.enter(levels_[k - 2].balls, k == 2 ? std::span<const Index>{} : std::span<const Index>(levels_[k - 2].parent));
+    }
+
+    [[nodiscard]] LevelBalls cover(const LevelPoints& points, unsigned k, std::size_t samples) const {
+        const LevelAim aim = k == options_.depth ? LevelAim::LeastVolume : LevelAim::LeastOverhang;
+        const std::vector<Index> root(k == 1 ? points.size() : 0, 0);
+        const std::size_t parents = k == 1 ? 1 : levels_[k - 2].balls.size();
+        return cover_level({points, candidates_, parents, options_.branching, aim, samples}, k == 1 ? root : levels_[k - 2].owner, body_);
+    }
+
+    /// The first two levels from several starts: a good first level is one that can be refined.
+    void choose_first(LevelPoints& points) {
+        std::vector<LevelBalls> best;
+        double least = std::numeric_limits<double>::infinity();
+        for (const std::size_t samples : kStarts) {
+            levels_.clear();
+            levels_.push_back(cover(points, 1, samples));
+            const double first = largest_overhang(levels_[0].balls);
+            widen(levels_[0].balls);
+            enter(points, 2);
+            levels_.push_back(cover(points, 2, kStarts[0]));
+            const double second = largest_overhang(levels_[1].balls);
+            widen(levels_[1].balls);
+                if (const double cost = std::max(first, kSecondWeight * second); cost < least) {
+                least = cost;
+                best = levels_;
+            }
+            points.leave();
+        }
+        levels_ = std::move(best);
+        enter(points, 2);
+    }
+
+    /// The leaves again, on points that lie dense where leaves meet.
+    void refine() {
+        LevelBalls& leaves = levels_.back();
+        Lineage above = lineage();
+        const auto shares = share_pieces(pieces_, leaves.balls, out_.set, above, kCutToRelax);
+        pieces_.clear();
+        std::vector<Index> owner_of(out_.set.points().size(), kNoIndex);
+        for (Index i = 0; i < shares.size(); ++i)
+            for (const Piece& piece : shares[i]) {
+                pieces_.push_back(piece);
+                for (const Index id : piece.corners) owner_of[id] = i;
+            }
+        LevelPoints dense = make_points();
+        for (std::size_t k = 0; k + 1 < levels_.size(); ++k) dense.enter(above.levels[levels_.size() - 2 - k], k == 0 ? std::span<const Index>{} : std::span<const Index>(levels_[k].parent));
+        leaves.owner.clear();
+        for (const Index id : ids_) leaves.owner.push_back(owner_of[id]);
+        const std::size_t parents = levels_.size() > 1 ? levels_[levels_.size() - 2].balls.size() : 1;
+        relax_level({dense, candidates_, parents, options_.branching, LevelAim::LeastVolume}, body_, kLastRelax, leaves);
+    }
+
+    /// Every ball as far outside as the worst of its level: what a parent holds, its children may share with others' children.
+    static void widen(std::vector<Ball>& balls) {
+        double largest = 0.0;
+        for (const Ball& b : balls) largest = std::max(largest, b.overhang());
+        for (Ball& b : balls) b.radius = std::max(b.radius, (b.depth + largest) * kRoundOut);
+    }
+
+    [[nodiscard]] Lineage lineage() const {
+        Lineage above;
+        for (std::size_t k = levels_.size(); k-- > 1;) {
+            above.parents.push_back(levels_[k].parent);
+            above.levels.push_back(levels_[k - 1].balls);
+        }
+        return above;
+    }
+
+    void share_out() {
+        if (options_.depth == 0) {
+            shares_ = {pieces_};
+            return;
+        }
+        Lineage above = lineage();
+        for (Ball& b : levels_.back().balls) b.radius *= kRoundOut;
+        shares_ = share_pieces(pieces_, levels_.back().balls, out_.set, above, kCutForGood);
+        for (std::size_t k = 0; k < above.levels.size(); ++k) levels_[levels_.size() - 2 - k].balls = above.levels[k];
+    }
+
+    [[nodiscard]] Ball fit(const Ball& start, std::span<const Index> ids) const {
+        Ball ball = fit_ball(start, out_.set.points(), ids, body_, kLastFit);
+        ball.radius *= kRoundOut;
+        return ball;
+    }
+
+    /// Corners beneath each ball of every level; balls are fitted to exactly those, and go where there are none.
+    void make_nodes() {
+        std::vector<std::vector<std::vector<Index>>> corners(levels_.size());
+        for (std::size_t k = levels_.size(); k-- > 0;) {
+            corners[k].resize(levels_[k].balls.size());
+            if (k + 1 == levels_.size()) {
+                for (std::size_t i = 0; i < shares_.size(); ++i) corners[k][i] = corners_of(shares_[i]);
+            } else {
+                for (std::size_t i = 0; i < corners[k + 1].size(); ++i) {
+                    auto& mine = corners[k][levels_[k + 1].parent[i]];
+                    mine.insert(mine.end(), corners[k + 1][i].begin(), corners[k + 1][i].end());
+                }
+            }
+        }
+        WrappedNode root;
+        root.ball = root_;
+        if (options_.depth == 0) root.pieces = std::move(shares_.front());
+        out_.nodes.push_back(std::move(root));
+        std::vector<std::size_t> above{0}; // node of each ball of the level above
+        for (std::size_t k = 0; k < levels_.size(); ++k) {
+            std::vector<std::size_t> order(levels_[k].balls.size()), here(levels_[k].balls.size(), SIZE_MAX);
+            for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+            const auto parent_of = [&](std::size_t i) { return k == 0 ? std::size_t{0} : above[levels_[k].parent[i]]; };
+            std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return parent_of(a) < parent_of(b); });
+            for (const std::size_t i : order) {
+                if (corners[k][i].empty()) continue;
+                here[i] = out_.nodes.size();
+                out_.nodes[parent_of(i)].children.push_back(here[i]);
+                WrappedNode node;
+                node.ball = fit(levels_[k].balls[i], corners[k][i]);
+                node.level = static_cast<std::uint8_t>(k + 1);
+                if (k + 1 == levels_.size()) node.pieces = std::move(shares_[i]);
+                out_.nodes.push_back(std::move(node));
+            }
+            above = std::move(here);
+        }
+    }
+
+    WrappedOptions options_;
+    BodyDepth& body_;
+    WrappedNodes out_;
+    std::size_t leaves_ = 1;
+    std::vector<Piece> pieces_;
+    std::vector<Index> ids_;
+    std::vector<Ball> candidates_;
+    Ball root_;
+    std::vector<LevelBalls> levels_; // below the root
+    std::vector<std::vector<Piece>> shares_;
+};
+
+} // namespace
+
+std::vector<Ball> find_candidates(const TriMesh& surface, const BodyDepth& body, std::size_t samples) {
+    SampleOptions options;
+    options.min_radius = 1e-6 * surface.bounds().longest_edge();
+    options.max_samples = samples;
+    std::vector<Ball> candidates;
+    for (const Sphere& s : find_medial_balls(surface, body.inside(), options).balls)
+        candidates.push_back({s.centre, body.at(s.centre), 0.0});
+    return candidates;
+}
+
+WrappedNodes build_by_covers(const TriMesh& surface, const WrappedOptions& options, BodyDepth& body) {
+    return CoverBuilder(surface, options, body).build();
+}
+
+} // namespace seldinger::spheretree
