@@ -61,18 +61,34 @@ void fill_lane(TetBatch& batch, std::size_t lane, const TetShape& shape, double 
     batch.volume[lane] = volume;
 }
 
+/// Lane l of a chunk's batches walks along the l-th eighth of the chunk: neighbours in space, which share nodes, do not meet in
+/// one batch, where their sums would wait for each other.
+void fill_chunk(ForcePlan& plan, const ForceChunk& chunk, std::span<const Tet> tets, std::span<const TetShape> shapes,
+                std::span<const Index> order) {
+    for (std::size_t lane = 0; lane < kBatch; ++lane)
+        for (std::size_t b = 0; b < chunk.batch_count; ++b) {
+            const std::size_t place = kBatch * chunk.first_batch + lane * chunk.batch_count + b; // along the curve
+            const Index tet = order[std::min(place, tets.size() - 1)];
+            TetBatch& batch = plan.batches[chunk.first_batch + b];
+            plan.tet_of[kBatch * (chunk.first_batch + b) + lane] = tet;
+            fill_lane(batch, lane, shapes[tet], place < tets.size() ? shapes[tet].volume : 0.0);
+            for (std::size_t corner = 0; corner < 4; ++corner)
+                batch.node[corner][lane] = static_cast<Index>(sizeof(NodeRecord)) * plan.record_of[tets[tet][corner]];
+        }
+}
+
 /// Slots of one chunk in order of first use; `owner` collects the record of each.
 void add_slots(ForcePlan& plan, ForceChunk& chunk, std::vector<Index>& slot_of, std::vector<Index>& owner) {
     chunk.first_slot = static_cast<Index>(owner.size());
     for (Index b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; ++b)
         for (std::size_t lane = 0; lane < kBatch; ++lane)
             for (int corner = 0; corner < 4; ++corner) {
-                const Index record = plan.batches[b].node[corner][lane];
+                const Index record = plan.batches[b].node[corner][lane] / sizeof(NodeRecord);
                 if (slot_of[record] == kNoIndex || slot_of[record] < chunk.first_slot) {
                     slot_of[record] = static_cast<Index>(owner.size());
                     owner.push_back(record);
                 }
-                plan.batches[b].slot[corner][lane] = slot_of[record];
+                plan.batches[b].slot[corner][lane] = static_cast<Index>(sizeof(PartialForce)) * slot_of[record];
             }
     chunk.slot_count = static_cast<Index>(owner.size()) - chunk.first_slot;
 }
@@ -96,20 +112,11 @@ ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> s
     number_nodes(plan, tets, order);
     plan.batches.resize((tets.size() + kBatch - 1) / kBatch);
     plan.tet_of.resize(kBatch * plan.batches.size());
-    for (std::size_t place = 0; place < plan.tet_of.size(); ++place) {
-        const Index tet = order[std::min(place, tets.size() - 1)];
-        TetBatch& batch = plan.batches[place / kBatch];
-        const std::size_t lane = place % kBatch;
-        plan.tet_of[place] = tet;
-        fill_lane(batch, lane, shapes[tet], place < tets.size() ? shapes[tet].volume : 0.0);
-        for (std::size_t corner = 0; corner < 4; ++corner) batch.node[corner][lane] = plan.record_of[tets[tet][corner]];
-    }
+    for (std::size_t first = 0; first < plan.batches.size(); first += kChunkBatches)
+        plan.chunks.push_back({static_cast<Index>(first), static_cast<Index>(std::min(kChunkBatches, plan.batches.size() - first)), 0, 0});
+    for (const ForceChunk& chunk : plan.chunks) fill_chunk(plan, chunk, tets, shapes, order);
     std::vector<Index> slot_of(plan.node_count(), kNoIndex), owner;
-    for (std::size_t first = 0; first < plan.batches.size(); first += kChunkBatches) {
-        ForceChunk chunk{static_cast<Index>(first), static_cast<Index>(std::min(kChunkBatches, plan.batches.size() - first)), 0, 0};
-        add_slots(plan, chunk, slot_of, owner);
-        plan.chunks.push_back(chunk);
-    }
+    for (ForceChunk& chunk : plan.chunks) add_slots(plan, chunk, slot_of, owner);
     group_slots(plan, owner);
     plan.inv_mass.resize(plan.node_count());
     for (std::size_t record = 0; record < plan.node_count(); ++record) plan.inv_mass[record] = inv_mass[plan.node_of[record]];

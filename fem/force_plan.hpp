@@ -12,15 +12,15 @@
 namespace seldinger::fem {
 
 inline constexpr std::size_t kBatch = 8;          // tets that a kernel handles at once: a vector of doubles in AVX-512
-inline constexpr std::size_t kChunkBatches = 32;  // its slots fit in the first-level cache
+inline constexpr std::size_t kChunkBatches = 64;  // its slots fit in the first-level cache
 
-/// Eight tets; the last batch repeats its last tet with volume 0.
+/// Eight tets; where the last chunk is not full, its last tet is repeated with volume 0.
 struct alignas(64) TetBatch {
     double inverse[9][kBatch];  // Dm^-1, row-major, 1/m
     double volume[kBatch];      // m^3
     double inverse_sq[kBatch];  // |Dm^-1|^2, 1/m^2
-    Index node[4][kBatch];      // records
-    Index slot[4][kBatch];      // partial sums
+    Index node[4][kBatch];      // records, as bytes from the first
+    Index slot[4][kBatch];      // partial sums, as bytes from the first
 };
 
 /// A node's two vectors side by side: position and velocity, or position and a displacement.
@@ -49,6 +49,9 @@ struct ForcePlan {
 };
 
 struct TetShape;
+
+/// Nodes and partial sums whose distances in bytes still fit: 67 million nodes.
+inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 32;
 
 /// tets, shapes [tet_count]; inv_mass [node_count] in the caller's order. Every node must belong to a tet.
 [[nodiscard]] ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> shapes,

@@ -75,6 +75,12 @@ SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, 
     return report;
 }
 
+std::size_t steer_bytes(const RigidLinks& links) noexcept {
+    constexpr std::size_t kVertex = sizeof(Index) + sizeof(std::array<double, 3>) + 3 * sizeof(Vec3) + sizeof(double);
+    constexpr std::size_t kFrame = sizeof(Triangle) + 2 * sizeof(Mat3);
+    return kVertex * links.vertex_count() + kFrame * links.frame_nodes.size() + 3 * sizeof(Vec3) * links.node_rest.size();
+}
+
 LinkJacobian link_jacobian(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position) noexcept {
     LinkJacobian jacobian;
     const Index frame = links.vertex_frame[vertex];

@@ -60,6 +60,9 @@ struct SteerReport {
 SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest,
                   LinkFrames& frames, std::span<Vec3> out) noexcept;
 
+/// Bytes that one call of steer reads and writes, every array once.
+[[nodiscard]] std::size_t steer_bytes(const RigidLinks& links) noexcept;
+
 /// dp'/dq_i of one vertex, the turn of its frame included. A static vertex has zero blocks on nodes kNoIndex.
 struct LinkJacobian {
     Index node[3] = {kNoIndex, kNoIndex, kNoIndex};

@@ -50,41 +50,41 @@ HWY_INLINE M3 load_inverse(const TetBatch& batch, std::size_t lane) {
     return inverse;
 }
 
-/// -V P grad_a for the four corners; they sum to zero by construction, so that momentum is kept to rounding.
-HWY_INLINE void keep_forces(BatchForces& forces, std::size_t lane, const M3& stress, const M3& inverse, V volume) {
-    const M3 h = mult(scaled(stress, hn::Neg(volume)), inverse);
+/// stress grad_a for the four corners; they sum to zero by construction, so that momentum is kept to rounding.
+HWY_INLINE void keep_forces(BatchForces& forces, std::size_t lane, const M3& stress, const M3& inverse) {
+    const M3 h = mult(stress, inverse);
     SELDINGER_UNROLL for (int k = 0; k < 3; ++k) keep_corner(forces, k + 1, lane, {h.m[k], h.m[3 + k], h.m[6 + k]});
     const auto opposite = [](V a, V b, V c) HWY_ATTR { return hn::Neg(hn::Add(hn::Add(a, b), c)); };
     keep_corner(forces, 0, lane, {opposite(h.m[0], h.m[1], h.m[2]), opposite(h.m[3], h.m[4], h.m[5]), opposite(h.m[6], h.m[7], h.m[8])});
 }
 
 template <class Law, TetKernel kKernel>
-HWY_INLINE void evaluate(const TetBatch& batch, std::size_t lane, V place, const Constants& c, V viscosity,
-                         const NodeRecord* records, BatchForces& forces, LaneExtremes& extremes) {
+HWY_INLINE void evaluate(const TetBatch& batch, std::size_t lane, V place, const TetJob& job, const NodeRecord* records,
+                         BatchForces& forces, LaneExtremes& extremes) {
     const M3 inverse = load_inverse(batch, lane);
     const M3 f = mul(load_edges(batch, lane, records, false), inverse);
-    const V volume = hn::Load(D8(), batch.volume + lane);
+    const V factor = hn::Neg(hn::Load(D8(), batch.volume + lane)); // a force is -V P grad_a
     if constexpr (kKernel == TetKernel::Damping) {
         const M3 rate = mul(load_edges(batch, lane, records, true), inverse);
-        keep_forces(forces, lane, mul(f, viscous_second_stress(viscosity, f, rate)), inverse, volume);
+        keep_forces(forces, lane, mul(f, viscous_second_stress(hn::Mul(set(job.viscosity), factor), f, rate)), inverse);
+        return;
+    }
+    const Constants constants(job.constants, factor);
+    const M3 cof = cofactors(f);
+    const V det = determinant(f, cof);
+    if constexpr (kKernel == TetKernel::Stiffness) {
+        const M3 d = mul(load_edges(batch, lane, records, true), inverse);
+        const M3 stress = Law::stress_along(constants, f, cof, det, d);
+        keep_forces(forces, lane, stress, inverse);
+        extremes.note(det, hn::Neg(contract(d, stress)), place);
     } else {
-        const M3 cof = cofactors(f);
-        const V det = determinant(f, cof);
-        if constexpr (kKernel == TetKernel::Stiffness) {
-            const M3 d = mul(load_edges(batch, lane, records, true), inverse);
-            const M3 stress = Law::stress_along(c, f, cof, det, d);
-            keep_forces(forces, lane, stress, inverse, volume);
-            extremes.note(det, hn::Mul(volume, contract(d, stress)), place);
-        } else {
-            M3 stress = Law::stress(c, f, cof, det);
-            if constexpr (kKernel == TetKernel::ViscousForce) {
-                const M3 rate = mul(load_edges(batch, lane, records, true), inverse);
-                const M3 drag = mul(f, viscous_second_stress(viscosity, f, rate));
-                SELDINGER_UNROLL for (int i = 0; i < 9; ++i) stress.m[i] = hn::Add(stress.m[i], drag.m[i]);
-            }
-            keep_forces(forces, lane, stress, inverse, volume);
-            extremes.note(det, hn::Mul(Law::tangent_scale(c, f, cof, det), hn::Load(D8(), batch.inverse_sq + lane)), place);
-        }
+        constexpr bool kViscous = kKernel == TetKernel::ViscousForce;
+        Sym drag{factor, factor, factor, factor, factor, factor};
+        if constexpr (kViscous)
+            drag = viscous_second_stress(hn::Mul(set(job.viscosity), factor), f, mul(load_edges(batch, lane, records, true), inverse));
+        const Response response = Law::template respond<kViscous>(constants, Constants(job.constants, set(1.0)), f, cof, det, drag);
+        keep_forces(forces, lane, response.stress, inverse);
+        extremes.note(det, hn::Mul(response.tangent, hn::Load(D8(), batch.inverse_sq + lane)), place);
     }
 }
 
@@ -93,15 +93,13 @@ Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob&
     const auto d4 = hn::CappedTag<double, 4>();
     for (Index slot = chunk.first_slot; slot < chunk.first_slot + chunk.slot_count; ++slot)
         for (std::size_t q = 0; q < 4; q += hn::Lanes(d4)) hn::Store(hn::Zero(d4), d4, partial[slot].f + q);
-    const Constants constants(job.constants);
-    const V viscosity = set(job.viscosity);
     LaneExtremes extremes;
     BatchForces forces;
     for (Index b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; ++b) {
         const TetBatch& batch = plan.batches[b];
         for (std::size_t lane = 0; lane < kBatch; lane += kLanes) {
             const V place = hn::Add(set(static_cast<double>(b * kBatch + lane)), hn::Iota(D8(), 0.0));
-            evaluate<Law, kKernel>(batch, lane, place, constants, viscosity, records, forces, extremes);
+            evaluate<Law, kKernel>(batch, lane, place, job, records, forces, extremes);
         }
         add_to_slots(forces, batch, partial);
     }

@@ -52,6 +52,34 @@ struct M3 { V m[9]; };
 /// sum_k a[k] b[k]
 HWY_INLINE V dot(V a0, V b0, V a1, V b1, V a2, V b2) { return fma(a2, b2, fma(a1, b1, hn::Mul(a0, b0))); }
 
+/// Symmetric 3x3.
+struct Sym { V xx, yy, zz, xy, xz, yz; };
+
+/// f^T f
+HWY_INLINE Sym gram(const M3& f) {
+    const auto entry = [&](int i, int j) HWY_ATTR { return dot(f.m[i], f.m[j], f.m[3 + i], f.m[3 + j], f.m[6 + i], f.m[6 + j]); };
+    return {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)};
+}
+/// a s, a s + b
+HWY_INLINE M3 mul(const M3& a, const Sym& s) {
+    M3 c;
+    SELDINGER_UNROLL for (int i = 0; i < 9; i += 3) {
+        c.m[i] = dot(a.m[i], s.xx, a.m[i + 1], s.xy, a.m[i + 2], s.xz);
+        c.m[i + 1] = dot(a.m[i], s.xy, a.m[i + 1], s.yy, a.m[i + 2], s.yz);
+        c.m[i + 2] = dot(a.m[i], s.xz, a.m[i + 1], s.yz, a.m[i + 2], s.zz);
+    }
+    return c;
+}
+HWY_INLINE M3 mul_add(const M3& a, const Sym& s, const M3& b) {
+    M3 c;
+    SELDINGER_UNROLL for (int i = 0; i < 9; i += 3) {
+        c.m[i] = fma(a.m[i + 2], s.xz, fma(a.m[i + 1], s.xy, fma(a.m[i], s.xx, b.m[i])));
+        c.m[i + 1] = fma(a.m[i + 2], s.yz, fma(a.m[i + 1], s.yy, fma(a.m[i], s.xy, b.m[i + 1])));
+        c.m[i + 2] = fma(a.m[i + 2], s.zz, fma(a.m[i + 1], s.yz, fma(a.m[i], s.xz, b.m[i + 2])));
+    }
+    return c;
+}
+
 /// a b, a^T b, a b^T
 HWY_INLINE M3 mul(const M3& a, const M3& b) {
     M3 c;
@@ -111,6 +139,14 @@ HWY_INLINE M3 scaled_add(const M3& a, V s, const M3& b) {
     return c;
 }
 
+/// Batches name records and slots by their distance in bytes from the first: no multiplication on the way.
+HWY_INLINE const NodeRecord& record_at(const NodeRecord* records, Index bytes) {
+    return *reinterpret_cast<const NodeRecord*>(reinterpret_cast<const char*>(records) + bytes);
+}
+HWY_INLINE double* slot_at(PartialForce* partial, Index bytes) {
+    return reinterpret_cast<PartialForce*>(reinterpret_cast<char*>(partial) + bytes)->f;
+}
+
 /// Three numbers of each tet, one vector per axis.
 struct Axes { V x, y, z; };
 
@@ -127,7 +163,7 @@ struct Rows { V row[4]; };
 HWY_INLINE Rows load_rows(const NodeRecord* records, const Index* node, bool second) {
     Rows rows;
     SELDINGER_UNROLL for (int i = 0; i < 4; ++i) {
-        const NodeRecord &low = records[node[i]], &high = records[node[i + 4]];
+        const NodeRecord &low = record_at(records, node[i]), &high = record_at(records, node[i + 4]);
         rows.row[i] = hn::Combine(D8(), hn::Load(D4(), second ? high.v : high.x), hn::Load(D4(), second ? low.v : low.x));
     }
     return rows;
@@ -152,7 +188,7 @@ struct Rows { V row[4]; }; // one tet each
 HWY_INLINE Rows load_rows(const NodeRecord* records, const Index* node, bool second) {
     Rows rows;
     SELDINGER_UNROLL for (int i = 0; i < 4; ++i) {
-        const NodeRecord& record = records[node[i]];
+        const NodeRecord& record = record_at(records, node[i]);
         rows.row[i] = hn::Load(D4(), second ? record.v : record.x);
     }
     return rows;
@@ -178,7 +214,7 @@ struct Rows { V x, y, z; };
 HWY_INLINE Rows load_rows(const NodeRecord* records, const Index* node, bool second) {
     alignas(64) double axis[3][kLanes];
     for (std::size_t lane = 0; lane < kLanes; ++lane)
-        for (int i = 0; i < 3; ++i) axis[i][lane] = second ? records[node[lane]].v[i] : records[node[lane]].x[i];
+        for (int i = 0; i < 3; ++i) axis[i][lane] = second ? record_at(records, node[lane]).v[i] : record_at(records, node[lane]).x[i];
     return {hn::Load(D8(), axis[0]), hn::Load(D8(), axis[1]), hn::Load(D8(), axis[2])};
 }
 HWY_INLINE Rows subtract(const Rows& a, const Rows& b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
@@ -229,7 +265,7 @@ HWY_INLINE void add_to_slots(const BatchForces& forces, const TetBatch& batch, P
     const hn::CappedTag<double, 4> d;
     SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner)
         SELDINGER_UNROLL for (std::size_t tet = 0; tet < kBatch; ++tet) {
-            double* slot = partial[batch.slot[corner][tet]].f;
+            double* slot = slot_at(partial, batch.slot[corner][tet]);
             for (std::size_t q = 0; q < 4; q += hn::Lanes(d))
                 hn::Store(hn::Add(hn::Load(d, slot + q), hn::Load(d, forces.f[corner][tet] + q)), d, slot + q);
         }

@@ -6,77 +6,168 @@
 #define SELDINGER_FEM_TET_LAWS_INL
 #endif
 
-#include "fem/polar.hpp"
+#include "fem/material.hpp"
 #include "fem/tet_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace seldinger::fem::HWY_NAMESPACE {
 
-/// A law's constants in every lane.
+/// A law's constants times a factor in every lane; rest_volume is a ratio and stays.
 struct Constants {
     V mu, lambda, rest_volume;
-    HWY_INLINE explicit Constants(const LawConstants& c) : mu(set(c.mu)), lambda(set(c.lambda)), rest_volume(set(c.rest_volume)) {}
+    HWY_INLINE Constants(const LawConstants& c, V factor)
+        : mu(hn::Mul(set(c.mu), factor)), lambda(hn::Mul(set(c.lambda), factor)), rest_volume(set(c.rest_volume)) {}
 };
+
+/// A stress and the scale of the tangent's largest eigenvalue, Pa: compared with itself only, to see a tet stiffen.
+struct Response {
+    M3 stress;
+    V tangent;
+};
+
+/// viscosity (F^T dF + dF^T F), times F the viscous stress: none in rigid motion.
+HWY_INLINE Sym viscous_second_stress(V viscosity, const M3& f, const M3& rate) {
+    const V twice = hn::Add(viscosity, viscosity);
+    const auto diagonal = [&](int i) HWY_ATTR {
+        return hn::Mul(twice, dot(f.m[i], rate.m[i], f.m[3 + i], rate.m[3 + i], f.m[6 + i], rate.m[6 + i]));
+    };
+    const auto beside = [&](int i, int j) HWY_ATTR {
+        const V half = dot(f.m[i], rate.m[j], f.m[3 + i], rate.m[3 + j], f.m[6 + i], rate.m[6 + j]);
+        return hn::Mul(viscosity, fma(f.m[6 + j], rate.m[6 + i], fma(f.m[3 + j], rate.m[3 + i], fma(f.m[j], rate.m[i], half))));
+    };
+    return {diagonal(0), diagonal(1), diagonal(2), beside(0, 1), beside(0, 2), beside(1, 2)};
+}
+
+/// P of linear-in-F laws with a drag S: F (S + shear I) + rest.
+HWY_INLINE M3 with_drag(const M3& f, const Sym& drag, V shear, const M3& rest) {
+    return mul_add(f, {hn::Add(drag.xx, shear), hn::Add(drag.yy, shear), hn::Add(drag.zz, shear), drag.xy, drag.xz, drag.yz}, rest);
+}
 
 /// St. Venant-Kirchhoff, S = lambda tr(E) I + 2 mu E with E = (F^T F - I)/2, P = F S.
 struct StVKLanes {
-    static HWY_INLINE M3 second_stress(const Constants& c, const M3& f) {
-        M3 s = tmul(f, f);
-        const V trace = hn::Sub(hn::Add(hn::Add(s.m[0], s.m[4]), s.m[8]), set(3.0));
-        const V pressure = fms(hn::Mul(set(0.5), c.lambda), trace, c.mu);
-        SELDINGER_UNROLL for (int i = 0; i < 9; ++i) s.m[i] = i % 4 == 0 ? fma(c.mu, s.m[i], pressure) : hn::Mul(c.mu, s.m[i]);
-        return s;
+    static HWY_INLINE Sym second_stress(const Constants& c, const M3& f, V& trace) {
+        const Sym g = gram(f);
+        trace = hn::Add(hn::Add(g.xx, g.yy), g.zz);
+        const V pressure = fms(hn::Mul(set(0.5), c.lambda), hn::Sub(trace, set(3.0)), c.mu);
+        return {fma(c.mu, g.xx, pressure), fma(c.mu, g.yy, pressure), fma(c.mu, g.zz, pressure),
+                hn::Mul(c.mu, g.xy), hn::Mul(c.mu, g.xz), hn::Mul(c.mu, g.yz)};
     }
-    static HWY_INLINE M3 stress(const Constants& c, const M3& f, const M3&, V) { return mul(f, second_stress(c, f)); }
+    template <bool kViscous>
+    static HWY_INLINE Response respond(const Constants& c, const Constants& plain, const M3& f, const M3&, V, const Sym& drag) {
+        V trace;
+        Sym s = second_stress(c, f, trace);
+        if constexpr (kViscous)
+            s = {hn::Add(s.xx, drag.xx), hn::Add(s.yy, drag.yy), hn::Add(s.zz, drag.zz),
+                 hn::Add(s.xy, drag.xy), hn::Add(s.xz, drag.xz), hn::Add(s.yz, drag.yz)};
+        return {mul(f, s), hn::Mul(fma(set(2.0), plain.mu, plain.lambda), trace)};
+    }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3&, V, const M3& d) {
-        const M3 cross = tmul(f, d);
-        const V trace = hn::Mul(c.lambda, hn::Add(hn::Add(cross.m[0], cross.m[4]), cross.m[8]));
-        M3 rate;
-        SELDINGER_UNROLL for (int i = 0; i < 3; ++i)
-            SELDINGER_UNROLL for (int j = 0; j < 3; ++j) {
-                const V both = hn::Add(cross.m[3 * i + j], cross.m[3 * j + i]);
-                rate.m[3 * i + j] = i == j ? fma(c.mu, both, trace) : hn::Mul(c.mu, both);
-            }
-        const M3 a = mul(d, second_stress(c, f)), b = mul(f, rate);
-        M3 sum;
-        SELDINGER_UNROLL for (int i = 0; i < 9; ++i) sum.m[i] = hn::Add(a.m[i], b.m[i]);
-        return sum;
-    }
-    /// Scale of the tangent's largest eigenvalue, Pa: compared with itself only, to see a tet stiffen.
-    static HWY_INLINE V tangent_scale(const Constants& c, const M3& f, const M3&, V) {
-        return hn::Mul(fma(set(2.0), c.mu, c.lambda), contract(f, f));
+        V trace;
+        const Sym s = second_stress(c, f, trace), rate = viscous_second_stress(c.mu, f, d); // mu (F^T d + d^T F)
+        const V growth = hn::Mul(c.lambda, contract(f, d));
+        return mul_add(d, s, mul(f, Sym{hn::Add(rate.xx, growth), hn::Add(rate.yy, growth), hn::Add(rate.zz, growth), rate.xy, rate.xz, rate.yz}));
     }
 };
 
+/// Rotation nearest to every matrix; the algorithm of polar.hpp, whose comments explain it.
+HWY_INLINE V largest_root(V c2, V c1, V c0, V x) {
+    auto active = hn::Gt(x, hn::Neg(set(1.0)));
+    for (int round = 0; round < 40; ++round) {
+        const V x_sq = hn::Mul(x, x);
+        const V value = fma(fma(hn::Add(x_sq, c2), x, c1), x, c0);
+        const V slope = fma(fma(set(4.0), x_sq, hn::Add(c2, c2)), x, c1);
+        const V next = hn::Sub(x, hn::Div(value, slope));
+        active = hn::And(active, hn::And(hn::Gt(slope, hn::Zero(D8())), hn::Lt(next, x)));
+        const auto far = hn::Gt(hn::Sub(x, next), hn::Mul(set(1e-15), x));
+        x = hn::IfThenElse(active, next, x);
+        active = hn::And(active, far);
+        if (hn::AllFalse(D8(), active)) break;
+    }
+    return x;
+}
+
+struct Quaternion { V w, x, y, z; };
+
+/// The longest row of the adjugate of a singular symmetric 4x4 matrix: its null vector.
+HWY_INLINE Quaternion null_vector(V a00, V a01, V a02, V a03, V a11, V a12, V a13, V a22, V a23, V a33) {
+    const auto det2 = [](V p, V q, V r, V s) HWY_ATTR { return fms(p, q, hn::Mul(r, s)); };
+    const V s0 = det2(a00, a11, a01, a01), s1 = det2(a00, a12, a01, a02), s2 = det2(a00, a13, a01, a03);
+    const V s3 = det2(a01, a12, a11, a02), s4 = det2(a01, a13, a11, a03), s5 = det2(a02, a13, a12, a03);
+    const V c5 = det2(a22, a33, a23, a23), c4 = det2(a12, a33, a13, a23), c3 = det2(a12, a23, a13, a22);
+    const V c2 = det2(a02, a33, a03, a23), c1 = det2(a02, a23, a03, a22);
+    const auto sum = [](V p, V q, V r, V s, V t, V u) HWY_ATTR { return fma(t, u, fnma(r, s, hn::Mul(p, q))); }; // pq - rs + tu
+    const V b00 = sum(a11, c5, a12, c4, a13, c3), b01 = hn::Neg(sum(a01, c5, a02, c4, a03, c3));
+    const V b02 = sum(a13, s5, a23, s4, a33, s3), b03 = hn::Neg(sum(a12, s5, a22, s4, a23, s3));
+    const V b11 = sum(a00, c5, a02, c2, a03, c1), b12 = hn::Neg(sum(a03, s5, a23, s2, a33, s1));
+    const V b13 = sum(a02, s5, a22, s2, a23, s1), b22 = sum(a03, s4, a13, s2, a33, s0);
+    const V b23 = hn::Neg(sum(a02, s4, a12, s2, a23, s0)), b33 = sum(a02, s3, a12, s1, a22, s0);
+    Quaternion q{b00, b01, b02, b03};
+    V longest = hn::Abs(b00);
+    const auto prefer = [&](V diagonal, V w, V x, V y, V z) HWY_ATTR {
+        const auto better = hn::Gt(hn::Abs(diagonal), longest);
+        longest = hn::IfThenElse(better, hn::Abs(diagonal), longest);
+        q = {hn::IfThenElse(better, w, q.w), hn::IfThenElse(better, x, q.x), hn::IfThenElse(better, y, q.y), hn::IfThenElse(better, z, q.z)};
+    };
+    prefer(b11, b01, b11, b12, b13);
+    prefer(b22, b02, b12, b22, b23);
+    prefer(b33, b03, b13, b23, b33);
+    return q;
+}
+
+HWY_INLINE M3 rotation_of(const Quaternion& q) {
+    const V ww = hn::Mul(q.w, q.w), xx = hn::Mul(q.x, q.x), yy = hn::Mul(q.y, q.y), zz = hn::Mul(q.z, q.z);
+    const auto twice = [](V a, V b, V c, V d) HWY_ATTR { const V both = fma(a, b, hn::Mul(c, d)); return hn::Add(both, both); };
+    const V x = hn::Neg(q.x), y = hn::Neg(q.y), z = hn::Neg(q.z);
+    return {{hn::Sub(hn::Add(ww, xx), hn::Add(yy, zz)), twice(q.x, q.y, q.w, z), twice(q.x, q.z, q.w, q.y),
+             twice(q.x, q.y, q.w, q.z), hn::Sub(hn::Add(ww, yy), hn::Add(xx, zz)), twice(q.y, q.z, q.w, x),
+             twice(q.x, q.z, q.w, y), twice(q.y, q.z, q.w, q.x), hn::Sub(hn::Add(ww, zz), hn::Add(xx, yy))}};
+}
+
+HWY_INLINE M3 find_rotation(const M3& raw) {
+    V scale = hn::Abs(raw.m[0]);
+    SELDINGER_UNROLL for (int i = 1; i < 9; ++i) scale = hn::Max(scale, hn::Abs(raw.m[i]));
+    const auto fine = hn::And(hn::Gt(scale, set(1e-150)), hn::Lt(scale, set(1e150)));
+    const V per_scale = hn::Div(set(1.0), hn::IfThenElse(fine, scale, set(1.0)));
+    M3 f;
+    SELDINGER_UNROLL for (int i = 0; i < 9; ++i)
+        f.m[i] = hn::IfThenElse(fine, hn::Mul(raw.m[i], per_scale), set(i % 4 == 0 ? 1.0 : 0.0));
+    const M3 cof = cofactors(f);
+    const V size_sq = contract(f, f), det = determinant(f, cof);
+    const V root = largest_root(hn::Mul(set(-2.0), size_sq), hn::Mul(set(-8.0), det),
+                                fms(size_sq, size_sq, hn::Mul(set(4.0), contract(cof, cof))), hn::Sqrt(hn::Mul(set(3.0), size_sq)));
+    const V* m = f.m;
+    const auto diagonal = [&](V a, V b, V c) HWY_ATTR { return hn::Sub(hn::Add(hn::Add(a, b), c), root); };
+    Quaternion q = null_vector(diagonal(m[0], m[4], m[8]), hn::Sub(m[7], m[5]), hn::Sub(m[2], m[6]), hn::Sub(m[3], m[1]),
+                               diagonal(m[0], hn::Neg(m[4]), hn::Neg(m[8])), hn::Add(m[1], m[3]), hn::Add(m[2], m[6]),
+                               diagonal(m[4], hn::Neg(m[0]), hn::Neg(m[8])), hn::Add(m[5], m[7]),
+                               diagonal(m[8], hn::Neg(m[0]), hn::Neg(m[4])));
+    const V length_sq = fma(q.z, q.z, fma(q.y, q.y, fma(q.x, q.x, hn::Mul(q.w, q.w))));
+    const auto known = hn::Gt(length_sq, set(1e-60));
+    const V per_length = hn::Div(set(1.0), hn::Sqrt(hn::IfThenElse(known, length_sq, set(1.0))));
+    q = {hn::IfThenElse(known, hn::Mul(q.w, per_length), set(1.0)), hn::IfThenElseZero(known, hn::Mul(q.x, per_length)),
+         hn::IfThenElseZero(known, hn::Mul(q.y, per_length)), hn::IfThenElseZero(known, hn::Mul(q.z, per_length))};
+    return rotation_of(q);
+}
+
 /// Corotational: linear elasticity in the frame that turns with the tet, P = 2 mu (F - R) + lambda tr(R^T F - I) R.
 struct CorotationalLanes {
-    static HWY_INLINE M3 find_rotation(const M3& f) {
-        alignas(64) double lanes[9][kLanes];
-        for (int i = 0; i < 9; ++i) hn::Store(f.m[i], D8(), lanes[i]);
-        for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            Block<double> one;
-            for (int i = 0; i < 9; ++i) one.m[i] = lanes[i][lane];
-            one = nearest_rotation(one);
-            for (int i = 0; i < 9; ++i) lanes[i][lane] = one.m[i];
-        }
-        M3 rotation;
-        for (int i = 0; i < 9; ++i) rotation.m[i] = hn::Load(D8(), lanes[i]);
-        return rotation;
-    }
     static HWY_INLINE V pressure(const Constants& c, const M3& f, const M3& r) {
         return fms(c.lambda, hn::Sub(contract(r, f), set(3.0)), hn::Add(c.mu, c.mu));
     }
-    static HWY_INLINE M3 stress(const Constants& c, const M3& f, const M3&, V) {
+    /// Linear in stretch: it never stiffens.
+    template <bool kViscous>
+    static HWY_INLINE Response respond(const Constants& c, const Constants& plain, const M3& f, const M3&, V, const Sym& drag) {
         const M3 r = find_rotation(f);
-        return scaled_add(f, hn::Add(c.mu, c.mu), scaled(r, pressure(c, f, r)));
+        const M3 turned = scaled(r, pressure(c, f, r));
+        const V tangent = fma(set(2.0), plain.mu, plain.lambda), shear = hn::Add(c.mu, c.mu);
+        if constexpr (kViscous) return {with_drag(f, drag, shear, turned), tangent};
+        return {scaled_add(f, shear, turned), tangent};
     }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3&, V, const M3& d) {
         const M3 r = find_rotation(f);
         const V growth = hn::Mul(c.lambda, contract(r, d));
         return scaled_add(d, hn::Add(c.mu, c.mu), scaled_add(r, growth, scaled(rotation_along(f, r, d), pressure(c, f, r))));
     }
-    /// Linear in stretch: it never stiffens.
-    static HWY_INLINE V tangent_scale(const Constants& c, const M3&, const M3&, V) { return fma(set(2.0), c.mu, c.lambda); }
     /// dR = R [w]x with (tr(S) I - S) w = axial(R^T d - d^T R), S = R^T F.
     static HWY_INLINE M3 rotation_along(const M3& f, const M3& r, const M3& d) {
         M3 g = tmul(r, f);
@@ -97,10 +188,15 @@ struct CorotationalLanes {
 
 /// Stable neo-Hookean, P = mu I/(I + 1) F + lambda (J - alpha) cof F, I = |F|^2: smooth through inversion.
 struct NeoHookeanLanes {
-    static HWY_INLINE M3 stress(const Constants& c, const M3& f, const M3& cof, V det) {
-        const V grown = hn::Add(contract(f, f), set(1.0));
-        const V shear = hn::Sub(c.mu, hn::Div(c.mu, grown));
-        return scaled_add(f, shear, scaled(cof, hn::Mul(c.lambda, hn::Sub(det, c.rest_volume))));
+    template <bool kViscous>
+    static HWY_INLINE Response respond(const Constants& c, const Constants& plain, const M3& f, const M3& cof, V det, const Sym& drag) {
+        const V size_sq = contract(f, f), offset = hn::Sub(det, c.rest_volume);
+        const V shear = hn::Sub(c.mu, hn::Div(c.mu, hn::Add(size_sq, set(1.0))));
+        const M3 swollen = scaled(cof, hn::Mul(c.lambda, offset));
+        const V inner = fma(set(0.5), fma(offset, offset, size_sq), contract(cof, cof));
+        const V tangent = fma(plain.lambda, inner, hn::Add(plain.mu, plain.mu));
+        if constexpr (kViscous) return {with_drag(f, drag, shear, swollen), tangent};
+        return {scaled_add(f, shear, swollen), tangent};
     }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3& cof, V det, const M3& d) {
         const V per_grown = hn::Div(set(1.0), hn::Add(contract(f, f), set(1.0)));
@@ -109,22 +205,7 @@ struct NeoHookeanLanes {
         const V pressure = hn::Mul(c.lambda, hn::Sub(det, c.rest_volume)), growth = hn::Mul(c.lambda, contract(cof, d));
         return scaled_add(d, shear, scaled_add(f, along, scaled_add(cof, growth, scaled(cofactors_along(f, d), pressure))));
     }
-    static HWY_INLINE V tangent_scale(const Constants& c, const M3& f, const M3& cof, V det) {
-        const V offset = hn::Sub(det, c.rest_volume);
-        const V inner = fma(set(0.5), fma(offset, offset, contract(f, f)), contract(cof, cof));
-        return fma(c.lambda, inner, hn::Add(c.mu, c.mu));
-    }
 };
-
-/// Viscous first Piola-Kirchhoff stress F viscosity (F^T dF + dF^T F): none in rigid motion.
-HWY_INLINE M3 viscous_second_stress(V viscosity, const M3& f, const M3& rate) {
-    const M3 cross = tmul(f, rate);
-    M3 s;
-    SELDINGER_UNROLL for (int i = 0; i < 3; ++i)
-        SELDINGER_UNROLL for (int j = 0; j < 3; ++j)
-            s.m[3 * i + j] = hn::Mul(viscosity, hn::Add(cross.m[3 * i + j], cross.m[3 * j + i]));
-    return s;
-}
 
 } // namespace seldinger::fem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
