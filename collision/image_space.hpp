@@ -1,0 +1,56 @@
+// Image-space potentially colliding sets: which triangles of a soup that stands still may cross another one, self-intersections
+// included? Pictures from several sides prune what is free of everything else; exact tests are left for the rest.
+// This work is based on: the seed paper's self-collision extension of Govindaraju, Redon, Lin, Manocha, "CULLIDE" (2003). Deviates: the
+// paper asks whether an object hides any part of itself, at the centres of pixels, and so misses overlaps below a pixel, triangles seen
+// edge-on, and contact without penetration. Here triangles are covered conservatively and asked by chromatic sets: those that share
+// a vertex always overlap then, and are exempt by their ids. Nothing that crosses is lost, at any resolution.
+#pragma once
+
+#include "collision/chromatic_sets.hpp"
+#include "collision/set_culler.hpp"
+
+#include <vector>
+
+namespace seldinger::collision {
+
+struct ImageSpacePlan {
+    CullMemory memory = CullMemory::Intervals;
+    int resolution = 0;       // pixels a side; 0: what the backend prefers
+    int max_passes = 9;       // views
+    double worthwhile = 0.03; // the CPU takes over after a pass that pruned less than this share of what was left
+};
+
+/// One view.
+struct ImageSpacePass {
+    Vec3 direction;
+    std::size_t triangles = 0, triangles_left = 0; // drawn; not yet free of everything
+    std::size_t questions = 0;                     // (triangle, set) asked
+};
+
+class ImageSpaceCuller {
+public:
+    ImageSpaceCuller(std::span<const Triangle> triangles, std::size_t vertex_count);
+
+    /// Ids of the triangles that may cross one that shares no vertex with them, ascending. Those with a coordinate that is not finite
+    /// are left out: nothing crosses them.
+    /// fails   as the backend does
+    [[nodiscard]] Result<std::vector<Index>> find_colliding_set(std::span<const Vec3> positions, const ImageSpacePlan& plan, CullBackend& backend);
+
+    [[nodiscard]] std::span<const ImageSpacePass> passes() const noexcept { return passes_; } // of the last call
+    [[nodiscard]] const ChromaticSets& sets() const noexcept { return sets_; }
+
+private:
+    [[nodiscard]] Vec3 direction_of(int pass, std::span<const Vec3> positions) const noexcept;
+    [[nodiscard]] Result<void> look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan, int resolution, CullBackend& backend);
+
+    std::vector<Triangle> triangles_;
+    ChromaticSets sets_;
+    std::vector<std::vector<Index>> asking_; // [set] triangles not yet free of it, ascending
+    std::vector<Index> live_;                // triangles with a question left, ascending
+    std::vector<ImageSpacePass> passes_;
+};
+
+/// Pairs of the given triangles that properly cross and share no vertex: lower id first, sorted. Exact.
+[[nodiscard]] std::vector<TrianglePair> find_crossings(std::span<const Triangle> triangles, std::span<const Vec3> positions, std::span<const Index> ids);
+
+} // namespace seldinger::collision
