@@ -155,7 +155,11 @@ void ContactSearch::collect(Job& job, std::size_t chunk) {
         const float *box_a = tree_a.cluster_bounds(a), *box_b = tree_b.cluster_bounds(b);
         append(run_of(tree_a, cluster_a.vertices, 1), run_of(tree_b, cluster_b.faces, 3), box_b, false, vertex_face);
         if (!same) append(run_of(tree_b, cluster_b.vertices, 1), run_of(tree_a, cluster_a.faces, 3), box_a, false, face_vertex);
+        const std::size_t before = edge_edge.size();
         append(run_of(tree_a, cluster_a.edges, 2), run_of(tree_b, cluster_b.edges, 2), box_b, same, edge_edge);
+        if (!self) continue;
+        for (std::size_t k = before; k < edge_edge.size(); ++k) // the same bits whichever cluster came first
+            if (edge_edge[k].b < edge_edge[k].a) std::swap(edge_edge[k].a, edge_edge[k].b);
     }
 }
 
@@ -171,6 +175,34 @@ void ContactSearch::find_candidates() {
             stats_.candidates_ee += job.edge_edge[chunk].size();
         }
     }
+}
+
+void ContactSearch::start_given(std::span<const SurfaceMotion> motions) {
+    motions_.assign(motions.begin(), motions.end());
+    stats_ = {};
+    for (Job& job : jobs_)
+        for (auto* lists : {&job.vertex_face, &job.face_vertex, &job.edge_edge}) lists->clear();
+}
+
+void ContactSearch::give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
+                                    std::span<const FeaturePair> edge_edge) {
+    constexpr std::size_t kGivenChunk = 4096; // pairs that one thread decides at a time
+    for (Job& job : jobs_) {
+        if (job.a != a || job.b != b) continue;
+        const std::size_t chunks = (std::max({vertex_face.size(), face_vertex.size(), edge_edge.size()}) + kGivenChunk - 1) / kGivenChunk;
+        const auto deal = [&](std::span<const FeaturePair> pairs, std::vector<std::vector<FeaturePair>>& lists) {
+            lists.assign(chunks, {});
+            for (std::size_t i = 0; i < pairs.size(); i += kGivenChunk) {
+                const auto piece = pairs.subspan(i, std::min(kGivenChunk, pairs.size() - i));
+                lists[i / kGivenChunk].assign(piece.begin(), piece.end());
+            }
+        };
+        deal(vertex_face, job.vertex_face);
+        deal(face_vertex, job.face_vertex);
+        deal(edge_edge, job.edge_edge);
+    }
+    stats_.candidates_vf += vertex_face.size() + face_vertex.size();
+    stats_.candidates_ee += edge_edge.size();
 }
 
 void ContactSearch::add_hits(const Job& job, bool vertex_face, bool swapped, std::span<const FeaturePair> pairs, std::vector<Sweep>& sweeps,

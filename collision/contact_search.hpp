@@ -50,6 +50,12 @@ public:
     /// Motions must be finite, and live until the contacts are decided.
     void refit(std::span<const SurfaceMotion> motions);
     void find_candidates();
+    /// Instead of refit and find_candidates: pairs that something else found, for one surface against itself or another (a <= b);
+    /// decide() takes all pairs of surfaces that were given since the last start_given().
+    void start_given(std::span<const SurfaceMotion> motions);
+    /// face_vertex   vertices of b, faces of a
+    void give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
+                         std::span<const FeaturePair> edge_edge);
     /// contacts   replaced: sorted by kind (edge-edge first), bodies, ids
     void decide(std::vector<SearchContact>& contacts);
 

@@ -187,6 +187,7 @@ TEST(ContactSearch, TreeBuilderInstructionSetAndThreadsChangeNothing) {
                 options.tree = {dop, arity, cluster, builder};
                 const Found other = find(surfaces, options);
                 EXPECT_EQ(usual.keys(), other.keys());
+                expect_same_bits(usual, other);
                 SearchOptions plain = options;
                 plain.simd = false;
                 plain.threads = 2;

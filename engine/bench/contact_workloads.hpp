@@ -1,0 +1,16 @@
+// Moving meshes on which continuous contacts are measured: the shapes that the benchmark of seed 000 has, made here.
+#pragma once
+
+#include "engine/io/frames.hpp"
+
+namespace seldinger::engine {
+
+/// Cloth of columns x rows squares, 1 cm each, that folds like an accordion with wrinkles until its pleats press into each other: free in
+/// the first half of the steps, touching in the second. Contacts per triangle do not depend on the number of rows.
+[[nodiscard]] FrameSequence make_folding_cloth(std::size_t columns, std::size_t rows, std::size_t steps);
+
+/// A branching artery that bends and a catheter of 10,000 triangles that is pushed along its outer wall, dipping in and out of it.
+/// cell   m, edge of the grid that the artery is cut from: 0.608e-3 gives about 83,000 triangles
+[[nodiscard]] FrameSequence make_bending_artery(double cell, std::size_t steps);
+
+} // namespace seldinger::engine
