@@ -44,9 +44,21 @@ bool take_word(std::string_view word, ContactMethod& method) {
     return false;
 }
 
+struct SetMethod {
+    std::string_view name;
+    CullMethod culling;
+    bool image_space;
+};
+constexpr SetMethod kSetMethods[] = {
+    {"chromatic", CullMethod::Auto, false},     {"chromatic-cpu", CullMethod::Cpu, false}, {"chromatic-gl", CullMethod::Gl, false},
+    {"chromatic-none", CullMethod::None, false}, {"image-space", CullMethod::Cpu, true},    {"image-space-gl", CullMethod::Gl, true},
+};
+
 } // namespace
 
 std::string ContactMethod::name() const {
+    for (const SetMethod& known : kSetMethods)
+        if (culling == known.culling && image_space == known.image_space) return std::string(known.name);
     if (brute) return "exact-brute";
     const char* builder = tree.builder == collision::TreeBuilder::Sah ? "sah" : tree.builder == collision::TreeBuilder::Median ? "median" : "paper";
     return fmt::format("exact-dop{}-arity{}-{}-cluster{}{}", tree.dop, tree.arity, builder, tree.cluster_size, simd ? "" : "-plain");
@@ -54,6 +66,12 @@ std::string ContactMethod::name() const {
 
 Result<ContactMethod> parse_contact_method(const std::string& text) {
     ContactMethod method;
+    for (const SetMethod& known : kSetMethods)
+        if (text == known.name) {
+            method.culling = known.culling;
+            method.image_space = known.image_space;
+            return method;
+        }
     std::string_view rest = text;
     while (true) {
         const std::size_t dash = rest.find('-');

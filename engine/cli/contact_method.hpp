@@ -3,7 +3,9 @@
 
 #include "base/result.hpp"
 #include "collision/contact_search.hpp"
+#include "engine/gpu/culled_search.hpp"
 
+#include <optional>
 #include <string>
 
 namespace seldinger::engine {
@@ -12,12 +14,16 @@ namespace seldinger::engine {
 inline constexpr const char* kMethodWords =
     "words joined by '-': exact (the default of all); dop6, dop14, dop18, dop26 (bounds); arity2, arity4, arity8 (children of a node); "
     "sah, median, paper (how the tree is built); cluster1 .. cluster32 (triangles in a leaf); plain (no SIMD in the broad phase); "
-    "brute (every pair of features, no tree)";
+    "brute (every pair of features, no tree). Or one of: chromatic (sets of non-adjacent triangles, looked at where that is predicted to pay), "
+    "chromatic-cpu, chromatic-gl (always looked at, by the CPU or by OpenGL), chromatic-none (never looked at), "
+    "image-space, image-space-gl (triangles of meshes that stand still)";
 
 struct ContactMethod {
     collision::TreeOptions tree;
     bool simd = true;
     bool brute = false;
+    std::optional<CullMethod> culling; // by chromatic sets; the words above do not go with it
+    bool image_space = false;          // pairs of triangles, of meshes that stand still; culled as `culling` says
 
     /// The name with everything spelled out, as the statistics give it.
     [[nodiscard]] std::string name() const;

@@ -2,6 +2,7 @@
 #include "collision/contact_search.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/contact_method.hpp"
+#include "engine/cli/image_space_contacts.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/contact_rows.hpp"
@@ -122,8 +123,9 @@ double pair_count(const Input& input, const collision::SearchOptions& options) {
 struct StepRow {
     std::size_t frame = 0;
     collision::SearchStats stats;
-    double refit_ms = 0.0, broad_ms = 0.0, narrow_ms = 0.0;
-    [[nodiscard]] double total_ms() const noexcept { return refit_ms + broad_ms + narrow_ms; }
+    double refit_ms = 0.0, broad_ms = 0.0, cull_ms = 0.0, narrow_ms = 0.0;
+    std::size_t near_pairs = 0, left_pairs = 0; // of triangles, before and after culling by sets
+    [[nodiscard]] double total_ms() const noexcept { return refit_ms + broad_ms + cull_ms + narrow_ms; }
 };
 
 ContactRow row_of(const SearchContact& found, std::span<const std::int32_t> objects) {
@@ -191,19 +193,43 @@ private:
             positions.push_back(motion.t0);
         }
         search_.build(surfaces, positions, options_);
+        if (method_.culling)
+            culled_ = std::make_unique<CulledSearch>(surfaces, positions,
+                                                     CulledSearch::Options{.method = *method_.culling, .within = options_.within, .between = options_.between,
+                                                                           .distance = options_.distance, .tolerance = options_.tolerance, .plan = {}, .contexts = {}});
         build_ms_ = watch.lap_ms();
+    }
+
+    /// The candidates of a step, by sets: what the hierarchy would find and more is culled.
+    void cull(std::span<const SurfaceMotion> step, StepRow& row) {
+        const CullTimes times = culled_->find_candidates(step);
+        search_.start_given(step);
+        for (const CulledSearch::Job& job : culled_->jobs()) {
+            search_.give_candidates(job.a, job.b, job.candidates.vertex_face, job.candidates.face_vertex, job.candidates.edge_edge);
+            row.near_pairs += job.culler->counts().near_pairs;
+            row.left_pairs += job.culler->counts().left_pairs;
+        }
+        row.refit_ms = times.refit_ms;
+        row.broad_ms = times.near_ms + times.collect_ms;
+        row.cull_ms = times.look_ms;
     }
 
     void step(std::size_t k) {
         StopWatch watch;
         StepRow row;
         row.frame = k;
-        search_.refit(motions(k));
-        row.refit_ms = watch.lap_ms();
-        search_.find_candidates();
-        row.broad_ms = watch.lap_ms();
+        if (culled_) {
+            cull(motions(k), row);
+            [[maybe_unused]] const double culled_ms = watch.lap_ms();
+        } else {
+            search_.refit(motions(k));
+            row.refit_ms = watch.lap_ms();
+            search_.find_candidates();
+            row.broad_ms = watch.lap_ms();
+        }
         search_.decide(found_);
         row.narrow_ms = watch.lap_ms();
+        if (culled_) culled_->note_tests(row.narrow_ms);
         row.stats = search_.stats();
         rows_.push_back(row);
         if (!request_.out.empty()) {
@@ -240,10 +266,16 @@ private:
         json["build_ms"] = build_ms_;
         json["refit_ms"] = median([](const StepRow& r) { return r.refit_ms; });
         json["broad_ms"] = median([](const StepRow& r) { return r.broad_ms; });
-        json["cull_ms"] = 0.0;
+        json["cull_ms"] = median([](const StepRow& r) { return r.cull_ms; });
         json["narrow_ms"] = median([](const StepRow& r) { return r.narrow_ms; });
         json["total_ms"] = median([](const StepRow& r) { return r.total_ms(); });
-        json["colours"] = 0;
+        json["colours"] = culled_ ? culled_->colours() : 0;
+        if (culled_) {
+            json["culler"] = culled_->backend();
+            json["near_pairs"] = median([](const StepRow& r) { return r.near_pairs; });
+            json["left_pairs"] = median([](const StepRow& r) { return r.left_pairs; });
+            json["notes"] = culled_->notes();
+        }
         json["distance"] = request_.distance;
         json["threads"] = request_.threads;
         std::size_t memory = 0;
@@ -260,7 +292,7 @@ private:
                                      {"exact", r.stats.exact},
                                      {"refit_ms", r.refit_ms},
                                      {"broad_ms", r.broad_ms},
-                                     {"cull_ms", 0.0},
+                                     {"cull_ms", r.cull_ms},
                                      {"narrow_ms", r.narrow_ms},
                                      {"total_ms", r.total_ms()}});
         return json;
@@ -290,6 +322,11 @@ private:
         fmt::print("build {:.2f} ms, refit {:.2f}, broad {:.2f}, narrow {:.2f}, total {:.2f} ms without the build{}\n", build_ms_,
                    json["refit_ms"].get<double>(), json["broad_ms"].get<double>(), json["narrow_ms"].get<double>(),
                    json["total_ms"].get<double>(), per_step);
+        if (culled_) {
+            fmt::print("{} sets; pairs of triangles that are near: {}, left after culling by {}: {}, in {:.2f} ms{}\n", culled_->colours(),
+                       json["near_pairs"].get<std::size_t>(), culled_->backend(), json["left_pairs"].get<std::size_t>(), json["cull_ms"].get<double>(), per_step);
+            for (const std::string& note : culled_->notes()) fmt::print("note: {}\n", note);
+        }
         fmt::print("{} steps, {} contacts: {} VF, {} EE; {} candidates decided in whole numbers, {} unresolved\n", rows_.size(), vf + ee, vf, ee, exact,
                    unresolved);
     }
@@ -299,6 +336,7 @@ private:
     Input input_;
     collision::SearchOptions options_;
     ContactSearch search_;
+    std::unique_ptr<CulledSearch> culled_; // by chromatic sets, if the method says so
     double build_ms_ = 0.0;
     std::vector<StepRow> rows_;
     std::vector<SearchContact> found_;
@@ -306,12 +344,48 @@ private:
     std::vector<HitRecord> hits_;
 };
 
+nlohmann::ordered_json crossing_json(const CrossingAnswer& answer, const ContactMethod& method) {
+    nlohmann::ordered_json json = {{"method", method.name()}, {"candidates_vf", 0}, {"candidates_ee", 0}, {"hits_vf", 0}, {"hits_ee", 0},
+                                   {"hits_tt", answer.rows.size()}, {"unresolved", 0}, {"triangles", answer.triangles}, {"left_triangles", answer.left},
+                                   {"build_ms", answer.build_ms}, {"refit_ms", 0.0}, {"broad_ms", 0.0}, {"cull_ms", answer.cull_ms},
+                                   {"narrow_ms", answer.narrow_ms}, {"total_ms", answer.cull_ms + answer.narrow_ms}, {"colours", answer.colours},
+                                   {"culler", answer.culler}, {"notes", answer.notes}};
+    for (const auto& pass : answer.passes)
+        json["passes"].push_back({{"direction", {pass.direction[0], pass.direction[1], pass.direction[2]}}, {"triangles", pass.triangles},
+                                  {"left", pass.triangles_left}, {"questions", pass.questions}});
+    return json;
+}
+
+/// Triangles that cross, of meshes that stand still.
+int find_crossings_of(const Request& request, const ContactMethod& method, const Input& input) {
+    if (input.is_sequence() || request.distance > 0.0)
+        return report_error(bad_usage("image-space takes one or two meshes that stand still, without --frames and --distance", "--method"));
+    for (std::size_t i = 0; i < input.t0.size(); ++i)
+        if (input.t0[i] != input.t1[i])
+            return report_error(bad_usage(fmt::format("{} and {} differ; image-space takes meshes that stand still: name the same file twice",
+                                                      request.meshes[2 * i], request.meshes[2 * i + 1]), "--method"));
+    const CrossingAnswer answer = find_crossing_triangles(input.surfaces, input.t0, {.culling = *method.culling, .within = request.self || input.t0.size() == 1});
+    if (!request.out.empty())
+        if (const auto written = write_file_atomically(request.out, contact_csv(std::array{ContactStep{0, answer.rows}}, false)); !written)
+            return report_error(written.error());
+    if (!request.stats.empty())
+        if (const auto written = write_file_atomically(request.stats, crossing_json(answer, method).dump(2) + "\n"); !written)
+            return report_error(written.error());
+    for (std::size_t k = 0; k < answer.passes.size(); ++k)
+        fmt::print("view {}: {} triangles of {} left\n", k + 1, answer.passes[k].triangles_left, answer.passes[k].triangles);
+    for (const std::string& note : answer.notes) fmt::print("note: {}\n", note);
+    fmt::print("{} by {}: {} sets, {} triangles of {} left for exact tests; culling {:.2f} ms, tests {:.2f} ms\n{} pairs of triangles cross\n", method.name(),
+               answer.culler, answer.colours, answer.left, answer.triangles, answer.cull_ms, answer.narrow_ms, answer.rows.size());
+    return kExitFine;
+}
+
 int find_contacts(const Request& request) {
     if (const auto usage = check_usage(request); !usage) return report_error(usage.error());
     const auto method = parse_contact_method(request.method);
     if (!method) return report_error(method.error());
     auto input = read_input(request);
     if (!input) return report_error(input.error());
+    if (method->image_space) return find_crossings_of(request, *method, *input);
     return Run(request, *method, std::move(*input)).run();
 }
 

@@ -1,0 +1,102 @@
+#include "engine/gpu/culled_search.hpp"
+
+#include "collision/cull_twin.hpp"
+#include "engine/gpu/gl_cull_backend.hpp"
+#include "engine/time/clock.hpp"
+
+#include <algorithm>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// Steps without a look after which one is taken anyway: what it drops may have changed.
+constexpr int kLookAgain = 50;
+/// Weight of the newest measurement.
+constexpr double kNewest = 0.25;
+
+void follow(double& mean, double value) noexcept { mean = mean < 0.0 ? value : mean + kNewest * (value - mean); }
+
+} // namespace
+
+bool CullCostModel::pays(std::size_t pairs) const noexcept {
+    if (pairs == 0) return false;
+    if (look_ms_ < 0.0 || test_ms_ < 0.0 || ++passed_over_ >= kLookAgain) return true;
+    return look_ms_ < dropped_ * test_ms_;
+}
+
+void CullCostModel::note_look(std::size_t pairs, std::size_t left, double ms) noexcept {
+    if (pairs == 0) return;
+    passed_over_ = 0;
+    follow(look_ms_, ms / static_cast<double>(pairs));
+    dropped_ = 1.0 - static_cast<double>(left) / static_cast<double>(pairs);
+}
+
+void CullCostModel::note_tests(std::size_t pairs, double ms) noexcept {
+    if (pairs > 0) follow(test_ms_, ms / static_cast<double>(pairs));
+}
+
+CulledSearch::CulledSearch(std::span<const collision::SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
+                           const Options& options)
+    : options_(options), trees_(surfaces.size()) {
+    for (std::size_t i = 0; i < surfaces.size(); ++i) trees_[i].build(*surfaces[i], positions[i]);
+    for (Index a = 0; a < surfaces.size(); ++a)
+        for (Index b = a; b < surfaces.size(); ++b) {
+            if (!(a == b ? options.within : options.between)) continue;
+            jobs_.push_back({a, b, a == b ? std::make_unique<collision::ChromaticCuller>(*surfaces[a])
+                                          : std::make_unique<collision::ChromaticCuller>(*surfaces[a], *surfaces[b]), {}});
+        }
+    if (options.method == CullMethod::Gl) {
+        auto gl = GlCullBackend::make(options.contexts);
+        if (gl.ok()) backend_ = std::move(gl).value();
+        else notes_.push_back("culling on the CPU instead of OpenGL: " + gl.error().message);
+    }
+    if (!backend_ && options.method != CullMethod::None) backend_ = std::make_unique<collision::CpuCullBackend>();
+}
+
+Index CulledSearch::colours() const noexcept {
+    Index most = 0;
+    for (const Job& job : jobs_)
+        if (job.a == job.b) most = std::max(most, job.culler->set_count());
+    return most;
+}
+
+void CulledSearch::note_tests(double ms) noexcept {
+    std::size_t pairs = 0;
+    for (const Job& job : jobs_) pairs += job.culler->counts().left_pairs;
+    cost_.note_tests(pairs, ms);
+}
+
+void CulledSearch::look(collision::ChromaticCuller& culler) {
+    auto done = culler.look(options_.plan, *backend_);
+    if (done.ok()) return;
+    notes_.push_back("culling on the CPU from here on: " + done.error().message);
+    backend_ = std::make_unique<collision::CpuCullBackend>();
+    done = culler.look(options_.plan, *backend_); // cannot fail
+}
+
+CullTimes CulledSearch::find_candidates(std::span<const collision::SurfaceMotion> motions) {
+    CullTimes times;
+    StopWatch watch;
+    for (std::size_t i = 0; i < trees_.size(); ++i) trees_[i].refit(motions[i]);
+    times.refit_ms = watch.lap_ms();
+    std::size_t near = 0, left = 0;
+    for (Job& job : jobs_) {
+        job.culler->find_near(motions[job.a], trees_[job.a], motions[job.b], trees_[job.b], options_.distance, options_.tolerance);
+        near += job.culler->counts().near_pairs;
+    }
+    times.near_ms = watch.lap_ms();
+    looked_ = backend_ && (options_.method != CullMethod::Auto || cost_.pays(near));
+    if (looked_)
+        for (Job& job : jobs_) {
+            look(*job.culler);
+            left += job.culler->counts().left_pairs;
+        }
+    times.look_ms = watch.lap_ms();
+    if (looked_) cost_.note_look(near, left, times.look_ms);
+    for (Job& job : jobs_) job.culler->find_candidates(job.candidates);
+    times.collect_ms = watch.lap_ms();
+    return times;
+}
+
+} // namespace seldinger::engine
