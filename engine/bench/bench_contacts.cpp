@@ -211,19 +211,24 @@ void add_workload(const Workload& workload, const BenchOptions& options, BenchTa
     add_peers(workload, options, table);
 }
 
-/// Steps of the folding cloth that touch, at growing size and the same density of contacts.
+/// Part of the fold in which the pleats touch.
+constexpr FoldPart kTouching{34, 6};
+
+/// The touching cloth at growing width: the same motion and density of contacts.
 void add_growth(const BenchOptions& options, BenchTable& table) {
     double first_ms = 0.0, first_size = 0.0;
-    const std::vector<std::size_t> rows = options.quick ? std::vector<std::size_t>{50, 100} : std::vector<std::size_t>{50, 160, 500, 1600, 5000};
-    for (const std::size_t count : rows) {
-        // the last steps of a long fold, so that little memory holds the largest mesh
-        const std::size_t steps = options.quick ? 4 : 6;
-        const Workload workload{fmt::format("growth {}K", 200 * count / 1000), make_folding_cloth(100, count, steps)};
-        options.progress(workload.name);
+    const std::vector<std::size_t> columns = options.quick ? std::vector<std::size_t>{32, 64} : std::vector<std::size_t>{32, 100, 320, 1000, 3200};
+    for (const std::size_t count : columns) {
+        Workload workload;
+        workload.name = "growth";
+        workload.frames = make_folding_cloth(count, 160, kTouching);
+        options.progress(fmt::format("growth: {} triangles", workload.frames.triangles.size()));
         const auto topology = collision::make_topology(workload.frames.triangles, workload.frames.vertex_count());
-        const Measured m = measure(workload.frames, topology, options_of(methods(true)[0], 1));
-        BenchRow row = row_of(workload, methods(true)[0].name, 1, m);
+        const Method method = methods(true)[0];
+        const Measured m = measure(workload.frames, topology, options_of(method, 1));
+        BenchRow row = row_of(workload, method.name, 1, m);
         const auto size = static_cast<double>(workload.frames.triangles.size());
+        row["hits_per_triangle"] = m.hits / size / static_cast<double>(kTouching.steps);
         if (first_ms > 0.0) row["growth_exponent"] = std::log(m.total_ms / first_ms) / std::log(size / first_size);
         if (first_ms == 0.0) {
             first_ms = m.total_ms;
@@ -238,9 +243,9 @@ void add_growth(const BenchOptions& options, BenchTable& table) {
 Result<BenchTable> bench_contacts(const BenchOptions& options) {
     BenchTable table;
     options.progress("making the meshes");
-    const std::size_t steps = options.quick ? 4 : 60;
-    if (!options.quick) add_workload({"artery + catheter", make_bending_artery(0.608e-3, steps)}, options, table);
-    add_workload({"folding cloth", make_folding_cloth(100, options.quick ? 40 : 160, steps)}, options, table);
+    if (!options.quick) add_workload({"artery + catheter", make_bending_artery(0.608e-3, 60)}, options, table);
+    if (!options.quick) add_workload({"folding cloth", make_folding_cloth(100, 160)}, options, table);
+    add_workload({"touching cloth", make_folding_cloth(options.quick ? 30 : 100, 160, options.quick ? FoldPart{34, 3} : FoldPart{30, 25})}, options, table);
     add_growth(options, table);
     table.notes.push_back(fmt::format("times: medians of a step, of the thread (peers: process) with one thread, of the wall with more; broad phase on {}",
                                       collision::near_pairs_target()));

@@ -37,7 +37,7 @@ void add_cloth_frame(std::size_t columns, std::size_t rows, double share, double
             const double u = kSquare * static_cast<double>(i);
             Vec3 p = base + height * wrinkle(u, s, phase) * normal;
             p[1] = u + 0.004 * std::sin(2 * kPi * s / 0.4 + 0.05 * phase);
-            const double turn = 0.2 + 0.25 * share * (p[1] - 0.5); // so that nothing stays along an axis
+            const double turn = 0.2 + 0.25 * share * std::sin(p[1] - 0.5); // so that nothing stays along an axis
             out.emplace_back(std::cos(turn) * p[0] - std::sin(turn) * p[2], p[1], std::sin(turn) * p[0] + std::cos(turn) * p[2]);
         }
         for (int k = 0; k < kParts; ++k) {
@@ -280,16 +280,16 @@ void add_catheter_frame(const Guide& guide, double frame, std::vector<Vec3>& out
 
 } // namespace
 
-FrameSequence make_folding_cloth(std::size_t columns, std::size_t rows, std::size_t steps) {
+FrameSequence make_folding_cloth(std::size_t columns, std::size_t rows, const FoldPart& part) {
     FrameSequence out;
     out.name = "cloth";
-    out.frame_count = steps + 1;
+    out.frame_count = part.steps + 1;
     out.objects.assign((columns + 1) * (rows + 1), 0);
     const auto id = [&](std::size_t i, std::size_t j) { return static_cast<Index>(j * (columns + 1) + i); };
     for (std::size_t j = 0; j < rows; ++j)
         for (std::size_t i = 0; i < columns; ++i) add_square(id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1), (i + j) % 2 == 1, out.triangles);
-    for (std::size_t k = 0; k <= steps; ++k)
-        add_cloth_frame(columns, rows, static_cast<double>(k) / static_cast<double>(steps), static_cast<double>(k), out.positions);
+    for (std::size_t k = part.first; k <= part.first + part.steps; ++k)
+        add_cloth_frame(columns, rows, static_cast<double>(k) / kFoldSteps, static_cast<double>(k), out.positions);
     return out;
 }
 
