@@ -186,12 +186,13 @@ std::string how_measured(const Scene& scene, const CostTable& table) {
     return fmt::format(
         "<h2>How it was measured</h2>\n<p>Times, surfaces and tips come from a run under each budget by itself; surfaces were compared with "
         "the exact run's at {} instants. Contacts, depths, forces and lists come from asking every budget in every step of the exact run "
-        "what it would have answered there. A contact is a patch of a surface in a step: cells of {}. Solid surfaces touch within {} mm; an "
-        "instrument touches where the wall presses on it.</p>\n"
-        "<p class=\"soft\">The exact run's contact force is {} N (root mean square over steps and bodies). {} patches were found within the "
-        "tolerance by a search that shares nothing with the contact stages; {} of them lay beneath no contact of the exact descent.</p>\n",
+        "what it would have answered there. A contact is a patch of a surface in a step: cells of {}. Solids touch where their spheres come within {} mm, "
+        "and pairs that the budget left open count as they do for the response; an instrument touches where the wall presses on it.</p>\n"
+        "<p class=\"soft\">The exact run's contact force is {} N (root mean square over steps and bodies). {} patches of solids were "
+        "found within the tolerance by a search that shares nothing with the contact stages; {} of them lay beneath no contact of the exact "
+        "descent, and in the others the spheres' depth was {} mm from the surfaces' (root mean square).</p>\n",
         table.compared_states, patches, number_text(1e3 * table.tolerance_m), number_text(table.force_rms_n), table.near_patches,
-        table.near_uncovered);
+        table.near_uncovered, number_text(1e3 * table.near_depth_rms_m));
 }
 
 } // namespace

@@ -211,32 +211,39 @@ public:
         }
         exact_.finish_step();
         const PatchContacts near = finder_.find_near(exact_.state());
-        const PatchContacts reference = finder_.find_answer(exact_, near);
+        const PatchContacts reference = finder_.find_answer(exact_);
         count_uncovered(near, reference);
         find_forces(exact_, exact_forces_, nodal_, rest_);
         for (const Vec3& f : exact_forces_) exact_force_sq_ += f.squaredNorm();
         ++steps_;
-        for (std::size_t k = 0; k < along_.size(); ++k) compare(along_[k], near, reference, table_.rows[k]);
+        for (std::size_t k = 0; k < along_.size(); ++k) compare(along_[k], reference, table_.rows[k]);
         return true;
     }
 
     void finish() {
         for (std::size_t k = 0; k < along_.size(); ++k) along_[k].finish(exact_force_sq_, table_.rows[k]);
+        if (near_covered_ > 0) table_.near_depth_rms_m = std::sqrt(near_excess_sq_ / static_cast<double>(near_covered_));
         if (steps_ > 0 && !exact_forces_.empty())
             table_.force_rms_n = std::sqrt(exact_force_sq_ / static_cast<double>(steps_ * exact_forces_.size()));
     }
 
 private:
+    /// What the independent search found against what the exact answer says of the same surfaces.
     void count_uncovered(const PatchContacts& near, const PatchContacts& reference) {
         table_.near_patches += near.size();
-        for (const PatchContact& c : near)
-            table_.near_uncovered += !std::binary_search(reference.begin(), reference.end(), c,
-                                                         [](const auto& a, const auto& b) { return a.patch < b.patch; });
+        for (const PatchContact& c : near) {
+            const auto at = std::lower_bound(reference.begin(), reference.end(), c, [](const auto& a, const auto& b) { return a.patch < b.patch; });
+            const bool covered = at != reference.end() && at->patch == c.patch;
+            table_.near_uncovered += !covered;
+            if (!covered) continue;
+            near_excess_sq_ += (at->depth - c.depth) * (at->depth - c.depth);
+            ++near_covered_;
+        }
     }
 
-    void compare(Along& along, const PatchContacts& near, const PatchContacts& reference, CostRow& row) {
+    void compare(Along& along, const PatchContacts& reference, CostRow& row) {
         const StepReport& report = along.simulator->context().report;
-        row.contacts += compare_patches(reference, finder_.find_answer(*along.simulator, near));
+        row.contacts += compare_patches(reference, finder_.find_answer(*along.simulator));
         find_forces(*along.simulator, forces_, nodal_, rest_);
         for (std::size_t k = 0; k < forces_.size(); ++k) along.force_sq += (forces_[k] - exact_forces_[k]).squaredNorm();
         along.open += static_cast<double>(report.pairs_open);
@@ -251,8 +258,8 @@ private:
     Simulator exact_;
     std::vector<Along> along_;
     std::vector<Vec3> exact_forces_, forces_, nodal_, rest_;
-    double exact_force_sq_ = 0.0;
-    std::uint64_t steps_ = 0;
+    double exact_force_sq_ = 0.0, near_excess_sq_ = 0.0;
+    std::uint64_t steps_ = 0, near_covered_ = 0;
 };
 
 void add_notices(CostTable& table, const ExactRun& exact) {

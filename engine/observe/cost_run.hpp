@@ -63,6 +63,7 @@ struct CostTable {
     std::vector<double> patch_m;          // by body
     std::uint64_t near_patches = 0;       // (patch, step) of solids nearer than the tolerance, by the independent search
     std::uint64_t near_uncovered = 0;     // of those, beneath no leaf pair that the exact descent reported
+    double near_depth_rms_m = 0.0;        // over the covered ones: depth of the leaf spheres against that of the surfaces
     double force_rms_n = 0.0;             // of the exact run, over steps and bodies
     bool interrupted = false;
     std::vector<std::string> notices;

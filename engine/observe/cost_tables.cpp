@@ -78,6 +78,7 @@ std::string cost_json(const Scene& scene, const CostTable& table) {
     json["compared_states"] = table.compared_states;
     json["near_patches"] = table.near_patches;
     json["near_uncovered"] = table.near_uncovered;
+    json["near_depth_rms_m"] = table.near_depth_rms_m;
     json["exact_force_rms_n"] = table.force_rms_n;
     json["rows"] = Json::array();
     for (const CostRow& row : table.rows) json["rows"].push_back(row_json(row));

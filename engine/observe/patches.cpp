@@ -30,12 +30,6 @@ void settle(PatchContacts& contacts) {
     contacts.erase(std::unique(contacts.begin(), contacts.end(), same), contacts.end());
 }
 
-const PatchContact* find(const PatchContacts& contacts, const PatchId& patch) noexcept {
-    const auto at = std::lower_bound(contacts.begin(), contacts.end(), patch,
-                                     [](const PatchContact& c, const PatchId& p) { return c.patch < p; });
-    return at != contacts.end() && at->patch == patch ? &*at : nullptr;
-}
-
 } // namespace
 
 PatchFinder::PatchFinder(const SceneModel& model, const CostSpec& cost)
@@ -107,27 +101,24 @@ PatchContacts PatchFinder::find_near(const State& state) {
     return found;
 }
 
-void PatchFinder::add_side(const Contact& contact, bool is_a, const PatchContacts& near, PatchContacts& found) {
+void PatchFinder::add_side(const Contact& contact, bool is_a, PatchContacts& found) {
     const BodyId body = is_a ? contact.body_a : contact.body_b;
     const Index sphere = is_a ? contact.feature_a[0] : contact.feature_b[0];
     if (sphere == kNoIndex) return;
-    for (const auto& cell : cells_of_sphere(body, sphere)) {
-        const PatchId patch{body, is_a ? contact.body_b : contact.body_a, cell};
-        if (contact.origin == ContactOrigin::AssumedSpheres) {
-            found.push_back({patch, tolerance_ - std::max(std::min(contact.gap, 0.0), -model_.contact.assumed_depth)});
-        } else if (const PatchContact* known = find(near, patch); known != nullptr) {
-            found.push_back(*known);
-        }
-    }
+    const bool assumed = contact.origin == ContactOrigin::AssumedSpheres;
+    const double gap = assumed ? std::max(std::min(contact.gap, 0.0), -model_.contact.assumed_depth) : contact.gap;
+    if (gap > tolerance_) return;
+    for (const auto& cell : cells_of_sphere(body, sphere))
+        found.push_back({{body, is_a ? contact.body_b : contact.body_a, cell}, tolerance_ - gap});
 }
 
-PatchContacts PatchFinder::find_answer(const Simulator& simulator, const PatchContacts& near) {
+PatchContacts PatchFinder::find_answer(const Simulator& simulator) {
     PatchContacts found;
     const std::size_t bodies = model_.bodies.size();
     for (const Contact& contact : simulator.context().coarse) {
         if (contact.body_a >= bodies || contact.body_b >= bodies) continue; // instruments: their presses
-        add_side(contact, true, near, found);
-        add_side(contact, false, near, found);
+        add_side(contact, true, found);
+        add_side(contact, false, found);
     }
     for (const Contact& contact : simulator.contacts()) {
         if (contact.body_a < bodies || contact.feature_b[0] == kNoIndex) continue;

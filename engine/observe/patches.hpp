@@ -20,8 +20,8 @@ struct PatchId {
 
 struct PatchContact {
     PatchId patch;
-    double depth = 0.0; // m, deepest within the patch. Solids: tolerance minus distance, so that it begins with 0 where
-                        // contact begins. Instruments: what is missing of the clearance.
+    double depth = 0.0; // m, deepest within the patch. Solids: tolerance minus gap, so that it begins with 0 where contact
+                        // begins. Instruments: what is missing of the clearance.
 };
 
 /// Sorted by patch, each once.
@@ -36,9 +36,9 @@ public:
     /// nothing with the contact stages.
     [[nodiscard]] PatchContacts find_near(const State& state);
 
-    /// What the simulator's last step answered. Solids: all that lies beneath a pair that the budget left open, as deep as the
-    /// response takes it; where leaves were tested, what `near` says of them. Instruments: where the response presses.
-    [[nodiscard]] PatchContacts find_answer(const Simulator& simulator, const PatchContacts& near);
+    /// What the simulator's last step answered. Solids: all that lies beneath a pair of spheres that it took as a contact, as
+    /// deep as the response takes it; pairs that the budget left open among them. Instruments: where the response presses.
+    [[nodiscard]] PatchContacts find_answer(const Simulator& simulator);
 
     [[nodiscard]] double tolerance() const noexcept { return tolerance_; }
     [[nodiscard]] double patch_size(std::size_t body) const noexcept { return grids_[body].size; }
@@ -53,7 +53,7 @@ private:
     [[nodiscard]] std::array<std::uint16_t, 3> cell_of(std::size_t body, const Vec3& rest_point) const noexcept;
     [[nodiscard]] const std::vector<std::array<std::uint16_t, 3>>& cells_of_sphere(std::size_t body, Index sphere);
     void find_near_one_way(std::size_t body, std::size_t other, const State& state, PatchContacts& found) const;
-    void add_side(const Contact& contact, bool is_a, const PatchContacts& near, PatchContacts& found);
+    void add_side(const Contact& contact, bool is_a, PatchContacts& found);
 
     const SceneModel& model_;
     double tolerance_;
