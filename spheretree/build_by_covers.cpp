@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMostLeaves = 65'536;
 constexpr double kPointsAcross = 3.6; // cuts of a leaf's patch: fewer, and borders cannot move
-constexpr std::size_t kMostCandidates = 40'000, kLeastCandidates = 12000;
+constexpr std::size_t kMostCandidates = 40'000, kLeastCandidates = 1'500;
 constexpr std::size_t kStarts[] = {768, 512, 1024, 1536, 640};
 constexpr double kSecondWeight = 2.5; // spheres of the second level may reach outside 0.4 times as far as those of the first
 constexpr double kCutToRelax = 0.02, kCutForGood = 0.015; // smallest pieces, of the ball's radius
@@ -38,7 +38,7 @@ public:
         cut_to(patch / kPointsAcross, out_.set, pieces_);
         if (!body_.solid()) return;
         body_.set_cloud(make_points().points(), patch / kPointsAcross);
-        candidates_ = find_candidates(surface, body_, std::clamp(8 * leaves_, kLeastCandidates, kMostCandidates));
+        candidates_ = find_candidates(surface, body_, std::clamp(10 * leaves_, kLeastCandidates, kMostCandidates));
     }
 
     WrappedNodes build() {

@@ -64,7 +64,7 @@ private:
             return area_of(part);
         double longest_sq = 0.0;
         const auto halves = halve(part, longest_sq);
-        if (longest_sq <= finest_sq_ || cuts > 60) return 0.0;
+        if (longest_sq <= finest_sq_ || cuts > 60 || (through_parents_ && !may_reach(part, 0))) return 0.0;
         double sum = 0.0;
         for (const Corners& half : halves) {
             std::vector<Index> fewer;
@@ -79,6 +79,15 @@ private:
         if (tree_.level[s] == level_ || tree_.is_leaf(s)) return true;
         for (Index k = 0; k < tree_.child_count[s]; ++k)
             if (reached(part, tree_.first_child[s] + k)) return true;
+        return false;
+    }
+
+    /// Could any part of it be reached?
+    [[nodiscard]] bool may_reach(const Corners& part, Index s) const {
+        if (!meets(tree_.spheres[s], part)) return false;
+        if (tree_.level[s] == level_ || tree_.is_leaf(s)) return true;
+        for (Index k = 0; k < tree_.child_count[s]; ++k)
+            if (may_reach(part, tree_.first_child[s] + k)) return true;
         return false;
     }
 

@@ -24,6 +24,7 @@ int run_program(int argc, char** argv) {
         add_cost_command(app),
         add_verify_command(app),
         add_explain_command(app),
+        add_prepare_command(app),
         add_bench_command(app),
         add_ccd_command(app),
         add_contacts_command(app),

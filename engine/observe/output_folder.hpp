@@ -39,6 +39,8 @@ inline constexpr const char* kCostJson = "cost.json";
 inline constexpr const char* kPath = "path.csv";             // of a plan
 inline constexpr const char* kCentreline = "centreline.csv"; // likewise
 inline constexpr const char* kPlan = "plan.json";
+inline constexpr const char* kPrepare = "prepare.json";
+inline constexpr const char* kSpheres = "spheres.sph";
 inline constexpr const char* kRecord = "record";
 inline constexpr const char* kLastGoodState = "last_good_state";
 } // namespace output_name

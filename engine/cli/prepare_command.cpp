@@ -1,0 +1,139 @@
+#include "engine/cli/commands.hpp"
+#include "engine/cli/progress.hpp"
+#include "engine/io/atomic_file.hpp"
+#include "engine/io/sph.hpp"
+#include "engine/observe/output_folder.hpp"
+#include "engine/prepare/prepare_mesh.hpp"
+#include "engine/scene/units.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+namespace seldinger::engine {
+
+namespace {
+
+struct PrepareRequest {
+    std::filesystem::path mesh, out;
+    std::string builder = "medial", unit = "m", repair;
+    PrepareOptions options;
+    bool force = false, no_cache = false, quiet = false;
+};
+
+Error bad_option(std::string option, std::string message) { return {ErrorCode::BadUsage, std::move(message), {}, 0, 0, std::move(option)}; }
+
+/// A name of a length unit, or metres as a number.
+Result<double> parse_unit(const std::string& text) {
+    if (const auto known = find_unit(Dimension::Length, text)) return *known;
+    char* end = nullptr;
+    const double metres = std::strtod(text.c_str(), &end);
+    if (end != text.c_str() && *end == 0 && std::isfinite(metres) && metres > 0.0) return metres;
+    std::vector<std::string_view> names;
+    for (const UnitName& unit : known_units(Dimension::Length)) names.push_back(unit.name);
+    return bad_option("--unit", fmt::format("no unit '{}'; known: {}, or metres as a positive number", text, fmt::join(names, ", ")));
+}
+
+Result<std::vector<Repair>> parse_repairs(const std::string& text) {
+    std::vector<Repair> repairs;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find(',', at), text.size());
+        const std::string name = text.substr(at, end - at);
+        const auto repair = find_repair(name);
+        if (!repair) return bad_option("--repair", fmt::format("no repair '{}'; known: {}", name, fmt::join(repair_names(), ", ")));
+        repairs.push_back(*repair);
+        at = end + 1;
+    }
+    return repairs;
+}
+
+void print_report(const MeshPreparation& made, const PrepareOptions& options, const std::filesystem::path& out) {
+    const double size = made.surface.bounds().longest_edge();
+    fmt::print("dense      {} vertices, {} triangles, {}, {} components, longest side {:.4g} m\n", made.surface.vertices.size(),
+               made.surface.triangles.size(), made.dense.closed() ? "closed" : "open", made.dense.components, size);
+    if (made.coarse)
+        fmt::print("coarse     {} nodes, {} tets by {}, smallest dihedral angle {:.1f} degrees, stable step {:.4g} ms\n", made.coarse->nodes,
+                   made.coarse->tets, made.coarse->mesher, made.coarse->min_dihedral_deg, 1e3 * made.coarse->stable_step_s);
+    if (made.links)
+        fmt::print("links      {}, longest {:.3g} mm, {} degenerate\n", made.links->count, 1e3 * made.links->max_length_m, made.links->degenerate);
+    fmt::print("spheres    {} builder, branching {}, depth {}, {:.2f} s{}, {:.0f} MB, volume ratio {:.4f}\n",
+               spheretree::builder_name(options.spheres.builder), options.spheres.branching, options.spheres.depth, made.sphere_seconds,
+               made.spheres_from_cache ? " (from the cache)" : "", made.sphere_peak_mb, made.quality.volume_ratio);
+    fmt::print("           level  count  outside max  mean [1/1000 of the longest side]  uncovered  reachable\n");
+    for (std::size_t k = 0; k < made.quality.levels.size(); ++k) {
+        const spheretree::LevelQuality& q = made.quality.levels[k];
+        const double per_mille = size > 0.0 ? 1e3 / size : 0.0;
+        fmt::print("           {:5}  {:5}  {:11.2f}  {:4.2f}{:>40.4g} %  {:.6g} %\n", k, q.count, per_mille * q.outside_max,
+                   per_mille * q.outside_mean, 100.0 * q.uncovered, 100.0 * q.reachable);
+    }
+    fmt::print("chromatic  {} colours, {:.2f} s\n", made.colours, made.colour_seconds);
+    for (const std::string& note : made.notes) fmt::print(stderr, "notice: {}\n", note);
+    fmt::print("report {}   spheres {}\n", (out / output_name::kPrepare).string(), (out / output_name::kSpheres).string());
+}
+
+int prepare(PrepareRequest& request) {
+    PrepareOptions& options = request.options;
+    const auto builder = spheretree::find_builder(request.builder);
+    if (!builder)
+        return report_error(bad_option("--builder", fmt::format("no builder '{}'; known: {}", request.builder, spheretree::builder_names())));
+    const auto unit = parse_unit(request.unit);
+    if (!unit.ok()) return report_error(unit.error());
+    const auto repairs = parse_repairs(request.repair);
+    if (!repairs.ok()) return report_error(repairs.error());
+    if (const auto material = fem::check_material(options.material); !material.ok()) return report_error(material.error());
+    options.spheres.builder = *builder;
+    if (*builder == spheretree::Builder::Octree) options.spheres.branching = 8;
+    options.unit = *unit;
+    options.repairs = *repairs;
+    options.use_cache = !request.no_cache;
+    const std::filesystem::path out = request.out.empty() ? std::filesystem::path("out") / request.mesh.stem().stem() : request.out;
+
+    std::optional<Result<OutputFolder>> folder;
+    std::error_code ignored;
+    if (std::filesystem::exists(out, ignored)) { // refused before the work, not after it
+        folder.emplace(OutputFolder::open(out, request.force));
+        if (!folder->ok()) return report_error(folder->error());
+    }
+    ProgressLine progress(!request.quiet);
+    const auto made = prepare_mesh(request.mesh, options, [&](const std::string& what) { progress.show("preparing " + what); });
+    progress.clear();
+    if (!made.ok()) return report_error(made.error());
+    if (!folder) folder.emplace(OutputFolder::open(out, request.force));
+    if (!folder->ok()) return report_error(folder->error());
+    if (const auto written = write_sph(out / output_name::kSpheres, made->spheres, 1.0 / options.unit); !written.ok())
+        return report_error(written.error());
+    if (const auto written = write_file_atomically(out / output_name::kPrepare, preparation_json(*made, options)); !written.ok())
+        return report_error(written.error());
+    print_report(*made, options, out);
+    return kExitFine;
+}
+
+} // namespace
+
+Command add_prepare_command(CLI::App& app) {
+    const auto request = std::make_shared<PrepareRequest>();
+    CLI::App* command = app.add_subcommand("prepare", "Make what is made once of a surface: coarse model, links, sphere tree, chromatic sets");
+    command->add_option("mesh", request->mesh, "surface file (OBJ, PLY, STL, OFF, VTK, VTP; plain or .gz)")->required();
+    command->add_option("--out", request->out, "output folder; out/<mesh name> where none is given");
+    command->add_option("--builder", request->builder, "of the sphere tree: " + spheretree::builder_names() + "; shell takes open surfaces");
+    command->add_option("--branching", request->options.spheres.branching, "children of a sphere at most")->check(CLI::Range(2U, 64U));
+    command->add_option("--depth", request->options.spheres.depth, "levels below the root")->check(CLI::Range(0U, 8U));
+    command->add_option("--repair", request->repair, "repairs by name, in this order, joined by commas: fill_holes,drop_self_intersections,orient");
+    command->add_option("--unit", request->unit, "of the file's coordinates: m, mm, ... or metres as a number; spheres.sph keeps it");
+    command->add_option("--coarse-triangles", request->options.coarse_triangles, "of the simplified surface that is filled with tetrahedra")
+        ->check(CLI::Range(std::size_t{20}, std::size_t{1'000'000}));
+    command->add_option("--young", request->options.material.young_modulus, "Pa, for the stable step");
+    command->add_option("--poisson", request->options.material.poisson_ratio, "for the stable step");
+    command->add_option("--density", request->options.material.density, "kg/m^3, for the stable step");
+    command->add_flag("--force", request->force, "write into an output folder that is not empty");
+    command->add_flag("--no-cache", request->no_cache, "make everything anew");
+    command->add_flag("--quiet", request->quiet, "no progress line");
+    return {command, [request] { return prepare(*request); }};
+}
+
+} // namespace seldinger::engine

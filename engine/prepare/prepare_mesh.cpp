@@ -1,0 +1,260 @@
+#include "engine/prepare/prepare_mesh.hpp"
+
+#include "base/self_intersection.hpp"
+#include "collision/chromatic_sets.hpp"
+#include "engine/io/read_surface.hpp"
+#include "engine/prepare/cache.hpp"
+#include "engine/prepare/coarse.hpp"
+#include "engine/time/clock.hpp"
+#include "fem/links.hpp"
+#include "fem/stable_step.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+#include <sys/resource.h>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// Raised whenever the same input would give another tree: part of every key.
+constexpr std::string_view kVersion = "spheres-1";
+constexpr std::string_view kKind = "spheres";
+/// m; nothing that a catheter meets is larger or smaller: more is a mistaken unit, most likely.
+constexpr double kSmallestBody = 1e-3, kLargestBody = 3.0;
+
+/// Smallest angle between two faces of any tet.
+double min_dihedral_deg(const TetMesh& mesh) {
+    double largest_cosine = -1.0;
+    for (const Tet& t : mesh.tets) {
+        std::array<Vec3, 4> normal; // outward, of the face across from each node
+        for (std::size_t k = 0; k < 4; ++k) {
+            const Vec3 &a = mesh.vertices[t[(k + 1) % 4]], &b = mesh.vertices[t[(k + 2) % 4]], &c = mesh.vertices[t[(k + 3) % 4]];
+            normal[k] = (b - a).cross(c - a).normalized();
+            if (normal[k].dot(mesh.vertices[t[k]] - a) > 0.0) normal[k] = -normal[k];
+        }
+        for (std::size_t i = 0; i < 4; ++i)
+            for (std::size_t k = i + 1; k < 4; ++k) largest_cosine = std::max(largest_cosine, -normal[i].dot(normal[k]));
+    }
+    return std::acos(std::clamp(largest_cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi;
+}
+
+Result<void> load(const std::filesystem::path& file, const PrepareOptions& options, MeshPreparation& made) {
+    ReadOptions read;
+    read.weld = true;
+    Result<TriMesh> mesh = read_surface(file, read);
+    if (!mesh.ok()) return mesh.error();
+    for (Vec3& v : mesh->vertices) v *= options.unit;
+    const auto bad = [&](std::string message) { return Error{ErrorCode::BadMesh, std::move(message), file.string()}; };
+    if (!options.repairs.empty()) {
+        const Result<RepairReport> repaired = apply_repairs(*mesh, options.repairs);
+        if (!repaired.ok()) return bad(repaired.error().message);
+        for (const RepairStep& step : repaired->steps) made.notes.push_back("repair " + step.to_string());
+    }
+    drop_unreferenced_vertices(*mesh);
+    made.surface = std::move(*mesh);
+    made.dense = inspect_surface(made.surface);
+    const Result<void> sound = spheretree::check_surface_for(made.surface, options.spheres.builder);
+    if (!sound.ok()) return bad(sound.error().message);
+    made.self_intersections = find_self_intersections(made.surface, 0).count;
+    const double size = made.surface.bounds().longest_edge();
+    if (!(size >= kSmallestBody && size <= kLargestBody))
+        made.notes.push_back(fmt::format("the longest side is {:.6g} m: is --unit right?", size));
+    return {};
+}
+
+void make_coarse_model(const PrepareOptions& options, MeshPreparation& made) {
+    if (!made.dense.closed() || !made.dense.manifold() || !made.dense.oriented() || made.self_intersections > 0) {
+        made.notes.push_back("no coarse model: the surface is not a closed manifold that encloses a volume");
+        return;
+    }
+    CoarseOptions coarse_options;
+    coarse_options.surface_triangles = options.coarse_triangles;
+    coarse_options.use_cache = options.use_cache;
+    const Result<CoarseMesh> coarse = make_coarse_mesh(made.surface, coarse_options);
+    if (!coarse.ok()) {
+        made.notes.push_back("no coarse model: " + coarse.error().message);
+        return;
+    }
+    const Result<fem::TissueModel> tissue = fem::make_tissue_model(coarse->tets, options.material, {});
+    const Result<fem::RigidLinks> links = fem::make_surface_links(coarse->tets, made.surface);
+    if (!tissue.ok() || !links.ok()) {
+        made.notes.push_back("no coarse model: " + (tissue.ok() ? links.error() : tissue.error()).message);
+        return;
+    }
+    fem::StableStepWorkspace workspace;
+    made.coarse = {coarse->tets.vertices.size(), coarse->tets.tets.size(), "tetgen", min_dihedral_deg(coarse->tets),
+                   fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace).step};
+    made.links = {links->vertex_count(), links->degenerate, links->max_length};
+}
+
+std::string find_key(const MeshPreparation& made, const PrepareOptions& options) {
+    ContentHash hash;
+    hash.feed(kVersion);
+    hash.feed(made.surface);
+    hash.feed(spheretree::builder_name(options.spheres.builder));
+    hash.feed(static_cast<std::uint64_t>(options.spheres.branching));
+    hash.feed(static_cast<std::uint64_t>(options.spheres.depth));
+    return hash.hex();
+}
+
+/// A tree and its quality as plain bytes, all of one machine.
+class Payload {
+public:
+    Payload() = default;
+    explicit Payload(std::string bytes) : bytes_(std::move(bytes)) {}
+    template <class T>
+    void put(const std::vector<T>& values) {
+        const std::uint64_t count = values.size();
+        bytes_.append(reinterpret_cast<const char*>(&count), sizeof count);
+        bytes_.append(reinterpret_cast<const char*>(values.data()), count * sizeof(T));
+    }
+    template <class T>
+    bool get(std::vector<T>& values) {
+        std::uint64_t count = 0;
+        if (bytes_.size() - at_ < sizeof count) return false;
+        std::memcpy(&count, bytes_.data() + at_, sizeof count);
+        at_ += sizeof count;
+        if (count > (bytes_.size() - at_) / sizeof(T)) return false;
+        values.resize(count);
+        std::memcpy(static_cast<void*>(values.data()), bytes_.data() + at_, count * sizeof(T));
+        at_ += count * sizeof(T);
+        return true;
+    }
+    [[nodiscard]] const std::string& bytes() const noexcept { return bytes_; }
+
+private:
+    std::string bytes_;
+    std::size_t at_ = 0;
+};
+
+std::string pack(const MeshPreparation& made) {
+    Payload payload;
+    const spheretree::SphereTree& tree = made.spheres;
+    payload.put(tree.spheres);
+    payload.put(tree.parent);
+    payload.put(tree.first_child);
+    payload.put(tree.child_count);
+    payload.put(tree.level);
+    payload.put(tree.level_begin);
+    payload.put(made.quality.levels);
+    payload.put(std::vector<double>{made.quality.volume_ratio, made.sphere_seconds, made.sphere_peak_mb});
+    return payload.bytes();
+}
+
+bool unpack(std::string bytes, MeshPreparation& made) {
+    Payload payload(std::move(bytes));
+    spheretree::SphereTree tree;
+    std::vector<double> numbers;
+    if (!payload.get(tree.spheres) || !payload.get(tree.parent) || !payload.get(tree.first_child) || !payload.get(tree.child_count) ||
+        !payload.get(tree.level) || !payload.get(tree.level_begin) || !payload.get(made.quality.levels) || !payload.get(numbers) ||
+        numbers.size() != 3)
+        return false;
+    made.spheres = std::move(tree);
+    made.quality.volume_ratio = numbers[0];
+    made.sphere_seconds = numbers[1];
+    made.sphere_peak_mb = numbers[2];
+    return true;
+}
+
+double peak_mb() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+Result<void> make_spheres(const PrepareOptions& options, MeshPreparation& made) {
+    const std::string key = find_key(made, options);
+    if (options.use_cache)
+        if (auto payload = read_cache(kKind, key); payload && unpack(std::move(*payload), made)) {
+            made.spheres_from_cache = true;
+            return {};
+        }
+    StopWatch watch;
+    Result<spheretree::WrappedTree> built = spheretree::build_wrapped_tree(made.surface, options.spheres);
+    if (!built.ok()) return built.error();
+    made.sphere_seconds = 1e-3 * watch.lap_ms();
+    made.sphere_peak_mb = peak_mb();
+    made.spheres = std::move(built->tree);
+    const bool solid = made.dense.closed() && made.dense.oriented() && made.dense.signed_volume > 0.0 &&
+                       options.spheres.builder != spheretree::Builder::Shell;
+    made.quality = spheretree::measure_quality(made.spheres, made.surface, solid);
+    if (options.use_cache) write_cache(kKind, key, pack(made));
+    return {};
+}
+
+nlohmann::ordered_json level_json(const spheretree::LevelQuality& level, double per_mille) {
+    return {{"count", level.count},
+            {"outside_max", per_mille * level.outside_max},
+            {"outside_mean", per_mille * level.outside_mean},
+            {"uncovered", level.uncovered},
+            {"reachable", level.reachable}};
+}
+
+} // namespace
+
+Result<MeshPreparation> prepare_mesh(const std::filesystem::path& file, const PrepareOptions& options,
+                                     const std::function<void(const std::string&)>& progress) {
+    MeshPreparation made;
+    progress("surface");
+    if (const Result<void> loaded = load(file, options, made); !loaded.ok()) return loaded.error();
+    progress("sphere tree");
+    if (const Result<void> built = make_spheres(options, made); !built.ok()) {
+        Error error = built.error();
+        error.file = file.string();
+        return error;
+    }
+    progress("coarse model and links");
+    make_coarse_model(options, made);
+    progress("chromatic sets");
+    StopWatch watch;
+    made.colours = collision::make_chromatic_sets(made.surface.triangles, made.surface.vertices.size()).count();
+    made.colour_seconds = 1e-3 * watch.lap_ms();
+    return made;
+}
+
+std::string preparation_json(const MeshPreparation& made, const PrepareOptions& options) {
+    using Json = nlohmann::ordered_json;
+    const double size = made.surface.bounds().longest_edge();
+    const double per_mille = size > 0.0 ? 1e3 / size : 0.0;
+    Json json;
+    json["dense"] = {{"vertices", made.surface.vertices.size()},
+                     {"triangles", made.surface.triangles.size()},
+                     {"closed", made.dense.closed()},
+                     {"manifold", made.dense.manifold()},
+                     {"self_intersections", made.self_intersections},
+                     {"components", made.dense.components},
+                     {"longest_edge_m", size}};
+    json["coarse"] = nullptr;
+    if (made.coarse)
+        json["coarse"] = {{"nodes", made.coarse->nodes},
+                          {"tets", made.coarse->tets},
+                          {"mesher", made.coarse->mesher},
+                          {"min_dihedral_deg", made.coarse->min_dihedral_deg},
+                          {"stable_step_s", made.coarse->stable_step_s}};
+    json["links"] = nullptr;
+    if (made.links)
+        json["links"] = {{"count", made.links->count}, {"max_length_m", made.links->max_length_m}, {"degenerate", made.links->degenerate}};
+    Json levels = Json::array();
+    for (const spheretree::LevelQuality& level : made.quality.levels) levels.push_back(level_json(level, per_mille));
+    json["spheres"] = {{"builder", spheretree::builder_name(options.spheres.builder)},
+                       {"branching", options.spheres.branching},
+                       {"depth", options.spheres.depth},
+                       {"levels", levels},
+                       {"volume_ratio", made.quality.volume_ratio},
+                       {"seconds", made.sphere_seconds},
+                       {"peak_mb", made.sphere_peak_mb},
+                       {"from_cache", made.spheres_from_cache}};
+    json["chromatic"] = {{"colours", made.colours}, {"seconds", made.colour_seconds}};
+    json["unit_m"] = options.unit;
+    json["notes"] = made.notes;
+    return json.dump(2) + "\n";
+}
+
+} // namespace seldinger::engine

@@ -1,0 +1,59 @@
+// Everything that is made once of one surface: coarse model, links, sphere tree, chromatic sets, with what each is worth.
+#pragma once
+
+#include "base/repair.hpp"
+#include "base/topology.hpp"
+#include "fem/material.hpp"
+#include "spheretree/tree_quality.hpp"
+#include "spheretree/wrapped_tree.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace seldinger::engine {
+
+struct PrepareOptions {
+    double unit = 1.0;                     // m, of the file's coordinates
+    std::vector<Repair> repairs;           // in this order
+    spheretree::WrappedOptions spheres;
+    std::size_t coarse_triangles = 800;    // of the simplified surface that is meshed
+    fem::Material material;                // the stable step depends on it
+    bool use_cache = true;
+};
+
+struct MeshPreparation {
+    TriMesh surface;                       // m, repaired
+    SurfaceReport dense;
+    std::size_t self_intersections = 0;
+    struct Coarse {
+        std::size_t nodes = 0, tets = 0;
+        std::string mesher;
+        double min_dihedral_deg = 0.0;
+        double stable_step_s = 0.0;
+    };
+    struct Links {
+        std::size_t count = 0, degenerate = 0;
+        double max_length_m = 0.0;
+    };
+    std::optional<Coarse> coarse;          // none for an open surface, or where no mesher can do it: see notes
+    std::optional<Links> links;
+    spheretree::SphereTree spheres;
+    spheretree::TreeQuality quality;
+    double sphere_seconds = 0.0, sphere_peak_mb = 0.0; // building alone; the process's largest memory at that time
+    bool spheres_from_cache = false;
+    std::size_t colours = 0;
+    double colour_seconds = 0.0;
+    std::vector<std::string> notes;        // repairs with counts; what could not be made and why
+};
+
+/// fails  the reader's own error; BadMesh with the first bad triangles and the repair or the builder that would do
+[[nodiscard]] Result<MeshPreparation> prepare_mesh(const std::filesystem::path& file, const PrepareOptions& options,
+                                                   const std::function<void(const std::string&)>& progress);
+
+/// The contents of prepare.json. Errors of the spheres are in 1/1000 of the longest box edge.
+[[nodiscard]] std::string preparation_json(const MeshPreparation& made, const PrepareOptions& options);
+
+} // namespace seldinger::engine
