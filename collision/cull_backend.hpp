@@ -21,6 +21,19 @@ struct CullQuestion {
     Index prism, set;
 };
 
+/// Pixels of a picture that footprints may take on average, drawn and asked: enough to tell shapes apart. Few large triangles are
+/// given a small picture, or most of the time would go into filling it.
+inline constexpr double kPixelsPerFootprint = 64.0;
+
+/// Are these footprints small enough, or would a picture of half the size do?
+[[nodiscard]] inline bool are_small_enough(std::span<const Footprint> footprints, std::span<const CullQuestion> questions) noexcept {
+    const auto area = [](const Footprint& p) { return static_cast<double>(p.x1 - p.x0) * (p.y1 - p.y0); };
+    double pixels = 0.0;
+    for (const Footprint& p : footprints) pixels += area(p);
+    for (const CullQuestion& q : questions) pixels += area(footprints[q.prism]);
+    return pixels <= kPixelsPerFootprint * static_cast<double>(footprints.size() + questions.size());
+}
+
 /// One view of one problem. Borrows everything.
 struct CullJob {
     int width = 0, height = 0;                  // pixels
@@ -28,7 +41,7 @@ struct CullJob {
     std::span<const Triangle> corners;          // [prism_count] vertex ids: prisms that share one are neighbours
     std::span<const Index> set_begin;           // [set_count + 1] into set_members
     std::span<const Index> set_members;         // prisms that are drawn, set by set
-    std::span<const CullQuestion> questions;    // by set, then prism, ascending
+    std::span<const CullQuestion> questions;    // by set, each once
     std::span<const std::size_t> question_begin; // [set_count + 1] into questions
     CullMemory memory = CullMemory::Intervals;
 

@@ -41,9 +41,6 @@ Result<void> ImageSpaceCuller::look(std::span<const Vec3> positions, const Vec3&
         prisms.push_back({positions[c[0]], positions[c[1]], positions[c[2]], positions[c[0]], positions[c[1]], positions[c[2]]});
         corners.push_back(c);
     }
-    const CullFrame frame = make_cull_frame(view_along(direction), prisms, 0.0, resolution, resolution);
-    std::vector<Footprint> footprints(prisms.size());
-    for (std::size_t p = 0; p < prisms.size(); ++p) footprints[p] = make_footprint(frame, prisms[p]);
     std::vector<Index> set_begin{0}, members;
     std::vector<CullQuestion> questions;
     std::vector<std::size_t> question_begin{0};
@@ -55,6 +52,12 @@ Result<void> ImageSpaceCuller::look(std::span<const Vec3> positions, const Vec3&
                 if (place[t] != kNoIndex) questions.push_back({place[t], set});
         set_begin.push_back(static_cast<Index>(members.size()));
         question_begin.push_back(questions.size());
+    }
+    std::vector<Footprint> footprints(prisms.size());
+    for (;; resolution /= 2) {
+        const CullFrame frame = make_cull_frame(view_along(direction), prisms, 0.0, resolution, resolution);
+        for (std::size_t p = 0; p < prisms.size(); ++p) footprints[p] = make_footprint(frame, prisms[p]);
+        if (resolution < 2 || are_small_enough(footprints, questions)) break;
     }
     std::vector<std::uint8_t> hits(questions.size(), 1);
     const CullJob job{.width = resolution, .height = resolution, .footprints = footprints, .corners = corners, .set_begin = set_begin,

@@ -57,15 +57,6 @@ void SetCuller::gather_questions(std::span<const TrianglePair> pairs, Index set_
     }
 }
 
-/// Pixels of all rectangles, drawn once and again for every question.
-double SetCuller::count_pixels() const noexcept {
-    const auto area = [](const Footprint& p) { return static_cast<double>(p.x1 - p.x0) * (p.y1 - p.y0); };
-    double pixels = 0.0;
-    for (const Footprint& p : footprints_) pixels += area(p);
-    for (const CullQuestion& q : questions_) pixels += area(footprints_[q.prism]);
-    return pixels;
-}
-
 Result<void> SetCuller::look(const CullProblem& problem, const ViewDirection& view, const CullPlan& plan, int resolution, CullBackend& backend,
                              std::vector<TrianglePair>& pairs, CullReport& report) {
     gather_live(problem, pairs);
@@ -74,7 +65,7 @@ Result<void> SetCuller::look(const CullProblem& problem, const ViewDirection& vi
     for (;; resolution /= 2) {
         const CullFrame frame = make_cull_frame(view, live_prisms_, problem.reach, resolution, resolution);
         for (std::size_t p = 0; p < live_.size(); ++p) footprints_[p] = make_footprint(frame, live_prisms_[p]);
-        if (resolution < 2 || count_pixels() <= plan.most_pixels) break;
+        if (resolution < 2 || !plan.adapt_resolution || are_small_enough(footprints_, questions_)) break;
     }
     report.resolution = report.views == 0 ? resolution : std::min(report.resolution, resolution);
     hits_.assign(questions_.size(), 1);

@@ -15,7 +15,7 @@ struct CullPlan {
     bool reversed_views = false; // three more views: of use with CullMemory::Fronts
     int max_rounds = 3;          // through all views
     double worthwhile = 0.05;    // another round only if the last one dropped more than this share of the pairs
-    double most_pixels = 4e7;    // drawn and asked in one view; large triangles or many sets make do with fewer pixels a side
+    bool adapt_resolution = true; // fewer pixels where triangles are large in the picture
 };
 
 struct CullReport {
@@ -43,7 +43,6 @@ public:
 private:
     void gather_live(const CullProblem& problem, std::span<const TrianglePair> pairs);
     void gather_questions(std::span<const TrianglePair> pairs, Index set_count);
-    [[nodiscard]] double count_pixels() const noexcept;
     [[nodiscard]] Result<void> look(const CullProblem& problem, const ViewDirection& view, const CullPlan& plan, int resolution, CullBackend& backend,
                                     std::vector<TrianglePair>& pairs, CullReport& report);
 

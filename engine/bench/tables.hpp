@@ -10,11 +10,15 @@ namespace seldinger::engine {
 [[nodiscard]] Result<BenchTable> bench_deadline(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_fem(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_contacts(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_chromatic(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_image_space(const BenchOptions& options);
 
 inline constexpr std::array kBenches{
     Bench{"deadline", "budgets from 0.1 to 33 ms on the main scene: kept or not, p99, p99.9, worst", bench_deadline},
     Bench{"fem", "element forces, integrators and rigid links on bars of 5K to 500K tets and the liver, beside Bullet", bench_fem},
     Bench{"contacts", "exact contacts of moving meshes, stage by stage, beside FCL, CGAL and Embree; growth to 1M triangles", bench_contacts},
+    Bench{"chromatic", "set-based culling on cloth, curtains and a catheter: stages, what each leaves, beside an AABB hierarchy", bench_chromatic},
+    Bench{"image-space", "image-space culling of a bunny and two cows: time per pass, share pruned", bench_image_space},
 };
 
 } // namespace seldinger::engine

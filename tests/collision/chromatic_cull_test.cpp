@@ -104,12 +104,13 @@ Answer find_hits(const Surface& a, const Surface& b, const SweepLimits& limits, 
 }
 
 const std::vector<CullPlan> kPlans = {
-    {.memory = CullMemory::Intervals, .resolution = 128, .most_pixels = 4e6},
-    {.memory = CullMemory::Fronts, .resolution = 128, .most_pixels = 4e6},
+    {.memory = CullMemory::Intervals, .resolution = 128},
+    {.memory = CullMemory::Fronts, .resolution = 128},
     {.memory = CullMemory::Fronts, .resolution = 64, .reversed_views = true},
     {.memory = CullMemory::Intervals, .resolution = 1},
     {.memory = CullMemory::Intervals, .resolution = 7, .max_rounds = 6, .worthwhile = 0.0},
-    {.memory = CullMemory::Intervals, .resolution = 700, .max_rounds = 1, .most_pixels = 4e6},
+    {.memory = CullMemory::Intervals, .resolution = 700, .max_rounds = 1},
+    {.memory = CullMemory::Intervals, .resolution = 40, .max_rounds = 1, .adapt_resolution = false},
 };
 
 void expect_the_same_hits(const Surface& s, const SweepLimits& limits, std::size_t at_least = 1) {

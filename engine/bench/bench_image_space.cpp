@@ -1,0 +1,127 @@
+// Image-space culling on the meshes of its paper: a bunny whose ear goes through its back, and two merged cows, from 3K to 270K triangles.
+#include "base/topology.hpp"
+#include "collision/cull_twin.hpp"
+#include "collision/image_space.hpp"
+#include "engine/bench/tables.hpp"
+#include "engine/gpu/gl_cull_backend.hpp"
+#include "engine/io/read_surface.hpp"
+#include "engine/time/clock.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+struct Subject {
+    std::string name;
+    const char* file;
+    bool merged;   // with a copy of itself, shifted; otherwise its top is pushed through what is below
+    int halvings;  // each makes four triangles of one
+};
+
+constexpr const char* kPaperBunny = "5K to 270K triangles: 20 to 600 ms (500 x 500, GeForce FX 5900)";
+constexpr const char* kPaperCows = "3K to 270K triangles: 35 to 1000 ms (500 x 500, GeForce FX 5900)";
+
+/// Four triangles of each: new vertices in the middle of edges, once per edge.
+void subdivide(TriMesh& mesh) {
+    const auto edges = unique_edges(mesh.triangles);
+    const auto middle = [&](Index a, Index b) {
+        const std::array<Index, 2> edge = {std::min(a, b), std::max(a, b)};
+        return static_cast<Index>(mesh.vertices.size() + static_cast<std::size_t>(std::lower_bound(edges.begin(), edges.end(), edge) - edges.begin()));
+    };
+    std::vector<Triangle> finer;
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Index ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+        for (const Triangle& t : {Triangle{a, ab, ca}, Triangle{ab, b, bc}, Triangle{ca, bc, c}, Triangle{ab, bc, ca}}) finer.push_back(t);
+    }
+    const std::size_t before = mesh.vertices.size();
+    mesh.vertices.reserve(before + edges.size());
+    for (const auto& [a, b] : edges) mesh.vertices.push_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
+    mesh.triangles = std::move(finer);
+}
+
+void merge_with_itself(TriMesh& mesh) {
+    const auto count = static_cast<Index>(mesh.vertices.size());
+    const Vec3 shift = 0.15 * mesh.bounds().extent();
+    const std::size_t triangles = mesh.triangles.size();
+    for (Index v = 0; v < count; ++v) mesh.vertices.push_back(mesh.vertices[v] + shift);
+    for (std::size_t t = 0; t < triangles; ++t) {
+        const Triangle c = mesh.triangles[t];
+        mesh.triangles.push_back({c[0] + count, c[1] + count, c[2] + count});
+    }
+}
+
+/// A dent from the highest point down, deep enough to come out below.
+void push_top_down(TriMesh& mesh) {
+    Index top = 0;
+    for (Index v = 0; v < mesh.vertices.size(); ++v)
+        if (mesh.vertices[v].y() > mesh.vertices[top].y()) top = v;
+    const Vec3 peak = mesh.vertices[top];
+    const double height = mesh.bounds().extent().y(), radius = 0.08 * mesh.bounds().longest_edge();
+    for (Vec3& v : mesh.vertices) v.y() -= 1.1 * height * std::exp(-(v - peak).squaredNorm() / (radius * radius));
+}
+
+BenchRow run_subject(const Subject& subject, const TriMesh& mesh, collision::CullBackend& backend, int resolution) {
+    StopWatch watch;
+    collision::ImageSpaceCuller culler(mesh.triangles, mesh.vertices.size());
+    const double prepare_ms = watch.lap_ms();
+    const auto left = culler.find_colliding_set(mesh.vertices, {.resolution = resolution}, backend);
+    const double cull_ms = watch.lap_ms();
+    if (!left.ok()) return {{"mesh", subject.name}, {"culler", backend.name()}, {"failed", left.error().message}};
+    const auto crossings = collision::find_crossings(mesh.triangles, mesh.vertices, *left);
+    const double tests_ms = watch.lap_ms();
+    const auto passes = static_cast<double>(culler.passes().size());
+    return {{"mesh", subject.name},
+            {"triangles", mesh.triangles.size()},
+            {"culler", backend.name()},
+            {"sets", culler.sets().count()},
+            {"prepare_ms", prepare_ms},
+            {"passes", culler.passes().size()},
+            {"pass_ms", passes > 0 ? cull_ms / passes : 0.0},
+            {"pruned_first_pass", 1.0 - static_cast<double>(culler.passes().front().triangles_left) / static_cast<double>(mesh.triangles.size())},
+            {"pruned", 1.0 - static_cast<double>(left->size()) / static_cast<double>(mesh.triangles.size())},
+            {"cull_ms", cull_ms},
+            {"tests_ms", tests_ms},
+            {"total_ms", cull_ms + tests_ms},
+            {"crossings", crossings.size()},
+            {"paper", subject.merged ? kPaperCows : kPaperBunny}};
+}
+
+} // namespace
+
+Result<BenchTable> bench_image_space(const BenchOptions& options) {
+    BenchTable table;
+    if (!options.data) {
+        table.notes.push_back("SELDINGER_TEST_DATA does not name a folder with the bunny and the cow: nothing was measured");
+        return table;
+    }
+    constexpr int kPaperResolution = 500;
+    std::vector<Subject> subjects = {{"bunny", "stanford/bunny_7k_closed.off.gz", false, 0}, {"two cows", "cow/cow_viewpoint_5.8k.obj.gz", true, 0}};
+    if (!options.quick) {
+        subjects.push_back({"bunny, finer", "stanford/bunny_60k_manifold.obj.gz", false, 0});
+        subjects.push_back({"bunny, finest", "stanford/bunny_60k_manifold.obj.gz", false, 1});
+        subjects.push_back({"two cows, finer", "cow/cow_viewpoint_5.8k.obj.gz", true, 1});
+        subjects.push_back({"two cows, finest", "cow/cow_viewpoint_5.8k.obj.gz", true, 2});
+    }
+    auto gl = GlCullBackend::make();
+    table.notes.push_back(gl.ok() ? "OpenGL: " + (*gl)->name() : "no OpenGL: " + gl.error().message);
+    collision::CpuCullBackend twin;
+    for (const Subject& subject : subjects) {
+        options.progress(subject.name);
+        auto mesh = read_surface(*options.data / subject.file, {.weld = true});
+        if (!mesh.ok()) return mesh.error();
+        for (int k = 0; k < subject.halvings; ++k) subdivide(*mesh);
+        if (subject.merged) merge_with_itself(*mesh);
+        else push_top_down(*mesh);
+        table.rows.push_back(run_subject(subject, *mesh, twin, kPaperResolution));
+        if (gl.ok() && !(*gl)->is_software()) table.rows.push_back(run_subject(subject, *mesh, **gl, kPaperResolution));
+    }
+    table.notes.push_back("conservative and exact to the last crossing; the paper prunes by pixel centres and can lose overlaps below a pixel");
+    return table;
+}
+
+} // namespace seldinger::engine

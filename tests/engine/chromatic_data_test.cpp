@@ -1,0 +1,85 @@
+// The chromatic decomposition of every surface of the test data, and crossings of those whose crossings are known.
+#include "collision/cull_twin.hpp"
+#include "collision/image_space.hpp"
+#include "engine/io/read_surface.hpp"
+#include "engine/prepare/chromatic_report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+namespace seldinger::engine {
+namespace {
+
+/// Surfaces above this are left to a run by hand: the test stays short.
+constexpr std::size_t kMostTriangles = 110000;
+
+std::vector<std::filesystem::path> surfaces_of(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        for (const char* kind : {".obj", ".ply", ".stl", ".STL", ".off"})
+            if (entry.is_regular_file() && name.find(kind) != std::string::npos && entry.file_size() < 2'000'000) files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+TEST(ChromaticData, BothGuaranteesHoldOnEverySurface) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (data == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    std::size_t tried = 0;
+    for (const auto& file : surfaces_of(data)) {
+        const auto mesh = read_surface(file, {.weld = true});
+        if (!mesh.ok() || mesh->triangles.size() > kMostTriangles) continue; // broken on purpose, or too large
+        collision::ChromaticSets sets;
+        const ChromaticReport report = report_chromatic(mesh->triangles, mesh->vertices.size(), &sets);
+        const collision::TriangleStars stars(mesh->triangles, mesh->vertices.size());
+        const auto found = collision::check_sets(sets, mesh->triangles, stars);
+        EXPECT_EQ(found.adjacent_in_set, 0u) << file;
+        EXPECT_EQ(found.second_neighbours, 0u) << file;
+        EXPECT_EQ(report.colours, sets.count());
+        ++tried;
+    }
+    std::printf("%zu surfaces\n", tried);
+    EXPECT_GT(tried, 30u);
+}
+
+TEST(ChromaticData, AnOrdinaryMeshTakesAboutTwentySetsAndAGridEighteen) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (data == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    const auto bunny = read_surface(std::filesystem::path(data) / "stanford/bunny_7k_closed.off.gz");
+    const auto cloth = read_surface(std::filesystem::path(data) / "cloth/vega_cloth_20k.obj.gz");
+    ASSERT_TRUE(bunny.ok() && cloth.ok());
+    const auto of_bunny = report_chromatic(bunny->triangles, bunny->vertices.size());
+    const auto of_cloth = report_chromatic(cloth->triangles, cloth->vertices.size());
+    std::printf("bunny %zu triangles: %u sets in %.3f s; cloth %zu: %u in %.3f s\n", bunny->triangles.size(), of_bunny.colours, of_bunny.seconds,
+                cloth->triangles.size(), of_cloth.colours, of_cloth.seconds);
+    EXPECT_LE(of_bunny.colours, 28u);
+    EXPECT_EQ(of_cloth.colours, 18u);
+    EXPECT_TRUE(of_cloth.from_grid);
+}
+
+TEST(ChromaticData, ImageSpaceLosesNoneOfTheKnownCrossings) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (data == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    struct Known {
+        const char* file;
+        std::size_t crossings; // as the data's manifest counts them
+    };
+    for (const Known& known : {Known{"cloth/ipc_two-cubes-intersecting.ply", 96}, Known{"cloth/ipc_two-cubes-close.ply", 0}, Known{"stanford/armadillo_25k_sofa.obj.gz", 1}}) {
+        const auto mesh = read_surface(std::filesystem::path(data) / known.file);
+        ASSERT_TRUE(mesh.ok());
+        collision::ImageSpaceCuller culler(mesh->triangles, mesh->vertices.size());
+        collision::CpuCullBackend twin;
+        const auto left = culler.find_colliding_set(mesh->vertices, {.resolution = 256}, twin);
+        ASSERT_TRUE(left.ok());
+        EXPECT_EQ(collision::find_crossings(mesh->triangles, mesh->vertices, *left).size(), known.crossings) << known.file;
+        EXPECT_LT(left->size(), mesh->triangles.size() / 2) << known.file;
+    }
+}
+
+} // namespace
+} // namespace seldinger::engine
