@@ -158,6 +158,8 @@ void finish(const TissueModel& model, TissueState& state, const IntegrateInputs&
     measure_end(model, state, report);
 }
 
+} // namespace
+
 IntegrateReport integrate(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                           const IntegrateInputs& inputs, Integrator integrator, RkWorkspace& w) noexcept {
     assert(substeps > 0);
@@ -170,8 +172,6 @@ IntegrateReport integrate(const TissueModel& model, TissueState& state, double s
     finish(model, state, inputs, report.finite(), w, report);
     return report;
 }
-
-} // namespace
 
 IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                               const IntegrateInputs& inputs, RkWorkspace& w) noexcept {

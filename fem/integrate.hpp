@@ -37,13 +37,14 @@ struct RkWorkspace {
     unsigned threads = 1;                        // the bits are the same for any number
 };
 
-/// Advances by `step` seconds in `substeps` equal parts. Allocates on the first call only.
+/// Advances by `step` seconds in `substeps` > 0 equal parts. Allocates on the first call only.
 /// A sub-step that would produce a value that is not finite is not taken: the state stays at the last finite sub-step and
 /// the report names the first bad node and tet.
+IntegrateReport integrate(const TissueModel& model, TissueState& state, double step, unsigned substeps,
+                          const IntegrateInputs& inputs, Integrator integrator, RkWorkspace& workspace) noexcept;
 IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                               const IntegrateInputs& inputs, RkWorkspace& workspace) noexcept;
-
-/// The same with one force evaluation a sub-step, second order, symplectic without damping.
+/// One force evaluation a sub-step, second order, symplectic without damping.
 IntegrateReport integrate_leapfrog(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                                    const IntegrateInputs& inputs, RkWorkspace& workspace) noexcept;
 

@@ -145,6 +145,18 @@ StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord
     return find_from_records(model, springs, w, integrator);
 }
 
+double cap_viscosity(const TissueModel& model, const StableStep& at_rest, Integrator integrator) noexcept {
+    const double asked = model.material.viscosity, drag = model.material.mass_damping;
+    const double viscous = at_rest.damping_rate - drag;
+    if (!(asked > 0.0) || !(viscous > 0.0) || !at_rest.finite) return asked;
+    const double share = 1.0 - kViscousStepShare;
+    // RK4: real limit / rate = share circle limit / omega. Leapfrog: sqrt(1 + r^2) - r = share, rate = 2 r omega.
+    const double most = integrator == Integrator::Rk4 ? kRk4RealLimit / (share * kRk4CircleLimit) * at_rest.omega_max
+                                                      : (1.0 - share * share) / share * at_rest.omega_max;
+    if (!(viscous > most - drag)) return asked;
+    return most > drag ? asked * (most - drag) / viscous : 0.0;
+}
+
 unsigned count_substeps(double step, const StableStep& stable, unsigned max_substeps) noexcept {
     if (!(stable.step > 0.0) || !(step > 0.0)) return 0;
     const double count = std::ceil(step / stable.step);

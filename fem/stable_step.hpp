@@ -4,6 +4,7 @@
 #pragma once
 
 #include "fem/forces.hpp"
+#include "fem/integrator.hpp"
 #include "fem/springs.hpp"
 
 namespace seldinger::fem {
@@ -17,8 +18,6 @@ inline constexpr double kRk4RealLimit = 2.785;
 inline constexpr double kLeapfrogLimit = 2.0;
 /// Power iteration comes from below (98-100 % after 20 rounds) and the body stiffens within the step.
 inline constexpr double kStepSafety = 0.9;
-
-enum class Integrator : std::uint8_t { Rk4, Leapfrog };
 
 struct StableStep {
     double step = 0.0;           // s, after all safety factors; infinite when every node is pinned, 0 when not finite
@@ -50,6 +49,13 @@ struct StableStepWorkspace {
 /// The same of records in the plan's order.
 [[nodiscard]] StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord> records,
                                           const ContactSprings* springs, StableStepWorkspace& workspace, Integrator integrator);
+
+/// The largest viscosity, at most the model's own, that costs no more than kViscousStepShare of the step without it. Exact
+/// at rest: drag is linear in the viscosity.
+[[nodiscard]] double cap_viscosity(const TissueModel& model, const StableStep& at_rest, Integrator integrator) noexcept;
+
+/// Drag on the strain rate grows with the square of the mesh's frequencies: left alone it would set the step of the body.
+inline constexpr double kViscousStepShare = 0.1;
 
 /// How many equal sub-steps of at most `stable.step` cover `step`; 0 when the limit is 0 or more than max_substeps are needed.
 [[nodiscard]] unsigned count_substeps(double step, const StableStep& stable, unsigned max_substeps) noexcept;

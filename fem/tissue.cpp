@@ -1,5 +1,7 @@
 #include "fem/tissue.hpp"
 
+#include "fem/mesh_parts.hpp"
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -29,6 +31,29 @@ Result<void> check_nodes(const TetMesh& mesh) {
             for (int j = i + 1; j < 4; ++j)
                 if (t[i] == t[j]) return bad_mesh(name_tet(tet, t) + " names a node twice");
     }
+    return {};
+}
+
+/// The same four nodes twice count twice in mass and stiffness: never meant.
+Result<void> check_repeats(const TetMesh& mesh) {
+    std::vector<std::pair<Tet, std::size_t>> sorted;
+    for (std::size_t tet = 0; tet < mesh.tets.size(); ++tet) {
+        sorted.emplace_back(mesh.tets[tet], tet);
+        std::sort(sorted.back().first.begin(), sorted.back().first.end());
+    }
+    std::sort(sorted.begin(), sorted.end());
+    for (std::size_t k = 1; k < sorted.size(); ++k)
+        if (sorted[k].first == sorted[k - 1].first)
+            return bad_mesh(name_tet(sorted[k].second, mesh.tets[sorted[k].second]) + " is there already, as tet " +
+                            std::to_string(sorted[k - 1].second));
+    return {};
+}
+
+Result<void> check_connected(const TetMesh& mesh) {
+    const std::vector<Index> part = find_node_parts(mesh);
+    for (std::size_t tet = 0; tet < mesh.tets.size(); ++tet)
+        if (part[mesh.tets[tet][0]] != part[mesh.tets[0][0]])
+            return bad_mesh(name_tet(tet, mesh.tets[tet]) + " belongs to a part that shares no node with tet 0: a body is one piece");
     return {};
 }
 
@@ -82,6 +107,8 @@ Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& mater
         model.tet_shape.push_back(*shape);
     }
     if (const auto fine = add_mass(model); !fine) return fine.error();
+    if (const auto fine = check_repeats(mesh); !fine) return fine.error();
+    if (const auto fine = check_connected(mesh); !fine) return fine.error();
     model.pinned.assign(pinned_nodes.begin(), pinned_nodes.end());
     std::sort(model.pinned.begin(), model.pinned.end());
     model.pinned.erase(std::unique(model.pinned.begin(), model.pinned.end()), model.pinned.end());

@@ -291,10 +291,19 @@ TEST(TissueModel, RefusesBrokenMeshesByTetAndNode) {
     EXPECT_NE(message([](TetMesh& m) { m.tets[2][1] = m.tets[2][0]; }).find("twice"), std::string::npos);
     EXPECT_NE(message([](TetMesh& m) { m.vertices[5][0] = std::nan(""); }).find("node 5 is not finite"), std::string::npos);
     EXPECT_NE(message([](TetMesh& m) { m.vertices.emplace_back(1, 1, 1); }).find("node 8 belongs to no tet"), std::string::npos);
+    EXPECT_NE(message([](TetMesh& m) { m.tets.push_back({m.tets[4][1], m.tets[4][2], m.tets[4][0], m.tets[4][3]}); }).find("tet 6"), std::string::npos);
+    EXPECT_NE(message([](TetMesh& m) { m.tets.push_back({m.tets[4][1], m.tets[4][2], m.tets[4][0], m.tets[4][3]}); }).find("is there already, as tet 4"), std::string::npos);
+    EXPECT_NE(message([](TetMesh& m) {
+        for (const Vec3& v : {Vec3(5, 5, 5), Vec3(6, 5, 5), Vec3(5, 6, 5), Vec3(5, 5, 6)}) m.vertices.push_back(v);
+        m.tets.push_back({8, 9, 10, 11});
+    }).find("tet 6 (nodes 8, 9, 10, 11) belongs to a part that shares no node"), std::string::npos);
     EXPECT_EQ(message([](TetMesh& m) { m.tets.clear(); }), "the mesh has no tetrahedra");
     const std::vector<Index> pins{3, 1, 3, 400};
     EXPECT_NE(make_tissue_model(good, material, pins).error().message.find("400"), std::string::npos);
     EXPECT_NE(make_tissue_model(good, {.poisson_ratio = 0.5}, {}).error().message.find("poisson_ratio"), std::string::npos);
+    EXPECT_NE(make_tissue_model(good, {.poisson_ratio = -1.2}, {}).error().message.find("poisson_ratio"), std::string::npos);
+    EXPECT_NE(make_tissue_model(good, {.young_modulus = 0.0}, {}).error().message.find("young_modulus"), std::string::npos);
+    EXPECT_NE(make_tissue_model(good, {.density = 0.0}, {}).error().message.find("density"), std::string::npos);
     EXPECT_NE(make_tissue_model(good, {.density = -1.0}, {}).error().message.find("density"), std::string::npos);
     EXPECT_NEAR(make_model(good, material).mass, 1060.0 * 1e-6, 1e-15);
 }

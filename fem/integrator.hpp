@@ -1,0 +1,10 @@
+// Which rule carries the tissue over a sub-step.
+#pragma once
+
+#include <cstdint>
+
+namespace seldinger::fem {
+
+enum class Integrator : std::uint8_t { Rk4, Leapfrog };
+
+} // namespace seldinger::fem

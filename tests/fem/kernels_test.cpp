@@ -1,0 +1,153 @@
+// The vectorised kernels: the same bits on every instruction set, for any number of threads, in any order of nodes and tets.
+#include "fem/integrate.hpp"
+#include "fem/bar_mesh.hpp"
+#include "tests/fem/bodies.hpp"
+
+#include <cstring>
+#include <gtest/gtest.h>
+#include <numeric>
+
+namespace seldinger::fem {
+
+using namespace test;
+
+namespace {
+
+struct EveryKernel : testing::TestWithParam<MaterialLaw> {
+    ~EveryKernel() override { choose_isa(""); }
+};
+
+std::string name_law(const testing::TestParamInfo<MaterialLaw>& info) {
+    constexpr const char* kNames[] = {"StVK", "Corotational", "NeoHookean"};
+    return kNames[static_cast<int>(info.param)];
+}
+
+TissueModel make_rough(MaterialLaw law, std::array<Index, 3> cells) {
+    Material material = make_material(law, 0.4);
+    material.viscosity = 2.0;
+    return make_model(make_bar_mesh(cells, 0.01, 0.15), material, {0, 1, 2});
+}
+
+/// Some tets stretched, some inverted.
+std::vector<Vec3> deform(const TissueModel& model, double size) {
+    std::mt19937_64 random(5);
+    auto position = model.rest_position;
+    for (Vec3& x : position) x += random_vec(random, size);
+    return position;
+}
+
+/// All partial sums of every kernel, one after the other.
+std::vector<PartialForce> run_all(const TissueModel& model, unsigned threads, std::vector<Extremes>& found) {
+    std::vector<NodeRecord> records(model.node_count());
+    std::vector<PartialForce> partial(model.plan.slots.size()), all;
+    gather_records(model.plan, deform(model, 0.006), deform(model, 0.3), records);
+    for (const TetKernel kernel : {TetKernel::Force, TetKernel::ViscousForce, TetKernel::Stiffness, TetKernel::Damping}) {
+        found.push_back(run_tets(model.plan, make_tet_job(model, kernel, threads), records, partial));
+        all.insert(all.end(), partial.begin(), partial.end());
+    }
+    return all;
+}
+
+bool same_bits(const std::vector<PartialForce>& a, const std::vector<PartialForce>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(PartialForce)) == 0;
+}
+
+TissueState run(const TissueModel& model, Integrator integrator, unsigned threads) {
+    TissueState state = make_rest_state(model);
+    state.position = deform(model, 0.001);
+    RkWorkspace workspace;
+    StableStepWorkspace stable;
+    workspace.threads = stable.threads = threads;
+    SubstepLimits limits;
+    limits.integrator = integrator;
+    const auto done = advance(model, state, 0.02, {.gravity = Vec3(0, 0, -9.81)}, limits, workspace, stable);
+    EXPECT_TRUE(done.integrate.finite() && !done.refused);
+    return state;
+}
+
+} // namespace
+
+TEST_P(EveryKernel, GivesTheSameBitsOnEveryInstructionSet) {
+    const auto model = make_rough(GetParam(), {9, 7, 5}); // 1890 tets: no multiple of a batch or a chunk
+    choose_isa("portable");
+    std::vector<Extremes> found;
+    const auto reference = run_all(model, 1, found);
+    int compared = 0;
+    for (const char* isa : {"avx2", "avx512"}) {
+        if (!choose_isa(isa)) continue;
+        ++compared;
+        std::vector<Extremes> other;
+        EXPECT_TRUE(same_bits(reference, run_all(model, 1, other))) << isa;
+        for (std::size_t k = 0; k < found.size(); ++k) {
+            EXPECT_EQ(found[k].low, other[k].low) << isa;
+            EXPECT_EQ(found[k].high, other[k].high) << isa;
+            EXPECT_EQ(found[k].low_place, other[k].low_place) << isa;
+            EXPECT_EQ(found[k].high_place, other[k].high_place) << isa;
+        }
+    }
+    if (compared == 0) GTEST_SKIP() << "this processor has neither AVX2 nor AVX-512";
+}
+
+TEST_P(EveryKernel, GivesTheSameBitsForAnyNumberOfThreads) {
+    const auto model = make_rough(GetParam(), {16, 12, 9});
+    std::vector<Extremes> found, other;
+    const auto reference = run_all(model, 1, found);
+    for (const unsigned threads : {2u, 3u, 7u}) EXPECT_TRUE(same_bits(reference, run_all(model, threads, other))) << threads;
+}
+
+TEST_P(EveryKernel, WholeRunsHaveTheSameBitsOnEveryInstructionSetAndThreadCount) {
+    const auto model = make_rough(GetParam(), {12, 6, 6});
+    for (const Integrator integrator : {Integrator::Rk4, Integrator::Leapfrog}) {
+        choose_isa("");
+        const TissueState best = run(model, integrator, 2);
+        choose_isa("portable");
+        const TissueState plain = run(model, integrator, 1);
+        for (std::size_t node = 0; node < model.node_count(); ++node) {
+            ASSERT_EQ(best.position[node], plain.position[node]) << node;
+            ASSERT_EQ(best.velocity[node], plain.velocity[node]) << node;
+        }
+    }
+}
+
+TEST_P(EveryKernel, ForcesFollowTheCallersNodeIds) {
+    const TetMesh mesh = make_bar_mesh({5, 4, 3}, 0.01, 0.15);
+    std::vector<Index> to(mesh.vertices.size());
+    std::iota(to.begin(), to.end(), Index{0});
+    std::mt19937_64 random(9);
+    for (std::size_t i = to.size() - 1; i > 0; --i) std::swap(to[i], to[random() % (i + 1)]);
+    TetMesh shuffled = mesh;
+    for (std::size_t node = 0; node < to.size(); ++node) shuffled.vertices[to[node]] = mesh.vertices[node];
+    for (Tet& tet : shuffled.tets)
+        for (Index& node : tet) node = to[node];
+    const auto model = make_model(mesh, make_material(GetParam())), other = make_model(shuffled, make_material(GetParam()));
+    const auto position = deform(model, 0.002);
+    auto moved = other.rest_position;
+    for (std::size_t node = 0; node < to.size(); ++node) moved[to[node]] = position[node];
+    auto force = zeros(to.size()), force_shuffled = force;
+    const TetReport a = add_tet_forces(model, position, force, force), b = add_tet_forces(other, moved, zeros(to.size()), force_shuffled);
+    EXPECT_EQ(a.min_volume_tet, b.min_volume_tet);
+    for (std::size_t node = 0; node < to.size(); ++node) EXPECT_EQ(force[node], force_shuffled[to[node]]) << node;
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, EveryKernel, testing::ValuesIn(kLaws), name_law);
+
+TEST(ForcePlan, NamesEveryTetAndNodeOnceAndEverySlotOfANode) {
+    const auto model = make_model(make_bar_mesh({13, 7, 5}, 0.01, 0.1), make_material(MaterialLaw::NeoHookean));
+    const ForcePlan& plan = model.plan;
+    std::vector<int> tets(model.tet_count(), 0);
+    double volume = 0.0;
+    for (std::size_t place = 0; place < plan.tet_of.size(); ++place) {
+        const double share = plan.batches[place / kBatch].volume[place % kBatch];
+        volume += share;
+        if (share > 0.0) ++tets[plan.tet_of[place]];
+    }
+    EXPECT_EQ(std::count(tets.begin(), tets.end(), 1), static_cast<long>(tets.size()));
+    EXPECT_NEAR(volume, model.volume, 1e-12 * model.volume);
+    for (std::size_t record = 0; record < plan.node_count(); ++record) {
+        EXPECT_EQ(plan.record_of[plan.node_of[record]], record);
+        EXPECT_LT(plan.slot_begin[record], plan.slot_begin[record + 1]);
+    }
+    EXPECT_EQ(plan.slot_begin.back(), plan.slots.size());
+}
+
+} // namespace seldinger::fem
