@@ -5,6 +5,7 @@
 #include "collision/topology.hpp"
 #include "engine/prepare/drive.hpp"
 #include "engine/time/step_budget.hpp"
+#include "fem/integrator.hpp"
 #include "fem/links.hpp"
 #include "fem/rod_skin.hpp"
 #include "fem/tissue.hpp"
@@ -93,6 +94,7 @@ struct SceneModel {
     std::uint64_t step_count = 0;
     unsigned fixed_substeps = 0;  // what the scene insists on; 0: as many as stability asks for
     unsigned max_substeps = 10000; // beyond this a step would take minutes: stopped with the number
+    fem::Integrator integrator = fem::Integrator::Rk4;
     BudgetLimits budget;
     bool budget_covers_step = false; // scope: the whole step, not collision alone
     std::vector<Droppable> drop;     // scope step: what may be left out of a step that would not fit, first to go first

@@ -2,6 +2,8 @@
 
 #include "engine/io/read_tets.hpp"
 #include "engine/prepare/coarse.hpp"
+#include "fem/lattice.hpp"
+#include "fem/mesh_parts.hpp"
 #include "fem/stable_step.hpp"
 
 #include <fmt/format.h>
@@ -22,7 +24,35 @@ Motion motion_of(BodyKind kind) {
     return Motion::Static;
 }
 
+Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, std::vector<std::string>& notes) {
+    fem::LatticeOptions options;
+    options.cell = fem::find_lattice_cell(surface, body.coarse.surface_triangles);
+    Result<fem::LatticeMesh> lattice = fem::make_lattice_mesh(surface, options);
+    if (!lattice.ok()) return lattice.error();
+    notes.push_back(fmt::format("coarse mesh by lattice of {:.3g} m: {:.4f} of the surface's volume, {:.0f} % of its boundary nodes on the "
+                                "surface, the farthest {:.3g} m off", options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share,
+                                lattice->farthest));
+    if (lattice->islands > 0)
+        notes.push_back(fmt::format("{} loose parts of the lattice ({} tetrahedra) were dropped", lattice->islands, lattice->island_tets));
+    return std::move(lattice->tets);
+}
+
+/// A viscosity that would set the step is lowered to what costs a tenth of it; asked for by name, it stays.
+void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& tissue, fem::StableStep& stable,
+                   fem::StableStepWorkspace& workspace, std::vector<std::string>& notes) {
+    const double asked = tissue.material.viscosity;
+    const double capped = fem::cap_viscosity(tissue, stable, scene.time.integrator);
+    if (!body.cap_viscosity || !(capped < asked)) return;
+    const double slow = stable.step;
+    tissue.material.viscosity = capped;
+    workspace.warm = false;
+    stable = fem::find_stable_step(tissue, tissue.rest_position, nullptr, workspace, scene.time.integrator);
+    notes.push_back(fmt::format("viscosity {:g} Pa s lowered to {:.3g} Pa s: the stable step is {:.3g} s instead of {:.3g} s "
+                                "(material.cap_viscosity false keeps it)", asked, capped, stable.step, slow));
+}
+
 Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, std::vector<std::string>& notes) {
+    if (body.coarse.file.empty() && body.coarse.lattice) return make_lattice(body, surface, notes);
     if (body.coarse.file.empty()) {
         CoarseOptions options;
         options.surface_triangles = body.coarse.surface_triangles;
@@ -31,6 +61,10 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, std::
         if (!coarse.ok()) return coarse.error();
         notes.push_back(fmt::format("coarse mesh by TetGen from {} surface triangles{}", coarse->surface_triangles,
                                     coarse->from_cache ? ", from the cache" : ""));
+        if (const std::size_t loose = fem::drop_loose_parts(coarse->tets); loose > 0) {
+            drop_unused_nodes(coarse->tets);
+            notes.push_back(fmt::format("{} tetrahedra in parts apart from the largest one were dropped", loose));
+        }
         return std::move(coarse->tets);
     }
     Result<TetMesh> mesh = read_tets(body.coarse.file);
@@ -85,7 +119,9 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, BodyModel
     Result<fem::RigidLinks> links = fem::make_surface_links(*mesh, model.surface);
     if (!links.ok()) return scene_error(scene, key + ".surface", links.error().message, links.error().code);
     fem::StableStepWorkspace workspace;
-    summary.stable_step_s = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace).step;
+    fem::StableStep stable = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace, scene.time.integrator);
+    cap_viscosity(scene, body, *tissue, stable, workspace, summary.notes);
+    summary.stable_step_s = stable.step;
     if (scene.time.substeps > 0 && scene.time.step / scene.time.substeps > summary.stable_step_s)
         return scene_error(scene, "time.substeps",
                            fmt::format("{} sub-steps of {:g} s are longer than the stable step of {} ({:.3g} s): {} would work, "

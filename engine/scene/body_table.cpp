@@ -50,6 +50,8 @@ const ObjectSpec& material_table() {
             number_field("mass_damping", Dimension::Rate, {0.0, 1e4, false, 0.0, 1e3, "drags every node towards rest"},
                          "Damps all motion.")
                 .by_default(usual.mass_damping),
+            flag_field("cap_viscosity", "Lowers a viscosity that would cost more than a tenth of the stable step, and says so.")
+                .by_default(true),
         }};
     return table;
 }
@@ -162,12 +164,13 @@ const ObjectSpec& meshed_coarse_table() {
         "mesher",
         "",
         {
-            choice_field("mesher", {"tetgen"}, "TetGen, run as a program of its own.")
+            choice_field("mesher", {"tetgen", "lattice"},
+                         "TetGen, run as a program of its own, follows the surface; a lattice allows far longer sub-steps.")
                 .by_default(std::string_view("tetgen")),
-            count_field("surface_triangles", 20, 1e6, "Of the simplified surface.")
+            count_field("surface_triangles", 20, 1e6, "Of the simplified surface; of a lattice's boundary, about.")
                 .by_default(double(usual.surface_triangles)),
             number_field("max_volume", Dimension::Volume, above(0.0, 1.0),
-                         "Of a tetrahedron; follows from the surface's triangles when absent."),
+                         "Of a tetrahedron, TetGen's; follows from the surface's triangles when absent."),
         }};
     return table;
 }

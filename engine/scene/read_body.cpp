@@ -181,12 +181,14 @@ std::optional<Error> read_tissue(const CheckContext& context, const Values& valu
     body.material.density = material.number("density");
     body.material.viscosity = material.number("viscosity");
     body.material.mass_damping = material.number("mass_damping");
+    body.cap_viscosity = material.flag("cap_viscosity");
 
     const Values coarse = values.object("coarse");
     if (values.has("coarse") && values.find("coarse")->find("file") != nullptr) {
         body.coarse.file = checked_file(context, coarse.text("file"));
         body.coarse.unit = file_unit(context, coarse);
     } else {
+        body.coarse.lattice = coarse.text("mesher") == "lattice";
         body.coarse.surface_triangles = coarse.count<std::size_t>("surface_triangles");
         body.coarse.max_volume = coarse.number("max_volume", 0.0);
     }

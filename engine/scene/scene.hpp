@@ -10,6 +10,7 @@
 #include "base/vec.hpp"
 #include "engine/scene/budget.hpp"
 #include "engine/scene/units.hpp"
+#include "fem/integrator.hpp"
 #include "fem/material.hpp"
 #include "fem/rod.hpp"
 
@@ -59,9 +60,10 @@ struct SurfaceSpec {
 /// Where a deformable body's tetrahedra come from: a mesher over the simplified surface, or a file in the surface's
 /// frame.
 struct CoarseSpec {
-    std::filesystem::path file;          // empty: TetGen
+    std::filesystem::path file;          // empty: a mesher
+    bool lattice = false;                // the lattice mesher, not TetGen
     double unit = 1.0;                   // m per unit of the file
-    std::size_t surface_triangles = 800; // TetGen: of the simplified surface
+    std::size_t surface_triangles = 800; // TetGen: of the simplified surface; lattice: of its boundary, about
     double max_volume = 0.0;             // m^3, TetGen; 0: derived from the surface's triangles
 };
 
@@ -96,6 +98,7 @@ struct SceneBody {
     Index embedded_in = kNoIndex;   // Static: deformable body that carries this surface where it is inside
     double blend = 0.010;           // m: over this distance outside the carrier the motion fades to rest
     fem::Material material;         // Deformable
+    bool cap_viscosity = true;      // Deformable: viscosity may cost a tenth of the stable step, no more
     CoarseSpec coarse;              // Deformable
     std::vector<FixedRegion> fixed; // Deformable; empty: floats freely
     std::vector<KeyFrame> motion;   // Kinematic, at least one
@@ -154,6 +157,7 @@ struct TimeSpec {
     double duration = 0.0;         // s
     unsigned substeps = 0;         // of the tissue's integration; 0: as many as stability asks for
     unsigned max_substeps = 10000; // a scene that needs more is stopped
+    fem::Integrator integrator = fem::Integrator::Rk4;
 
     /// Steps that cover the duration.
     [[nodiscard]] std::size_t step_count() const noexcept;
@@ -173,7 +177,7 @@ struct ContactSpec {
 /// How `cost` compares the contacts of two runs.
 struct CostSpec {
     double patch = 0.0;     // m, edge of the cells that a surface at rest is cut into; 0: derived from the surface
-    double tolerance = 0.0; // m, solid surfaces nearer than this are in contact; 0: the contact margin
+    double tolerance = 0.0; // m, solids whose spheres come nearer than this are in contact; 0: the contact margin
 };
 
 /// Breathing moves the fixed nodes of every deformable body along a direction, there and back once a period.

@@ -31,6 +31,9 @@ const ObjectSpec& time_table() {
                 .by_default(std::string_view("auto")),
             count_field("max_substeps", 1, 1e6, "A run whose tissue needs more sub-steps than this is stopped.")
                 .by_default(double(TimeSpec{}.max_substeps)),
+            choice_field("integrator", {"rk4", "leapfrog"},
+                         "Of the tissue: Runge-Kutta 4, or leapfrog with a third of its evaluations and second order.")
+                .by_default(std::string_view("rk4")),
         }};
     return table;
 }
@@ -100,7 +103,8 @@ const ObjectSpec& cost_table() {
                          "Edge of the cells that a surface is cut into; contacts are the same when their cell is. When "
                          "absent: four times the surface's mean edge."),
             number_field("tolerance", Dimension::Length, above(0.0, 0.05),
-                         "Solid surfaces nearer than this are in contact; the contact margin when absent."),
+                         "Solids whose spheres come nearer than this are in contact; the contact margin when absent, which is "
+                         "also as far as contacts are looked for."),
         }};
     return table;
 }

@@ -25,16 +25,17 @@ fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, 
                                 BodyState& state, BodyScratch& scratch) {
     fem::SubstepLimits limits;
     limits.max_substeps = model.max_substeps;
+    limits.integrator = model.integrator;
     if (model.fixed_substeps == 0)
         return fem::advance(*body.tissue, state.tissue, model.step_s, inputs, limits, scratch.rk, scratch.stable);
     // The scene insists on a number; preparation refused it where the body at rest would not stand it.
     fem::AdvanceReport done;
-    done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, &scratch.springs, scratch.stable);
+    done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, &scratch.springs, scratch.stable, model.integrator);
     const unsigned needed = fem::count_substeps(model.step_s, done.tightest, model.max_substeps);
     done.refused = needed == 0;
     if (!done.refused)
-        done.integrate = fem::integrate_rk4(*body.tissue, state.tissue, model.step_s,
-                                            std::max(needed, model.fixed_substeps), inputs, scratch.rk);
+        done.integrate = fem::integrate(*body.tissue, state.tissue, model.step_s, std::max(needed, model.fixed_substeps), inputs,
+                                        model.integrator, scratch.rk);
     return done;
 }
 
