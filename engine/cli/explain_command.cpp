@@ -1,6 +1,7 @@
 // `explain`: what a scene will simulate and why, what it will not, how many sub-steps, how much memory, what it will cost.
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/gpu/describe_graphics.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/simulator.hpp"
 
@@ -123,6 +124,11 @@ void print_cost(const Scene& scene, const PreparedScene& prepared) {
                static_cast<double>(usage.ru_maxrss) / 1024.0, prepared.seconds);
 }
 
+void print_graphics() {
+    fmt::print("\ngraphics\n");
+    for (const GraphicsLine& line : describe_graphics()) fmt::print("  {:<15} {}\n", line.what, line.how);
+}
+
 int explain(const std::filesystem::path& file) {
     const Result<Scene> scene = read_scene(file);
     if (!scene.ok()) return report_error(scene.error());
@@ -135,6 +141,7 @@ int explain(const std::filesystem::path& file) {
     print_effects(*scene, *prepared);
     print_bodies(*prepared);
     print_instruments(*scene, *prepared);
+    print_graphics();
     print_cost(*scene, *prepared);
     return kExitFine;
 }

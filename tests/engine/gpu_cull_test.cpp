@@ -1,6 +1,7 @@
 // Stage II on OpenGL against its twin on the CPU: the same bits in every view, the same contacts whoever culls.
 #include "collision/chromatic_culler.hpp"
 #include "collision/cull_twin.hpp"
+#include "engine/gpu/describe_graphics.hpp"
 #include "engine/gpu/gl_cull_backend.hpp"
 
 #include <gmock/gmock.h>
@@ -180,6 +181,17 @@ TEST(GpuCull, WithoutOpenGlTheReasonIsSaid) {
     const auto backend = GlCullBackend::make({.egl_library = "libNoSuchEgl.so.1", .osmesa_library = "libNoSuchMesa.so.8"});
     ASSERT_FALSE(backend.ok());
     EXPECT_THAT(backend.error().message, testing::HasSubstr("libNoSuchEgl.so.1"));
+}
+
+TEST(GpuCull, WhatThisMachineCanIsSaidInWords) {
+    const auto lines = describe_graphics();
+    for (const GraphicsLine& line : lines) std::printf("%s: %s\n", line.what.c_str(), line.how.c_str());
+    ASSERT_GE(lines.size(), 2u);
+    EXPECT_EQ(lines.back().what, "culling");
+    const auto nothing = describe_graphics({.order = {}});
+    ASSERT_EQ(nothing.size(), 2u);
+    EXPECT_EQ(nothing[0].what, "none");
+    EXPECT_THAT(nothing[1].how, testing::HasSubstr("CPU twin"));
 }
 
 TEST(GpuCull, AskingNothingIsAnsweredWithNothing) {
