@@ -249,7 +249,7 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     plane_from_wall(model, index, state, context);
     const std::size_t base_planes = scratch.planes.size();
     ExactOutcome outcome;
-    ExactForecast forecast = scratch.forecast;
+    const ExactForecast forecast{scratch.forecast.candidates, model.instruments[index].topology.triangles.size()}; // of a round
     std::uint64_t seen = 0;
     for (unsigned round = 0;; ++round) {
         context.exact.resize(known);
@@ -257,7 +257,6 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
         const std::uint64_t candidates = stats.candidates_vf + stats.candidates_ee;
         seen += candidates + stats.cluster_pairs;
         scratch.forecast.candidates = stats.finished ? seen : std::max(seen, scratch.forecast.candidates);
-        forecast.triangles = model.instruments[index].topology.triangles.size(); // the wall's boxes are fitted once
         context.report.candidates += candidates;
         outcome.finished = stats.finished;
         outcome.safe_fraction = stats.safe_fraction;

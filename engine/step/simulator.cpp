@@ -208,6 +208,8 @@ void Simulator::find_exact() {
         if (model_.bodies[wall].moves()) scratch.forecast.triangles += model_.bodies[wall].surface.triangles.size();
         if (!is_dropped(Droppable::ExactContact) && budget_.exact_fits(scratch.forecast)) {
             refit_wall(model_, wall, state_, context_);
+            if (budget_.limits().mode == BudgetMode::Work) // declared, not measured: once a stage, the skin's in every round
+                budget_.settle_tests({0, model_.bodies[wall].moves() ? model_.bodies[wall].surface.triangles.size() : 0}, WorkBudget(0));
             const ExactOutcome outcome = find_exact_contacts(model_, i, state_, context_, &budget_);
             budget_.end_exact(outcome.finished);
             if (outcome.finished) {

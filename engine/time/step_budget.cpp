@@ -145,7 +145,7 @@ bool StepBudget::exact_fits(const ExactForecast& forecast) {
     const bool fits = tape_.decide(DecisionKind::Fits, [&]() -> std::uint64_t {
         if (limits_.mode == BudgetMode::Exact) return 1;
         if (limits_.mode == BudgetMode::Work) return units_of(forecast) <= units_left();
-        const double need = std::max(exact_.reserve_s(), solve_.reserve_s() + tests_seconds(forecast));
+        const double need = std::max(exact_.reserve_s(), solve_.reserve_s() + tests_seconds({forecast.candidates, 0}));
         return need <= left_s();
     }) != 0;
     if (!fits) return false;
