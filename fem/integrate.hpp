@@ -44,7 +44,9 @@ IntegrateReport integrate(const TissueModel& model, TissueState& state, double s
                           const IntegrateInputs& inputs, Integrator integrator, RkWorkspace& workspace) noexcept;
 IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                               const IntegrateInputs& inputs, RkWorkspace& workspace) noexcept;
-/// One force evaluation a sub-step, second order, symplectic without damping.
+/// One force evaluation a sub-step, second order, symplectic without damping. It wants equal frames: what it conserves is a
+/// neighbour of the energy that depends on the step, and a step that goes back and forth near its limit pumps energy. RK4 does
+/// not mind.
 IntegrateReport integrate_leapfrog(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                                    const IntegrateInputs& inputs, RkWorkspace& workspace) noexcept;
 
