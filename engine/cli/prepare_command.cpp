@@ -1,7 +1,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
-#include "engine/io/sph.hpp"
+#include "engine/prepare/sph.hpp"
 #include "engine/observe/output_folder.hpp"
 #include "engine/prepare/prepare_mesh.hpp"
 #include "engine/scene/units.hpp"

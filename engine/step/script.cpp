@@ -116,8 +116,9 @@ void note_progress(const Progress& progress, const DriveCommand& now, FollowStat
     state.best_insertion = now.insertion;
 }
 
-bool is_beyond_the_end(const Route& route, const Vec3& tip) noexcept {
-    if (route.points.size() < 2) return false;
+/// The last point of the route is the nearest one, and the tip is past it.
+bool is_beyond_the_end(const Route& route, const Vec3& tip, double progress) noexcept {
+    if (route.points.size() < 2 || progress < route.length.back()) return false;
     const Vec3& end = route.points.back();
     return (tip - end).dot(end - route.points[route.points.size() - 2]) > 0.0;
 }
@@ -184,7 +185,7 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
         turn_to(aim);
         // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned.
         const double share = std::max(kBoldShare, aim.quality * aim.quality * aim.quality);
-        if (is_beyond_the_end(route, view.tip)) wanted.insertion -= settings.speed * dt * share;
+        if (is_beyond_the_end(route, view.tip, state.progress)) wanted.insertion -= settings.speed * dt * share;
         else if (!resisted) wanted.insertion += settings.speed * dt * share;
         break;
     }

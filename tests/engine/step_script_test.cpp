@@ -110,6 +110,18 @@ TEST(Steering, ArrivesWhereNothingIsLeftToImproveAndKeepsStillUntilTheTipSlips) 
     EXPECT_LT(command_at(0.0640).insertion, 0.2) << "beyond the end: pulled back";
 }
 
+TEST(Steering, OnARouteThatTurnsBackPushesFromTheStart) {
+    std::vector<Vec3> points; // up, over, and down again below the level of the start
+    for (int i = 0; i <= 50; ++i) points.emplace_back(0.0, 0.0, 1e-3 * i);
+    for (int i = 1; i <= 20; ++i) points.emplace_back(1e-3 * i, 0.0, 0.05);
+    for (int i = 1; i <= 70; ++i) points.emplace_back(0.02, 0.0, 0.05 - 1e-3 * i);
+    for (int i = 1; i <= 10; ++i) points.emplace_back(0.02, 0.0, -0.02 + 1e-3 * i); // the end looks up: all of it lies "beyond"
+    const Route route = make_route(points, std::vector<double>(points.size(), 3e-3));
+    FollowState state;
+    const DriveCommand now{0.01, 0.0};
+    EXPECT_GT(follow_route(route, kSettings, kLimits, {{0, 0, 0.01}, Vec3::UnitZ(), Vec3::UnitX()}, now, kDt, state).insertion, 0.01);
+}
+
 /// A tip before a fork in which it goes astray: whatever the hand pushes, it is 3 mm beside the route; what it pulls, the tip
 /// goes back by.
 struct StrayTip {

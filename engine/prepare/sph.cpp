@@ -1,4 +1,4 @@
-#include "engine/io/sph.hpp"
+#include "engine/prepare/sph.hpp"
 
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
