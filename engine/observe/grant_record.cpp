@@ -2,7 +2,7 @@
 
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
-#include "engine/step/content_hash.hpp"
+#include "engine/step/bit_hash.hpp"
 
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ constexpr std::string_view kMagic = "seldinger-grants 1";
 constexpr std::array<char, 5> kLetters{'d', 'f', 'r', 't', 'x'}; // by DecisionKind
 
 std::uint64_t hash_bytes(std::string_view bytes) noexcept {
-    ContentHash hash;
+    BitHash hash;
     hash.add_bytes(bytes);
     return hash.value();
 }
@@ -128,7 +128,7 @@ std::optional<Error> read_step(Lines& lines, std::uint64_t number, GrantStep& st
 } // namespace
 
 std::uint64_t fingerprint_of(const StepReport& report) noexcept {
-    ContentHash hash;
+    BitHash hash;
     hash.add(report.step);
     hash.add(report.tip);
     for (const double value : {report.kinetic_j, report.elastic_j, report.contact_force_n, report.insertion_m, report.rotation_rad})

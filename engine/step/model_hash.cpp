@@ -1,19 +1,19 @@
 #include "engine/step/model_hash.hpp"
 
-#include "engine/step/content_hash.hpp"
+#include "engine/step/bit_hash.hpp"
 
 namespace seldinger::engine {
 
 namespace {
 
-void add_count(std::size_t count, ContentHash& hash) noexcept { hash.add(static_cast<std::uint64_t>(count)); }
+void add_count(std::size_t count, BitHash& hash) noexcept { hash.add(static_cast<std::uint64_t>(count)); }
 
-void add_triangles(const std::vector<Triangle>& triangles, ContentHash& hash) noexcept {
+void add_triangles(const std::vector<Triangle>& triangles, BitHash& hash) noexcept {
     add_count(triangles.size(), hash);
     for (const Triangle& t : triangles) hash.add(std::uint64_t{t[0]} ^ (std::uint64_t{t[1]} << 21) ^ (std::uint64_t{t[2]} << 42));
 }
 
-void add_tissue(const fem::TissueModel& tissue, ContentHash& hash) noexcept {
+void add_tissue(const fem::TissueModel& tissue, BitHash& hash) noexcept {
     const fem::Material& material = tissue.material;
     add_count(static_cast<std::size_t>(material.law), hash);
     for (const double value : {material.young_modulus, material.poisson_ratio, material.density, material.viscosity, material.mass_damping})
@@ -25,7 +25,7 @@ void add_tissue(const fem::TissueModel& tissue, ContentHash& hash) noexcept {
     for (const Index node : tissue.pinned) hash.add(std::uint64_t{node});
 }
 
-void add_body(const BodyModel& body, ContentHash& hash) noexcept {
+void add_body(const BodyModel& body, BitHash& hash) noexcept {
     hash.add_text(body.name);
     add_count(static_cast<std::size_t>(body.motion) + (body.hollow ? 8u : 0u), hash);
     add_count(body.carrier, hash);
@@ -40,7 +40,7 @@ void add_body(const BodyModel& body, ContentHash& hash) noexcept {
     if (body.tissue) add_tissue(*body.tissue, hash);
 }
 
-void add_instrument(const InstrumentModel& instrument, ContentHash& hash) noexcept {
+void add_instrument(const InstrumentModel& instrument, BitHash& hash) noexcept {
     hash.add_text(instrument.name);
     const fem::RodDesign& design = instrument.rod.design;
     for (const double value : {design.length, design.radius, design.segment, design.young_modulus, design.density, design.drag,
@@ -61,9 +61,10 @@ void add_instrument(const InstrumentModel& instrument, ContentHash& hash) noexce
 } // namespace
 
 std::uint64_t hash_model(const SceneModel& model) noexcept {
-    ContentHash hash;
+    BitHash hash;
     hash.add_text(model.name);
     hash.add(model.step_s);
+    add_count(static_cast<std::size_t>(model.integrator), hash);
     add_count(model.fixed_substeps, hash);
     add_count(model.max_substeps, hash);
     for (const bool on : {model.effects.elasticity, model.effects.coarse_contact, model.effects.exact_contact})

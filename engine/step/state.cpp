@@ -1,6 +1,6 @@
 #include "engine/step/state.hpp"
 
-#include "engine/step/content_hash.hpp"
+#include "engine/step/bit_hash.hpp"
 
 namespace seldinger::engine {
 
@@ -36,7 +36,7 @@ State make_initial_state(const SceneModel& model) {
 }
 
 std::uint64_t hash_state(const State& state) noexcept {
-    ContentHash hash;
+    BitHash hash;
     hash.add(state.step);
     for (const BodyState& body : state.bodies) {
         hash.add(body.tissue.position);

@@ -66,10 +66,11 @@ TEST_F(Cost, HasBudgetsOfItsOwnAndTakesScenesWithInstruments) {
 
 TEST_F(Cost, RefusesBudgetsThatAreNone) {
     const fs::path scene = write("ball.json", kBall);
-    for (const char* budgets : {"soon", "1ms,,exact", "1ms,", "", "-1ms", "1ms,work:-3", "5", "exact,1e300s", "1ms,1ms"}) {
+    for (const char* budgets : {"soon", "1ms,,exact", "1ms,", "-1ms", "1ms,work:-3", "5", "exact,1e300s", "1ms,1ms"}) {
         EXPECT_TRUE(refuses(call({"cost", scene, std::string("--budgets=") + budgets, "--out", out()}), "--budgets")) << budgets;
         EXPECT_FALSE(fs::exists(out())) << budgets;
     }
+    EXPECT_TRUE(ended_with(call({"cost", scene, "--budgets=", "--out", out()}), 2));
     EXPECT_TRUE(refuses(call({"cost", folder / "none.json", "--out", out()}), "none.json"));
     EXPECT_TRUE(refuses(call({"cost", scene, "-n", "-2", "--out", out()}), "--steps"));
 }

@@ -97,7 +97,7 @@ TEST_F(Run, AStateThatLeavesItsBoundsIsThreeWithTheLastGoodOneSaved) {
     const fs::path scene = write("thick.json", R"({
         "units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 1},
         "bodies": {"ball": {"kind": "deformable", "surface": {"shape": "sphere", "radius": 30, "subdivisions": 2},
-            "material": {"young_modulus": 5, "density": 1000, "viscosity": 90}, "coarse": {"surface_triangles": 80}}},
+            "material": {"young_modulus": 5, "density": 1000, "viscosity": 90, "cap_viscosity": false}, "coarse": {"surface_triangles": 80}}},
         "effects": ["elasticity", "damping"]})");
     const Ended ended = run(scene);
     ASSERT_TRUE(ended_with(ended, 3));

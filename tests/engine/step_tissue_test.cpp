@@ -17,7 +17,7 @@ std::string ball_scene(const std::string& effects, const std::string& ball_extra
     "gravity": [0, 0, -9810],
     "bodies": {{
         "ball": {{"kind": "deformable", "surface": {{"shape": "sphere", "centre": [0, 0, 45], "radius": 30, "subdivisions": 4}},
-                 "material": {{"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.01, "mass_damping": 4}},
+                 "material": {{"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.01, "cap_viscosity": false, "mass_damping": 4}},
                  "coarse": {{"surface_triangles": 200}}{}}},
         "table": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -5], "extent": [120, 120, 10], "cells": 48}}}}
     }},
@@ -209,7 +209,7 @@ TEST(Breathing, IsSmoothFromNothingToAllAndBack) {
 
 TEST(Stop, AViscosityThatNeedsEndlessSubStepsStopsWithTheNumberAndTheElement) {
     std::string text = kHeldBar;
-    text.replace(text.find("\"viscosity\": 0.005"), 18, "\"viscosity\": 90");
+    text.replace(text.find("\"viscosity\": 0.005"), 18, "\"viscosity\": 90, \"cap_viscosity\": false");
     const PreparedScene prepared = test::prepare(text);
     ASSERT_EQ(prepared.model.bodies.size(), 1u);
     Simulator simulator(prepared.model);

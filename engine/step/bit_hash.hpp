@@ -10,7 +10,7 @@
 
 namespace seldinger::engine {
 
-class ContentHash {
+class BitHash {
 public:
     void add(std::uint64_t value) noexcept {
         for (int byte = 0; byte < 8; ++byte) add_byte(static_cast<unsigned char>((value >> (8 * byte)) & 0xff));
