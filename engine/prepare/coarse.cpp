@@ -16,8 +16,6 @@ namespace seldinger::engine {
 
 namespace {
 
-/// Raised whenever the same input would give another mesh: part of every key.
-constexpr std::string_view kVersion = "coarse-5";
 constexpr std::string_view kKind = "coarse";
 constexpr std::size_t kLeastTriangles = 20;
 constexpr double kShares[] = {1.0, 1.25, 0.8, 1.5, 0.65}; // of the triangles asked for, in this order
@@ -27,7 +25,7 @@ constexpr double kRoundEnough = 0.06; // [-] flatness at which no other try is w
 
 std::string find_key(const TriMesh& dense, const CoarseOptions& o) {
     ContentHash hash;
-    hash.feed(kVersion);
+    hash.feed(maker_version());
     hash.feed(dense);
     hash.feed(static_cast<std::uint64_t>(o.surface_triangles));
     for (const double value : {o.tetgen.max_radius_edge_ratio, o.tetgen.min_dihedral_degrees, o.tetgen.max_volume}) hash.feed(value);

@@ -8,9 +8,6 @@ namespace seldinger::engine {
 
 namespace {
 
-/// Raised whenever the generator's output changes for the same recipe.
-constexpr std::string_view kGeneratorVersion = "anatomy-1";
-
 nlohmann::json pack_landmarks(const std::vector<anatomy::Landmark>& landmarks) {
     nlohmann::json list = nlohmann::json::array();
     for (const anatomy::Landmark& l : landmarks)
@@ -52,7 +49,7 @@ std::optional<anatomy::Anatomy> read_patient(const std::string& key) {
 
 std::string patient_key(const anatomy::Recipe& recipe) {
     ContentHash hash;
-    hash.feed(kGeneratorVersion);
+    hash.feed(maker_version());
     for (const anatomy::RecipeField& field : anatomy::recipe_fields()) {
         hash.feed(field.name);
         hash.feed(anatomy::recipe_value(recipe, field));

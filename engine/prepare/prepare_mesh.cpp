@@ -23,8 +23,6 @@ namespace seldinger::engine {
 
 namespace {
 
-/// Raised whenever the same input would give another tree: part of every key.
-constexpr std::string_view kVersion = "spheres-1";
 constexpr std::string_view kKind = "spheres";
 /// m; nothing that a catheter meets is larger or smaller: more is a mistaken unit, most likely.
 constexpr double kSmallestBody = 1e-3, kLargestBody = 3.0;
@@ -96,7 +94,7 @@ void make_coarse_model(const PrepareOptions& options, MeshPreparation& made) {
 
 std::string find_key(const MeshPreparation& made, const PrepareOptions& options) {
     ContentHash hash;
-    hash.feed(kVersion);
+    hash.feed(maker_version());
     hash.feed(made.surface);
     hash.feed(spheretree::builder_name(options.spheres.builder));
     hash.feed(static_cast<std::uint64_t>(options.spheres.branching));

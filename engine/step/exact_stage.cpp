@@ -56,6 +56,16 @@ collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, 
     return {&wall.topology, wall.moves() ? context.bodies[body].surface_t0 : now, now};
 }
 
+/// The wall where it stood at the start of the step: what the rod was inside of.
+collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
+    const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
+    return {motion.topology, motion.t0, motion.t0};
+}
+
+Vec3 point_on(const Triangle& t, const std::array<double, 3>& bary, std::span<const Vec3> positions) {
+    return bary[0] * positions[t[0]] + bary[1] * positions[t[1]] + bary[2] * positions[t[2]];
+}
+
 collision::SurfaceMotion skin_motion(const SceneModel& model, std::size_t index, const State& state,
                                      const StepContext& context) {
     return {&model.instruments[index].topology, context.instruments[index].skin_t0, state.instruments[index].skin};
@@ -102,10 +112,11 @@ WallPress press_at_vertex(const collision::SurfaceTopology& wall, Index vertex) 
 
 /// A contact that the planes did not prevent becomes one more plane, exactly where it happened.
 void add_contact_plane(const SceneModel& model, std::size_t index, const Contact& contact, const State& state,
-                       InstrumentScratch& scratch) {
+                       StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
+    InstrumentScratch& scratch = context.instruments[index];
     const bool skin_is_a = contact.body_a == model.bodies.size() + index;
-    const std::vector<Vec3>& wall = state.bodies[instrument.lumen].surface;
+    const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
     const int count_a = contact.origin == ContactOrigin::ExactVF ? 1 : 2;
     const int count_b = contact.origin == ContactOrigin::ExactVF ? 3 : 2;
     const Index* skin_features = skin_is_a ? contact.feature_a : contact.feature_b;
@@ -113,15 +124,18 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
     const double* skin_weights = skin_is_a ? contact.bary_a : contact.bary_b;
     const double* wall_weights = skin_is_a ? contact.bary_b : contact.bary_a;
     const double place = rod_place(instrument, skin_features, skin_weights, skin_is_a ? count_a : count_b);
-    Vec3 wall_point = Vec3::Zero();
-    for (int k = 0; k < (skin_is_a ? count_b : count_a); ++k) wall_point += wall_weights[k] * wall[wall_features[k]];
+    Vec3 wall_before = Vec3::Zero(), wall_point = Vec3::Zero();
+    for (int k = 0; k < (skin_is_a ? count_b : count_a); ++k) {
+        wall_before += wall_weights[k] * wall.t0[wall_features[k]];
+        wall_point += wall_weights[k] * wall.t1[wall_features[k]];
+    }
     const Index last_segment = static_cast<Index>(instrument.rod.node_count() - 2);
     const Index node = std::min(static_cast<Index>(std::max(place, 0.0)), last_segment);
     const double weight = std::clamp(place - static_cast<double>(node), 0.0, 1.0);
-    // Away from the wall, and across the rod: from the wall's point to the rod's axis at the time of contact.
+    // Away from the wall, and across the rod: from the wall's point to the rod's axis, both before they moved.
     const auto& rod = scratch.rod_t0.position;
     const Vec3 axis_point = (1.0 - weight) * rod[node] + weight * rod[node + 1];
-    Vec3 normal = axis_point - wall_point;
+    Vec3 normal = axis_point - wall_before;
     const double length = std::sqrt(normal.squaredNorm());
     normal = length > 0.0 ? Vec3(normal / length) : Vec3(skin_is_a ? contact.normal : Vec3(-contact.normal));
     const double room = instrument.rod.design.radius + model.contact.clearance;
@@ -152,7 +166,8 @@ double room_at(const SceneModel& model, std::size_t body, const State& state, co
 void plane_from_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
-    const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
+    const collision::SurfaceMotion before = wall_before(model, instrument.lumen, state, context);
+    const std::span<const Vec3> after = state.bodies[instrument.lumen].surface;
     const collision::BoxTree& tree = context.bodies[instrument.lumen].boxes;
     const double room = instrument.rod.design.radius + model.contact.clearance;
     const Index nodes = static_cast<Index>(instrument.rod.node_count());
@@ -165,9 +180,12 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
             if (proven_free(model, index, node, weight, context)) continue;
             const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
             list.clear();
-            collision::for_each_close_triangle(tree, wall, p, room + kReach, [&](Index id, const PointOnTriangle& on) {
+            collision::for_each_close_triangle(tree, before, p, room + kReach, [&](Index id, const PointOnTriangle& on) {
                 const double distance = std::sqrt(on.distance_sq);
-                if (distance > 0.0) list.add({id, distance, (p - on.point) / distance, on.point, on.bary});
+                if (!(distance > 0.0)) return;
+                // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
+                const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
+                list.add({id, distance, (p - on.point) / distance, now, on.bary});
             });
             add_planes(list, node, weight, room, scratch);
         }
@@ -272,7 +290,7 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
             continue;
         }
         for (std::size_t k = known; k < context.exact.size(); ++k)
-            add_contact_plane(model, index, context.exact[k], state, scratch);
+            add_contact_plane(model, index, context.exact[k], state, context);
     }
 }
 

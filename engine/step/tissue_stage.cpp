@@ -12,12 +12,26 @@ namespace seldinger::engine {
 
 namespace {
 
-void find_pinned_targets(const SceneModel& model, const fem::TissueModel& tissue, double time,
+/// [-] of the fastest moment of a breath. Steps that were held back leave the organ behind its breath; making up for all of
+/// it in one step would throw the walls about, and be held back again.
+constexpr double kCatchUp = 2.0;
+
+/// Where the breath takes what is fixed, from where it is now.
+Vec3 breathe(const Breathing& breathing, const Vec3& now, double time, double dt) {
+    const Vec3 wanted = breathing.amplitude * breath_at(breathing, time) * breathing.direction;
+    const double fastest = std::numbers::pi * breathing.amplitude / breathing.period;
+    const Vec3 way = wanted - now;
+    const double length = std::sqrt(way.squaredNorm());
+    const double most = kCatchUp * fastest * dt;
+    return length <= most ? wanted : Vec3(now + (most / length) * way);
+}
+
+void find_pinned_targets(const SceneModel& model, const fem::TissueModel& tissue, const fem::TissueState& state, double time,
                          std::vector<Vec3>& target) {
     target.clear();
-    if (!model.effects.breathing) return;
-    const Breathing& breathing = *model.effects.breathing;
-    const Vec3 moved = breathing.amplitude * breath_at(breathing, time) * breathing.direction;
+    if (!model.effects.breathing || tissue.pinned.empty()) return;
+    const Index any = tissue.pinned.front(); // they all move alike
+    const Vec3 moved = breathe(*model.effects.breathing, state.position[any] - tissue.rest_position[any], time, model.step_s);
     for (const Index node : tissue.pinned) target.push_back(tissue.rest_position[node] + moved);
 }
 
@@ -54,7 +68,7 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
 
 void integrate_body(const SceneModel& model, const BodyModel& body, double end_time, BodyState& state,
                     BodyScratch& scratch, StepReport& report) {
-    find_pinned_targets(model, *body.tissue, end_time, scratch.pinned_target);
+    find_pinned_targets(model, *body.tissue, state.tissue, end_time, scratch.pinned_target);
     fem::IntegrateInputs inputs;
     if (model.effects.gravity) inputs.gravity = *model.effects.gravity;
     inputs.springs = &scratch.springs;
