@@ -192,7 +192,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
 }
 
 void stop_hand(InstrumentScratch& scratch) {
-    scratch.command = {scratch.rod_t0.insertion, scratch.rod_t0.rotation};
+    scratch.command = {std::min(scratch.command.insertion, scratch.rod_t0.insertion), scratch.rod_t0.rotation};
     scratch.hand_stopped = true;
 }
 

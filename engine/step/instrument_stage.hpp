@@ -37,7 +37,7 @@ struct ExactOutcome {
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, StepContext& context,
                                  StepBudget* budget);
 
-/// The hand stays where it was at the start of the step.
+/// The hand goes no further in and does not turn; what it wants to draw back, it may: that is the way out of a jam.
 void stop_hand(InstrumentScratch& scratch);
 
 /// Does the rod, where nothing proved it free, stand closer to the wall at the end of the step than its radius?

@@ -46,6 +46,48 @@ INSTANTIATE_TEST_SUITE_P(
                                                   test::kOrgan}, 0.06}),
     [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
+/// A straight tube of 3 mm, closed at 100 mm, that `tube` may move, and a wire that `path` drives.
+std::string straight_tube_scene(const std::string& tube, const std::string& path, const std::string& budget) {
+    return fmt::format(R"({{
+    "name": "straight-tube",
+    "units": {{"length": "mm", "pressure": "kPa"}},
+    "time": {{"step": 0.01, "duration": 6}},
+    "budget": "{}",
+    "bodies": {{"tube": {{{}, "hollow": true,
+                         "surface": {{"shape": "tube", "axis": [[0, 0, 0, 3], [0, 0, 50, 3], [0, 0, 100, 3]], "sides": 20}}}}}},
+    "instruments": {{"wire": {{"length": 220, "radius": 0.5, "young_modulus": 60000, "segment": 2.5, "skin_triangles": 1500,
+        "tip": {{"shape": "J", "length": 12, "angle": 0.8}}, "lumen": "tube",
+        "entry": {{"position": [0, 0, 10], "direction": [0, 0, 1]}}, "path": {}}}}},
+    "effects": ["coarse_contact", "exact_contact"]
+}})", budget, tube, path);
+}
+
+TEST(Wire, AWallThatSweepsPastItInOneStepTakesItAlong) {
+    // To and fro by 2.2 mm within a step: far more than the wire is thick, so that its axis ends up behind the wall's old side.
+    const std::string motion = R"("kind": "kinematic", "motion": [[0, 0, 0, 0], [1, 0, 0, 0], [1.01, 2.2, 0, 0], [1.5, 2.2, 0, 0],
+        [1.51, -2.2, 0, 0], [1.8, -2.2, 0, 0], [1.81, 0, 2.2, 0], [2.2, 0, 2.2, 0], [2.21, 0, 0, 0]])";
+    for (const char* budget : {"exact", "work:500"}) {
+        const PreparedScene prepared = test::prepare(straight_tube_scene(motion, "[[0, 40, 0], [1, 70, 0], [4, 70, 0]]", budget));
+        Simulator simulator(prepared.model);
+        const Tally tally = test::run_steps(simulator, 300);
+        EXPECT_EQ(tally.lumen_exits, 0u) << budget << ": " << tally;
+        EXPECT_EQ(tally.held_back, 0u) << budget << ": " << tally;
+        EXPECT_EQ(tally.steps, 300u) << budget << ": " << tally;
+    }
+}
+
+TEST(Wire, AfterADeadEndItComesOutAgain) {
+    const PreparedScene prepared =
+        test::prepare(straight_tube_scene(R"("kind": "static")", "[[0, 60, 0], [3, 150, 0], [6, 60, 0]]", "exact"));
+    Simulator simulator(prepared.model);
+    const Tally pushed = test::run_steps(simulator, 300);
+    EXPECT_EQ(pushed.lumen_exits, 0u) << pushed;
+    EXPECT_GT(pushed.largest_force, 0.0) << pushed;
+    const Tally drawn = test::run_steps(simulator, 300);
+    EXPECT_EQ(drawn.lumen_exits, 0u) << drawn;
+    EXPECT_LT(drawn.insertion, 0.065) << drawn;
+}
+
 TEST(Wire, RunsUnderAWorkBudgetGiveTheSameBitsTwice) {
     const PreparedScene prepared =
         test::prepare(test::bent_tube_scene({35, "work:3000", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
