@@ -92,7 +92,7 @@ private:
 
 /// Root of the source tree, seen from this file.
 inline std::filesystem::path source_root() {
-    return std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+    return SELDINGER_SOURCE_DIR; // __FILE__ may be relative to where the compiler ran
 }
 
 } // namespace seldinger::engine
