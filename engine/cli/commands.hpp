@@ -21,6 +21,7 @@ struct Command {
 };
 
 [[nodiscard]] Command add_run_command(CLI::App& app);
+[[nodiscard]] Command add_view_command(CLI::App& app);
 [[nodiscard]] Command add_plan_command(CLI::App& app);
 [[nodiscard]] Command add_cost_command(CLI::App& app);
 [[nodiscard]] Command add_verify_command(CLI::App& app);

@@ -20,6 +20,7 @@ int run_program(int argc, char** argv) {
                "130 interrupted.");
     const Command commands[] = {
         add_run_command(app),
+        add_view_command(app),
         add_plan_command(app),
         add_cost_command(app),
         add_verify_command(app),

@@ -11,6 +11,8 @@
 #include "fem/stable_step.hpp"
 #include "spheretree/descent.hpp"
 
+#include <optional>
+
 namespace seldinger::engine {
 
 /// Where a rod's plane presses on a wall.
@@ -35,6 +37,13 @@ struct BodyScratch {
     InsideTest inside;                           // hollow bodies: the independent check
 };
 
+/// Somebody holds a point of a surface and pulls it towards a place.
+struct Pull {
+    std::size_t body = 0;            // of the model
+    Index vertex = 0;                // of its surface
+    Vec3 target = Vec3::Zero();      // m
+};
+
 struct InstrumentScratch {
     fem::RodState rod_t0;
     std::vector<Vec3> skin_t0;
@@ -42,6 +51,7 @@ struct InstrumentScratch {
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
     DriveCommand command;
+    std::optional<DriveCommand> hand;            // what somebody's hand wants, in place of the script
     bool hand_stopped = false;                   // in the last step: the motion that the hand asked for met the wall
     Route route;                                 // where it is now
     fem::LinkFrames route_frames;
@@ -61,6 +71,7 @@ struct StepContext {
     std::vector<Contact> coarse; // of this step
     std::vector<Contact> exact;  // of this step; the last round's
     std::vector<Contact> contacts; // what the response pushed against: what pictures and counts show
+    std::optional<Pull> pull;    // felt in every step until it is let go
     StepReport report;
 };
 

@@ -64,6 +64,14 @@ Vec3 point_at(const fem::RodState& rod, const LinkPlace& place) {
 
 } // namespace
 
+DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentState& now = state.instruments[index];
+    InstrumentScratch& scratch = context.instruments[index];
+    return follow_route(route_now(model, instrument, state, scratch), instrument.follow, instrument.limits,
+                        view_tip(instrument, now, scratch), {now.rod.insertion, now.rod.rotation}, model.step_s, now.follow);
+}
+
 void move_hands(const SceneModel& model, State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const InstrumentModel& instrument = model.instruments[i];
@@ -71,9 +79,10 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
         InstrumentScratch& scratch = context.instruments[i];
         const DriveCommand from{now.rod.insertion, now.rod.rotation};
         DriveCommand wanted = from;
-        if (instrument.route)
-            wanted = follow_route(route_now(model, instrument, state, scratch), instrument.follow, instrument.limits,
-                                  view_tip(instrument, now, scratch), from, model.step_s, now.follow);
+        if (scratch.hand) {
+            wanted = *scratch.hand;
+            if (instrument.route) (void)route_now(model, instrument, state, scratch); // the report measures against it
+        } else if (instrument.route) wanted = steer_along_route(model, i, state, context);
         else if (!instrument.path.empty())
             wanted = evaluate_path(instrument.path, state.time + model.step_s);
         wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);

@@ -10,6 +10,9 @@ namespace seldinger::engine {
 /// Decides insertion and rotation at the end of the step.
 void move_hands(const SceneModel& model, State& state, StepContext& context);
 
+/// What the rule that follows the instrument's route wants next; it must have one. Moves the rule's memory on.
+[[nodiscard]] DriveCommand steer_along_route(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
+
 /// Solves the rod from the start of the step to its end against the planes in its scratch, and places the skin.
 void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
 

@@ -2,6 +2,7 @@
 #include "engine/step/simulator.hpp"
 
 #include "engine/step/instrument_stage.hpp"
+#include "engine/step/pull_stage.hpp"
 #include "engine/step/solid_stage.hpp"
 #include "engine/step/tissue_stage.hpp"
 
@@ -95,6 +96,7 @@ void Simulator::move_everything() {
     StopWatch lap;
     keep_start(model_, state_, context_);
     move_hands(model_, state_, context_);
+    add_pull(model_, state_, context_);
     report.ms.script = lap.lap_ms();
     if (!is_dropped(Droppable::Elasticity)) {
         budget_.begin_part();
@@ -171,6 +173,15 @@ void Simulator::join_step(const Simulator& other) {
     budget_.pause();
     budget_.charge(model_.budget_covers_step ? other.budget_.elapsed_s() : 0.0);
     if (model_.budget_covers_step) budget_.resume();
+}
+
+std::optional<DriveCommand> Simulator::follow_route(std::size_t instrument) {
+    if (!model_.instruments[instrument].route) return std::nullopt;
+    return steer_along_route(model_, instrument, state_, context_);
+}
+
+void Simulator::effects_changed() {
+    for (BodyScratch& body : context_.bodies) body.lumen.reset();
 }
 
 void Simulator::descend() {

@@ -29,6 +29,16 @@ public:
     /// there? The other must not go on before this one has finished it.
     void join_step(const Simulator& other);
 
+    /// What somebody does while it runs, from the next step on. A scene knows nothing of it: only the same calls at the same
+    /// steps repeat such a run.
+    void set_hand(std::size_t instrument, const DriveCommand& wanted) { context_.instruments[instrument].hand = wanted; }
+    void set_pull(const std::optional<Pull>& pull) { context_.pull = pull; }
+    void set_budget(const BudgetLimits& limits) noexcept { budget_.set_limits(limits); }
+    /// What the instrument's route asks for next; nothing where it has none.
+    [[nodiscard]] std::optional<DriveCommand> follow_route(std::size_t instrument);
+    /// The model's owner has switched effects: what was kept from step to step is found afresh.
+    void effects_changed();
+
     /// Every decision of the clock: recorded from the next step on, or replayed in it (see DecisionTape).
     [[nodiscard]] DecisionTape& tape() noexcept { return budget_.tape(); }
 

@@ -52,6 +52,8 @@ class StepBudget {
 public:
     StepBudget(const Clock& clock, const BudgetLimits& limits) noexcept : clock_(&clock), limits_(limits) {}
 
+    /// From the next step on; rates and forecasts stay.
+    void set_limits(const BudgetLimits& limits) noexcept { limits_ = limits; }
     /// Starts the step's account.
     void begin() noexcept;
     /// Time that passes between pause and resume is not charged: steps whose scope is collision pause around the rest.

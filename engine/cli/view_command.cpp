@@ -1,0 +1,116 @@
+#include "engine/cli/commands.hpp"
+#include "engine/cli/interrupt.hpp"
+#include "engine/cli/progress.hpp"
+#include "engine/viewer/page_file.hpp"
+#include "engine/viewer/server.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+namespace seldinger::engine {
+
+namespace {
+
+struct ViewOptions {
+    std::filesystem::path scene, page;
+    std::string address = "127.0.0.1", budget;
+    std::uint16_t port = 0;
+    std::int64_t steps = 0; // 0: until interrupted
+    bool paused = false, script = false, quiet = false;
+};
+
+/// Stops the loop when the program is asked to end: a signal's handler may do no more than set a flag.
+class InterruptWatch {
+public:
+    explicit InterruptWatch(viewer::Exchange& exchange) : thread_([this, &exchange] {
+        while (!done_) {
+            if (interrupt_requested()) exchange.stop = true;
+            wait_until_ns(monotonic_ns() + 20'000'000);
+        }
+    }) {}
+    ~InterruptWatch() {
+        done_ = true;
+        thread_.join();
+    }
+
+private:
+    std::atomic<bool> done_{false};
+    std::thread thread_;
+};
+
+void print_tally(RunStatistics& tally) {
+    const double kept = tally.steps == 0 ? 1.0 : 1.0 - static_cast<double>(tally.overruns) / static_cast<double>(tally.steps);
+    const Percentiles step = find_percentiles(tally.total_ms), collision = find_percentiles(tally.collision_ms);
+    fmt::print("{} steps, step p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, collision p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, "
+               "budget kept in {:.2f} %\n", tally.steps, step.p50, step.p95, step.p99, step.max, collision.p50, collision.p95,
+               collision.p99, collision.max, 100.0 * kept);
+}
+
+int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& prepared, std::string page) {
+    viewer::Session session(scene, prepared);
+    viewer::Exchange exchange;
+    viewer::open_exchange(session, exchange);
+    session.apply(viewer::Pause{options.paused});
+    session.apply(viewer::FollowScript{options.script});
+    auto server = viewer::Server::open(scene, prepared, session, exchange, {options.address, options.port, std::move(page)});
+    if (!server.ok()) return report_error(server.error());
+    catch_interrupts();
+    fmt::print("{}\n", (*server)->url());
+    if (!options.quiet) fmt::print("open this address in a browser; Ctrl-C ends the run\n");
+    std::fflush(stdout);
+    RunStatistics tally;
+    {
+        const InterruptWatch watch(exchange);
+        viewer::run_loop(session, exchange, {static_cast<std::uint64_t>(options.steps)}, tally);
+    }
+    server->reset();
+    print_tally(tally);
+    if (!session.stopped()) return kExitFine;
+    fmt::print(stderr, "error: stopped: {}\n", session.simulator().context().report.failure);
+    return kExitNotFinite;
+}
+
+int view(const ViewOptions& options) {
+    Result<Scene> scene = read_scene(options.scene);
+    if (!scene.ok()) return report_error(scene.error());
+    if (!options.budget.empty()) {
+        const Result<BudgetSpec> budget = parse_budget(options.budget);
+        if (!budget.ok()) {
+            Error error = budget.error();
+            error.key = "--budget";
+            return report_error(error);
+        }
+        scene->budget.limits = budget->limits;
+    }
+    auto page = options.page.empty() ? viewer::read_page() : viewer::read_page(options.page);
+    if (!page.ok()) return report_error(page.error());
+    ProgressLine progress(!options.quiet);
+    const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
+    progress.clear();
+    if (!prepared.ok()) return report_error(prepared.error());
+    return serve(options, *scene, *prepared, std::move(*page));
+}
+
+} // namespace
+
+Command add_view_command(CLI::App& app) {
+    const auto view_options = std::make_shared<ViewOptions>();
+    ViewOptions& options = *view_options;
+    CLI::App* command = app.add_subcommand("view", "Serve a page on which a person drives the scene's instrument");
+    command->add_option("scene", options.scene, "scene file (JSON)")->required();
+    command->add_option("--port", options.port, "port to listen at; a free one where none is given");
+    command->add_option("--address", options.address, "address to listen at; another than 127.0.0.1 lets other machines in");
+    command->add_option("--budget", options.budget, "at the start, per step: a time (1ms, 250us), work:TESTS, or exact");
+    command->add_option("-n,--steps", options.steps, "end after so many steps")->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
+    command->add_option("--page", options.page, "another page than the built one (HTML)");
+    command->add_flag("--paused", options.paused, "wait for the page before the first step");
+    command->add_flag("--script", options.script, "begin with the scene's own script at the catheter");
+    command->add_flag("--quiet", options.quiet, "print the address alone, and no progress line");
+    return {command, [view_options] { return view(*view_options); }};
+}
+
+} // namespace seldinger::engine

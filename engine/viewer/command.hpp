@@ -1,0 +1,56 @@
+// What a person at the page asks for, as plain data: it crosses from the network's thread to the simulation's without
+// allocating. read_command.hpp makes it out of a message.
+#pragma once
+
+#include "base/vec.hpp"
+#include "engine/time/step_budget.hpp"
+
+#include <cstdint>
+#include <variant>
+
+namespace seldinger::engine::viewer {
+
+/// Speeds of the hand, as shares of the instrument's limits, until the next such command.
+struct Drive {
+    double insertion = 0.0; // [-1, 1]
+    double rotation = 0.0;  // [-1, 1]
+};
+/// The scene's own script holds the hand, or gives it back.
+struct FollowScript {
+    bool on = false;
+};
+struct SetBudget {
+    BudgetLimits limits;
+};
+struct Pause {
+    bool on = false;
+};
+struct SingleStep {}; // while paused
+/// Simulated seconds per second, at most.
+struct Pace {
+    double factor = 1.0; // [kSlowestPace, 1]
+};
+enum class Effect : std::uint8_t { Elasticity, Gravity, CoarseContact, ExactContact, Breathing };
+struct SwitchEffect {
+    Effect effect = Effect::Elasticity;
+    bool on = true;
+};
+/// Holds a vertex of a body's surface and pulls it to a place; the same again moves the place.
+struct Grab {
+    std::uint32_t body = 0, vertex = 0; // both exist: checked when the message was read
+    Vec3 target = Vec3::Zero();         // m
+};
+struct LetGo {};
+struct Restart {};
+/// Asks for the hash of the state as it stands, for a recording that is taken away.
+struct Seal {};
+
+using Command = std::variant<Drive, FollowScript, SetBudget, Pause, SingleStep, Pace, SwitchEffect, Grab, LetGo, Restart, Seal>;
+
+inline constexpr double kSlowestPace = 0.05;
+/// s per step: the range of the budget that a person may set.
+inline constexpr double kLeastBudget = 0.1e-3, kMostBudget = 33e-3;
+/// Work units per step, likewise: the main scene's descent costs some ten thousand, its exact stage a million.
+inline constexpr std::uint64_t kLeastWork = 100, kMostWork = 100'000'000;
+
+} // namespace seldinger::engine::viewer

@@ -1,0 +1,39 @@
+// Who may come in: a random token in the address, the machine's own name in Host, and no page of another site behind the
+// request (browsers say so in Origin).
+#pragma once
+
+#include "base/result.hpp"
+
+#include <string>
+#include <string_view>
+
+namespace seldinger::engine::viewer {
+
+/// 32 hexadecimal digits from the operating system's random source.
+[[nodiscard]] Result<std::string> make_token();
+
+/// "/path?token=x": both parts, the token empty where there is none.
+struct RequestTarget {
+    std::string path, token;
+};
+[[nodiscard]] RequestTarget split_target(std::string_view target);
+
+class Gate {
+public:
+    /// loopback  the server listens on this machine only: other names in Host come from a name that was bent to point here
+    Gate(std::string token, unsigned short port, bool loopback) : token_(std::move(token)), port_(port), loopback_(loopback) {}
+
+    [[nodiscard]] const std::string& token() const noexcept { return token_; }
+    /// As long as the comparison of the whole token, wherever they differ.
+    [[nodiscard]] bool knows(std::string_view token) const noexcept;
+    [[nodiscard]] bool accepts_host(std::string_view host) const;
+    /// origin  empty: not sent, so no browser asks
+    [[nodiscard]] bool accepts_origin(std::string_view origin, std::string_view host) const;
+
+private:
+    std::string token_;
+    unsigned short port_;
+    bool loopback_;
+};
+
+} // namespace seldinger::engine::viewer

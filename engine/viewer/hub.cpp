@@ -1,0 +1,159 @@
+#include "engine/viewer/hub.hpp"
+
+#include "engine/time/clock.hpp"
+#include "engine/viewer/client.hpp"
+
+#include <fmt/format.h>
+
+namespace seldinger::engine::viewer {
+
+namespace {
+
+/// ns between two looks at the simulation: what an input waits for at most, twice.
+constexpr std::chrono::milliseconds kTick{3};
+/// ns between two frames at least: about 65 a second, a little more than screens show.
+constexpr std::int64_t kFrameInterval = 15'000'000;
+/// ns; a hand that moves and of which nothing was heard for so long is let go: its page hangs, or its connection does.
+constexpr std::int64_t kDeadHand = 600'000'000;
+/// Recordings that may be waited for at the same time.
+constexpr std::size_t kMostWaiting = 16;
+
+} // namespace
+
+Hub::Hub(const Scene& scene, const PreparedScene& prepared, const Session& session, Exchange& exchange, std::string page)
+    : scene_(scene), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)) {
+    scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session));
+    std::size_t part = 0;
+    for (const BodyModel& body : prepared.model.bodies)
+        model_messages_.push_back(std::make_shared<const std::string>(encode_model(part++, body.surface.triangles)));
+    for (const InstrumentModel& instrument : prepared.model.instruments)
+        model_messages_.push_back(std::make_shared<const std::string>(encode_model(part++, instrument.skin.triangles)));
+}
+
+void Hub::start_ticking() {
+    timer_.expires_after(kTick);
+    timer_.async_wait([this](const boost::system::error_code& failed) {
+        if (failed) return;
+        tick();
+        start_ticking();
+    });
+}
+
+void Hub::accept_from(Tcp::acceptor& acceptor) {
+    acceptor.async_accept([this, &acceptor](const boost::system::error_code& failed, Tcp::socket socket) {
+        if (failed == boost::asio::error::operation_aborted) return;
+        if (!failed && connections_ < kMostConnections) serve_connection(*this, std::move(socket)); // else it is closed
+        accept_from(acceptor);
+    });
+}
+
+std::shared_ptr<void> Hub::count_connection() {
+    ++connections_;
+    return {nullptr, [this](void*) { --connections_; }};
+}
+
+void Hub::tick() {
+    const std::int64_t now = monotonic_ns();
+    plot_.take(exchange_);
+    answer_sealed();
+    check_driver(now);
+    take_snapshot(now);
+}
+
+/// Only what somebody can be sent now: the simulation copies the next one when this one was taken.
+void Hub::take_snapshot(std::int64_t now) {
+    if (now - last_frame_ns_ < kFrameInterval) return;
+    bool ready = false;
+    for (const auto& [number, weak] : clients_)
+        if (const auto client = weak.lock()) ready = ready || client->is_idle();
+    if (!ready || !exchange_.snapshot.take()) return;
+    last_frame_ns_ = now;
+    frames_.add(exchange_.snapshot.front());
+    for (const auto& [number, weak] : clients_)
+        if (const auto client = weak.lock()) client->frame_is_due();
+}
+
+void Hub::answer_sealed() {
+    if (!exchange_.sealed.take()) return;
+    const Sealed& sealed = exchange_.sealed.front();
+    while (!waiting_.empty() && waiting_.begin()->first <= sealed.count) {
+        const OnSealed on_sealed = std::move(waiting_.begin()->second);
+        waiting_.erase(waiting_.begin());
+        on_sealed(sealed);
+    }
+}
+
+bool Hub::ask_for_recording(OnSealed on_sealed) {
+    if (waiting_.size() >= kMostWaiting || !exchange_.commands.push(Seal{})) return false;
+    waiting_.emplace(++seals_asked_, std::move(on_sealed));
+    return true;
+}
+
+void Hub::stop_hand() {
+    hand_moves_ = false;
+    stop_is_due_ = !exchange_.commands.push(Drive{}); // full: at the next tick
+}
+
+void Hub::check_driver(std::int64_t now) {
+    if (stop_is_due_ || (hand_moves_ && now - last_drive_ns_ > kDeadHand)) stop_hand();
+}
+
+unsigned Hub::join(const std::shared_ptr<Client>& client) {
+    const unsigned number = next_client_++;
+    clients_[number] = client;
+    if (driver_ == 0) driver_ = number;
+    update_wishes();
+    return number;
+}
+
+void Hub::leave(unsigned client) {
+    clients_.erase(client);
+    if (driver_ == client) {
+        driver_ = 0;
+        stop_hand();
+        (void)exchange_.commands.push(LetGo{});
+    }
+    update_wishes();
+}
+
+void Hub::update_wishes() {
+    bool spheres = false;
+    for (const auto& [number, weak] : clients_)
+        if (const auto client = weak.lock()) spheres = spheres || client->wants_spheres();
+    exchange_.spheres.store(spheres, std::memory_order_relaxed);
+    exchange_.viewers.store(static_cast<unsigned>(clients_.size()), std::memory_order_relaxed);
+}
+
+std::string Hub::handle(unsigned client, const Request& request) {
+    if (const auto* asked = std::get_if<Command>(&request)) return command(client, *asked);
+    if (const auto* show = std::get_if<ShowSpheres>(&request)) {
+        if (const auto asking = clients_[client].lock()) asking->show_spheres(show->on);
+        update_wishes();
+    } else if (std::holds_alternative<TakeSeat>(request)) {
+        if (driver_ != 0 && driver_ != client) return notice_message(fmt::format("viewer {} drives; the seat is free when they leave it", driver_));
+        driver_ = client;
+    } else if (std::holds_alternative<LeaveSeat>(request) && driver_ == client) {
+        driver_ = 0;
+        stop_hand();
+        (void)exchange_.commands.push(LetGo{});
+    } else if (const auto* ping = std::get_if<Ping>(&request)) return pong_message(ping->number);
+    return {};
+}
+
+std::string Hub::command(unsigned client, const Command& command) {
+    if (driver_ != client)
+        return error_message(driver_ == 0 ? "nobody drives: take the seat first" : fmt::format("viewer {} drives; you watch", driver_));
+    if (!exchange_.commands.push(command)) return error_message("too many commands wait for the next step; this one is dropped");
+    if (const auto* drive = std::get_if<Drive>(&command)) {
+        hand_moves_ = drive->insertion != 0.0 || drive->rotation != 0.0;
+        last_drive_ns_ = monotonic_ns();
+    }
+    return {};
+}
+
+std::string Hub::status_for(unsigned client, std::uint64_t& plot_cursor) const {
+    return status_message(exchange_.snapshot.front(), frames_.latest(), {client, driver_, clients_.size()}, plot_,
+                          exchange_.steps_not_shown.load(std::memory_order_relaxed), plot_cursor);
+}
+
+} // namespace seldinger::engine::viewer

@@ -1,0 +1,97 @@
+// What all connections share, on the network's thread: the latest frames, who drives, who waits for a recording.
+#pragma once
+
+#include "engine/viewer/frame.hpp"
+#include "engine/viewer/gate.hpp"
+#include "engine/viewer/messages.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+namespace seldinger::engine::viewer {
+
+class Client;
+
+/// Connections at the same time: HTTP and WebSocket together, and viewers among them.
+inline constexpr std::size_t kMostConnections = 96, kMostViewers = 64;
+
+class Hub {
+public:
+    using Tcp = boost::asio::ip::tcp;
+    using OnSealed = std::function<void(const Sealed&)>;
+
+    Hub(const Scene& scene, const PreparedScene& prepared, const Session& session, Exchange& exchange, std::string page);
+    ~Hub() { waiting_.clear(); } // connections need io_
+    Hub(const Hub&) = delete;
+    Hub& operator=(const Hub&) = delete;
+
+    /// Looks at the simulation a few hundred times a second, until stopped.
+    void start_ticking();
+    void accept_from(Tcp::acceptor& acceptor);
+    [[nodiscard]] boost::asio::io_context& io() noexcept { return io_; }
+
+    void set_gate(Gate gate) { gate_ = std::move(gate); }
+    [[nodiscard]] const Gate& gate() const noexcept { return gate_; }
+    [[nodiscard]] const std::string& page() const noexcept { return page_; }
+    [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
+    [[nodiscard]] const CommandRange& range() const noexcept { return range_; }
+    [[nodiscard]] FrameStore& frames() noexcept { return frames_; }
+    [[nodiscard]] bool has_room() const noexcept { return clients_.size() < kMostViewers; }
+
+    /// A viewer has come; its number. The first one drives.
+    unsigned join(const std::shared_ptr<Client>& client);
+    void leave(unsigned client);
+    /// Text of the answer; empty: none is due.
+    [[nodiscard]] std::string handle(unsigned client, const Request& request);
+    /// What a newcomer gets first.
+    [[nodiscard]] const std::vector<std::shared_ptr<const std::string>>& model_messages() const noexcept { return model_messages_; }
+    [[nodiscard]] const std::shared_ptr<const std::string>& scene_text() const noexcept { return scene_text_; }
+    /// Status to go with the latest frame.
+    [[nodiscard]] std::string status_for(unsigned client, std::uint64_t& plot_cursor) const;
+    [[nodiscard]] std::uint64_t plot_begin() const noexcept { return plot_.end(); }
+
+    /// Calls back with the recording as it stands; false: too much is waiting.
+    [[nodiscard]] bool ask_for_recording(OnSealed on_sealed);
+
+    /// Counts a connection for as long as it is kept.
+    [[nodiscard]] std::shared_ptr<void> count_connection();
+    void update_wishes();
+
+private:
+    void tick();
+    void take_snapshot(std::int64_t now);
+    void answer_sealed();
+    void check_driver(std::int64_t now);
+    [[nodiscard]] std::string command(unsigned client, const Command& command);
+    void stop_hand();
+
+    const Scene& scene_;
+    Exchange& exchange_;
+    std::string page_;
+    Gate gate_{"", 0, true};
+    CommandRange range_;
+    FrameStore frames_;
+    PlotHistory plot_;
+    std::shared_ptr<const std::string> scene_text_;
+    std::vector<std::shared_ptr<const std::string>> model_messages_;
+    std::map<unsigned, std::weak_ptr<Client>> clients_;
+    std::multimap<std::uint64_t, OnSealed> waiting_; // by the count of answers that holds theirs
+    std::uint64_t seals_asked_ = 0;
+    unsigned next_client_ = 1, driver_ = 0;
+    std::size_t connections_ = 0;
+    std::int64_t last_frame_ns_ = 0, last_drive_ns_ = 0;
+    bool hand_moves_ = false, stop_is_due_ = false;
+    boost::asio::io_context io_{1}; // goes before the rest: what waits in it still refers to that
+    boost::asio::steady_timer timer_{io_};
+};
+
+/// Reads a request from a connection that has just been accepted.
+void serve_connection(Hub& hub, Hub::Tcp::socket socket);
+
+} // namespace seldinger::engine::viewer

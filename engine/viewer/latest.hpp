@@ -1,0 +1,39 @@
+// The latest of what one thread makes, for another that looks now and then: three places, so that neither ever waits and
+// nobody sees a half-written one.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+namespace seldinger::engine::viewer {
+
+template <class T>
+class Latest {
+public:
+    /// The maker's place: fill it, then publish.
+    [[nodiscard]] T& back() noexcept { return places_[back_]; }
+    void publish() noexcept { back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex; }
+    /// The maker's question: has the last one been taken? False: another would only replace it.
+    [[nodiscard]] bool taken() const noexcept { return (middle_.load(std::memory_order_acquire) & kFresh) == 0; }
+
+    /// The looker's place: the last one taken.
+    [[nodiscard]] const T& front() const noexcept { return places_[front_]; }
+    /// Takes the latest one. False: nothing new.
+    bool take() noexcept {
+        if (taken()) return false;
+        front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
+        return true;
+    }
+
+    /// Before the threads start: every place in turn, to size them.
+    [[nodiscard]] std::array<T, 3>& places() noexcept { return places_; }
+
+private:
+    static constexpr std::uint8_t kFresh = 4, kIndex = 3;
+    std::array<T, 3> places_;
+    std::uint8_t back_ = 0, front_ = 2;
+    std::atomic<std::uint8_t> middle_{1};
+};
+
+} // namespace seldinger::engine::viewer

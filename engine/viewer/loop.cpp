@@ -1,0 +1,141 @@
+#include "engine/viewer/loop.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace seldinger::engine::viewer {
+
+namespace {
+
+/// ns between two looks at the commands while no step is due.
+constexpr std::int64_t kIdleNap = 2'000'000;
+/// ns over which the pace is measured.
+constexpr std::int64_t kPaceWindow = 1'000'000'000;
+
+double limit_ms(const BudgetLimits& limits) noexcept {
+    return limits.mode == BudgetMode::Wall ? 1e3 * limits.wall_s : std::numeric_limits<double>::infinity();
+}
+
+/// Simulated against real time, over the last second or so.
+class PaceMeter {
+public:
+    void add(double simulated_s, std::int64_t now) noexcept {
+        if (since_ == 0) since_ = now;
+        simulated_ += simulated_s;
+        if (now - since_ < kPaceWindow) return;
+        pace_ = simulated_ / (1e-9 * static_cast<double>(now - since_));
+        since_ = now;
+        simulated_ = 0.0;
+    }
+    void pause() noexcept { since_ = 0, simulated_ = 0.0; }
+    [[nodiscard]] double pace() const noexcept { return pace_; }
+
+private:
+    std::int64_t since_ = 0;
+    double simulated_ = 0.0, pace_ = 1.0;
+};
+
+class Loop {
+public:
+    Loop(Session& session, Exchange& exchange, const LoopOptions& options, RunStatistics& tally)
+        : session_(session), exchange_(exchange), options_(options), tally_(tally) {}
+
+    void run() {
+        std::uint64_t taken = 0;
+        while (!exchange_.stop.load(std::memory_order_relaxed) && (options_.steps == 0 || taken < options_.steps)) {
+            const bool changed = take_commands();
+            if (!session_.wants_step()) {
+                meter_.pause();
+                due_ = 0;
+                show(changed);
+                wait_until_ns(monotonic_ns() + kIdleNap);
+                continue;
+            }
+            if (!wait_until_due()) continue;
+            note(session_.step());
+            ++taken;
+            show(true);
+        }
+    }
+
+private:
+    bool take_commands() {
+        bool any = false;
+        for (Command command; exchange_.commands.pop(command); any = true) {
+            if (std::holds_alternative<Seal>(command)) seal();
+            else session_.apply(command);
+        }
+        return any;
+    }
+
+    void seal() {
+        Sealed& sealed = exchange_.sealed.back();
+        sealed.count = ++seals_;
+        sealed.recording = session_.recording();
+        sealed.steps = sealed.recording ? sealed.recording->steps() : 0;
+        sealed.state_hash = hash_state(session_.simulator().state());
+        exchange_.sealed.publish();
+    }
+
+    /// The next step begins when its simulated time has come; steps that are late are not caught up with: the run is
+    /// then slower than the clock, and says so. False: a while has passed, look at the commands first.
+    bool wait_until_due() {
+        if (!options_.paced) return true;
+        const std::int64_t now = monotonic_ns();
+        const auto interval = static_cast<std::int64_t>(1e9 * session_.model().step_s / session_.status().pace);
+        if (due_ == 0 || now - due_ > interval || due_ - now > interval) due_ = now;
+        if (due_ > now) {
+            wait_until_ns(std::min(due_, now + kIdleNap));
+            if (monotonic_ns() < due_) return false;
+        }
+        due_ += interval;
+        return true;
+    }
+
+    void note(const StepReport& report) {
+        const double limit = limit_ms(session_.status().budget);
+        meter_.add(session_.model().step_s, monotonic_ns());
+        if (tally_.steps < kTallySteps) tally_.add(report, limit);
+        const PlotPoint point{report.step, static_cast<float>(report.ms.total), static_cast<float>(report.ms.budget),
+                              std::isfinite(limit) ? static_cast<float>(limit) : 0.0f, static_cast<std::int16_t>(report.level_reached),
+                              report.budget_kept};
+        if (exchange_.viewers.load(std::memory_order_relaxed) > 0 && !exchange_.steps.push(point))
+            exchange_.steps_not_shown.fetch_add(1, std::memory_order_relaxed);
+    }
+
+    /// Copies only what somebody will look at: the last one has been taken. What is skipped is shown later.
+    void show(bool changed) {
+        behind_ = behind_ || changed;
+        if (!behind_ || exchange_.viewers.load(std::memory_order_relaxed) == 0) return;
+        if (!exchange_.snapshot.taken()) return;
+        Snapshot& snapshot = exchange_.snapshot.back();
+        fill_snapshot(session_, exchange_.spheres.load(std::memory_order_relaxed), snapshot);
+        snapshot.pace = meter_.pace();
+        exchange_.snapshot.publish();
+        behind_ = false;
+    }
+
+    Session& session_;
+    Exchange& exchange_;
+    const LoopOptions& options_;
+    RunStatistics& tally_;
+    PaceMeter meter_;
+    std::int64_t due_ = 0;
+    bool behind_ = true;
+    std::uint64_t seals_ = 0;
+};
+
+} // namespace
+
+void open_exchange(const Session& session, Exchange& exchange) {
+    for (Snapshot& place : exchange.snapshot.places()) prepare_snapshot(session, place);
+    fill_snapshot(session, false, exchange.snapshot.back());
+    exchange.snapshot.publish();
+}
+
+void run_loop(Session& session, Exchange& exchange, const LoopOptions& options, RunStatistics& tally) {
+    tally.reserve(options.steps > 0 ? std::min(options.steps, kTallySteps) : kTallySteps);
+    Loop(session, exchange, options, tally).run();
+}
+
+} // namespace seldinger::engine::viewer

@@ -1,0 +1,61 @@
+// The simulation's thread: commands, a step, a snapshot, and a rest until the next step is due. It shares memory with the
+// network through queues that never block, and waits for nobody.
+#pragma once
+
+#include "engine/observe/statistics.hpp"
+#include "engine/viewer/latest.hpp"
+#include "engine/viewer/snapshot.hpp"
+
+#include <boost/lockfree/spsc_queue.hpp>
+
+#include <atomic>
+#include <optional>
+
+namespace seldinger::engine::viewer {
+
+/// One step in the page's plot.
+struct PlotPoint {
+    std::uint64_t step = 0;
+    float total_ms = 0.0f;   // the whole step
+    float charged_ms = 0.0f; // what the budget's scope took
+    float limit_ms = 0.0f;   // 0: no limit in time
+    std::int16_t level = 0;
+    bool kept = true;
+};
+
+/// A recording as it stood when somebody asked for it.
+struct Sealed {
+    std::uint64_t count = 0;      // answers so far
+    std::shared_ptr<const Recording> recording;
+    std::size_t steps = 0;
+    std::uint64_t state_hash = 0; // after so many steps
+};
+
+/// What the two threads share.
+struct Exchange {
+    boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<256>> commands;  // network -> simulation
+    boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps;  // simulation -> network
+    std::atomic<std::uint64_t> steps_not_shown{0};                                  // the queue was full
+    Latest<Snapshot> snapshot;
+    Latest<Sealed> sealed;                                                          // answers to Seal
+    std::atomic<unsigned> viewers{0};                                               // nobody looks: nothing is copied
+    std::atomic<bool> spheres{false};                                               // somebody wants them
+    std::atomic<bool> stop{false};
+};
+
+struct LoopOptions {
+    std::uint64_t steps = 0;   // 0: until stopped
+    bool paced = true;         // false: as fast as it goes, for measurements
+};
+
+/// Before the threads start: sizes what they share, and shows the session as it is.
+void open_exchange(const Session& session, Exchange& exchange);
+
+/// Runs until `exchange.stop`, or so many steps. tally  every step's report, as a headless run counts them; its memory is
+/// reserved, and later steps are left out when it is full.
+void run_loop(Session& session, Exchange& exchange, const LoopOptions& options, RunStatistics& tally);
+
+/// Steps that a tally holds: an hour of steps of 10 ms.
+inline constexpr std::uint64_t kTallySteps = 360'000;
+
+} // namespace seldinger::engine::viewer

@@ -1,0 +1,162 @@
+#include "engine/viewer/messages.hpp"
+
+#include "engine/observe/places.hpp"
+#include "engine/step/pull_stage.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <limits>
+
+namespace seldinger::engine::viewer {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Scene texts may hold anything; the page gets valid UTF-8.
+std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json point(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+const char* kind_of(const BodyModel& body) noexcept {
+    if (body.hollow) return "vessel";
+    return body.motion == Motion::Deformable ? "organ" : "rigid";
+}
+
+Json describe_parts(const SceneModel& model) {
+    Json parts = Json::array();
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        const BodyModel& body = model.bodies[i];
+        parts.push_back({{"name", body.name}, {"kind", kind_of(body)}, {"moves", body.moves()}, {"pullable", can_be_pulled(model, i)},
+                         {"vertices", body.surface.vertices.size()}, {"triangles", body.surface.triangles.size()}});
+    }
+    for (const InstrumentModel& instrument : model.instruments)
+        parts.push_back({{"name", instrument.name}, {"kind", "instrument"}, {"moves", true}, {"pullable", false},
+                         {"vertices", instrument.skin.vertex_count()}, {"triangles", instrument.skin.triangles.size()}});
+    return parts;
+}
+
+/// A target goes with the vessel's nearest vertex.
+Json describe_target(const Place& target, const std::string& name, const SceneModel& model) {
+    Json described{{"name", name}, {"position", point(target.position)}, {"part", nullptr}};
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!model.bodies[i].hollow) continue;
+        const std::vector<Vec3>& vertices = model.bodies[i].surface.vertices;
+        for (std::size_t v = 0; v < vertices.size(); ++v)
+            if (const double distance = (vertices[v] - target.position).squaredNorm(); distance < nearest) {
+                nearest = distance;
+                described["part"] = i;
+                described["vertex"] = v;
+                described["offset"] = point(target.position - vertices[v]);
+            }
+    }
+    return described;
+}
+
+int leaf_level(const SceneModel& model) {
+    int level = 0;
+    for (const BodyModel& body : model.bodies) {
+        if (body.lumen) level = std::max(level, body.lumen->tree.leaf_depth());
+        if (!body.hollow) level = std::max(level, body.covering.tree.leaf_depth());
+    }
+    for (const InstrumentModel& instrument : model.instruments) level = std::max(level, instrument.chain.tree.leaf_depth());
+    return level;
+}
+
+Json describe_budget(const BudgetLimits& limits) {
+    Json budget{{"mode", mode_name(limits.mode)}};
+    if (limits.mode == BudgetMode::Wall) budget["ms"] = 1e3 * limits.wall_s;
+    if (limits.mode == BudgetMode::Work) budget["units"] = limits.work_units;
+    return budget;
+}
+
+Json describe_steps(const PlotHistory& plot, std::uint64_t& cursor) {
+    Json steps = Json::array();
+    std::uint64_t begin = std::max(cursor, plot.first());
+    if (plot.end() - begin > PlotHistory::kInOneMessage) begin = plot.end() - PlotHistory::kInOneMessage;
+    const auto short_number = [](float ms) { return std::round(1e3 * static_cast<double>(ms)) / 1e3; };
+    for (std::uint64_t k = begin; k < plot.end(); ++k) {
+        const PlotPoint& p = plot.at(k);
+        steps.push_back({p.step, short_number(p.total_ms), short_number(p.charged_ms), short_number(p.limit_ms), p.level, p.kept ? 1 : 0});
+    }
+    cursor = plot.end();
+    return steps;
+}
+
+} // namespace
+
+void PlotHistory::take(Exchange& exchange) {
+    for (PlotPoint point; exchange.steps.pop(point);) {
+        points_.push_back(point);
+        if (points_.size() <= kKept) continue;
+        points_.pop_front();
+        ++first_;
+    }
+}
+
+std::string scene_message(const Scene& scene, const PreparedScene& prepared, const Session& session) {
+    const SceneModel& model = prepared.model;
+    Json message{{"type", "scene"}, {"name", scene.name}, {"file", project_path(scene.file)}, {"step_s", model.step_s}};
+    message["parts"] = describe_parts(model);
+    message["targets"] = Json::array();
+    for (std::size_t k = 0; k < prepared.targets.size(); ++k)
+        message["targets"].push_back(describe_target(prepared.targets[k], scene.targets[k].name, model));
+    message["effects"] = Json::array();
+    for (std::size_t i = 0; i < kEffectCount; ++i)
+        if (session.permits(static_cast<Effect>(i))) message["effects"].push_back(effect_name(static_cast<Effect>(i)));
+    message["scope"] = model.budget_covers_step ? "step" : "collision";
+    message["budget"] = describe_budget(model.budget);
+    message["budget_ms"] = {1e3 * kLeastBudget, 1e3 * kMostBudget};
+    message["leaf_level"] = leaf_level(model);
+    message["has_instrument"] = session.has_instrument();
+    message["has_script"] = session.has_script();
+    if (session.has_instrument()) {
+        const InstrumentModel& instrument = model.instruments.front();
+        message["limits"] = {{"speed", instrument.limits.speed}, {"rotation", instrument.limits.rotation}};
+        message["radius"] = instrument.rod.design.radius;
+    }
+    return dump(message);
+}
+
+std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const SeatView& seats, const PlotHistory& plot,
+                           std::uint64_t not_shown, std::uint64_t& cursor) {
+    const StepReport& report = snapshot.report;
+    const SessionStatus& status = snapshot.status;
+    Json message{{"type", "status"}, {"frame", frame}, {"you", seats.you}, {"driver", seats.driver}, {"viewers", seats.viewers},
+                 {"run", snapshot.run}, {"step", report.step}, {"time_s", report.time_s}, {"paused", status.paused},
+                 {"script", status.script}, {"grabbed", status.grabbed}, {"pace", snapshot.pace}, {"pace_wanted", status.pace},
+                 {"drive", {status.drive.insertion, status.drive.rotation}}, {"budget", describe_budget(status.budget)}};
+    Json& effects = message["effects"] = Json::object();
+    for (std::size_t i = 0; i < kEffectCount; ++i) effects[effect_name(static_cast<Effect>(i))] = status.effects[i];
+    message.update({{"total_ms", report.ms.total}, {"charged_ms", report.ms.budget}, {"kept", report.budget_kept},
+                    {"stages_ms", {report.ms.fem, report.ms.steer, report.ms.descend, report.ms.exact, report.ms.respond}},
+                    {"level", report.level_reached}, {"pairs_tested", report.pairs_tested}, {"pairs_open", report.pairs_open},
+                    {"assumed", report.assumed}, {"error_m", snapshot.assumed_error_m}, {"exact_ran", report.exact_ran},
+                    {"exact_insisted", report.exact_insisted}, {"exact_contacts", report.exact_contacts},
+                    {"unproven", report.unproven_links}, {"dropped", report.dropped}});
+    message.update({{"force_n", report.contact_force_n}, {"max_force_n", report.max_contact_force_n}, {"pull_n", report.pull_force_n},
+                    {"safe_fraction", report.safe_fraction}, {"hand_stops", report.hand_stops}, {"lumen_exits", report.lumen_exits},
+                    {"insertion_m", report.insertion_m}, {"rotation_rad", report.rotation_rad}, {"tip", point(report.tip)},
+                    {"target_m", report.target_distance_m}, {"substeps", report.substeps}, {"failure", report.failure},
+                    {"dots_left_out", snapshot.contacts_left_out}, {"spheres_left_out", snapshot.spheres_left_out},
+                    {"recorded", snapshot.recorded_steps}, {"repeatable", snapshot.repeatable}, {"not_shown", not_shown}});
+    message["steps"] = describe_steps(plot, cursor);
+    return dump(message);
+}
+
+std::string error_message(std::string_view text) { return dump({{"type", "error"}, {"text", std::string(text)}}); }
+std::string notice_message(std::string_view text) { return dump({{"type", "notice"}, {"text", std::string(text)}}); }
+std::string pong_message(double number) { return dump({{"type", "pong"}, {"number", number}}); }
+
+CommandRange range_of(const SceneModel& model) {
+    CommandRange range;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        range.vertices.push_back(model.bodies[i].surface.vertices.size());
+        range.pullable.push_back(can_be_pulled(model, i));
+    }
+    return range;
+}
+
+} // namespace seldinger::engine::viewer

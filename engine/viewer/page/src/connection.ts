@@ -1,0 +1,85 @@
+// The WebSocket, which comes back by itself when it is lost.
+import { readFrame, readModel, type Frame, type PartShape, type SceneMessage, type Status, type TextMessage } from "./protocol";
+
+export interface Listener {
+    onScene(scene: SceneMessage): void;
+    onModel(part: number, corners: Uint32Array): void;
+    onFrame(frame: Frame, shapes: PartShape[]): void;
+    onStatus(status: Status): void;
+    onMessage(kind: "error" | "notice", text: string): void;
+    onConnection(open: boolean): void;
+}
+
+const kFirstWait = 300; // ms until the first new try; twice as long each time
+const kLongestWait = 4000;
+
+export class Connection {
+    private socket: WebSocket | undefined;
+    private shapes: PartShape[] = [];
+    private lastId = 0;
+    private wait = kFirstWait;
+    received = 0; // bytes
+
+    constructor(private readonly listener: Listener) {}
+
+    get token(): string { return new URLSearchParams(location.search).get("token") ?? ""; }
+    get open(): boolean { return this.socket?.readyState === WebSocket.OPEN; }
+
+    connect(): void {
+        const scheme = location.protocol === "https:" ? "wss" : "ws";
+        const socket = new WebSocket(`${scheme}://${location.host}/ws?token=${encodeURIComponent(this.token)}`);
+        socket.binaryType = "arraybuffer";
+        this.socket = socket;
+        this.shapes = [];
+        this.lastId = 0;
+        socket.onopen = () => {
+            this.wait = kFirstWait;
+            this.listener.onConnection(true);
+        };
+        socket.onmessage = (event) => this.receive(event.data);
+        socket.onclose = () => {
+            if (this.socket !== socket) return;
+            this.listener.onConnection(false);
+            setTimeout(() => this.connect(), this.wait);
+            this.wait = Math.min(2 * this.wait, kLongestWait);
+        };
+    }
+
+    send(message: Record<string, unknown>): boolean {
+        if (!this.open) return false;
+        this.socket!.send(JSON.stringify(message));
+        return true;
+    }
+
+    /// As if the line were cut: for trying out what happens then.
+    drop(): void { this.socket?.close(); }
+
+    private receive(data: string | ArrayBuffer): void {
+        try {
+            if (typeof data === "string") this.text(JSON.parse(data) as TextMessage);
+            else this.binary(data);
+        } catch (problem) {
+            this.listener.onMessage("error", problem instanceof Error ? problem.message : String(problem));
+            this.socket?.close();
+        }
+    }
+
+    private text(message: TextMessage): void {
+        if (message.type === "scene") this.listener.onScene(message);
+        else if (message.type === "status") this.listener.onStatus(message);
+        else if (message.type === "error" || message.type === "notice") this.listener.onMessage(message.type, message.text);
+    }
+
+    private binary(data: ArrayBuffer): void {
+        this.received += data.byteLength;
+        const kind = new Uint8Array(data, 0, 1)[0];
+        if (kind === 2) {
+            const model = readModel(data);
+            this.listener.onModel(model.part, model.corners);
+        } else if (kind === 1) {
+            const frame = readFrame(data, this.shapes, this.lastId);
+            this.lastId = frame.id;
+            this.listener.onFrame(frame, this.shapes);
+        }
+    }
+}

@@ -1,0 +1,115 @@
+// The hand on the catheter: keys, the pad for mouse and touch, a gamepad. Whoever asks for most is heard.
+export interface Wish { insertion: number; rotation: number }
+
+const kKeys: Record<string, Wish> = {
+    ArrowUp: { insertion: 1, rotation: 0 }, KeyW: { insertion: 1, rotation: 0 },
+    ArrowDown: { insertion: -1, rotation: 0 }, KeyS: { insertion: -1, rotation: 0 },
+    ArrowLeft: { insertion: 0, rotation: -1 }, KeyA: { insertion: 0, rotation: -1 },
+    ArrowRight: { insertion: 0, rotation: 1 }, KeyD: { insertion: 0, rotation: 1 },
+};
+const kSlow = 0.25;      // with Shift
+const kDeadZone = 0.15;  // of a gamepad's stick
+const kHeartbeat = 150;  // ms: the server lets go of a hand that it hears nothing of
+
+export class Hand {
+    private readonly held = new Set<string>();
+    private slow = false;
+    private padWish: Wish = { insertion: 0, rotation: 0 };
+    private sent: Wish = { insertion: 0, rotation: 0 };
+    private sentAt = 0;
+    gamepadName = "";
+    onGamepadButton: (button: number) => void = () => {};
+    private buttons = 0;
+
+    constructor(pad: HTMLElement, private readonly knob: HTMLElement, private readonly send: (wish: Wish) => boolean,
+                private readonly onStart: () => void) {
+        addEventListener("keydown", (event) => this.key(event, true));
+        addEventListener("keyup", (event) => this.key(event, false));
+        addEventListener("blur", () => this.release());
+        document.addEventListener("visibilitychange", () => this.release());
+        const move = (event: PointerEvent) => {
+            const box = pad.getBoundingClientRect();
+            const clamp = (value: number) => Math.max(-1, Math.min(1, value));
+            this.padWish = {
+                insertion: clamp((box.top + box.height / 2 - event.clientY) / (0.4 * box.height)),
+                rotation: clamp((event.clientX - box.left - box.width / 2) / (0.4 * box.width)),
+            };
+            for (const axis of ["insertion", "rotation"] as const) if (Math.abs(this.padWish[axis]) < kDeadZone) this.padWish[axis] = 0;
+        };
+        pad.addEventListener("pointerdown", (event) => {
+            pad.setPointerCapture(event.pointerId);
+            move(event);
+            this.onStart();
+            event.preventDefault();
+        });
+        pad.addEventListener("pointermove", (event) => { if (pad.hasPointerCapture(event.pointerId)) move(event); });
+        for (const end of ["pointerup", "pointercancel", "lostpointercapture"] as const)
+            pad.addEventListener(end, () => { this.padWish = { insertion: 0, rotation: 0 }; });
+    }
+
+    release(): void {
+        this.held.clear();
+        this.padWish = { insertion: 0, rotation: 0 };
+    }
+
+    private key(event: KeyboardEvent, down: boolean): void {
+        this.slow = event.shiftKey;
+        if (!(event.code in kKeys)) return;
+        if (!down) {
+            this.held.delete(event.code);
+            return;
+        }
+        if (event.ctrlKey || event.altKey || event.metaKey || isField(event.target)) return;
+        event.preventDefault();
+        if (!event.repeat) {
+            this.held.add(event.code);
+            this.onStart();
+            this.poll(performance.now()); // at once, not with the next picture
+        }
+    }
+
+    private gamepad(): Wish {
+        const pad = [...(navigator.getGamepads?.() ?? [])].find((one) => one?.connected);
+        this.gamepadName = pad?.id ?? "";
+        if (!pad) return { insertion: 0, rotation: 0 };
+        const axis = (k: number) => { const value = pad.axes[k] ?? 0; return Math.abs(value) < kDeadZone ? 0 : value; };
+        pad.buttons.forEach((button, k) => {
+            const bit = 1 << k;
+            if (button.pressed && (this.buttons & bit) === 0) this.onGamepadButton(k);
+            this.buttons = button.pressed ? this.buttons | bit : this.buttons & ~bit;
+        });
+        const up = (pad.buttons[12]?.pressed ? 1 : 0) - (pad.buttons[13]?.pressed ? 1 : 0);
+        const right = (pad.buttons[15]?.pressed ? 1 : 0) - (pad.buttons[14]?.pressed ? 1 : 0);
+        const wish = { insertion: up || -axis(1), rotation: right || axis(2) || axis(0) };
+        if ((wish.insertion !== 0 || wish.rotation !== 0) && this.sent.insertion === 0 && this.sent.rotation === 0) this.onStart();
+        return wish;
+    }
+
+    /// Sends what has changed, and what is held now and then, so that the other side knows that somebody is there.
+    poll(now: number): Wish {
+        const wish = { insertion: 0, rotation: 0 };
+        const add = (part: Wish, share: number) => {
+            wish.insertion += share * part.insertion;
+            wish.rotation += share * part.rotation;
+        };
+        for (const code of this.held) add(kKeys[code], this.slow ? kSlow : 1);
+        add(this.padWish, 1);
+        add(this.gamepad(), 1);
+        wish.insertion = Math.round(100 * Math.max(-1, Math.min(1, wish.insertion))) / 100;
+        wish.rotation = Math.round(100 * Math.max(-1, Math.min(1, wish.rotation))) / 100;
+        const changed = wish.insertion !== this.sent.insertion || wish.rotation !== this.sent.rotation;
+        const moving = wish.insertion !== 0 || wish.rotation !== 0;
+        if ((changed || (moving && now - this.sentAt > kHeartbeat)) && this.send(wish)) {
+            this.sent = wish;
+            this.sentAt = now;
+        }
+        this.knob.style.transform = `translate(${wish.rotation * 34}px, ${-wish.insertion * 34}px)`;
+        return wish;
+    }
+    forget(): void { this.sent = { insertion: 0, rotation: 0 }; }
+}
+
+/// Typing into a field, or moving a slider, is no driving.
+export function isField(target: EventTarget | null): boolean {
+    return target instanceof HTMLInputElement && target.type !== "checkbox" || target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement;
+}

@@ -1,0 +1,171 @@
+// Joins the parts: what comes from the server goes to the stage and the panel, what a person does goes to the server.
+import { Connection } from "./connection";
+import { Hand, isField } from "./hand";
+import { Panel } from "./panel";
+import { Plot } from "./plot";
+import type { SceneMessage, Status } from "./protocol";
+import { Puller } from "./puller";
+import { Stage } from "./stage";
+
+/// What a test, or a curious person, may look at from the console.
+export interface Probe {
+    pictures: number;
+    frames: number;
+    status: Status | undefined;
+    scene: SceneMessage | undefined;
+    latencyMs: number[]; // from a key to the picture that shows its effect
+    frameMs: number;
+    bytes: number;
+    drop(): void;
+}
+declare global {
+    interface Window { seldinger: Probe }
+}
+
+const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
+
+class App {
+    private readonly connection: Connection;
+    private readonly stage: Stage;
+    private readonly hand: Hand;
+    private readonly plot = new Plot(element<HTMLCanvasElement>("plot"));
+    private readonly panel: Panel;
+    private readonly puller: Puller;
+    private readonly welcome = element<HTMLDialogElement>("welcome");
+    private status: Status | undefined;
+    private scene: SceneMessage | undefined;
+    private last = performance.now();
+    private awaited: { at: number; insertion: number; rotation: number } | undefined;
+    private seen: number | undefined; // moment of the key whose effect the next picture shows
+    readonly probe: Probe;
+
+    constructor() {
+        this.stage = new Stage(element<HTMLCanvasElement>("view"));
+        this.connection = new Connection({
+            onScene: (scene) => this.setScene(scene),
+            onModel: (part, corners) => this.stage.setModel(part, corners),
+            onFrame: (frame, shapes) => {
+                this.stage.setFrame(frame, shapes);
+                this.puller.follow();
+                ++this.probe.frames;
+            },
+            onStatus: (status) => this.setStatus(status),
+            onMessage: (kind, text) => this.panel.say(kind, text),
+            onConnection: (open) => this.setConnection(open),
+        });
+        const send = (message: Record<string, unknown>) => this.send(message);
+        this.panel = new Panel(this.stage, this.plot, send, () => this.showHelp(), this.connection);
+        this.puller = new Puller(this.stage, element("view"), send, (text) => this.panel.say("notice", text));
+        this.hand = new Hand(element("pad"), element("knob"),
+            (wish) => this.send({ type: "drive", ...wish }), () => this.beginDrive());
+        this.hand.onGamepadButton = (button) => {
+            if (button === 0) this.panel.togglePause();
+            if (button === 3) this.panel.toggleXray();
+        };
+        this.probe = {
+            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, bytes: 0,
+            drop: () => this.connection.drop(),
+        };
+        addEventListener("keydown", (event) => this.key(event));
+        this.welcome.addEventListener("close", () => element("view").focus());
+        element("begin").addEventListener("click", () => this.welcome.close());
+        this.welcome.addEventListener("keydown", (event) => {
+            if (event.code !== "Tab" && !event.metaKey && !event.ctrlKey) this.welcome.close();
+        });
+        this.welcome.showModal();
+        this.connection.connect();
+        requestAnimationFrame((now) => this.draw(now));
+    }
+
+    private send(message: Record<string, unknown>): boolean {
+        const seat = this.status;
+        // An empty seat is taken by whoever does something.
+        if (seat !== undefined && seat.driver === 0 && message.type !== "spheres") this.connection.send({ type: "take" });
+        else if (seat !== undefined && seat.driver !== seat.you && message.type !== "spheres") {
+            if (message.type !== "drive") this.panel.say("notice", `Viewer ${seat.driver} drives; you watch.`);
+            return false;
+        }
+        return this.connection.send(message);
+    }
+
+    private setScene(scene: SceneMessage): void {
+        this.scene = this.probe.scene = scene;
+        document.title = `Seldinger: ${scene.name}`;
+        this.stage.setScene(scene);
+        this.panel.setScene(scene);
+    }
+
+    private setStatus(status: Status): void {
+        if (this.status !== undefined && status.run !== this.status.run) this.plot.clear();
+        this.status = this.probe.status = status;
+        if (this.awaited && (Math.abs(status.insertion_m - this.awaited.insertion) > 1e-6 || Math.abs(status.rotation_rad - this.awaited.rotation) > 1e-4)) {
+            this.seen = this.awaited.at;
+            this.awaited = undefined;
+        }
+        this.plot.add(status.steps);
+        this.panel.setStatus(status);
+    }
+
+    private setConnection(open: boolean): void {
+        this.panel.setConnection(open);
+        this.status = undefined;
+        this.hand.forget();
+        this.hand.release();
+        this.puller.forget();
+        if (open) this.connection.send({ type: "spheres", on: this.stage.showSpheres });
+    }
+
+    private beginDrive(): void {
+        if (this.welcome.open) this.welcome.close();
+        if (this.status === undefined) return;
+        if (this.status.paused) this.panel.say("notice", "The run is paused: Space goes on.");
+        else this.awaited ??= { at: performance.now(), insertion: this.status.insertion_m, rotation: this.status.rotation_rad };
+    }
+
+    private showHelp(): void {
+        if (!this.welcome.open) this.welcome.showModal();
+    }
+
+    private key(event: KeyboardEvent): void {
+        if (event.ctrlKey || event.altKey || event.metaKey) return;
+        if (event.code === "Escape" && isField(event.target)) (event.target as HTMLElement).blur();
+        if (isField(event.target) && !(event.target instanceof HTMLInputElement && event.target.type === "range" && !event.code.startsWith("Arrow"))) return;
+        if (event.target instanceof HTMLButtonElement && (event.code === "Space" || event.code === "Enter")) return; // its own press
+        if (this.panel.key(event)) event.preventDefault();
+    }
+
+    private draw(now: number): void {
+        const elapsed = now - this.last;
+        this.last = now;
+        this.hand.poll(now);
+        const shown = this.seen;
+        this.seen = undefined;
+        this.stage.render(elapsed);
+        if (shown !== undefined) {
+            this.probe.latencyMs.push(performance.now() - shown);
+            if (this.probe.latencyMs.length > 100) this.probe.latencyMs.shift();
+        }
+        ++this.probe.pictures;
+        this.probe.frameMs = this.stage.frameMs;
+        this.probe.bytes = this.connection.received;
+        if (this.scene && this.probe.pictures % 3 === 0) this.plot.draw(1e3 * this.scene.step_s);
+        if (this.probe.pictures % 20 === 0) this.panel.setFooter(this.stage.frameMs, this.stage.pixels, this.probe.latencyMs, this.hand.gamepadName);
+        requestAnimationFrame((next) => this.draw(next));
+    }
+}
+
+function fatal(text: string): void {
+    const box = element("messages");
+    const line = document.createElement("p");
+    line.textContent = text;
+    box.append(line);
+}
+
+addEventListener("error", (event) => fatal(`The page failed: ${event.message}`));
+try {
+    window.seldinger = new App().probe;
+} catch (problem) {
+    fatal(problem instanceof Error && /webgl/i.test(problem.message)
+        ? "This browser gives the page no WebGL 2: allow it in its settings, or use another one. `seldinger run` makes pictures without a browser."
+        : `The page failed: ${problem instanceof Error ? problem.message : String(problem)}`);
+}

@@ -1,0 +1,264 @@
+// Everything that is no picture: budget, readings, effects, views, the run.
+import type { Connection } from "./connection";
+import { formatMs, type Plot } from "./plot";
+import type { Budget, SceneMessage, Status } from "./protocol";
+import type { Stage } from "./stage";
+
+type Send = (message: Record<string, unknown>) => boolean;
+
+const kEffectNames: Record<string, string> = {
+    elasticity: "tissue yields", gravity: "gravity", coarse_contact: "sphere trees", exact_contact: "exact contact", breathing: "breathing",
+};
+const kLeastWork = 1e2, kMostWork = 1e7;
+const kMessageTime = 6000; // ms
+
+const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
+
+export class Panel {
+    private scene: SceneMessage | undefined;
+    private status: Status | undefined;
+    private readonly budget = element<HTMLInputElement>("budget");
+    private wall = { mode: "wall", ms: 33 } as Budget & { mode: "wall" };
+    private work = { mode: "work", units: 100000 } as Budget & { mode: "work" };
+    private dragging = 0; // ms: until then the slider is the person's
+
+    constructor(private readonly stage: Stage, private readonly plot: Plot, private readonly send: Send, help: () => void,
+                private readonly connection: Connection) {
+        this.budget.addEventListener("input", () => {
+            this.dragging = performance.now() + 400;
+            this.sendBudget(this.budgetAt(Number(this.budget.value)));
+        });
+        for (const button of document.querySelectorAll<HTMLButtonElement>("[data-mode]"))
+            button.addEventListener("click", () => this.setMode(button.dataset.mode as Budget["mode"]));
+        const click = (id: string, act: () => void) => element(id).addEventListener("click", act);
+        click("pause", () => this.togglePause());
+        click("step", () => this.singleStep());
+        click("script", () => this.toggleScript());
+        click("grab", () => this.toggleGrab());
+        click("restart", () => this.restart());
+        click("record", () => this.record());
+        click("help", help);
+        this.help = help;
+        const check = (id: string, act: (on: boolean) => void) =>
+            element<HTMLInputElement>(id).addEventListener("change", (event) => act((event.target as HTMLInputElement).checked));
+        check("xray", (on) => this.setXray(on));
+        check("follow", (on) => this.setFollow(on));
+        check("contacts", (on) => { stage.showContacts = on; });
+        check("spheres", (on) => this.setSpheres(on));
+        element("opacity").addEventListener("input", (event) => stage.setOrganOpacity(Number((event.target as HTMLInputElement).value) / 100));
+        element("pace-wanted").addEventListener("input", (event) => {
+            const factor = Number((event.target as HTMLInputElement).value) / 100;
+            send({ type: "pace", factor });
+        });
+        element<HTMLAnchorElement>("download").href = `/recording.csv?token=${encodeURIComponent(connection.token)}`;
+    }
+    private readonly help: () => void;
+
+    setScene(scene: SceneMessage): void {
+        this.scene = scene;
+        element("scene-name").textContent = scene.name;
+        element("scope").textContent = scene.scope === "step" ? "(all of it)" : "(its collision part)";
+        if (scene.budget.mode === "wall") this.wall = { ...scene.budget };
+        if (scene.budget.mode === "work") this.work = { ...scene.budget };
+        const box = element("effects");
+        box.replaceChildren();
+        for (const name of scene.effects) {
+            const label = document.createElement("label"), input = document.createElement("input");
+            input.type = "checkbox";
+            input.id = `effect-${name}`;
+            input.addEventListener("change", () => this.send({ type: "effect", name, on: input.checked }));
+            label.append(input, ` ${kEffectNames[name] ?? name}`);
+            box.append(label);
+        }
+        if (scene.effects.length === 0) box.textContent = "none that can be switched";
+        element("script").hidden = !scene.has_script;
+        element("grab").hidden = !scene.parts.some((part) => part.pullable);
+        element("hand").hidden = !scene.has_instrument;
+        const levels = element("levels");
+        levels.replaceChildren(...Array.from({ length: scene.leaf_level + 1 }, () => document.createElement("i")));
+    }
+
+    setStatus(status: Status): void {
+        this.status = status;
+        const text = (id: string, value: string, kind = "") => {
+            const node = element(id);
+            if (node.textContent !== value) node.textContent = value;
+            if (node.className !== kind) node.className = kind;
+        };
+        this.showRun(status);
+        this.showBudget(status.budget);
+        const open = status.pairs_open > 0;
+        const leaf = this.scene?.leaf_level ?? 0;
+        const shownLevel = Math.min(status.level, leaf);
+        text("level", `${status.level} of ${leaf}${open ? "" : ", all tested"}`, open ? "warn" : "good");
+        text("assumed", `${status.assumed} of ${status.pairs_tested + status.pairs_open}`, status.assumed > 0 ? "warn" : "");
+        const answered = status.exact_ran || (!open && status.step > 0);
+        text("error", status.exact_ran ? "0, exact" : open ? `up to ${(1e3 * status.error_m).toFixed(2)} mm` : answered ? "leaf spheres" : "–", open && !status.exact_ran ? "warn" : "");
+        text("exact", status.exact_ran ? `${status.exact_contacts}${status.exact_insisted ? ", had to run" : ""}` : "did not run", status.exact_ran ? "" : "warn");
+        text("force", `${status.force_n.toFixed(2)} N`);
+        text("exits", `${status.lumen_exits}`, status.lumen_exits > 0 ? "bad" : "");
+        const levels = element("levels");
+        levels.classList.toggle("cut", open);
+        [...levels.children].forEach((bar, k) => bar.classList.toggle("on", status.step > 0 && k <= shownLevel));
+        text("kept", `kept ${(100 * this.plot.kept).toFixed(0)} %`);
+        for (const [name, on] of Object.entries(status.effects)) {
+            const input = document.getElementById(`effect-${name}`) as HTMLInputElement | null;
+            if (input && document.activeElement !== input) input.checked = on;
+        }
+        text("insertion", `${(1e3 * status.insertion_m).toFixed(1)} mm`);
+        text("rotation", `${((180 / Math.PI) * status.rotation_rad).toFixed(0)}°`);
+        text("target", status.target_m >= 0 ? `${(1e3 * status.target_m).toFixed(1)} mm` : "–");
+    }
+
+    private showRun(status: Status): void {
+        const pill = (id: string, value: string, kind: string) => {
+            const node = element(id);
+            node.textContent = value;
+            node.className = `pill ${kind}`;
+        };
+        const slow = status.pace < 0.95;
+        if (status.failure) pill("pace", "stopped", "bad");
+        else if (status.paused) pill("pace", "paused", "warn");
+        else pill("pace", slow ? `slow motion: ${status.pace.toFixed(2)} of real time` : "real time", slow ? "warn" : "good");
+        pill("clock", `${status.time_s.toFixed(2)} s · step ${status.step}`, "");
+        const mine = status.driver === status.you;
+        pill("seat", mine ? (status.script ? "autopilot" : "you drive") : status.driver === 0 ? "nobody drives: press a key" : `viewer ${status.driver} drives`, mine ? "good" : "");
+        element("pause").setAttribute("aria-pressed", String(status.paused));
+        element("script").setAttribute("aria-pressed", String(status.script));
+        const pace = element<HTMLInputElement>("pace-wanted");
+        if (document.activeElement !== pace) pace.value = String(Math.round(100 * status.pace_wanted));
+        element("pace-text").textContent = `${status.pace_wanted.toFixed(2)}×`;
+        const record = element("record");
+        record.classList.toggle("on", status.repeatable);
+        record.textContent = status.repeatable ? `● ${status.recorded} steps` : "Record";
+        element("download").title = status.repeatable ? "replays to the same bits with `seldinger run --path`; its first lines say how"
+            : "hand positions since the start; its first lines say why they do not repeat bit for bit";
+        if (status.failure) this.say("error", `The run stopped: ${status.failure}. R starts again.`, "failure");
+    }
+
+    private showBudget(budget: Budget): void {
+        for (const button of document.querySelectorAll<HTMLButtonElement>("[data-mode]"))
+            button.setAttribute("aria-checked", String(button.dataset.mode === budget.mode));
+        element("budget-row").style.visibility = budget.mode === "exact" ? "hidden" : "visible";
+        if (budget.mode === "wall") this.wall = budget;
+        if (budget.mode === "work") this.work = budget;
+        element("budget-text").textContent = budget.mode === "wall" ? formatMs(budget.ms) : budget.mode === "work" ? `${shortNumber(budget.units)} tests` : "";
+        if (performance.now() > this.dragging && budget.mode !== "exact") this.budget.value = String(Math.round(this.placeOf(budget)));
+    }
+
+    /// The slider is logarithmic: as much way from 0.1 to 1 ms as from 1 to 10.
+    private budgetAt(place: number): Budget {
+        const share = place / 1000;
+        if (this.status?.budget.mode === "work") return { mode: "work", units: Math.round(kLeastWork * (kMostWork / kLeastWork) ** share) };
+        const [least, most] = this.scene?.budget_ms ?? [0.1, 33];
+        return { mode: "wall", ms: Math.min(most, Math.max(least, Number((least * (most / least) ** share).toPrecision(3)))) };
+    }
+    private placeOf(budget: Budget): number {
+        if (budget.mode === "work") return (1000 * Math.log(budget.units / kLeastWork)) / Math.log(kMostWork / kLeastWork);
+        const [least, most] = this.scene?.budget_ms ?? [0.1, 33];
+        return budget.mode === "wall" ? (1000 * Math.log(budget.ms / least)) / Math.log(most / least) : 0;
+    }
+    private sendBudget(budget: Budget): void { this.send({ type: "budget", ...budget }); }
+    private setMode(mode: Budget["mode"]): void {
+        this.sendBudget(mode === "wall" ? { mode, ms: Math.min(33, Math.max(0.1, this.wall.ms)) } : mode === "work" ? this.work : { mode: "exact" });
+    }
+    private nudgeBudget(by: number): void {
+        if (this.status === undefined) return;
+        if (this.status.budget.mode === "exact") return this.setMode("wall");
+        const place = Math.max(0, Math.min(1000, this.placeOf(this.status.budget) + by));
+        this.sendBudget(this.budgetAt(place));
+    }
+
+    togglePause(): void { this.send({ type: "pause", on: !this.status?.paused }); }
+    toggleXray(): void { this.setXray(!this.stage.xray); }
+    private singleStep(): void {
+        if (this.status && !this.status.paused) this.send({ type: "pause", on: true });
+        this.send({ type: "step" });
+    }
+    private toggleScript(): void { if (this.scene?.has_script) this.send({ type: "script", on: !this.status?.script }); }
+    private toggleGrab(): void {
+        const on = element("grab").getAttribute("aria-pressed") !== "true";
+        element("grab").setAttribute("aria-pressed", String(on));
+        dispatchEvent(new CustomEvent("seldinger-arm", { detail: on }));
+    }
+    private restart(): void { this.send({ type: "restart" }); }
+    /// From rest, under a budget of work: what is recorded then repeats.
+    private record(): void {
+        if (this.status?.budget.mode === "wall") this.sendBudget(this.work);
+        for (const name of this.scene?.effects ?? []) if (this.status?.effects[name] === false) this.send({ type: "effect", name, on: true });
+        this.restart();
+        this.say("notice", "Recording from the start, under a budget of work. Download path takes it away.");
+    }
+    private setXray(on: boolean): void {
+        this.stage.xray = on;
+        element<HTMLInputElement>("xray").checked = on;
+        document.body.classList.toggle("xray", on);
+    }
+    private setFollow(on: boolean): void {
+        if (on) this.stage.frameTip();
+        else this.stage.frameAll();
+        element<HTMLInputElement>("follow").checked = this.stage.followTip;
+    }
+    private setSpheres(on: boolean): void {
+        this.stage.showSpheres = on;
+        element<HTMLInputElement>("spheres").checked = on;
+        this.send({ type: "spheres", on });
+    }
+
+    /// True: the key meant something.
+    key(event: KeyboardEvent): boolean {
+        const contacts = element<HTMLInputElement>("contacts");
+        const acts: Record<string, () => void> = {
+            Space: () => this.togglePause(), KeyN: () => this.singleStep(), Period: () => this.singleStep(), KeyR: () => this.restart(),
+            KeyX: () => this.toggleXray(), KeyT: () => this.setFollow(!this.stage.followTip), KeyV: () => this.setFollow(false),
+            KeyC: () => { this.stage.showContacts = contacts.checked = !contacts.checked; }, KeyB: () => this.setSpheres(!this.stage.showSpheres),
+            KeyG: () => this.toggleGrab(), KeyP: () => this.toggleScript(), KeyH: () => this.help(),
+            Minus: () => this.nudgeBudget(-40), NumpadSubtract: () => this.nudgeBudget(-40),
+            Equal: () => this.nudgeBudget(40), NumpadAdd: () => this.nudgeBudget(40), BracketRight: () => this.nudgeBudget(40), Slash: () => this.nudgeBudget(-40),
+        };
+        const act = acts[event.code];
+        if (act === undefined || (event.repeat && !/Minus|Equal|Numpad|Bracket|Slash|KeyN|Period/.test(event.code))) return act !== undefined;
+        act();
+        return true;
+    }
+
+    setConnection(open: boolean): void {
+        const seat = element("seat");
+        seat.textContent = open ? "connected" : "connection lost: trying again";
+        seat.className = open ? "pill" : "pill bad";
+        if (!open) this.say("error", "The connection to seldinger is lost; the page tries again. Is the program still running?", "connection");
+        else this.unsay("connection");
+    }
+
+    setFooter(frameMs: number, pixels: number, latency: number[], gamepad: string): void {
+        const parts = [`${(1000 / frameMs).toFixed(0)} pictures a second`];
+        if (pixels < 0.99) parts.push(`${(100 * pixels).toFixed(0)} % of the pixels, to keep up`);
+        if (latency.length > 0) parts.push(`key to picture ${[...latency].sort((a, b) => a - b)[Math.floor(latency.length / 2)].toFixed(0)} ms`);
+        if (this.status && this.status.not_shown > 0) parts.push(`${this.status.not_shown} steps not in the plot`);
+        if (this.status && this.status.dots_left_out + this.status.spheres_left_out > 0) parts.push("more contacts or spheres than are drawn");
+        if (gamepad) parts.push(`gamepad: ${gamepad.slice(0, 30)}`);
+        element("footer").textContent = parts.join(" · ");
+        void this.connection;
+    }
+
+    /// id  one message at a time under it, until it is taken back
+    say(kind: "error" | "notice", text: string, id = ""): void {
+        const box = element("messages");
+        for (const line of [...box.children] as HTMLElement[]) if (line.textContent === text || (id && line.dataset.id === id)) line.remove();
+        const line = document.createElement("p");
+        line.className = kind;
+        line.dataset.id = id;
+        line.textContent = text;
+        box.append(line);
+        while (box.children.length > 4) box.firstElementChild!.remove();
+        if (!id) setTimeout(() => line.remove(), kMessageTime);
+        else if (id === "failure") setTimeout(() => line.remove(), kMessageTime);
+    }
+    private unsay(id: string): void {
+        for (const line of [...element("messages").children] as HTMLElement[]) if (line.dataset.id === id) line.remove();
+    }
+}
+
+function shortNumber(n: number): string {
+    return n >= 1e6 ? `${(n / 1e6).toPrecision(3)} M` : n >= 1e3 ? `${(n / 1e3).toPrecision(3)} K` : String(n);
+}

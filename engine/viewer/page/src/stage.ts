@@ -1,0 +1,323 @@
+// The picture: surfaces, catheter, contacts, spheres, targets, camera; shaded or as on the fluoroscopy screen.
+import * as THREE from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { Line2 } from "three/examples/jsm/lines/Line2.js";
+import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { Fluoroscope } from "./fluoroscope";
+import { Surface } from "./surface";
+import type { Frame, PartShape, SceneMessage } from "./protocol";
+
+const kDeepest = 2e-4;          // m, where the colours of contacts end
+const kSphereColours = [0x4ade80, 0xf87171, 0xfbbf24].map((hex) => new THREE.Color(hex));
+const kSlowFrame = 45;          // ms; slower pictures are drawn with fewer pixels
+const kQuickFrame = 14;
+const kTail = 0.035;            // m around the tip in the tip's view
+
+export interface Picked { body: number; vertex: number; point: THREE.Vector3 }
+
+export class Stage {
+    readonly renderer: THREE.WebGLRenderer;
+    readonly camera = new THREE.PerspectiveCamera(32, 1, 0.002, 10);
+    readonly controls: OrbitControls;
+    xray = false;
+    followTip = false;
+    showContacts = true;
+    showSpheres = false;
+    frameMs = 16;               // time between pictures, smoothed
+    private pixelShare = 1;
+    private sincePixels = 0;
+    private readonly scene = new THREE.Scene();
+    private readonly fluoroscope = new Fluoroscope();
+    private surfaces: Surface[] = [];
+    private readonly rod: Line2;
+    private readonly rodMaterial = new LineMaterial({ linewidth: 3, depthTest: false, transparent: true, opacity: 0.9 });
+    private readonly dots: THREE.Points;
+    private readonly spheres: THREE.InstancedMesh;
+    private readonly targets: { mesh: THREE.Sprite; part: number | null; vertex: number; offset: THREE.Vector3; rest: THREE.Vector3 }[] = [];
+    private readonly grabLine: THREE.Line;
+    private readonly tip = new THREE.Vector3();
+    private hasTip = false;
+    private framed = false;
+    private shapes: PartShape[] = [];
+    private readonly reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
+
+    constructor(private readonly canvas: HTMLCanvasElement) {
+        this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+        this.renderer.autoClear = false;
+        this.camera.up.set(0, 0, 1);
+        this.camera.position.set(0, -1, 0.2);
+        this.controls = new OrbitControls(this.camera, canvas);
+        this.controls.enableDamping = !this.reduced;
+        this.controls.dampingFactor = 0.12;
+        this.rod = new Line2(new LineGeometry(), this.rodMaterial);
+        this.rod.renderOrder = 60;
+        this.rod.frustumCulled = false;
+        this.rod.visible = false;
+        this.dots = makeDots();
+        this.spheres = new THREE.InstancedMesh(
+            new THREE.IcosahedronGeometry(1, 2),
+            new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.16, depthWrite: false }), 6000);
+        this.spheres.renderOrder = 55;
+        this.spheres.frustumCulled = false;
+        this.spheres.count = 0;
+        this.grabLine = new THREE.Line(
+            new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(new Float32Array(6), 3)),
+            new THREE.LineBasicMaterial({ color: 0xfff3b0, depthTest: false, transparent: true }));
+        this.grabLine.renderOrder = 80;
+        this.grabLine.frustumCulled = false;
+        this.grabLine.visible = false;
+        this.scene.add(this.rod, this.dots, this.spheres, this.grabLine);
+        addEventListener("resize", () => this.resize());
+        this.resize();
+    }
+
+    get pixels(): number { return this.pixelShare; }
+
+    setScene(message: SceneMessage): void {
+        for (const surface of this.surfaces) {
+            this.scene.remove(surface.shaded);
+            this.fluoroscope.scene.remove(surface.xray);
+            surface.dispose();
+        }
+        this.surfaces = message.parts.map((part, k) => new Surface(part, k));
+        // Organs hold vessels: their far sides come before those of the vessels, their near sides after.
+        for (const surface of this.surfaces) {
+            this.scene.add(surface.shaded);
+            this.fluoroscope.scene.add(surface.xray);
+        }
+        for (const target of this.targets) this.scene.remove(target.mesh);
+        this.targets.length = 0;
+        for (const target of message.targets) {
+            const mesh = makeTarget();
+            this.scene.add(mesh);
+            const rest = new THREE.Vector3(...target.position);
+            this.targets.push({ mesh, part: target.part, vertex: target.vertex ?? 0, offset: new THREE.Vector3(...(target.offset ?? [0, 0, 0])), rest });
+            mesh.position.copy(rest);
+        }
+        this.framed = false;
+    }
+
+    setModel(part: number, corners: Uint32Array): void { this.surfaces[part]?.setCorners(corners); }
+
+    setFrame(frame: Frame, shapes: PartShape[]): void {
+        this.shapes = shapes;
+        shapes.forEach((shape, k) => {
+            if (shape.changed) this.surfaces[k]?.setPositions(shape.position);
+        });
+        this.setRod(frame.rod);
+        const geometry = this.dots.geometry;
+        geometry.setAttribute("position", new THREE.InterleavedBufferAttribute(new THREE.InterleavedBuffer(frame.dots, 4), 3, 0));
+        geometry.setAttribute("depth", new THREE.InterleavedBufferAttribute(new THREE.InterleavedBuffer(frame.dots, 4), 1, 3));
+        geometry.setDrawRange(0, frame.dots.length / 4);
+        this.setSpheres(frame);
+        for (const target of this.targets) {
+            if (target.part === null || shapes[target.part] === undefined) continue;
+            target.mesh.position.fromArray(shapes[target.part].position, 3 * target.vertex).add(target.offset);
+        }
+        if (!this.framed) {
+            this.framed = true;
+            this.frameAll();
+        }
+    }
+
+    private setRod(points: Float32Array): void {
+        this.rod.visible = points.length >= 6;
+        this.hasTip = points.length >= 3;
+        if (this.hasTip) this.tip.fromArray(points, points.length - 3);
+        if (!this.rod.visible) return;
+        this.rod.geometry.dispose();
+        this.rod.geometry = new LineGeometry();
+        this.rod.geometry.setPositions(points as unknown as number[]);
+    }
+
+    private setSpheres(frame: Frame): void {
+        const count = Math.min(frame.spheres.length / 4, 6000);
+        const matrix = new THREE.Matrix4();
+        for (let k = 0; k < count; ++k) {
+            const radius = frame.spheres[4 * k + 3];
+            matrix.makeScale(radius, radius, radius);
+            matrix.setPosition(frame.spheres[4 * k], frame.spheres[4 * k + 1], frame.spheres[4 * k + 2]);
+            this.spheres.setMatrixAt(k, matrix);
+            this.spheres.setColorAt(k, kSphereColours[frame.sphereKinds[k]] ?? kSphereColours[0]);
+        }
+        this.spheres.count = count;
+        this.spheres.instanceMatrix.needsUpdate = true;
+        if (this.spheres.instanceColor) this.spheres.instanceColor.needsUpdate = true;
+    }
+
+    private boundsOfAll(): THREE.Box3 {
+        const box = new THREE.Box3();
+        const organs = this.surfaces.filter((surface) => surface.part.kind !== "instrument");
+        for (const surface of organs.length > 0 ? organs : this.surfaces) {
+            if (surface.geometry.getAttribute("position") === undefined) continue;
+            surface.geometry.computeBoundingBox();
+            box.union(surface.geometry.boundingBox!);
+        }
+        return box;
+    }
+
+    /// The patient from the front, slightly from above, whole.
+    frameAll(): void {
+        const box = this.boundsOfAll();
+        if (box.isEmpty()) return;
+        this.followTip = false;
+        const centre = box.getCenter(new THREE.Vector3());
+        const size = box.getSize(new THREE.Vector3());
+        const half = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
+        const flat = Math.max(size.z / 2, size.x / 2 / this.camera.aspect);
+        const distance = 1.12 * (flat / half) + size.y / 2;
+        this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(0.18, -1, 0.16).normalize(), distance);
+        this.controls.target.copy(centre);
+        this.controls.minDistance = 0.01;
+        this.controls.maxDistance = 6 * distance;
+    }
+
+    /// Close to the tip, and with it from now on.
+    frameTip(): void {
+        if (!this.hasTip) return;
+        const direction = this.camera.position.clone().sub(this.controls.target).normalize();
+        const half = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
+        this.controls.target.copy(this.tip);
+        this.camera.position.copy(this.tip).addScaledVector(direction, kTail / half);
+        this.followTip = true;
+    }
+
+    setOrganOpacity(share: number): void {
+        for (const surface of this.surfaces) if (surface.part.kind === "organ") surface.setOpacity(share);
+    }
+
+    pick(clientX: number, clientY: number): Picked | undefined {
+        const ray = this.rayAt(clientX, clientY);
+        let best: { distance: number; picked: Picked } | undefined;
+        this.surfaces.forEach((surface, body) => {
+            if (!surface.part.pullable || surface.geometry.index === null) return;
+            const [hit] = ray.intersectObject(surface.pick, false);
+            if (!hit?.face || (best && hit.distance >= best.distance)) return;
+            const position = this.shapes[body].position;
+            const corners = [hit.face.a, hit.face.b, hit.face.c];
+            const gaps = corners.map((v) => new THREE.Vector3().fromArray(position, 3 * v).distanceToSquared(hit.point));
+            best = { distance: hit.distance, picked: { body, vertex: corners[gaps.indexOf(Math.min(...gaps))], point: hit.point.clone() } };
+        });
+        return best?.picked;
+    }
+
+    rayAt(clientX: number, clientY: number): THREE.Raycaster {
+        const box = this.canvas.getBoundingClientRect();
+        const ray = new THREE.Raycaster();
+        const at = new THREE.Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height);
+        this.camera.updateMatrixWorld();
+        ray.setFromCamera(at, this.camera);
+        return ray;
+    }
+
+    vertex(body: number, vertex: number): THREE.Vector3 { return new THREE.Vector3().fromArray(this.shapes[body].position, 3 * vertex); }
+
+    showPull(from: THREE.Vector3 | undefined, to?: THREE.Vector3): void {
+        this.grabLine.visible = from !== undefined;
+        if (from === undefined || to === undefined) return;
+        const position = this.grabLine.geometry.getAttribute("position") as THREE.BufferAttribute;
+        position.setXYZ(0, from.x, from.y, from.z);
+        position.setXYZ(1, to.x, to.y, to.z);
+        position.needsUpdate = true;
+    }
+
+    resize(): void {
+        const ratio = Math.min(devicePixelRatio, 2) * this.pixelShare;
+        const { clientWidth, clientHeight } = this.canvas.parentElement ?? this.canvas;
+        this.renderer.setPixelRatio(ratio);
+        this.renderer.setSize(clientWidth, clientHeight, false);
+        this.camera.aspect = clientWidth / Math.max(clientHeight, 1);
+        this.camera.updateProjectionMatrix();
+        this.fluoroscope.resize(Math.round(clientWidth * ratio), Math.round(clientHeight * ratio));
+        this.rodMaterial.resolution.set(clientWidth * ratio, clientHeight * ratio);
+        this.rodMaterial.linewidth = 3 * ratio;
+    }
+
+    render(elapsedMs: number): void {
+        this.adapt(elapsedMs);
+        if (this.followTip && this.hasTip) {
+            const way = this.tip.clone().sub(this.controls.target).multiplyScalar(this.reduced ? 1 : 0.25);
+            this.controls.target.add(way);
+            this.camera.position.add(way);
+        }
+        this.controls.update();
+        this.dots.visible = this.showContacts && !this.xray;
+        this.spheres.visible = this.showSpheres && !this.xray;
+        this.rodMaterial.color.set(this.xray ? 0x101418 : 0x7fd4ff);
+        this.rodMaterial.opacity = this.xray ? 0.75 : 0.8;
+        for (const surface of this.surfaces) surface.shaded.visible = !this.xray;
+        if (this.xray) {
+            for (const surface of this.surfaces) surface.setXrayCentre(this.camera.position.distanceTo(this.controls.target));
+            this.fluoroscope.render(this.renderer, this.camera);
+        } else {
+            this.renderer.setRenderTarget(null);
+            this.renderer.setClearColor(0x000000, 1);
+            this.renderer.clear();
+            this.fluoroscope.renderBackdrop(this.renderer);
+        }
+        this.renderer.render(this.scene, this.camera);
+    }
+
+    /// Where drawing is slow, as without a graphics card: fewer pixels until it is quick enough.
+    private adapt(elapsedMs: number): void {
+        if (elapsedMs < 1000) this.frameMs += 0.1 * (elapsedMs - this.frameMs);
+        if (++this.sincePixels < 30) return;
+        const share = this.frameMs > kSlowFrame ? this.pixelShare * 0.75 : this.frameMs < kQuickFrame ? this.pixelShare * 1.15 : this.pixelShare;
+        const next = Math.min(1, Math.max(0.35, share));
+        this.sincePixels = 0;
+        if (Math.abs(next - this.pixelShare) < 0.01) return;
+        this.pixelShare = next;
+        this.resize();
+    }
+}
+
+function makeDots(): THREE.Points {
+    const material = new THREE.ShaderMaterial({
+        transparent: true, depthTest: false, depthWrite: false, uniforms: { deepest: { value: kDeepest } },
+        vertexShader: /* glsl */ `
+            attribute float depth;
+            uniform float deepest;
+            varying float vDepth;
+            void main() {
+                vDepth = clamp(depth / deepest, 0.0, 1.0);
+                gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+                gl_PointSize = 9.0 + 5.0 * vDepth;
+            }`,
+        fragmentShader: /* glsl */ `
+            varying float vDepth;
+            void main() {
+                float r = length(gl_PointCoord - 0.5);
+                if (r > 0.5) discard;
+                vec3 colour = vDepth < 0.5 ? mix(vec3(0.99, 0.91, 0.42), vec3(0.98, 0.52, 0.16), 2.0 * vDepth)
+                                           : mix(vec3(0.98, 0.52, 0.16), vec3(0.84, 0.05, 0.35), 2.0 * vDepth - 1.0);
+                gl_FragColor = vec4(mix(vec3(0.04), colour, smoothstep(0.5, 0.38, r)), 1.0);
+            }`,
+    });
+    const dots = new THREE.Points(new THREE.BufferGeometry(), material);
+    dots.geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3), 3));
+    dots.geometry.setAttribute("depth", new THREE.BufferAttribute(new Float32Array(1), 1));
+    dots.geometry.setDrawRange(0, 0);
+    dots.renderOrder = 70;
+    dots.frustumCulled = false;
+    return dots;
+}
+
+function makeTarget(): THREE.Sprite {
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = 64;
+    const pen = canvas.getContext("2d")!;
+    pen.lineWidth = 5;
+    pen.strokeStyle = "#ffb020";
+    pen.beginPath();
+    pen.arc(32, 32, 20, 0, 2 * Math.PI);
+    pen.stroke();
+    pen.fillStyle = "#ffb020";
+    pen.beginPath();
+    pen.arc(32, 32, 5, 0, 2 * Math.PI);
+    pen.fill();
+    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false, sizeAttenuation: false }));
+    sprite.scale.setScalar(0.03);
+    sprite.renderOrder = 65;
+    return sprite;
+}

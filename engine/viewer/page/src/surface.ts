@@ -1,0 +1,139 @@
+// Dense surfaces: geometry that follows the frames, and how it looks, shaded or under X-rays.
+import * as THREE from "three";
+import type { Part } from "./protocol";
+
+export interface Look {
+    colour: number;
+    opacity: number;      // seen face-on; edges are denser, as those of a thin shell
+    attenuation: number;  // 1/m, in the X-ray picture
+}
+export const kLooks: Record<Part["kind"], Look> = {
+    vessel: { colour: 0xe2483d, opacity: 0.3, attenuation: 16 },
+    organ: { colour: 0xc9806a, opacity: 0.2, attenuation: 3.2 },
+    rigid: { colour: 0xaab4c4, opacity: 1.0, attenuation: 6 },
+    instrument: { colour: 0x63c7ff, opacity: 1.0, attenuation: 2500 },
+};
+
+const kVertex = /* glsl */ `
+    varying vec3 vNormal;
+    varying vec3 vView;
+    void main() {
+        vec4 view = modelViewMatrix * vec4(position, 1.0);
+        vNormal = normalMatrix * normal;
+        vView = -view.xyz;
+        gl_Position = projectionMatrix * view;
+    }`;
+const kFragment = /* glsl */ `
+    uniform vec3 colour;
+    uniform float opacity;
+    varying vec3 vNormal;
+    varying vec3 vView;
+    void main() {
+        vec3 n = normalize(vNormal);
+        vec3 v = normalize(vView);
+        float facing = abs(dot(n, v));
+        if (dot(n, v) < 0.0) n = -n;
+        float key = 0.5 + 0.5 * dot(n, normalize(vec3(0.35, 0.75, 0.6)));
+        float fill = max(dot(n, normalize(vec3(-0.7, -0.1, 0.5))), 0.0);
+        float gloss = pow(max(dot(n, normalize(v + normalize(vec3(0.3, 0.7, 0.7)))), 0.0), 42.0);
+        float rim = pow(1.0 - facing, 3.0);
+        vec3 shaded = colour * (0.24 + 0.78 * key + 0.16 * fill) + vec3(0.30) * gloss + colour * 0.55 * rim;
+        float alpha = opacity >= 1.0 ? 1.0 : 1.0 - pow(1.0 - opacity, 1.0 / max(facing, 0.16));
+        gl_FragColor = vec4(shaded, min(alpha + 0.25 * gloss * step(opacity, 0.99), 1.0));
+        #include <colorspace_fragment>
+    }`;
+const kThickness = /* glsl */ `
+    uniform float attenuation;
+    uniform float centre;
+    varying vec3 vView;
+    void main() {
+        float depth = length(vView) - centre;
+        gl_FragColor = vec4((gl_FrontFacing ? -depth : depth) * attenuation, 0.0, 0.0, 1.0);
+    }`;
+
+function shadedMaterial(look: Look, side: THREE.Side): THREE.ShaderMaterial {
+    return new THREE.ShaderMaterial({
+        vertexShader: kVertex, fragmentShader: kFragment, side, transparent: look.opacity < 1, depthWrite: look.opacity >= 1,
+        uniforms: { colour: { value: new THREE.Color(look.colour) }, opacity: { value: look.opacity } },
+    });
+}
+
+/// Smooth normals, each corner weighted by its triangle's area.
+function updateNormals(position: Float32Array, corners: Uint32Array, normal: Float32Array): void {
+    normal.fill(0);
+    for (let t = 0; t < corners.length; t += 3) {
+        const a = 3 * corners[t], b = 3 * corners[t + 1], c = 3 * corners[t + 2];
+        const ux = position[b] - position[a], uy = position[b + 1] - position[a + 1], uz = position[b + 2] - position[a + 2];
+        const vx = position[c] - position[a], vy = position[c + 1] - position[a + 1], vz = position[c + 2] - position[a + 2];
+        const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+        normal[a] += nx; normal[a + 1] += ny; normal[a + 2] += nz;
+        normal[b] += nx; normal[b + 1] += ny; normal[b + 2] += nz;
+        normal[c] += nx; normal[c + 1] += ny; normal[c + 2] += nz;
+    }
+}
+
+export class Surface {
+    readonly geometry = new THREE.BufferGeometry();
+    readonly shaded = new THREE.Group();
+    readonly xray: THREE.Mesh;
+    readonly pick: THREE.Mesh; // for rays alone
+    private readonly materials: THREE.ShaderMaterial[] = [];
+    private readonly xrayMaterial: THREE.ShaderMaterial;
+    private corners: Uint32Array | undefined;
+    private sized = false;
+
+    constructor(readonly part: Part, order: number) {
+        const look = kLooks[part.kind];
+        // Of a transparent shell first the far side, then the near one; inner shells before outer ones.
+        const sides: THREE.Side[] = look.opacity < 1 ? [THREE.BackSide, THREE.FrontSide] : [THREE.DoubleSide];
+        sides.forEach((side, k) => {
+            const material = shadedMaterial(look, side);
+            const mesh = new THREE.Mesh(this.geometry, material);
+            mesh.renderOrder = look.opacity < 1 ? 10 + 2 * order + (side === THREE.FrontSide ? 20 : 0) + k : 0;
+            mesh.frustumCulled = false;
+            this.materials.push(material);
+            this.shaded.add(mesh);
+        });
+        this.xrayMaterial = new THREE.ShaderMaterial({
+            vertexShader: kVertex, fragmentShader: kThickness, side: THREE.DoubleSide, depthTest: false, depthWrite: false,
+            transparent: true, blending: THREE.CustomBlending, blendEquation: THREE.AddEquation, blendSrc: THREE.OneFactor,
+            blendDst: THREE.OneFactor, uniforms: { attenuation: { value: look.attenuation }, centre: { value: 0 } },
+        });
+        this.xray = new THREE.Mesh(this.geometry, this.xrayMaterial);
+        this.xray.frustumCulled = false;
+        this.pick = new THREE.Mesh(this.geometry, new THREE.MeshBasicMaterial({ side: THREE.DoubleSide }));
+    }
+
+    setCorners(corners: Uint32Array): void {
+        this.corners = corners;
+        this.geometry.setIndex(new THREE.BufferAttribute(corners, 1));
+    }
+
+    setPositions(position: Float32Array): void {
+        if (!this.sized) {
+            this.geometry.setAttribute("position", new THREE.BufferAttribute(position, 3).setUsage(THREE.DynamicDrawUsage));
+            this.geometry.setAttribute("normal", new THREE.BufferAttribute(new Float32Array(position.length), 3).setUsage(THREE.DynamicDrawUsage));
+            this.sized = true;
+        }
+        const attribute = this.geometry.getAttribute("position") as THREE.BufferAttribute;
+        attribute.array = position;
+        attribute.needsUpdate = true;
+        this.geometry.boundingSphere = null;
+        if (this.corners === undefined) return;
+        const normal = this.geometry.getAttribute("normal") as THREE.BufferAttribute;
+        updateNormals(position, this.corners, normal.array as Float32Array);
+        normal.needsUpdate = true;
+    }
+
+    /// share  of the usual opacity, up to opaque
+    setOpacity(share: number): void {
+        for (const material of this.materials) material.uniforms.opacity.value = Math.min(kLooks[this.part.kind].opacity * share, 0.97);
+    }
+    setXrayCentre(distance: number): void { this.xrayMaterial.uniforms.centre.value = distance; }
+
+    dispose(): void {
+        this.geometry.dispose();
+        for (const material of this.materials) material.dispose();
+        this.xrayMaterial.dispose();
+    }
+}

@@ -1,0 +1,181 @@
+#include "engine/viewer/read_command.hpp"
+
+#include "engine/viewer/session.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+
+namespace seldinger::engine::viewer {
+
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::array<const char*, kEffectCount> kEffectNames = {"elasticity", "gravity", "coarse_contact", "exact_contact", "breathing"};
+/// m; nothing that can be pulled is larger.
+constexpr double kFurthestTarget = 10.0;
+
+std::string printable(std::string_view text) {
+    std::string out(text.substr(0, 40));
+    for (char& c : out)
+        if (c < ' ' || c > '~') c = '?';
+    return out;
+}
+
+/// One message's members, each asked for once; the first complaint is kept, and what was not asked for is one.
+class Members {
+public:
+    explicit Members(const Json& object) : object_(object) { asked_.insert("type"); }
+
+    double number(const char* key, double least, double most) {
+        const Json* value = find(key);
+        if (value == nullptr) return least;
+        const double number = value->is_number() ? value->get<double>() : std::nan("");
+        if (number >= least && number <= most) return number;
+        complain(fmt::format("\"{}\" is {}; a number from {:g} to {:g} would be right", key, shown(*value), least, most));
+        return least;
+    }
+    std::uint64_t whole(const char* key, std::uint64_t least, std::uint64_t most) {
+        const Json* value = find(key);
+        if (value == nullptr) return least;
+        if (value->is_number_unsigned())
+            if (const auto number = value->get<std::uint64_t>(); number >= least && number <= most) return number;
+        complain(fmt::format("\"{}\" is {}; a whole number from {} to {} would be right", key, shown(*value), least, most));
+        return least;
+    }
+    bool flag(const char* key) {
+        const Json* value = find(key);
+        if (value == nullptr) return false;
+        if (!value->is_boolean()) complain(fmt::format("\"{}\" is {}; true or false would be right", key, shown(*value)));
+        return value->is_boolean() && value->get<bool>();
+    }
+    std::string word(const char* key) {
+        const Json* value = find(key);
+        if (value == nullptr) return {};
+        if (!value->is_string()) complain(fmt::format("\"{}\" is {}; a text would be right", key, shown(*value)));
+        return value->is_string() ? value->get<std::string>() : std::string();
+    }
+    Vec3 point(const char* key) {
+        const Json* value = find(key);
+        Vec3 point = Vec3::Zero();
+        if (value == nullptr) return point;
+        bool good = value->is_array() && value->size() == 3;
+        for (std::size_t axis = 0; good && axis < 3; ++axis) {
+            good = (*value)[axis].is_number() && std::abs((*value)[axis].get<double>()) <= kFurthestTarget;
+            if (good) point[static_cast<int>(axis)] = (*value)[axis].get<double>();
+        }
+        if (!good) complain(fmt::format("\"{}\" is {}; three numbers in metres would be right", key, shown(*value)));
+        return point;
+    }
+    void complain(std::string what) {
+        if (!error_) error_ = Error{ErrorCode::BadValue, std::move(what)};
+    }
+    /// The complaint, also about members that nobody asked for.
+    [[nodiscard]] std::optional<Error> finish() {
+        for (const auto& member : object_.items())
+            if (!asked_.contains(member.key())) complain(fmt::format("\"{}\" means nothing here", printable(member.key())));
+        return error_;
+    }
+
+private:
+    const Json* find(const char* key) {
+        asked_.insert(key);
+        const auto found = object_.find(key);
+        if (found != object_.end()) return &*found;
+        complain(fmt::format("\"{}\" is missing", key));
+        return nullptr;
+    }
+    static std::string shown(const Json& value) { return printable(value.dump(-1, ' ', true, Json::error_handler_t::replace)); }
+
+    const Json& object_;
+    std::set<std::string, std::less<>> asked_;
+    std::optional<Error> error_;
+};
+
+Request read_budget(Members& members) {
+    SetBudget set;
+    const std::string mode = members.word("mode");
+    if (mode == "wall") {
+        set.limits.mode = BudgetMode::Wall;
+        set.limits.wall_s = 1e-3 * members.number("ms", 1e3 * kLeastBudget, 1e3 * kMostBudget);
+    } else if (mode == "work") {
+        set.limits.mode = BudgetMode::Work;
+        set.limits.work_units = members.whole("units", kLeastWork, kMostWork);
+    } else if (mode == "exact") set.limits.mode = BudgetMode::Exact;
+    else members.complain(fmt::format("\"mode\" is \"{}\"; wall, work or exact would be right", printable(mode)));
+    return Command{set};
+}
+
+Request read_effect(Members& members) {
+    SwitchEffect set;
+    const std::string name = members.word("name");
+    set.on = members.flag("on");
+    const auto found = std::find(kEffectNames.begin(), kEffectNames.end(), name);
+    if (found == kEffectNames.end())
+        members.complain(fmt::format("\"name\" is \"{}\"; {} would be right", printable(name), fmt::join(kEffectNames, ", ")));
+    else set.effect = static_cast<Effect>(found - kEffectNames.begin());
+    return Command{set};
+}
+
+Request read_grab(Members& members, const CommandRange& range) {
+    Grab grab;
+    if (range.vertices.empty()) members.complain("the scene has no body");
+    else grab.body = static_cast<std::uint32_t>(members.whole("body", 0, range.vertices.size() - 1));
+    const std::size_t vertices = range.vertices.empty() ? 0 : range.vertices[grab.body];
+    if (vertices > 0) grab.vertex = static_cast<std::uint32_t>(members.whole("vertex", 0, vertices - 1));
+    grab.target = members.point("target");
+    if (!range.vertices.empty() && !range.pullable[grab.body]) members.complain("this body cannot be pulled: no tissue carries it");
+    return Command{grab};
+}
+
+using Reader = std::function<Request(Members&, const CommandRange&)>;
+
+const std::map<std::string, Reader, std::less<>>& readers() {
+    static const std::map<std::string, Reader, std::less<>> kReaders = {
+        {"drive", [](Members& m, const CommandRange&) -> Request {
+             return Command{Drive{m.number("insertion", -1.0, 1.0), m.number("rotation", -1.0, 1.0)}};
+         }},
+        {"script", [](Members& m, const CommandRange&) -> Request { return Command{FollowScript{m.flag("on")}}; }},
+        {"budget", [](Members& m, const CommandRange&) -> Request { return read_budget(m); }},
+        {"pause", [](Members& m, const CommandRange&) -> Request { return Command{Pause{m.flag("on")}}; }},
+        {"step", [](Members&, const CommandRange&) -> Request { return Command{SingleStep{}}; }},
+        {"pace", [](Members& m, const CommandRange&) -> Request { return Command{Pace{m.number("factor", kSlowestPace, 1.0)}}; }},
+        {"effect", [](Members& m, const CommandRange&) -> Request { return read_effect(m); }},
+        {"grab", read_grab},
+        {"let_go", [](Members&, const CommandRange&) -> Request { return Command{LetGo{}}; }},
+        {"restart", [](Members&, const CommandRange&) -> Request { return Command{Restart{}}; }},
+        {"spheres", [](Members& m, const CommandRange&) -> Request { return ShowSpheres{m.flag("on")}; }},
+        {"take", [](Members&, const CommandRange&) -> Request { return TakeSeat{}; }},
+        {"leave", [](Members&, const CommandRange&) -> Request { return LeaveSeat{}; }},
+        {"ping", [](Members& m, const CommandRange&) -> Request { return Ping{m.number("number", 0.0, 1e15)}; }},
+    };
+    return kReaders;
+}
+
+} // namespace
+
+const char* effect_name(Effect effect) noexcept { return kEffectNames[static_cast<std::size_t>(effect)]; }
+
+Result<Request> read_request(std::string_view text, const CommandRange& range) {
+    if (text.size() > kLongestMessage)
+        return Error{ErrorCode::BadValue, fmt::format("the message has {} bytes; at most {} would be right", text.size(), kLongestMessage)};
+    const Json message = Json::parse(text, nullptr, false);
+    if (!message.is_object()) return Error{ErrorCode::BadSyntax, "the message is no JSON object"};
+    const auto type = message.find("type");
+    if (type == message.end() || !type->is_string()) return Error{ErrorCode::BadValue, "\"type\" is missing, or no text"};
+    const auto reader = readers().find(type->get_ref<const std::string&>());
+    if (reader == readers().end())
+        return Error{ErrorCode::BadValue, fmt::format("\"type\" is \"{}\", which is unknown", printable(type->get_ref<const std::string&>()))};
+    Members members(message);
+    Request request = reader->second(members, range);
+    if (auto error = members.finish()) return *error;
+    return request;
+}
+
+} // namespace seldinger::engine::viewer

@@ -1,0 +1,44 @@
+// Messages from the page: JSON objects with a "type", each with exactly the members it needs. What is not one of these is
+// refused with a sentence that says what would be right.
+#pragma once
+
+#include "base/result.hpp"
+#include "engine/viewer/command.hpp"
+
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace seldinger::engine::viewer {
+
+/// What a message may refer to.
+struct CommandRange {
+    std::vector<std::size_t> vertices; // [body] of its surface
+    std::vector<bool> pullable;        // [body]
+};
+
+/// About this viewer alone.
+struct ShowSpheres {
+    bool on = false;
+};
+/// The driver's seat: taken where it is free, given up.
+struct TakeSeat {};
+struct LeaveSeat {};
+/// Answered with the same number: how long a message takes.
+struct Ping {
+    double number = 0.0;
+};
+
+using Request = std::variant<Command, ShowSpheres, TakeSeat, LeaveSeat, Ping>;
+
+/// Bytes of a message at most; a pull, the longest, takes about 150.
+inline constexpr std::size_t kLongestMessage = 2048;
+
+/// fails  BadSyntax: no JSON object; BadValue: unknown type or member, a member that is missing, of another kind or out of
+///        range; BadUsage: something the scene does not have
+[[nodiscard]] Result<Request> read_request(std::string_view text, const CommandRange& range);
+
+/// As the page names it.
+[[nodiscard]] const char* effect_name(Effect effect) noexcept;
+
+} // namespace seldinger::engine::viewer

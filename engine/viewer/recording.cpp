@@ -1,0 +1,73 @@
+#include "engine/viewer/recording.hpp"
+
+#include "engine/observe/places.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace seldinger::engine::viewer {
+
+namespace {
+
+constexpr std::array<const char*, kSpoilerCount> kReasons = {
+    "its budget was a time: another run stops its tests elsewhere. A work budget repeats",
+    "the budget was changed on the way",
+    "an effect was switched on the way",
+    "tissue was pulled by hand: a path holds the instrument's hand alone",
+    "the recording was full; what came later is missing",
+    "the run stopped: its state left its bounds",
+};
+
+} // namespace
+
+Recording::Recording(const Units& units, const DriveCommand& start, const BudgetLimits& limits)
+    : time_unit_(units.time), length_unit_(units.length), angle_unit_(units.angle), limits_(limits), rows_(kCapacity + 1), count_(1) {
+    rows_[0] = row_of(0.0, start);
+    if (limits.mode == BudgetMode::Wall) spoil(Spoiler::WallBudget);
+}
+
+DriveCommand Recording::position_of(const PathRow& row) const noexcept { return {row.insertion * length_unit_, row.rotation * angle_unit_}; }
+
+PathRow Recording::row_of(double time, const DriveCommand& position) const noexcept {
+    PathRow row{time / time_unit_, position.insertion / length_unit_, position.rotation / angle_unit_};
+    // Not before `time`, or a reader would already be on its way to the next row.
+    while (row.time * time_unit_ < time) row.time = std::nextafter(row.time, std::numeric_limits<double>::infinity());
+    return row;
+}
+
+DriveCommand Recording::add(double time, const DriveCommand& wanted) noexcept {
+    const std::size_t count = count_.load(std::memory_order_relaxed);
+    if (count > kCapacity) {
+        spoil(Spoiler::Full);
+        return wanted;
+    }
+    rows_[count] = row_of(time, wanted);
+    count_.store(count + 1, std::memory_order_release);
+    // Through the same function as a run's script, between the same two rows.
+    const auto drive_row = [this](const PathRow& row) {
+        const DriveCommand position = position_of(row);
+        return DriveRow{seconds(row), position.insertion, position.rotation};
+    };
+    const std::array<DriveRow, 2> last{drive_row(rows_[count - 1]), drive_row(rows_[count])};
+    return evaluate_path(last, time);
+}
+
+std::string Recording::text(const Scene& scene, std::size_t steps, std::uint64_t state_hash) const {
+    BudgetSpec budget;
+    budget.limits = limits_;
+    std::string out = fmt::format("# Hand positions of an interactive run of {}, {} steps.\n", project_path(scene.file), steps);
+    if (repeatable())
+        out += fmt::format("# Bit for bit: seldinger run {} --budget {} -n {} --path THIS_FILE\n", shell_quoted(project_path(scene.file)),
+                           budget.to_string(), steps);
+    for (std::size_t i = 0; i < kSpoilerCount; ++i)
+        if (spoiled(static_cast<Spoiler>(i))) out += fmt::format("# Not repeated bit for bit by this file: {}.\n", kReasons[i]);
+    out += fmt::format("# state_hash {:016x}\nt,insertion,rotation\n", state_hash);
+    for (std::size_t k = 0; k <= steps && k < count_.load(std::memory_order_acquire); ++k)
+        fmt::format_to(std::back_inserter(out), "{},{},{}\n", rows_[k].time, rows_[k].insertion, rows_[k].rotation);
+    return out;
+}
+
+} // namespace seldinger::engine::viewer

@@ -1,0 +1,188 @@
+#include "engine/viewer/session.hpp"
+
+#include "engine/step/instrument_stage.hpp"
+#include "engine/step/pull_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine::viewer {
+
+namespace {
+
+/// 1/s: breathing that is switched fades in and out at this rate, or the organ would be thrown.
+constexpr double kBreathFade = 1.0;
+/// Single steps that may wait: a key that repeats faster than steps are taken.
+constexpr unsigned kWaitingSteps = 3;
+
+template <class... Ts>
+struct Overloaded : Ts... {
+    using Ts::operator()...;
+};
+
+} // namespace
+
+Session::Session(const Scene& scene, const PreparedScene& prepared) : scene_(scene), model_(prepared.model), scene_effects_(prepared.model.effects) {
+    const auto permit = [this](Effect effect, bool in_scene) {
+        permitted_[static_cast<std::size_t>(effect)] = status_.effects[static_cast<std::size_t>(effect)] = in_scene;
+    };
+    const bool tissue = std::any_of(model_.bodies.begin(), model_.bodies.end(), [](const BodyModel& body) { return body.tissue.has_value(); });
+    permit(Effect::Elasticity, scene_effects_.elasticity && tissue);
+    permit(Effect::Gravity, scene_effects_.gravity.has_value());
+    permit(Effect::CoarseContact, scene_effects_.coarse_contact);
+    permit(Effect::ExactContact, scene_effects_.exact_contact);
+    permit(Effect::Breathing, scene_effects_.breathing.has_value() && tissue);
+    status_.budget = model_.budget;
+    if (has_instrument()) {
+        script_ = model_.instruments.front().path;
+        has_script_ = model_.instruments.front().route.has_value() || !script_.empty();
+    }
+    begin_run();
+}
+
+/// From rest, with the effects and the budget as they are set now.
+void Session::begin_run() {
+    if (has_instrument()) {
+        recording_ = begin_recording();
+        hand_ = recording_->start();
+        model_.instruments.front().path = {{0.0, hand_.insertion, hand_.rotation}}; // where a run that reads the recording starts
+    }
+    breath_share_ = 1.0;
+    if (scene_effects_.breathing) {
+        const bool on = status_.effects[static_cast<std::size_t>(Effect::Breathing)];
+        model_.effects.breathing = on ? scene_effects_.breathing : std::nullopt;
+        breath_share_ = on ? 1.0 : 0.0;
+    }
+    simulator_.emplace(model_, status_.budget);
+    status_.grabbed = false;
+    status_.drive = {};
+    single_steps_ = 0;
+    ++run_;
+}
+
+std::shared_ptr<Recording> Session::begin_recording() const {
+    const DriveCommand start = script_.empty() ? DriveCommand{model_.instruments.front().inserted, 0.0} : evaluate_path(script_, 0.0);
+    auto recording = std::make_shared<Recording>(scene_.units, start, status_.budget);
+    if (status_.effects != permitted_) recording->spoil(Spoiler::EffectSwitched);
+    return recording;
+}
+
+void Session::apply(const Command& command) {
+    const auto spoil = [this](Spoiler by) {
+        if (recording_) recording_->spoil(by);
+    };
+    std::visit(Overloaded{
+                   [&](const Drive& drive) {
+                       status_.drive = drive;
+                       if (drive.insertion != 0.0 || drive.rotation != 0.0) status_.script = false; // a hand on the catheter takes over
+                   },
+                   [&](const FollowScript& follow) { status_.script = follow.on && has_script_; },
+                   [&](const SetBudget& set) {
+                       status_.budget = set.limits;
+                       simulator_->set_budget(set.limits);
+                       if (has_instrument() && simulator_->state().step == 0) recording_ = begin_recording();
+                       else spoil(Spoiler::BudgetChanged);
+                   },
+                   [&](const Pause& pause) {
+                       status_.paused = pause.on;
+                       single_steps_ = 0;
+                   },
+                   [&](const SingleStep&) { single_steps_ = std::min(single_steps_ + (status_.paused ? 1u : 0u), kWaitingSteps); },
+                   [&](const Pace& pace) { status_.pace = pace.factor; },
+                   [&](const SwitchEffect& set) { switch_effect(set.effect, set.on); },
+                   [&](const Grab& grab) {
+                       if (!can_be_pulled(model_, grab.body)) return;
+                       simulator_->set_pull(Pull{grab.body, grab.vertex, grab.target});
+                       status_.grabbed = true;
+                       spoil(Spoiler::TissuePulled);
+                   },
+                   [&](const LetGo&) {
+                       simulator_->set_pull(std::nullopt);
+                       status_.grabbed = false;
+                   },
+                   [&](const Restart&) { begin_run(); },
+                   [&](const Seal&) {}, // the loop's
+               },
+               command);
+}
+
+void Session::switch_effect(Effect effect, bool on) {
+    if (!permits(effect) || status_.effects[static_cast<std::size_t>(effect)] == on) return;
+    status_.effects[static_cast<std::size_t>(effect)] = on;
+    if (recording_) recording_->spoil(Spoiler::EffectSwitched);
+    switch (effect) {
+    case Effect::Elasticity: model_.effects.elasticity = on; break;
+    case Effect::Gravity: model_.effects.gravity = on ? scene_effects_.gravity : std::nullopt; break;
+    case Effect::CoarseContact: model_.effects.coarse_contact = on; break;
+    case Effect::ExactContact: model_.effects.exact_contact = on; break;
+    case Effect::Breathing: break; // fades
+    }
+    if (effect == Effect::Elasticity && !on) apply(LetGo{});
+    simulator_->effects_changed();
+}
+
+void Session::breathe() {
+    if (!permits(Effect::Breathing)) return;
+    const double goal = status_.effects[static_cast<std::size_t>(Effect::Breathing)] ? 1.0 : 0.0;
+    if (breath_share_ == goal) return;
+    const double change = kBreathFade * model_.step_s;
+    breath_share_ += std::clamp(goal - breath_share_, -change, change);
+    model_.effects.breathing = scene_effects_.breathing;
+    model_.effects.breathing->amplitude *= breath_share_;
+}
+
+DriveCommand Session::wanted_hand() {
+    const InstrumentModel& instrument = model_.instruments.front();
+    const State& state = simulator_->state();
+    const double dt = model_.step_s;
+    if (!status_.script)
+        return {hand_.insertion + status_.drive.insertion * instrument.limits.speed * dt,
+                hand_.rotation + status_.drive.rotation * instrument.limits.rotation * dt};
+    if (const auto routed = simulator_->follow_route(0)) return *routed;
+    return evaluate_path(script_, state.time + dt);
+}
+
+/// The hand never runs ahead of the instrument by more than one step: where the wall holds that back, it waits. So it turns
+/// round at once, and no two rows of the recording lie further apart than the limits allow.
+void Session::move_hand() {
+    const InstrumentModel& instrument = model_.instruments.front();
+    const fem::RodState& rod = simulator_->state().instruments.front().rod;
+    const double dt = model_.step_s;
+    const double reach = std::min(instrument.limits.speed * dt, kHandReach), turn = instrument.limits.rotation * dt;
+    DriveCommand wanted = limit_command(hand_, wanted_hand(), instrument.limits, dt);
+    wanted.insertion = std::clamp(wanted.insertion, rod.insertion - reach, rod.insertion + reach);
+    wanted.rotation = std::clamp(wanted.rotation, rod.rotation - turn, rod.rotation + turn);
+    wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
+    hand_ = recording_->add(simulator_->state().time + dt, wanted);
+    simulator_->set_hand(0, hand_);
+}
+
+const StepReport& Session::step() {
+    if (single_steps_ > 0) --single_steps_;
+    breathe();
+    if (has_instrument()) move_hand();
+    const StepReport& report = simulator_->step();
+    if (!report.finite && recording_) recording_->spoil(Spoiler::Stopped);
+    return report;
+}
+
+double Session::assumed_error_m() const noexcept {
+    const StepContext& context = simulator_->context();
+    if (context.report.exact_ran) return 0.0; // the exact answer stands in place of the spheres'
+    double error = 0.0;
+    for (const Contact& contact : context.coarse) {
+        if (contact.origin != ContactOrigin::AssumedSpheres) continue;
+        const std::size_t bodies = model_.bodies.size();
+        if (contact.body_a >= bodies) { // a group of an instrument's links
+            const std::size_t i = contact.body_a - bodies;
+            const double radius = context.instruments[i].chain.spheres[contact.feature_a[0]].radius;
+            error = std::max(error, 2.0 * (radius - model_.instruments[i].rod.design.radius));
+        } else { // two solids: anything within either sphere may be what touches
+            error = std::max(error, 2.0 * context.bodies[contact.body_a].spheres[contact.feature_a[0]].radius);
+            error = std::max(error, 2.0 * context.bodies[contact.body_b].spheres[contact.feature_b[0]].radius);
+        }
+    }
+    return error;
+}
+
+} // namespace seldinger::engine::viewer

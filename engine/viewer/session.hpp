@@ -1,0 +1,78 @@
+// A person's run of a scene: commands in, steps on. No network, no clock of its own, no thread: what it does in work mode
+// follows from the commands and the steps between which they came.
+#pragma once
+
+#include "engine/step/simulator.hpp"
+#include "engine/prepare/prepare_scene.hpp"
+#include "engine/viewer/command.hpp"
+#include "engine/viewer/recording.hpp"
+
+#include <array>
+#include <memory>
+#include <optional>
+
+namespace seldinger::engine::viewer {
+
+inline constexpr std::size_t kEffectCount = 5;
+
+/// What the page shows beside the step's report.
+struct SessionStatus {
+    bool paused = false;
+    bool script = false;                      // the scene's own script holds the hand
+    bool grabbed = false;
+    double pace = 1.0;
+    Drive drive;
+    BudgetLimits budget;
+    std::array<bool, kEffectCount> effects{}; // by Effect: on
+};
+
+class Session {
+public:
+    /// scene, prepared  must outlive it; prepared is the scene's
+    Session(const Scene& scene, const PreparedScene& prepared);
+
+    /// Between two steps. Restart is the only command that allocates.
+    void apply(const Command& command);
+    /// Is a step due: not paused, or asked for one by one?
+    [[nodiscard]] bool wants_step() const noexcept { return (!status_.paused || single_steps_ > 0) && !stopped(); }
+    const StepReport& step();
+
+    [[nodiscard]] bool stopped() const noexcept { return !simulator_->context().report.finite; }
+    [[nodiscard]] const Simulator& simulator() const noexcept { return *simulator_; }
+    [[nodiscard]] const SceneModel& model() const noexcept { return model_; }
+    [[nodiscard]] const SessionStatus& status() const noexcept { return status_; }
+    /// Largest distance between an untested pair's stand-in and what it stands for, m; 0 where nothing is assumed.
+    [[nodiscard]] double assumed_error_m() const noexcept;
+    /// Restart begins another one; whoever reads the last one keeps it.
+    [[nodiscard]] const std::shared_ptr<Recording>& recording() const noexcept { return recording_; }
+    [[nodiscard]] std::uint64_t run() const noexcept { return run_; } // counts restarts
+
+    /// The scene has this effect, so that it can be switched off and on.
+    [[nodiscard]] bool permits(Effect effect) const noexcept { return permitted_[static_cast<std::size_t>(effect)]; }
+    [[nodiscard]] bool has_script() const noexcept { return has_script_; }
+    [[nodiscard]] bool has_instrument() const noexcept { return !model_.instruments.empty(); }
+
+private:
+    void begin_run();
+    [[nodiscard]] std::shared_ptr<Recording> begin_recording() const;
+    void move_hand();
+    [[nodiscard]] DriveCommand wanted_hand();
+    void switch_effect(Effect effect, bool on);
+    void breathe();
+
+    const Scene& scene_;
+    SceneModel model_;                        // the scene's, with the effects as they are switched
+    EffectSet scene_effects_;
+    std::vector<DriveRow> script_;            // of the first instrument
+    bool has_script_ = false;
+    std::array<bool, kEffectCount> permitted_{};
+    std::optional<Simulator> simulator_;
+    std::shared_ptr<Recording> recording_;
+    SessionStatus status_;
+    DriveCommand hand_;                       // where the hand was in the last step
+    double breath_share_ = 1.0;               // of the amplitude: it comes and goes within a second
+    unsigned single_steps_ = 0;
+    std::uint64_t run_ = 0;
+};
+
+} // namespace seldinger::engine::viewer

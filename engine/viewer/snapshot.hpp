@@ -1,0 +1,50 @@
+// What the page shows of one moment: copied between two steps into memory that is there already.
+#pragma once
+
+#include "engine/viewer/session.hpp"
+
+#include <array>
+#include <vector>
+
+namespace seldinger::engine::viewer {
+
+using Point = std::array<float, 3>; // m: a tenth of a micrometre in a body of a metre
+
+struct ContactDot {
+    Point point{};
+    float depth = 0.0f; // m
+};
+
+enum class SphereKind : std::uint8_t { Free, Contact, Assumed };
+struct ShownSphere {
+    Point centre{};
+    float radius = 0.0f; // m
+    SphereKind kind = SphereKind::Free;
+};
+
+/// Surfaces in the order of the page's parts: bodies, then the skins of instruments.
+struct Snapshot {
+    std::vector<std::vector<Point>> surfaces; // [part][vertex_count]
+    std::vector<bool> moves;                  // [part] false: as in the first snapshot, for ever
+    std::vector<ContactDot> contacts;         // at most kMostDots
+    std::vector<ShownSphere> spheres;         // at most kMostSpheres; empty unless asked for
+    std::vector<Point> rod;                   // nodes of the first instrument, the inserted ones
+    std::size_t contacts_left_out = 0, spheres_left_out = 0;
+    SessionStatus status;
+    StepReport report;                        // of the last step; its failure is what stopped the run
+    double assumed_error_m = 0.0;
+    double pace = 1.0;                        // simulated s per s, over the last second
+    std::uint64_t run = 0;
+    std::size_t recorded_steps = 0;
+    bool repeatable = false;
+};
+
+inline constexpr std::size_t kMostDots = 2000, kMostSpheres = 6000;
+
+/// Sizes a snapshot for a session, with every surface as it is now.
+void prepare_snapshot(const Session& session, Snapshot& snapshot);
+/// Fills it. Allocates nothing.
+/// spheres  those of the level that the last descent reached
+void fill_snapshot(const Session& session, bool spheres, Snapshot& snapshot);
+
+} // namespace seldinger::engine::viewer
