@@ -1,21 +1,12 @@
 #include "spheretree/descent.hpp"
 
-#include "spheretree/union_room.hpp"
-
 #include <algorithm>
+#include <cmath>
+#include <tuple>
 
 namespace seldinger::spheretree {
 
 namespace {
-
-/// Bounds and distances are rounded: a ball is dropped only where its bound is worse by more than this, so that which of
-/// two equal balls answers does not depend on where the search began.
-constexpr double kTie = 1e-12; // m
-
-Vec3 direction_or_axis(const Vec3& v, double length) noexcept { return length > 0.0 ? Vec3(v / length) : Vec3(Vec3::UnitX()); }
-
-/// Takes what there is: the work is done either way, and the next test will find the budget empty.
-void charge(WorkBudget& budget, std::uint64_t units) noexcept { (void)budget.spend(std::min(units, budget.left())); }
 
 Contact sphere_contact(BodyId body_a, BodyId body_b, const Sphere& a, const Sphere& b) noexcept {
     const Vec3 from_b = a.centre - b.centre;
@@ -23,7 +14,7 @@ Contact sphere_contact(BodyId body_a, BodyId body_b, const Sphere& a, const Sphe
     Contact contact;
     contact.body_a = body_a;
     contact.body_b = body_b;
-    contact.normal = direction_or_axis(from_b, distance);
+    contact.normal = direction_of(from_b);
     contact.gap = distance - a.radius - b.radius;
     contact.point = b.centre + contact.normal * (b.radius + 0.5 * contact.gap);
     return contact;
@@ -34,11 +25,14 @@ Contact sphere_contact(BodyId body_a, BodyId body_b, const Sphere& a, const Sphe
 /// Pairs that the lists hold without growing: a catheter in a vessel needs some hundreds.
 static constexpr std::size_t kReservedPairs = 8192;
 
-void Descent::begin(double margin) {
+void Descent::begin(double margin, DescentOrder order, int cap) {
     queue_.reserve(kReservedPairs);
     collisions_.reserve(kReservedPairs);
     stack_.reserve(kReservedPairs);
     margin_ = margin;
+    order_ = order;
+    cap_ = cap;
+    batch_end_ = 0;
     solids_.clear();
     hollow_count_ = 0;
     queue_.clear();
@@ -46,7 +40,6 @@ void Descent::begin(double margin) {
     collisions_.clear();
     stack_.clear();
     searching_ = false;
-    open_at_level_.fill(0);
     leaf_depth_ = 0;
     stats_ = {};
 }
@@ -64,21 +57,21 @@ int Descent::level_of(const Entry& entry) const noexcept {
 
 void Descent::open(const Entry& entry) {
     queue_.push_back(entry);
-    ++open_at_level_[static_cast<std::size_t>(level_of(entry))];
+    stats_.pairs_open += entry.count;
 }
 
-void Descent::find_level_reached() noexcept {
-    stats_.level_reached = 0;
-    while (stats_.level_reached < leaf_depth_ && open_at_level_[static_cast<std::size_t>(stats_.level_reached)] == 0)
-        ++stats_.level_reached;
+DescentStats Descent::stats() const noexcept {
+    DescentStats stats = stats_;
+    stats.level_reached = leaf_depth_;
+    for_each_open([&](const Entry& entry) { stats.level_reached = std::min(stats.level_reached, level_of(entry)); });
+    return stats;
 }
 
 void Descent::add_solid_pair(const SolidView& a, const SolidView& b) {
     if (a.spheres.empty() || b.spheres.empty()) return;
     solids_.push_back({a, b});
-    open({static_cast<Index>(solids_.size() - 1), 0, 0, false, false});
+    open({static_cast<Index>(solids_.size() - 1), 0, 0, 1, false, false, 0.0F});
     leaf_depth_ = std::max({leaf_depth_, a.tree->leaf_depth(), b.tree->leaf_depth()});
-    ++stats_.pairs_open; // until run() says otherwise: a budget of nothing never calls it
 }
 
 void Descent::add_hollow_pair(const ChainView& instrument, const LumenView& lumen) {
@@ -89,9 +82,8 @@ void Descent::add_hollow_pair(const ChainView& instrument, const LumenView& lume
     pair.status.reserve(instrument.chain->capacity());
     pair.status.assign(instrument.state->links_t1.size(), LinkStatus::Open);
     if (!pair.status.empty()) {
-        open({static_cast<Index>(hollow_count_), 0, 0, true, false});
+        open({static_cast<Index>(hollow_count_), 0, 0, 1, true, false, 0.0F});
         leaf_depth_ = std::max(leaf_depth_, instrument.chain->tree.leaf_depth());
-        ++stats_.pairs_open;
     }
     ++hollow_count_;
 }
@@ -102,38 +94,82 @@ std::span<const LinkStatus> Descent::link_status(std::size_t hollow_pair) const 
 
 bool Descent::run(WorkBudget& budget) {
     while (head_ < queue_.size()) {
-        const Entry entry = queue_[head_];
-        if (!(entry.hollow ? step_hollow(entry, budget) : step_solid(entry, budget))) break;
-        --open_at_level_[static_cast<std::size_t>(level_of(entry))];
-        ++head_;
+        if (order_ == DescentOrder::Deepest && head_ == batch_end_) sort_batch();
+        const Entry entry = is_depth_first() ? queue_.back() : queue_[head_];
+        if (!(entry.hollow ? step_hollow_entry(entry, budget) : step_group(entry, budget))) break;
     }
-    stats_.pairs_open = queue_.size() - head_;
-    find_level_reached();
     return stats_.pairs_open == 0;
 }
 
-bool Descent::step_solid(const Entry& entry, WorkBudget& budget) {
-    if (!budget.spend(1)) return false;
-    const SolidPair& pair = solids_[entry.pair];
-    const SolidView& first = entry.swapped ? pair.b : pair.a;
-    const SolidView& second = entry.swapped ? pair.a : pair.b;
-    ++stats_.pairs_tested;
-    const Sphere& s1 = first.spheres[entry.first];
-    const Sphere& s2 = second.spheres[entry.second];
-    if (s1.radius < 0.0 || s2.radius < 0.0) return true;
-    const double touch = s1.radius + s2.radius + margin_;
-    if ((s1.centre - s2.centre).squaredNorm() > touch * touch) return true;
-    if (!second.tree->is_leaf(entry.second)) {
-        const Index child = second.tree->first_child[entry.second];
-        for (Index k = 0; k < second.tree->child_count[entry.second]; ++k)
-            open({entry.pair, child + k, entry.first, false, !entry.swapped});
-    } else if (!first.tree->is_leaf(entry.first)) {
-        open({entry.pair, entry.second, entry.first, false, !entry.swapped});
+/// The pairs that one round of refinement left, those whose parents lay deepest in one another first.
+void Descent::sort_batch() {
+    std::sort(queue_.begin() + static_cast<std::ptrdiff_t>(head_), queue_.end(), [](const Entry& x, const Entry& y) {
+        if (x.depth != y.depth) return x.depth > y.depth;
+        return std::tie(x.pair, x.swapped, x.first, x.second) < std::tie(y.pair, y.swapped, y.first, y.second);
+    });
+    batch_end_ = queue_.size();
+}
+
+/// The entry in hand is done.
+void Descent::drop() noexcept {
+    if (is_depth_first()) queue_.pop_back();
+    else ++head_;
+}
+
+bool Descent::step_hollow_entry(const Entry& entry, WorkBudget& budget) {
+    drop();
+    if (step_hollow(entry, budget)) {
+        --stats_.pairs_open;
+        return true;
+    }
+    if (is_depth_first()) queue_.push_back(entry);
+    else --head_;
+    return false;
+}
+
+/// Tests of one group: spheres first .. first + count - 1 of one tree against one sphere of the other; depth first, its first
+/// one alone. False: the budget ended.
+bool Descent::step_group(const Entry& group, WorkBudget& budget) {
+    const auto tests = static_cast<Index>(std::min<std::uint64_t>(is_depth_first() ? 1u : group.count, budget.left()));
+    if (tests == 0 || !budget.spend(tests)) return false;
+    stats_.pairs_tested += tests;
+    stats_.pairs_open -= tests;
+    if (tests == group.count) {
+        drop();
     } else {
-        add_solid_contact(entry, collisions_);
-        ++stats_.leaf_contacts;
+        Entry& rest = is_depth_first() ? queue_.back() : queue_[head_];
+        rest.first += tests;
+        rest.count = static_cast<std::uint16_t>(group.count - tests);
+    }
+    const SolidPair& pair = solids_[group.pair];
+    const SolidView& first = group.swapped ? pair.b : pair.a;
+    const SolidView& second = group.swapped ? pair.a : pair.b;
+    const Sphere other = second.spheres[group.second];
+    if (other.radius < 0.0) return true; // empty: touches nothing
+    const double reach = other.radius + margin_;
+    for (Index s = group.first; s < group.first + tests; ++s) {
+        const Sphere& sphere = first.spheres[s];
+        const double dx = sphere.centre[0] - other.centre[0], dy = sphere.centre[1] - other.centre[1], dz = sphere.centre[2] - other.centre[2];
+        const double distance_sq = dx * dx + dy * dy + dz * dz, touch = sphere.radius + reach;
+        if (distance_sq > touch * touch || sphere.radius < 0.0) continue;
+        const double depth = order_ == DescentOrder::Deepest ? touch - std::sqrt(distance_sq) : 0.0; // who else would look at it
+        refine(group, s, first, second, static_cast<float>(depth));
     }
     return true;
+}
+
+/// Spheres that overlap: the children of the second against the first, roles swapped; leaves collide.
+void Descent::refine(const Entry& group, Index s, const SolidView& first, const SolidView& second, float depth) {
+    const bool leaf_1 = first.tree->is_leaf(s), leaf_2 = second.tree->is_leaf(group.second);
+    const bool capped = order_ == DescentOrder::DepthCapped && first.tree->level[s] >= cap_ && second.tree->level[group.second] >= cap_;
+    if ((leaf_1 && leaf_2) || capped) {
+        add_solid_contact({group.pair, s, group.second, 1, false, group.swapped, depth}, collisions_);
+        ++stats_.leaf_contacts;
+    } else if (!leaf_2) {
+        open({group.pair, second.tree->first_child[group.second], s, second.tree->child_count[group.second], false, !group.swapped, depth});
+    } else {
+        open({group.pair, group.second, s, 1, false, !group.swapped, depth});
+    }
 }
 
 void Descent::add_solid_contact(const Entry& entry, std::vector<Contact>& out) const {
@@ -146,173 +182,17 @@ void Descent::add_solid_contact(const Entry& entry, std::vector<Contact>& out) c
     out.push_back(contact);
 }
 
-bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {
-    HollowPair& pair = hollows_[entry.pair];
-    const ChainTree& chain = *pair.chain.chain;
-    ChainState& state = *pair.chain.state;
-    if (state.spheres[entry.first].radius < 0.0) return true;
-    if (!find_ball(pair, entry.first, budget)) return false;
-    const Index begin = chain.tree.item_begin[entry.first];
-    const Index end = std::min<Index>(chain.tree.item_end[entry.first], static_cast<Index>(pair.status.size()));
-    const bool free = found_.room >= margin_;
-    if (free || chain.tree.is_leaf(entry.first)) // a group that no ball holds learned nothing about its links
-        std::fill(state.hint.begin() + begin, state.hint.begin() + end, found_.leaf);
-    if (free) {
-        std::fill(pair.status.begin() + begin, pair.status.begin() + end, LinkStatus::Free);
-        stats_.proven_free += end - begin;
-    } else if (chain.tree.is_leaf(entry.first)) {
-        pair.status[begin] = LinkStatus::Contact;
-        add_wall_contact(pair, entry.first, budget);
-    } else {
-        const Index child = chain.tree.first_child[entry.first];
-        for (Index k = 0; k < chain.tree.child_count[entry.first]; ++k)
-            open({entry.pair, child + k, 0, true, false});
-    }
-    return true;
-}
-
-/// Room that lumen leaf `leaf` proves for a chain sphere over the whole step. Relative to the ball both ends move on a
-/// straight line, and distance is convex: what holds at both ends holds between.
-double Descent::room_in_leaf(HollowPair& pair, Index sphere, Index leaf, WorkBudget& budget) {
-    const LumenTree& lumen = *pair.lumen.lumen;
-    const Index id = lumen.ball_of_leaf(leaf);
-    charge(budget, pair.lumen.state->cost_of(lumen, id));
-    const MovingBall& ball = pair.lumen.state->ball(lumen, id);
-    const ChainTree& chain = *pair.chain.chain;
-    const ChainState& state = *pair.chain.state;
-    if (ball.radius < 0.0) return -std::numeric_limits<double>::infinity();
-    if (!chain.tree.is_leaf(sphere)) {
-        const Sphere& bound = state.spheres[sphere];
-        const double farthest = std::sqrt(std::max((bound.centre - ball.centre_t0).squaredNorm(),
-                                                   (bound.centre - ball.centre_t1).squaredNorm()));
-        return ball.radius - farthest - bound.radius;
-    }
-    const Index link = chain.link_of_leaf(sphere);
-    const Sphere &t0 = state.links_t0[link], &t1 = state.links_t1[link];
-    return ball.radius - std::max((t0.centre - ball.centre_t0).norm() + t0.radius,
-                                  (t1.centre - ball.centre_t1).norm() + t1.radius);
-}
-
-/// Best ball for a chain sphere, into found_: any that holds it with the margin, else (for a single link) the one with the
-/// most room. Picks up where it was interrupted. False: the budget ended first.
-bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
-    const SphereTree& tree = pair.lumen.lumen->tree;
-    const ChainTree& chain = *pair.chain.chain;
-    const bool leaf = chain.tree.is_leaf(sphere);
-    const Sphere bound = pair.chain.state->spheres[sphere];
-    const Index link = chain.tree.item_begin[sphere];
-    // Where no ball can hold it with the margin, a group needs no search; a link wants the best there is.
-    const auto hopeless = [&](double room) { return room < (leaf ? found_.room - kTie : margin_); };
-    const auto try_leaf = [&](Index candidate) {
-        ++stats_.pairs_tested;
-        const double room = room_in_leaf(pair, sphere, candidate, budget);
-        if (room > found_.room || (room == found_.room && candidate < found_.leaf)) found_ = {candidate, room};
-    };
-    if (!searching_) {
-        if (!budget.spend(1)) return false;
-        searching_ = true;
-        found_ = {};
-        stack_.assign(1, {std::numeric_limits<double>::infinity(), 0});
-        Index hint = pair.chain.state->hint[link];
-        if (hint == kNoIndex && link > 0) hint = pair.chain.state->hint[link - 1];
-        if (hint < tree.sphere_count() && tree.is_leaf(hint)) try_leaf(hint);
-        else ++stats_.pairs_tested;
-    }
-    // A link's bound must hold at t1 alone; its own swept sphere is larger than the link where it moves.
-    const double own_radius = leaf ? pair.chain.state->links_t1[link].radius : bound.radius;
-    const Vec3 own_centre = leaf ? pair.chain.state->links_t1[link].centre : bound.centre;
-    while (!stack_.empty() && found_.room < margin_) {
-        const auto [limit, s] = stack_.back();
-        if (hopeless(limit)) {
-            stack_.pop_back();
-            continue;
-        }
-        if (tree.is_leaf(s)) {
-            if (!budget.spend(1)) return false;
-            stack_.pop_back();
-            try_leaf(s);
-            continue;
-        }
-        const Index count = tree.child_count[s];
-        if (!budget.spend(1)) return false;
-        charge(budget, count - 1);
-        stack_.pop_back();
-        const std::size_t first = stack_.size();
-        for (Index child = tree.first_child[s]; child < tree.first_child[s] + count; ++child) {
-            ++stats_.pairs_tested;
-            const double room = pair.lumen.state->bound_at(child, own_centre) - own_radius;
-            if (!hopeless(room)) stack_.emplace_back(room, child);
-        }
-        std::sort(stack_.begin() + static_cast<std::ptrdiff_t>(first), stack_.end(), [](const auto& a, const auto& b) {
-            return a.first != b.first ? a.first < b.first : a.second > b.second; // the most promising one is on top
-        });
-    }
-    searching_ = false;
-    return true;
-}
-
-void Descent::add_wall_contact(HollowPair& pair, Index sphere, WorkBudget& budget) {
-    const LumenTree& lumen = *pair.lumen.lumen;
-    LumenState& balls = *pair.lumen.state;
-    const Sphere& link = pair.chain.state->links_t1[pair.chain.chain->link_of_leaf(sphere)];
-    Contact contact;
-    contact.body_a = pair.chain.body;
-    contact.body_b = pair.lumen.body;
-    contact.feature_a[0] = sphere;
-    contact.feature_b[0] = found_.leaf;
-    if (found_.leaf != kNoIndex) {
-        const auto at_t1 = [&](Index ball) {
-            charge(budget, 1 + balls.cost_of(lumen, ball));
-            const MovingBall& b = balls.ball(lumen, ball);
-            return Sphere{b.centre_t1, b.radius_t1};
-        };
-        const Index best = lumen.ball_of_leaf(found_.leaf);
-        const Sphere ball = at_t1(best);
-        Room room = room_in_ball(link.centre, ball);
-        for (const Index neighbour : lumen.neighbours_of(best)) {
-            // A circle that matters here is nearer than the wall the link is in contact with.
-            if (balls.bound_at(lumen.leaf_of_ball[neighbour], link.centre) < -link.radius - margin_) continue;
-            improve_room(link.centre, ball, at_t1(neighbour), room);
-        }
-        contact.gap = room.radius - link.radius;
-        contact.normal = room.inward;
-        contact.point = link.centre - room.inward * link.radius;
-    }
-    collisions_.push_back(contact);
-    ++stats_.leaf_contacts;
-}
-
-void Descent::add_open_link(const Entry& entry, std::vector<Contact>& out) const {
-    const HollowPair& pair = hollows_[entry.pair];
-    const Sphere& sphere = pair.chain.state->spheres[entry.first];
-    if (sphere.radius < 0.0) return;
-    Contact contact;
-    contact.body_a = pair.chain.body;
-    contact.body_b = pair.lumen.body;
-    contact.origin = ContactOrigin::AssumedSpheres;
-    contact.feature_a[0] = entry.first;
-    contact.point = sphere.centre;
-    const Index hint = pair.chain.state->hint[pair.chain.chain->tree.item_begin[entry.first]];
-    const SphereTree& tree = pair.lumen.lumen->tree;
-    if (hint < tree.sphere_count() && tree.is_leaf(hint)) {
-        contact.feature_b[0] = hint;
-        const Vec3 towards = pair.lumen.state->bound_centre(hint) - sphere.centre;
-        contact.normal = direction_or_axis(towards, towards.norm());
-    }
-    out.push_back(contact);
-}
-
 void Descent::add_contacts(std::vector<Contact>& out) const {
     out.insert(out.end(), collisions_.begin(), collisions_.end());
-    for (std::size_t i = head_; i < queue_.size(); ++i) {
-        if (queue_[i].hollow) {
-            add_open_link(queue_[i], out);
-        } else {
-            add_solid_contact(queue_[i], out);
-            out.back().origin = ContactOrigin::AssumedSpheres;
-            out.back().gap = std::min(out.back().gap, 0.0);
+    for_each_open([&](const Entry& entry) {
+        if (entry.hollow) {
+            add_open_link(entry, out);
+            return;
         }
-    }
+        add_solid_contact(entry, out);
+        out.back().origin = ContactOrigin::AssumedSpheres;
+        out.back().gap = std::min(out.back().gap, 0.0);
+    });
 }
 
 } // namespace seldinger::spheretree

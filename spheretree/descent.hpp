@@ -11,7 +11,7 @@
 #include "spheretree/chain_tree.hpp"
 #include "spheretree/lumen_state.hpp"
 
-#include <array>
+#include <limits>
 
 namespace seldinger::spheretree {
 
@@ -42,18 +42,28 @@ struct DescentStats {
     int level_reached = 0;
 };
 
+/// In which order open pairs are refined. Breadth and Deepest keep every promise below; the other two are the paper's straw
+/// men (its figure 5): interrupted, they leave some pairs at their coarsest while others are finished.
+enum class DescentOrder : std::uint8_t {
+    Breadth,     // the paper's: first in, first out
+    Deepest,     // round by round like Breadth, within a round those whose parents lie deepest in one another first
+    Depth,       // last in, first out
+    DepthCapped, // the same, and spheres on level `cap` count as leaves
+};
+
 /// Reused every step: keeps its memory, allocates nothing once it has seen its largest step.
 class Descent {
 public:
     /// Forgets all pairs. Contacts are reported from `margin` [m] before the surfaces touch.
-    void begin(double margin);
+    /// cap    level at which DepthCapped stops
+    void begin(double margin, DescentOrder order = DescentOrder::Breadth, int cap = 0);
     void add_solid_pair(const SolidView& a, const SolidView& b);
     /// One lumen per chain: the chain's hints and link states belong to it.
     void add_hollow_pair(const ChainView& instrument, const LumenView& lumen);
 
     /// Work is charged before it is done; one ball's wall links at most may be done on credit.
     /// Tests until the queue is empty (true) or the budget is (false); call again with more budget to go on.
-    /// The same calls give the same lists, and a larger budget never leaves a pair coarser than a smaller one did.
+    /// The same calls give the same lists, and a larger budget never leaves a pair coarser than a smaller one did (Breadth, Deepest).
     bool run(WorkBudget& budget);
 
     /// Appends CollisionList, then the open pairs as AssumedSpheres whose depth is clamped at zero from below.
@@ -65,14 +75,18 @@ public:
 
     /// Status of every active link of the i-th hollow pair that was added. [active links]
     [[nodiscard]] std::span<const LinkStatus> link_status(std::size_t hollow_pair) const noexcept;
-    [[nodiscard]] const DescentStats& stats() const noexcept { return stats_; }
+    [[nodiscard]] std::uint64_t open_pairs() const noexcept { return stats_.pairs_open; }
+    /// cost   O(open pairs)
+    [[nodiscard]] DescentStats stats() const noexcept;
 
 private:
-    struct Entry {              // one open pair; roles swap, so it says which tree is first
+    struct Entry {              // open pairs that share their second sphere; roles swap, so it says which tree is first
         Index pair = 0;         // index into solids_ or hollows_
         Index first = 0, second = 0; // sphere ids; hollow: first = chain sphere
+        std::uint16_t count = 1;     // solids: first, first + 1, ... against second
         bool hollow = false;
         bool swapped = false;   // first belongs to body b
+        float depth = 0.0F;     // m, overlap of the pair that this one came from; Deepest only
     };
     struct SolidPair { SolidView a, b; };
     struct HollowPair { ChainView chain; LumenView lumen; std::vector<LinkStatus> status; };
@@ -81,7 +95,17 @@ private:
         double room = -std::numeric_limits<double>::infinity(); // m, over the whole step
     };
 
-    bool step_solid(const Entry& entry, WorkBudget& budget);
+    [[nodiscard]] bool is_depth_first() const noexcept { return order_ == DescentOrder::Depth || order_ == DescentOrder::DepthCapped; }
+    bool step_group(const Entry& group, WorkBudget& budget);
+    void refine(const Entry& group, Index s, const SolidView& first, const SolidView& second, float depth);
+    bool step_hollow_entry(const Entry& entry, WorkBudget& budget);
+    void drop() noexcept;
+    void sort_batch();
+    template <class See>
+    void for_each_open(See&& see) const { // pair by pair
+        for (std::size_t i = head_; i < queue_.size(); ++i)
+            for (Entry entry = queue_[i]; entry.count > 0; ++entry.first, --entry.count) see(entry);
+    }
     bool step_hollow(const Entry& entry, WorkBudget& budget);
     bool find_ball(HollowPair& pair, Index sphere, WorkBudget& budget);
     double room_in_leaf(HollowPair& pair, Index sphere, Index leaf, WorkBudget& budget);
@@ -90,14 +114,12 @@ private:
     void add_open_link(const Entry& entry, std::vector<Contact>& out) const;
     void open(const Entry& entry);
     [[nodiscard]] int level_of(const Entry& entry) const noexcept;
-    void find_level_reached() noexcept;
 
     std::vector<SolidPair> solids_;
     std::vector<HollowPair> hollows_;    // memory of the first hollow_count_ is in use
     std::size_t hollow_count_ = 0;
     std::vector<Entry> queue_;           // PairList: entries from head_ on are open
     std::size_t head_ = 0;
-    std::array<std::uint32_t, 256> open_at_level_{}; // entries from head_ on, by level_of
     int leaf_depth_ = 0;                 // deepest level of all trees added
     std::vector<Contact> collisions_;    // CollisionList
     std::vector<std::pair<double, Index>> stack_; // of the search in progress: bound, lumen sphere
@@ -105,6 +127,15 @@ private:
     bool searching_ = false;             // the first open entry's search was interrupted
     DescentStats stats_;
     double margin_ = 0.0;
+    DescentOrder order_ = DescentOrder::Breadth;
+    int cap_ = 0;
+    std::size_t batch_end_ = 0;          // Deepest: entries before it are in order
 };
+
+/// Unit vector along v; any axis, always the same, where v has no length.
+[[nodiscard]] inline Vec3 direction_of(const Vec3& v) noexcept {
+    const double length = v.norm();
+    return length > 0.0 ? Vec3(v / length) : Vec3(Vec3::UnitX());
+}
 
 } // namespace seldinger::spheretree

@@ -44,9 +44,10 @@ struct SolidPairFixture {
             }
         return pairs;
     }
-    [[nodiscard]] std::vector<Contact> run(std::uint64_t units, DescentStats* stats = nullptr) const {
+    [[nodiscard]] std::vector<Contact> run(std::uint64_t units, DescentStats* stats = nullptr,
+                                           DescentOrder order = DescentOrder::Breadth) const {
         Descent descent;
-        descent.begin(0.0);
+        descent.begin(0.0, order, 1);
         descent.add_solid_pair(view_a, view_b);
         WorkBudget budget(units);
         descent.run(budget);
@@ -86,6 +87,55 @@ TEST(Descent, NeverDropsATrueContactAtAnyBudget) {
         const auto contacts = f.run(units, &stats);
         EXPECT_LE(stats.pairs_tested, units);
         for (const auto& pair : expected) ASSERT_TRUE(is_known(f, contacts, pair)) << "budget " << units;
+    }
+}
+
+TEST(Descent, EveryOrderKnowsEveryTrueContactAtAnyBudgetAndEndsWithTheSameOnes) {
+    const SolidPairFixture f;
+    const auto expected = f.brute_force();
+    for (const DescentOrder order : {DescentOrder::Breadth, DescentOrder::Deepest, DescentOrder::Depth, DescentOrder::DepthCapped}) {
+        for (const std::uint64_t units : {0U, 1U, 3U, 9U, 100U, 101U, 1500U, 4000U})
+            for (const auto& pair : expected) ASSERT_TRUE(is_known(f, f.run(units, nullptr, order), pair)) << int(order) << ", budget " << units;
+        std::set<std::pair<Index, Index>> found;
+        DescentStats stats;
+        for (const Contact& c : f.run(WorkBudget::kUnlimited, &stats, order)) found.emplace(c.feature_a[0], c.feature_b[0]);
+        EXPECT_EQ(stats.pairs_open, 0u);
+        if (order != DescentOrder::DepthCapped) {
+            EXPECT_EQ(found, expected) << int(order);
+        }
+    }
+}
+
+TEST(Descent, DepthFirstLeavesPairsAtTheRootThatBreadthFirstHasRefined) {
+    const SolidPairFixture f;
+    DescentStats breadth, deepest, depth;
+    (void)f.run(800, &breadth);
+    (void)f.run(800, &deepest, DescentOrder::Deepest);
+    (void)f.run(800, &depth, DescentOrder::Depth);
+    EXPECT_GT(breadth.level_reached, depth.level_reached);
+    EXPECT_EQ(breadth.level_reached, deepest.level_reached) << "the order within a round is no reason to leave one out";
+}
+
+TEST(Descent, InterruptedAtEveryTestItGoesOnToTheSameList) {
+    const SolidPairFixture f;
+    for (const DescentOrder order : {DescentOrder::Breadth, DescentOrder::Deepest, DescentOrder::Depth, DescentOrder::DepthCapped}) {
+        Descent descent;
+        descent.begin(0.0, order, 1);
+        descent.add_solid_pair(f.view_a, f.view_b);
+        std::uint64_t tests = 0;
+        for (bool finished = false; !finished; ++tests) {
+            WorkBudget one(1);
+            finished = descent.run(one);
+            ASSERT_LE(one.spent(), 1u);
+            if (!finished) ASSERT_EQ(descent.stats().pairs_tested, tests + 1);
+        }
+        std::vector<Contact> bit_by_bit, at_once = f.run(WorkBudget::kUnlimited, nullptr, order);
+        descent.add_contacts(bit_by_bit);
+        ASSERT_EQ(bit_by_bit.size(), at_once.size()) << int(order);
+        for (std::size_t k = 0; k < at_once.size(); ++k) {
+            ASSERT_EQ(bit_by_bit[k].feature_a[0], at_once[k].feature_a[0]) << int(order) << ", contact " << k;
+            ASSERT_EQ(bit_by_bit[k].feature_b[0], at_once[k].feature_b[0]) << int(order) << ", contact " << k;
+        }
     }
 }
 

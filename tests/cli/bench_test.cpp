@@ -1,0 +1,61 @@
+// `bench`: the tables of the sphere trees come out whole, and what they promise stands in them.
+#include "program.hpp"
+
+namespace seldinger::cli_test {
+namespace {
+
+/// Percent of the surface; parts shorter than 1e-4 of the body that lie in no single sphere count as uncovered, since nothing proves
+/// them covered: a few of them along the seams of spheres.
+constexpr double kUndecided = 1e-5;
+
+class BenchCommand : public Program {
+protected:
+    Json measure(const std::string& name) {
+        const fs::path file = folder / (name + ".json");
+        EXPECT_TRUE(ended_with(call({"bench", name, "--quick", "--json", file.string()}), 0));
+        return Json::parse(text_of(file), nullptr, false);
+    }
+};
+
+TEST_F(BenchCommand, AnInterruptedDescentMissesNothingAndCallsLessTouchingTheMoreItMayDo) {
+    const Json table = measure("interruptible");
+    ASSERT_TRUE(table.contains("rows"));
+    double last = 0.0;
+    std::string bodies;
+    for (const Json& row : table["rows"]) {
+        EXPECT_EQ(row["missed"], 0.0) << row;
+        EXPECT_GE(row["called_touching"].get<double>(), row["touching"].get<double>()) << row;
+        EXPECT_GT(row["touching"].get<double>(), 0.0) << "nothing to find: " << row;
+        if (!row["budget"].get<std::string>().starts_with("work")) continue;
+        if (row["bodies"] == bodies) {
+            EXPECT_LE(row["called_touching"].get<double>(), last) << row;
+        }
+        bodies = row["bodies"];
+        last = row["called_touching"];
+    }
+    EXPECT_EQ(table["rows"].size(), 3u * (5 + 1 + 4));
+}
+
+TEST_F(BenchCommand, EveryTreeCoversItsSurface) {
+    const Json table = measure("spheretree");
+    ASSERT_TRUE(table.contains("rows"));
+    int trees = 0;
+    for (const Json& row : table["rows"]) {
+        if (!row.contains("leaves")) continue;
+        ++trees;
+        EXPECT_LT(row["uncovered_percent"].get<double>(), kUndecided) << row;
+        EXPECT_GT(row["reachable_percent"].get<double>(), 100.0 - kUndecided) << row;
+        EXPECT_LE(row["leaves"], 512) << row;
+    }
+    EXPECT_GE(trees, 2);
+    EXPECT_GT(table["rows"].back()["million_tests_per_s"].get<double>(), 0.0);
+}
+
+TEST_F(BenchCommand, AnUnknownNameIsRefusedWithTheKnownOnes) {
+    const Ended ended = call({"bench", "spheretrees"});
+    EXPECT_TRUE(ended_with(ended, 2));
+    EXPECT_NE(ended.err.find("interruptible"), std::string::npos);
+}
+
+} // namespace
+} // namespace seldinger::cli_test
