@@ -1,6 +1,7 @@
 #include "fem/force_plan.hpp"
 
 #include "base/box.hpp"
+#include "fem/block.hpp"
 #include "fem/tissue.hpp"
 
 #include <algorithm>
@@ -52,12 +53,12 @@ void number_nodes(ForcePlan& plan, std::span<const Tet> tets, std::span<const In
 }
 
 void fill_lane(TetBatch& batch, std::size_t lane, const TetShape& shape, double volume) {
-    double sum = 0.0;
-    for (int i = 0; i < 9; ++i) {
-        batch.inverse[i][lane] = shape.inverse[i];
-        sum += shape.inverse[i] * shape.inverse[i];
-    }
-    batch.inverse_sq[lane] = sum;
+    Block<double> inverse, turned;
+    for (int i = 0; i < 9; ++i) batch.inverse[i][lane] = inverse.m[i] = turned.m[i / 3 + i % 3 * 3] = shape.inverse[i];
+    const Block<double> gram = transposed_product(turned, turned);
+    constexpr int kKept[6] = {0, 4, 8, 1, 2, 5};
+    for (int k = 0; k < 6; ++k) batch.gram[k][lane] = gram.m[kKept[k]];
+    batch.inverse_det[lane] = determinant(inverse);
     batch.volume[lane] = volume;
 }
 

@@ -18,7 +18,8 @@ inline constexpr std::size_t kChunkBatches = 64;  // its slots fit in the first-
 struct alignas(64) TetBatch {
     double inverse[9][kBatch];  // Dm^-1, row-major, 1/m
     double volume[kBatch];      // m^3
-    double inverse_sq[kBatch];  // |Dm^-1|^2, 1/m^2
+    double gram[6][kBatch];     // Dm^-1 Dm^-T: xx yy zz xy xz yz, 1/m^2
+    double inverse_det[kBatch]; // det Dm^-1, 1/m^3
     Index node[4][kBatch];      // records, as bytes from the first
     Index slot[4][kBatch];      // partial sums, as bytes from the first
 };

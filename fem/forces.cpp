@@ -99,7 +99,6 @@ TetReport add_tet_forces(const TissueModel& model, std::span<const Vec3> positio
         const double det = determinant(find_gradient(model, tet, [&](Index node) { return position[node].data(); }));
         if (det <= 0.0) ++report.inverted;
     }
-    report.stiffest = found.high;
     if (found.low_place == kNoIndex) return report;
     report.min_volume_ratio = found.low;
     report.min_volume_tet = model.plan.tet_of[found.low_place];
@@ -110,8 +109,16 @@ TetReport measure_tets(const TissueModel& model, std::span<const Vec3> position)
     return measure_with_law(model, [&](Index node) { return position[node].data(); });
 }
 
-TetReport measure_tets(const TissueModel& model, std::span<const NodeRecord> records) noexcept {
-    return measure_with_law(model, [&](Index node) { return records[model.plan.record_of[node]].x; });
+TetReport measure_tets(const TissueModel& model, std::span<const NodeRecord> records, std::span<TetSum> scratch, unsigned threads) noexcept {
+    const TetSum sum = sum_tets(model.plan, make_tet_job(model, TetKernel::Force, threads), records, scratch);
+    TetReport report;
+    report.elastic_energy = sum.energy;
+    report.inverted = sum.inverted;
+    report.first_bad_tet = sum.first_bad_tet;
+    if (sum.low_place == kNoIndex) return report;
+    report.min_volume_ratio = sum.low;
+    report.min_volume_tet = model.plan.tet_of[sum.low_place];
+    return report;
 }
 
 Index add_stiffness_product(const TissueModel& model, std::span<const Vec3> position, std::span<const Vec3> displacement,

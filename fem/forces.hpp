@@ -12,8 +12,6 @@ struct TetReport {
     double min_volume_ratio = 1.0;     // det F of the most compressed tet, [-]; <= 0: inverted
     Index min_volume_tet = kNoIndex;
     std::uint32_t inverted = 0;        // tets with det F <= 0
-    double stiffest = 0.0;             // Pa/m^2, largest scale of a tet's stiffness per volume: its growth is what counts;
-                                       // filled by add_tet_forces only
     double elastic_energy = 0.0;       // J, 0 at rest for every law; filled by measure_tets only
     Index first_bad_tet = kNoIndex;    // first tet with a det F or energy that is not finite; filled by measure_tets only
 };
@@ -27,8 +25,9 @@ TetReport add_tet_forces(const TissueModel& model, std::span<const Vec3> positio
 
 /// Energy, volume ratios and first bad element of a configuration; no forces.
 [[nodiscard]] TetReport measure_tets(const TissueModel& model, std::span<const Vec3> position) noexcept;
-/// The same of records in the plan's order.
-[[nodiscard]] TetReport measure_tets(const TissueModel& model, std::span<const NodeRecord> records) noexcept;
+/// The same of records in the plan's order, vectorised; scratch [plan.chunks.size()].
+[[nodiscard]] TetReport measure_tets(const TissueModel& model, std::span<const NodeRecord> records, std::span<TetSum> scratch,
+                                     unsigned threads) noexcept;
 
 /// Adds K(x) d, the elastic stiffness at `position` times a nodal displacement (exact derivative of -add_tet_forces).
 /// Returns the tet that takes up the most energy of d: max d_e . K_e d_e.

@@ -13,6 +13,7 @@ void prepare_workspace(const ForcePlan& plan, RkWorkspace& w) {
     for (std::vector<NodeRecord>* array : {&w.start, &w.stage, &w.slope}) array->resize(plan.node_count());
     w.partial.resize(plan.slots.size());
     w.extra.resize(plan.node_count());
+    w.sums.resize(plan.chunks.size());
 }
 
 void note_volume(IntegrateReport& report, double ratio, Index tet) noexcept {
@@ -23,15 +24,34 @@ void note_volume(IntegrateReport& report, double ratio, Index tet) noexcept {
 
 enum class StageOutcome : std::uint8_t { Fine, NotFinite, Stiffened };
 
-/// Sees a tet stiffen since the step was derived. The step keeps 17 % in hand; the frequency grows with the root of this.
-constexpr double kStiffnessGrowth = 1.3;
+/// Sees a tet stiffen since the step was derived.
 struct StiffnessWatch {
-    double reference = 0.0; // of the first stage after the estimate; 0: not seen yet
-    [[nodiscard]] bool trips(double stiffest) noexcept {
-        if (reference == 0.0) reference = stiffest;
-        return stiffest > kStiffnessGrowth * reference;
+    TetGrowth growth;
+    double largest = 1.0; // growth met so far
+    [[nodiscard]] bool trips(double grown) noexcept {
+        growth.use = TetGrowth::Use::Compare;
+        largest = std::max(largest, grown);
+        return grown > kRejectedGrowth;
     }
 };
+
+/// Whether the step of the last derivation still holds at a tet's largest growth since.
+bool holds(const StableStepWorkspace& w, const SubstepLimits& limits, double growth) noexcept {
+    const KeptGrowth kept = kept_growth(limits.integrator);
+    return w.rates_age < limits.substeps_per_estimate && growth <= (w.rates_age < kLeastKept ? kept.at_once : kept.settled);
+}
+
+/// The same at the start of a call, of a body that may be another.
+bool can_keep(const TissueModel& model, const StableStepWorkspace& w, const SubstepLimits& limits) noexcept {
+    return w.rates_hold && w.warm && w.mode.size() == model.node_count() && w.notes.size() == model.plan.batches.size() &&
+           holds(w, limits, 1.0);
+}
+
+/// The first evaluation after a derivation notes how stiff every tet is, all others compare.
+StiffnessWatch make_watch(const ForcePlan& plan, StableStepWorkspace& w, bool derived) {
+    w.notes.resize(plan.batches.size());
+    return {{derived ? TetGrowth::Use::Note : TetGrowth::Use::Compare, w.notes.data()}};
+}
 
 /// What a sub-step needs at hand.
 struct Substep {
@@ -59,7 +79,9 @@ const PartialForce* find_extra(const Substep& s, std::span<const NodeRecord> now
 StageOutcome run_stage(const Substep& s, std::span<const NodeRecord> now, NodeUpdate update, double reach, double drift) noexcept {
     const ForcePlan& plan = s.model.plan;
     const TetKernel kernel = s.model.material.viscosity > 0.0 ? TetKernel::ViscousForce : TetKernel::Force;
-    const Extremes tets = run_tets(plan, make_tet_job(s.model, kernel, s.w.threads), now, s.w.partial);
+    TetJob forces = make_tet_job(s.model, kernel, s.w.threads);
+    if (s.watch) forces.growth = s.watch->growth;
+    const Extremes tets = run_tets(plan, forces, now, s.w.partial);
     if (s.watch && s.watch->trips(tets.high)) return StageOutcome::Stiffened;
     if (tets.low_place != kNoIndex) note_volume(s.report, tets.low, plan.tet_of[tets.low_place]);
     NodeJob job{.update = update, .start = s.w.start.data(), .now = now.data(), .out = s.w.stage.data(), .slope = s.w.slope.data(),
@@ -72,7 +94,7 @@ StageOutcome run_stage(const Substep& s, std::span<const NodeRecord> now, NodeUp
     const Index bad = update_nodes(plan, job);
     if (bad == kNoIndex) return StageOutcome::Fine;
     s.report.first_bad_node = bad;
-    s.report.first_bad_tet = measure_tets(s.model, now).first_bad_tet;
+    s.report.first_bad_tet = measure_tets(s.model, now, s.w.sums, 1).first_bad_tet;
     return StageOutcome::NotFinite;
 }
 
@@ -116,8 +138,8 @@ void aim_pinned(const TissueModel& model, TissueState& state, double step, const
     }
 }
 
-void measure_end(const TissueModel& model, const TissueState& state, IntegrateReport& report) noexcept {
-    const TetReport tets = measure_tets(model, state.position);
+void measure_end(const TissueModel& model, const TissueState& state, RkWorkspace& w, IntegrateReport& report) noexcept {
+    const TetReport tets = measure_tets(model, w.start, w.sums, w.threads);
     note_volume(report, tets.min_volume_ratio, tets.min_volume_tet);
     report.inverted = tets.inverted;
     report.elastic_j = tets.elastic_energy;
@@ -150,12 +172,14 @@ void begin(const TissueModel& model, TissueState& state, double step, const Inte
 }
 
 /// Pinned nodes to the last bit where they were sent, and the end's energies.
-void finish(const TissueModel& model, TissueState& state, const IntegrateInputs& inputs, bool arrived, const RkWorkspace& w,
+void finish(const TissueModel& model, TissueState& state, const IntegrateInputs& inputs, bool arrived, RkWorkspace& w,
             IntegrateReport& report) noexcept {
-    scatter_records(model.plan, w.start, state.position, state.velocity);
     if (arrived && !inputs.pinned_target.empty())
-        for (std::size_t k = 0; k < model.pinned.size(); ++k) state.position[model.pinned[k]] = inputs.pinned_target[k];
-    measure_end(model, state, report);
+        for (std::size_t k = 0; k < model.pinned.size(); ++k)
+            for (int axis = 0; axis < 3; ++axis)
+                w.start[model.plan.record_of[model.pinned[k]]].x[axis] = inputs.pinned_target[k][axis];
+    scatter_records(model.plan, w.start, state.position, state.velocity);
+    measure_end(model, state, w, report);
 }
 
 } // namespace
@@ -188,30 +212,36 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
     AdvanceReport report;
     IntegrateReport& done = report.integrate;
     begin(model, state, step, inputs, w, done);
-    double left = step, cap = std::numeric_limits<double>::infinity();
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    double left = step, cap = kNone;
     while (done.finite() && left > 0.0) {
-        const StableStep stable = find_stable_step(model, w.start, inputs.springs, stable_workspace, limits.integrator);
-        if (report.estimates++ == 0 || stable.step < report.tightest.step) report.tightest = stable;
+        const bool derive = !can_keep(model, stable_workspace, limits);
+        const StableStep stable = derive ? find_stable_step(model, w.start, inputs.springs, stable_workspace, limits.integrator)
+                                         : find_stable_step_again(model, inputs.springs, stable_workspace, limits.integrator);
+        if (derive) ++report.estimates;
+        if (report.tightest.step == 0.0 || stable.step < report.tightest.step) report.tightest = stable;
         const unsigned spent = done.substeps_done + report.rejected;
         const unsigned wanted =
             spent < limits.max_substeps ? count_substeps(left, {.step = std::min(stable.step, cap)}, limits.max_substeps - spent) : 0;
         report.refused = wanted == 0;
         if (report.refused) break;
         const double h = left / wanted;
-        StiffnessWatch watch;
+        StiffnessWatch watch = make_watch(model.plan, stable_workspace, derive);
         const Substep substep{model, inputs, w, &watch, done};
         StageOutcome outcome = StageOutcome::Fine;
         unsigned taken = 0;
-        while (taken < wanted && taken < limits.substeps_per_estimate && outcome == StageOutcome::Fine) {
+        while (taken < wanted && outcome == StageOutcome::Fine && holds(stable_workspace, limits, watch.largest)) {
             outcome = take_substep(substep, h, limits.integrator);
-            if (outcome == StageOutcome::Fine) ++taken;
+            if (outcome == StageOutcome::Fine) ++taken, ++stable_workspace.rates_age;
         }
+        stable_workspace.rates_hold = outcome == StageOutcome::Fine && holds(stable_workspace, limits, watch.largest);
         done.substeps_done += taken;
+        if (taken > 0) report.last_substep = h;
         left = taken == wanted ? 0.0 : left - taken * h;
         if (outcome == StageOutcome::NotFinite) break;
-        // stiffened within the very first sub-step: it moves too far at once; later ones only need a new estimate
-        const bool too_far = outcome == StageOutcome::Stiffened && taken == 0;
-        cap = too_far ? 0.5 * h : std::numeric_limits<double>::infinity();
+        // stiffened within the very first sub-step of a fresh step: it moves too far at once; otherwise a new one is all it needs
+        const bool too_far = outcome == StageOutcome::Stiffened && taken == 0 && derive;
+        cap = too_far ? 0.5 * h : kNone;
         if (outcome == StageOutcome::Stiffened) ++report.rejected;
     }
     report.time_done = step - left;

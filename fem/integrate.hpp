@@ -34,6 +34,7 @@ struct RkWorkspace {
     std::vector<NodeRecord> start, stage, slope; // [node_count] state, where forces are evaluated, weighted sum of slopes
     std::vector<PartialForce> partial;           // [slots]
     std::vector<PartialForce> extra;             // [node_count] N, springs and external forces
+    std::vector<TetSum> sums;                    // [chunks]
     unsigned threads = 1;                        // the bits are the same for any number
 };
 
@@ -54,22 +55,23 @@ IntegrateReport integrate_leapfrog(const TissueModel& model, TissueState& state,
 struct SubstepLimits {
     Integrator integrator = Integrator::Rk4;
     unsigned max_substeps = 2000;       // per call; more are needed: refused, the state stays where it got to
-    unsigned substeps_per_estimate = 16; // >= 1; the stable step is derived again after so many, and whenever a tet stiffens
+    unsigned substeps_per_estimate = 64; // >= 1; the stable step is derived again after so many, and whenever a tet stiffens
 };
 
 struct AdvanceReport {
     IntegrateReport integrate;
     StableStep tightest;     // the smallest stable step met
-    unsigned estimates = 0;  // times the stable step was derived
+    unsigned estimates = 0;  // times the stable step was derived; 0: an earlier call's still holds
     unsigned rejected = 0;   // sub-steps not taken because a tet stiffened within them
     double time_done = 0.0;  // s, = step when all went well
+    double last_substep = 0.0; // s, length of the last sub-step taken; 0: none was
     bool refused = false;    // max_substeps was not enough: tightest.step and worst_tet say why
 };
 
-/// Advances by `step` in as many sub-steps as the body's stiffness asks for at the time. Quiet bodies cost one warm estimate
-/// per call (a little more than one sub-step). A sub-step in which some tet's stiffness grows by kStiffnessGrowth is not
-/// taken: the step is derived again, and halved where that alone does not help. At the worst the call is refused, the state
-/// finite and where time_done says.
+/// Advances by `step` in as many sub-steps as the body's stiffness asks for at the time. A derived step is kept, over calls too,
+/// until some tet has stiffened too much for it (KeptGrowth): every force evaluation looks. A sub-step in which a tet stiffens to
+/// kRejectedGrowth is not taken: the step is derived again, and halved where that alone does not help. At the worst the call
+/// is refused, the state finite and where time_done says.
 AdvanceReport advance(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs,
                       const SubstepLimits& limits, RkWorkspace& workspace, StableStepWorkspace& stable_workspace);
 

@@ -19,23 +19,48 @@ enum class TetKernel : std::uint8_t {
 /// Extremes of one kernel run; places are positions in the plan, ties go to the lower one.
 struct Extremes {
     double low;                // Force*: smallest det F
-    double high;               // Force*: largest stiffness scale, Pa/m^2; Stiffness: most energy that a tet takes up
+    double high;               // Force*: largest growth since TetJob::growth was noted, 1 without; Stiffness: most energy that a tet takes up
     Index low_place, high_place;
     void join(const Extremes& other) noexcept;
 };
 [[nodiscard]] Extremes no_extremes() noexcept;
+
+/// How stiff the eight tets of a batch were at some time, as reciprocals.
+struct alignas(64) StiffnessNote {
+    double per_tangent[kBatch]; // 1/Pa, of a bound on the largest eigenvalue of the tangent
+    double per_size[kBatch];    // of |F|^2, which drag and turning frames grow with
+};
+
+/// Sees in a force evaluation how much the stiffest tet has grown since an earlier one.
+struct TetGrowth {
+    enum class Use : std::uint8_t { None, Note, Compare };
+    Use use = Use::None;
+    StiffnessNote* notes = nullptr; // [batches]
+};
 
 struct TetJob {
     TetKernel kernel = TetKernel::Force;
     MaterialLaw law = MaterialLaw::NeoHookean;
     LawConstants constants;
     double viscosity = 0.0;
+    TetGrowth growth;     // of Force and ViscousForce
     unsigned threads = 1; // the bits are the same for any number
 };
 
 /// Overwrites every partial sum of the plan. records [node_count], partial [plan.slots.size()]
 Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records,
                   std::span<PartialForce> partial) noexcept;
+
+/// Energy and volume ratios of some tets.
+struct TetSum {
+    double energy = 0.0;              // J
+    double low = 0.0;                 // smallest det F; the first in the plan's order of equal ones
+    Index low_place = kNoIndex;       // in the plan
+    Index first_bad_tet = kNoIndex;   // lowest caller's id of a det F or energy that is not finite
+    std::uint32_t inverted = 0;       // det F <= 0
+};
+/// Of all tets, by the job's law and constants. per_chunk [plan.chunks.size()] is scratch.
+TetSum sum_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<TetSum> per_chunk) noexcept;
 
 /// What a node does with its force F: a = inv_mass (F + extra) + gravity - mass_damping v, 0 where pinned; D = [v | a].
 enum class NodeUpdate : std::uint8_t {

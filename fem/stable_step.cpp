@@ -110,23 +110,30 @@ double find_limit(const StableStep& stable, Integrator integrator) noexcept {
     return kStepSafety * kLeapfrogLimit / stable.omega_max * (std::sqrt(1.0 + ratio * ratio) - ratio);
 }
 
+StableStep join(const TissueModel& model, const TissueRates& tissue, const ContactSprings* springs, StableStepWorkspace& w,
+                Integrator integrator) {
+    const SpringBound contact = springs ? bound_springs(model.plan, *springs, w) : SpringBound{};
+    StableStep stable;
+    stable.worst_tet = tissue.worst_tet;
+    stable.tissue_omega = std::sqrt(tissue.elastic);
+    stable.omega_max = std::sqrt(tissue.elastic + contact.stiffness);
+    stable.damping_rate = tissue.viscous + contact.damping + model.material.mass_damping;
+    stable.finite = std::isfinite(stable.omega_max) && std::isfinite(stable.damping_rate);
+    w.warm = stable.finite && tissue.elastic > 0.0;
+    if (stable.finite) stable.step = find_limit(stable, integrator);
+    return stable;
+}
+
 /// w.records hold the positions.
 StableStep find_from_records(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
     const int rounds = w.warm ? w.warm_rounds : w.cold_rounds;
     const Eigenvalue elastic = iterate(model, TetKernel::Stiffness, w.mode, w, rounds);
     const Eigenvalue viscous =
         model.material.viscosity > 0.0 ? iterate(model, TetKernel::Damping, w.damping_mode, w, rounds) : Eigenvalue{};
-    const SpringBound contact = springs ? bound_springs(model.plan, *springs, w) : SpringBound{};
-
-    StableStep stable;
-    stable.worst_tet = elastic.worst_tet;
-    stable.tissue_omega = std::sqrt(elastic.value);
-    stable.omega_max = std::sqrt(elastic.value + contact.stiffness);
-    stable.damping_rate = viscous.value + contact.damping + model.material.mass_damping;
-    stable.finite = std::isfinite(stable.omega_max) && std::isfinite(stable.damping_rate);
-    w.warm = stable.finite && elastic.value > 0.0;
-    if (stable.finite) stable.step = find_limit(stable, integrator);
-    return stable;
+    w.rates = {elastic.value, viscous.value, elastic.worst_tet};
+    w.rates_age = 0;
+    w.rates_hold = false;
+    return join(model, w.rates, springs, w, integrator);
 }
 
 } // namespace
@@ -143,6 +150,10 @@ StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord
     prepare_workspace(model, w);
     std::copy(records.begin(), records.end(), w.records.begin());
     return find_from_records(model, springs, w, integrator);
+}
+
+StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
+    return join(model, w.rates, springs, w, integrator);
 }
 
 double cap_viscosity(const TissueModel& model, const StableStep& at_rest, Integrator integrator) noexcept {

@@ -28,7 +28,13 @@ struct StableStep {
     bool finite = true;          // false: a force product was not finite, step is 0
 };
 
-/// Kept by the caller: the modes, so that the next call starts from them and needs a few rounds only.
+/// The tissue's largest eigenvalues as they were last derived, without springs.
+struct TissueRates {
+    double elastic = 0.0, viscous = 0.0; // 1/s^2, 1/s
+    Index worst_tet = kNoIndex;
+};
+
+/// Kept by the caller, one for a body: the modes, so that the next call starts from them and needs a few rounds only.
 struct StableStepWorkspace {
     std::vector<Vec3> mode, damping_mode; // [node_count] by record, mass-scaled, unit length
     std::vector<Vec3> product;
@@ -36,6 +42,10 @@ struct StableStepWorkspace {
     std::vector<PartialForce> partial;
     std::vector<double> root_inv_mass;     // [node_count] by record, 1/sqrt(kg)
     std::vector<double> row, damping_row;  // [node_count] by record, Gershgorin rows of the springs
+    std::vector<StiffnessNote> notes;      // [batches] how stiff every tet was when the step was derived
+    TissueRates rates;
+    unsigned rates_age = 0;  // sub-steps since they were derived
+    bool rates_hold = false; // the notes were taken with them, and no tet has stiffened since
     unsigned threads = 1;
     bool warm = false;
     int cold_rounds = 30; // first call, or after warm = false
@@ -49,6 +59,25 @@ struct StableStepWorkspace {
 /// The same of records in the plan's order.
 [[nodiscard]] StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord> records,
                                           const ContactSprings* springs, StableStepWorkspace& workspace, Integrator integrator);
+
+/// From the tissue's rates as they were last derived and the springs as they are now: no force evaluation. For a body whose
+/// tets have not stiffened beyond KeptGrowth since.
+[[nodiscard]] StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs,
+                                                StableStepWorkspace& workspace, Integrator integrator);
+
+/// How much any tet may stiffen, by a bound on its tangent, before the step is derived again. If all of them stiffen alike, the
+/// frequency grows with the root. Undamped, RK4's derived step bears a growth of 1.46 ((2.828 / (2.6 kStepSafety))^2),
+/// leapfrog's one of 1.23; power iteration takes 1.04 of that.
+struct KeptGrowth {
+    double settled; // from kLeastKept sub-steps on
+    double at_once; // before that: one tet of many stiffens so much in a lively body, and seldom alone sets the step
+};
+[[nodiscard]] constexpr KeptGrowth kept_growth(Integrator integrator) noexcept {
+    return integrator == Integrator::Rk4 ? KeptGrowth{1.1, 1.4} : KeptGrowth{1.05, 1.15};
+}
+inline constexpr unsigned kLeastKept = 8; // sub-steps: a derivation costs as much as two of RK4's, or six of leapfrog's
+/// A sub-step within which a tet stiffens to this is not taken.
+inline constexpr double kRejectedGrowth = 2.0;
 
 /// The largest viscosity, at most the model's own, that costs no more than kViscousStepShare of the step without it. Exact
 /// at rest: drag is linear in the viscosity.

@@ -19,72 +19,43 @@ HWY_BEFORE_NAMESPACE();
 namespace seldinger::fem {
 namespace HWY_NAMESPACE {
 
-/// Smallest and largest value of every lane with the place where it was first met.
-struct LaneExtremes {
-    V low, high, low_place, high_place;
-    HWY_INLINE LaneExtremes() : low(set(1e300)), high(set(0.0)), low_place(set(-1.0)), high_place(set(-1.0)) {}
-    HWY_INLINE void note(V small, V large, V place) {
-        const auto less = hn::Lt(small, low), more = hn::Gt(large, high);
-        low = hn::IfThenElse(less, small, low);
-        low_place = hn::IfThenElse(less, place, low_place);
-        high = hn::IfThenElse(more, large, high);
-        high_place = hn::IfThenElse(more, place, high_place);
+/// Notes or compares; 1 where there is nothing to compare with. A crushed tet (|F|^2 below 1; 3 is rest) has no drag worth a note.
+template <bool kSize> HWY_INLINE V find_growth(const TetGrowth& growth, std::size_t first, V tangent, V size_sq) {
+    if (growth.use == TetGrowth::Use::None) return set(1.0);
+    StiffnessNote& note = growth.notes[first / kBatch];
+    double *per_tangent = note.per_tangent + first % kBatch, *per_size = note.per_size + first % kBatch;
+    if (growth.use == TetGrowth::Use::Note) {
+        hn::Store(hn::Div(set(1.0), tangent), D8(), per_tangent);
+        if constexpr (kSize) hn::Store(hn::Div(set(1.0), hn::Max(size_sq, set(1.0))), D8(), per_size);
+        return set(1.0);
     }
-    [[nodiscard]] Extremes reduce() const {
-        alignas(64) double value[4][kLanes];
-        hn::Store(low, D8(), value[0]);
-        hn::Store(high, D8(), value[1]);
-        hn::Store(low_place, D8(), value[2]);
-        hn::Store(high_place, D8(), value[3]);
-        Extremes all = no_extremes();
-        for (std::size_t i = 0; i < kLanes; ++i)
-            all.join({value[0][i], value[1][i], value[2][i] < 0.0 ? kNoIndex : static_cast<Index>(value[2][i]),
-                      value[3][i] < 0.0 ? kNoIndex : static_cast<Index>(value[3][i])});
-        return all;
-    }
-};
-
-HWY_INLINE M3 load_inverse(const TetBatch& batch, std::size_t lane) {
-    M3 inverse;
-    SELDINGER_UNROLL for (int i = 0; i < 9; ++i) inverse.m[i] = hn::Load(D8(), batch.inverse[i] + lane);
-    return inverse;
-}
-
-/// stress grad_a for the four corners; they sum to zero by construction, so that momentum is kept to rounding.
-HWY_INLINE void keep_forces(BatchForces& forces, std::size_t lane, const M3& stress, const M3& inverse) {
-    const M3 h = mult(stress, inverse);
-    SELDINGER_UNROLL for (int k = 0; k < 3; ++k) keep_corner(forces, k + 1, lane, {h.m[k], h.m[3 + k], h.m[6 + k]});
-    const auto opposite = [](V a, V b, V c) HWY_ATTR { return hn::Neg(hn::Add(hn::Add(a, b), c)); };
-    keep_corner(forces, 0, lane, {opposite(h.m[0], h.m[1], h.m[2]), opposite(h.m[3], h.m[4], h.m[5]), opposite(h.m[6], h.m[7], h.m[8])});
+    const V grown = hn::Mul(tangent, hn::Load(D8(), per_tangent));
+    if constexpr (kSize) return hn::Max(grown, hn::Mul(size_sq, hn::Load(D8(), per_size)));
+    return grown;
 }
 
 template <class Law, TetKernel kKernel>
-HWY_INLINE void evaluate(const TetBatch& batch, std::size_t lane, V place, const TetJob& job, const NodeRecord* records,
-                         BatchForces& forces, LaneExtremes& extremes) {
-    const M3 inverse = load_inverse(batch, lane);
-    const M3 f = mul(load_edges(batch, lane, records, false), inverse);
+HWY_INLINE M3 evaluate(const TetBatch& batch, std::size_t lane, std::size_t first, const TetJob& job, const NodeRecord* records,
+                       LaneExtremes& extremes) {
+    const V place = hn::Add(set(static_cast<double>(first)), hn::Iota(D8(), 0.0));
     const V factor = hn::Neg(hn::Load(D8(), batch.volume + lane)); // a force is -V P grad_a
+    const M3 edges = load_edges(batch, lane, records, false);
     if constexpr (kKernel == TetKernel::Damping) {
+        const M3 inverse = load_inverse(batch, lane), f = mul(edges, inverse);
         const M3 rate = mul(load_edges(batch, lane, records, true), inverse);
-        keep_forces(forces, lane, mul(f, viscous_second_stress(hn::Mul(set(job.viscosity), factor), f, rate)), inverse);
-        return;
-    }
-    const Constants constants(job.constants, factor);
-    const M3 cof = cofactors(f);
-    const V det = determinant(f, cof);
-    if constexpr (kKernel == TetKernel::Stiffness) {
+        return mult(mul(f, viscous_second_stress(hn::Mul(set(job.viscosity), factor), f, rate)), inverse);
+    } else if constexpr (kKernel == TetKernel::Stiffness) {
+        const M3 inverse = load_inverse(batch, lane), f = mul(edges, inverse), cof = cofactors(f);
         const M3 d = mul(load_edges(batch, lane, records, true), inverse);
-        const M3 stress = Law::stress_along(constants, f, cof, det, d);
-        keep_forces(forces, lane, stress, inverse);
+        const V det = determinant(f, cof);
+        const M3 stress = Law::stress_along(Constants(job.constants, factor), f, cof, det, d);
         extremes.note(det, hn::Neg(contract(d, stress)), place);
+        return mult(stress, inverse);
     } else {
         constexpr bool kViscous = kKernel == TetKernel::ViscousForce;
-        Sym drag{factor, factor, factor, factor, factor, factor};
-        if constexpr (kViscous)
-            drag = viscous_second_stress(hn::Mul(set(job.viscosity), factor), f, mul(load_edges(batch, lane, records, true), inverse));
-        const Response response = Law::template respond<kViscous>(constants, Constants(job.constants, set(1.0)), f, cof, det, drag);
-        keep_forces(forces, lane, response.stress, inverse);
-        extremes.note(det, hn::Mul(response.tangent, hn::Load(D8(), batch.inverse_sq + lane)), place);
+        const Response response = Law::template respond<kViscous>(batch, lane, job, factor, edges, records);
+        extremes.note(response.det, find_growth<kViscous || Law::kTurns>(job.growth, first, response.tangent, response.size_sq), place);
+        return response.force;
     }
 }
 
@@ -94,14 +65,10 @@ Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob&
     for (Index slot = chunk.first_slot; slot < chunk.first_slot + chunk.slot_count; ++slot)
         for (std::size_t q = 0; q < 4; q += hn::Lanes(d4)) hn::Store(hn::Zero(d4), d4, partial[slot].f + q);
     LaneExtremes extremes;
-    BatchForces forces;
-    for (Index b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; ++b) {
+    for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; ++b) {
         const TetBatch& batch = plan.batches[b];
-        for (std::size_t lane = 0; lane < kBatch; lane += kLanes) {
-            const V place = hn::Add(set(static_cast<double>(b * kBatch + lane)), hn::Iota(D8(), 0.0));
-            evaluate<Law, kKernel>(batch, lane, place, job, records, forces, extremes);
-        }
-        add_to_slots(forces, batch, partial);
+        for (std::size_t lane = 0; lane < kBatch; lane += kLanes)
+            add_to_slots(evaluate<Law, kKernel>(batch, lane, b * kBatch + lane, job, records, extremes), batch, lane, partial);
     }
     return extremes.reduce();
 }

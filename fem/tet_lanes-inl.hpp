@@ -102,10 +102,10 @@ HWY_INLINE M3 mult(const M3& a, const M3& b) {
             c.m[3 * i + j] = dot(a.m[3 * i], b.m[3 * j], a.m[3 * i + 1], b.m[3 * j + 1], a.m[3 * i + 2], b.m[3 * j + 2]);
     return c;
 }
+/// sum_ij a_ij b_ij, row by row: three short chains instead of one of nine
 HWY_INLINE V contract(const M3& a, const M3& b) {
-    V sum = hn::Mul(a.m[0], b.m[0]);
-    SELDINGER_UNROLL for (int i = 1; i < 9; ++i) sum = fma(a.m[i], b.m[i], sum);
-    return sum;
+    const auto row = [&](int i) HWY_ATTR { return dot(a.m[i], b.m[i], a.m[i + 1], b.m[i + 1], a.m[i + 2], b.m[i + 2]); };
+    return hn::Add(hn::Add(row(0), row(3)), row(6));
 }
 /// d det(a) / d a
 HWY_INLINE M3 cofactors(const M3& a) {
@@ -234,41 +234,51 @@ HWY_INLINE M3 load_edges(const TetBatch& batch, std::size_t lane, const NodeReco
     return edges;
 }
 
-/// Forces of a batch on its four corners, kept until the sums take them, corner by corner, tet by tet.
-struct alignas(64) BatchForces { double f[4][kBatch][4]; };
-
-HWY_INLINE void keep_corner(BatchForces& forces, int corner, std::size_t lane, const Axes& f) {
-#if HWY_TARGET == HWY_AVX3
-    const Rows rows = turn_back(f);
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) {
-        hn::Store(hn::LowerHalf(D4(), rows.row[i]), D4(), forces.f[corner][i]);
-        hn::Store(hn::UpperHalf(D4(), rows.row[i]), D4(), forces.f[corner][i + 4]);
-    }
-    (void)lane;
-#elif HWY_TARGET == HWY_AVX2
-    const Rows rows = turn_back(f);
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) hn::Store(rows.row[i], D4(), forces.f[corner][lane + static_cast<std::size_t>(i)]);
-#else
-    alignas(64) double axis[3][kLanes];
-    hn::Store(f.x, D8(), axis[0]);
-    hn::Store(f.y, D8(), axis[1]);
-    hn::Store(f.z, D8(), axis[2]);
-    for (std::size_t i = 0; i < kLanes; ++i) {
-        for (int k = 0; k < 3; ++k) forces.f[corner][lane + i][k] = axis[k][i];
-        forces.f[corner][lane + i][3] = 0.0;
-    }
-#endif
+HWY_INLINE M3 load_inverse(const TetBatch& batch, std::size_t lane) {
+    M3 inverse;
+    SELDINGER_UNROLL for (int i = 0; i < 9; ++i) inverse.m[i] = hn::Load(D8(), batch.inverse[i] + lane);
+    return inverse;
 }
 
-/// Adds the forces to their slots; several tets of a batch may share one.
-HWY_INLINE void add_to_slots(const BatchForces& forces, const TetBatch& batch, PartialForce* partial) {
-    const hn::CappedTag<double, 4> d;
-    SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner)
-        SELDINGER_UNROLL for (std::size_t tet = 0; tet < kBatch; ++tet) {
-            double* slot = slot_at(partial, batch.slot[corner][tet]);
-            for (std::size_t q = 0; q < 4; q += hn::Lanes(d))
-                hn::Store(hn::Add(hn::Load(d, slot + q), hn::Load(d, forces.f[corner][tet] + q)), d, slot + q);
+HWY_INLINE Sym load_gram(const TetBatch& batch, std::size_t lane) {
+    const auto at = [&](int k) HWY_ATTR { return hn::Load(D8(), batch.gram[k] + lane); };
+    return {at(0), at(1), at(2), at(3), at(4), at(5)};
+}
+
+/// Adds the forces of the tets `lane` .. lane + kLanes - 1 to their slots, tet by tet, corner by corner: several tets of a batch
+/// may share one, and this order makes the bits. Columns of h are the forces on corners 1 to 3; corner 0 takes their opposite, so
+/// that momentum is kept to rounding.
+HWY_INLINE void add_to_slots(const M3& h, const TetBatch& batch, std::size_t lane, PartialForce* partial) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
+    Rows rows[4];
+    SELDINGER_UNROLL for (int k = 0; k < 3; ++k) rows[k + 1] = turn_back({h.m[k], h.m[3 + k], h.m[6 + k]});
+    SELDINGER_UNROLL for (int i = 0; i < 4; ++i)
+        rows[0].row[i] = hn::Neg(hn::Add(hn::Add(rows[1].row[i], rows[2].row[i]), rows[3].row[i]));
+    const auto add = [&](int corner, int tet, hn::Vec<D4> force) HWY_ATTR {
+        double* slot = slot_at(partial, batch.slot[corner][lane + static_cast<std::size_t>(tet)]);
+        hn::Store(hn::Add(hn::Load(D4(), slot), force), D4(), slot);
+    };
+#if HWY_TARGET == HWY_AVX3
+    SELDINGER_UNROLL for (int i = 0; i < 4; ++i)
+        SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner) add(corner, i, hn::LowerHalf(D4(), rows[corner].row[i]));
+    SELDINGER_UNROLL for (int i = 0; i < 4; ++i)
+        SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner) add(corner, i + 4, hn::UpperHalf(D4(), rows[corner].row[i]));
+#else
+    SELDINGER_UNROLL for (int i = 0; i < 4; ++i)
+        SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner) add(corner, i, rows[corner].row[i]);
+#endif
+#else
+    alignas(64) double value[9][kLanes];
+    for (int i = 0; i < 9; ++i) hn::Store(h.m[i], D8(), value[i]);
+    for (std::size_t tet = 0; tet < kLanes; ++tet)
+        for (int axis = 0; axis < 3; ++axis) {
+            const double f1 = value[3 * axis][tet], f2 = value[3 * axis + 1][tet], f3 = value[3 * axis + 2][tet];
+            slot_at(partial, batch.slot[0][lane + tet])[axis] += -((f1 + f2) + f3);
+            slot_at(partial, batch.slot[1][lane + tet])[axis] += f1;
+            slot_at(partial, batch.slot[2][lane + tet])[axis] += f2;
+            slot_at(partial, batch.slot[3][lane + tet])[axis] += f3;
         }
+#endif
 }
 
 } // namespace seldinger::fem::HWY_NAMESPACE

@@ -6,11 +6,36 @@
 #define SELDINGER_FEM_TET_LAWS_INL
 #endif
 
-#include "fem/material.hpp"
+#include "fem/kernels.hpp"
 #include "fem/tet_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace seldinger::fem::HWY_NAMESPACE {
+
+/// Smallest and largest value of every lane with the place where it was first met.
+struct LaneExtremes {
+    V low, high, low_place, high_place;
+    HWY_INLINE LaneExtremes() : low(set(1e300)), high(set(0.0)), low_place(set(-1.0)), high_place(set(-1.0)) {}
+    HWY_INLINE void note(V small, V large, V place) {
+        const auto less = hn::Lt(small, low), more = hn::Gt(large, high);
+        low = hn::IfThenElse(less, small, low);
+        low_place = hn::IfThenElse(less, place, low_place);
+        high = hn::IfThenElse(more, large, high);
+        high_place = hn::IfThenElse(more, place, high_place);
+    }
+    [[nodiscard]] Extremes reduce() const {
+        alignas(64) double value[4][kLanes];
+        hn::Store(low, D8(), value[0]);
+        hn::Store(high, D8(), value[1]);
+        hn::Store(low_place, D8(), value[2]);
+        hn::Store(high_place, D8(), value[3]);
+        Extremes all = no_extremes();
+        for (std::size_t i = 0; i < kLanes; ++i)
+            all.join({value[0][i], value[1][i], value[2][i] < 0.0 ? kNoIndex : static_cast<Index>(value[2][i]),
+                      value[3][i] < 0.0 ? kNoIndex : static_cast<Index>(value[3][i])});
+        return all;
+    }
+};
 
 /// A law's constants times a factor in every lane; rest_volume is a ratio and stays.
 struct Constants {
@@ -19,10 +44,12 @@ struct Constants {
         : mu(hn::Mul(set(c.mu), factor)), lambda(hn::Mul(set(c.lambda), factor)), rest_volume(set(c.rest_volume)) {}
 };
 
-/// A stress and the scale of the tangent's largest eigenvalue, Pa: compared with itself only, to see a tet stiffen.
+/// What a force evaluation finds of every tet.
 struct Response {
-    M3 stress;
-    V tangent;
+    M3 force;   // columns: on corners 1 to 3, N
+    V det;      // det F
+    V tangent;  // bound on the tangent's largest eigenvalue, Pa: compared with itself only, to see a tet stiffen
+    V size_sq;  // |F|^2; left out by laws that neither turn nor drag
 };
 
 /// viscosity (F^T dF + dF^T F), times F the viscous stress: none in rigid motion.
@@ -36,6 +63,12 @@ HWY_INLINE Sym viscous_second_stress(V viscosity, const M3& f, const M3& rate) {
         return hn::Mul(viscosity, fma(f.m[6 + j], rate.m[6 + i], fma(f.m[3 + j], rate.m[3 + i], fma(f.m[j], rate.m[i], half))));
     };
     return {diagonal(0), diagonal(1), diagonal(2), beside(0, 1), beside(0, 2), beside(1, 2)};
+}
+
+/// The viscous second stress of the tets' own velocities.
+HWY_INLINE Sym find_drag(const TetBatch& batch, std::size_t lane, const TetJob& job, V factor, const M3& inverse, const M3& f,
+                         const NodeRecord* records) {
+    return viscous_second_stress(hn::Mul(set(job.viscosity), factor), f, mul(load_edges(batch, lane, records, true), inverse));
 }
 
 /// P of linear-in-F laws with a drag S: F (S + shear I) + rest.
@@ -52,14 +85,22 @@ struct StVKLanes {
         return {fma(c.mu, g.xx, pressure), fma(c.mu, g.yy, pressure), fma(c.mu, g.zz, pressure),
                 hn::Mul(c.mu, g.xy), hn::Mul(c.mu, g.xz), hn::Mul(c.mu, g.yz)};
     }
+    static constexpr bool kTurns = false;
     template <bool kViscous>
-    static HWY_INLINE Response respond(const Constants& c, const Constants& plain, const M3& f, const M3&, V, const Sym& drag) {
+    static HWY_INLINE Response respond(const TetBatch& batch, std::size_t lane, const TetJob& job, V factor, const M3& edges,
+                                       const NodeRecord* records) {
+        const M3 inverse = load_inverse(batch, lane), f = mul(edges, inverse);
         V trace;
-        Sym s = second_stress(c, f, trace);
-        if constexpr (kViscous)
+        Sym s = second_stress(Constants(job.constants, factor), f, trace);
+        if constexpr (kViscous) {
+            const Sym drag = find_drag(batch, lane, job, factor, inverse, f, records);
             s = {hn::Add(s.xx, drag.xx), hn::Add(s.yy, drag.yy), hn::Add(s.zz, drag.zz),
                  hn::Add(s.xy, drag.xy), hn::Add(s.xz, drag.xz), hn::Add(s.yz, drag.yz)};
-        return {mul(f, s), hn::Mul(fma(set(2.0), plain.mu, plain.lambda), trace)};
+        }
+        // (lambda + 2 mu) |F|^2 of the strains, lambda/2 | |F|^2 - 3 | + mu (|F|^2 + 1) of the stress that turns
+        const double mu = job.constants.mu, lambda = job.constants.lambda;
+        const V tangent = fma(set(1.5 * lambda + 3.0 * mu), trace, set(1.5 * lambda + mu));
+        return {mult(mul(f, s), inverse), determinant(f, cofactors(f)), tangent, trace};
     }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3&, V, const M3& d) {
         V trace;
@@ -154,14 +195,19 @@ struct CorotationalLanes {
     static HWY_INLINE V pressure(const Constants& c, const M3& f, const M3& r) {
         return fms(c.lambda, hn::Sub(contract(r, f), set(3.0)), hn::Add(c.mu, c.mu));
     }
-    /// Linear in stretch: it never stiffens.
+    static constexpr bool kTurns = true;
+    /// Linear in stretch: it stiffens only where a stretched frame resists to turn, which |F|^2 sees.
     template <bool kViscous>
-    static HWY_INLINE Response respond(const Constants& c, const Constants& plain, const M3& f, const M3&, V, const Sym& drag) {
-        const M3 r = find_rotation(f);
+    static HWY_INLINE Response respond(const TetBatch& batch, std::size_t lane, const TetJob& job, V factor, const M3& edges,
+                                       const NodeRecord* records) {
+        const Constants c(job.constants, factor);
+        const M3 inverse = load_inverse(batch, lane), f = mul(edges, inverse), r = find_rotation(f);
         const M3 turned = scaled(r, pressure(c, f, r));
-        const V tangent = fma(set(2.0), plain.mu, plain.lambda), shear = hn::Add(c.mu, c.mu);
-        if constexpr (kViscous) return {with_drag(f, drag, shear, turned), tangent};
-        return {scaled_add(f, shear, turned), tangent};
+        const V shear = hn::Add(c.mu, c.mu), tangent = set(2.0 * job.constants.mu + job.constants.lambda);
+        const V det = determinant(f, cofactors(f)), size_sq = contract(f, f);
+        if constexpr (kViscous)
+            return {mult(with_drag(f, find_drag(batch, lane, job, factor, inverse, f, records), shear, turned), inverse), det, tangent, size_sq};
+        return {mult(scaled_add(f, shear, turned), inverse), det, tangent, size_sq};
     }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3&, V, const M3& d) {
         const M3 r = find_rotation(f);
@@ -188,15 +234,26 @@ struct CorotationalLanes {
 
 /// Stable neo-Hookean, P = mu I/(I + 1) F + lambda (J - alpha) cof F, I = |F|^2: smooth through inversion.
 struct NeoHookeanLanes {
+    static constexpr bool kTurns = false;
+    /// On edges instead of F, with G = Dm^-1 Dm^-T: F Dm^-T = Ds G, cof F Dm^-T = cof(Ds) det Dm^-1, |F|^2 = Ds G : Ds; drag
+    /// F S Dm^-T = Ds G (Ds^T Vs + Vs^T Ds) G.
     template <bool kViscous>
-    static HWY_INLINE Response respond(const Constants& c, const Constants& plain, const M3& f, const M3& cof, V det, const Sym& drag) {
-        const V size_sq = contract(f, f), offset = hn::Sub(det, c.rest_volume);
-        const V shear = hn::Sub(c.mu, hn::Div(c.mu, hn::Add(size_sq, set(1.0))));
-        const M3 swollen = scaled(cof, hn::Mul(c.lambda, offset));
-        const V inner = fma(set(0.5), fma(offset, offset, size_sq), contract(cof, cof));
-        const V tangent = fma(plain.lambda, inner, hn::Add(plain.mu, plain.mu));
-        if constexpr (kViscous) return {with_drag(f, drag, shear, swollen), tangent};
-        return {scaled_add(f, shear, swollen), tangent};
+    static HWY_INLINE Response respond(const TetBatch& batch, std::size_t lane, const TetJob& job, V factor, const M3& edges,
+                                       const NodeRecord* records) {
+        const LawConstants& c = job.constants;
+        const Sym gram = load_gram(batch, lane);
+        const V per_rest = hn::Load(D8(), batch.inverse_det + lane);
+        const M3 a = mul(edges, gram), cof = cofactors(edges);
+        const V det = hn::Mul(determinant(edges, cof), per_rest), size_sq = contract(a, edges), offset = hn::Sub(det, set(c.rest_volume));
+        const V mu = hn::Mul(set(c.mu), factor), shear = hn::Sub(mu, hn::Div(mu, hn::Add(size_sq, set(1.0))));
+        const V pressure = hn::Mul(hn::Mul(set(c.lambda), factor), hn::Mul(offset, per_rest));
+        // 2 mu + lambda (|F| |J - alpha| + |cof F|^2) with |cof F|^2 <= |F|^4 / 3
+        const V inner = fma(set(0.5), fma(offset, offset, size_sq), hn::Mul(hn::Mul(size_sq, size_sq), set(1.0 / 3.0)));
+        const V tangent = fma(set(c.lambda), inner, set(2.0 * c.mu));
+        const M3 force = scaled_add(a, shear, scaled(cof, pressure));
+        if constexpr (!kViscous) return {force, det, tangent, size_sq};
+        const Sym drag = viscous_second_stress(hn::Mul(set(job.viscosity), factor), edges, load_edges(batch, lane, records, true));
+        return {mul_add(mul(a, drag), gram, force), det, tangent, size_sq};
     }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3& cof, V det, const M3& d) {
         const V per_grown = hn::Div(set(1.0), hn::Add(contract(f, f), set(1.0)));

@@ -129,6 +129,53 @@ TEST_P(EveryKernel, ForcesFollowTheCallersNodeIds) {
     for (std::size_t node = 0; node < to.size(); ++node) EXPECT_EQ(force[node], force_shuffled[to[node]]) << node;
 }
 
+TEST_P(EveryKernel, SumsOfEnergyAndVolumeAreTheScalarOnesAndTheSameBitsEverywhere) {
+    const auto model = make_rough(GetParam(), {16, 12, 9});
+    const auto position = deform(model, 0.006);
+    std::vector<NodeRecord> records(model.node_count());
+    std::vector<TetSum> scratch(model.plan.chunks.size());
+    gather_records(model.plan, position, {}, records);
+    const TetReport scalar = measure_tets(model, position), first = measure_tets(model, records, scratch, 1);
+    EXPECT_NEAR(first.elastic_energy, scalar.elastic_energy, 1e-13 * scalar.elastic_energy); // another order of 10,368 terms
+    EXPECT_NEAR(first.min_volume_ratio, scalar.min_volume_ratio, 1e-13);
+    EXPECT_EQ(first.min_volume_tet, scalar.min_volume_tet);
+    EXPECT_EQ(first.inverted, scalar.inverted);
+    EXPECT_GT(first.inverted, 100u);
+    EXPECT_EQ(first.first_bad_tet, kNoIndex);
+    for (const char* isa : {"portable", "avx2", "avx512"}) {
+        if (!choose_isa(isa)) continue;
+        const TetReport other = measure_tets(model, records, scratch, 3);
+        EXPECT_EQ(other.elastic_energy, first.elastic_energy) << isa;
+        EXPECT_EQ(other.min_volume_ratio, first.min_volume_ratio) << isa;
+        EXPECT_EQ(other.inverted, first.inverted) << isa;
+    }
+    auto broken = position;
+    broken[model.tet_nodes[77][2]][1] = std::numeric_limits<double>::quiet_NaN();
+    gather_records(model.plan, broken, {}, records);
+    EXPECT_EQ(measure_tets(model, records, scratch, 1).first_bad_tet, measure_tets(model, broken).first_bad_tet);
+}
+
+TEST_P(EveryKernel, GrowthOfTheStiffestTetIsSeenAndOnlyThat) {
+    const auto model = make_rough(GetParam(), {9, 7, 5});
+    std::vector<NodeRecord> records(model.node_count());
+    std::vector<PartialForce> partial(model.plan.slots.size());
+    std::vector<StiffnessNote> notes(model.plan.batches.size());
+    TetJob job = make_tet_job(model, TetKernel::ViscousForce, 1);
+    const auto run_stretched = [&](double stretch, TetGrowth::Use use) {
+        auto position = model.rest_position;
+        for (const Index node : model.tet_nodes[500]) position[node][0] = 0.05 + stretch * (position[node][0] - 0.05);
+        gather_records(model.plan, position, model.rest_position, records);
+        job.growth = {use, notes.data()};
+        return run_tets(model.plan, job, records, partial).high;
+    };
+    EXPECT_EQ(run_stretched(1.0, TetGrowth::Use::None), 1.0);
+    EXPECT_EQ(run_stretched(1.0, TetGrowth::Use::Note), 1.0);
+    EXPECT_NEAR(run_stretched(1.0, TetGrowth::Use::Compare), 1.0, 1e-15);
+    const double little = run_stretched(1.01, TetGrowth::Use::Compare), more = run_stretched(1.05, TetGrowth::Use::Compare);
+    EXPECT_GT(little, 1.0);
+    EXPECT_GT(more, little);
+}
+
 INSTANTIATE_TEST_SUITE_P(Laws, EveryKernel, testing::ValuesIn(kLaws), name_law);
 
 TEST(ForcePlan, NamesEveryTetAndNodeOnceAndEverySlotOfANode) {
