@@ -70,6 +70,8 @@ struct RodPlane {
     Vec3 normal = Vec3::UnitX();
     double offset = 0.0;     // m
     double force = 0.0;      // N, set by the solve: normal force at its end
+    Vec3 wall_velocity = Vec3::Zero(); // m/s, of what the rod slides on
+    Vec3 drag = Vec3::Zero();          // N, set by the solve: friction that the rod feels; the wall feels the opposite
 };
 
 struct RodDrive {

@@ -117,6 +117,7 @@ private:
         const Vec3 point = weight[0] * state_.position[node[0]] + weight[1] * state_.position[node[1]];
         const double depth = plane.offset - plane.normal.dot(point);
         plane.force = 0.0;
+        plane.drag.setZero();
         if (!(depth > 0.0)) return;
         plane.force = drive_.contact_stiffness * depth;
         Mat3 stiffness = drive_.contact_stiffness * plane.normal * plane.normal.transpose();
@@ -124,11 +125,12 @@ private:
         if (drive_.friction > 0.0) {
             const Mat3 tangential = Mat3::Identity() - plane.normal * plane.normal.transpose();
             const Vec3 start = weight[0] * work_.start[node[0]] + weight[1] * work_.start[node[1]];
-            const Vec3 slide = tangential * (point - start);
+            const Vec3 slide = tangential * (point - start - dt_ * plane.wall_velocity);
             const double speed = std::sqrt(slide.squaredNorm()) / dt_;
             // Coulomb's force opposes the sliding of this step; its coefficient is lagged by one iteration.
             const double viscous = drive_.friction * plane.force / (std::max(speed, kStickSpeed) * dt_);
-            force -= viscous * slide;
+            plane.drag = -viscous * slide;
+            force += plane.drag;
             stiffness += viscous * tangential;
         }
         for (int a = 0; a < 2; ++a) {

@@ -49,6 +49,11 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
         {"coarse_contact", e.coarse_contact, listed(e.coarse_contact, "sphere trees, breadth first, under the budget")},
         {"exact_contact", e.exact_contact && instruments,
          !instruments ? "no instrument" : listed(e.exact_contact, "continuous tests of the skin against the wall, when they fit in the budget")},
+        {"friction", e.friction && instruments,
+         !instruments ? "no instrument" : listed(e.friction, "Coulomb's, between instruments and walls, felt by both")},
+        {"pulse", e.pulse.has_value(),
+         listed(e.pulse.has_value(), e.pulse ? fmt::format("walls widen by {:g} % of their radius every {:g} s", 100.0 * e.pulse->amplitude,
+                                                          e.pulse->period) : "")},
         {"fluoroscopy", e.fluoroscopy, listed(e.fluoroscopy, "X-ray pictures beside the shaded ones")},
     };
 }

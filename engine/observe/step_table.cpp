@@ -95,6 +95,7 @@ constexpr Column kColumns[] = {
     SELDINGER_COLUMN("observe_ms", row.r.ms.observe),
     SELDINGER_COLUMN("charged_cpu_ms", row.r.ms.budget_cpu), // charged_ms in this thread's own time
     SELDINGER_COLUMN("dropped", row.r.dropped),
+    SELDINGER_COLUMN("friction_force_n", row.r.friction_force_n),
 };
 #undef SELDINGER_COLUMN
 

@@ -37,10 +37,11 @@ struct BodyModel {
     std::optional<fem::RigidLinks> links;        // surface on its own tissue, or on the carrier's
     std::vector<MotionRow> path;                 // kinematic bodies
     collision::SurfaceTopology topology;
+    std::vector<Vec3> pulse_reach;               // [vertex_count] m, to the systole's place; hollow bodies under the effect pulse
     spheretree::CoveringTree covering;           // solid bodies
     std::optional<spheretree::LumenTree> lumen;  // hollow bodies
 
-    [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || carrier != SIZE_MAX; }
+    [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || carrier != SIZE_MAX || !pulse_reach.empty(); }
 };
 
 struct InstrumentModel {
@@ -67,6 +68,11 @@ struct Breathing {
     Vec3 direction = Vec3::UnitZ();  // unit, towards the head: expiration
 };
 
+/// The walls of hollow bodies move along BodyModel::pulse_reach, out and back once a period.
+struct Pulse {
+    double period = 0.9; // s
+};
+
 /// Only what is set here has code that runs.
 struct EffectSet {
     bool elasticity = true;     // off: deformable bodies stay at rest
@@ -74,6 +80,7 @@ struct EffectSet {
     bool exact_contact = true;  // continuous tests, when the budget allows
     std::optional<Vec3> gravity; // m/s^2
     std::optional<Breathing> breathing;
+    std::optional<Pulse> pulse;
 };
 
 struct ContactSettings {

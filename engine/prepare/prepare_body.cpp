@@ -1,4 +1,5 @@
 #include "engine/prepare/prepare_body.hpp"
+#include "engine/prepare/pulse.hpp"
 
 #include "engine/io/read_tets.hpp"
 #include "engine/prepare/coarse.hpp"
@@ -176,6 +177,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
         summary.free_balls = lumen->ball_count();
         summary.tree_spheres = lumen->tree.sphere_count();
         model.lumen = std::move(*lumen);
+        if (scene.effects.pulse) model.pulse_reach = find_pulse_reach(model.surface, *model.lumen, scene.effects.pulse->amplitude);
     } else {
         model.covering = spheretree::build_covering_tree(model.surface);
         summary.tree_spheres = model.covering.tree.sphere_count();

@@ -78,7 +78,7 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     model.topology = collision::make_topology(model.skin.triangles, model.skin.vertex_count());
     model.port = {entry->position, entry->direction};
     model.lumen = spec.lumen;
-    model.friction = spec.friction;
+    model.friction = scene.effects.friction ? spec.friction : 0.0;
     model.inserted = spec.inserted;
     model.limits = {spec.speed_limit, spec.rotation_limit};
     for (const PathPoint& point : spec.path) model.path.push_back({point.time, point.insertion, point.rotation});
@@ -103,6 +103,7 @@ EffectSet make_effects(const Scene& scene) {
     if (scene.effects.breathing)
         effects.breathing = Breathing{scene.effects.breathing->amplitude, scene.effects.breathing->period,
                                       scene.effects.breathing->direction};
+    if (scene.effects.pulse) effects.pulse = Pulse{scene.effects.pulse->period};
     return effects;
 }
 

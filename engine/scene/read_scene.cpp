@@ -90,20 +90,27 @@ void read_contact(const Values& values, ContactSpec& contact) {
     contact.assumed_depth = values.number("assumed_depth");
 }
 
-bool* find_effect(Effects& effects, std::string_view name, bool& breathing) {
+/// Effects that have details of their own: on or not.
+struct Detailed {
+    bool breathing = false, pulse = false;
+};
+
+bool* find_effect(Effects& effects, std::string_view name, Detailed& detailed) {
     if (name == "elasticity") return &effects.elasticity;
     if (name == "gravity") return &effects.gravity;
     if (name == "damping") return &effects.damping;
     if (name == "coarse_contact") return &effects.coarse_contact;
     if (name == "exact_contact") return &effects.exact_contact;
-    return name == "breathing" ? &breathing : &effects.fluoroscopy;
+    if (name == "friction") return &effects.friction;
+    if (name == "breathing") return &detailed.breathing;
+    return name == "pulse" ? &detailed.pulse : &effects.fluoroscopy;
 }
 
 std::optional<Error> read_effect_list(const CheckContext& context, const JsonNode& list, Effects& effects,
-                                      bool& breathing) {
+                                      Detailed& detailed) {
     for (std::size_t i = 0; i < list.children.size(); ++i) {
         const JsonNode& name = list.children[i];
-        bool& on = *find_effect(effects, name.text, breathing);
+        bool& on = *find_effect(effects, name.text, detailed);
         if (on)
             return error_at(context, name.at, fmt::format("effects[{}]", i),
                             fmt::format("the effect \"{}\" is listed twice; once would be right", name.text));
@@ -114,22 +121,26 @@ std::optional<Error> read_effect_list(const CheckContext& context, const JsonNod
 
 std::optional<Error> read_effects(const CheckContext& context, const Values& scene, Effects& effects) {
     const JsonNode* node = scene.find("effects");
-    bool breathing = false;
+    Detailed detailed;
     if (node == nullptr) {
-        effects.elasticity = effects.damping = effects.coarse_contact = effects.exact_contact = true;
+        effects.elasticity = effects.damping = effects.coarse_contact = effects.exact_contact = effects.friction = true;
         effects.gravity = scene.has("gravity");
         return std::nullopt;
     }
     if (node->type == JsonType::List)
-        if (auto error = read_effect_list(context, *node, effects, breathing)) return error;
+        if (auto error = read_effect_list(context, *node, effects, detailed)) return error;
     const Values values = scene.object("effects");
     if (node->type == JsonType::Object)
         for (const JsonNode& member : node->children)
-            *find_effect(effects, member.key, breathing) = member.type == JsonType::Object || member.flag;
+            *find_effect(effects, member.key, detailed) = member.type == JsonType::Object || member.flag;
     if (effects.gravity && !scene.has("gravity"))
         return error_at(context, node->at, "effects",
                         "the effect gravity needs the key \"gravity\" of the scene; adding it would be right");
-    if (!breathing) return std::nullopt;
+    if (detailed.pulse) {
+        const Values pulse = values.object("pulse");
+        effects.pulse = PulseSpec{pulse.number("amplitude"), pulse.number("period")};
+    }
+    if (!detailed.breathing) return std::nullopt;
     const Values details = values.object("breathing");
     BreathingSpec& spec = effects.breathing.emplace();
     spec.amplitude = details.number("amplitude");
@@ -142,6 +153,9 @@ void question_effects(const Scene& scene, CheckContext& context) {
     const Effects& effects = scene.effects;
     if (!effects.gravity && scene.gravity.norm() > 0.0)
         context.questions.push_back("gravity: given, but the effect gravity is off");
+    for (const SceneInstrument& instrument : scene.instruments)
+        if (context.positions.contains("instruments." + instrument.name + ".friction") && !effects.friction)
+            context.questions.push_back(fmt::format("instruments.{}.friction: given, but the effect friction is off", instrument.name));
     for (const SceneBody& body : scene.bodies) {
         const bool damped = body.material.viscosity > 0.0 || body.material.mass_damping > 0.0;
         if (body.kind == BodyKind::Deformable && damped && !effects.damping)

@@ -84,7 +84,9 @@ std::vector<std::string> Effects::names() const {
     if (damping) all.emplace_back("damping");
     if (coarse_contact) all.emplace_back("coarse_contact");
     if (exact_contact) all.emplace_back("exact_contact");
+    if (friction) all.emplace_back("friction");
     if (breathing) all.emplace_back("breathing");
+    if (pulse) all.emplace_back("pulse");
     if (fluoroscopy) all.emplace_back("fluoroscopy");
     return all;
 }

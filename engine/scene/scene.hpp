@@ -139,7 +139,7 @@ inline constexpr double kHandRotationLimit = 3.14; // rad/s
 struct SceneInstrument {
     std::string name;
     fem::RodDesign design;
-    double friction = 0.05;             // Coulomb mu against every wall
+    double friction = 0.05;             // Coulomb mu against every wall, with the effect friction
     double min_bend_radius = 0.0;       // m, bends tighter than this kink it; 0: not stated
     std::size_t skin_triangles = 10000; // of the dense surface, aimed at
     PlaceSpec entry;
@@ -187,6 +187,12 @@ struct BreathingSpec {
     Vec3 direction = Vec3::UnitZ(); // unit, towards the head
 };
 
+/// The walls of hollow bodies widen and narrow with the heart.
+struct PulseSpec {
+    double amplitude = 0.05; // [-] of the local radius, diastole to systole
+    double period = 0.9;     // s
+};
+
 /// What is simulated. Nothing else is.
 struct Effects {
     bool elasticity = false;
@@ -194,7 +200,9 @@ struct Effects {
     bool damping = false; // viscosity and mass damping of the materials
     bool coarse_contact = false;
     bool exact_contact = false;
+    bool friction = false; // of instruments on walls, felt by both
     std::optional<BreathingSpec> breathing;
+    std::optional<PulseSpec> pulse;
     bool fluoroscopy = false; // X-ray pictures beside the shaded ones
 
     /// As a scene lists them.

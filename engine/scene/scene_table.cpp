@@ -188,6 +188,23 @@ const ObjectSpec& units_table() {
     return table;
 }
 
+const ObjectSpec& pulse_table() {
+    static const PulseSpec usual{};
+    static const ObjectSpec table{
+        "pulse",
+        "The walls of hollow bodies widen and narrow, along their outward normals.",
+        "",
+        "",
+        {
+            number_field("amplitude", Dimension::None, {0.0, 0.3, false, 0.0, 0.1, "large arteries widen by 3 to 10 %"},
+                         "Share of the local radius, from diastole to systole.")
+                .by_default(usual.amplitude),
+            number_field("period", Dimension::Time, {0.2, 5.0, false, 0.4, 1.5, "40 to 150 beats a minute"}, "Of a beat.")
+                .by_default(usual.period),
+        }};
+    return table;
+}
+
 const std::vector<std::string_view>& effect_names() {
     static const std::vector<std::string_view> names = effects_table().keys();
     return names;
@@ -205,8 +222,12 @@ const ObjectSpec& effects_table() {
             flag_field("damping", "Viscosity and mass damping of the materials.").by_default(false),
             flag_field("coarse_contact", "Contacts by sphere trees, interrupted by the budget.").by_default(false),
             flag_field("exact_contact", "Continuous contacts, when the budget allows.").by_default(false),
+            flag_field("friction", "Coulomb friction of instruments on walls, by each instrument's key friction; the wall feels it too.").by_default(false),
             value_field("breathing", any_value({flag_field("", "").value, object_value(breathing_table())}),
                         "Respiration: true for the defaults.")
+                .by_default(false),
+            value_field("pulse", any_value({flag_field("", "").value, object_value(pulse_table())}),
+                        "Arterial pulse: true for the defaults.")
                 .by_default(false),
             flag_field("fluoroscopy", "X-ray pictures.").by_default(false),
         }};

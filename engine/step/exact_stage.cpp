@@ -22,7 +22,8 @@ struct NearTriangle {
     Index triangle;
     double distance;
     Vec3 normal;
-    Vec3 point;
+    Vec3 point;    // m, of the wall at t1
+    Vec3 velocity; // m/s
     std::array<double, 3> bary;
 };
 
@@ -79,7 +80,7 @@ void add_planes(const NearList& list, Index node, double weight, double room, In
         for (std::size_t k = first; k < scratch.planes.size() && !known; ++k)
             known = scratch.planes[k].normal.dot(near.normal) > kSameDirection;
         if (known) continue;
-        scratch.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0});
+        scratch.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0, near.velocity});
         scratch.presses.push_back({near.triangle, near.bary});
         if (scratch.planes.size() - first == kPlanesPerPlace) return;
     }
@@ -139,7 +140,7 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
     const double length = std::sqrt(normal.squaredNorm());
     normal = length > 0.0 ? Vec3(normal / length) : Vec3(skin_is_a ? contact.normal : Vec3(-contact.normal));
     const double room = instrument.rod.design.radius + model.contact.clearance;
-    scratch.planes.push_back({node, weight, normal, normal.dot(wall_point) + room, 0.0});
+    scratch.planes.push_back({node, weight, normal, normal.dot(wall_point) + room, 0.0, (wall_point - wall_before) / model.step_s});
     scratch.presses.push_back(press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]));
 }
 
@@ -185,7 +186,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
                 if (!(distance > 0.0)) return;
                 // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
                 const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
-                list.add({id, distance, (p - on.point) / distance, now, on.bary});
+                list.add({id, distance, (p - on.point) / distance, now, (now - on.point) / model.step_s, on.bary});
             });
             add_planes(list, node, weight, room, scratch);
         }

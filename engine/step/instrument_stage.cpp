@@ -144,6 +144,28 @@ void add_to_descent(const SceneModel& model, std::size_t index, StepContext& con
          &context.bodies[instrument.lumen].lumen});
 }
 
+/// The tissue beneath a place of the wall is pushed by `force` [N] along `direction` (unit); as it gives way the push fades.
+static void press_tissue(const SceneModel& model, const BodyModel& wall, const WallPress& press, const Vec3& direction, double force,
+                         const State& state, StepContext& context) {
+    fem::ContactSprings& springs = context.bodies[wall.carrier].springs;
+    const std::vector<Vec3>& nodes = state.bodies[wall.carrier].tissue.position;
+    fem::ContactSpring spring;
+    spring.first_entry = static_cast<Index>(springs.entries.size());
+    spring.stiffness = model.contact.wall_stiffness;
+    spring.offset = -force / spring.stiffness;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+        const Index vertex = wall.surface.triangles[press.triangle][corner];
+        const fem::LinkForces pull = fem::spread_link_force(*wall.links, vertex, nodes, press.bary[corner] * direction);
+        for (int n = 0; n < 3; ++n) {
+            if (pull.node[n] == kNoIndex) continue;
+            springs.entries.push_back({pull.node[n], pull.force[n]});
+            spring.offset -= pull.force[n].dot(nodes[pull.node[n]]);
+        }
+    }
+    spring.entry_count = static_cast<std::uint16_t>(springs.entries.size() - spring.first_entry);
+    if (spring.entry_count > 0) springs.springs.push_back(spring);
+}
+
 void push_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     const InstrumentScratch& scratch = context.instruments[index];
@@ -152,29 +174,14 @@ void push_wall(const SceneModel& model, std::size_t index, const State& state, S
         const fem::RodPlane& plane = scratch.planes[k];
         if (!(plane.force > 0.0)) continue;
         const double force = std::min(plane.force, kMaxPress);
+        const double drag = std::sqrt(plane.drag.squaredNorm()) * (force / plane.force);
         context.report.clamped_forces += plane.force > kMaxPress;
         context.report.contact_force_n += force;
+        context.report.friction_force_n += drag;
         context.report.max_contact_force_n = std::max(context.report.max_contact_force_n, force);
         if (wall.carrier == SIZE_MAX || scratch.presses[k].triangle == kNoIndex) continue;
-        fem::ContactSprings& springs = context.bodies[wall.carrier].springs;
-        const std::vector<Vec3>& nodes = state.bodies[wall.carrier].tissue.position;
-        fem::ContactSpring spring;
-        spring.first_entry = static_cast<Index>(springs.entries.size());
-        spring.stiffness = model.contact.wall_stiffness;
-        // Pressed now with the plane's force; as the wall gives way the push fades.
-        spring.offset = -force / spring.stiffness;
-        for (int corner = 0; corner < 3; ++corner) {
-            const Index vertex = wall.surface.triangles[scratch.presses[k].triangle][std::size_t(corner)];
-            const fem::LinkForces pull = fem::spread_link_force(
-                *wall.links, vertex, nodes, -scratch.presses[k].bary[std::size_t(corner)] * plane.normal);
-            for (int n = 0; n < 3; ++n) {
-                if (pull.node[n] == kNoIndex) continue;
-                springs.entries.push_back({pull.node[n], pull.force[n]});
-                spring.offset -= pull.force[n].dot(nodes[pull.node[n]]);
-            }
-        }
-        spring.entry_count = static_cast<std::uint16_t>(springs.entries.size() - spring.first_entry);
-        if (spring.entry_count > 0) springs.springs.push_back(spring);
+        press_tissue(model, wall, scratch.presses[k], -plane.normal, force, state, context);
+        if (drag > 0.0) press_tissue(model, wall, scratch.presses[k], -spheretree::direction_of(plane.drag), drag, state, context);
     }
 }
 

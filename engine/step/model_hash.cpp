@@ -37,6 +37,7 @@ void add_body(const BodyModel& body, BitHash& hash) noexcept {
         hash.add(row.time);
         hash.add(row.displacement);
     }
+    hash.add(body.pulse_reach);
     if (body.tissue) add_tissue(*body.tissue, hash);
 }
 
@@ -75,6 +76,7 @@ std::uint64_t hash_model(const SceneModel& model) noexcept {
         hash.add(model.effects.breathing->period);
         hash.add(model.effects.breathing->direction);
     }
+    if (model.effects.pulse) hash.add(model.effects.pulse->period);
     const ContactSettings& contact = model.contact;
     for (const double value : {contact.clearance, contact.exact_distance, contact.margin, contact.rod_stiffness, contact.wall_stiffness,
                                contact.solid_stiffness, contact.assumed_depth})

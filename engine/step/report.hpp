@@ -54,6 +54,7 @@ struct StepReport {
     double insertion_m = 0.0, rotation_rad = 0.0;
     double contact_force_n = 0.0;        // sum of normal forces on the walls
     double max_contact_force_n = 0.0;
+    double friction_force_n = 0.0;       // sum of friction forces on the walls
     double pull_force_n = 0.0;           // of the hand that holds a point of a surface
     double target_distance_m = -1.0;     // tip to the followed target; negative: none
     std::uint32_t lumen_exits = 0;       // instrument vertices outside the lumen at the end, by an independent test

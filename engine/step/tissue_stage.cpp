@@ -18,7 +18,7 @@ constexpr double kCatchUp = 2.0;
 
 /// Where the breath takes what is fixed, from where it is now.
 Vec3 breathe(const Breathing& breathing, const Vec3& now, double time, double dt) {
-    const Vec3 wanted = breathing.amplitude * breath_at(breathing, time) * breathing.direction;
+    const Vec3 wanted = breathing.amplitude * wave_at(breathing.period, time) * breathing.direction;
     const double fastest = std::numbers::pi * breathing.amplitude / breathing.period;
     const Vec3 way = wanted - now;
     const double length = std::sqrt(way.squaredNorm());
@@ -98,8 +98,8 @@ Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept {
     return path.back().displacement;
 }
 
-double breath_at(const Breathing& breathing, double time) noexcept {
-    const double turns = time / breathing.period;
+double wave_at(double period, double time) noexcept {
+    const double turns = time / period;
     const double phase = 2.0 * std::numbers::pi * (turns - std::floor(turns));
     return 0.5 * (1.0 - sin_cos(phase).cos);
 }
@@ -135,7 +135,12 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
             const std::size_t owner = body.carrier != SIZE_MAX ? body.carrier : i;
             fem::steer(*body.links, state.bodies[owner].tissue.position, body.surface.vertices, context.bodies[i].frames,
                        surface);
+        } else if (!body.pulse_reach.empty()) {
+            std::copy(body.surface.vertices.begin(), body.surface.vertices.end(), surface.begin());
         }
+        if (body.pulse_reach.empty()) continue;
+        const double share = wave_at(model.effects.pulse->period, state.time + model.step_s);
+        for (std::size_t v = 0; v < surface.size(); ++v) surface[v] += share * body.pulse_reach[v];
     }
 }
 

@@ -18,8 +18,8 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
 /// Displacement of a kinematic body: linear between rows, held outside.
 [[nodiscard]] Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept;
 
-/// Share of a breath taken at a time, 0 at the start of a period, 1 in its middle; smooth, and free of libm.
+/// Share of a breath or a beat at a time, 0 at the start of a period, 1 in its middle; smooth, and free of libm.
 /// source   amplitude (1 - cos) / 2
-[[nodiscard]] double breath_at(const Breathing& breathing, double time) noexcept;
+[[nodiscard]] double wave_at(double period, double time) noexcept;
 
 } // namespace seldinger::engine

@@ -200,11 +200,11 @@ TEST(Breathing, LeftOutMovesNothing) {
 
 TEST(Breathing, IsSmoothFromNothingToAllAndBack) {
     const Breathing breathing{0.01, 4.0, Vec3::UnitZ()};
-    EXPECT_NEAR(breath_at(breathing, 0.0), 0.0, 1e-15);
-    EXPECT_NEAR(breath_at(breathing, 1.0), 0.5, 1e-12);
-    EXPECT_NEAR(breath_at(breathing, 2.0), 1.0, 1e-12);
-    EXPECT_NEAR(breath_at(breathing, 4000.0), 0.0, 1e-9);
-    for (double t = 0.0; t < 8.0; t += 0.01) ASSERT_LT(std::abs(breath_at(breathing, t + 0.01) - breath_at(breathing, t)), 0.01);
+    EXPECT_NEAR(wave_at(breathing.period, 0.0), 0.0, 1e-15);
+    EXPECT_NEAR(wave_at(breathing.period, 1.0), 0.5, 1e-12);
+    EXPECT_NEAR(wave_at(breathing.period, 2.0), 1.0, 1e-12);
+    EXPECT_NEAR(wave_at(breathing.period, 4000.0), 0.0, 1e-9);
+    for (double t = 0.0; t < 8.0; t += 0.01) ASSERT_LT(std::abs(wave_at(breathing.period, t + 0.01) - wave_at(breathing.period, t)), 0.01);
 }
 
 TEST(Stop, AViscosityThatNeedsEndlessSubStepsStopsWithTheNumberAndTheElement) {

@@ -31,7 +31,7 @@ TEST_P(WireInABentTube, NeverLeavesIt) {
 
 constexpr const char* kCoarse = R"("coarse_contact")";
 constexpr const char* kExact = R"("exact_contact")";
-constexpr const char* kBoth = R"("coarse_contact", "exact_contact")";
+constexpr const char* kBoth = R"("coarse_contact", "exact_contact", "friction")";
 
 INSTANTIATE_TEST_SUITE_P(
     , WireInABentTube,
