@@ -47,7 +47,7 @@ void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { s
 namespace seldinger::engine {
 namespace {
 
-constexpr const char* kAllEffects = R"("elasticity", "damping", "coarse_contact", "exact_contact")";
+constexpr const char* kAllEffects = R"("elasticity", "damping", "coarse_contact", "exact_contact", "friction")";
 
 struct Case {
     std::string name;
@@ -77,9 +77,9 @@ TEST_P(StepLoop, AllocatesNothingOnceWarm) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, StepLoop,
-                         ::testing::Values(Case{"WithAStaticTube", {35, "exact", R"("coarse_contact", "exact_contact")", ""}},
+                         ::testing::Values(Case{"WithAStaticTube", {35, "exact", R"("coarse_contact", "exact_contact", "friction")", ""}},
                                            Case{"WithSpheresAlone", {35, "exact", R"("coarse_contact")", ""}},
-                                           Case{"UnderAWorkBudget", {35, "work:500", R"("coarse_contact", "exact_contact")", ""}},
+                                           Case{"UnderAWorkBudget", {35, "work:500", R"("coarse_contact", "exact_contact", "friction")", ""}},
                                            Case{"WithTissue", {35, "exact", kAllEffects, test::kOrgan}}),
                          [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 

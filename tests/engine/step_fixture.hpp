@@ -37,7 +37,7 @@ inline std::string bent_axis(double bend_radius, double radius) {
 struct BentTube {
     double speed = 35.0;            // mm/s, of the hand
     std::string budget = "exact";
-    std::string effects = R"("coarse_contact", "exact_contact")";
+    std::string effects = R"("coarse_contact", "exact_contact", "friction")";
     std::string carrier = {};       // further bodies; embeds the tube in "organ" when not empty
 };
 
