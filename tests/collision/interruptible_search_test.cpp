@@ -1,6 +1,8 @@
-#include "collision/contacts.hpp"
+// The search of the step loop: the same contacts as every pair tested by itself, interrupted or not, without allocating.
+#include "collision/interruptible_search.hpp"
 
-#include "collision/hold_back.hpp"
+#include "collision/contact_search.hpp"
+#include "collision/meeting.hpp"
 #include "collision/proximity.hpp"
 #include "tests/collision/allocations.hpp"
 #include "tests/collision/shapes.hpp"
@@ -37,44 +39,53 @@ std::multiset<Key> keys_of(std::span<const Contact> contacts) {
     return keys;
 }
 
+struct Options {
+    BodyId body_a = 0, body_b = 1;
+    PairOptions pair;
+    TreeOptions tree;
+};
+
 struct Found {
     std::vector<Contact> contacts;
     ExactStats stats;
 };
 
-Found find_between(const Surface& a, const Surface& b, const ExactOptions& options, WorkBudget budget = WorkBudget()) {
-    BoxTree tree_a, tree_b;
-    tree_a.build(a.topology, a.t0);
-    tree_b.build(b.topology, b.t0);
-    tree_a.refit(a.motion());
-    tree_b.refit(b.motion());
-    ContactFinder finder;
+DopTree make_tree(const Surface& s, const TreeOptions& options = {}) {
+    DopTree tree;
+    tree.build(s.topology, s.t0, options);
+    tree.refit(s.motion());
+    return tree;
+}
+
+Found find_between(const Surface& a, const Surface& b, const Options& options, WorkBudget budget = WorkBudget()) {
+    DopTree tree_a = make_tree(a, options.tree), tree_b = make_tree(b, options.tree);
+    InterruptibleSearch search;
     Found found;
-    found.stats = finder.find(a.motion(), tree_a, b.motion(), tree_b, options, budget, found.contacts);
-    EXPECT_EQ(finder.safe_times().size(), found.contacts.size());
+    found.stats = search.find({options.body_a, &tree_a, a.motion()}, {options.body_b, &tree_b, b.motion()}, options.pair, budget, found.contacts);
     return found;
 }
 
-Found find_within(const Surface& a, const ExactOptions& options) {
-    BoxTree tree;
-    tree.build(a.topology, a.t0);
-    tree.refit(a.motion());
-    ContactFinder finder;
+Found find_within(const Surface& a, const Options& options) {
+    DopTree tree = make_tree(a, options.tree);
+    InterruptibleSearch search;
     WorkBudget budget;
     Found found;
-    found.stats = finder.find_self(a.motion(), tree, options, budget, found.contacts);
+    const SearchSide side{options.body_a, &tree, a.motion()};
+    found.stats = search.find(side, side, options.pair, budget, found.contacts);
     return found;
 }
 
 SweptPoint swept(const Surface& s, Index v) { return {s.t0[v], s.t1[v]}; }
 
 /// Every pair of features, no tree.
-void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, BodyId body_b, const SweepLimits& limits, bool self,
+void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, BodyId body_b, const PairOptions& options, bool self,
                           std::multiset<Key>& keys) {
+    const SweepLimits limits{.distance = options.distance, .tolerance = options.tolerance};
     for (Index v = 0; v < a.t0.size(); ++v)
         for (const Triangle& t : b.triangles) {
             if (self && (t[0] == v || t[1] == v || t[2] == v)) continue;
-            if (!sweep_vertex_face(swept(a, v), {swept(b, t[0]), swept(b, t[1]), swept(b, t[2])}, limits).hit()) continue;
+            const std::array<SweptPoint, 3> face{swept(b, t[0]), swept(b, t[1]), swept(b, t[2])};
+            if (!(options.distance > 0.0 ? sweep_vertex_face(swept(a, v), face, limits).hit() : meet_vertex_face(swept(a, v), face).meets)) continue;
             Contact c{.body_a = body_a, .body_b = body_b};
             c.feature_a[0] = v;
             std::copy(t.begin(), t.end(), c.feature_b);
@@ -82,16 +93,18 @@ void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, Bod
         }
 }
 
-std::multiset<Key> brute_force(const Surface& a, const Surface& b, const ExactOptions& options, bool self) {
+std::multiset<Key> brute_force(const Surface& a, const Surface& b, const Options& options, bool self) {
     std::multiset<Key> keys;
     const BodyId body_b = self ? options.body_a : options.body_b;
-    add_vertex_face_keys(a, b, options.body_a, body_b, options.limits, self, keys);
-    if (!self) add_vertex_face_keys(b, a, options.body_b, options.body_a, options.limits, self, keys);
+    const SweepLimits limits{.distance = options.pair.distance, .tolerance = options.pair.tolerance};
+    add_vertex_face_keys(a, b, options.body_a, body_b, options.pair, self, keys);
+    if (!self) add_vertex_face_keys(b, a, options.body_b, options.body_a, options.pair, self, keys);
     for (Index i = 0; i < a.topology.edges.size(); ++i)
         for (Index k = self ? i + 1 : 0; k < b.topology.edges.size(); ++k) {
             const Edge &e = a.topology.edges[i], &f = b.topology.edges[k];
             if (self && (e[0] == f[0] || e[0] == f[1] || e[1] == f[0] || e[1] == f[1])) continue;
-            if (!sweep_edge_edge({swept(a, e[0]), swept(a, e[1])}, {swept(b, f[0]), swept(b, f[1])}, options.limits).hit()) continue;
+            const std::array<SweptPoint, 2> edge_a{swept(a, e[0]), swept(a, e[1])}, edge_b{swept(b, f[0]), swept(b, f[1])};
+            if (!(limits.distance > 0.0 ? sweep_edge_edge(edge_a, edge_b, limits).hit() : meet_edge_edge(edge_a, edge_b).meets)) continue;
             Contact c{.body_a = options.body_a, .body_b = body_b};
             std::copy(e.begin(), e.end(), c.feature_a);
             std::copy(f.begin(), f.end(), c.feature_b);
@@ -100,23 +113,39 @@ std::multiset<Key> brute_force(const Surface& a, const Surface& b, const ExactOp
     return keys;
 }
 
-TEST(Contacts, AreThoseOfEveryPairTestedByItself) {
+/// Combinations that change what is culled, never what is found.
+std::vector<TreeOptions> some_trees() {
+    return {{}, {.fine = false}, {.dop = 18, .arity = 4, .cluster_size = 1, .builder = TreeBuilder::Middle}, {.dop = 26, .arity = 2, .fine = false}};
+}
+
+TEST(InterruptibleSearch, FindsWhatEveryPairTestedByItselfFinds) {
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
         const Surface a = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.3), b = testing::make_triangle_soup(random, 80, 1.0, 0.3, 0.3);
-        const ExactOptions options{.limits = {.distance = seed % 2 ? 0.0 : 0.02}};
+        Options options{.pair = {.distance = seed % 2 ? 0.0 : 0.02}};
         const Found found = find_between(a, b, options);
         EXPECT_GT(found.contacts.size(), 50u);
         EXPECT_TRUE(found.stats.finished);
         EXPECT_EQ(keys_of(found.contacts), brute_force(a, b, options, false));
         EXPECT_EQ(found.stats.hits_vf + found.stats.hits_ee, found.contacts.size());
-        Found swapped = find_between(b, a, {.body_a = 1, .body_b = 0, .limits = options.limits});
+        const Found swapped = find_between(b, a, {.body_a = 1, .body_b = 0, .pair = options.pair});
         EXPECT_EQ(keys_of(found.contacts), keys_of(swapped.contacts));
+        for (const TreeOptions& tree : some_trees()) {
+            options.tree = tree;
+            const Found other = find_between(a, b, options);
+            ASSERT_EQ(other.contacts.size(), found.contacts.size());
+            for (std::size_t i = 0; i < found.contacts.size(); ++i) {
+                EXPECT_EQ(key_of(found.contacts[i]), key_of(other.contacts[i]));
+                EXPECT_EQ(found.contacts[i].time, other.contacts[i].time);
+                EXPECT_EQ(found.contacts[i].normal, other.contacts[i].normal);
+            }
+            EXPECT_EQ(found.stats.safe_fraction, other.stats.safe_fraction);
+        }
     }
 }
 
-TEST(Contacts, WithinOneSurfaceAreThoseOfEveryPairTestedByItself) {
+TEST(InterruptibleSearch, FindsWithinOneSurfaceWhatEveryPairTestedByItselfFinds) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
@@ -126,17 +155,22 @@ TEST(Contacts, WithinOneSurfaceAreThoseOfEveryPairTestedByItself) {
         tube.triangles.push_back({3, 3, 3});      // a point
         tube.triangles.push_back(tube.triangles[7]); // duplicate
         tube.close();
-        const ExactOptions options;
-        const Found found = find_within(tube, options);
-        EXPECT_GT(found.contacts.size(), 20u);
-        EXPECT_EQ(keys_of(found.contacts), brute_force(tube, tube, options, true));
+        for (const double distance : {0.0, 0.01}) {
+            Options options{.pair = {.distance = distance, .tolerance = 1e-3 * distance}};
+            const auto expected = brute_force(tube, tube, options, true);
+            EXPECT_GT(expected.size(), 20u);
+            for (const TreeOptions& tree : some_trees()) {
+                options.tree = tree;
+                EXPECT_EQ(keys_of(find_within(tube, options).contacts), expected);
+            }
+        }
     }
 }
 
-TEST(Contacts, CarryTheFeaturesTheyStandOn) {
+TEST(InterruptibleSearch, TellsTheFeaturesThatContactsStandOn) {
     Random random(31);
     const Surface a = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2);
-    const ExactOptions options{.body_a = 4, .body_b = 7, .limits = {.distance = 0.05, .tolerance = 1e-4}};
+    const Options options{.body_a = 4, .body_b = 7, .pair = {.distance = 0.05, .tolerance = 1e-4}};
     for (const Contact& c : find_between(a, b, options).contacts) {
         const Surface& body_a = c.body_a == 4 ? a : b;
         const Surface& body_b = c.body_b == 7 ? b : a;
@@ -161,7 +195,7 @@ TEST(Contacts, CarryTheFeaturesTheyStandOn) {
     }
 }
 
-TEST(Contacts, AnInterruptedSearchSaysSo) {
+TEST(InterruptibleSearch, SaysWhenItWasInterrupted) {
     Random random(32);
     const Surface a = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2);
     const Found whole = find_between(a, b, {});
@@ -180,7 +214,7 @@ TEST(Contacts, AnInterruptedSearchSaysSo) {
     EXPECT_EQ(enough.contacts.size(), whole.contacts.size());
 }
 
-TEST(Contacts, OfEmptyAndTinyBodiesAreFound) {
+TEST(InterruptibleSearch, TakesEmptyAndTinyBodies) {
     Surface empty, one;
     empty.close();
     one.t0 = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -195,46 +229,21 @@ TEST(Contacts, OfEmptyAndTinyBodiesAreFound) {
     EXPECT_FALSE(find_between(one, other, {}).contacts.empty());
 }
 
-TEST(Contacts, AVertexThatIsNotFiniteHidesNothing) {
+TEST(InterruptibleSearch, AVertexThatIsNotFiniteHidesNothing) {
+    const Options options{.pair = {.distance = 1e-3}};
     Random random(33);
     Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2);
-    const auto before = keys_of(find_between(a, b, {}).contacts);
+    const auto before = keys_of(find_between(a, b, options).contacts);
     a.t1[7][1] = std::numeric_limits<double>::quiet_NaN();
-    const auto after = keys_of(find_between(a, b, {}).contacts);
+    const auto after = keys_of(find_between(a, b, options).contacts);
     EXPECT_TRUE(std::includes(after.begin(), after.end(), before.begin(), before.end()));
-}
-
-TEST(BoxTree, RefittingWhatMovedFindsTheSame) {
-    Random random(34);
-    Surface a = testing::make_triangle_soup(random, 200, 1.0, 0.2, 0.0), b = testing::make_triangle_soup(random, 200, 1.0, 0.2, 0.0);
-    BoxTree tree_a, tree_b;
-    tree_a.build(a.topology, a.t0);
-    tree_b.build(b.topology, b.t0);
-    ContactFinder finder;
-    std::vector<Contact> contacts;
-    for (int step = 0; step < 10; ++step) {
-        std::vector<Index> moved;
-        a.t0 = a.t1;
-        for (Index v = static_cast<Index>(random.bits() % 30); v < a.t0.size(); v += 30) {
-            moved.push_back(v);
-            a.t1[v] += random.vector(0.3);
-        }
-        // what moved a step ago stands still now, and its box may stay as it was
-        tree_a.refit_moved(a.motion(), moved);
-        contacts.clear();
-        WorkBudget budget;
-        finder.find(a.motion(), tree_a, b.motion(), tree_b, {}, budget, contacts);
-        EXPECT_EQ(keys_of(contacts), keys_of(find_between(a, b, {}).contacts)) << step;
-    }
 }
 
 TEST(Proximity, FindsTheTrianglesWithinARadius) {
     Random random(35);
     const Surface a = testing::make_triangle_soup(random, 300, 1.0, 0.2, 0.2);
-    BoxTree tree;
-    tree.build(a.topology, a.t0);
-    tree.refit(a.motion());
     for (int trial = 0; trial < 200; ++trial) {
+        DopTree tree = make_tree(a, some_trees()[static_cast<std::size_t>(trial) % some_trees().size()]);
         const Vec3 p = random.vector(1.0);
         std::set<Index> found, expected;
         for_each_close_triangle(tree, a.motion(), p, 0.3, [&](Index id, const PointOnTriangle& on) {
@@ -249,8 +258,8 @@ TEST(Proximity, FindsTheTrianglesWithinARadius) {
     }
 }
 
-/// A fast rod driven against and along a wall one triangle thin, its motion held back: never on the other side.
-TEST(HoldBack, NothingPassesThroughAThinWall) {
+/// A fast rod driven against and along a wall one triangle thin, its motion cut to the safe fraction: never on the other side.
+TEST(InterruptibleSearch, TheSafeFractionLetsNothingThroughAThinWall) {
     constexpr std::uint64_t kSeed = 36;
     Random random(kSeed);
     Surface wall;
@@ -266,55 +275,86 @@ TEST(HoldBack, NothingPassesThroughAThinWall) {
     wall.close();
     Surface rod = testing::make_bent_tube(0.01, 0.5e-3, 12, 8, 30.0);
     for (Vec3& p : rod.t0) p += Vec3(0.0, 0.0, 0.002);
-    BoxTree rod_tree, wall_tree;
-    rod_tree.build(rod.topology, rod.t0);
-    wall_tree.build(wall.topology, wall.t0);
-    ContactFinder finder;
-    MotionHolder holder;
-    const ExactOptions options{.limits = {.distance = 1e-4, .tolerance = 1e-6}};
+    DopTree rod_tree = make_tree(rod), wall_tree = make_tree(wall);
+    InterruptibleSearch search;
+    std::vector<Contact> contacts;
     double moved = 0.0;
-    std::uint32_t held = 0;
+    int held = 0;
     for (int step = 0; step < 300; ++step) {
-        const Vec3 push(random.real(-2e-3, 2e-3), random.real(-2e-3, 2e-3), random.real(-35e-3, 10e-3));
+        const Vec3 push(random.real(-2e-3, 2e-3), random.real(-2e-3, 2e-3), random.real(-35e-3, 35e-3));
         for (std::size_t v = 0; v < rod.t0.size(); ++v) rod.t1[v] = rod.t0[v] + push + random.vector(2e-4);
         for (std::size_t v = 0; v < rod.t0.size(); ++v) // stays above the wall, and in reach
             rod.t1[v] = rod.t1[v].cwiseMax(Vec3(-8e-3, -8e-3, -1.0)).cwiseMin(Vec3(8e-3, 8e-3, 0.012));
+        rod_tree.refit(rod.motion());
         WorkBudget budget;
-        const HoldReport report = holder.hold(finder, {&rod.topology, &rod_tree, rod.t0, rod.t1},
-                                              {&wall.topology, &wall_tree, wall.t0, wall.t1}, options, budget);
-        EXPECT_TRUE(report.proven);
-        held += report.held;
+        contacts.clear();
+        const ExactStats stats = search.find({0, &rod_tree, rod.motion()}, {1, &wall_tree, wall.motion()}, {.distance = 1e-4, .tolerance = 1e-6}, budget, contacts);
+        held += stats.safe_fraction < 1.0;
         for (std::size_t v = 0; v < rod.t0.size(); ++v) {
-            ASSERT_GT(rod.t1[v][2], 0.0) << "seed " << kSeed << " step " << step << " vertex " << v;
-            moved += (rod.t1[v] - rod.t0[v]).norm();
+            const Vec3 to = rod.t0[v] + stats.safe_fraction * (rod.t1[v] - rod.t0[v]);
+            moved += (to - rod.t0[v]).norm();
+            rod.t0[v] = to;
+            ASSERT_GT(to[2], 0.0) << "seed " << kSeed << " step " << step << " vertex " << v;
         }
-        rod.t0 = rod.t1;
-        wall.t0 = wall.t1;
     }
     EXPECT_GT(moved, 0.1);
-    EXPECT_GT(held, 1000u);
+    EXPECT_GT(held, 50);
+    rod.t1 = rod.t0;
     EXPECT_TRUE(find_between(rod, wall, {}).contacts.empty());
 }
 
-TEST(Contacts, NothingIsAllocatedAfterTheFirstStep) {
+/// Phase by phase or all at once: the same contacts with the same bits.
+TEST(InterruptibleSearch, GivesTheBitsOfContactSearch) {
+    Random random(38);
+    const Surface a = testing::make_triangle_soup(random, 200, 1.0, 0.2, 0.2), b = testing::make_triangle_soup(random, 250, 1.0, 0.2, 0.2);
+    for (const double distance : {0.0, 0.02}) {
+        SearchOptions options;
+        options.distance = distance;
+        options.within = false;
+        const std::array<const SurfaceTopology*, 2> surfaces{&a.topology, &b.topology};
+        const std::array<std::span<const Vec3>, 2> positions{a.t0, b.t0};
+        const std::array<SurfaceMotion, 2> motions{a.motion(), b.motion()};
+        ContactSearch search;
+        search.build(surfaces, positions, options);
+        search.refit(motions);
+        search.find_candidates();
+        std::vector<SearchContact> expected;
+        search.decide(expected);
+        const Found found = find_between(a, b, {.pair = {.distance = distance}});
+        ASSERT_EQ(found.contacts.size(), expected.size());
+        EXPECT_GT(expected.size(), 200u);
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+            EXPECT_EQ(key_of(found.contacts[i]), key_of(expected[i].contact));
+            EXPECT_EQ(found.contacts[i].time, expected[i].contact.time);
+            EXPECT_EQ(found.contacts[i].point, expected[i].contact.point);
+            EXPECT_EQ(found.contacts[i].gap, expected[i].contact.gap);
+        }
+        EXPECT_EQ(found.stats.safe_fraction, search.stats().safe_fraction);
+        EXPECT_EQ(found.stats.candidates_ee, search.stats().candidates_ee);
+    }
+}
+
+TEST(InterruptibleSearch, AllocatesNothingAfterTheFirstStep) {
     Random random(37);
-    const Surface a = testing::make_triangle_soup(random, 300, 1.0, 0.2, 0.2), b = testing::make_triangle_soup(random, 300, 1.0, 0.2, 0.2);
-    BoxTree tree_a, tree_b;
-    tree_a.build(a.topology, a.t0);
-    tree_b.build(b.topology, b.t0);
-    ContactFinder finder;
+    Surface a = testing::make_triangle_soup(random, 300, 1.0, 0.2, 0.2);
+    const Surface b = testing::make_triangle_soup(random, 300, 1.0, 0.2, 0.2);
+    DopTree tree_a = make_tree(a), tree_b = make_tree(b);
+    InterruptibleSearch search;
     std::vector<Contact> contacts;
-    std::size_t before = 0;
-    for (int step = 0; step < 3; ++step) {
+    contacts.reserve(4096);
+    std::size_t before = 0, first = 0;
+    for (int step = 0; step < 4; ++step) {
         if (step == 1) before = testing::allocation_count();
+        for (std::size_t v = 0; v < a.t0.size(); ++v) a.t1[v] += random.vector(0.02); // more contacts with every step
         contacts.clear();
         tree_a.refit(a.motion());
         tree_b.refit(b.motion());
         WorkBudget budget;
-        finder.find(a.motion(), tree_a, b.motion(), tree_b, {}, budget, contacts);
+        (void)search.find({0, &tree_a, a.motion()}, {1, &tree_b, b.motion()}, {}, budget, contacts);
+        if (step == 0) first = contacts.size();
     }
     EXPECT_EQ(testing::allocation_count() - before, 0u);
-    EXPECT_FALSE(contacts.empty());
+    EXPECT_GT(contacts.size(), first);
 }
 
 } // namespace
