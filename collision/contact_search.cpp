@@ -31,8 +31,8 @@ void ContactSearch::parallel(std::size_t count, const Work& work) const {
     arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, work); });
 }
 
-void ContactSearch::build(std::span<const SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
-                          const SearchOptions& options) {
+void ContactSearch::build(std::span<const SurfaceTopology* const> surfaces,
+                          std::span<const std::span<const Vec3>> positions, const SearchOptions& options) {
     assert(surfaces.size() == positions.size());
     options_ = options;
     trees_.assign(surfaces.size(), DopTree());
@@ -41,25 +41,33 @@ void ContactSearch::build(std::span<const SurfaceTopology* const> surfaces, std:
     jobs_.clear();
     for (BodyId a = 0; a < surfaces.size(); ++a)
         for (BodyId b = a; b < surfaces.size(); ++b)
-            if (a == b ? options.within : options.between) jobs_.push_back({.a = a, .b = b, .pair = {}, .cluster_pairs = {}, .chunks = {}});
+            if (a == b ? options.within : options.between)
+                jobs_.push_back({.a = a, .b = b, .pair = {}, .cluster_pairs = {}, .chunks = {}});
 }
 
 void ContactSearch::set_motions(std::span<const SurfaceMotion> motions) {
     assert(motions.size() == trees_.size());
     motions_.assign(motions.begin(), motions.end());
     for (Job& job : jobs_)
-        job.pair = SurfacePair({job.a, &trees_[job.a], motions_[job.a]}, {job.b, &trees_[job.b], motions_[job.b]}, options_);
+        job.pair =
+            SurfacePair({job.a, &trees_[job.a], motions_[job.a]}, {job.b, &trees_[job.b], motions_[job.b]}, options_);
 }
 
 void ContactSearch::refit(std::span<const SurfaceMotion> motions) {
     set_motions(motions);
-    const auto piece_end = [](std::size_t piece, std::size_t count) { return static_cast<Index>(std::min((piece + 1) * kRefitPiece, count)); };
+    const auto piece_end = [](std::size_t piece, std::size_t count) {
+        return static_cast<Index>(std::min((piece + 1) * kRefitPiece, count));
+    };
     for (std::size_t i = 0; i < trees_.size(); ++i) {
         DopTree& tree = trees_[i];
         if (tree.empty()) continue;
         const std::size_t vertices = tree.topology().vertex_count(), clusters = tree.clusters().size();
-        parallel(pieces_of(vertices, kRefitPiece), [&](std::size_t p) { tree.refit_vertices(motions_[i], static_cast<Index>(p * kRefitPiece), piece_end(p, vertices)); });
-        parallel(pieces_of(clusters, kRefitPiece), [&](std::size_t p) { tree.refit_clusters(static_cast<Index>(p * kRefitPiece), piece_end(p, clusters)); });
+        parallel(pieces_of(vertices, kRefitPiece), [&](std::size_t p) {
+            tree.refit_vertices(motions_[i], static_cast<Index>(p * kRefitPiece), piece_end(p, vertices));
+        });
+        parallel(pieces_of(clusters, kRefitPiece), [&](std::size_t p) {
+            tree.refit_clusters(static_cast<Index>(p * kRefitPiece), piece_end(p, clusters));
+        });
         tree.refit_nodes();
     }
 }
@@ -86,9 +94,12 @@ void ContactSearch::refit_blocks(const Job& job) {
         std::vector<Index>& list = stale_[body];
         std::sort(list.begin(), list.end());
         list.erase(std::unique(list.begin(), list.end()), list.end());
+        if (options_.tree.fine)
+            for (const Index cluster : list) trees_[body].refit_fine_vertices(cluster, motions_[body]);
         constexpr std::size_t kPiece = 256;
         parallel(pieces_of(list.size(), kPiece), [&](std::size_t p) {
-            for (std::size_t i = p * kPiece; i < std::min((p + 1) * kPiece, list.size()); ++i) trees_[body].refit_blocks(list[i]);
+            for (std::size_t i = p * kPiece; i < std::min((p + 1) * kPiece, list.size()); ++i)
+                trees_[body].refit_blocks(list[i]);
         });
         if (job.a == job.b) break;
     }
@@ -99,14 +110,16 @@ void ContactSearch::find_candidates() {
     for (Job& job : jobs_) {
         job.cluster_pairs.clear();
         traversal_.start(job.pair);
-        while (traversal_.advance(job.pair, kChunk, job.cluster_pairs)) {}
+        while (traversal_.advance(job.pair, kChunk, job.cluster_pairs)) {
+        }
         stats_.box_tests += traversal_.box_tests();
         stats_.cluster_pairs += job.cluster_pairs.size();
         refit_blocks(job);
         use_chunks(job, pieces_of(job.cluster_pairs.size(), kChunk));
         parallel(job.chunk_count, [&](std::size_t i) {
             const std::size_t end = std::min((i + 1) * kChunk, job.cluster_pairs.size());
-            for (std::size_t k = i * kChunk; k < end; ++k) job.pair.collect(job.cluster_pairs[k], job.chunks[i].candidates);
+            for (std::size_t k = i * kChunk; k < end; ++k)
+                job.pair.collect(job.cluster_pairs[k], job.chunks[i].candidates);
         });
         for (std::size_t i = 0; i < job.chunk_count; ++i) {
             const CandidateLists& found = job.chunks[i].candidates;
@@ -122,8 +135,8 @@ void ContactSearch::start_given(std::span<const SurfaceMotion> motions) {
     for (Job& job : jobs_) use_chunks(job, 0);
 }
 
-void ContactSearch::give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
-                                    std::span<const FeaturePair> edge_edge) {
+void ContactSearch::give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face,
+                                    std::span<const FeaturePair> face_vertex, std::span<const FeaturePair> edge_edge) {
     for (Job& job : jobs_) {
         if (job.a != a || job.b != b) continue;
         use_chunks(job, pieces_of(std::max({vertex_face.size(), face_vertex.size(), edge_edge.size()}), kGivenChunk));
@@ -137,7 +150,8 @@ void ContactSearch::give_candidates(BodyId a, BodyId b, std::span<const FeatureP
         deal(face_vertex, &CandidateLists::face_vertex);
         deal(edge_edge, &CandidateLists::edge_edge);
         if (a != b) continue;
-        for (std::size_t i = 0; i < job.chunk_count; ++i) // within one surface the edge of smaller vertex ids comes first
+        for (std::size_t i = 0; i < job.chunk_count;
+             ++i) // within one surface the edge of smaller vertex ids comes first
             for (FeaturePair& pair : job.chunks[i].candidates.edge_edge)
                 if (pair.b < pair.a) std::swap(pair.a, pair.b);
     }

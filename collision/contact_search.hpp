@@ -1,8 +1,8 @@
-// All contacts of one step between and within moving surfaces, exactly: refit, find candidates, decide. Phase by phase, so that
-// whoever owns a clock can time each, on any number of threads. Same contacts, same bits, for every tree, builder, instruction set
-// and number of threads.
-// At distance 0 the verdicts are those of meeting.hpp: true contacts and no others. At a distance they are those of sweep.hpp: none
-// missed, and pairs up to distance + tolerance may be reported too.
+// All contacts of one step between and within moving surfaces, exactly: refit, find candidates, decide. Phase by phase,
+// so that whoever owns a clock can time each, on any number of threads. Same contacts, same bits, for every tree,
+// builder, instruction set and number of threads. At distance 0 the verdicts are those of meeting.hpp: true contacts
+// and no others. At a distance they are those of sweep.hpp: none missed, and pairs up to distance + tolerance may be
+// reported too.
 #pragma once
 
 #include "collision/surface_pair.hpp"
@@ -23,17 +23,18 @@ class ContactSearch {
 public:
     /// surfaces   their topologies must outlive the search; body ids are their places in this list
     /// positions  [surface][vertex] shape of the trees
-    void build(std::span<const SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions, const SearchOptions& options);
+    void build(std::span<const SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
+               const SearchOptions& options);
 
     /// Motions must be finite, and live until the contacts are decided.
     void refit(std::span<const SurfaceMotion> motions);
     void find_candidates();
-    /// Instead of refit and find_candidates: pairs that something else found, for one surface against itself or another (a <= b);
-    /// decide() takes all pairs of surfaces that were given since the last start_given().
+    /// Instead of refit and find_candidates: pairs that something else found, for one surface against itself or another
+    /// (a <= b); decide() takes all pairs of surfaces that were given since the last start_given().
     void start_given(std::span<const SurfaceMotion> motions);
     /// face_vertex   vertices of b, faces of a
-    void give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
-                         std::span<const FeaturePair> edge_edge);
+    void give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face,
+                         std::span<const FeaturePair> face_vertex, std::span<const FeaturePair> edge_edge);
     /// contacts   replaced: sorted by kind (edge-edge first), bodies, ids
     void decide(std::vector<SearchContact>& contacts);
 

@@ -168,8 +168,7 @@ void DopTree::build(const SurfaceTopology& topology, std::span<const Vec3> posit
     node_bounds_.assign(children_.size() * 2 * slabs(), kNothing);
     cluster_bounds_.assign(clusters_.size() * 2 * slabs(), kNothing);
     bounds_.assign(ids_.size() * 2 * slabs(), kNothing);
-    blocks_fresh_.assign(clusters_.size(), 0);
-    fine_fresh_.assign(clusters_.size(), 0);
+    fresh_.assign(clusters_.size(), 0);
     if (options.fine) {
         fine_vertices_.resize(topology.vertex_count());
         fine_clusters_.resize(clusters_.size());
@@ -282,21 +281,24 @@ void DopTree::refit_clusters_of(Index begin, Index end) noexcept {
     for (Index c = begin; c < end; ++c) {
         std::array<float, kStride> joined;
         joined.fill(kNothing);
-        for (Index k = clusters_[c].touched_begin; k < clusters_[c].touched_end; ++k)
-            join(joined.data(), vertex_bounds_.data() + touched_[k] * kStride, kStride);
+        for (const Index vertex : touched(c)) join(joined.data(), vertex_bounds_.data() + vertex * kStride, kStride);
         std::copy(joined.begin(), joined.end(), cluster_bounds_.begin() + static_cast<std::ptrdiff_t>(c * kStride));
-        blocks_fresh_[c] = fine_fresh_[c] = 0;
+        fresh_[c] = 0;
     }
 }
 
 void DopTree::refit_fine(Index cluster, const SurfaceMotion& motion) noexcept {
-    const auto [begin, end] = std::array{clusters_[cluster].touched_begin, clusters_[cluster].touched_end};
-    fine_clusters_[cluster] = project_finely(motion.t0, motion.t1, std::span(touched_).subspan(begin, end - begin), fine_vertices_);
-    fine_fresh_[cluster] = 1;
+    fine_clusters_[cluster] = join_finely(motion.t0, motion.t1, touched(cluster));
+    fresh_[cluster] |= kFine;
+}
+
+void DopTree::refit_fine_vertices(Index cluster, const SurfaceMotion& motion) noexcept {
+    project_finely(motion.t0, motion.t1, touched(cluster), fine_vertices_);
+    fresh_[cluster] |= kFineVertices;
 }
 
 void DopTree::refit_blocks(Index cluster) noexcept {
-    blocks_fresh_[cluster] = 1;
+    fresh_[cluster] |= kBlocks;
     switch (options_.dop) {
     case 6: return refit_blocks_of<3>(clusters_[cluster]);
     case 14: return refit_blocks_of<7>(clusters_[cluster]);
@@ -350,7 +352,7 @@ void DopTree::refit_nodes() noexcept {
 std::size_t DopTree::memory() const noexcept {
     const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     return bytes(children_) + bytes(node_bounds_) + bytes(clusters_) + bytes(cluster_bounds_) + bytes(bounds_) + bytes(ids_) +
-           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(blocks_fresh_) + bytes(fine_fresh_) +
+           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) +
            bytes(fine_vertices_) + bytes(fine_clusters_);
 }
 

@@ -61,12 +61,14 @@ public:
     void refit_vertices(const SurfaceMotion& motion, Index begin, Index end) noexcept;
     void refit_clusters(Index begin, Index end) noexcept;
     void refit_nodes() noexcept;
-    /// Are the bounds of the cluster's features those of the last refit? Making them so: different clusters on different threads.
-    [[nodiscard]] bool blocks_are_fresh(Index cluster) const noexcept { return blocks_fresh_[cluster] != 0; }
+    /// What is refitted when it is wanted: the bounds of a cluster's features; where options().fine is set, the fine bounds of the
+    /// cluster, and those of its vertices. Different clusters on different threads, but for the vertices, which clusters share.
+    [[nodiscard]] bool blocks_are_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kBlocks) != 0; }
+    [[nodiscard]] bool fine_is_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kFine) != 0; }
+    [[nodiscard]] bool fine_vertices_are_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kFineVertices) != 0; }
     void refit_blocks(Index cluster) noexcept;
-    /// The same for the fine bounds of a cluster and of its vertices; vertices that clusters share make it work of one thread.
-    [[nodiscard]] bool fine_is_fresh(Index cluster) const noexcept { return fine_fresh_[cluster] != 0; }
     void refit_fine(Index cluster, const SurfaceMotion& motion) noexcept;
+    void refit_fine_vertices(Index cluster, const SurfaceMotion& motion) noexcept;
 
     [[nodiscard]] bool empty() const noexcept { return clusters_.empty(); }
     [[nodiscard]] const SurfaceTopology& topology() const noexcept { return *topology_; }
@@ -93,7 +95,11 @@ public:
     [[nodiscard]] std::size_t memory() const noexcept;
 
 private:
+    static constexpr std::uint8_t kBlocks = 1, kFine = 2, kFineVertices = 4;
     struct BuildState;
+    [[nodiscard]] std::span<const Index> touched(Index cluster) const noexcept {
+        return std::span(touched_).subspan(clusters_[cluster].touched_begin, clusters_[cluster].touched_end - clusters_[cluster].touched_begin);
+    }
     Index build_node(BuildState& state, std::span<Index> order);
     Index add_cluster(BuildState& state, std::span<const Index> triangles);
     BlockRange add_blocks(std::span<const Index> ids, int corners);
@@ -112,7 +118,7 @@ private:
     std::vector<Cluster> clusters_;
     std::vector<Index> touched_;         // vertex ids, cluster by cluster
     std::vector<float> cluster_bounds_;  // [cluster_count][2 slabs]
-    std::vector<std::uint8_t> blocks_fresh_, fine_fresh_; // [cluster_count]
+    std::vector<std::uint8_t> fresh_;    // [cluster_count] what belongs to the last refit
     std::vector<float> bounds_;          // [block_count][2 slabs][kLanes]
     std::vector<Index> ids_;             // [block_count][kLanes] feature ids, kNoIndex in empty lanes
     std::vector<Index> corners_;         // [block_count][3][kLanes]

@@ -1,81 +1,106 @@
 #include "collision/fine_bounds.hpp"
 
 #include "collision/clones.hpp"
+#include "collision/lanes.hpp"
 
 #include <algorithm>
 
 namespace seldinger::collision {
 namespace {
 
-constexpr std::size_t kTile = 16;
+using FloatLanes = float __attribute__((vector_size(4 * kLanes)));
 
-/// Vertices side by side, coordinate by coordinate.
-struct Tile {
-    std::array<double, kTile> x, y, z, size; // size: |x| + |y| + |z|
+/// Four vertices at one time: their projections in the order of kCornerDirections, and |x| + |y| + |z|.
+struct Projections {
+    std::array<Lanes, kFineSlabs> at;
+    Lanes size;
 };
 
-/// A short tile repeats its last vertex.
-[[gnu::always_inline]] inline void load(std::span<const Vec3> from, std::span<const Index> vertices, Tile& tile) noexcept {
-    for (std::size_t i = 0; i < kTile; ++i) {
-        const Vec3& p = from[vertices[std::min(i, vertices.size() - 1)]];
-        tile.x[i] = p[0];
-        tile.y[i] = p[1];
-        tile.z[i] = p[2];
-    }
-    for (std::size_t i = 0; i < kTile; ++i) tile.size[i] = std::abs(tile.x[i]) + std::abs(tile.y[i]) + std::abs(tile.z[i]);
+/// A short span repeats its last vertex. The sums are those of project_vertex, so its bound on their error, 2^-50 of
+/// the size, holds.
+SELDINGER_LANES_INLINE Projections project(std::span<const Vec3> from, std::span<const Index> vertices) noexcept {
+    Lanes3 p;
+    for (int lane = 0; lane < kLanes; ++lane)
+        p.set(lane, from[vertices[std::min(static_cast<std::size_t>(lane), vertices.size() - 1)]]);
+    const Lanes sum = p.x + p.y, difference = p.x - p.y;
+    return {{sum + p.z, sum - p.z, difference + p.z, difference - p.z, sum, p.x + p.z, p.y + p.z, difference, p.x - p.z,
+             p.y - p.z},
+            magnitude(p.x) + magnitude(p.y) + magnitude(p.z)};
 }
 
-using Rows = std::array<std::array<float, kTile>, 2 * kFineSlabs>;
-
-[[gnu::always_inline]] inline void project_tile(const Tile& p0, const Tile& p1, Rows& rows) noexcept {
-    std::array<double, kTile> error;
-    for (std::size_t i = 0; i < kTile; ++i) error[i] = 0x1p-50 * (p0.size[i] > p1.size[i] ? p0.size[i] : p1.size[i]);
-    for (std::size_t s = 0; s < kFineSlabs; ++s) {
-        const double nx = kCornerDirections[3 + s][0], ny = kCornerDirections[3 + s][1], nz = kCornerDirections[3 + s][2];
-        for (std::size_t i = 0; i < kTile; ++i) {
-            const double a = nx * p0.x[i] + ny * p0.y[i] + nz * p0.z[i], b = nx * p1.x[i] + ny * p1.y[i] + nz * p1.z[i];
-            rows[s][i] = round_down((a < b ? a : b) - error[i]);
-            rows[kFineSlabs + s][i] = round_down((a < b ? -b : -a) - error[i]);
-        }
-    }
+/// round_down, lane by lane.
+SELDINGER_LANES_INLINE FloatLanes round_down(Lanes x) noexcept {
+    return __builtin_convertvector(x - 0x1p-23 * magnitude(x) - 0x1p-148, FloatLanes);
 }
 
-/// Lanes that are not finite, or enormous: everywhere.
-[[gnu::always_inline]] inline void spread_unfit(const Tile& p0, const Tile& p1, Rows& rows) noexcept {
-    bool all_fit = true;
-    for (std::size_t i = 0; i < kTile; ++i) all_fit &= p0.size[i] <= kLargestCoordinate && p1.size[i] <= kLargestCoordinate;
-    if (all_fit) return;
-    for (std::size_t i = 0; i < kTile; ++i)
-        if (!(p0.size[i] <= kLargestCoordinate && p1.size[i] <= kLargestCoordinate))
-            for (auto& row : rows) row[i] = -SweptBox::kNothing;
+SELDINGER_LANES_INLINE bool all_fit(Lanes size) noexcept {
+    return !any(~(size <= kLargestCoordinate)); // NaN does not
+}
+
+SELDINGER_LANES_INLINE double smallest(Lanes x) noexcept {
+    double least = x[0];
+    for (int lane = 1; lane < kLanes; ++lane) least = x[lane] < least ? x[lane] : least;
+    return least;
 }
 
 } // namespace
 
 FineReach fine_reach(double distance) noexcept {
     FineReach reach;
-    for (std::size_t s = 0; s < kFineSlabs; ++s) reach[s] = round_up(distance * direction_length(kCornerDirections[3 + s]));
+    for (std::size_t s = 0; s < kFineSlabs; ++s)
+        reach[s] = round_up(distance * direction_length(kCornerDirections[3 + s]));
     return reach;
 }
 
 SELDINGER_CLONES
-FineBounds project_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> vertices, std::span<FineBounds> out) noexcept {
-    FineBounds all;
-    all.clear();
-    for (std::size_t first = 0; first < vertices.size(); first += kTile) {
-        const auto ids = vertices.subspan(first, std::min(kTile, vertices.size() - first));
-        Tile p0, p1;
-        load(t0, ids, p0);
-        load(t1, ids, p1);
-        Rows rows;
-        project_tile(p0, p1, rows);
-        spread_unfit(p0, p1, rows);
-        for (std::size_t s = 0; s < rows.size(); ++s)
-            for (std::size_t i = 0; i < kTile; ++i) all.row[s] = rows[s][i] < all.row[s] ? rows[s][i] : all.row[s];
-        for (std::size_t i = 0; i < ids.size(); ++i)
-            for (std::size_t s = 0; s < rows.size(); ++s) out[ids[i]].row[s] = rows[s][i];
+FineBounds join_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> vertices) noexcept {
+    std::array<Lanes, kFineSlabs> lo, hi;
+    lo.fill(all(std::numeric_limits<double>::infinity()));
+    hi.fill(all(-std::numeric_limits<double>::infinity()));
+    Lanes size = all(0.0);
+    bool fit = true;
+    for (std::size_t first = 0; first < vertices.size(); first += kLanes) {
+        const Projections p0 = project(t0, vertices.subspan(first)), p1 = project(t1, vertices.subspan(first));
+        for (std::size_t s = 0; s < kFineSlabs; ++s) {
+            lo[s] = smaller(lo[s], smaller(p0.at[s], p1.at[s]));
+            hi[s] = larger(hi[s], larger(p0.at[s], p1.at[s]));
+        }
+        fit = fit && all_fit(p0.size) && all_fit(p1.size);
+        size = larger(size, larger(p0.size, p1.size));
     }
-    return all;
+    FineBounds bounds;
+    if (!fit) {
+        bounds.row.fill(-SweptBox::kNothing);
+        return bounds;
+    }
+    const double error = 0x1p-50 * -smallest(-size);
+    for (std::size_t s = 0; s < kFineSlabs; ++s) {
+        bounds.row[s] = collision::round_down(smallest(lo[s]) - error);
+        bounds.row[kFineSlabs + s] = collision::round_down(smallest(-hi[s]) - error);
+    }
+    return bounds;
+}
+
+SELDINGER_CLONES
+void project_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> vertices,
+                    std::span<FineBounds> out) noexcept {
+    for (std::size_t first = 0; first < vertices.size(); first += kLanes) {
+        const auto ids = vertices.subspan(first, std::min<std::size_t>(kLanes, vertices.size() - first));
+        const Projections p0 = project(t0, ids), p1 = project(t1, ids);
+        const Lanes size = larger(p0.size, p1.size), error = 0x1p-50 * size;
+        std::array<FloatLanes, 2 * kFineSlabs> rows;
+        for (std::size_t s = 0; s < kFineSlabs; ++s) {
+            rows[s] = round_down(smaller(p0.at[s], p1.at[s]) - error);
+            rows[kFineSlabs + s] = round_down(-larger(p0.at[s], p1.at[s]) - error);
+        }
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            for (std::size_t s = 0; s < rows.size(); ++s) out[ids[i]].row[s] = rows[s][static_cast<int>(i)];
+        if (all_fit(p0.size) && all_fit(p1.size)) continue;
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            if (const int lane = static_cast<int>(i);
+                !(p0.size[lane] <= kLargestCoordinate && p1.size[lane] <= kLargestCoordinate))
+                out[ids[i]].row.fill(-SweptBox::kNothing);
+    }
 }
 
 } // namespace seldinger::collision

@@ -1,7 +1,7 @@
-// The second look of the broad phase: ten more directions, beyond the axes, for clusters and for single pairs of features. Boxes of
-// what lies aslant are mostly air: on a catheter in its artery these directions leave a third of the pairs of clusters and an eighth
-// of the pairs of features that boxes leave. Joined from rows of the vertices where they are wanted, so nothing but those is refitted.
-// source   the directions of the 26-DOP, as in dop.hpp
+// The second look of the broad phase: ten more directions, beyond the axes, for clusters and for single pairs of
+// features. Boxes of what lies aslant are mostly air: on a catheter in its artery these directions leave a third of the
+// pairs of clusters and an eighth of the pairs of features that boxes leave. Joined from rows of the vertices where
+// they are wanted, so nothing but those is refitted. source   the directions of the 26-DOP, as in dop.hpp
 #pragma once
 
 #include "collision/dop.hpp"
@@ -32,13 +32,20 @@ using FineReach = std::array<float, kFineSlabs>;
 [[nodiscard]] inline bool are_near(const FineBounds& a, const FineBounds& b, const FineReach& reach) noexcept {
     int apart = 0; // no branch: the loop is a few vector instructions
     for (std::size_t s = 0; s < kFineSlabs; ++s)
-        apart |= static_cast<int>(a.row[s] + b.row[kFineSlabs + s] > reach[s]) | static_cast<int>(a.row[kFineSlabs + s] + b.row[s] > reach[s]);
+        apart |= static_cast<int>(a.row[s] + b.row[kFineSlabs + s] > reach[s]) |
+                 static_cast<int>(a.row[kFineSlabs + s] + b.row[s] > reach[s]);
     return apart == 0;
 }
 
-/// Bounds of some vertices, into their rows of out, and of all of them together. What is not finite, or enormous, is everywhere.
-/// Rounding: as project_vertex.
-/// t0, t1, out   [vertex_count]        vertices   ids
-FineBounds project_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> vertices, std::span<FineBounds> out) noexcept;
+/// Bounds of some vertices together, while they move from t0 to t1. What is not finite, or enormous, is everywhere.
+/// t0, t1   [vertex_count] m        vertices   ids
+[[nodiscard]] FineBounds join_finely(std::span<const Vec3> t0, std::span<const Vec3> t1,
+                                     std::span<const Index> vertices) noexcept;
+
+/// Bounds of each vertex alone.
+/// vertices   ids; their elements of out are written
+/// out        [vertex_count]
+void project_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> vertices,
+                    std::span<FineBounds> out) noexcept;
 
 } // namespace seldinger::collision

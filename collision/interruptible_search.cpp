@@ -5,33 +5,41 @@
 namespace seldinger::collision {
 namespace {
 
-/// Pairs of clusters whose candidates wait together: enough to fill the elementary tests' lanes, few enough to stay in the cache,
-/// and what an interruption can be late by.
+/// Pairs of clusters whose candidates wait together: enough to fill the elementary tests' lanes, few enough to stay in
+/// the cache, and what an interruption can be late by.
 constexpr std::size_t kPairsAtOnce = 32;
-/// Candidates of that many pairs of clusters, if all their features came near: vertices or edges of one against those of the other.
+/// Candidates of that many pairs of clusters, if all their features came near: vertices or edges of one against those
+/// of the other.
 constexpr std::size_t kMostCandidates = kPairsAtOnce * 9 * TreeOptions{}.cluster_size * TreeOptions{}.cluster_size;
 /// Contacts that are sorted without growing.
 constexpr std::size_t kReservedContacts = 4096;
+
+void make_fresh(const SearchSide& side, Index cluster) noexcept {
+    DopTree& tree = *side.tree;
+    if (!tree.blocks_are_fresh(cluster)) tree.refit_blocks(cluster);
+    if (tree.options().fine && !tree.fine_vertices_are_fresh(cluster)) tree.refit_fine_vertices(cluster, side.motion);
+}
 
 } // namespace
 
 InterruptibleSearch::InterruptibleSearch() {
     cluster_pairs_.reserve(kPairsAtOnce + ClusterTraversal::kMostExtra);
-    for (auto* list : {&candidates_.vertex_face, &candidates_.face_vertex, &candidates_.edge_edge}) list->reserve(kMostCandidates);
+    for (auto* list : {&candidates_.vertex_face, &candidates_.face_vertex, &candidates_.edge_edge})
+        list->reserve(kMostCandidates);
     found_.reserve(kReservedContacts);
 }
 
 void InterruptibleSearch::collect(const SurfacePair& pair, std::span<const ClusterPair> clusters) {
     candidates_.clear();
     for (const ClusterPair& at : clusters) {
-        if (!pair.a().tree->blocks_are_fresh(at.a)) pair.a().tree->refit_blocks(at.a);
-        if (!pair.b().tree->blocks_are_fresh(at.b)) pair.b().tree->refit_blocks(at.b);
+        make_fresh(pair.a(), at.a);
+        make_fresh(pair.b(), at.b);
         pair.collect(at, candidates_);
     }
 }
 
-ExactStats InterruptibleSearch::find(const SearchSide& a, const SearchSide& b, const PairOptions& options, WorkBudget& budget,
-                                     std::vector<Contact>& out) {
+ExactStats InterruptibleSearch::find(const SearchSide& a, const SearchSide& b, const PairOptions& options,
+                                     WorkBudget& budget, std::vector<Contact>& out) {
     const SurfacePair pair(a, b, options);
     ExactStats stats;
     found_.clear();

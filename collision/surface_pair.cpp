@@ -11,11 +11,14 @@ namespace {
 
 BlockRun run_of(const DopTree& tree, const DopTree::BlockRange& range, int corner_count) noexcept {
     if (range.count == 0) return {};
-    return {tree.block_bounds(range.begin), tree.block_ids(range.begin), tree.block_corners(range.begin), range.count, corner_count};
+    return {tree.block_bounds(range.begin), tree.block_ids(range.begin), tree.block_corners(range.begin), range.count,
+            corner_count};
 }
 
 SweptPoint swept(const SurfaceMotion& motion, Index vertex) noexcept { return {motion.t0[vertex], motion.t1[vertex]}; }
-std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, const Edge& e) noexcept { return {swept(motion, e[0]), swept(motion, e[1])}; }
+std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, const Edge& e) noexcept {
+    return {swept(motion, e[0]), swept(motion, e[1])};
+}
 std::array<SweptPoint, 3> swept(const SurfaceMotion& motion, const Triangle& t) noexcept {
     return {swept(motion, t[0]), swept(motion, t[1]), swept(motion, t[2])};
 }
@@ -44,15 +47,25 @@ FineBounds bounds_of(const DopTree& tree, Index feature) noexcept {
         for (std::size_t k = 1; k < Corners; ++k) bounds.add(tree.fine_vertex(corners[k]));
         return bounds;
     };
-    if constexpr (Corners == 2) return join(tree.topology().edges[feature]);
-    else return join(tree.topology().triangles[feature]);
+    if constexpr (Corners == 2)
+        return join(tree.topology().edges[feature]);
+    else
+        return join(tree.topology().triangles[feature]);
 }
 
 auto order_of(const SearchContact& c) noexcept {
     const bool vertex_face = c.contact.origin == ContactOrigin::ExactVF;
     const auto key = [](Index id) { return id == kNoIndex ? std::int64_t{-1} : std::int64_t{id}; };
-    return std::array<std::int64_t, 10>{vertex_face, c.contact.body_a, key(c.contact.feature_a[0]), key(c.contact.feature_a[1]), c.contact.body_b,
-                                        key(c.contact.feature_b[0]), key(c.contact.feature_b[1]), key(c.contact.feature_b[2]), c.id_a, c.id_b};
+    return std::array<std::int64_t, 10>{vertex_face,
+                                        c.contact.body_a,
+                                        key(c.contact.feature_a[0]),
+                                        key(c.contact.feature_a[1]),
+                                        c.contact.body_b,
+                                        key(c.contact.feature_b[0]),
+                                        key(c.contact.feature_b[1]),
+                                        key(c.contact.feature_b[2]),
+                                        c.id_a,
+                                        c.id_b};
 }
 
 } // namespace
@@ -72,11 +85,13 @@ void ExactStats::add(const ExactStats& part) noexcept {
     finished = finished && part.finished;
 }
 
-SurfacePair::SurfacePair(const SearchSide& a, const SearchSide& b, const PairOptions& options) noexcept : a_(a), b_(b), options_(options) {
+SurfacePair::SurfacePair(const SearchSide& a, const SearchSide& b, const PairOptions& options) noexcept
+    : a_(a), b_(b), options_(options) {
     assert(options.distance >= 0.0 && a.tree->options() == b.tree->options());
     const Directions directions = directions_of(a.tree->options().dop);
     for (std::size_t s = 0; s < directions.size(); ++s)
-        reach_[s] = options.all_pairs ? SweptBox::kNothing : round_up(options.distance * direction_length(directions[s]));
+        reach_[s] =
+            options.all_pairs ? SweptBox::kNothing : round_up(options.distance * direction_length(directions[s]));
     fine_reach_ = fine_reach(options.distance);
     fine_ = a.tree->options().fine && !options.all_pairs;
 }
@@ -90,7 +105,8 @@ bool SurfacePair::clusters_are_near(ClusterPair clusters) const noexcept {
 
 /// Moves the pairs that are near along the fine directions as well to the front, in their order.
 template <std::size_t CornersA, std::size_t CornersB>
-std::size_t SurfacePair::keep_near(const DopTree& tree_a, const DopTree& tree_b, std::span<FeaturePair> pairs) const noexcept {
+std::size_t SurfacePair::keep_near(const DopTree& tree_a, const DopTree& tree_b,
+                                   std::span<FeaturePair> pairs) const noexcept {
     if (!fine_) return pairs.size();
     std::size_t kept = 0;
     Index last = kNoIndex; // pairs come by their first feature
@@ -116,15 +132,18 @@ void SurfacePair::collect(ClusterPair clusters, CandidateLists& out) const {
     const DopTree &tree_a = *a_.tree, &tree_b = *b_.tree;
     const auto [a, b] = clusters;
     assert(tree_a.blocks_are_fresh(a) && tree_b.blocks_are_fresh(b));
+    assert(!fine_ || (tree_a.fine_vertices_are_fresh(a) && tree_b.fine_vertices_are_fresh(b)));
     const DopTree::Cluster &cluster_a = tree_a.clusters()[a], &cluster_b = tree_b.clusters()[b];
     const bool same = within() && a == b;
     NearTest test{.slabs = tree_a.slabs(), .distance = reach_.data(), .box_b = nullptr, .skip_shared = within()};
     std::array<FeaturePair, kMostPairs> found; // left uninitialised
-    const auto append = [&]<std::size_t CornersA, std::size_t CornersB>(const DopTree& of_a, const DopTree::BlockRange& range_a, const DopTree& of_b,
-                                                                        const DopTree::BlockRange& range_b, std::vector<FeaturePair>& list) {
+    const auto append = [&]<std::size_t CornersA, std::size_t CornersB>(
+                            const DopTree& of_a, const DopTree::BlockRange& range_a, const DopTree& of_b,
+                            const DopTree::BlockRange& range_b, std::vector<FeaturePair>& list) {
         const BlockRun run_a = run_of(of_a, range_a, CornersA), run_b = run_of(of_b, range_b, CornersB);
         if (run_a.count == 0 || run_b.count == 0) return;
-        std::size_t count = options_.simd ? near_pairs(run_a, run_b, test, found.data()) : near_pairs_plain(run_a, run_b, test, found.data());
+        std::size_t count = options_.simd ? near_pairs(run_a, run_b, test, found.data())
+                                          : near_pairs_plain(run_a, run_b, test, found.data());
         count = keep_near<CornersA, CornersB>(of_a, of_b, std::span(found).first(count));
         list.insert(list.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count));
     };
@@ -147,21 +166,26 @@ void SurfacePair::decide(const CandidateLists& candidates, std::vector<SearchCon
     decide_list(false, false, candidates.edge_edge, out, stats);
 }
 
-void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const FeaturePair> pairs, std::vector<SearchContact>& out,
-                              ExactStats& stats) const {
+void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const FeaturePair> pairs,
+                              std::vector<SearchContact>& out, ExactStats& stats) const {
     const SearchSide &a = swapped ? b_ : a_, &b = swapped ? a_ : b_;
     const SweepLimits limits{.distance = options_.distance, .tolerance = options_.tolerance};
     std::array<Sweep, kSweeps> sweeps;
     for (std::size_t first = 0; first < pairs.size(); first += kSweeps) {
         const auto part = pairs.subspan(first, std::min(kSweeps, pairs.size() - first));
-        if (vertex_face) sweep_vertex_faces(a.motion, b.motion, part, limits, sweeps);
-        else sweep_edge_edges(a.motion, b.motion, part, limits, sweeps);
+        if (vertex_face)
+            sweep_vertex_faces(a.motion, b.motion, part, limits, sweeps);
+        else
+            sweep_edge_edges(a.motion, b.motion, part, limits, sweeps);
         for (std::size_t i = 0; i < part.size(); ++i) {
             if (!sweeps[i].hit()) continue;
             SearchContact found;
-            if (!(vertex_face ? make_vertex_face(a, b, part[i], sweeps[i], found, stats) : make_edge_edge(part[i], sweeps[i], found, stats))) continue;
+            if (!(vertex_face ? make_vertex_face(a, b, part[i], sweeps[i], found, stats)
+                              : make_edge_edge(part[i], sweeps[i], found, stats)))
+                continue;
             stats.unresolved += options_.distance > 0.0 && sweeps[i].outcome == SweepOutcome::Unresolved;
-            stats.safe_fraction = std::min(stats.safe_fraction, options_.distance > 0.0 ? sweeps[i].safe_time : found.contact.time);
+            stats.safe_fraction =
+                std::min(stats.safe_fraction, options_.distance > 0.0 ? sweeps[i].safe_time : found.contact.time);
             ++(vertex_face ? stats.hits_vf : stats.hits_ee);
             found.contact.body_a = a.body;
             found.contact.body_b = b.body;
@@ -170,8 +194,8 @@ void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const Fe
     }
 }
 
-bool SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Sweep& sweep, SearchContact& found,
-                                   ExactStats& stats) const {
+bool SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Sweep& sweep,
+                                   SearchContact& found, ExactStats& stats) const {
     const Triangle& t = b.motion.topology->triangles[pair.b];
     const SweptPoint vertex = swept(a.motion, pair.a);
     const auto face = swept(b.motion, t);
@@ -238,9 +262,12 @@ bool ClusterTraversal::advance(const SurfacePair& pair, std::size_t wanted, std:
     while (!stack_.empty() && out.size() < enough) {
         const ClusterPair at = stack_.back();
         stack_.pop_back();
-        if (is_leaf(at.a) && is_leaf(at.b)) out.push_back({cluster_of(at.a), cluster_of(at.b)}); // two surfaces of one cluster each
-        else if (is_leaf(at.a) || is_leaf(at.b)) open_node_and_leaf(pair, at, out);
-        else open_nodes(pair, at, out);
+        if (is_leaf(at.a) && is_leaf(at.b))
+            out.push_back({cluster_of(at.a), cluster_of(at.b)}); // two surfaces of one cluster each
+        else if (is_leaf(at.a) || is_leaf(at.b))
+            open_node_and_leaf(pair, at, out);
+        else
+            open_nodes(pair, at, out);
     }
     return !stack_.empty();
 }
@@ -253,11 +280,13 @@ void ClusterTraversal::push(const SurfacePair& pair, Index a, Index b, std::vect
 
 void ClusterTraversal::open_node_and_leaf(const SurfacePair& pair, ClusterPair at, std::vector<ClusterPair>& out) {
     const bool a_is_leaf = is_leaf(at.a);
-    const DopTree &leaf_tree = a_is_leaf ? *pair.a().tree : *pair.b().tree, &node_tree = a_is_leaf ? *pair.b().tree : *pair.a().tree;
+    const DopTree &leaf_tree = a_is_leaf ? *pair.a().tree : *pair.b().tree,
+                  &node_tree = a_is_leaf ? *pair.b().tree : *pair.a().tree;
     const Index leaf = a_is_leaf ? at.a : at.b, node = a_is_leaf ? at.b : at.a;
     const auto children = node_tree.children(node);
     ++box_tests_;
-    for (std::uint32_t near = pair.near(leaf_tree.cluster_bounds(cluster_of(leaf)), 1, node_tree, node); near != 0; near &= near - 1) {
+    for (std::uint32_t near = pair.near(leaf_tree.cluster_bounds(cluster_of(leaf)), 1, node_tree, node); near != 0;
+         near &= near - 1) {
         const Index child = children[static_cast<std::size_t>(__builtin_ctz(near))];
         if (child != DopTree::kNoChild) push(pair, a_is_leaf ? leaf : child, a_is_leaf ? child : leaf, out);
     }
@@ -270,7 +299,8 @@ void ClusterTraversal::open_nodes(const SurfacePair& pair, ClusterPair at, std::
     for (std::size_t i = 0; i < arity && children_a[i] != DopTree::kNoChild; ++i) {
         ++box_tests_;
         std::uint32_t near = pair.near(tree_a.child_bounds(at.a) + i, arity, tree_b, at.b);
-        if (pair.within() && at.a == at.b) near = (near | 1u << i) & ~((1u << i) - 1u); // each pair once, and each child with itself
+        if (pair.within() && at.a == at.b)
+            near = (near | 1u << i) & ~((1u << i) - 1u); // each pair once, and each child with itself
         for (; near != 0; near &= near - 1) {
             const Index child = children_b[static_cast<std::size_t>(__builtin_ctz(near))];
             if (child != DopTree::kNoChild) push(pair, children_a[i], child, out);

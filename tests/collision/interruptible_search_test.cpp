@@ -1,4 +1,5 @@
-// The search of the step loop: the same contacts as every pair tested by itself, interrupted or not, without allocating.
+// The search of the step loop: the same contacts as every pair tested by itself, interrupted or not, without
+// allocating.
 #include "collision/interruptible_search.hpp"
 
 #include "collision/contact_search.hpp"
@@ -61,7 +62,8 @@ Found find_between(const Surface& a, const Surface& b, const Options& options, W
     DopTree tree_a = make_tree(a, options.tree), tree_b = make_tree(b, options.tree);
     InterruptibleSearch search;
     Found found;
-    found.stats = search.find({options.body_a, &tree_a, a.motion()}, {options.body_b, &tree_b, b.motion()}, options.pair, budget, found.contacts);
+    found.stats = search.find({options.body_a, &tree_a, a.motion()}, {options.body_b, &tree_b, b.motion()},
+                              options.pair, budget, found.contacts);
     return found;
 }
 
@@ -78,14 +80,16 @@ Found find_within(const Surface& a, const Options& options) {
 SweptPoint swept(const Surface& s, Index v) { return {s.t0[v], s.t1[v]}; }
 
 /// Every pair of features, no tree.
-void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, BodyId body_b, const PairOptions& options, bool self,
-                          std::multiset<Key>& keys) {
+void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, BodyId body_b, const PairOptions& options,
+                          bool self, std::multiset<Key>& keys) {
     const SweepLimits limits{.distance = options.distance, .tolerance = options.tolerance};
     for (Index v = 0; v < a.t0.size(); ++v)
         for (const Triangle& t : b.triangles) {
             if (self && (t[0] == v || t[1] == v || t[2] == v)) continue;
             const std::array<SweptPoint, 3> face{swept(b, t[0]), swept(b, t[1]), swept(b, t[2])};
-            if (!(options.distance > 0.0 ? sweep_vertex_face(swept(a, v), face, limits).hit() : meet_vertex_face(swept(a, v), face).meets)) continue;
+            if (!(options.distance > 0.0 ? sweep_vertex_face(swept(a, v), face, limits).hit()
+                                         : meet_vertex_face(swept(a, v), face).meets))
+                continue;
             Contact c{.body_a = body_a, .body_b = body_b};
             c.feature_a[0] = v;
             std::copy(t.begin(), t.end(), c.feature_b);
@@ -103,8 +107,11 @@ std::multiset<Key> brute_force(const Surface& a, const Surface& b, const Options
         for (Index k = self ? i + 1 : 0; k < b.topology.edges.size(); ++k) {
             const Edge &e = a.topology.edges[i], &f = b.topology.edges[k];
             if (self && (e[0] == f[0] || e[0] == f[1] || e[1] == f[0] || e[1] == f[1])) continue;
-            const std::array<SweptPoint, 2> edge_a{swept(a, e[0]), swept(a, e[1])}, edge_b{swept(b, f[0]), swept(b, f[1])};
-            if (!(limits.distance > 0.0 ? sweep_edge_edge(edge_a, edge_b, limits).hit() : meet_edge_edge(edge_a, edge_b).meets)) continue;
+            const std::array<SweptPoint, 2> edge_a{swept(a, e[0]), swept(a, e[1])},
+                edge_b{swept(b, f[0]), swept(b, f[1])};
+            if (!(limits.distance > 0.0 ? sweep_edge_edge(edge_a, edge_b, limits).hit()
+                                        : meet_edge_edge(edge_a, edge_b).meets))
+                continue;
             Contact c{.body_a = options.body_a, .body_b = body_b};
             std::copy(e.begin(), e.end(), c.feature_a);
             std::copy(f.begin(), f.end(), c.feature_b);
@@ -115,14 +122,18 @@ std::multiset<Key> brute_force(const Surface& a, const Surface& b, const Options
 
 /// Combinations that change what is culled, never what is found.
 std::vector<TreeOptions> some_trees() {
-    return {{}, {.fine = false}, {.dop = 18, .arity = 4, .cluster_size = 1, .builder = TreeBuilder::Middle}, {.dop = 26, .arity = 2, .fine = false}};
+    return {{},
+            {.fine = false},
+            {.dop = 18, .arity = 4, .cluster_size = 1, .builder = TreeBuilder::Middle},
+            {.dop = 26, .arity = 2, .fine = false}};
 }
 
 TEST(InterruptibleSearch, FindsWhatEveryPairTestedByItselfFinds) {
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        const Surface a = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.3), b = testing::make_triangle_soup(random, 80, 1.0, 0.3, 0.3);
+        const Surface a = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.3),
+                      b = testing::make_triangle_soup(random, 80, 1.0, 0.3, 0.3);
         Options options{.pair = {.distance = seed % 2 ? 0.0 : 0.02}};
         const Found found = find_between(a, b, options);
         EXPECT_GT(found.contacts.size(), 50u);
@@ -151,8 +162,8 @@ TEST(InterruptibleSearch, FindsWithinOneSurfaceWhatEveryPairTestedByItselfFinds)
         Random random(seed);
         Surface tube = testing::make_bent_tube(1.0, 0.1, 20, 8, 2.0);
         for (std::size_t v = 0; v < tube.t0.size(); ++v) tube.t1[v] = tube.t0[v] + random.vector(0.08);
-        tube.triangles.push_back({0, 0, 5});      // repeated corner
-        tube.triangles.push_back({3, 3, 3});      // a point
+        tube.triangles.push_back({0, 0, 5});         // repeated corner
+        tube.triangles.push_back({3, 3, 3});         // a point
         tube.triangles.push_back(tube.triangles[7]); // duplicate
         tube.close();
         for (const double distance : {0.0, 0.01}) {
@@ -169,7 +180,8 @@ TEST(InterruptibleSearch, FindsWithinOneSurfaceWhatEveryPairTestedByItselfFinds)
 
 TEST(InterruptibleSearch, TellsTheFeaturesThatContactsStandOn) {
     Random random(31);
-    const Surface a = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2);
+    const Surface a = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2),
+                  b = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2);
     const Options options{.body_a = 4, .body_b = 7, .pair = {.distance = 0.05, .tolerance = 1e-4}};
     for (const Contact& c : find_between(a, b, options).contacts) {
         const Surface& body_a = c.body_a == 4 ? a : b;
@@ -186,7 +198,8 @@ TEST(InterruptibleSearch, TellsTheFeaturesThatContactsStandOn) {
             EXPECT_NEAR(sum, 1.0, 1e-12);
             return p;
         };
-        const Vec3 on_a = place(body_a, c.feature_a, c.bary_a, 2, c.time), on_b = place(body_b, c.feature_b, c.bary_b, 3, c.time);
+        const Vec3 on_a = place(body_a, c.feature_a, c.bary_a, 2, c.time),
+                   on_b = place(body_b, c.feature_b, c.bary_b, 3, c.time);
         EXPECT_NEAR((on_b - c.point).norm(), 0.0, 1e-12);
         EXPECT_LE((on_a - on_b).norm(), 0.0501 + 1e-9);
         EXPECT_NEAR((on_a - on_b).normalized().dot(c.normal), 1.0, 1e-6);
@@ -197,7 +210,8 @@ TEST(InterruptibleSearch, TellsTheFeaturesThatContactsStandOn) {
 
 TEST(InterruptibleSearch, SaysWhenItWasInterrupted) {
     Random random(32);
-    const Surface a = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2);
+    const Surface a = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2),
+                  b = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2);
     const Found whole = find_between(a, b, {});
     const std::uint64_t cost = whole.stats.cluster_pairs + whole.stats.candidates_vf + whole.stats.candidates_ee;
     for (const std::uint64_t units : {std::uint64_t{0}, std::uint64_t{1}, cost / 2, cost - 1}) {
@@ -232,7 +246,8 @@ TEST(InterruptibleSearch, TakesEmptyAndTinyBodies) {
 TEST(InterruptibleSearch, AVertexThatIsNotFiniteHidesNothing) {
     const Options options{.pair = {.distance = 1e-3}};
     Random random(33);
-    Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2);
+    Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2),
+            b = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2);
     const auto before = keys_of(find_between(a, b, options).contacts);
     a.t1[7][1] = std::numeric_limits<double>::quiet_NaN();
     const auto after = keys_of(find_between(a, b, options).contacts);
@@ -258,7 +273,8 @@ TEST(Proximity, FindsTheTrianglesWithinARadius) {
     }
 }
 
-/// A fast rod driven against and along a wall one triangle thin, its motion cut to the safe fraction: never on the other side.
+/// A fast rod driven against and along a wall one triangle thin, its motion cut to the safe fraction: never on the
+/// other side.
 TEST(InterruptibleSearch, TheSafeFractionLetsNothingThroughAThinWall) {
     constexpr std::uint64_t kSeed = 36;
     Random random(kSeed);
@@ -288,7 +304,8 @@ TEST(InterruptibleSearch, TheSafeFractionLetsNothingThroughAThinWall) {
         rod_tree.refit(rod.motion());
         WorkBudget budget;
         contacts.clear();
-        const ExactStats stats = search.find({0, &rod_tree, rod.motion()}, {1, &wall_tree, wall.motion()}, {.distance = 1e-4, .tolerance = 1e-6}, budget, contacts);
+        const ExactStats stats = search.find({0, &rod_tree, rod.motion()}, {1, &wall_tree, wall.motion()},
+                                             {.distance = 1e-4, .tolerance = 1e-6}, budget, contacts);
         held += stats.safe_fraction < 1.0;
         for (std::size_t v = 0; v < rod.t0.size(); ++v) {
             const Vec3 to = rod.t0[v] + stats.safe_fraction * (rod.t1[v] - rod.t0[v]);
@@ -306,7 +323,8 @@ TEST(InterruptibleSearch, TheSafeFractionLetsNothingThroughAThinWall) {
 /// Phase by phase or all at once: the same contacts with the same bits.
 TEST(InterruptibleSearch, GivesTheBitsOfContactSearch) {
     Random random(38);
-    const Surface a = testing::make_triangle_soup(random, 200, 1.0, 0.2, 0.2), b = testing::make_triangle_soup(random, 250, 1.0, 0.2, 0.2);
+    const Surface a = testing::make_triangle_soup(random, 200, 1.0, 0.2, 0.2),
+                  b = testing::make_triangle_soup(random, 250, 1.0, 0.2, 0.2);
     for (const double distance : {0.0, 0.02}) {
         SearchOptions options;
         options.distance = distance;
