@@ -168,6 +168,11 @@ void DopTree::build(const SurfaceTopology& topology, std::span<const Vec3> posit
     node_bounds_.assign(children_.size() * 2 * slabs(), kNothing);
     cluster_bounds_.assign(clusters_.size() * 2 * slabs(), kNothing);
     bounds_.assign(ids_.size() * 2 * slabs(), kNothing);
+    fresh_.assign(clusters_.size(), 0);
+    if (options.fine) {
+        fine_vertices_.resize(topology.vertex_count());
+        fine_clusters_.resize(clusters_.size());
+    }
     vertex_bounds_.assign(topology.vertex_count() * 2 * slabs(), kNothing);
 }
 
@@ -219,6 +224,11 @@ Index DopTree::add_cluster(BuildState& state, std::span<const Index> triangles) 
     cluster.faces = add_blocks(faces, 3);
     cluster.edges = add_blocks(edges, 2);
     cluster.vertices = add_blocks(vertices, 1);
+    cluster.touched_begin = static_cast<Index>(touched_.size());
+    for (const Index id : faces) touched_.insert(touched_.end(), topology_->triangles[id].begin(), topology_->triangles[id].end());
+    std::sort(touched_.begin() + cluster.touched_begin, touched_.end());
+    touched_.erase(std::unique(touched_.begin() + cluster.touched_begin, touched_.end()), touched_.end());
+    cluster.touched_end = static_cast<Index>(touched_.size());
     clusters_.push_back(cluster);
     return static_cast<Index>(clusters_.size() - 1) | kLeafBit;
 }
@@ -265,9 +275,48 @@ void DopTree::refit_clusters(Index begin, Index end) noexcept {
     }
 }
 
+template <std::size_t Slabs>
+void DopTree::refit_clusters_of(Index begin, Index end) noexcept {
+    constexpr std::size_t kStride = 2 * Slabs;
+    for (Index c = begin; c < end; ++c) {
+        std::array<float, kStride> joined;
+        joined.fill(kNothing);
+        for (const Index vertex : touched(c)) join(joined.data(), vertex_bounds_.data() + vertex * kStride, kStride);
+        std::copy(joined.begin(), joined.end(), cluster_bounds_.begin() + static_cast<std::ptrdiff_t>(c * kStride));
+        fresh_[c] = 0;
+    }
+}
+
+void DopTree::refit_fine(Index cluster, const SurfaceMotion& motion) noexcept {
+    fine_clusters_[cluster] = join_finely(motion.t0, motion.t1, touched(cluster));
+    fresh_[cluster] |= kFine;
+}
+
+void DopTree::refit_fine_vertices(Index cluster, const SurfaceMotion& motion) noexcept {
+    project_finely(motion.t0, motion.t1, touched(cluster), fine_vertices_);
+    fresh_[cluster] |= kFineVertices;
+}
+
+void DopTree::refit_blocks(Index cluster) noexcept {
+    fresh_[cluster] |= kBlocks;
+    switch (options_.dop) {
+    case 6: return refit_blocks_of<3>(clusters_[cluster]);
+    case 14: return refit_blocks_of<7>(clusters_[cluster]);
+    case 18: return refit_blocks_of<9>(clusters_[cluster]);
+    default: return refit_blocks_of<13>(clusters_[cluster]);
+    }
+}
+
+template <std::size_t Slabs>
+void DopTree::refit_blocks_of(const Cluster& cluster) noexcept {
+    refit_lanes<Slabs, 3>(cluster.faces);
+    refit_lanes<Slabs, 2>(cluster.edges);
+    refit_lanes<Slabs, 1>(cluster.vertices);
+}
+
 /// Bounds of a range's features, lane by lane.
 template <std::size_t Slabs, std::size_t Corners>
-void DopTree::refit_blocks(const BlockRange& range) noexcept {
+void DopTree::refit_lanes(const BlockRange& range) noexcept {
     constexpr std::size_t kStride = 2 * Slabs;
     for (Index i = 0; i < range.count; ++i) {
         const std::size_t block = range.begin + i / kLanes, lane = i % kLanes;
@@ -279,24 +328,6 @@ void DopTree::refit_blocks(const BlockRange& range) noexcept {
             float joined = bounds[0][s];
             for (std::size_t k = 1; k < Corners; ++k) joined = bounds[k][s] < joined ? bounds[k][s] : joined;
             out[s * kLanes] = joined;
-        }
-    }
-}
-
-template <std::size_t Slabs>
-void DopTree::refit_clusters_of(Index begin, Index end) noexcept {
-    constexpr std::size_t kStride = 2 * Slabs;
-    for (Index c = begin; c < end; ++c) {
-        refit_blocks<Slabs, 3>(clusters_[c].faces);
-        refit_blocks<Slabs, 2>(clusters_[c].edges);
-        refit_blocks<Slabs, 1>(clusters_[c].vertices);
-        // faces hold the edges and vertices; empty lanes hold nothing
-        for (std::size_t s = 0; s < kStride; ++s) {
-            float lowest[kLanes];
-            std::fill_n(lowest, kLanes, kNothing);
-            for (Index block = clusters_[c].faces.begin; block < clusters_[c].faces.end; ++block)
-                join(lowest, block_bounds(block) + s * kLanes, kLanes);
-            cluster_bounds_[c * kStride + s] = *std::min_element(lowest, lowest + kLanes);
         }
     }
 }
@@ -321,7 +352,8 @@ void DopTree::refit_nodes() noexcept {
 std::size_t DopTree::memory() const noexcept {
     const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     return bytes(children_) + bytes(node_bounds_) + bytes(clusters_) + bytes(cluster_bounds_) + bytes(bounds_) + bytes(ids_) +
-           bytes(corners_) + bytes(vertex_bounds_);
+           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) +
+           bytes(fine_vertices_) + bytes(fine_clusters_);
 }
 
 } // namespace seldinger::collision

@@ -6,7 +6,7 @@
 // request), since a block of 16 lanes costs one test whether it holds one feature or sixteen.
 #pragma once
 
-#include "collision/dop.hpp"
+#include "collision/fine_bounds.hpp"
 #include "collision/topology.hpp"
 
 #include <cstdint>
@@ -26,6 +26,9 @@ struct TreeOptions {
     std::size_t arity = 8;        // 2, 4, 8
     std::size_t cluster_size = 16; // triangles in a leaf, 1 .. kMaxClusterSize
     TreeBuilder builder = TreeBuilder::Sah;
+    bool fine = true; // clusters and pairs of features are looked at along the directions of fine_bounds.hpp too
+
+    friend bool operator==(const TreeOptions&, const TreeOptions&) = default;
 };
 
 class DopTree {
@@ -40,6 +43,7 @@ public:
     };
     struct Cluster {
         BlockRange faces, edges, vertices; // edges and vertices: those it owns
+        Index touched_begin = 0, touched_end = 0; // all vertices of its faces
     };
     /// Child of a node: another node, or a cluster.
     static constexpr Index kLeafBit = 0x80000000u;
@@ -49,11 +53,22 @@ public:
     /// cost   O(n log n), allocates, as nothing after it does
     void build(const SurfaceTopology& topology, std::span<const Vec3> positions, const TreeOptions& options);
 
-    /// Bounds of a new step, in three parts that can each run on several threads: vertices, then clusters, then nodes (one thread).
+    /// Bounds of a new step, in three parts of which the first two can run on several threads: vertices, then clusters, then nodes.
+    /// Blocks of features are refitted cluster by cluster, when somebody wants them: where a surface meets another one in places,
+    /// most are never wanted.
+    /// cost   O(n), no allocation
     void refit(const SurfaceMotion& motion);
     void refit_vertices(const SurfaceMotion& motion, Index begin, Index end) noexcept;
     void refit_clusters(Index begin, Index end) noexcept;
     void refit_nodes() noexcept;
+    /// What is refitted when it is wanted: the bounds of a cluster's features; where options().fine is set, the fine bounds of the
+    /// cluster, and those of its vertices. Different clusters on different threads, but for the vertices, which clusters share.
+    [[nodiscard]] bool blocks_are_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kBlocks) != 0; }
+    [[nodiscard]] bool fine_is_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kFine) != 0; }
+    [[nodiscard]] bool fine_vertices_are_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kFineVertices) != 0; }
+    void refit_blocks(Index cluster) noexcept;
+    void refit_fine(Index cluster, const SurfaceMotion& motion) noexcept;
+    void refit_fine_vertices(Index cluster, const SurfaceMotion& motion) noexcept;
 
     [[nodiscard]] bool empty() const noexcept { return clusters_.empty(); }
     [[nodiscard]] const SurfaceTopology& topology() const noexcept { return *topology_; }
@@ -72,16 +87,26 @@ public:
     /// Vertex ids of the block's features, three rows of kLanes; a row that a feature does not have repeats the first.
     [[nodiscard]] const Index* block_corners(Index block) const noexcept { return corners_.data() + block * 3 * kLanes; }
 
+    /// Where options().fine is set: of a cluster, of a vertex.
+    [[nodiscard]] const FineBounds& fine_cluster(Index cluster) const noexcept { return fine_clusters_[cluster]; }
+    [[nodiscard]] const FineBounds& fine_vertex(Index vertex) const noexcept { return fine_vertices_[vertex]; }
+
     /// Bytes of everything that the tree holds.
     [[nodiscard]] std::size_t memory() const noexcept;
 
 private:
+    static constexpr std::uint8_t kBlocks = 1, kFine = 2, kFineVertices = 4;
     struct BuildState;
+    [[nodiscard]] std::span<const Index> touched(Index cluster) const noexcept {
+        return std::span(touched_).subspan(clusters_[cluster].touched_begin, clusters_[cluster].touched_end - clusters_[cluster].touched_begin);
+    }
     Index build_node(BuildState& state, std::span<Index> order);
     Index add_cluster(BuildState& state, std::span<const Index> triangles);
     BlockRange add_blocks(std::span<const Index> ids, int corners);
     template <std::size_t Slabs, std::size_t Corners>
-    void refit_blocks(const BlockRange& range) noexcept;
+    void refit_lanes(const BlockRange& range) noexcept;
+    template <std::size_t Slabs>
+    void refit_blocks_of(const Cluster& cluster) noexcept;
     template <std::size_t Slabs>
     void refit_clusters_of(Index begin, Index end) noexcept;
     void own_features(BuildState& state, std::span<const Index> triangles, std::vector<Index>& edges, std::vector<Index>& vertices) const;
@@ -91,11 +116,14 @@ private:
     std::vector<Index> children_;        // [node_count][arity], parents before children
     std::vector<float> node_bounds_;     // [node_count][2 slabs][arity]
     std::vector<Cluster> clusters_;
+    std::vector<Index> touched_;         // vertex ids, cluster by cluster
     std::vector<float> cluster_bounds_;  // [cluster_count][2 slabs]
+    std::vector<std::uint8_t> fresh_;    // [cluster_count] what belongs to the last refit
     std::vector<float> bounds_;          // [block_count][2 slabs][kLanes]
     std::vector<Index> ids_;             // [block_count][kLanes] feature ids, kNoIndex in empty lanes
     std::vector<Index> corners_;         // [block_count][3][kLanes]
     std::vector<float> vertex_bounds_;   // [vertex_count][2 slabs]
+    std::vector<FineBounds> fine_vertices_, fine_clusters_;
 };
 
 } // namespace seldinger::collision

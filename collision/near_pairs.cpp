@@ -120,6 +120,13 @@ std::uint32_t near_children(const float* box, std::size_t stride, const float* c
     return near_children_of<2>(box, stride, children, slabs, distance);
 }
 
+std::uint32_t near_features(const float* box, const float* block, std::size_t slabs, const float* distance) {
+    if (slabs == 3) return near_lanes<3>(box, 1, block, distance) & 0xffffu;
+    if (slabs == 7) return near_lanes<7>(box, 1, block, distance) & 0xffffu;
+    if (slabs == 9) return near_lanes<9>(box, 1, block, distance) & 0xffffu;
+    return near_lanes<13>(box, 1, block, distance) & 0xffffu;
+}
+
 const char* target_name() { return hwy::TargetName(HWY_TARGET); }
 
 } // namespace HWY_NAMESPACE
@@ -131,6 +138,7 @@ namespace seldinger::collision {
 
 HWY_EXPORT(near_pairs);
 HWY_EXPORT(near_children);
+HWY_EXPORT(near_features);
 HWY_EXPORT(target_name);
 
 std::size_t near_pairs(const BlockRun& a, const BlockRun& b, const NearTest& test, FeaturePair* out) noexcept {
@@ -140,6 +148,10 @@ std::size_t near_pairs(const BlockRun& a, const BlockRun& b, const NearTest& tes
 std::uint32_t near_children(const float* box, std::size_t box_stride, const float* children, std::size_t arity, std::size_t slabs,
                             const float* distance) noexcept {
     return HWY_DYNAMIC_DISPATCH(near_children)(box, box_stride, children, arity, slabs, distance);
+}
+
+std::uint32_t near_features(const float* box, const float* block, std::size_t slabs, const float* distance) noexcept {
+    return HWY_DYNAMIC_DISPATCH(near_features)(box, block, slabs, distance);
 }
 
 const char* near_pairs_target() noexcept { return HWY_DYNAMIC_DISPATCH(target_name)(); }
@@ -185,6 +197,13 @@ std::uint32_t near_children_plain(const float* box, std::size_t box_stride, cons
     std::uint32_t near = 0;
     for (std::size_t i = 0; i < arity; ++i)
         if (is_near(box, box_stride, children + i, arity, slabs, distance)) near |= 1u << i;
+    return near;
+}
+
+std::uint32_t near_features_plain(const float* box, const float* block, std::size_t slabs, const float* distance) noexcept {
+    std::uint32_t near = 0;
+    for (std::size_t i = 0; i < 16; ++i)
+        if (is_near(box, 1, block + i, 16, slabs, distance)) near |= 1u << i;
     return near;
 }
 

@@ -39,6 +39,11 @@ struct NearTest {
 [[nodiscard]] std::uint32_t near_children_plain(const float* box, std::size_t box_stride, const float* children, std::size_t arity,
                                                 std::size_t slabs, const float* distance) noexcept;
 
+/// Bit i: feature i of a block of 16 comes near the box. Empty lanes never do, unless the distance is infinite.
+/// box   [2 slabs]        block   [2 slabs][16]
+[[nodiscard]] std::uint32_t near_features(const float* box, const float* block, std::size_t slabs, const float* distance) noexcept;
+[[nodiscard]] std::uint32_t near_features_plain(const float* box, const float* block, std::size_t slabs, const float* distance) noexcept;
+
 /// Name of the instruction set that the kernels run on.
 [[nodiscard]] const char* near_pairs_target() noexcept;
 

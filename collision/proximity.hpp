@@ -2,36 +2,66 @@
 #pragma once
 
 #include "base/closest_point.hpp"
-#include "collision/box_tree.hpp"
+#include "collision/dop_tree.hpp"
+#include "collision/near_pairs.hpp"
 
 namespace seldinger::collision {
 
-/// Calls found(triangle id, PointOnTriangle) for every triangle within radius of the point at t1, in the tree's order.
-/// The tree must be refit to this motion (its swept boxes hold the end positions too).
-template <class Found>
-void for_each_close_triangle(const BoxTree& tree, const SurfaceMotion& motion, const Vec3& point, double radius, Found&& found) {
-    if (tree.empty()) return;
-    const SweptBox here = make_swept_box(point, point);
-    const float reach = round_up(radius);
-    // Depth of a balanced tree over 2^32 triangles, one sibling waiting per level.
-    Index stack[64];
-    int top = 0;
-    stack[top++] = 0;
-    while (top > 0) {
-        const BoxTree::Node& node = tree.nodes()[stack[--top]];
-        if (!are_near(node.box, here, reach)) continue;
-        if (node.left != kNoIndex) {
-            stack[top++] = node.left + 1;
-            stack[top++] = node.left;
-            continue;
-        }
-        const BoxTree::Range range = tree.clusters()[node.cluster].triangles;
-        for (const Index id : tree.triangle_ids().subspan(range.begin, range.size())) {
-            const Triangle& t = tree.topology().triangles[id];
-            const PointOnTriangle on = closest_on_triangle(point, motion.t1[t[0]], motion.t1[t[1]], motion.t1[t[2]]);
-            if (on.distance_sq <= radius * radius) found(id, on);
-        }
+/// A point and a radius as the tree's bounds see them.
+class PointQuery {
+public:
+    PointQuery(const DopTree& tree, const Vec3& point, double radius) noexcept
+        : arity_(tree.options().arity), slabs_(tree.slabs()) {
+        const Directions directions = directions_of(tree.options().dop);
+        project_vertex(point, point, directions, box_.data(), box_.data() + slabs_);
+        for (std::size_t s = 0; s < slabs_; ++s) reach_[s] = round_up(radius * direction_length(directions[s]));
     }
+    [[nodiscard]] std::uint32_t near_children_of(const DopTree& tree, Index node) const noexcept {
+        return near_children(box_.data(), 1, tree.child_bounds(node), arity_, slabs_, reach_.data());
+    }
+    [[nodiscard]] std::uint32_t near_features_of(const DopTree& tree, Index block) const noexcept {
+        return near_features(box_.data(), tree.block_bounds(block), slabs_, reach_.data());
+    }
+
+private:
+    std::size_t arity_, slabs_;
+    std::array<float, 2 * kMaxSlabs> box_{};
+    std::array<float, kMaxSlabs> reach_{};
+};
+
+namespace detail {
+
+/// One subtree: recursion is as deep as the tree.
+template <class Visit>
+void for_each_near_face(DopTree& tree, Index at, const PointQuery& query, Visit&& visit) {
+    if ((at & DopTree::kLeafBit) == 0) {
+        for (std::uint32_t near = query.near_children_of(tree, at); near != 0; near &= near - 1) {
+            const Index child = tree.children(at)[static_cast<std::size_t>(__builtin_ctz(near))];
+            if (child != DopTree::kNoChild) for_each_near_face(tree, child, query, visit);
+        }
+        return;
+    }
+    const Index cluster = at & ~DopTree::kLeafBit;
+    if (!tree.blocks_are_fresh(cluster)) tree.refit_blocks(cluster);
+    const DopTree::BlockRange& faces = tree.clusters()[cluster].faces;
+    for (Index block = faces.begin; block < faces.end; ++block)
+        for (std::uint32_t near = query.near_features_of(tree, block); near != 0; near &= near - 1)
+            if (const Index id = tree.block_ids(block)[__builtin_ctz(near)]; id != kNoIndex) visit(id);
+}
+
+} // namespace detail
+
+/// Calls found(triangle id, PointOnTriangle) for every triangle within radius of the point at t1, in the tree's order.
+/// The tree must be refit to this motion (its swept bounds hold the end positions too).
+template <class Found>
+void for_each_close_triangle(DopTree& tree, const SurfaceMotion& motion, const Vec3& point, double radius,
+                             Found&& found) {
+    if (tree.empty()) return;
+    detail::for_each_near_face(tree, tree.root(), PointQuery(tree, point, radius), [&](Index id) {
+        const Triangle& t = tree.topology().triangles[id];
+        const PointOnTriangle on = closest_on_triangle(point, motion.t1[t[0]], motion.t1[t[1]], motion.t1[t[2]]);
+        if (on.distance_sq <= radius * radius) found(id, on);
+    });
 }
 
 } // namespace seldinger::collision

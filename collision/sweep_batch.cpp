@@ -1,17 +1,10 @@
 #include "collision/sweep_batch.hpp"
 
+#include "collision/clones.hpp"
 #include "collision/lanes.hpp"
 #include "collision/separation.hpp"
 
 #include <algorithm>
-
-// Calls the best of two translations of one function, chosen when the program is loaded.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define SELDINGER_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
-#else
-#define SELDINGER_CLONES
-#endif
 
 namespace seldinger::collision {
 namespace {

@@ -113,7 +113,7 @@ BenchRow row_of(const Workload& workload, const std::string& method, unsigned th
 
 /// A combination of techniques; each but the first changes one.
 struct Method {
-    const char* name;
+    std::string name;
     collision::TreeOptions tree;
     bool simd = true;
 };
@@ -128,16 +128,16 @@ std::vector<Method> methods(bool quick) {
     };
     std::vector<Method> list{{"dop6-arity8-sah-cluster16 (default)", usual}, {"without SIMD", usual, false}};
     if (quick) return list;
-    list.push_back({"dop14", with([](auto& t) { t.dop = 14; })});
-    list.push_back({"dop18", with([](auto& t) { t.dop = 18; })});
-    list.push_back({"dop26", with([](auto& t) { t.dop = 26; })});
+    list.push_back({"coarse: no second look", with([](auto& t) { t.fine = false; })});
+    for (const std::size_t k : {14, 18, 26})
+        list.push_back({fmt::format("dop{}, coarse", k), with([k](auto& t) { t.dop = k, t.fine = false; })});
     list.push_back({"arity4", with([](auto& t) { t.arity = 4; })});
     list.push_back({"arity2", with([](auto& t) { t.arity = 2; })});
     list.push_back({"median splits", with([](auto& t) { t.builder = TreeBuilder::Median; })});
     list.push_back({"the paper's splits", with([](auto& t) { t.builder = TreeBuilder::Middle; })});
     list.push_back({"cluster8", with([](auto& t) { t.cluster_size = 8; })});
     list.push_back({"cluster1", with([](auto& t) { t.cluster_size = 1; })});
-    list.push_back({"the paper's tree: dop18-arity4-cluster1", {18, 4, 1, TreeBuilder::Middle}});
+    list.push_back({"the paper's tree: dop18-arity4-cluster1", {.dop = 18, .arity = 4, .cluster_size = 1, .builder = TreeBuilder::Middle, .fine = false}});
     return list;
 }
 

@@ -122,7 +122,7 @@ double pair_count(const Input& input, const collision::SearchOptions& options) {
 /// What one step cost and found.
 struct StepRow {
     std::size_t frame = 0;
-    collision::SearchStats stats;
+    collision::ExactStats stats;
     double refit_ms = 0.0, broad_ms = 0.0, cull_ms = 0.0, narrow_ms = 0.0;
     std::size_t near_pairs = 0, left_pairs = 0; // of triangles, before and after culling by sets
     [[nodiscard]] double total_ms() const noexcept { return refit_ms + broad_ms + cull_ms + narrow_ms; }
@@ -254,7 +254,7 @@ private:
     nlohmann::ordered_json stats_json() const {
         nlohmann::ordered_json json;
         const auto count = [&](auto member) { return median([member](const StepRow& r) { return r.stats.*member; }); };
-        using Stats = collision::SearchStats;
+        using Stats = collision::ExactStats;
         json["method"] = method_.name();
         json["candidates_vf"] = count(&Stats::candidates_vf);
         json["candidates_ee"] = count(&Stats::candidates_ee);

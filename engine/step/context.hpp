@@ -3,8 +3,7 @@
 #pragma once
 
 #include "base/inside.hpp"
-#include "collision/box_tree.hpp"
-#include "collision/contacts.hpp"
+#include "collision/interruptible_search.hpp"
 #include "engine/step/report.hpp"
 #include "engine/step/state.hpp"
 #include "fem/integrate.hpp"
@@ -32,7 +31,7 @@ struct BodyScratch {
     std::vector<spheretree::Sphere> spheres;     // solid bodies, over the step
     std::vector<Index> deepest;                  // [sphere_count] solid bodies, scratch of the response
     spheretree::LumenState lumen;                // hollow bodies
-    collision::BoxTree boxes;                    // hollow bodies, swept over the step
+    collision::DopTree tree;                     // hollow bodies, swept over the step
     std::vector<Index> moving;                   // vertices that are not static: what a refit looks at
     InsideTest inside;                           // hollow bodies: the independent check
 };
@@ -59,7 +58,7 @@ struct InstrumentScratch {
     std::vector<spheretree::Sphere> links_t0, links_t1;
     std::vector<fem::RodPlane> planes;           // of the last solve
     std::vector<WallPress> presses;              // [planes]
-    collision::BoxTree boxes;                    // of the skin, swept over the step
+    collision::DopTree tree;                     // of the skin, swept over the step
     ExactForecast forecast;
 };
 
@@ -67,7 +66,7 @@ struct StepContext {
     std::vector<BodyScratch> bodies;
     std::vector<InstrumentScratch> instruments;
     spheretree::Descent descent;
-    collision::ContactFinder finder;
+    collision::InterruptibleSearch search;
     std::vector<Contact> coarse; // of this step
     std::vector<Contact> exact;  // of this step; the last round's
     std::vector<Contact> contacts; // what the response pushed against: what pictures and counts show

@@ -146,12 +146,12 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
 
 /// Distance to the nearest wall triangle within reach, negative behind it; reach where there is none. Beside an edge the
 /// sign is that of one of its faces: good enough to ask for the exact stage, not to replace it.
-double room_at(const SceneModel& model, std::size_t body, const State& state, const StepContext& context, const Vec3& p,
+double room_at(const SceneModel& model, std::size_t body, const State& state, StepContext& context, const Vec3& p,
                double reach) {
     const collision::SurfaceMotion wall = wall_motion(model, body, state, context);
     double nearest = reach;
     bool behind = false;
-    collision::for_each_close_triangle(context.bodies[body].boxes, wall, p, reach, [&](Index id, const PointOnTriangle& on) {
+    collision::for_each_close_triangle(context.bodies[body].tree, wall, p, reach, [&](Index id, const PointOnTriangle& on) {
         const double distance = std::sqrt(on.distance_sq);
         if (distance >= nearest) return;
         nearest = distance;
@@ -169,7 +169,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
     InstrumentScratch& scratch = context.instruments[index];
     const collision::SurfaceMotion before = wall_before(model, instrument.lumen, state, context);
     const std::span<const Vec3> after = state.bodies[instrument.lumen].surface;
-    const collision::BoxTree& tree = context.bodies[instrument.lumen].boxes;
+    collision::DopTree& tree = context.bodies[instrument.lumen].tree;
     const double room = instrument.rod.design.radius + model.contact.clearance;
     const Index nodes = static_cast<Index>(instrument.rod.node_count());
     const Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
@@ -197,7 +197,7 @@ void stop_hand(InstrumentScratch& scratch) {
     scratch.hand_stopped = true;
 }
 
-bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
+bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     const fem::RodState& rod = state.instruments[index].rod;
     const double radius = instrument.rod.design.radius;
@@ -214,7 +214,7 @@ bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& st
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
     BodyScratch& scratch = context.bodies[body];
     const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
-    if (model.bodies[body].moves()) scratch.boxes.refit(motion);
+    if (model.bodies[body].moves()) scratch.tree.refit(motion);
 }
 
 void build_exact_trees(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
@@ -222,12 +222,12 @@ void build_exact_trees(const SceneModel& model, std::size_t index, const State& 
     const InstrumentModel& instrument = model.instruments[index];
     const std::vector<Vec3>& wall = state.bodies[instrument.lumen].surface;
     const std::vector<Vec3>& skin = state.instruments[index].skin;
-    collision::BoxTree& wall_boxes = context.bodies[instrument.lumen].boxes;
-    if (wall_boxes.empty()) {
-        wall_boxes.build(model.bodies[instrument.lumen].topology, wall);
-        wall_boxes.refit({&model.bodies[instrument.lumen].topology, wall, wall});
+    collision::DopTree& wall_tree = context.bodies[instrument.lumen].tree;
+    if (wall_tree.empty()) {
+        wall_tree.build(model.bodies[instrument.lumen].topology, wall, {});
+        wall_tree.refit({&model.bodies[instrument.lumen].topology, wall, wall});
     }
-    if (model.effects.exact_contact) context.instruments[index].boxes.build(instrument.topology, skin);
+    if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, skin, {});
 }
 
 collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context,
@@ -236,14 +236,11 @@ collision::ExactStats test_skin(const SceneModel& model, std::size_t index, cons
     InstrumentScratch& scratch = context.instruments[index];
     const collision::SurfaceMotion skin = skin_motion(model, index, state, context);
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
-    scratch.boxes.refit(skin);
-    collision::ExactOptions options;
-    options.body_a = static_cast<BodyId>(model.bodies.size() + index);
-    options.body_b = static_cast<BodyId>(instrument.lumen);
-    options.limits.distance = model.contact.exact_distance;
-    options.limits.tolerance = 0.1 * model.contact.exact_distance;
-    return context.finder.find(skin, scratch.boxes, wall, context.bodies[instrument.lumen].boxes, options, budget,
-                               context.exact);
+    scratch.tree.refit(skin);
+    const collision::PairOptions options{.distance = model.contact.exact_distance, .tolerance = 0.1 * model.contact.exact_distance};
+    const collision::SearchSide skin_side{static_cast<BodyId>(model.bodies.size() + index), &scratch.tree, skin};
+    const collision::SearchSide wall_side{static_cast<BodyId>(instrument.lumen), &context.bodies[instrument.lumen].tree, wall};
+    return context.search.find(skin_side, wall_side, options, budget, context.exact);
 }
 
 /// One solve and the continuous tests of its motion, each only if the budget has room for it. Not finished: it had not.

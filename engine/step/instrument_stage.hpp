@@ -45,17 +45,17 @@ void stop_hand(InstrumentScratch& scratch);
 
 /// Does the rod, where nothing proved it free, stand closer to the wall at the end of the step than its radius?
 [[nodiscard]] bool pokes_into_wall(const SceneModel& model, std::size_t instrument, const State& state,
-                                   const StepContext& context);
+                                   StepContext& context);
 
 /// Continuous tests of the skin's motion as it is. Appends to context.exact.
 collision::ExactStats test_skin(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
                                 WorkBudget& budget);
 
-/// Box trees of wall and skin, built before the first step so that no step pays for them. Nothing when the scene has no
+/// Trees of wall and skin, built before the first step so that no step pays for them. Nothing when the scene has no
 /// contacts.
 void build_exact_trees(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
-/// Wall boxes of the step that moves the lumen from surface_t0 to its current place.
+/// Wall bounds of the step that moves the lumen from surface_t0 to its current place.
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context);
 
 /// Normal forces of the planes become springs on the coarse nodes that carry the wall.

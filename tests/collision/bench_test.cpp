@@ -1,5 +1,5 @@
 // Times of one step with a catheter's skin in a lumen of the demo's size, stage by stage. Prints, and fails only on the absurd.
-#include "collision/contacts.hpp"
+#include "collision/interruptible_search.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>
@@ -54,16 +54,15 @@ struct Scene {
 
 TEST(Bench, SkinInALumen) {
     Scene scene;
-    BoxTree skin, lumen;
+    DopTree skin, lumen;
     double start = now_ms();
-    skin.build(scene.skin.topology, scene.skin.t0);
-    lumen.build(scene.lumen.topology, scene.lumen.t0);
+    skin.build(scene.skin.topology, scene.skin.t0, {});
+    lumen.build(scene.lumen.topology, scene.lumen.t0, {});
     std::printf("%zu + %zu triangles, built in %.1f ms\n", scene.skin.triangles.size(), scene.lumen.triangles.size(), now_ms() - start);
-    ContactFinder finder;
+    InterruptibleSearch search;
     std::vector<Contact> contacts;
     for (const double distance : {0.0, 50e-6, 100e-6, 200e-6}) {
-        ExactOptions options;
-        options.limits = {.distance = distance, .tolerance = 0.01 * distance};
+        const PairOptions options{.distance = distance, .tolerance = 0.01 * distance};
         std::vector<double> refit, find;
         ExactStats stats;
         for (int step = 0; step < kSteps; ++step) {
@@ -74,13 +73,13 @@ TEST(Bench, SkinInALumen) {
             const double middle = now_ms();
             contacts.clear();
             WorkBudget budget;
-            stats = finder.find(scene.skin.motion(), skin, scene.lumen.motion(), lumen, options, budget, contacts);
+            stats = search.find({0, &skin, scene.skin.motion()}, {1, &lumen, scene.lumen.motion()}, options, budget, contacts);
             refit.push_back(middle - start);
             find.push_back(now_ms() - middle);
         }
-        std::printf("distance %3.0f um: refit %.2f ms, find %.2f ms (best %.2f, worst %.2f); box pairs %lu, cluster pairs %lu, VF %lu -> %lu, "
+        std::printf("distance %3.0f um: refit %.2f ms, find %.2f ms (best %.2f, worst %.2f); box tests %lu, cluster pairs %lu, VF %lu -> %lu, "
                     "EE %lu -> %lu, unresolved %lu\n", 1e6 * distance, median(refit), median(find), *std::min_element(find.begin(), find.end()), *std::max_element(find.begin(), find.end()),
-                    stats.box_pairs, stats.cluster_pairs, stats.candidates_vf, stats.hits_vf, stats.candidates_ee, stats.hits_ee, stats.unresolved);
+                    stats.box_tests, stats.cluster_pairs, stats.candidates_vf, stats.hits_vf, stats.candidates_ee, stats.hits_ee, stats.unresolved);
         EXPECT_LT(median(refit) + median(find), 1000.0);
     }
 }

@@ -1,5 +1,5 @@
 #include "collision/chromatic_culler.hpp"
-#include "collision/contacts.hpp"
+#include "collision/interruptible_search.hpp"
 #include "collision/cull_twin.hpp"
 #include "shapes.hpp"
 
@@ -305,17 +305,17 @@ TEST(ChromaticCuller, FoldedClothLosesPairsInStageTwo) {
     }
 }
 
-TEST(ChromaticCuller, TheContactFinderFindsTheSame) {
+TEST(ChromaticCuller, TheHierarchyFindsTheSame) {
     Random random(13);
     const Surface cloth = make_folded_sheet(40, 20, 0.5, random);
     const SweepLimits limits{.distance = 0.02};
-    BoxTree tree;
-    tree.build(cloth.topology, cloth.t0);
+    DopTree tree;
+    tree.build(cloth.topology, cloth.t0, {});
     tree.refit(cloth.motion());
-    WorkBudget budget(~0ull);
+    WorkBudget budget;
     std::vector<Contact> contacts;
-    ContactFinder finder;
-    const ExactStats stats = finder.find_self(cloth.motion(), tree, {.limits = limits}, budget, contacts);
+    const SearchSide side{0, &tree, cloth.motion()};
+    const ExactStats stats = InterruptibleSearch().find(side, side, {.distance = limits.distance}, budget, contacts);
     const CullPlan plan{.resolution = 256};
     const Answer answer = find_self_hits(cloth, limits, &plan);
     std::size_t vf = 0;

@@ -27,7 +27,7 @@ Key key_of(const SearchContact& c) {
 
 struct Found {
     std::vector<SearchContact> contacts;
-    SearchStats stats;
+    ExactStats stats;
     std::set<Key> keys() const {
         std::set<Key> out;
         for (const SearchContact& c : contacts) EXPECT_TRUE(out.insert(key_of(c)).second) << "found twice";

@@ -199,7 +199,7 @@ TEST(Effects, LeftOutExactContactBuildsNoSkinTreeAndTestsNothing) {
     const Tally tally = test::run_steps(simulator, 100);
     EXPECT_EQ(tally.exact_steps, 0u);
     EXPECT_EQ(tally.candidates, 0u);
-    EXPECT_TRUE(simulator.context().instruments[0].boxes.empty());
+    EXPECT_TRUE(simulator.context().instruments[0].tree.empty());
     EXPECT_GT(tally.pairs_tested, 0u);
 }
 
