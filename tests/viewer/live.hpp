@@ -37,21 +37,26 @@ struct Live {
     RunStatistics tally;
     std::thread thread;
 
-    explicit Live(const std::string& text = engine::test::bent_tube_scene({35, "work:20000"}), bool paced = true) {
+    explicit Live(const std::string& text = engine::test::bent_tube_scene({35, "work:20000"})) {
         scene = *parse_scene(text, "scenes/live.json");
         prepared = *prepare_scene(scene);
+        start();
+    }
+    Live(const Scene& read, const PreparedScene& made) : scene(read), prepared(made) { start(); }
+    void start() {
         session.emplace(scene, prepared);
         open_exchange(*session, exchange);
         auto opened = Server::open(scene, prepared, *session, exchange, {"127.0.0.1", 0, "<!doctype html><title>page</title>"});
         EXPECT_TRUE(opened.ok());
         server = std::move(*opened);
-        thread = std::thread([this, paced] { run_loop(*session, exchange, {0, paced}, tally); });
+        thread = std::thread([this] { run_loop(*session, exchange, {}, tally); });
     }
-    ~Live() {
+    void stop() {
         exchange.stop = true;
-        thread.join();
+        if (thread.joinable()) thread.join();
         server.reset();
     }
+    ~Live() { stop(); }
 };
 
 struct Answer {

@@ -5,11 +5,11 @@ import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { afresh, look, noComplaints, openBrowser, openPage, Served, status, until } from "./server.mjs";
+import { afresh, kPatience, look, noComplaints, openBrowser, openPage, Served, status, until } from "./server.mjs";
 
 const folder = mkdtempSync(join(tmpdir(), "seldinger-page-"));
 const scene = join(process.env.SELDINGER_SOURCE, "assets/scenes/u_bend.json");
-const middle = { x: 250, y: 60, width: 500, height: 560 };
+const middle = { x: 200, y: 60, width: 450, height: 480 };
 let served, browser, page; // one page for most: opening one is what takes longest
 
 /// A block of tissue that is held on one side.
@@ -204,6 +204,7 @@ test("a telephone's screen holds the page, and a finger drives", async () => {
     const other = await Served.start(scene);
     const context = await browser.newContext({ viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true });
     const page = await context.newPage();
+    page.setDefaultTimeout(kPatience);
     await page.goto(other.url);
     await until(page, "s.status !== undefined");
     await page.evaluate(() => document.getElementById("begin").click());

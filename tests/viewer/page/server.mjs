@@ -5,7 +5,7 @@ import { createRequire } from "node:module";
 
 const require = createRequire(`${process.env.PAGE_BUILD}/`);
 const { chromium } = require("playwright-core");
-export const kPatience = 120_000; // ms
+export const kPatience = 240_000; // ms
 
 export class Served {
     /// Starts `seldinger view` and waits for its address.
@@ -51,7 +51,7 @@ export async function afresh(page) {
 
 /// A page that has its first frame; complaints of the console are gathered in page.complaints.
 export async function openPage(browser, url, options = {}) {
-    const page = await browser.newPage({ viewport: { width: 1100, height: 700 }, ...options });
+    const page = await browser.newPage({ viewport: { width: 960, height: 620 }, ...options });
     page.setDefaultTimeout(kPatience);
     page.complaints = [];
     page.on("console", (message) => { if (["error", "warning"].includes(message.type())) page.complaints.push(message.text()); });

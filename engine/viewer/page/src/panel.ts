@@ -165,7 +165,11 @@ export class Panel {
     private nudgeBudget(by: number): void {
         if (this.status === undefined) return;
         if (this.status.budget.mode === "exact") return this.setMode("wall");
-        const place = Math.max(0, Math.min(1000, this.placeOf(this.status.budget) + by));
+        // Keys may come faster than answers: they count from where the slider stands.
+        const from = performance.now() < this.dragging ? Number(this.budget.value) : this.placeOf(this.status.budget);
+        const place = Math.max(0, Math.min(1000, from + by));
+        this.budget.value = String(place);
+        this.dragging = performance.now() + 400;
         this.sendBudget(this.budgetAt(place));
     }
 
