@@ -10,6 +10,8 @@ namespace websocket = boost::beast::websocket;
 /// Bytes that are read of one message before the connection is closed; longer than kLongestMessage, so that what is only a
 /// little too long gets an answer.
 constexpr std::size_t kLargestRead = 64 * 1024;
+/// Bytes that the system keeps for a viewer that reads slowly: frames that lie there are old when they are seen.
+constexpr int kSendBuffer = 256 * 1024;
 /// Answers that wait for a viewer that does not read; then it is closed.
 constexpr std::size_t kMostAnswers = 64;
 /// A viewer that says nothing for so long, not even a pong, is gone.
@@ -28,6 +30,7 @@ void Client::start(const Upgrade& request) {
     beast::get_lowest_layer(stream_).expires_never(); // the WebSocket has limits of its own
     boost::system::error_code ignored;
     beast::get_lowest_layer(stream_).socket().set_option(boost::asio::ip::tcp::no_delay(true), ignored);
+    beast::get_lowest_layer(stream_).socket().set_option(boost::asio::socket_base::send_buffer_size(kSendBuffer), ignored);
     stream_.set_option(websocket::stream_base::timeout{kHandshake, kIdle, true});
     stream_.read_message_max(kLargestRead);
     stream_.auto_fragment(false);

@@ -2,6 +2,7 @@
 
 #include "engine/observe/places.hpp"
 #include "engine/step/pull_stage.hpp"
+#include "engine/step/solid_stage.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -55,13 +56,15 @@ Json describe_target(const Place& target, const std::string& name, const SceneMo
     return described;
 }
 
+/// The deepest level of any tree that takes part.
 int leaf_level(const SceneModel& model) {
     int level = 0;
-    for (const BodyModel& body : model.bodies) {
-        if (body.lumen) level = std::max(level, body.lumen->tree.leaf_depth());
-        if (!body.hollow) level = std::max(level, body.covering.tree.leaf_depth());
-    }
-    for (const InstrumentModel& instrument : model.instruments) level = std::max(level, instrument.chain.tree.leaf_depth());
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        for (std::size_t j = i + 1; j < model.bodies.size(); ++j)
+            if (are_solid_pair(model, i, j))
+                level = std::max({level, model.bodies[i].covering.tree.leaf_depth(), model.bodies[j].covering.tree.leaf_depth()});
+    for (const InstrumentModel& instrument : model.instruments)
+        level = std::max({level, instrument.chain.tree.leaf_depth(), model.bodies[instrument.lumen].lumen->tree.leaf_depth()});
     return level;
 }
 

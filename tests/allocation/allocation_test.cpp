@@ -1,6 +1,9 @@
 // The step loop allocates nothing once it is warm: every allocation of the program passes a counter here.
 #include "../engine/step_fixture.hpp"
 
+#include "engine/viewer/latest.hpp"
+#include "engine/viewer/snapshot.hpp"
+
 #include <atomic>
 #include <cstdlib>
 #include <execinfo.h>
@@ -82,6 +85,33 @@ INSTANTIATE_TEST_SUITE_P(, StepLoop,
                                            Case{"UnderAWorkBudget", {35, "work:500", R"("coarse_contact", "exact_contact", "friction")", ""}},
                                            Case{"WithTissue", {35, "exact", kAllEffects, test::kOrgan}}),
                          [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
+
+/// A person's hand, a pull at the tissue, a viewer that looks: between two steps nothing is allocated either.
+TEST(ViewerSession, AllocatesNothingOnceWarm) {
+    const test::BentTube tube{35, "work:20000", kAllEffects, test::kOrgan};
+    Result<Scene> scene = parse_scene(test::bent_tube_scene(tube), "scenes/viewer.json");
+    ASSERT_TRUE(scene.ok());
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene(tube));
+    viewer::Session session(*scene, prepared);
+    viewer::Latest<viewer::Snapshot> latest;
+    for (viewer::Snapshot& place : latest.places()) viewer::prepare_snapshot(session, place);
+    const auto turn = [&](int k) {
+        session.apply(viewer::Drive{k % 40 < 30 ? 1.0 : -0.5, 0.4});
+        session.apply(viewer::Grab{0, 0, Vec3(0.0, 0.0, 0.05)});
+        session.step();
+        viewer::fill_snapshot(session, true, latest.back());
+        latest.publish();
+        (void)latest.take();
+    };
+    for (int k = 0; k < 50; ++k) turn(k);
+    count = 0;
+    counting = true;
+    for (int k = 50; k < 150; ++k) turn(k);
+    counting = false;
+    ASSERT_FALSE(session.stopped());
+    EXPECT_EQ(count, 0u) << "the first came from:";
+    if (count > 0) backtrace_symbols_fd(first_places, first_depth, 2);
+}
 
 TEST(Counter, SeesAnAllocation) {
     count = 0;

@@ -15,6 +15,8 @@ export interface Probe {
     scene: SceneMessage | undefined;
     latencyMs: number[]; // from a key to the picture that shows its effect
     frameMs: number;
+    drawMs: number;
+    pixels: number;
     bytes: number;
     drop(): void;
 }
@@ -37,10 +39,12 @@ class App {
     private last = performance.now();
     private awaited: { at: number; insertion: number; rotation: number } | undefined;
     private seen: number | undefined; // moment of the key whose effect the next picture shows
+    private turns = 0;
     readonly probe: Probe;
 
     constructor() {
         this.stage = new Stage(element<HTMLCanvasElement>("view"));
+        document.body.classList.toggle("plain", this.stage.software);
         this.connection = new Connection({
             onScene: (scene) => this.setScene(scene),
             onModel: (part, corners) => this.stage.setModel(part, corners),
@@ -63,7 +67,7 @@ class App {
             if (button === 3) this.panel.toggleXray();
         };
         this.probe = {
-            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, bytes: 0,
+            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, bytes: 0,
             drop: () => this.connection.drop(),
         };
         addEventListener("keydown", (event) => this.key(event));
@@ -140,16 +144,18 @@ class App {
         this.hand.poll(now);
         const shown = this.seen;
         this.seen = undefined;
-        this.stage.render(elapsed);
+        if (this.stage.render(elapsed)) ++this.probe.pictures;
         if (shown !== undefined) {
             this.probe.latencyMs.push(performance.now() - shown);
             if (this.probe.latencyMs.length > 100) this.probe.latencyMs.shift();
         }
-        ++this.probe.pictures;
+        ++this.turns;
         this.probe.frameMs = this.stage.frameMs;
+        this.probe.drawMs = this.stage.drawMs;
+        this.probe.pixels = this.stage.pixels;
         this.probe.bytes = this.connection.received;
-        if (this.scene && this.probe.pictures % 3 === 0) this.plot.draw(1e3 * this.scene.step_s);
-        if (this.probe.pictures % 20 === 0) this.panel.setFooter(this.stage.frameMs, this.stage.pixels, this.probe.latencyMs, this.hand.gamepadName);
+        if (this.scene && this.turns % (this.stage.software ? 8 : 3) === 0) this.plot.draw(1e3 * this.scene.step_s);
+        if (this.turns % 20 === 0) this.panel.setFooter(this.stage.frameMs, this.stage.pixels, this.probe.latencyMs, this.hand.gamepadName);
         requestAnimationFrame((next) => this.draw(next));
     }
 }

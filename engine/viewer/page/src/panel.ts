@@ -43,7 +43,7 @@ export class Panel {
             element<HTMLInputElement>(id).addEventListener("change", (event) => act((event.target as HTMLInputElement).checked));
         check("xray", (on) => this.setXray(on));
         check("follow", (on) => this.setFollow(on));
-        check("contacts", (on) => { stage.showContacts = on; });
+        check("contacts", (on) => this.setContacts(on));
         check("spheres", (on) => this.setSpheres(on));
         element("opacity").addEventListener("input", (event) => stage.setOrganOpacity(Number((event.target as HTMLInputElement).value) / 100));
         element("pace-wanted").addEventListener("input", (event) => {
@@ -165,7 +165,11 @@ export class Panel {
     private nudgeBudget(by: number): void {
         if (this.status === undefined) return;
         if (this.status.budget.mode === "exact") return this.setMode("wall");
-        const place = Math.max(0, Math.min(1000, this.placeOf(this.status.budget) + by));
+        // Keys may come faster than answers: they count from where the slider stands.
+        const from = performance.now() < this.dragging ? Number(this.budget.value) : this.placeOf(this.status.budget);
+        const place = Math.max(0, Math.min(1000, from + by));
+        this.budget.value = String(place);
+        this.dragging = performance.now() + 400;
         this.sendBudget(this.budgetAt(place));
     }
 
@@ -189,7 +193,12 @@ export class Panel {
         this.restart();
         this.say("notice", "Recording from the start, under a budget of work. Download path takes it away.");
     }
+    private setContacts(on: boolean): void {
+        this.stage.showContacts = element<HTMLInputElement>("contacts").checked = on;
+        this.stage.touch();
+    }
     private setXray(on: boolean): void {
+        this.stage.touch();
         this.stage.xray = on;
         element<HTMLInputElement>("xray").checked = on;
         document.body.classList.toggle("xray", on);
@@ -200,6 +209,7 @@ export class Panel {
         element<HTMLInputElement>("follow").checked = this.stage.followTip;
     }
     private setSpheres(on: boolean): void {
+        this.stage.touch();
         this.stage.showSpheres = on;
         element<HTMLInputElement>("spheres").checked = on;
         this.send({ type: "spheres", on });
@@ -207,11 +217,10 @@ export class Panel {
 
     /// True: the key meant something.
     key(event: KeyboardEvent): boolean {
-        const contacts = element<HTMLInputElement>("contacts");
         const acts: Record<string, () => void> = {
             Space: () => this.togglePause(), KeyN: () => this.singleStep(), Period: () => this.singleStep(), KeyR: () => this.restart(),
             KeyX: () => this.toggleXray(), KeyT: () => this.setFollow(!this.stage.followTip), KeyV: () => this.setFollow(false),
-            KeyC: () => { this.stage.showContacts = contacts.checked = !contacts.checked; }, KeyB: () => this.setSpheres(!this.stage.showSpheres),
+            KeyC: () => this.setContacts(!this.stage.showContacts), KeyB: () => this.setSpheres(!this.stage.showSpheres),
             KeyG: () => this.toggleGrab(), KeyP: () => this.toggleScript(), KeyH: () => this.help(),
             Minus: () => this.nudgeBudget(-40), NumpadSubtract: () => this.nudgeBudget(-40),
             Equal: () => this.nudgeBudget(40), NumpadAdd: () => this.nudgeBudget(40), BracketRight: () => this.nudgeBudget(40), Slash: () => this.nudgeBudget(-40),

@@ -10,8 +10,9 @@ import type { Frame, PartShape, SceneMessage } from "./protocol";
 
 const kDeepest = 2e-4;          // m, where the colours of contacts end
 const kSphereColours = [0x4ade80, 0xf87171, 0xfbbf24].map((hex) => new THREE.Color(hex));
-const kSlowFrame = 45;          // ms; slower pictures are drawn with fewer pixels
-const kQuickFrame = 14;
+const kSlowDraw = 24;           // ms of drawing; slower pictures are drawn more simply, then with fewer pixels
+const kQuickDraw = 7;
+const kProbeEvery = 8;          // pictures; only then the page waits for the drawing to end
 const kTail = 0.035;            // m around the tip in the tip's view
 
 export interface Picked { body: number; vertex: number; point: THREE.Vector3 }
@@ -25,8 +26,12 @@ export class Stage {
     showContacts = true;
     showSpheres = false;
     frameMs = 16;               // time between pictures, smoothed
+    readonly software: boolean; // drawn on the CPU
+    drawMs = 10;                // smoothed
     private pixelShare = 1;
-    private sincePixels = 0;
+    private simple = false;     // near sides of shells alone
+    private stale = true;       // what is on the screen is not what would be drawn now
+    private readonly seen = new THREE.Matrix4();
     private readonly scene = new THREE.Scene();
     private readonly fluoroscope = new Fluoroscope();
     private surfaces: Surface[] = [];
@@ -43,7 +48,12 @@ export class Stage {
     private readonly reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
     constructor(private readonly canvas: HTMLCanvasElement) {
-        this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+        this.software = drawsOnTheCpu();
+        this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !this.software, powerPreference: "high-performance" });
+        if (this.software) {
+            this.pixelShare = 0.6;
+            this.simple = true;
+        }
         this.renderer.autoClear = false;
         this.camera.up.set(0, 0, 1);
         this.camera.position.set(0, -1, 0.2);
@@ -57,7 +67,7 @@ export class Stage {
         this.dots = makeDots();
         this.spheres = new THREE.InstancedMesh(
             new THREE.IcosahedronGeometry(1, 2),
-            new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.16, depthWrite: false }), 6000);
+            new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.3, depthWrite: false }), 6000);
         this.spheres.renderOrder = 55;
         this.spheres.frustumCulled = false;
         this.spheres.count = 0;
@@ -95,13 +105,18 @@ export class Stage {
             this.targets.push({ mesh, part: target.part, vertex: target.vertex ?? 0, offset: new THREE.Vector3(...(target.offset ?? [0, 0, 0])), rest });
             mesh.position.copy(rest);
         }
+        this.rodRadius = message.radius ?? 5e-4;
+        for (const surface of this.surfaces) surface.setSimple(this.simple);
         this.framed = false;
     }
+
+    private rodRadius = 5e-4;   // m
 
     setModel(part: number, corners: Uint32Array): void { this.surfaces[part]?.setCorners(corners); }
 
     setFrame(frame: Frame, shapes: PartShape[]): void {
         this.shapes = shapes;
+        this.stale = true;
         shapes.forEach((shape, k) => {
             if (shape.changed) this.surfaces[k]?.setPositions(shape.position);
         });
@@ -184,6 +199,7 @@ export class Stage {
     }
 
     setOrganOpacity(share: number): void {
+        this.stale = true;
         for (const surface of this.surfaces) if (surface.part.kind === "organ") surface.setOpacity(share);
     }
 
@@ -214,6 +230,7 @@ export class Stage {
     vertex(body: number, vertex: number): THREE.Vector3 { return new THREE.Vector3().fromArray(this.shapes[body].position, 3 * vertex); }
 
     showPull(from: THREE.Vector3 | undefined, to?: THREE.Vector3): void {
+        this.stale = true;
         this.grabLine.visible = from !== undefined;
         if (from === undefined || to === undefined) return;
         const position = this.grabLine.geometry.getAttribute("position") as THREE.BufferAttribute;
@@ -231,21 +248,45 @@ export class Stage {
         this.camera.updateProjectionMatrix();
         this.fluoroscope.resize(Math.round(clientWidth * ratio), Math.round(clientHeight * ratio));
         this.rodMaterial.resolution.set(clientWidth * ratio, clientHeight * ratio);
-        this.rodMaterial.linewidth = 3 * ratio;
+        this.stale = true;
     }
 
-    render(elapsedMs: number): void {
-        this.adapt(elapsedMs);
+    /// Something else than a frame has changed.
+    touch(): void { this.stale = true; }
+
+    /// Draws where there is something new to see. False: there was nothing.
+    render(elapsedMs: number): boolean {
+        if (elapsedMs < 1000) this.frameMs += 0.1 * (elapsedMs - this.frameMs);
         if (this.followTip && this.hasTip) {
             const way = this.tip.clone().sub(this.controls.target).multiplyScalar(this.reduced ? 1 : 0.25);
             this.controls.target.add(way);
             this.camera.position.add(way);
         }
         this.controls.update();
+        this.camera.updateMatrixWorld();
+        if (!this.stale && this.seen.equals(this.camera.matrixWorld)) return false;
+        const start = performance.now();
+        this.stale = false;
+        this.seen.copy(this.camera.matrixWorld);
+        this.draw();
+        if (++this.drawn % kProbeEvery !== 0) return true;
+        this.waitForPicture();
+        this.adapt(performance.now() - start);
+        return true;
+    }
+
+    /// Reads one pixel: or the time would be spent later, unseen.
+    private waitForPicture(): void {
+        const gl = this.renderer.getContext();
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, this.onePixel);
+    }
+    private drawn = 0;
+    private readonly onePixel = new Uint8Array(4);
+
+    private draw(): void {
         this.dots.visible = this.showContacts && !this.xray;
         this.spheres.visible = this.showSpheres && !this.xray;
-        this.rodMaterial.color.set(this.xray ? 0x101418 : 0x7fd4ff);
-        this.rodMaterial.opacity = this.xray ? 0.75 : 0.8;
+        this.styleRod();
         for (const surface of this.surfaces) surface.shaded.visible = !this.xray;
         if (this.xray) {
             for (const surface of this.surfaces) surface.setXrayCentre(this.camera.position.distanceTo(this.controls.target));
@@ -259,17 +300,38 @@ export class Stage {
         this.renderer.render(this.scene, this.camera);
     }
 
-    /// Where drawing is slow, as without a graphics card: fewer pixels until it is quick enough.
-    private adapt(elapsedMs: number): void {
-        if (elapsedMs < 1000) this.frameMs += 0.1 * (elapsedMs - this.frameMs);
-        if (++this.sincePixels < 30) return;
-        const share = this.frameMs > kSlowFrame ? this.pixelShare * 0.75 : this.frameMs < kQuickFrame ? this.pixelShare * 1.15 : this.pixelShare;
-        const next = Math.min(1, Math.max(0.35, share));
-        this.sincePixels = 0;
-        if (Math.abs(next - this.pixelShare) < 0.01) return;
-        this.pixelShare = next;
-        this.resize();
+    /// The line keeps a thin catheter visible from afar, through walls; where its own skin is wide enough, the line fades.
+    private styleRod(): void {
+        const distance = this.camera.position.distanceTo(this.controls.target);
+        const half = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
+        const pixels = (this.rodRadius / (distance * half)) * this.canvas.clientHeight;
+        const far = THREE.MathUtils.clamp((5 - pixels) / 3, 0, 1);
+        this.rodMaterial.color.set(this.xray ? 0x101418 : 0x7fd4ff);
+        this.rodMaterial.opacity = this.xray ? 0.75 * far : 0.18 + 0.67 * far;
+        this.rodMaterial.linewidth = Math.max(3, this.xray ? 0 : 0.9 * pixels) * Math.min(devicePixelRatio, 2) * this.pixelShare;
     }
+
+    /// Where drawing is slow, as without a graphics card: simpler shells, then fewer pixels, until it is quick enough.
+    private adapt(drawMs: number): void {
+        this.drawMs += 0.4 * (drawMs - this.drawMs);
+        const before = this.pixelShare;
+        if (this.drawMs > kSlowDraw && !this.simple) this.simple = true;
+        else if (this.drawMs > kSlowDraw) this.pixelShare = Math.max(0.35, 0.8 * this.pixelShare);
+        else if (this.drawMs < kQuickDraw && this.pixelShare < 1) this.pixelShare = Math.min(1, 1.2 * this.pixelShare);
+        else if (this.drawMs < 0.5 * kQuickDraw && !this.software) this.simple = false;
+        for (const surface of this.surfaces) surface.setSimple(this.simple);
+        if (Math.abs(before - this.pixelShare) > 0.01) this.resize();
+    }
+}
+
+/// A renderer without a graphics card names itself.
+function drawsOnTheCpu(): boolean {
+    const gl = document.createElement("canvas").getContext("webgl2");
+    if (gl === null) return false;
+    const info = gl.getExtension("WEBGL_debug_renderer_info");
+    const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+    gl.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 function makeDots(): THREE.Points {

@@ -129,6 +129,10 @@ export class Surface {
     setOpacity(share: number): void {
         for (const material of this.materials) material.uniforms.opacity.value = Math.min(kLooks[this.part.kind].opacity * share, 0.97);
     }
+    /// Simple: the near side of a shell alone.
+    setSimple(simple: boolean): void {
+        this.shaded.children.forEach((mesh, k) => { mesh.visible = !simple || k === this.shaded.children.length - 1; });
+    }
     setXrayCentre(distance: number): void { this.xrayMaterial.uniforms.centre.value = distance; }
 
     dispose(): void {

@@ -1,0 +1,49 @@
+// `seldinger view` from the command line: its address, its end, and what it refuses.
+#include "program.hpp"
+
+namespace seldinger::cli_test {
+namespace {
+
+class View : public Program {
+protected:
+    fs::path scene = write("tube.json", kTube);
+    fs::path page = write("page.html", "<!doctype html>");
+};
+
+TEST_F(View, PrintsItsAddressWithATokenAndEndsAfterItsSteps) {
+    const Ended ended = call({"view", scene.string(), "--page", page.string(), "-n", "5", "--quiet"});
+    ASSERT_TRUE(ended_with(ended, 0));
+    const std::string line = ended.out.substr(0, ended.out.find('\n'));
+    EXPECT_EQ(line.rfind("http://127.0.0.1:", 0), 0u) << line;
+    const std::size_t at = line.find("/?token=");
+    ASSERT_NE(at, std::string::npos) << line;
+    EXPECT_GE(line.size() - at - 8, 16u) << line;
+    EXPECT_TRUE(ended.says("5 steps, step p50/p95/p99/max")) << ended;
+}
+
+TEST_F(View, EndsWellWhenInterrupted) {
+    const pid_t child = start({"view", scene.string(), "--page", page.string(), "--quiet", "--paused"});
+    while (text_of(folder / "stdout").find('\n') == std::string::npos && waitpid(child, nullptr, WNOHANG) == 0)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    kill(child, SIGINT);
+    const Ended ended = wait_for(child, kPatience);
+    EXPECT_TRUE(ended_with(ended, 0));
+    EXPECT_TRUE(ended.says("0 steps")) << ended;
+}
+
+TEST_F(View, RefusesWhatItCannotServe) {
+    const auto view = [&](std::vector<std::string> more) {
+        std::vector<std::string> arguments = {"view", scene.string(), "--page", page.string(), "-n", "1"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return call(arguments);
+    };
+    EXPECT_TRUE(refuses(view({"--port", "70000"}), "--port"));
+    EXPECT_TRUE(refuses(view({"--address", "nowhere"}), "127.0.0.1"));
+    EXPECT_TRUE(refuses(view({"--budget", "7"}), "--budget"));
+    EXPECT_TRUE(refuses(view({"-n", "0"}), "--steps"));
+    EXPECT_TRUE(refuses(call({"view", (folder / "none.json").string(), "--page", page.string()}), "none.json"));
+    EXPECT_TRUE(refuses(call({"view", scene.string(), "--page", (folder / "none.html").string()}), "none.html"));
+}
+
+} // namespace
+} // namespace seldinger::cli_test

@@ -1,0 +1,223 @@
+// The page as a person meets it, in headless Chromium with software WebGL.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { afresh, kPatience, look, noComplaints, openBrowser, openPage, Served, status, until } from "./server.mjs";
+
+const folder = mkdtempSync(join(tmpdir(), "seldinger-page-"));
+const scene = join(process.env.SELDINGER_SOURCE, "assets/scenes/u_bend.json");
+const middle = { x: 200, y: 60, width: 450, height: 480 };
+let served, browser, page; // one page for most: opening one is what takes longest
+
+/// A block of tissue that is held on one side.
+const tissueScene = join(folder, "tissue.json");
+writeFileSync(tissueScene, JSON.stringify({
+    name: "tissue", units: { length: "mm", pressure: "kPa" }, time: { step: 0.01, duration: 1 }, budget: "exact",
+    bodies: {
+        block: {
+            kind: "deformable", surface: { shape: "box", centre: [0, 0, 0], extent: [60, 40, 60], cells: 4 },
+            material: { young_modulus: 5, poisson_ratio: 0.4, density: 1000, viscosity: 0.001, mass_damping: 5 },
+            coarse: { surface_triangles: 120 }, fixed: [{ direction: [0, 0, 1], fraction: 0.1 }],
+        },
+    },
+    effects: ["elasticity", "damping"],
+}));
+
+before(async () => {
+    served = await Served.start(scene);
+    browser = await openBrowser();
+    page = await openPage(browser, served.url);
+});
+after(async () => {
+    await browser?.close();
+    const code = await served?.stop();
+    rmSync(folder, { recursive: true });
+    assert.equal(code, 0);
+});
+
+test("the first screen says what to press, and the page has nothing to complain about", async () => {
+    assert.ok(await page.isVisible("#welcome"));
+    const text = await page.innerText("#welcome");
+    for (const word of ["push", "pull back", "turn", "budget", "pause"]) assert.ok(text.includes(word), word);
+    await page.keyboard.press("Enter");
+    assert.ok(!(await page.isVisible("#welcome")));
+    await until(page, "s.frames > 5");
+    noComplaints(page);
+});
+
+test("keys move the catheter, and it stops when they are let go", async () => {
+    const start = await afresh(page);
+    await page.keyboard.down("w");
+    await until(page, "t.insertion_m > g + 5e-3", start.insertion_m);
+    await page.keyboard.up("w");
+    await until(page, "t.drive[0] === 0");
+    await page.keyboard.down("ArrowRight");
+    await until(page, "t.rotation_rad > g + 0.2", start.rotation_rad);
+    await page.keyboard.up("ArrowRight");
+    await until(page, "t.drive[1] === 0");
+    const there = await status(page);
+    await page.keyboard.down("s");
+    await until(page, "t.insertion_m < g - 2e-3", there.insertion_m);
+    await page.keyboard.up("s");
+    await until(page, "s.latencyMs.length > 0");
+    noComplaints(page);
+});
+
+test("the pad moves the catheter with the mouse", async () => {
+    const start = await afresh(page);
+    const box = await page.locator("#pad").boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width / 2, box.y + 10);
+    await until(page, "t.insertion_m > g + 2e-3", start.insertion_m);
+    await page.mouse.up();
+    await until(page, "t.drive[0] === 0");
+});
+
+test("the budget slider changes the level reached, by keyboard alone", async () => {
+    await afresh(page);
+    await page.keyboard.down("w"); // deep enough for a few hundred pairs
+    await until(page, "t.insertion_m > 0.08");
+    await page.keyboard.up("w");
+    await page.click("[data-mode=work]");
+    await until(page, "t.budget.mode === 'work'");
+    await page.focus("#budget");
+    await page.keyboard.press("End");
+    await until(page, "t.budget.units > 1e6 && t.pairs_open === 0 && t.level === s.scene.leaf_level");
+    await page.keyboard.press("Home");
+    await until(page, "t.budget.units === 100 && t.pairs_open > 0 && t.assumed > 0 && t.level < s.scene.leaf_level");
+    assert.match(await page.innerText("#level"), /of/);
+    await page.keyboard.press("Escape");
+    for (let k = 0; k < 12; ++k) await page.keyboard.press("Equal"); // and + does the same
+    await until(page, "t.budget.units > 1000");
+    await page.click("[data-mode=wall]");
+    await until(page, "t.budget.mode === 'wall' && t.budget.ms >= 0.1 && t.budget.ms <= 33");
+});
+
+test("pause, single step, restart", async () => {
+    await afresh(page);
+    await page.keyboard.press("Space");
+    await until(page, "t.paused");
+    const paused = await status(page);
+    await page.keyboard.press("n");
+    await until(page, "t.step === g + 1", paused.step);
+    assert.equal(await page.innerText("#pace"), "paused");
+    await page.keyboard.press("r");
+    await until(page, "t.step === 0 && t.run > g", paused.run);
+    await page.keyboard.press("Space");
+    await until(page, "!t.paused && t.step > 0");
+});
+
+test("a lost connection is said, and comes back", async () => {
+    await afresh(page);
+    const frames = await page.evaluate(() => {
+        window.seldinger.drop();
+        return window.seldinger.frames;
+    });
+    await page.waitForSelector("#messages p");
+    assert.match(await page.innerText("#messages"), /connection/);
+    await until(page, "s.frames > g + 3 && s.status !== undefined", frames);
+    await page.waitForFunction(() => document.querySelectorAll("#messages p").length === 0);
+    await page.keyboard.down("w");
+    await until(page, "t.drive[0] === 1");
+    await page.keyboard.up("w");
+});
+
+test("a second viewer watches and says so", async () => {
+    await afresh(page);
+    const watcher = await openPage(browser, served.url);
+    await watcher.keyboard.press("Escape");
+    await until(watcher, "t.driver !== 0 && t.driver !== t.you");
+    await watcher.keyboard.press("Space");
+    await watcher.waitForSelector("#messages p");
+    assert.match(await watcher.innerText("#messages"), /drives; you watch/);
+    await page.close(); // the driver goes
+    await until(watcher, "t.driver === 0");
+    await watcher.keyboard.down("w"); // an empty seat is taken by whoever does something
+    await until(watcher, "t.driver === t.you && t.drive[0] === 1");
+    await watcher.keyboard.up("w");
+    page = watcher;
+});
+
+test("the picture shows vessel and catheter, and the X-ray is another picture", async () => {
+    await afresh(page);
+    await page.keyboard.down("w");
+    await until(page, "t.insertion_m > 0.06");
+    await page.keyboard.up("w");
+    const shaded = await look(browser, page, middle);
+    assert.ok(shaded.red > 0.05, `vessel: ${JSON.stringify(shaded)}`);
+    assert.ok(shaded.bluish > 0.0002, `catheter: ${JSON.stringify(shaded)}`);
+    await page.keyboard.press("x");
+    const pictures = await page.evaluate(() => window.seldinger.pictures);
+    await until(page, "s.pictures > g + 2", pictures);
+    const xray = await look(browser, page, middle);
+    assert.ok(xray.red < 0.001 && xray.brightness > 0.5, `X-ray: ${JSON.stringify(xray)}`);
+    await page.keyboard.press("b");
+    await page.keyboard.press("t");
+    await until(page, "s.pictures > g + 5", pictures);
+    noComplaints(page);
+});
+
+test("tissue is pulled with the mouse", async () => {
+    const tissue = await Served.start(tissueScene);
+    const page = await openPage(browser, tissue.url);
+    await page.keyboard.press("Escape");
+    const size = page.viewportSize();
+    await page.keyboard.down("Shift");
+    await page.mouse.move(size.width / 2, size.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(size.width / 2 - 60, size.height / 2 + 40, { steps: 4 });
+    await until(page, "t.grabbed && t.pull_n > 0");
+    await page.mouse.up();
+    await page.keyboard.up("Shift");
+    await until(page, "!t.grabbed && t.pull_n === 0");
+    noComplaints(page);
+    await page.close();
+    assert.equal(await tissue.stop(), 0);
+});
+
+test("a recording is downloaded and `seldinger run` repeats it bit for bit", async () => {
+    await afresh(page);
+    await page.click("#record");
+    await until(page, "t.repeatable && t.budget.mode === 'work'");
+    await page.locator("#view").focus();
+    await page.keyboard.down("w");
+    await until(page, "t.insertion_m > 0.03");
+    await page.keyboard.up("w");
+    await page.keyboard.press("Space");
+    await until(page, "t.paused && t.repeatable");
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
+    const path = join(folder, "hand.csv");
+    await download.saveAs(path);
+    const text = readFileSync(path, "utf8");
+    const command = text.match(/# Bit for bit: seldinger run \S+ --budget (\S+) -n (\d+) --path THIS_FILE/);
+    const hash = text.match(/# state_hash (\w+)/)[1];
+    execFileSync(process.env.SELDINGER, ["run", scene, "--budget", command[1], "-n", command[2], "--path", path, "--out", join(folder, "out"), "--no-pictures", "--quiet"]);
+    assert.equal(JSON.parse(readFileSync(join(folder, "out", "summary.json"), "utf8")).state_hash, hash);
+    await page.keyboard.press("Space");
+});
+
+test("a telephone's screen holds the page, and a finger drives", async () => {
+    const other = await Served.start(scene);
+    const context = await browser.newContext({ viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true });
+    const page = await context.newPage();
+    page.setDefaultTimeout(kPatience);
+    await page.goto(other.url);
+    await until(page, "s.status !== undefined");
+    await page.evaluate(() => document.getElementById("begin").click());
+    const start = await status(page);
+    const box = await page.locator("#pad").boundingBox();
+    assert.ok(box.x >= 0 && box.x + box.width <= 390 && box.y >= 0 && box.y + box.height <= 780);
+    const touch = await context.newCDPSession(page);
+    const at = (type, y) => touch.send("Input.dispatchTouchEvent", { type, touchPoints: type === "touchEnd" ? [] : [{ x: box.x + box.width / 2, y }] });
+    await at("touchStart", box.y + box.height / 2);
+    await at("touchMove", box.y + 12);
+    await until(page, "t.insertion_m > g + 1e-3", start.insertion_m);
+    await at("touchEnd", 0);
+    await until(page, "t.drive[0] === 0");
+    await context.close();
+    await other.stop();
+});

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# The page in headless Chromium. 77, with the reason: something it needs is not here.
+# run.sh PROGRAM BUILD_FOLDER SOURCE_FOLDER
+set -euo pipefail
+program=$1 build=$2 source=$3
+skip() { echo "skipped: $*"; exit 77; }
+node=$(command -v node || command -v nodejs) || skip "node is not installed (apt-get install nodejs npm)"
+chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)}
+[[ -n $chromium ]] || skip "Chromium is not installed (apt-get install chromium)"
+[[ -f $build/page/index.html ]] || skip "the page was not built (cmake --build $build --target viewer_page)"
+[[ -d $build/page_build/node_modules/playwright-core ]] || skip "the page's packages are not there (cmake --build $build --target viewer_page)"
+(cd "$build/page_build" && "$node" node_modules/typescript/bin/tsc --noEmit) # the types hold
+export CHROMIUM=$chromium SELDINGER=$program PAGE_BUILD=$build/page_build SELDINGER_SOURCE=$source
+exec "$node" --test --test-concurrency=1 "$source/tests/viewer/page/page.test.mjs"

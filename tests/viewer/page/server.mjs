@@ -1,0 +1,107 @@
+// The program that is tried, the browser, and pages with patience. Nothing here decides by time: limits only end what hangs.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { createRequire } from "node:module";
+
+const require = createRequire(`${process.env.PAGE_BUILD}/`);
+const { chromium } = require("playwright-core");
+export const kPatience = 240_000; // ms
+
+export class Served {
+    /// Starts `seldinger view` and waits for its address.
+    static async start(scene, more = []) {
+        const served = new Served();
+        served.process = spawn(process.env.SELDINGER, ["view", scene, "--quiet", ...more], { stdio: ["ignore", "pipe", "pipe"] });
+        served.errors = "";
+        served.process.stderr.on("data", (data) => { served.errors += data; });
+        served.ended = new Promise((resolve) => served.process.on("exit", resolve));
+        served.url = await new Promise((resolve, reject) => {
+            let text = "";
+            served.process.stdout.on("data", (data) => {
+                text += data;
+                if (text.includes("\n")) resolve(text.split("\n")[0]);
+            });
+            served.process.on("exit", (code) => reject(new Error(`seldinger ended with ${code}: ${served.errors}`)));
+        });
+        return served;
+    }
+    async stop() {
+        this.process.kill("SIGINT");
+        return this.ended;
+    }
+}
+
+export async function openBrowser() {
+    return chromium.launch({
+        executablePath: process.env.CHROMIUM,
+        args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--disable-dev-shm-usage"],
+    });
+}
+
+/// Where the catheter stands as at the start, nothing is paused, and nobody drives.
+export async function afresh(page) {
+    await page.keyboard.press("Escape");
+    await page.evaluate(() => document.activeElement?.blur());
+    const before = await status(page);
+    if (before.paused) await page.keyboard.press("Space");
+    await page.keyboard.press("r");
+    await until(page, "t.run > g && !t.paused && t.drive[0] === 0", before.run);
+    return status(page);
+}
+
+/// A page that has its first frame; complaints of the console are gathered in page.complaints.
+export async function openPage(browser, url, options = {}) {
+    const page = await browser.newPage({ viewport: { width: 960, height: 620 }, ...options });
+    page.setDefaultTimeout(kPatience);
+    page.complaints = [];
+    page.on("console", (message) => { if (["error", "warning"].includes(message.type())) page.complaints.push(message.text()); });
+    page.on("pageerror", (error) => page.complaints.push(error.message));
+    await page.goto(url);
+    await until(page, "s.status !== undefined && s.pictures > 0");
+    return page;
+}
+
+/// Waits until an expression about window.seldinger (s), its status (t) and `given` (g) holds. Through the debugger: the
+/// page's own policy lets no text be run.
+export async function until(page, expression, given) {
+    page.debugger ??= await page.context().newCDPSession(page);
+    const text = `(() => { const s = window.seldinger, t = s?.status ?? {}, g = ${JSON.stringify(given ?? null)}; return s !== undefined && !!(${expression}); })()`;
+    for (const end = Date.now() + kPatience; Date.now() < end; await new Promise((next) => setTimeout(next, 40))) {
+        const { result, exceptionDetails } = await page.debugger.send("Runtime.evaluate", { expression: text });
+        if (exceptionDetails) throw new Error(`${expression}: ${exceptionDetails.exception?.description}`);
+        if (result.value === true) return;
+    }
+    throw new Error(`never came true: ${expression} (${JSON.stringify(given)}); the status is ${JSON.stringify(await status(page))}`);
+}
+export const status = (page) => page.evaluate(() => window.seldinger.status);
+
+/// Mean brightness and share of reddish pixels, 0..1, of a part of the page.
+export async function look(browser, page, clip) {
+    const png = (await page.screenshot({ clip, timeout: kPatience })).toString("base64");
+    const blank = await browser.newPage();
+    const seen = await blank.evaluate(async (data) => {
+        const image = new Image();
+        image.src = `data:image/png;base64,${data}`;
+        await image.decode();
+        const canvas = document.createElement("canvas");
+        [canvas.width, canvas.height] = [image.width, image.height];
+        const pen = canvas.getContext("2d");
+        pen.drawImage(image, 0, 0);
+        const pixels = pen.getImageData(0, 0, canvas.width, canvas.height).data;
+        let sum = 0, red = 0, bluish = 0;
+        for (let k = 0; k < pixels.length; k += 4) {
+            sum += (pixels[k] + pixels[k + 1] + pixels[k + 2]) / 765;
+            red += pixels[k] > 90 && pixels[k] > 1.5 * pixels[k + 2] ? 1 : 0;
+            bluish += pixels[k + 2] > 150 && pixels[k + 2] > 1.25 * pixels[k] ? 1 : 0;
+        }
+        const count = pixels.length / 4;
+        return { brightness: sum / count, red: red / count, bluish: bluish / count };
+    }, png);
+    await blank.close();
+    return seen;
+}
+
+export function noComplaints(page) {
+    const real = page.complaints.filter((text) => !/GPU stall due to ReadPixels|GL Driver Message|Automatic fallback to software WebGL/.test(text));
+    assert.deepEqual(real, []);
+}

@@ -1,0 +1,267 @@
+// The server as strangers, viewers and a driver meet it.
+#include "live.hpp"
+
+#include "engine/viewer/gate.hpp"
+
+#include <gmock/gmock.h>
+
+#include <random>
+
+namespace seldinger::engine::viewer::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(ViewerGate, TokensAreLongAndNeverTheSame) {
+    const std::string first = *make_token(), second = *make_token();
+    EXPECT_GE(first.size(), 16u);
+    EXPECT_NE(first, second);
+    EXPECT_EQ(split_target("/ws?a=1&token=" + first + "&b").token, first);
+    EXPECT_EQ(split_target("/ws?a=1&token=" + first).path, "/ws");
+    for (const char* odd : {"", "?", "/?token", "/?&&&=", "/?token=", "/x?y?token=1"}) (void)split_target(odd);
+}
+
+TEST(ViewerServer, ShowsItsPageToWhoeverHasTheToken) {
+    const Live live;
+    const std::string token = live.server->token();
+    EXPECT_THAT(live.server->url(), HasSubstr("http://127.0.0.1:"));
+    EXPECT_THAT(live.server->url(), HasSubstr("token=" + token));
+    const Answer page = get(live, "/?token=" + token);
+    EXPECT_EQ(page.status, 200u);
+    EXPECT_THAT(page.body, HasSubstr("<title>page</title>"));
+    EXPECT_EQ(page.response["Referrer-Policy"], "no-referrer"); // the token does not travel on
+    EXPECT_EQ(get(live, "/?token=" + token, {}, http::verb::head).status, 200u);
+    EXPECT_EQ(get(live, "/nothing?token=" + token).status, 404u);
+    EXPECT_EQ(get(live, "/../../etc/passwd?token=" + token).status, 404u);
+    EXPECT_EQ(get(live, "/?token=" + token, {}, http::verb::delete_).status, 405u);
+    EXPECT_EQ(get(live, "/ws?token=" + token).status, 426u);
+}
+
+TEST(ViewerServer, KeepsStrangersOut) {
+    const Live live;
+    const std::string token = live.server->token(), host = fmt::format("127.0.0.1:{}", live.server->port());
+    for (const std::string& wrong : std::vector<std::string>{"", "0", token.substr(1), token + "0", std::string(token.size(), 'f'), "%00"}) {
+        EXPECT_EQ(get(live, "/?token=" + wrong).status, 403u) << wrong;
+        EXPECT_EQ(get(live, "/recording.csv?token=" + wrong).status, 403u) << wrong;
+    }
+    EXPECT_EQ(get(live, "/").status, 403u);
+    EXPECT_EQ(get(live, "/?token=" + token, {{"Host", "evil.example"}}).status, 403u); // a name bent to this address
+    EXPECT_EQ(get(live, "/?token=" + token, {{"Origin", "http://evil.example"}}).status, 403u);
+    EXPECT_EQ(get(live, "/?token=" + token, {{"Origin", "https://" + host}}).status, 403u);
+    EXPECT_EQ(get(live, "/?token=" + token, {{"Origin", "http://" + host}}).status, 200u);
+    EXPECT_NO_THROW(Viewer(live, "http://" + host));
+    EXPECT_THROW(Viewer(live, "http://evil.example"), boost::system::system_error);
+    EXPECT_THROW(Viewer(live, "null"), boost::system::system_error);
+}
+
+TEST(ViewerServer, RefusesRequestsThatAreTooLongOrNone) {
+    const Live live;
+    EXPECT_GE(get(live, "/?token=" + live.server->token(), {{"Cookie", std::string(20'000, 'x')}}).status, 400u);
+    const std::string long_target = "/" + std::string(20'000, 'a');
+    EXPECT_GE(get(live, long_target).status, 400u);
+    boost::asio::io_context io;
+    Tcp::socket socket(io);
+    for (const std::string& bytes : {std::string("\x16\x03\x01\x02garbage\r\n\r\n"), std::string(300, '\0'), std::string("GET\r\n\r\n")}) {
+        socket = Tcp::socket(io);
+        socket.connect(Tcp::endpoint(boost::asio::ip::make_address("127.0.0.1"), live.server->port()));
+        beast::error_code failed;
+        boost::asio::write(socket, boost::asio::buffer(bytes), failed);
+        std::array<char, 256> answer{};
+        (void)socket.read_some(boost::asio::buffer(answer), failed); // an answer or the end: it does not hang
+    }
+    EXPECT_EQ(get(live, "/?token=" + live.server->token()).status, 200u); // and others are served as before
+}
+
+TEST(ViewerServer, SendsSceneModelFramesAndStatus) {
+    const Live live;
+    Viewer viewer(live);
+    const Json scene = viewer.await_type("scene");
+    EXPECT_EQ(scene["name"], "bent-tube");
+    EXPECT_EQ(scene["parts"].size(), 2u);
+    EXPECT_EQ(scene["parts"][1]["kind"], "instrument");
+    const Json first = viewer.await_type("status");
+    EXPECT_GE(viewer.binary_messages, 3u); // two models and a frame
+    EXPECT_EQ(first["driver"], first["you"]);
+    const Json later = viewer.await_status([&](const Json& status) { return status["step"] > first["step"]; });
+    EXPECT_GT(later["step"], first["step"]);
+    EXPECT_EQ(later["budget"]["mode"], "work");
+}
+
+TEST(ViewerServer, ADriverMovesTheCatheterAndALostOneLetsGo) {
+    const Live live;
+    double moving = 0.0;
+    {
+        Viewer driver(live);
+        const double start = driver.await_type("status")["insertion_m"];
+        driver.send(R"({"type":"drive","insertion":1,"rotation":0.5})");
+        const Json moved = driver.await_status([&](const Json& status) { return status["insertion_m"] > start + 1e-3; });
+        ASSERT_FALSE(moved.is_null());
+        EXPECT_GT(moved["rotation_rad"], 0.0);
+        moving = moved["drive"][0];
+    } // the line is cut while the hand moves
+    EXPECT_EQ(moving, 1.0);
+    Viewer watcher(live);
+    const Json still = watcher.await_status([](const Json& status) { return status["drive"][0] == 0.0; });
+    EXPECT_FALSE(still.is_null());
+    EXPECT_EQ(still["driver"], still["you"]); // the seat was free
+}
+
+/// A page that hangs says nothing more: the hand is let go although the line stands.
+TEST(ViewerServer, AHandOfWhichNothingIsHeardIsLetGo) {
+    const Live live;
+    Viewer driver(live);
+    driver.send(R"({"type":"drive","insertion":1,"rotation":0})");
+    EXPECT_FALSE(driver.await_status([](const Json& status) { return status["drive"][0] == 1.0; }).is_null());
+    EXPECT_FALSE(driver.await_status([](const Json& status) { return status["drive"][0] == 0.0; }).is_null());
+}
+
+TEST(ViewerServer, OneDrivesAndTheOthersWatch) {
+    const Live live;
+    Viewer driver(live);
+    const Json seat = driver.await_type("status");
+    Viewer watcher(live);
+    (void)watcher.await_type("status");
+    watcher.send(R"({"type":"pause","on":true})");
+    EXPECT_THAT(watcher.await_type("error")["text"].get<std::string>(), HasSubstr("you watch"));
+    watcher.send(R"({"type":"take"})");
+    EXPECT_THAT(watcher.await_type("notice")["text"].get<std::string>(), HasSubstr("drives"));
+    driver.send(R"({"type":"leave"})");
+    EXPECT_FALSE(watcher.await_status([](const Json& status) { return status["driver"] == 0; }).is_null());
+    watcher.send(R"({"type":"take"})");
+    EXPECT_FALSE(watcher.await_status([](const Json& status) { return status["driver"] == status["you"]; }).is_null());
+    watcher.send(R"({"type":"pause","on":true})");
+    EXPECT_FALSE(watcher.await_status([](const Json& status) { return status["paused"] == true; }).is_null());
+}
+
+TEST(ViewerServer, AnswersGarbageWithErrorsAndGoesOn) {
+    const Live live;
+    Viewer viewer(live);
+    for (const char* text : {"", "garbage", "{}", R"({"type":"nothing"})", R"({"type":"drive","insertion":7,"rotation":0})"}) {
+        viewer.send(text);
+        EXPECT_FALSE(viewer.await_type("error").is_null()) << text;
+    }
+    viewer.send(std::string(10'000, 'x'));
+    EXPECT_THAT(viewer.await_type("error")["text"].get<std::string>(), HasSubstr("at most 2048"));
+    viewer.send_bytes("\x01\x02\x03");
+    EXPECT_THAT(viewer.await_type("error")["text"].get<std::string>(), HasSubstr("binary"));
+    viewer.send(R"({"type":"ping","number":42})");
+    EXPECT_EQ(viewer.await_type("pong")["number"], 42);
+}
+
+TEST(ViewerServer, ClosesOnAMessageBeyondAllMeasure) {
+    const Live live;
+    Viewer viewer(live);
+    (void)viewer.await_type("status");
+    viewer.send(std::string(1'000'000, 'x'));
+    while (viewer.read()) {}
+    EXPECT_EQ(viewer.reason().code, websocket::close_code::too_big);
+    Viewer next(live);
+    EXPECT_FALSE(next.await_type("status").is_null());
+}
+
+TEST(ViewerServer, FuzzedMessagesNeverStopIt) {
+    const Live live;
+    const unsigned seed = std::random_device{}();
+    SCOPED_TRACE(fmt::format("seed {}", seed));
+    std::mt19937 random(seed);
+    for (int round = 0; round < 20; ++round) {
+        Viewer viewer(live);
+        try {
+            for (int k = 0; k < 50; ++k) {
+                std::string text(random() % 200, ' ');
+                for (char& c : text) c = static_cast<char>(round % 2 == 0 ? 32 + random() % 95 : random());
+                if (random() % 3 == 0) viewer.send_bytes(text);
+                else viewer.send(text); // bytes that are no UTF-8 end the connection, as they should
+                if (k % 10 == 0) (void)viewer.read();
+            }
+        } catch (const boost::system::system_error&) {
+        }
+    }
+    Viewer viewer(live);
+    EXPECT_FALSE(viewer.await_type("status").is_null());
+}
+
+/// One that never reads: the others get their frames, and the simulation its steps.
+TEST(ViewerServer, ASlowViewerHoldsNobodyUp) {
+    const Live live;
+    Viewer slow(live, {}, 4096);
+    Viewer quick(live);
+    // As many frames as the system's buffers do not hold for the slow one, by far: each has 3 KB or more.
+    const Json later = quick.await_status([&](const Json&) { return quick.binary_messages > 250; });
+    ASSERT_FALSE(later.is_null());
+    const std::uint64_t goal = later["step"];
+    const Json caught_up = slow.await_status([&](const Json& status) { return status["step"] > goal; });
+    EXPECT_FALSE(caught_up.is_null()); // it goes on where the run is now
+    EXPECT_EQ(slow.await_type("status")["not_shown"], 0);
+}
+
+TEST(ViewerServer, ServesTwentyViewers) {
+    const Live live;
+    std::vector<std::unique_ptr<Viewer>> viewers;
+    for (int k = 0; k < 20; ++k) viewers.push_back(std::make_unique<Viewer>(live));
+    unsigned drivers = 0;
+    std::uint64_t step = 0;
+    for (auto& viewer : viewers) {
+        const Json status = viewer->await_status([&](const Json& json) { return json["viewers"] == 20 && json["step"] > step; });
+        ASSERT_FALSE(status.is_null());
+        step = status["step"];
+        drivers += status["driver"] == status["you"];
+    }
+    EXPECT_EQ(drivers, 1u);
+    viewers.resize(1);
+    EXPECT_FALSE(viewers[0]->await_status([](const Json& json) { return json["viewers"] == 1; }).is_null());
+}
+
+TEST(ViewerServer, GivesTheRecordingAway) {
+    const Live live;
+    Viewer driver(live);
+    driver.send(R"({"type":"drive","insertion":1,"rotation":0})");
+    (void)driver.await_status([](const Json& status) { return status["insertion_m"] > 0.025; });
+    driver.send(R"({"type":"pause","on":true})");
+    const Json paused = driver.await_status([](const Json& status) { return status["paused"] == true; });
+    const Answer answer = get(live, "/recording.csv?token=" + live.server->token());
+    EXPECT_EQ(answer.status, 200u);
+    EXPECT_THAT(std::string(answer.response[http::field::content_disposition]), HasSubstr("bent-tube.csv"));
+    const auto rows = parse_path_csv(answer.body, "recording");
+    ASSERT_TRUE(rows.ok()) << rows.error().to_string();
+    EXPECT_EQ(rows->size(), paused["step"].get<std::size_t>() + 1);
+    EXPECT_NEAR(rows->back().insertion, 1e3 * paused["insertion_m"].get<double>(), 1e-6);
+}
+
+/// The same run, hand by hand, whoever watches and however often they come and go.
+TEST(ViewerServer, WatchingChangesNothing) {
+    const auto hash_after = [](bool watched) {
+        const std::string text = engine::test::bent_tube_scene({35, "work:20000"});
+        Scene scene = *parse_scene(text, "scenes/live.json");
+        const PreparedScene prepared = *prepare_scene(scene);
+        Session session(scene, prepared);
+        Exchange exchange;
+        open_exchange(session, exchange);
+        exchange.viewers = watched ? 1 : 0;
+        exchange.spheres = watched;
+        session.apply(Drive{1.0, 0.3});
+        RunStatistics tally;
+        std::atomic<bool> done{false};
+        std::thread looker([&] {
+            while (!done) (void)exchange.snapshot.take();
+        });
+        run_loop(session, exchange, {300, false}, tally);
+        done = true;
+        looker.join();
+        EXPECT_EQ(tally.steps, 300u);
+        return hash_state(session.simulator().state());
+    };
+    EXPECT_EQ(hash_after(true), hash_after(false));
+}
+
+TEST(ViewerServer, SaysThatAPortIsTaken) {
+    const Live live;
+    const auto second = Server::open(live.scene, live.prepared, *live.session, const_cast<Exchange&>(live.exchange),
+                                     {"127.0.0.1", live.server->port(), ""});
+    ASSERT_FALSE(second.ok());
+    EXPECT_THAT(second.error().to_string(), HasSubstr(std::to_string(live.server->port())));
+    EXPECT_FALSE(Server::open(live.scene, live.prepared, *live.session, const_cast<Exchange&>(live.exchange), {"nowhere", 0, ""}).ok());
+}
+
+} // namespace
+} // namespace seldinger::engine::viewer::test

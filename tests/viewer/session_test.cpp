@@ -1,0 +1,300 @@
+// A person's run without a network: it repeats bit for bit from what it recorded, and commands do what they say.
+#include "../engine/step_fixture.hpp"
+
+#include "engine/viewer/latest.hpp"
+#include "engine/viewer/session.hpp"
+#include "engine/viewer/snapshot.hpp"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <unistd.h>
+
+namespace seldinger::engine::viewer {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct Loaded {
+    Scene scene;
+    PreparedScene prepared;
+};
+Loaded load(const std::string& text) {
+    Result<Scene> scene = parse_scene(text, "scenes/viewer.json");
+    EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().to_string());
+    if (!scene.ok()) return {};
+    return {*scene, test::prepare(text)};
+}
+
+test::BentTube bent(std::string budget, std::string carrier = {}) {
+    return {35, std::move(budget), carrier.empty() ? R"("coarse_contact", "exact_contact")" : R"("elasticity", "damping", "coarse_contact", "exact_contact")",
+            std::move(carrier)};
+}
+
+/// A wire in a tube, in units that have no exact binary fractions.
+const std::string kOddUnits = R"({
+    "name": "odd-units",
+    "units": {"length": "mm", "time": "ms", "angle": "deg", "pressure": "MPa"},
+    "time": {"step": 7, "duration": 200},
+    "budget": "work:5000",
+    "bodies": {"tube": {"kind": "static", "hollow": true,
+        "surface": {"shape": "tube", "axis": [[0, 0, 0, 4], [0, 0, 120, 4]], "sides": 16}}},
+    "instruments": {"wire": {"length": 100, "radius": 0.5, "young_modulus": 60, "segment": 5, "skin_triangles": 600,
+        "tip": {"shape": "J", "length": 12, "angle": 30}, "lumen": "tube", "inserted": 20.1,
+        "entry": {"position": [0, 0, 10], "direction": [0, 0, 1]}}},
+    "effects": ["coarse_contact", "exact_contact"]
+})";
+
+/// What a hand does: pushes, turns, draws back, lets go, pushes against the bend.
+Drive drive_at(int step) {
+    const double insertion = step % 90 < 60 ? 1.0 : step % 90 < 75 ? -0.37 : 0.0;
+    return {insertion, step % 50 < 20 ? 0.83 : -1.0};
+}
+
+/// Repeats the recording as `run --path` does, and gives the state's hash.
+std::uint64_t hash_of_run(const std::string& scene_text, const std::string& csv, const BudgetLimits& limits, std::size_t steps) {
+    const std::filesystem::path file = std::filesystem::temp_directory_path() / fmt::format("seldinger-viewer-{}.csv", getpid());
+    std::ofstream(file) << csv;
+    Result<Scene> scene = parse_scene(scene_text, "scenes/viewer.json");
+    EXPECT_TRUE(scene.ok());
+    const auto path = read_instrument_path(*scene, scene->instruments.front(), file);
+    std::filesystem::remove(file);
+    EXPECT_TRUE(path.ok()) << (path.ok() ? "" : path.error().to_string());
+    if (!path.ok()) return 0;
+    scene->instruments.front().path = *path;
+    scene->instruments.front().follow.reset();
+    scene->budget.limits = limits;
+    const Result<PreparedScene> prepared = prepare_scene(*scene);
+    EXPECT_TRUE(prepared.ok());
+    Simulator simulator(prepared->model);
+    for (std::size_t k = 0; k < steps; ++k) simulator.step();
+    return hash_state(simulator.state());
+}
+
+struct Replayed {
+    std::string name, scene;
+    BudgetLimits limits;
+    int steps;
+};
+void PrintTo(const Replayed& tested, std::ostream* os) { *os << tested.name; }
+class Recorded : public ::testing::TestWithParam<Replayed> {};
+
+TEST_P(Recorded, RunRepeatsBitForBit) {
+    const Replayed& tested = GetParam();
+    const Loaded loaded = load(tested.scene);
+    Session session(loaded.scene, loaded.prepared);
+    session.apply(SetBudget{tested.limits});
+    std::uint64_t held_back = 0;
+    for (int k = 0; k < tested.steps; ++k) {
+        session.apply(drive_at(k));
+        const StepReport& report = session.step();
+        ASSERT_TRUE(report.finite) << report.failure;
+        held_back += report.hand_stops + (report.safe_fraction < 1.0);
+    }
+    const auto& recording = session.recording();
+    ASSERT_TRUE(recording->repeatable());
+    ASSERT_EQ(recording->steps(), static_cast<std::size_t>(tested.steps));
+    const std::uint64_t hash = hash_state(session.simulator().state());
+    const std::string csv = recording->text(loaded.scene, recording->steps(), hash);
+    EXPECT_THAT(csv, HasSubstr(fmt::format("# state_hash {:016x}\n", hash)));
+    EXPECT_THAT(csv, HasSubstr("# Bit for bit: seldinger run"));
+    EXPECT_EQ(hash_of_run(tested.scene, csv, tested.limits, recording->steps()), hash) << held_back << " steps held back";
+    EXPECT_NE(hash_of_run(tested.scene, csv, tested.limits, recording->steps() - 1), hash);
+}
+
+INSTANTIATE_TEST_SUITE_P(, Recorded,
+                         ::testing::Values(Replayed{"OfABendUnderWork", test::bent_tube_scene(bent("work:20000")), {BudgetMode::Work, 0, 20'000}, 400},
+                                           Replayed{"OfABendUnderLittleWork", test::bent_tube_scene(bent("exact")), {BudgetMode::Work, 0, 150}, 400},
+                                           Replayed{"OfABendInTissue", test::bent_tube_scene(bent("work:50000", test::kOrgan)), {BudgetMode::Work, 0, 50'000}, 200},
+                                           Replayed{"OfExactSteps", test::bent_tube_scene(bent("exact")), {}, 200},
+                                           Replayed{"InOddUnits", kOddUnits, {BudgetMode::Work, 0, 5000}, 300}),
+                         [](const ::testing::TestParamInfo<Replayed>& tested) { return tested.param.name; });
+
+TEST(ViewerSession, SaysWhyARecordingDoesNotRepeat) {
+    const std::string text = test::bent_tube_scene(bent("work:5000", test::kOrgan));
+    const Loaded loaded = load(text);
+    Session session(loaded.scene, loaded.prepared);
+    const auto remarks = [&] { return session.recording()->text(loaded.scene, session.recording()->steps(), 0); };
+    session.step();
+    EXPECT_TRUE(session.recording()->repeatable());
+    session.apply(Grab{0, 0, Vec3(0, 0, 0.2)});
+    EXPECT_THAT(remarks(), HasSubstr("tissue was pulled"));
+    session.apply(Restart{});
+    EXPECT_TRUE(session.recording()->repeatable());
+    session.step();
+    session.apply(SetBudget{{BudgetMode::Work, 0, 700}});
+    EXPECT_THAT(remarks(), HasSubstr("budget was changed"));
+    session.apply(Restart{});
+    session.apply(SwitchEffect{Effect::ExactContact, false});
+    EXPECT_THAT(remarks(), HasSubstr("effect was switched"));
+    session.apply(Restart{}); // the effect stays off: still not what the scene says
+    EXPECT_THAT(remarks(), HasSubstr("effect was switched"));
+    session.apply(SwitchEffect{Effect::ExactContact, true});
+    session.apply(SetBudget{{BudgetMode::Wall, 0.01, 0}});
+    session.apply(Restart{});
+    EXPECT_THAT(remarks(), HasSubstr("budget was a time"));
+    EXPECT_THAT(remarks(), Not(HasSubstr("Bit for bit")));
+}
+
+TEST(ViewerSession, MovesTheHandNoFasterThanItsLimits) {
+    const Loaded loaded = load(test::bent_tube_scene(bent("exact")));
+    Session session(loaded.scene, loaded.prepared);
+    const double start = session.simulator().state().instruments[0].rod.insertion;
+    session.apply(Drive{1.0, 1.0});
+    for (int k = 0; k < 50; ++k) session.step();
+    const StepReport& report = session.simulator().context().report;
+    EXPECT_NEAR(report.insertion_m - start, 0.035 * 0.5, 1e-9);
+    EXPECT_NEAR(report.rotation_rad, 3.14 * 0.5, 1e-9);
+    session.apply(Drive{});
+    session.step();
+    const double there = session.simulator().context().report.insertion_m;
+    session.step();
+    EXPECT_EQ(session.simulator().context().report.insertion_m, there);
+}
+
+/// Against a closed end: what the hand wants does not pile up, and it comes back at once.
+TEST(ViewerSession, AHandThatIsStoppedTurnsRoundAtOnce) {
+    std::string text = kOddUnits;
+    text.replace(text.find("[0, 0, 120, 4]"), 14, "[0, 0, 60, 4]"); // the tube ends 50 mm beyond the entry
+    const Loaded loaded = load(text);
+    Session session(loaded.scene, loaded.prepared);
+    session.apply(Drive{1.0, 0.0});
+    for (int k = 0; k < 600; ++k) session.step();
+    const double furthest = session.simulator().context().report.insertion_m;
+    session.apply(Drive{-1.0, 0.0});
+    for (int k = 0; k < 20; ++k) session.step();
+    EXPECT_LT(session.simulator().context().report.insertion_m, furthest - 10 * 0.035 * 0.007);
+}
+
+TEST(ViewerSession, ASmallerBudgetStopsAtACoarserLevelAndSaysHowWrongItMayBe) {
+    const Loaded loaded = load(test::bent_tube_scene(bent("exact")));
+    Session session(loaded.scene, loaded.prepared);
+    session.apply(Drive{1.0, 0.0});
+    for (int k = 0; k < 100; ++k) session.step();
+    const StepReport full = session.simulator().context().report;
+    EXPECT_EQ(full.pairs_open, 0u);
+    EXPECT_EQ(session.assumed_error_m(), 0.0);
+    session.apply(SetBudget{{BudgetMode::Work, 0, 2}});
+    session.step();
+    const StepReport little = session.simulator().context().report;
+    EXPECT_GT(little.pairs_open, 0u);
+    EXPECT_GT(little.assumed, 0u);
+    EXPECT_LT(little.level_reached, full.level_reached);
+    if (!little.exact_ran) EXPECT_GT(session.assumed_error_m(), 0.0);
+}
+
+TEST(ViewerSession, APullMovesTissueTowardsItsTarget) {
+    const Loaded loaded = load(test::bent_tube_scene(bent("exact", test::kOrgan)));
+    Session session(loaded.scene, loaded.prepared);
+    const std::vector<Vec3>& surface = session.simulator().state().bodies[0].surface;
+    Index vertex = 0; // the freest: furthest from the held side, which is where y is largest
+    for (Index v = 0; v < surface.size(); ++v)
+        if (surface[v].y() < surface[vertex].y()) vertex = v;
+    const Vec3 start = surface[vertex], target = start + Vec3(0.0, -0.01, 0.0);
+    session.apply(Grab{0, vertex, target});
+    for (int k = 0; k < 100; ++k) ASSERT_TRUE(session.step().finite) << session.simulator().context().report.failure;
+    const double moved = start.y() - surface[vertex].y();
+    EXPECT_GT(moved, 5e-4);
+    EXPECT_LT(moved, 0.0101);
+    EXPECT_GT(session.simulator().context().report.pull_force_n, 0.0);
+    session.apply(LetGo{});
+    for (int k = 0; k < 300; ++k) session.step();
+    EXPECT_LT(start.y() - surface[vertex].y(), 0.3 * moved); // it springs back
+    EXPECT_EQ(session.simulator().context().report.pull_force_n, 0.0);
+}
+
+TEST(ViewerSession, PausesAndStepsOneByOne) {
+    const Loaded loaded = load(kOddUnits);
+    Session session(loaded.scene, loaded.prepared);
+    EXPECT_TRUE(session.wants_step());
+    session.apply(SingleStep{}); // means nothing while it runs
+    session.apply(Pause{true});
+    EXPECT_FALSE(session.wants_step());
+    session.apply(SingleStep{});
+    EXPECT_TRUE(session.wants_step());
+    session.step();
+    EXPECT_FALSE(session.wants_step());
+}
+
+TEST(ViewerSession, SwitchesOnlyEffectsOfTheScene) {
+    const Loaded loaded = load(kOddUnits);
+    Session session(loaded.scene, loaded.prepared);
+    EXPECT_FALSE(session.permits(Effect::Gravity));
+    session.apply(SwitchEffect{Effect::Gravity, true});
+    EXPECT_FALSE(session.model().effects.gravity.has_value());
+    for (const bool on : {false, true, false, true}) {
+        session.apply(SwitchEffect{Effect::CoarseContact, on});
+        for (int k = 0; k < 20; ++k) ASSERT_TRUE(session.step().finite);
+        EXPECT_EQ(session.simulator().context().report.pairs_tested > 0, on);
+    }
+}
+
+/// In work mode nothing but the commands and their steps decides.
+TEST(ViewerSession, RestartedAndDrivenAgainComesToTheSameState) {
+    const Loaded loaded = load(test::bent_tube_scene(bent("work:5000")));
+    Session session(loaded.scene, loaded.prepared);
+    const auto drive = [&] {
+        for (int k = 0; k < 150; ++k) {
+            session.apply(drive_at(k));
+            session.step();
+        }
+        return hash_state(session.simulator().state());
+    };
+    const std::uint64_t first = drive();
+    session.apply(Restart{});
+    EXPECT_NE(hash_state(session.simulator().state()), first);
+    EXPECT_EQ(drive(), first);
+}
+
+TEST(ViewerSession, ShowsSpheresOfTheLevelReached) {
+    const Loaded loaded = load(test::bent_tube_scene(bent("exact")));
+    Session session(loaded.scene, loaded.prepared);
+    Snapshot snapshot;
+    prepare_snapshot(session, snapshot);
+    session.apply(Drive{1.0, 0.0});
+    for (int k = 0; k < 100; ++k) session.step();
+    fill_snapshot(session, true, snapshot);
+    const std::size_t leaves = snapshot.spheres.size();
+    EXPECT_GT(leaves, 10u);
+    session.apply(SetBudget{{BudgetMode::Work, 0, 2}});
+    session.step();
+    fill_snapshot(session, true, snapshot);
+    EXPECT_LT(snapshot.spheres.size(), leaves);
+    EXPECT_TRUE(std::any_of(snapshot.spheres.begin(), snapshot.spheres.end(), [](const ShownSphere& s) { return s.kind == SphereKind::Assumed; }));
+    fill_snapshot(session, false, snapshot);
+    EXPECT_TRUE(snapshot.spheres.empty());
+}
+
+/// One thread makes, one looks: what is seen is whole, and never older than what was seen before.
+TEST(ViewerLatest, IsWholeAndNeverGoesBack) {
+    struct Pair {
+        std::array<std::uint64_t, 64> numbers{};
+    };
+    Latest<Pair> latest;
+    constexpr std::uint64_t kMade = 200'000;
+    std::thread maker([&] {
+        for (std::uint64_t k = 1; k <= kMade; ++k) {
+            latest.back().numbers.fill(k);
+            latest.publish();
+        }
+    });
+    std::uint64_t last = 0, torn = 0, back = 0;
+    while (last < kMade) {
+        if (!latest.take()) continue;
+        const Pair& seen = latest.front();
+        for (const std::uint64_t number : seen.numbers) torn += number != seen.numbers[0];
+        back += seen.numbers[0] <= last;
+        last = seen.numbers[0];
+    }
+    maker.join();
+    EXPECT_EQ(torn, 0u);
+    EXPECT_EQ(back, 0u);
+    EXPECT_FALSE(latest.take());
+}
+
+} // namespace
+} // namespace seldinger::engine::viewer
