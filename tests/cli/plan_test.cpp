@@ -16,7 +16,7 @@ const std::string kBend = R"({
         "tip": {"shape": "J", "length": 12, "angle": 0.6}, "lumen": "tube", "inserted": 10,
         "entry": {"position": [0, 0, 8], "direction": [0, 0, 1]}}},
     "targets": {"end": {"position": [50, 0, 60]}, "near": {"position": [0, 0, 35]}},
-    "effects": ["coarse_contact", "exact_contact"]
+    "effects": ["coarse_contact", "exact_contact", "friction"]
 })";
 
 class PlanCommand : public Program {

@@ -184,7 +184,9 @@ TEST(ViewerSession, ASmallerBudgetStopsAtACoarserLevelAndSaysHowWrongItMayBe) {
     EXPECT_GT(little.pairs_open, 0u);
     EXPECT_GT(little.assumed, 0u);
     EXPECT_LT(little.level_reached, full.level_reached);
-    if (!little.exact_ran) EXPECT_GT(session.assumed_error_m(), 0.0);
+    if (!little.exact_ran) {
+        EXPECT_GT(session.assumed_error_m(), 0.0);
+    }
 }
 
 TEST(ViewerSession, APullMovesTissueTowardsItsTarget) {
