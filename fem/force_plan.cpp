@@ -72,7 +72,7 @@ void fill_chunk(ForcePlan& plan, const ForceChunk& chunk, std::span<const Tet> t
             const Index tet = order[std::min(place, tets.size() - 1)];
             TetBatch& batch = plan.batches[chunk.first_batch + b];
             plan.tet_of[kBatch * (chunk.first_batch + b) + lane] = tet;
-            fill_lane(batch, lane, shapes[tet], place < tets.size() ? shapes[tet].volume : 0.0);
+            fill_lane(batch, lane, shapes[tet], place < tets.size() ? shapes[tet].volume * shapes[tet].stiffness : 0.0);
             for (std::size_t corner = 0; corner < 4; ++corner)
                 batch.node[corner][lane] = static_cast<Index>(sizeof(NodeRecord)) * plan.record_of[tets[tet][corner]];
         }

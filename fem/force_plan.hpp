@@ -17,7 +17,7 @@ inline constexpr std::size_t kChunkBatches = 64;  // its slots fit in the first-
 /// Eight tets; where the last chunk is not full, its last tet is repeated with volume 0.
 struct alignas(64) TetBatch {
     double inverse[9][kBatch];  // Dm^-1, row-major, 1/m
-    double volume[kBatch];      // m^3
+    double volume[kBatch];      // m^3, times the tet's stiffness factor
     double gram[6][kBatch];     // Dm^-1 Dm^-T: xx yy zz xy xz yz, 1/m^2
     double inverse_det[kBatch]; // det Dm^-1, 1/m^3
     Index node[4][kBatch];      // records, as bytes from the first

@@ -31,7 +31,7 @@ template <class Law, class At> TetReport measure(const TissueModel& model, At&& 
     for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {
         const Block<double> f = find_gradient(model, tet, at);
         const double det = determinant(f);
-        const double energy = model.tet_shape[tet].volume * Law::energy(model.law, f, det);
+        const double energy = model.tet_shape[tet].volume * model.tet_shape[tet].stiffness * Law::energy(model.law, f, det);
         note_volume(report, det, tet);
         report.elastic_energy += energy;
         if (!(std::isfinite(det) && std::isfinite(energy)) && report.first_bad_tet == kNoIndex)

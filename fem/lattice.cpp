@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <string>
 
@@ -276,6 +277,24 @@ Result<LatticeMesh> make_lattice_mesh(const TriMesh& surface, const LatticeOptio
     for (const Tet& t : report.tets.tets) volume += tet_volume(report.tets, t);
     report.volume_ratio = volume / volume_of(surface);
     return report;
+}
+
+Result<LatticeMesh> make_lattice_of_nodes(const TriMesh& surface, std::size_t nodes) {
+    const auto wanted = static_cast<double>(std::max<std::size_t>(nodes, 1));
+    double cell = std::cbrt(2.0 * std::abs(signed_volume(surface)) / wanted); // two nodes a cube
+    Result<LatticeMesh> best = Error{.code = ErrorCode::BadMesh, .message = "no lattice"};
+    double off = std::numeric_limits<double>::infinity();
+    for (int round = 0; round < 5; ++round) {
+        Result<LatticeMesh> lattice = make_lattice_mesh(surface, {.cell = cell});
+        if (!lattice.ok()) return round == 0 ? std::move(lattice) : std::move(best);
+        const double ratio = static_cast<double>(lattice->tets.vertices.size()) / wanted;
+        if (std::abs(std::log(ratio)) < off) {
+            off = std::abs(std::log(ratio));
+            best = std::move(lattice);
+        }
+        cell *= std::cbrt(ratio);
+    }
+    return best;
 }
 
 } // namespace seldinger::fem

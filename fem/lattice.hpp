@@ -33,6 +33,9 @@ struct LatticeMesh {
 /// tet is filled enough: the body is thinner than a cell).
 [[nodiscard]] Result<LatticeMesh> make_lattice_mesh(const TriMesh& surface, const LatticeOptions& options);
 
+/// The lattice whose nodes come nearest to a number, over cells tried a few times: to compare with another mesh.
+[[nodiscard]] Result<LatticeMesh> make_lattice_of_nodes(const TriMesh& surface, std::size_t nodes);
+
 inline constexpr double kMostLatticeCells = 2e7;
 
 } // namespace seldinger::fem

@@ -5,6 +5,8 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <string>
 
 namespace seldinger::fem {
@@ -74,17 +76,32 @@ Result<TetShape> make_shape(const TetMesh& mesh, std::size_t tet) {
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) shape.inverse[3 * i + j] = inverse(i, j);
     shape.volume = volume;
+    shape.stiffness = 1.0;
     return shape;
 }
 
-Result<void> add_mass(TissueModel& model) {
+/// Every factor positive and finite, one for each tet.
+Result<void> check_factors(const TetMesh& mesh, std::span<const double> factors, const char* name) {
+    if (factors.empty()) return {};
+    const auto bad = [&](std::string what) { return Error{.code = ErrorCode::BadValue, .message = std::string(name) + " factors: " + what}; };
+    if (factors.size() != mesh.tets.size())
+        return bad(std::to_string(factors.size()) + " of them for " + std::to_string(mesh.tets.size()) + " tets");
+    for (std::size_t tet = 0; tet < factors.size(); ++tet)
+        if (!(factors[tet] > 0.0) || !std::isfinite(factors[tet]))
+            return bad(std::to_string(factors[tet]) + " of " + name_tet(tet, mesh.tets[tet]) + " is not a positive number");
+    return {};
+}
+
+Result<void> add_mass(TissueModel& model, std::span<const double> density_factor) {
     model.node_mass.assign(model.node_count(), 0.0);
     for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {
-        const double quarter = 0.25 * model.material.density * model.tet_shape[tet].volume;
+        const double density = model.material.density * (density_factor.empty() ? 1.0 : density_factor[tet]);
+        const double quarter = 0.25 * density * model.tet_shape[tet].volume;
         for (const Index node : model.tet_nodes[tet]) model.node_mass[node] += quarter;
         model.volume += model.tet_shape[tet].volume;
     }
     model.mass = model.material.density * model.volume;
+    if (!density_factor.empty()) model.mass = std::accumulate(model.node_mass.begin(), model.node_mass.end(), 0.0);
     model.inv_mass.resize(model.node_count());
     for (std::size_t node = 0; node < model.node_count(); ++node) {
         if (!(model.node_mass[node] > 0.0)) return bad_mesh("node " + std::to_string(node) + " belongs to no tet: drop it");
@@ -95,9 +112,12 @@ Result<void> add_mass(TissueModel& model) {
 
 } // namespace
 
-Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material, std::span<const Index> pinned_nodes) {
+Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material, std::span<const Index> pinned_nodes,
+                                      const TetContrast& contrast) {
     if (const auto fine = check_material(material); !fine) return fine.error();
     if (const auto fine = check_nodes(mesh); !fine) return fine.error();
+    if (const auto fine = check_factors(mesh, contrast.stiffness, "stiffness"); !fine) return fine.error();
+    if (const auto fine = check_factors(mesh, contrast.density, "density"); !fine) return fine.error();
     TissueModel model{.material = material, .law = make_law_constants(material), .tet_nodes = mesh.tets,
                       .tet_shape = {}, .node_mass = {}, .inv_mass = {}, .rest_position = mesh.vertices, .pinned = {}, .plan = {}};
     model.tet_shape.reserve(mesh.tets.size());
@@ -106,7 +126,8 @@ Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& mater
         if (!shape) return shape.error();
         model.tet_shape.push_back(*shape);
     }
-    if (const auto fine = add_mass(model); !fine) return fine.error();
+    for (std::size_t tet = 0; tet < contrast.stiffness.size(); ++tet) model.tet_shape[tet].stiffness = contrast.stiffness[tet];
+    if (const auto fine = add_mass(model, contrast.density); !fine) return fine.error();
     if (const auto fine = check_repeats(mesh); !fine) return fine.error();
     if (const auto fine = check_connected(mesh); !fine) return fine.error();
     model.pinned.assign(pinned_nodes.begin(), pinned_nodes.end());

@@ -14,6 +14,12 @@ namespace seldinger::fem {
 struct TetShape {
     double inverse[9]; // Dm^-1, row-major: F = Ds Dm^-1 with Ds = [x1-x0, x2-x0, x3-x0], 1/m
     double volume;     // m^3, > 0
+    double stiffness;  // factor on the material's moduli and viscosity, > 0
+};
+
+/// A body of several tissues of one law: factors on the material for every tet. Empty: 1.
+struct TetContrast {
+    std::span<const double> stiffness, density; // [tet_count], > 0
 };
 
 struct TissueModel {
@@ -40,9 +46,9 @@ struct TissueState {
 
 /// Checks mesh and material and precomputes the rest shape. pinned_nodes in any order, repeats allowed.
 /// Fails with BadMesh (first bad tet or node by id: not finite, out of range, repeated node, inverted, flat, node
-/// without a tet, repeated tet, more than one part) or BadValue (material).
+/// without a tet, repeated tet, more than one part) or BadValue (material, contrast by tet).
 [[nodiscard]] Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material,
-                                                    std::span<const Index> pinned_nodes);
+                                                    std::span<const Index> pinned_nodes, const TetContrast& contrast = {});
 
 /// At rest, without velocity.
 [[nodiscard]] TissueState make_rest_state(const TissueModel& model);

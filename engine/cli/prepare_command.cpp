@@ -56,9 +56,10 @@ void print_report(const MeshPreparation& made, const PrepareOptions& options, co
     const double size = made.surface.bounds().longest_edge();
     fmt::print("dense      {} vertices, {} triangles, {}, {} components, longest side {:.4g} m\n", made.surface.vertices.size(),
                made.surface.triangles.size(), made.dense.closed() ? "closed" : "open", made.dense.components, size);
-    if (made.coarse)
-        fmt::print("coarse     {} nodes, {} tets by {}, smallest dihedral angle {:.1f} degrees, stable step {:.4g} ms\n", made.coarse->nodes,
-                   made.coarse->tets, made.coarse->mesher, made.coarse->min_dihedral_deg, 1e3 * made.coarse->stable_step_s);
+    for (const auto& coarse : {made.coarse, made.lattice})
+        if (coarse)
+            fmt::print("coarse     {} nodes, {} tets by {}, smallest dihedral angle {:.1f} degrees, {:.4f} of the volume, stable step {:.4g} ms\n",
+                       coarse->nodes, coarse->tets, coarse->mesher, coarse->min_dihedral_deg, coarse->volume_ratio, 1e3 * coarse->stable_step_s);
     if (made.links)
         fmt::print("links      {}, longest {:.3g} mm, {} degenerate\n", made.links->count, 1e3 * made.links->max_length_m, made.links->degenerate);
     fmt::print("spheres    {} builder, branching {}, depth {}, {:.2f} s{}, {:.0f} MB, volume ratio {:.4f}\n",

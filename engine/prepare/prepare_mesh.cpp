@@ -6,6 +6,7 @@
 #include "engine/prepare/cache.hpp"
 #include "engine/prepare/coarse.hpp"
 #include "engine/time/clock.hpp"
+#include "fem/lattice.hpp"
 #include "fem/links.hpp"
 #include "fem/stable_step.hpp"
 
@@ -67,6 +68,19 @@ Result<void> load(const std::filesystem::path& file, const PrepareOptions& optio
     return {};
 }
 
+/// What a mesh is worth as a body of the options' material; none: it is no body, and a note says why.
+std::optional<MeshPreparation::Coarse> rate_coarse(const TetMesh& tets, const char* mesher, const PrepareOptions& options, MeshPreparation& made) {
+    const Result<fem::TissueModel> tissue = fem::make_tissue_model(tets, options.material, {});
+    if (!tissue.ok()) {
+        made.notes.push_back(fmt::format("no coarse model by {}: {}", mesher, tissue.error().message));
+        return std::nullopt;
+    }
+    fem::StableStepWorkspace workspace;
+    const double step = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace).step;
+    return MeshPreparation::Coarse{tets.vertices.size(), tets.tets.size(), mesher, min_dihedral_deg(tets), step,
+                                   tissue->volume / signed_volume(made.surface)};
+}
+
 void make_coarse_model(const PrepareOptions& options, MeshPreparation& made) {
     if (!made.dense.closed() || !made.dense.manifold() || !made.dense.oriented() || made.self_intersections > 0) {
         made.notes.push_back("no coarse model: the surface is not a closed manifold that encloses a volume");
@@ -76,20 +90,17 @@ void make_coarse_model(const PrepareOptions& options, MeshPreparation& made) {
     coarse_options.surface_triangles = options.coarse_triangles;
     coarse_options.use_cache = options.use_cache;
     const Result<CoarseMesh> coarse = make_coarse_mesh(made.surface, coarse_options);
-    if (!coarse.ok()) {
-        made.notes.push_back("no coarse model: " + coarse.error().message);
-        return;
+    if (!coarse.ok()) made.notes.push_back("no coarse model: " + coarse.error().message);
+    else {
+        made.coarse = rate_coarse(coarse->tets, "tetgen", options, made);
+        const Result<fem::RigidLinks> links = fem::make_surface_links(coarse->tets, made.surface);
+        if (links.ok()) made.links = {links->vertex_count(), links->degenerate, links->max_length};
+        else made.notes.push_back("no links: " + links.error().message);
     }
-    const Result<fem::TissueModel> tissue = fem::make_tissue_model(coarse->tets, options.material, {});
-    const Result<fem::RigidLinks> links = fem::make_surface_links(coarse->tets, made.surface);
-    if (!tissue.ok() || !links.ok()) {
-        made.notes.push_back("no coarse model: " + (tissue.ok() ? links.error() : tissue.error()).message);
-        return;
-    }
-    fem::StableStepWorkspace workspace;
-    made.coarse = {coarse->tets.vertices.size(), coarse->tets.tets.size(), "tetgen", min_dihedral_deg(coarse->tets),
-                   fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace).step};
-    made.links = {links->vertex_count(), links->degenerate, links->max_length};
+    const std::size_t nodes = made.coarse ? made.coarse->nodes : options.coarse_triangles / 2;
+    const Result<fem::LatticeMesh> lattice = fem::make_lattice_of_nodes(made.surface, nodes);
+    if (lattice.ok()) made.lattice = rate_coarse(lattice->tets, "lattice", options, made);
+    else made.notes.push_back("no coarse model by lattice: " + lattice.error().message);
 }
 
 std::string find_key(const MeshPreparation& made, const PrepareOptions& options) {
@@ -217,6 +228,16 @@ Result<MeshPreparation> prepare_mesh(const std::filesystem::path& file, const Pr
     return made;
 }
 
+namespace {
+
+nlohmann::ordered_json coarse_json(const std::optional<MeshPreparation::Coarse>& coarse) {
+    if (!coarse) return nullptr;
+    return {{"nodes", coarse->nodes}, {"tets", coarse->tets}, {"mesher", coarse->mesher}, {"min_dihedral_deg", coarse->min_dihedral_deg},
+            {"stable_step_s", coarse->stable_step_s}, {"volume_ratio", coarse->volume_ratio}};
+}
+
+} // namespace
+
 std::string preparation_json(const MeshPreparation& made, const PrepareOptions& options) {
     using Json = nlohmann::ordered_json;
     const double size = made.surface.bounds().longest_edge();
@@ -229,13 +250,8 @@ std::string preparation_json(const MeshPreparation& made, const PrepareOptions& 
                      {"self_intersections", made.self_intersections},
                      {"components", made.dense.components},
                      {"longest_edge_m", size}};
-    json["coarse"] = nullptr;
-    if (made.coarse)
-        json["coarse"] = {{"nodes", made.coarse->nodes},
-                          {"tets", made.coarse->tets},
-                          {"mesher", made.coarse->mesher},
-                          {"min_dihedral_deg", made.coarse->min_dihedral_deg},
-                          {"stable_step_s", made.coarse->stable_step_s}};
+    json["coarse"] = coarse_json(made.coarse);
+    json["coarse_by_lattice"] = coarse_json(made.lattice);
     json["links"] = nullptr;
     if (made.links)
         json["links"] = {{"count", made.links->count}, {"max_length_m", made.links->max_length_m}, {"degenerate", made.links->degenerate}};

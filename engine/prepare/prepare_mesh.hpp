@@ -32,13 +32,15 @@ struct MeshPreparation {
         std::size_t nodes = 0, tets = 0;
         std::string mesher;
         double min_dihedral_deg = 0.0;
-        double stable_step_s = 0.0;
+        double stable_step_s = 0.0;       // of RK4, at rest
+        double volume_ratio = 0.0;        // to the surface's
     };
     struct Links {
         std::size_t count = 0, degenerate = 0;
         double max_length_m = 0.0;
     };
-    std::optional<Coarse> coarse;          // none for an open surface, or where no mesher can do it: see notes
+    std::optional<Coarse> coarse;          // by TetGen; none for an open surface, or where it cannot do it: see notes
+    std::optional<Coarse> lattice;         // the same body from a lattice of about as many nodes, to choose by
     std::optional<Links> links;
     spheretree::SphereTree spheres;
     spheretree::TreeQuality quality;

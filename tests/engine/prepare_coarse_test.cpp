@@ -3,6 +3,7 @@
 #include "engine/prepare/cache.hpp"
 #include "engine/prepare/coarse.hpp"
 #include "engine/prepare/process.hpp"
+#include "fem/lattice.hpp"
 #include "fem/links.hpp"
 #include "fem/stable_step.hpp"
 
@@ -138,6 +139,37 @@ TEST(Coarse, RealLiverBecomesABodyWithShortLinksAndAUsableStep) {
     EXPECT_EQ(links->static_count, 0U);
     EXPECT_LT(links->max_length, 0.02);
     RecordProperty("tets", std::to_string(coarse->tets.tets.size()));
+}
+
+TEST(Coarse, LatticeOfTheBunnyBearsFiveTimesTetGensStepAtItsNodeCount) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (!data) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    NEED_TETGEN();
+    const auto bunny = read_surface(std::filesystem::path(data) / "stanford/bunny_7k_closed.off.gz", {});
+    ASSERT_TRUE(bunny.ok()) << bunny.error().to_string();
+    TriMesh surface = *bunny;
+    const double unit = 0.2 / surface.bounds().longest_edge();
+    for (Vec3& v : surface.vertices) v *= unit;
+    const auto step_of = [](const TetMesh& tets) {
+        const auto model = fem::make_tissue_model(tets, {.young_modulus = 20000.0, .poisson_ratio = 0.45, .density = 1000.0}, {});
+        EXPECT_TRUE(model.ok());
+        fem::StableStepWorkspace workspace;
+        return fem::find_stable_step(*model, model->rest_position, nullptr, workspace).step;
+    };
+    struct Asked { std::size_t triangles; double times; }; // 642 nodes are too few for cells inside the ears: 4.2 times there
+    for (const auto& [triangles, times] : {Asked{800, 4.0}, Asked{1400, 5.0}, Asked{3000, 5.0}}) {
+        const auto tetgen = make_coarse_mesh(surface, {.surface_triangles = triangles, .use_cache = false});
+        ASSERT_TRUE(tetgen.ok()) << tetgen.error().to_string();
+        const auto lattice = fem::make_lattice_of_nodes(surface, tetgen->tets.vertices.size());
+        ASSERT_TRUE(lattice.ok()) << lattice.error().to_string();
+        const double by_tetgen = step_of(tetgen->tets), by_lattice = step_of(lattice->tets);
+        const double nodes = static_cast<double>(lattice->tets.vertices.size()) / static_cast<double>(tetgen->tets.vertices.size());
+        std::printf("bunny of 0.2 m, %zu triangles: TetGen %zu nodes %.4g ms, lattice %zu nodes %.4g ms, %.2f times\n", triangles,
+                    tetgen->tets.vertices.size(), 1e3 * by_tetgen, lattice->tets.vertices.size(), 1e3 * by_lattice, by_lattice / by_tetgen);
+        EXPECT_GT(nodes, 0.85);
+        EXPECT_LT(nodes, 1.18);
+        EXPECT_GT(by_lattice, times * by_tetgen);
+    }
 }
 
 TEST(Cache, KeysTellApartWhatWasFedIn) {

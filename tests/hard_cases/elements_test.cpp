@@ -1,0 +1,266 @@
+// Elements where they are hard: at load, inverted in a run, collapsed, nearly incompressible, of very unlike neighbours, turned.
+#include "fem/bar_mesh.hpp"
+#include "fem/integrate.hpp"
+#include "tests/fem/bodies.hpp"
+#include "tests/hard_cases/margin.hpp"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+#include <numbers>
+
+namespace seldinger::fem {
+
+using namespace test;
+using seldinger::test::print_margin;
+
+namespace {
+
+constexpr double kCell = 0.01; // m
+
+double farthest_from_rest(const TissueModel& model, const TissueState& state) {
+    double off = 0.0;
+    for (std::size_t node = 0; node < model.node_count(); ++node)
+        off = std::max(off, (state.position[node] - model.rest_position[node]).norm());
+    return off;
+}
+
+/// Three seconds under RK4 with derived steps; the test fails on a refusal or a value that is not finite.
+IntegrateReport let_go(const TissueModel& model, TissueState& state, const char* what) {
+    RkWorkspace workspace;
+    StableStepWorkspace stable;
+    IntegrateReport last;
+    for (int frame = 0; frame < 300; ++frame) {
+        const auto done = advance(model, state, 0.01, {}, {.max_substeps = 20000}, workspace, stable);
+        EXPECT_TRUE(done.integrate.finite() && !done.refused) << what << ", frame " << frame;
+        last = done.integrate;
+        if (!last.finite() || done.refused) break;
+    }
+    return last;
+}
+
+Material damped(MaterialLaw law) {
+    Material material = make_material(law, 0.45);
+    material.viscosity = 1.0;
+    material.mass_damping = 4.0;
+    return material;
+}
+
+/// A cube of 3 x 3 x 3 cells held at its bottom, deformed by f(position, whether the node is free).
+template <class Change> TissueState deform_free(const TissueModel& model, Change&& change) {
+    TissueState state = make_rest_state(model);
+    for (std::size_t node = 0; node < model.node_count(); ++node)
+        if (model.inv_mass[node] > 0.0) change(state.position[node]);
+    return state;
+}
+
+std::string refusal(const TetMesh& mesh, const TetContrast& contrast = {}) {
+    const auto model = make_tissue_model(mesh, Material{}, {}, contrast);
+    return model ? std::string("accepted") : model.error().message;
+}
+
+} // namespace
+
+TEST(HardElements, ZeroVolumeAndInvertedTetsAreRefusedById) {
+    TetMesh mesh = make_bar(2, 1, 1, kCell);
+    std::swap(mesh.tets[7][0], mesh.tets[7][1]);
+    EXPECT_NE(refusal(mesh).find("tet 7 (nodes"), std::string::npos) << refusal(mesh);
+    EXPECT_NE(refusal(mesh).find("inverted"), std::string::npos) << refusal(mesh);
+    mesh = make_bar(2, 1, 1, kCell);
+    const Tet& flat = mesh.tets[4];
+    mesh.vertices[flat[3]] = (mesh.vertices[flat[0]] + mesh.vertices[flat[1]] + mesh.vertices[flat[2]]) / 3.0;
+    EXPECT_NE(refusal(mesh).find("is "), std::string::npos);
+    EXPECT_NE(refusal(mesh).find("tet "), std::string::npos) << refusal(mesh);
+    const std::vector<double> factors(3, 1.0);
+    EXPECT_NE(refusal(make_bar(2, 1, 1, kCell), {.stiffness = factors}).find("3 of them for 12 tets"), std::string::npos);
+}
+
+TEST(HardElements, SliverOfATenthOfADegreeIsTakenSlowsTheStepAndIsNamed) {
+    TetMesh mesh = make_bar(3, 3, 3, kCell);
+    const double sound = [&] {
+        StableStepWorkspace workspace;
+        const auto model = make_model(mesh, make_material(MaterialLaw::NeoHookean));
+        return find_stable_step(model, model.rest_position, nullptr, workspace).step;
+    }();
+    const Index apex = 21; // an inner node, pushed almost onto the opposite face of one of its tets
+    Tet sliver{};
+    for (const Tet& t : mesh.tets)
+        if (std::find(t.begin(), t.end(), apex) != t.end()) sliver = t;
+    Vec3 foot = Vec3::Zero();
+    for (const Index node : sliver)
+        if (node != apex) foot += mesh.vertices[node] / 3.0;
+    // the face's inner radius is about 0.3 cells: a height of 0.3 tan(0.1 degrees)
+    mesh.vertices[apex] = foot + 0.3 * kCell * std::tan(0.1 / 180.0 * std::numbers::pi) * (mesh.vertices[apex] - foot).normalized();
+    const auto model = make_model(mesh, make_material(MaterialLaw::NeoHookean));
+    StableStepWorkspace workspace;
+    const StableStep step = find_stable_step(model, model.rest_position, nullptr, workspace);
+    print_margin("sliver's stable step over the sound mesh's", step.step / sound, "<", 0.1);
+    EXPECT_LT(step.step, 0.1 * sound); // it falls with the root of the height: 1/1900 of a cell, less what its neighbours' mass buys
+    const Tet& worst = model.tet_nodes[step.worst_tet];
+    EXPECT_NE(std::find(worst.begin(), worst.end(), apex), worst.end());
+}
+
+TEST(HardElements, NodePulledThroughItsFaceComesBack) {
+    const TetMesh mesh = make_bar(3, 3, 3, kCell);
+    const auto model = make_model(mesh, damped(MaterialLaw::NeoHookean), nodes_at(mesh, 2, 0.0));
+    TissueState state = make_rest_state(model);
+    state.position[42] += Vec3(0.0, 0.0, -2.0 * kCell); // an inner node, two cells down through its neighbours
+    EXPECT_GT(measure_tets(model, state.position).inverted, 0u);
+    const auto end = let_go(model, state, "pulled node");
+    print_margin("node pulled through its face: farthest node from rest after 3 s", farthest_from_rest(model, state), "<", 1e-4, "m");
+    EXPECT_EQ(end.inverted, 0u);
+    EXPECT_LT(farthest_from_rest(model, state), 1e-4); // 1 % of a cell: what mass damping leaves of a 5 Hz mode after 3 s is below
+}
+
+TEST(HardElements, NeoHookeanRecoversFromPlanePointInsideOutAndChaos) {
+    const TetMesh mesh = make_bar(3, 3, 3, kCell);
+    const auto model = make_model(mesh, damped(MaterialLaw::NeoHookean), nodes_at(mesh, 2, 0.0));
+    std::mt19937_64 random(7);
+    const auto run = [&](const char* what, auto&& change) {
+        TissueState state = deform_free(model, change);
+        const auto end = let_go(model, state, what);
+        print_margin(what, farthest_from_rest(model, state), "<", 1e-3, "m");
+        EXPECT_EQ(end.inverted, 0u) << what;
+        EXPECT_LT(farthest_from_rest(model, state), 1e-3) << what; // a tenth of a cell
+    };
+    run("cube squashed to a plane: farthest from rest after 3 s", [&](Vec3& x) { x[2] = 0.0; x += random_vec(random, 1e-6); });
+    run("cube squashed to a point", [&](Vec3& x) { x = Vec3(0.015, 0.015, 0.01) + random_vec(random, 1e-6); });
+    run("cube inside out", [&](Vec3& x) { x = Vec3(0.03 - x[0], 0.03 - x[1], -x[2]) + random_vec(random, 1e-6); });
+    run("nodes at random within two cells", [&](Vec3& x) { x += random_vec(random, 0.02); });
+}
+
+TEST(HardElements, BarTwistedByAFullTurnUnwinds) {
+    const TetMesh mesh = make_bar(3, 3, 12, kCell);
+    Material material = damped(MaterialLaw::NeoHookean);
+    material.mass_damping = 20.0; // a long bar is slow: 3 s must be enough
+    const auto model = make_model(mesh, material, nodes_at(mesh, 2, 0.0));
+    TissueState state = deform_free(model, [](Vec3& x) {
+        const double angle = 2.0 * std::numbers::pi * x[2] / (12.0 * kCell), u = x[0] - 1.5 * kCell, v = x[1] - 1.5 * kCell;
+        x[0] = 1.5 * kCell + std::cos(angle) * u - std::sin(angle) * v;
+        x[1] = 1.5 * kCell + std::sin(angle) * u + std::cos(angle) * v;
+    });
+    const auto end = let_go(model, state, "twisted bar");
+    print_margin("bar of 12 cells twisted by 360 degrees", farthest_from_rest(model, state), "<", 1e-3, "m");
+    EXPECT_EQ(end.inverted, 0u);
+    EXPECT_LT(farthest_from_rest(model, state), 1e-3); // a tenth of a cell
+}
+
+TEST(HardElements, StVKThatInvertsIsCountedAndNeverSpreadsNaN) {
+    const TetMesh mesh = make_bar(3, 3, 3, kCell);
+    const auto model = make_model(mesh, damped(MaterialLaw::StVK), nodes_at(mesh, 2, 0.0));
+    std::mt19937_64 random(7);
+    TissueState state = deform_free(model, [&](Vec3& x) { x += random_vec(random, 0.02); });
+    RkWorkspace workspace;
+    StableStepWorkspace stable;
+    std::uint32_t most = 0;
+    double least = 1.0;
+    for (int frame = 0; frame < 50; ++frame) {
+        const auto done = advance(model, state, 0.01, {}, {.max_substeps = 20000}, workspace, stable);
+        most = std::max(most, done.integrate.inverted);
+        least = std::min(least, done.integrate.min_volume_ratio);
+        for (const Vec3& x : state.position) ASSERT_TRUE(is_finite(x)) << frame;
+        if (!done.integrate.finite() || done.refused) break; // says so with the element: as good as going on
+    }
+    print_margin("StVK from random places: tets inverted at the end of a frame", most, ">", 0, "of 162");
+    EXPECT_GT(most, 0u);
+    EXPECT_LT(least, 0.0);
+}
+
+TEST(HardElements, StVKPeaksAtOneFifthOfYoungsModulusAndCollapsesThere) {
+    // Uniaxial stress of a free bar, sigma / E = stretch (stretch^2 - 1) / 2: peaks at 1/sqrt(3) with 0.19245.
+    double peak = 0.0, at = 1.0;
+    const auto model = make_model(make_bar(1, 1, 1, kCell), make_material(MaterialLaw::StVK, 0.3));
+    for (double stretch = 0.95; stretch > 0.4; stretch -= 0.001) {
+        const double across = std::sqrt(1.0 + 0.3 * (1.0 - stretch * stretch)); // free of stress for StVK
+        std::vector<Vec3> position = model.rest_position;
+        for (Vec3& x : position) x = x.cwiseProduct(Vec3(stretch, across, across));
+        auto force = zeros(position.size());
+        (void)add_tet_forces(model, position, zeros(position.size()), force);
+        double pull = 0.0;
+        for (std::size_t node = 0; node < force.size(); ++node)
+            if (model.rest_position[node][0] > 0.5 * kCell) pull += force[node][0];
+        const double stress = pull / (kCell * kCell) / model.material.young_modulus;
+        if (stress > peak) { peak = stress; at = stretch; }
+    }
+    print_margin("StVK: peak of uniaxial stress over E", peak, "~", 0.19245);
+    print_margin("StVK: stretch at that peak", at, "~", 0.57735);
+    EXPECT_NEAR(peak, 0.1924500897, 1e-6);
+    EXPECT_NEAR(at, 0.5773502692, 1e-3);
+    for (const double load : {0.12, 0.24}) { // rho g H / E of a bonded slab under sudden gravity
+        Material material = make_material(MaterialLaw::StVK, 0.3);
+        material.young_modulus = 1000.0 * 9.81 * 0.04 / load;
+        material.mass_damping = 2.0;
+        const TetMesh mesh = make_bar(6, 6, 4, kCell);
+        const auto slab = make_model(mesh, material, nodes_at(mesh, 2, 0.0));
+        TissueState state = make_rest_state(slab);
+        RkWorkspace workspace;
+        StableStepWorkspace stable;
+        double least = 1.0;
+        std::uint32_t most = 0;
+        for (int frame = 0; frame < 100; ++frame) {
+            const auto done = advance(slab, state, 0.01, {.gravity = Vec3(0, 0, -9.81)}, {.max_substeps = 20000}, workspace, stable);
+            ASSERT_TRUE(done.integrate.finite() && !done.refused) << load;
+            least = std::min(least, done.integrate.min_volume_ratio);
+            most = std::max(most, done.integrate.inverted);
+        }
+        if (load < 0.2) {
+            print_margin("StVK slab at rho g H / E = 0.12: smallest volume ratio", least, ">", 0.4);
+            EXPECT_GT(least, 0.4);
+            EXPECT_EQ(most, 0u);
+        } else {
+            print_margin("StVK slab at rho g H / E = 0.24: share of tets inverted, all finite", most / double(slab.tet_count()), ">", 0.5);
+            EXPECT_GT(most, slab.tet_count() / 2);
+        }
+    }
+}
+
+TEST(HardElements, UnlikeNeighboursInOneBodyAreStableAtTheirDerivedStep) {
+    const TetMesh mesh = make_bar(6, 2, 2, kCell);
+    struct Contrast { const char* what; double stiffness, density; };
+    for (const Contrast& c : {Contrast{"modulus contrast 1:10^6", 1e6, 1.0}, Contrast{"density contrast 1:1000", 1.0, 1e3},
+                              Contrast{"stiff and light beside soft and heavy, 1:10^6 and 1:1000", 1e6, 1e-3}}) {
+        std::vector<double> stiffness(mesh.tets.size(), 1.0), density(mesh.tets.size(), 1.0);
+        for (std::size_t tet = 0; tet < mesh.tets.size(); ++tet) {
+            double x = 0.0;
+            for (const Index node : mesh.tets[tet]) x += 0.25 * mesh.vertices[node][0];
+            if (x > 0.04) stiffness[tet] = c.stiffness, density[tet] = c.density;
+        }
+        const auto made = make_tissue_model(mesh, make_material(MaterialLaw::NeoHookean, 0.45), nodes_at(mesh, 0, 0.0), {stiffness, density});
+        ASSERT_TRUE(made.ok()) << made.error().to_string();
+        TissueState state = make_rest_state(*made);
+        std::mt19937_64 random(4);
+        for (std::size_t node = 0; node < made->node_count(); ++node)
+            if (made->inv_mass[node] > 0.0) state.velocity[node] = random_vec(random, 1e-2);
+        RkWorkspace workspace;
+        StableStepWorkspace stable;
+        double first = 0.0, most = 0.0;
+        for (std::size_t node = 0; node < made->node_count(); ++node) first += 0.5 * made->node_mass[node] * state.velocity[node].squaredNorm();
+        for (int frame = 0; frame < 20; ++frame) {
+            const auto done = advance(*made, state, 5e-4, {}, {.max_substeps = 100000}, workspace, stable);
+            ASSERT_TRUE(done.integrate.finite() && !done.refused) << c.what;
+            most = std::max(most, done.integrate.kinetic_j + done.integrate.elastic_j);
+        }
+        print_margin((std::string(c.what) + ": most energy over the energy at the start").c_str(), most / first, "<", 1.01);
+        EXPECT_LT(most, 1.01 * first) << c.what; // RK4 below its limit only takes energy; the rest is rounding in the stiff part's
+    }
+}
+
+TEST(HardElements, RigidRotationsByRightAnglesPullOnNothing) {
+    for (const MaterialLaw law : kLaws) {
+        const auto model = make_model(make_bar_mesh({4, 3, 3}, kCell, 0.15), make_material(law, 0.45));
+        double worst = 0.0;
+        for (const double angle : {90.0, 180.0})
+            for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(1, 1, 1)}) {
+                const Eigen::AngleAxisd turn(angle / 180.0 * std::numbers::pi, axis.normalized());
+                auto position = model.rest_position;
+                for (Vec3& x : position) x = turn * x + Vec3(0.1, -0.2, 0.3);
+                auto force = zeros(position.size());
+                (void)add_tet_forces(model, position, zeros(position.size()), force);
+                for (const Vec3& f : force) worst = std::max(worst, f.norm());
+            }
+        const double scale = model.material.young_modulus * kCell * kCell; // N, a face under a stress of E
+        print_margin("force after a rigid turn over E times a cell's face", worst / scale, "<", 1e-12);
+        EXPECT_LT(worst, 1e-12 * scale) << static_cast<int>(law); // positions of 0.5 m carry 1e-16 of rounding, edges 1e-14
+    }
+}
+
+} // namespace seldinger::fem
