@@ -56,15 +56,14 @@ Json describe_target(const Place& target, const std::string& name, const SceneMo
     return described;
 }
 
-/// The deepest level of any tree that takes part.
+/// What a descent reaches that leaves nothing open. Against a lumen only the instrument's own tree has levels.
 int leaf_level(const SceneModel& model) {
     int level = 0;
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         for (std::size_t j = i + 1; j < model.bodies.size(); ++j)
             if (are_solid_pair(model, i, j))
                 level = std::max({level, model.bodies[i].covering.tree.leaf_depth(), model.bodies[j].covering.tree.leaf_depth()});
-    for (const InstrumentModel& instrument : model.instruments)
-        level = std::max({level, instrument.chain.tree.leaf_depth(), model.bodies[instrument.lumen].lumen->tree.leaf_depth()});
+    for (const InstrumentModel& instrument : model.instruments) level = std::max(level, instrument.chain.tree.leaf_depth());
     return level;
 }
 

@@ -29,6 +29,7 @@ export class Stage {
     readonly software: boolean; // drawn on the CPU
     drawMs = 10;                // smoothed
     private pixelShare = 1;
+    private readonly fixed: boolean;
     private simple = false;     // near sides of shells alone
     private stale = true;       // what is on the screen is not what would be drawn now
     private readonly seen = new THREE.Matrix4();
@@ -49,8 +50,11 @@ export class Stage {
 
     constructor(private readonly canvas: HTMLCanvasElement) {
         this.software = drawsOnTheCpu();
+        const pixels = Number(new URLSearchParams(location.search).get("pixels")); // &pixels=1: never fewer, for pictures
+        this.fixed = pixels > 0 && pixels <= 1;
         this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !this.software, powerPreference: "high-performance" });
-        if (this.software) {
+        if (this.fixed) this.pixelShare = pixels;
+        else if (this.software) {
             this.pixelShare = 0.6;
             this.simple = true;
         }
@@ -247,6 +251,7 @@ export class Stage {
         this.camera.aspect = clientWidth / Math.max(clientHeight, 1);
         this.camera.updateProjectionMatrix();
         this.fluoroscope.resize(Math.round(clientWidth * ratio), Math.round(clientHeight * ratio));
+        (this.dots.material as THREE.ShaderMaterial).uniforms.ratio.value = ratio;
         this.rodMaterial.resolution.set(clientWidth * ratio, clientHeight * ratio);
         this.stale = true;
     }
@@ -313,6 +318,7 @@ export class Stage {
 
     /// Where drawing is slow, as without a graphics card: simpler shells, then fewer pixels, until it is quick enough.
     private adapt(drawMs: number): void {
+        if (this.fixed) return;
         this.drawMs += 0.4 * (drawMs - this.drawMs);
         const before = this.pixelShare;
         if (this.drawMs > kSlowDraw && !this.simple) this.simple = true;
@@ -336,15 +342,16 @@ function drawsOnTheCpu(): boolean {
 
 function makeDots(): THREE.Points {
     const material = new THREE.ShaderMaterial({
-        transparent: true, depthTest: false, depthWrite: false, uniforms: { deepest: { value: kDeepest } },
+        transparent: true, depthTest: false, depthWrite: false, uniforms: { deepest: { value: kDeepest }, ratio: { value: 1 } },
         vertexShader: /* glsl */ `
             attribute float depth;
             uniform float deepest;
+            uniform float ratio;
             varying float vDepth;
             void main() {
                 vDepth = clamp(depth / deepest, 0.0, 1.0);
                 gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-                gl_PointSize = 9.0 + 5.0 * vDepth;
+                gl_PointSize = (8.0 + 5.0 * vDepth) * ratio;
             }`,
         fragmentShader: /* glsl */ `
             varying float vDepth;
