@@ -43,7 +43,7 @@ struct TetJob {
     MaterialLaw law = MaterialLaw::NeoHookean;
     LawConstants constants;
     double viscosity = 0.0;
-    TetGrowth growth;     // of Force and ViscousForce
+    TetGrowth growth = {}; // of Force and ViscousForce
     unsigned threads = 1; // the bits are the same for any number
 };
 

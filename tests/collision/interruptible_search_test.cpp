@@ -42,8 +42,8 @@ std::multiset<Key> keys_of(std::span<const Contact> contacts) {
 
 struct Options {
     BodyId body_a = 0, body_b = 1;
-    PairOptions pair;
-    TreeOptions tree;
+    PairOptions pair = {};
+    TreeOptions tree = {};
 };
 
 struct Found {

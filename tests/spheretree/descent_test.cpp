@@ -127,7 +127,9 @@ TEST(Descent, InterruptedAtEveryTestItGoesOnToTheSameList) {
             WorkBudget one(1);
             finished = descent.run(one);
             ASSERT_LE(one.spent(), 1u);
-            if (!finished) ASSERT_EQ(descent.stats().pairs_tested, tests + 1);
+            if (!finished) {
+                ASSERT_EQ(descent.stats().pairs_tested, tests + 1);
+            }
         }
         std::vector<Contact> bit_by_bit, at_once = f.run(WorkBudget::kUnlimited, nullptr, order);
         descent.add_contacts(bit_by_bit);
