@@ -51,6 +51,6 @@ inline constexpr double kSlowestPace = 0.05;
 /// s per step: the range of the budget that a person may set.
 inline constexpr double kLeastBudget = 0.1e-3, kMostBudget = 33e-3;
 /// Work units per step, likewise: the main scene's descent costs some ten thousand, its exact stage a million.
-inline constexpr std::uint64_t kLeastWork = 100, kMostWork = 100'000'000;
+inline constexpr std::uint64_t kLeastWork = 10, kMostWork = 100'000'000;
 
 } // namespace seldinger::engine::viewer

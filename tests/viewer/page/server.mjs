@@ -5,7 +5,7 @@ import { createRequire } from "node:module";
 
 const require = createRequire(`${process.env.PAGE_BUILD}/`);
 const { chromium } = require("playwright-core");
-export const kPatience = 240_000; // ms
+export const kPatience = 120_000; // ms
 
 export class Served {
     /// Starts `seldinger view` and waits for its address.
@@ -58,10 +58,16 @@ export async function openPage(browser, url, options = {}) {
     page.on("pageerror", (error) => page.complaints.push(error.message));
     await page.goto(url);
     await until(page, "s.status !== undefined && s.pictures > 0");
+    await page.evaluate(() => { // messages go away by themselves: what was said is kept for a test that looks late
+        window.said = [];
+        new MutationObserver((changes) => {
+            for (const { addedNodes } of changes) for (const line of addedNodes) window.said.push(line.textContent);
+        }).observe(document.getElementById("messages"), { childList: true });
+    });
     return page;
 }
 
-/// Waits until an expression about window.seldinger (s), its status (t) and `given` (g) holds. Through the debugger: the
+/// Waits until an expression about window.seldinger (s), its status (t), what its messages said (window.said) and `given` (g) holds. Through the debugger: the
 /// page's own policy lets no text be run.
 export async function until(page, expression, given) {
     page.debugger ??= await page.context().newCDPSession(page);

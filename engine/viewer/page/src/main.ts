@@ -72,9 +72,9 @@ class App {
         };
         addEventListener("keydown", (event) => this.key(event));
         this.welcome.addEventListener("close", () => element("view").focus());
-        element("begin").addEventListener("click", () => this.welcome.close());
+        element("begin").addEventListener("click", () => this.closeHelp());
         this.welcome.addEventListener("keydown", (event) => {
-            if (event.code !== "Tab" && !event.metaKey && !event.ctrlKey) this.welcome.close();
+            if (event.code !== "Tab" && !event.metaKey && !event.ctrlKey) this.closeHelp();
         });
         this.welcome.showModal();
         this.connection.connect();
@@ -120,10 +120,16 @@ class App {
     }
 
     private beginDrive(): void {
-        if (this.welcome.open) this.welcome.close();
+        if (this.welcome.open) this.closeHelp();
         if (this.status === undefined) return;
         if (this.status.paused) this.panel.say("notice", "The run is paused: Space goes on.");
         else this.awaited ??= { at: performance.now(), insertion: this.status.insertion_m, rotation: this.status.rotation_rad };
+    }
+
+    /// The view gets the keys at once: the close event comes a frame later, and until then the hidden button would take Space.
+    private closeHelp(): void {
+        this.welcome.close();
+        element("view").focus();
     }
 
     private showHelp(): void {

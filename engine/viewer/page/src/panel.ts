@@ -9,7 +9,7 @@ type Send = (message: Record<string, unknown>) => boolean;
 const kEffectNames: Record<string, string> = {
     elasticity: "tissue yields", gravity: "gravity", coarse_contact: "sphere trees", exact_contact: "exact contact", breathing: "breathing",
 };
-const kLeastWork = 1e2, kMostWork = 1e7;
+const kLeastWork = 10, kMostWork = 1e7;
 const kMessageTime = 6000; // ms
 
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -23,7 +23,7 @@ export class Panel {
     private dragging = 0; // ms: until then the slider is the person's
 
     constructor(private readonly stage: Stage, private readonly plot: Plot, private readonly send: Send, help: () => void,
-                private readonly connection: Connection) {
+                connection: Connection) {
         this.budget.addEventListener("input", () => {
             this.dragging = performance.now() + 400;
             this.sendBudget(this.budgetAt(Number(this.budget.value)));
@@ -247,7 +247,6 @@ export class Panel {
         if (this.status && this.status.dots_left_out + this.status.spheres_left_out > 0) parts.push("more contacts or spheres than are drawn");
         if (gamepad) parts.push(`gamepad: ${gamepad.slice(0, 30)}`);
         element("footer").textContent = parts.join(" · ");
-        void this.connection;
     }
 
     /// id  one message at a time under it, until it is taken back
