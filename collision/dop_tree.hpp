@@ -11,8 +11,8 @@
 //   collect    O(p): blocks of 16 against single features; with it, where clusters are met first, their blocks and fine bounds
 //   decide     O(c)
 // p and c follow the contact, not n; a surface against itself has p and c of order n from neighbours alone.
-// Memory, boxes of 6 and clusters of 16: about 300 bytes a triangle (clusters are not full: four blocks of 640 bytes for 13 triangles,
-// and 104 bytes a vertex); DopTree::memory() counts, and `seldinger bench contacts` prints it.
+// Memory, boxes of 6 and clusters of 16: about 250 bytes a triangle (clusters are not full: four blocks of 640 bytes for 13 triangles,
+// and 24 bytes a vertex; `fine` adds about 50); DopTree::memory() counts, and `seldinger bench contacts` prints it.
 #pragma once
 
 #include "collision/fine_bounds.hpp"
@@ -35,7 +35,9 @@ struct TreeOptions {
     std::size_t arity = 8;        // 2, 4, 8
     std::size_t cluster_size = 16; // triangles in a leaf, 1 .. kMaxClusterSize
     TreeBuilder builder = TreeBuilder::Sah;
-    bool fine = true; // clusters and pairs of features are looked at along the directions of fine_bounds.hpp too
+    /// Clusters and pairs of features are looked at along the directions of fine_bounds.hpp too: pays where thin things lie aslant
+    /// beside each other (an instrument in its vessel), not where most pairs are neighbours on one surface.
+    bool fine = false;
 
     friend bool operator==(const TreeOptions&, const TreeOptions&) = default;
 };

@@ -224,10 +224,10 @@ void build_exact_trees(const SceneModel& model, std::size_t index, const State& 
     const std::vector<Vec3>& skin = state.instruments[index].skin;
     collision::DopTree& wall_tree = context.bodies[instrument.lumen].tree;
     if (wall_tree.empty()) {
-        wall_tree.build(model.bodies[instrument.lumen].topology, wall, {});
+        wall_tree.build(model.bodies[instrument.lumen].topology, wall, {.fine = true});
         wall_tree.refit({&model.bodies[instrument.lumen].topology, wall, wall});
     }
-    if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, skin, {});
+    if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, skin, {.fine = true});
 }
 
 collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context,
