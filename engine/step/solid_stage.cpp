@@ -1,5 +1,7 @@
 #include "engine/step/solid_stage.hpp"
 
+#include "engine/step/surface_spring.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -24,28 +26,6 @@ Index nearest_triangle(const BodyModel& body, Index sphere, const std::vector<Ve
         }
     }
     return nearest;
-}
-
-/// One spring that pushes the triangle along `normal` when it is deeper than at gap 0.
-void add_spring(const SceneModel& model, std::size_t body, Index triangle, const Vec3& normal, double gap,
-                const State& state, fem::ContactSprings& springs) {
-    const BodyModel& own = model.bodies[body];
-    const std::size_t owner = own.carrier != SIZE_MAX ? own.carrier : body;
-    const std::vector<Vec3>& nodes = state.bodies[owner].tissue.position;
-    fem::ContactSpring spring;
-    spring.first_entry = static_cast<Index>(springs.entries.size());
-    spring.stiffness = model.contact.solid_stiffness;
-    spring.offset = gap;
-    for (const Index vertex : own.surface.triangles[triangle]) {
-        const fem::LinkForces pull = fem::spread_link_force(*own.links, vertex, nodes, normal / 3.0);
-        for (int n = 0; n < 3; ++n) {
-            if (pull.node[n] == kNoIndex) continue;
-            springs.entries.push_back({pull.node[n], pull.force[n]});
-            spring.offset -= pull.force[n].dot(nodes[pull.node[n]]);
-        }
-    }
-    spring.entry_count = static_cast<std::uint16_t>(springs.entries.size() - spring.first_entry);
-    if (spring.entry_count > 0) springs.springs.push_back(spring);
 }
 
 double usable_gap(const SceneModel& model, const Contact& contact) {
@@ -73,8 +53,12 @@ void push_body(const SceneModel& model, std::size_t body, const State& state, St
         const Contact& contact = context.coarse[deepest[sphere]];
         const Vec3 normal = contact.body_a == body ? contact.normal : Vec3(-contact.normal);
         const Index triangle = nearest_triangle(own, sphere, state.bodies[body].surface, contact.point);
+        constexpr std::array kMiddle{1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0};
         if (triangle != kNoIndex)
-            add_spring(model, body, triangle, normal, usable_gap(model, contact), state, context.bodies[body].springs);
+            add_surface_spring(model,
+                               {body, own.surface.triangles[triangle], kMiddle, normal, usable_gap(model, contact),
+                                model.contact.solid_stiffness},
+                               state, context);
     }
 }
 
@@ -93,7 +77,8 @@ void update_solid_trees(const SceneModel& model, const State& state, StepContext
         if (body.hollow) continue;
         BodyScratch& scratch = context.bodies[i];
         if (body.moves() || scratch.spheres.empty())
-            spheretree::update_covering_spheres(body.covering, body.moves() ? scratch.surface_t0 : state.bodies[i].surface,
+            spheretree::update_covering_spheres(body.covering,
+                                                body.moves() ? scratch.surface_t0 : state.bodies[i].surface,
                                                 state.bodies[i].surface, scratch.spheres);
     }
 }
