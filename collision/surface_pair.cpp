@@ -133,13 +133,14 @@ void SurfacePair::collect(ClusterPair clusters, CandidateLists& out) const {
         count = keep_near<CornersA, CornersB>(of_a, of_b, std::span(found).first(count));
         list.insert(list.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count));
     };
+    test.box_a = tree_a.cluster_bounds(a);
     test.box_b = tree_b.cluster_bounds(b);
     append.operator()<1, 3>(tree_a, cluster_a.vertices, tree_b, cluster_b.faces, out.vertex_face);
     test.same_run = same;
     const std::size_t before = out.edge_edge.size();
     append.operator()<2, 2>(tree_a, cluster_a.edges, tree_b, cluster_b.edges, out.edge_edge);
     test.same_run = false;
-    test.box_b = tree_a.cluster_bounds(a);
+    std::swap(test.box_a, test.box_b);
     if (!same) append.operator()<1, 3>(tree_b, cluster_b.vertices, tree_a, cluster_a.faces, out.face_vertex);
     if (!within()) return;
     for (std::size_t k = before; k < out.edge_edge.size(); ++k) // the same bits whichever cluster came first
