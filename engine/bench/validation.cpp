@@ -136,7 +136,7 @@ private:
                 fmt::format_to(std::back_inserter(text), " {:.6g}", std::clamp(fem::growth_at_edge(fem::MaterialLaw::NeoHookean, i.integrator, share, 1000), 1e-12, 1e24));
             text += '\n';
         }
-        plot({"edge", "Both sides of the stability edge", "Energy after 1000 steps over the first, by the step's share of the exact limit; what has left the numbers is drawn at 10^{24}.", {}},
+        plot({"edge", "Both sides of the stability edge", "Energy after 1000 steps over the first, by the step's share of the exact limit; what is no longer finite is drawn at the top.", {}},
              fmt::format(kAxes, "energy over the first", "step over the limit") + "set logscale y\nset format y '10^{%L}'\nset xrange [0.93:1.05]\n"
              "set arrow 1 from 1, graph 0 to 1, graph 1 nohead lc rgb '#9aa3ad' dt (6,4)\n"
              "plot 'edge.tsv' using 1:2 with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '#2158d6' title 'RK4', '' using 1:3 with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '#d97706' title 'leapfrog'",
