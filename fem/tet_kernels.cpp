@@ -1,7 +1,5 @@
+#include "fem/blocks.hpp"
 #include "fem/kernels.hpp"
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -108,8 +106,6 @@ namespace {
 HWY_EXPORT(pick_run);
 HWY_EXPORT(lane_count);
 
-constexpr unsigned kMostBlocks = 64;
-
 bool comes_first(Index place, Index other) noexcept { return other == kNoIndex || place < other; }
 
 } // namespace
@@ -130,17 +126,12 @@ void Extremes::join(const Extremes& other) noexcept {
 Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records,
                   std::span<PartialForce> partial) noexcept {
     const auto run = HWY_DYNAMIC_DISPATCH(pick_run)(job.kernel, job.law);
-    const auto run_range = [&](std::size_t begin, std::size_t end) {
-        Extremes extremes = no_extremes();
-        for (std::size_t c = begin; c < end; ++c) extremes.join(run(plan, plan.chunks[c], job, records.data(), partial.data()));
-        return extremes;
-    };
-    const std::size_t chunks = plan.chunks.size();
-    const std::size_t blocks = std::min<std::size_t>({job.threads, chunks, kMostBlocks});
-    if (blocks <= 1) return run_range(0, chunks);
     std::array<Extremes, kMostBlocks> found;
-    tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t k) { found[k] = run_range(k * chunks / blocks, (k + 1) * chunks / blocks); },
-                      tbb::simple_partitioner());
+    const auto run_range = [&](std::size_t block, std::size_t begin, std::size_t end) {
+        Extremes& extremes = found[block] = no_extremes();
+        for (std::size_t c = begin; c < end; ++c) extremes.join(run(plan, plan.chunks[c], job, records.data(), partial.data()));
+    };
+    const std::size_t blocks = for_each_block(plan.chunks.size(), job.threads, 1, run_range);
     for (std::size_t k = 1; k < blocks; ++k) found[0].join(found[k]);
     return found[0];
 }
