@@ -35,7 +35,9 @@ struct SphereHold {
     bool tested = false;             // false: the budget left it open
     Vec3 normal = Vec3::UnitX();     // unit, from b to a; of an open pair, as it was when it was first assumed
     double gap = 0.0;                // m, of the spheres
-    double anchor = 0.0;             // m, of an open pair: how far apart the two stood along the normal then
+    Vec3 anchor = Vec3::Zero();      // m, of an open pair: where the first stood from the second then
+    double hold = 0.0;               // m, of an open pair: how far aside it is drawn from there
+    Vec3 aside = Vec3::Zero();       // unit, from b to a, that way
 };
 
 struct LeafPair {
@@ -79,6 +81,7 @@ struct BodyScratch {
     std::vector<spheretree::Sphere> spheres;     // solid bodies, over the step
     std::vector<Vec3> surface_ahead;             // [vertex_count] m, solid bodies: where the next step may take them
     std::vector<Index> deepest;                  // [sphere_count] solid bodies, scratch of the response
+    std::vector<Vec3> vertex_normal;             // [vertex_count] area-weighted, solid bodies that touch, scratch of the response
     std::vector<std::uint8_t> vertex_seen;       // [vertex_count] solid bodies, scratch of the response
     SphereNodes sphere_nodes;                    // solid bodies that hang on nodes
     spheretree::LumenState lumen;                // hollow bodies

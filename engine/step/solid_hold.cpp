@@ -11,6 +11,10 @@ namespace seldinger::engine {
 
 namespace {
 
+/// Of what an open pair holds along its normal, so much holds it from slipping off: a plane between two spheres is as good
+/// as its guess of the normal, and what stands on a guess must not slide down it.
+constexpr double kHoldFriction = 0.5;
+
 /// A spring's entries are counted in 16 bits.
 constexpr std::size_t kMostEntries = 60000;
 
@@ -110,17 +114,24 @@ void choose_pairs(const SceneModel& model, StepContext& context) {
 }
 
 /// m, negative: how far the two are into one another as the response counts it.
-double gap_of(SphereHold& hold, const SceneModel& model, const State& state, const StepContext& context) {
+double gap_of(SphereHold& hold, double stiffness, double limit, const SceneModel& model, const State& state, const StepContext& context) {
     if (hold.tested || model.contact.solid_response == SolidResponse::Spheres)
         return hold.tested ? hold.gap : std::max(hold.gap, -model.contact.assumed_depth);
     const std::vector<SphereHold>& before = context.solids.holds_before;
     const auto old = std::lower_bound(before.begin(), before.end(), hold, by_key);
     const bool known = old != before.end() && key_of(*old) == key_of(hold);
     if (known) hold.normal = old->normal;
-    const double apart = hold.normal.dot(place_of(model, hold.body_a, hold.sphere_a, state, context) -
-                                         place_of(model, hold.body_b, hold.sphere_b, state, context));
-    hold.anchor = known ? old->anchor : apart;
-    return apart - hold.anchor;
+    const Vec3 now = place_of(model, hold.body_a, hold.sphere_a, state, context) - place_of(model, hold.body_b, hold.sphere_b, state, context);
+    hold.anchor = known ? old->anchor : now;
+    const double gap = hold.normal.dot(now - hold.anchor);
+    const Vec3 drawn = (now - hold.anchor) - gap * hold.normal;
+    const double length = drawn.norm();
+    hold.hold = std::min(length, kHoldFriction * std::min(std::max(0.0, -gap), limit / stiffness));
+    if (length > 0.0) {
+        hold.aside = drawn / length;
+        hold.anchor += drawn - hold.hold * hold.aside; // slipped: it holds on where it came to
+    }
+    return gap;
 }
 
 } // namespace
@@ -158,15 +169,18 @@ void push_spheres(const SceneModel& model, const State& state, StepContext& cont
         ++context.bodies[hold.body_b].deepest[hold.sphere_b];
     }
     for (SphereHold& hold : solids.holds) {
-        const double gap = gap_of(hold, model, state, context);
         const double leaves = std::min(leaves_beneath(model.bodies[hold.body_a].covering.tree, hold.sphere_a),
                                        leaves_beneath(model.bodies[hold.body_b].covering.tree, hold.sphere_b));
         const Index pairs = std::max(context.bodies[hold.body_a].deepest[hold.sphere_a], context.bodies[hold.body_b].deepest[hold.sphere_b]);
         const double stiffness = model.contact.solid_stiffness * leaves / static_cast<double>(pairs);
         const double limit = hold.tested ? std::numeric_limits<double>::infinity() : stiffness * model.contact.assumed_depth;
-        const Index on_a = add_sphere_spring(model, {hold.body_a, hold.sphere_a, hold.normal}, gap, stiffness, limit, state, context);
-        const Index on_b = add_sphere_spring(model, {hold.body_b, hold.sphere_b, -hold.normal}, gap, stiffness, limit, state, context);
-        solids.springs.push_back({hold.body_a, hold.body_b, on_a, on_b, hold.normal});
+        const auto push = [&](const Vec3& direction, double gap, double most) {
+            const Index on_a = add_sphere_spring(model, {hold.body_a, hold.sphere_a, direction}, gap, stiffness, most, state, context);
+            const Index on_b = add_sphere_spring(model, {hold.body_b, hold.sphere_b, -direction}, gap, stiffness, most, state, context);
+            solids.springs.push_back({hold.body_a, hold.body_b, on_a, on_b, direction});
+        };
+        push(hold.normal, gap_of(hold, stiffness, limit, model, state, context), limit);
+        if (hold.hold > 0.0) push(-hold.aside, -hold.hold, stiffness * hold.hold);
     }
 }
 

@@ -11,6 +11,10 @@ namespace {
 /// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
 constexpr double kNoWay = 1e-9;
 
+/// Cosine. A place whose own surface looks another way than at what it meets is not about to meet it: a table's vertex before
+/// the edge of a block that slides over it is nearest to the block's side, and will pass beneath.
+constexpr double kFacing = -0.2;
+
 /// A place of a surface: a vertex, or a point of an edge.
 struct Probe {
     Index vertex[2] = {kNoIndex, kNoIndex};
@@ -20,6 +24,15 @@ struct Probe {
         return vertex[1] == kNoIndex ? surface[vertex[0]] : Vec3(weight[0] * surface[vertex[0]] + weight[1] * surface[vertex[1]]);
     }
 };
+
+void find_vertex_normals(const TriMesh& mesh, const std::vector<Vec3>& surface, std::vector<Vec3>& normals) {
+    normals.assign(surface.size(), Vec3::Zero());
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3 twice_area = (surface[t[1]] - surface[t[0]]).cross(surface[t[2]] - surface[t[0]]);
+        for (const Index v : t) normals[v] += twice_area;
+    }
+    for (Vec3& n : normals) n = spheretree::direction_of(n);
+}
 
 /// One body's places against the other's surface.
 struct OneWay {
@@ -66,6 +79,7 @@ bool add_touch(const OneWay& way, const Probe& probe, double slack) {
     for (std::size_t k = 0; k < 3; ++k) touch.feature_b[k] = face[k], touch.bary_b[k] = hit->bary[k];
     const Vec3 now = corner_sum(way.surface(way.other), face, hit->bary), before = corner_sum(way.surface_t0(way.other), face, hit->bary);
     if (touch.gap > way.model.contact.margin + own_way + (now - before).norm()) return inside;
+    if (!inside && touch.normal.dot(probe.at(way.context.bodies[way.own].vertex_normal)) > kFacing) return inside;
     way.context.solids.touches.push_back(touch);
     return inside;
 }
@@ -146,8 +160,11 @@ void probe_edges(const OneWay& way, std::vector<Piercing>& piercings) {
 void touch_bodies(const SceneModel& model, const State& state, std::span<const LeafPair> pairs, StepContext& context) {
     const std::size_t a = pairs.front().a, b = pairs.front().b;
     const OneWay from_a{model, state, context, a, b}, from_b{model, state, context, b, a};
-    for (const std::size_t body : {a, b})
+    for (const std::size_t body : {a, b}) {
         if (model.bodies[body].moves()) context.bodies[body].inside.refit(state.bodies[body].surface);
+        std::vector<Vec3>& normals = context.bodies[body].vertex_normal;
+        if (model.bodies[body].moves() || normals.empty()) find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, normals);
+    }
     probe_vertices(from_a, pairs, true);
     probe_vertices(from_b, pairs, false);
     std::vector<Piercing>&of_a = context.solids.piercings[0], &of_b = context.solids.piercings[1];

@@ -30,8 +30,12 @@ struct LinkedEllipsoid {
         for (Vec3& v : mesh.vertices) v[2] *= 2.5;
         return mesh;
     }
+    static const WrappedTree& shared() { // built once
+        static const WrappedTree tree = build_wrapped_tree(ellipsoid(0.05, 3), {Builder::Medial, 8, 3}).value();
+        return tree;
+    }
     TriMesh dense = ellipsoid(0.05, 3), coarse = ellipsoid(0.048, 1);
-    WrappedTree wrapped = build_wrapped_tree(dense, {Builder::Medial, 8, 3}).value();
+    WrappedTree wrapped = shared();
     std::vector<Mat3> frame_rest;
     std::vector<Index> vertex_frame;
     std::vector<std::array<double, 3>> weight;
@@ -240,17 +244,22 @@ TEST(DeformingTree, AtAnyBudgetEveryCrossingOfDeformedSurfacesIsBeneathAReported
     const DeformingTree tree = body.tree();
     const SphereTree& rest = body.wrapped.tree;
     const Posed here = deform(body, bend), beside = deform(body, [](const Vec3& p) { return Vec3(twist(p) + Vec3(0.06, 0, 0.01)); });
-    std::vector<std::pair<Index, Index>> near; // items whose pieces come within 0.1 mm by their corners' balls, or cross
+    const auto balls_of = [&](const std::vector<Vec3>& at) {
+        std::vector<Sphere> balls;
+        for (const Piece& piece : body.wrapped.pieces) {
+            const Vec3 c = (at[piece.corners[0]] + at[piece.corners[1]] + at[piece.corners[2]]) / 3.0;
+            double r = 0.0;
+            for (const Index corner : piece.corners) r = std::max(r, (at[corner] - c).norm());
+            balls.push_back({c, r});
+        }
+        return balls;
+    };
+    const std::vector<Sphere> xs = balls_of(here.points), ys = balls_of(beside.points);
+    std::vector<std::pair<Index, Index>> near; // items whose pieces cross: an edge of the first goes through the second
     for (Index i = 0; i < body.wrapped.pieces.size(); ++i)
         for (Index k = 0; k < body.wrapped.pieces.size(); ++k) {
-            const auto ball = [](const Piece& piece, const std::vector<Vec3>& at) {
-                const Vec3 c = (at[piece.corners[0]] + at[piece.corners[1]] + at[piece.corners[2]]) / 3.0;
-                double r = 0.0;
-                for (const Index corner : piece.corners) r = std::max(r, (at[corner] - c).norm());
-                return Sphere{c, r};
-            };
-            const Sphere x = ball(body.wrapped.pieces[i], here.points), y = ball(body.wrapped.pieces[k], beside.points);
-            if ((x.centre - y.centre).norm() > 0.3 * std::min(x.radius, y.radius)) continue;
+            const double reach = xs[i].radius + ys[k].radius;
+            if ((xs[i].centre - ys[k].centre).squaredNorm() > reach * reach) continue;
             for (const Index c : body.wrapped.pieces[i].corners) // a corner of one on either side of the other: they cross
                 for (const Index d : body.wrapped.pieces[i].corners) {
                     const auto& other = body.wrapped.pieces[k].corners;
