@@ -65,8 +65,6 @@ TEST(SolidContact, ABallRestsWhereItsSurfaceTouchesTheTable) {
         deepest = std::max(deepest, report.deepest_touch_m);
     }
     const std::vector<Vec3>& surface = simulator.state().bodies[0].surface;
-    fmt::print("lowest {:.4f} mm, middle {:.4f} {:.4f} {:.4f}, deepest {:.4f} mm, kinetic {:.3g} J, touches {}\n", 1e3 * lowest(surface), 1e3 * middle(surface).x(), 1e3 * middle(surface).y(),
-               1e3 * middle(surface).z(), 1e3 * deepest, simulator.context().report.kinetic_j, simulator.context().report.solid_touches);
     EXPECT_LT(std::abs(lowest(surface)), 1e-3);
     EXPECT_LT(deepest, 4e-3);
     EXPECT_LT(std::hypot(middle(surface).x(), middle(surface).y()), 15e-3) << "it may roll from facet to facet";
@@ -93,7 +91,6 @@ TEST(SolidContact, UnderAnyBudgetABallNeitherFallsThroughNorIsThrownNorDriftsAwa
             ASSERT_LE(total_energy(simulator), 1.002 * largest) << budget << ", step " << k;
         }
         const Vec3 at = middle(simulator.state().bodies[0].surface);
-        fmt::print("{}: at {:.3f} {:.3f} {:.3f} mm, held {}, kinetic {:.3g}\n", budget, 1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z(), simulator.context().report.held_pairs, simulator.context().report.kinetic_j);
         EXPECT_GT(lowest(simulator.state().bodies[0].surface), -2e-3) << budget;
         EXPECT_LT(at.z(), 0.0381) << budget;
         EXPECT_LT(std::hypot(at.x(), at.y()), 3e-3) << budget;
@@ -112,7 +109,6 @@ TEST(SolidContact, ABudgetThatAlternatesEveryStepPumpsNoEnergy) {
         ASSERT_LE(total_energy(simulator), 1.002 * largest) << "step " << k;
     }
     const Vec3 at = middle(simulator.state().bodies[0].surface);
-    fmt::print("alternating: at {:.3f} {:.3f} {:.3f} mm, lowest {:.3f}, kinetic {:.3g}\n", 1e3 * at.x(), 1e3 * at.y(), 1e3 * at.z(), 1e3 * lowest(simulator.state().bodies[0].surface), simulator.context().report.kinetic_j);
     EXPECT_GT(lowest(simulator.state().bodies[0].surface), -2e-3);
 }
 
@@ -141,7 +137,6 @@ TEST(SolidContact, WhatOneBodyReceivesTheOtherGives) {
             residual = std::max(residual, simulator.context().report.residual_n);
         }
         const double left_now = fem::find_momentum(*prepared.model.bodies[0].tissue, state.bodies[0].tissue).linear.x();
-        fmt::print("{}: momentum {:.3g} of {:.3g} kg m/s lost, left now {:.3g}, worst residual {:.3g} N\n", budget, (momentum() - before).norm(), scale, left_now, residual);
         EXPECT_LT(left_now, 0.2 * scale) << "they have met";
         EXPECT_LT((momentum() - before).norm(), (budget == std::string("exact") ? 0.01 : 0.1) * scale) << budget;
         EXPECT_GT(residual, 0.0) << "each was integrated against the other as it stood: that is reported";
@@ -156,7 +151,6 @@ TEST(SolidContact, BeamsThatCrossEdgeOnEdgeHoldOneAnotherThoughNoVertexIsInside)
     Simulator simulator(prepared.model);
     for (int k = 0; k < 200; ++k) ASSERT_TRUE(simulator.step().finite);
     const Vec3 at = middle(simulator.state().bodies[0].surface);
-    fmt::print("beam: middle at {:.3f} mm, touches {}\n", 1e3 * at.z(), simulator.context().report.solid_touches);
     EXPECT_GT(at.z(), 0.005);
 }
 
@@ -171,7 +165,6 @@ TEST(SolidContact, FrictionHoldsOnASlopeThatWithoutItIsSlippery) {
         for (int step = 0; step < 60; ++step) ASSERT_TRUE(simulator.step().finite);
         slid[k] = middle(simulator.state().bodies[0].surface).x();
     }
-    fmt::print("slid {:.2f}, {:.2f}, {:.2f} mm\n", 1e3 * slid[0], 1e3 * slid[1], 1e3 * slid[2]);
     EXPECT_GT(slid[0], 0.09) << "frictionless: half of 3 m/s^2 times (0.3 s)^2 is 135 mm, mass damping takes its share";
     EXPECT_LT(slid[1], 0.85 * slid[0]);
     EXPECT_LT(slid[2], 0.006) << "tan of the slope is 0.33: it creeps at most";
@@ -183,7 +176,6 @@ TEST(SolidContact, ThePapersSpherePenaltyIsThereAndFloatsOnItsSpheres) {
     Simulator simulator(prepared.model);
     for (int k = 0; k < 300; ++k) ASSERT_TRUE(simulator.step().finite);
     const double height = lowest(simulator.state().bodies[0].surface);
-    fmt::print("spheres: lowest {:.3f} mm, pairs {}\n", 1e3 * height, simulator.context().report.held_pairs);
     EXPECT_GT(height, 0.5e-3);
     EXPECT_LT(height, 15e-3);
     EXPECT_GT(simulator.context().report.held_pairs, 0u);
