@@ -13,6 +13,8 @@ bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const 
     fem::ContactSpring spring;
     spring.first_entry = static_cast<Index>(springs.entries.size());
     spring.stiffness = push.stiffness;
+    spring.damping = push.damping;
+    spring.limit = push.limit;
     spring.offset = push.gap;
     for (std::size_t k = 0; k < push.vertices.size(); ++k) {
         const fem::LinkForces share = fem::spread_link_force(*model.bodies[push.body].links, push.vertices[k], nodes,

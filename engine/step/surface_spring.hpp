@@ -3,6 +3,7 @@
 
 #include "engine/step/context.hpp"
 
+#include <limits>
 #include <span>
 
 namespace seldinger::engine {
@@ -18,6 +19,8 @@ struct SurfacePush {
     Vec3 direction = Vec3::UnitX();
     double gap = 0.0;       // m, now; closes and opens as the nodes carry the place along `direction`
     double stiffness = 0.0; // N/m
+    double damping = 0.0;   // N s/m, on approach
+    double limit = std::numeric_limits<double>::infinity(); // N
 };
 
 /// Adds a spring to the owner's; the nodes get the force through the transpose of the links' derivative, so that
