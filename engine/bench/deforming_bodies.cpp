@@ -56,9 +56,9 @@ Result<Linked> link_body(const SolidBody& body) {
 
 struct Posed {
     std::vector<Vec3> nodes;
-    fem::LinkFrames frames;
+    std::vector<Mat3> turn; // of the links' frames
     TriMesh mesh;
-    [[nodiscard]] spheretree::NodePose pose() const { return {nodes, frames.turn}; }
+    [[nodiscard]] spheretree::NodePose pose() const { return {nodes, turn}; }
 };
 
 Posed pose_body(const SolidBody& body, const Linked& linked, Deformation by, const Vec3& shift) {
@@ -67,7 +67,12 @@ Posed pose_body(const SolidBody& body, const Linked& linked, Deformation by, con
     Posed posed;
     for (const Vec3& q : linked.links.node_rest) posed.nodes.push_back(size * by((q - middle) / size) + middle + shift);
     posed.mesh = body.mesh;
-    (void)fem::steer(linked.links, posed.nodes, body.mesh.vertices, posed.frames, posed.mesh.vertices);
+    fem::LinkFrames frames;
+    (void)fem::steer(linked.links, posed.nodes, body.mesh.vertices, frames, posed.mesh.vertices);
+    for (const fem::LinkFrame& frame : frames.frame)
+        posed.turn.push_back(Mat3{{frame.turn[0][0], frame.turn[1][0], frame.turn[2][0]},
+                                  {frame.turn[0][1], frame.turn[1][1], frame.turn[2][1]},
+                                  {frame.turn[0][2], frame.turn[1][2], frame.turn[2][2]}});
     return posed;
 }
 
