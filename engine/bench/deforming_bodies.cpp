@@ -17,7 +17,7 @@ namespace {
 
 using spheretree::SphereUpdate;
 
-constexpr std::size_t kNodes = 1500;    // of the coarse mesh
+constexpr std::size_t kNodes = 1500; // of the coarse mesh
 constexpr double kRightAngle = 1.5707963267948966;
 
 /// Coordinates relative to the body's middle, as shares of its longest edge.
@@ -35,8 +35,11 @@ Vec3 bend(const Vec3& p) { // by a right angle over its length
 }
 Vec3 stretch(const Vec3& p) { return {p.x() / std::sqrt(1.3), 1.3 * p.y(), p.z() / std::sqrt(1.3)}; }
 Vec3 twist(const Vec3& p) { return rotation_about(Vec3::UnitY(), kRightAngle * p.y()) * p; }
-constexpr Case kCases[] = {{"at rest", stay}, {"turned by 90 degrees", turn}, {"bent by 90 degrees", bend},
-                           {"stretched by 1.3", stretch}, {"twisted by 90 degrees", twist}};
+constexpr Case kCases[] = {{"at rest", stay},
+                           {"turned by 90 degrees", turn},
+                           {"bent by 90 degrees", bend},
+                           {"stretched by 1.3", stretch},
+                           {"twisted by 90 degrees", twist}};
 
 struct Linked {
     fem::RigidLinks links;
@@ -95,11 +98,15 @@ BenchRow judge(const SolidBody& body, const Linked& linked, const Case& tested, 
     for (const auto& level : quality.levels) uncovered = std::max(uncovered, level.uncovered);
     const Index first = now.level_begin[now.level_count() - 1];
     for (Index s = first; s < now.sphere_count(); ++s) growth += now.spheres[s].radius / body.tree.spheres[s].radius;
-    return {{"mesh", body.name}, {"builder", update == SphereUpdate::Conservative ? "conservative" : "the paper's"}, {"deformation", tested.name},
-            {"uncovered_percent", 100.0 * uncovered}, {"reachable_percent", 100.0 * quality.levels.back().reachable},
-            {"escape_permille", 1e3 * farthest_escape(posed.mesh, std::span(now.spheres).subspan(first)) / body.mesh.bounds().longest_edge()},
-            {"leaf_growth", growth / static_cast<double>(now.sphere_count() - first)},
-            {"update_ns_per_sphere", static_cast<double>(ns) / (kRepeats * static_cast<double>(now.sphere_count()))}};
+    return {
+        {"mesh", body.name},
+        {"builder", update == SphereUpdate::Conservative ? "conservative" : "the paper's"},
+        {"deformation", tested.name},
+        {"uncovered_percent", 100.0 * uncovered},
+        {"reachable_percent", 100.0 * quality.levels.back().reachable},
+        {"escape_permille", 1e3 * farthest_escape(posed.mesh, std::span(now.spheres).subspan(first)) / body.mesh.bounds().longest_edge()},
+        {"leaf_growth", growth / static_cast<double>(now.sphere_count() - first)},
+        {"update_ns_per_sphere", static_cast<double>(ns) / (kRepeats * static_cast<double>(now.sphere_count()))}};
 }
 
 /// Two bent bodies side by side; spheres are found as the descent asks for them.
@@ -122,9 +129,12 @@ BenchRow measure_lazy(const SolidBody& body, const Linked& linked, SphereUpdate 
         updated += a.updated() + b.updated();
     }
     const auto ns = static_cast<double>(thread_cpu_ns() - start);
-    return {{"mesh", "two of " + body.name}, {"builder", update == SphereUpdate::Conservative ? "conservative" : "the paper's"},
-            {"deformation", work == WorkBudget::kUnlimited ? "bent and twisted" : "the same, 1000 tests"}, {"pair_tests", tests / kRounds},
-            {"million_tests_per_s", 1e3 * static_cast<double>(tests) / ns}, {"spheres_updated", updated / kRounds},
+    return {{"mesh", "two of " + body.name},
+            {"builder", update == SphereUpdate::Conservative ? "conservative" : "the paper's"},
+            {"deformation", work == WorkBudget::kUnlimited ? "bent and twisted" : "the same, 1000 tests"},
+            {"pair_tests", tests / kRounds},
+            {"million_tests_per_s", 1e3 * static_cast<double>(tests) / ns},
+            {"spheres_updated", updated / kRounds},
             {"us", 1e-3 * ns / kRounds}};
 }
 
