@@ -1,6 +1,7 @@
 #include "fem/links.hpp"
 
 #include "fem/link_frame.hpp"
+#include "fem/link_kernels.hpp"
 
 #include <cassert>
 
@@ -10,19 +11,6 @@ namespace {
 
 LinkTriangle link_triangle(const Triangle& nodes, std::span<const Vec3> position) noexcept {
     return {position[nodes[0]], position[nodes[1]], position[nodes[2]]};
-}
-
-void turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames,
-                 SteerReport& report) noexcept {
-    Mat3 axes;
-    for (std::size_t frame = 0; frame < links.frame_nodes.size(); ++frame) {
-        if (find_axes(link_triangle(links.frame_nodes[frame], node_position), axes)) {
-            frames.turn[frame] = axes - links.frame_rest[frame];
-            continue;
-        }
-        if (report.first_collapsed == kNoIndex) report.first_collapsed = static_cast<Index>(frame);
-        ++report.collapsed_frames;
-    }
 }
 
 /// Turn of the frame per node displacement: omega = sum_i w[i] dq_i. With b = n x e: omega . n = de.b/|e|,
@@ -53,32 +41,23 @@ SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, 
                   LinkFrames& frames, std::span<Vec3> out) noexcept {
     assert(node_position.size() == links.node_rest.size());
     assert(rest.size() == links.vertex_count() && out.size() == links.vertex_count());
-    frames.turn.resize(links.frame_nodes.size(), Mat3::Zero());
-    frames.node_displacement.resize(links.node_rest.size());
+    assert(rest.data() != out.data() || rest.empty());
+    frames.frame.resize(links.frame_nodes.size());
+    frames.node.resize(links.node_rest.size());
     for (std::size_t node = 0; node < node_position.size(); ++node)
-        frames.node_displacement[node] = node_position[node] - links.node_rest[node];
-    SteerReport report;
-    turn_frames(links, node_position, frames, report);
-    const Vec3* u = frames.node_displacement.data();
-    for (std::size_t v = 0; v < links.vertex_count(); ++v) {
-        const Index frame = links.vertex_frame[v];
-        if (frame == kNoIndex) {
-            out[v] = rest[v];
-            continue;
+        for (int axis = 0; axis < 3; ++axis) {
+            frames.node[node].x[axis] = node_position[node][axis];
+            frames.node[node].v[axis] = node_position[node][axis] - links.node_rest[node][axis];
         }
-        const Triangle& q = links.frame_nodes[frame];
-        const std::array<double, 3>& a = links.vertex_weight[v];
-        const Vec3 moved = a[0] * u[q[0]] + a[1] * u[q[1]] + a[2] * u[q[2]] +
-                           frames.turn[frame].lazyProduct(links.vertex_projection[v]);
-        out[v] = rest[v] + links.vertex_blend[v] * moved;
-    }
+    const SteerReport report = turn_link_frames(links, frames.node, frames.frame, frames.threads);
+    move_vertices(links, frames.frame, rest, out, frames.threads);
     return report;
 }
 
 std::size_t steer_bytes(const RigidLinks& links) noexcept {
     constexpr std::size_t kVertex = sizeof(Index) + sizeof(std::array<double, 3>) + 3 * sizeof(Vec3) + sizeof(double);
-    constexpr std::size_t kFrame = sizeof(Triangle) + 2 * sizeof(Mat3);
-    return kVertex * links.vertex_count() + kFrame * links.frame_nodes.size() + 3 * sizeof(Vec3) * links.node_rest.size();
+    constexpr std::size_t kFrame = sizeof(Triangle) + sizeof(Mat3) + 2 * sizeof(LinkFrame);
+    return kVertex * links.vertex_count() + kFrame * links.frame_nodes.size() + (2 * sizeof(Vec3) + sizeof(NodeRecord)) * links.node_rest.size();
 }
 
 LinkJacobian link_jacobian(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position) noexcept {

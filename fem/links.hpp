@@ -8,6 +8,7 @@
 
 #include "base/mesh.hpp"
 #include "base/result.hpp"
+#include "fem/force_plan.hpp"
 
 #include <span>
 
@@ -33,15 +34,26 @@ struct RigidLinks {
     [[nodiscard]] std::size_t vertex_count() const noexcept { return vertex_frame.size(); }
 };
 
-/// What changes from step to step: one turned frame per link triangle and the last good one of those that collapsed.
+/// What a link triangle does to its vertices: six columns, their fourth numbers 0.
+struct alignas(64) LinkFrame {
+    double displacement[3][4] = {}; // m, of q0, q1, q2
+    double turn[3][4] = {};         // A' - A, by column
+};
+
+/// What changes from step to step; turns of triangles that collapsed are the last good ones.
 struct LinkFrames {
-    std::vector<Mat3> turn;              // [frame_count] A' - A
-    std::vector<Vec3> node_displacement; // [node_count] m
+    std::vector<LinkFrame> frame;  // [frame_count]
+    std::vector<NodeRecord> node;  // [node_count] x: position, v: displacement, m
+    unsigned threads = 1;          // the bits are the same for any number
 };
 
 struct SteerReport {
     std::uint32_t collapsed_frames = 0; // triangles without area (or not finite) now: their last good turn is kept
     Index first_collapsed = kNoIndex;
+
+    void note_collapsed(Index frame) noexcept {
+        if (collapsed_frames++ == 0) first_collapsed = frame;
+    }
 };
 
 /// Links every dense vertex to the three nearest coarse surface vertices that are not collinear and belong to the patch
@@ -56,7 +68,7 @@ struct SteerReport {
                                                      double blend_length);
 
 /// out[v] = position of dense vertex v, [vertex_count] m. node_position [node_count], rest [vertex_count] the dense mesh's
-/// rest positions as given to make_*. frames is sized on the first call, without allocation later.
+/// rest positions as given to make_*, out another array. frames is sized on the first call, without allocation later.
 SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest,
                   LinkFrames& frames, std::span<Vec3> out) noexcept;
 

@@ -1,8 +1,7 @@
 // Volume ratios and elastic energy of a body, vectorised like the forces: the same bits on every instruction set and for any
 // number of threads. The densities are laws.hpp's.
+#include "fem/blocks.hpp"
 #include "fem/kernels.hpp"
-
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <limits>
@@ -119,20 +118,14 @@ namespace {
 
 HWY_EXPORT(pick_sum);
 
-constexpr std::size_t kMostSumBlocks = 64;
-
 } // namespace
 
 TetSum sum_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<TetSum> per_chunk) noexcept {
     const auto run = HWY_DYNAMIC_DISPATCH(pick_sum)(job.law);
-    const std::size_t chunks = plan.chunks.size(), blocks = std::min<std::size_t>({job.threads, chunks, kMostSumBlocks});
-    const auto run_range = [&](std::size_t begin, std::size_t end) {
+    const std::size_t chunks = plan.chunks.size();
+    for_each_block(chunks, job.threads, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) per_chunk[c] = run(plan, plan.chunks[c], job.constants, records.data());
-    };
-    if (blocks <= 1) run_range(0, chunks);
-    else
-        tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t k) { run_range(k * chunks / blocks, (k + 1) * chunks / blocks); },
-                          tbb::simple_partitioner());
+    });
     TetSum total{.low = no_extremes().low};
     for (std::size_t c = 0; c < chunks; ++c) {
         const TetSum& part = per_chunk[c];

@@ -1,6 +1,5 @@
+#include "fem/blocks.hpp"
 #include "fem/kernels.hpp"
-
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -88,19 +87,16 @@ namespace {
 
 HWY_EXPORT(pick_update);
 
-constexpr std::size_t kMostBlocks = 64, kLeastNodes = 256; // of a block
+constexpr std::size_t kLeastNodes = 256; // of a block
 
 } // namespace
 
 Index update_nodes(const ForcePlan& plan, const NodeJob& job) noexcept {
     const auto update = HWY_DYNAMIC_DISPATCH(pick_update)(job.update);
-    const std::size_t count = plan.node_count();
-    const std::size_t blocks = std::min<std::size_t>({job.threads, count / kLeastNodes, kMostBlocks});
-    if (blocks <= 1) return update(plan, job, 0, count);
     std::array<Index, kMostBlocks> bad;
-    tbb::parallel_for(std::size_t{0}, blocks,
-                      [&](std::size_t k) { bad[k] = update(plan, job, k * count / blocks, (k + 1) * count / blocks); },
-                      tbb::simple_partitioner());
+    const std::size_t blocks =
+        for_each_block(plan.node_count(), job.threads, kLeastNodes,
+                       [&](std::size_t block, std::size_t begin, std::size_t end) { bad[block] = update(plan, job, begin, end); });
     return *std::min_element(bad.begin(), bad.begin() + static_cast<std::ptrdiff_t>(blocks));
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/result.hpp"
+#include "engine/observe/gnuplot.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -20,6 +21,7 @@ struct BenchOptions {
     bool quick = false;                          // a small part of every table, for tests: same columns, fewer rows
     unsigned threads = 0;                        // 0: one row set with 1 thread and one with every core
     std::filesystem::path json;                  // empty: printed only
+    std::filesystem::path page;                  // empty: none; a page with the table and its plots
     std::filesystem::path scene;                 // what scene-wide tables run; empty: the hepatic scene of this project
     std::optional<std::filesystem::path> data;   // $SELDINGER_TEST_DATA where it names a folder
     std::function<void(const std::string&)> progress = [](const std::string&) {}; // what is being measured now
@@ -32,6 +34,8 @@ using BenchRow = nlohmann::ordered_json;
 struct BenchTable {
     std::vector<BenchRow> rows;
     std::vector<std::string> notes; // what was left out and why; printed under the table
+    std::vector<Sketch> sketches;   // plots of the page
+    std::vector<PlotData> plot_data;
 };
 
 struct Bench {
@@ -51,6 +55,9 @@ struct Bench {
 
 /// Rows as aligned text, a column per key that any row has.
 [[nodiscard]] std::string bench_text(const BenchTable& table);
+
+/// The table, its notes and plots as one page without any other file. Without gnuplot a sentence stands in place of the plots.
+[[nodiscard]] std::string bench_page(const Bench& bench, const BenchTable& table);
 
 /// A peer's program beside this one (peers/NAME in the folder of the running binary); empty where it was not built because
 /// its package is missing.

@@ -40,6 +40,8 @@ int run_bench(Request& request) {
     progress.clear();
     if (!table.ok()) return report_error(table.error());
     fmt::print("{}", bench_text(*table));
+    if (!request.options.page.empty())
+        if (const auto written = write_file_atomically(request.options.page, bench_page(*bench, *table)); !written.ok()) return report_error(written.error());
     if (request.options.json.empty()) return kExitFine;
     const auto written = write_file_atomically(request.options.json, bench_json(bench->name, *table).dump(2) + "\n");
     return written.ok() ? static_cast<int>(kExitFine) : report_error(written.error());
@@ -52,6 +54,7 @@ Command add_bench_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("bench", "Measure the papers' and the peers' tables here; no name: list them");
     command->add_option("name", request->name, "which table");
     command->add_option("--json", request->options.json, "write the rows to this file");
+    command->add_option("--page", request->options.page, "write a page with the table and its plots to this file");
     command->add_option("--scene", request->options.scene, "scene for tables that run one");
     command->add_option("--threads", request->options.threads, "threads; 0: one, then all")->check(CLI::Range(0u, 256u));
     command->add_flag("--quick", request->options.quick, "a small part of the table");

@@ -1,3 +1,4 @@
+#include "fem/kernels.hpp"
 #include "fem/links.hpp"
 #include "fem/tet_locator.hpp"
 #include "base/topology.hpp"
@@ -139,6 +140,41 @@ TEST(Links, CollapsedTriangleKeepsItsLastGoodFrameAndIsCounted) {
     }
     nodes[0][0] = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(steer(f.links, nodes, f.dense.vertices, frames, after).collapsed_frames, f.links.frame_nodes.size());
+}
+
+TEST(Links, SteeringHasTheSameBitsOnEveryInstructionSetAndThreadCount) {
+    const TetMesh coarse = make_bar(13, 11, 9, 0.01);
+    const TriMesh dense = make_dense_surface(coarse, 2); // some 7,000 vertices on more than 512 triangles: several blocks
+    RigidLinks links = make_surface_links(coarse, dense).value();
+    for (std::size_t v = 0; v < links.vertex_count(); v += 5) links.vertex_blend[v] = 0.3;
+    for (std::size_t v = 0; v < links.vertex_count(); v += 7) links.vertex_frame[v] = kNoIndex;
+    auto nodes = deform(coarse.vertices, 17, 0.002);
+    for (const std::size_t frame : {std::size_t{3}, std::size_t{700}}) // and two that have no area
+        for (const Index node : links.frame_nodes[frame]) nodes[node] = nodes[links.frame_nodes[frame][0]];
+    struct Steered { std::vector<Vec3> out; SteerReport report; };
+    const auto run = [&](const char* isa, unsigned threads) {
+        choose_isa(isa);
+        LinkFrames frames;
+        frames.threads = threads;
+        std::vector<Vec3> out(dense.vertices.size());
+        (void)steer(links, coarse.vertices, dense.vertices, frames, out);
+        for (std::size_t v = 0; v < out.size(); ++v) EXPECT_EQ(out[v], dense.vertices[v]) << isa;
+        const SteerReport report = steer(links, nodes, dense.vertices, frames, out);
+        choose_isa("");
+        return Steered{out, report};
+    };
+    const Steered twin = run("portable", 1);
+    EXPECT_GE(twin.report.collapsed_frames, 2U);
+    for (const char* isa : {"portable", "avx2", "avx512"}) {
+        if (!choose_isa(isa)) continue;
+        for (const unsigned threads : {1U, 3U}) {
+            const Steered other = run(isa, threads);
+            EXPECT_EQ(other.report.collapsed_frames, twin.report.collapsed_frames) << isa;
+            EXPECT_EQ(other.report.first_collapsed, twin.report.first_collapsed) << isa;
+            for (std::size_t v = 0; v < other.out.size(); ++v) ASSERT_EQ(other.out[v], twin.out[v]) << isa << ", vertex " << v;
+        }
+    }
+    choose_isa("");
 }
 
 TEST(Links, CollinearNearestNodesAreWidenedAndCounted) {

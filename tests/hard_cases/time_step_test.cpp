@@ -6,6 +6,7 @@
 
 #include <complex>
 #include <gtest/gtest.h>
+#include <limits>
 
 namespace seldinger::fem {
 
@@ -78,6 +79,24 @@ TetMesh make_graded_bar(double contrast) {
     for (int i = 0; i < 8; ++i, cell *= growth) at[i + 1] = at[i] + cell;
     for (Vec3& x : mesh.vertices) x[0] = at[static_cast<int>(std::lround(x[0] / 0.01))];
     return mesh;
+}
+
+/// Most energy after any of 1000 frames over that after the first: a free bar that bends back and forth, in derived steps.
+template <class FrameOf> double energy_gain(Integrator integrator, FrameOf&& frame_of) {
+    const auto model = make_model(make_bar(6, 2, 2, 0.01), make_material(MaterialLaw::NeoHookean, 0.45));
+    TissueState state = make_rest_state(model);
+    for (std::size_t node = 0; node < model.node_count(); ++node)
+        state.velocity[node] = Vec3(0, 0, 2.0 * model.rest_position[node][0] * model.rest_position[node][0] / 0.06);
+    RkWorkspace workspace;
+    StableStepWorkspace stable;
+    double first = 0.0, most = 0.0;
+    for (int frame = 0; frame < 1000; ++frame) {
+        const auto done = advance(model, state, frame_of(frame), {}, {.integrator = integrator}, workspace, stable);
+        if (!done.integrate.finite() || done.refused) return std::numeric_limits<double>::infinity();
+        if (frame == 0) first = energy_of(done.integrate);
+        most = std::max(most, energy_of(done.integrate));
+    }
+    return most / first;
 }
 
 } // namespace
@@ -224,39 +243,15 @@ TEST(HardSteps, SizesAThousandTimesApartAreStableAndTheThinOneIsNamed) {
 }
 
 TEST(HardSteps, FramesThatAlternateBetweenShortAndLongPumpNoEnergyIntoRk4) {
-    const auto model = make_model(make_bar(6, 2, 2, 0.01), make_material(MaterialLaw::NeoHookean, 0.45));
-    TissueState state = make_rest_state(model);
-    for (std::size_t node = 0; node < model.node_count(); ++node)
-        state.velocity[node] = Vec3(0, 0, 2.0 * model.rest_position[node][0] * model.rest_position[node][0] / 0.06);
-    RkWorkspace workspace;
-    StableStepWorkspace stable;
-    double first = 0.0, most = 0.0;
-    for (int frame = 0; frame < 1000; ++frame) {
-        const auto done = advance(model, state, frame % 2 == 0 ? 1e-4 : 1e-2, {}, {}, workspace, stable);
-        ASSERT_TRUE(done.integrate.finite() && !done.refused) << frame;
-        if (frame == 0) first = energy_of(done.integrate);
-        most = std::max(most, energy_of(done.integrate));
-    }
-    print_margin("RK4, frames of 0.1 and 10 ms in turn, 5 s: most energy over the first", most / first, "<", 1.01);
-    EXPECT_LT(most, first * 1.01); // RK4 loses energy; what it could gain is rounding
+    const double grown = energy_gain(Integrator::Rk4, [](int frame) { return frame % 2 == 0 ? 1e-4 : 1e-2; });
+    print_margin("RK4, frames of 0.1 and 10 ms in turn, 5 s: most energy over the first", grown, "<", 1.01);
+    EXPECT_LT(grown, 1.01); // RK4 loses energy; what it could gain is rounding
 }
 
 TEST(HardSteps, LeapfrogHoldsItsEnergyOverEqualFramesWithDerivedSteps) {
-    const auto model = make_model(make_bar(6, 2, 2, 0.01), make_material(MaterialLaw::NeoHookean, 0.45));
-    TissueState state = make_rest_state(model);
-    for (std::size_t node = 0; node < model.node_count(); ++node)
-        state.velocity[node] = Vec3(0, 0, 2.0 * model.rest_position[node][0] * model.rest_position[node][0] / 0.06);
-    RkWorkspace workspace;
-    StableStepWorkspace stable;
-    double first = 0.0, most = 0.0;
-    for (int frame = 0; frame < 1000; ++frame) {
-        const auto done = advance(model, state, 1e-2, {}, {.integrator = Integrator::Leapfrog}, workspace, stable);
-        ASSERT_TRUE(done.integrate.finite() && !done.refused) << frame;
-        if (frame == 0) first = energy_of(done.integrate);
-        most = std::max(most, energy_of(done.integrate));
-    }
-    print_margin("leapfrog, equal frames, 10 s: most energy over the first", most / first, "<", 1.2);
-    EXPECT_LT(most, first * 1.2); // it keeps a neighbour of the energy, (omega h / 2)^2 away in the fastest modes
+    const double grown = energy_gain(Integrator::Leapfrog, [](int) { return 1e-2; });
+    print_margin("leapfrog, equal frames, 10 s: most energy over the first", grown, "<", 1.2);
+    EXPECT_LT(grown, 1.2); // it keeps a neighbour of the energy, (omega h / 2)^2 away in the fastest modes
 }
 
 TEST(HardSteps, LeapfrogRecoversNeoHookeanFromAPlaneAndFromRandomPlaces) {

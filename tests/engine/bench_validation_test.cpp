@@ -1,0 +1,47 @@
+#include "engine/bench/bench.hpp"
+#include "engine/bench/reference_beams.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <gtest/gtest.h>
+
+namespace seldinger::engine {
+
+TEST(BenchValidation, EveryBoundHoldsAndThePageHasItsPlots) {
+    const auto all = benches();
+    const auto bench = std::find_if(all.begin(), all.end(), [](const Bench& b) { return b.name == "validation"; });
+    ASSERT_NE(bench, all.end());
+    BenchOptions options;
+    options.quick = true;
+    const auto table = bench->run(options);
+    ASSERT_TRUE(table.ok());
+    EXPECT_GE(table->rows.size(), 35u);
+    for (const BenchRow& row : table->rows) EXPECT_TRUE(row["holds"].get<bool>()) << row.dump();
+    const std::string page = bench_page(*bench, *table);
+    if (page.find("No plots") != std::string::npos) GTEST_SKIP() << "gnuplot is not installed";
+    std::size_t plots = 0;
+    for (std::size_t at = page.find("<svg"); at != std::string::npos; at = page.find("<svg", at + 1)) ++plots;
+    EXPECT_EQ(plots, table->sketches.size());
+    EXPECT_GE(plots, 5u);
+}
+
+TEST(BenchValidation, BeamsOfOtherProgramsAreMatchedWithinTheirBounds) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (data == nullptr || !std::filesystem::is_directory(std::filesystem::path(data) / "fem"))
+        GTEST_SKIP() << "SELDINGER_TEST_DATA names no folder with fem/";
+    for (const ReferenceBeam& beam : reference_beams()) {
+        const auto tips = compare_beam(beam, std::filesystem::path(data) / "fem", false);
+        ASSERT_TRUE(tips.ok()) << tips.error().to_string();
+        EXPECT_GT(tips->ours / tips->reference, beam.least) << beam.name;
+        EXPECT_LT(tips->ours / tips->reference, beam.most) << beam.name;
+    }
+}
+
+TEST(BenchValidation, AReferenceThatIsMissingIsNamed) {
+    const auto tips = compare_beam(reference_beams()[0], "no/such/folder", true);
+    ASSERT_FALSE(tips.ok());
+    EXPECT_NE(tips.error().to_string().find("sofa_cantilever_tet_linear"), std::string::npos);
+}
+
+} // namespace seldinger::engine
