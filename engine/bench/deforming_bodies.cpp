@@ -59,9 +59,9 @@ Result<Linked> link_body(const SolidBody& body) {
 
 struct Posed {
     std::vector<Vec3> nodes;
-    fem::LinkFrames frames;
+    std::vector<Mat3> turn;
     TriMesh mesh;
-    [[nodiscard]] spheretree::NodePose pose() const { return {nodes, frames.turn}; }
+    [[nodiscard]] spheretree::NodePose pose() const { return {nodes, turn}; }
 };
 
 Posed pose_body(const SolidBody& body, const Linked& linked, Deformation by, const Vec3& shift) {
@@ -70,7 +70,13 @@ Posed pose_body(const SolidBody& body, const Linked& linked, Deformation by, con
     Posed posed;
     for (const Vec3& q : linked.links.node_rest) posed.nodes.push_back(size * by((q - middle) / size) + middle + shift);
     posed.mesh = body.mesh;
-    (void)fem::steer(linked.links, posed.nodes, body.mesh.vertices, posed.frames, posed.mesh.vertices);
+    fem::LinkFrames frames;
+    (void)fem::steer(linked.links, posed.nodes, body.mesh.vertices, frames, posed.mesh.vertices);
+    for (const fem::LinkFrame& frame : frames.frame) {
+        posed.turn.emplace_back();
+        for (int column = 0; column < 3; ++column)
+            for (int row = 0; row < 3; ++row) posed.turn.back()(row, column) = frame.turn[column][row];
+    }
     return posed;
 }
 
