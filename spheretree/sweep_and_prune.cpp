@@ -33,8 +33,7 @@ void SweepAndPrune::find_pairs(std::span<const Box3> boxes, std::vector<std::pai
         const Box3& box = boxes[order_[k]];
         if (box.empty()) continue;
         for (std::size_t next = k + 1; next < order_.size() && boxes[order_[next]].lo[axis_] <= box.hi[axis_]; ++next)
-            if (!boxes[order_[next]].empty() && box.overlaps(boxes[order_[next]]))
-                pairs.push_back(std::minmax(order_[k], order_[next]));
+            if (!boxes[order_[next]].empty() && box.overlaps(boxes[order_[next]])) pairs.push_back(std::minmax(order_[k], order_[next]));
     }
     std::sort(pairs.begin(), pairs.end());
 }

@@ -17,7 +17,7 @@ namespace {
 
 using spheretree::SphereUpdate;
 
-constexpr std::size_t kNodes = 1500;    // of the coarse mesh
+constexpr std::size_t kNodes = 1500; // of the coarse mesh
 constexpr double kRightAngle = 1.5707963267948966;
 
 /// Coordinates relative to the body's middle, as shares of its longest edge.
@@ -35,8 +35,11 @@ Vec3 bend(const Vec3& p) { // by a right angle over its length
 }
 Vec3 stretch(const Vec3& p) { return {p.x() / std::sqrt(1.3), 1.3 * p.y(), p.z() / std::sqrt(1.3)}; }
 Vec3 twist(const Vec3& p) { return rotation_about(Vec3::UnitY(), kRightAngle * p.y()) * p; }
-constexpr Case kCases[] = {{"at rest", stay}, {"turned by 90 degrees", turn}, {"bent by 90 degrees", bend},
-                           {"stretched by 1.3", stretch}, {"twisted by 90 degrees", twist}};
+constexpr Case kCases[] = {{"at rest", stay},
+                           {"turned by 90 degrees", turn},
+                           {"bent by 90 degrees", bend},
+                           {"stretched by 1.3", stretch},
+                           {"twisted by 90 degrees", twist}};
 
 struct Linked {
     fem::RigidLinks links;
@@ -56,7 +59,7 @@ Result<Linked> link_body(const SolidBody& body) {
 
 struct Posed {
     std::vector<Vec3> nodes;
-    std::vector<Mat3> turn; // of the links' frames
+    std::vector<Mat3> turn;
     TriMesh mesh;
     [[nodiscard]] spheretree::NodePose pose() const { return {nodes, turn}; }
 };
@@ -69,10 +72,11 @@ Posed pose_body(const SolidBody& body, const Linked& linked, Deformation by, con
     posed.mesh = body.mesh;
     fem::LinkFrames frames;
     (void)fem::steer(linked.links, posed.nodes, body.mesh.vertices, frames, posed.mesh.vertices);
-    for (const fem::LinkFrame& frame : frames.frame)
-        posed.turn.push_back(Mat3{{frame.turn[0][0], frame.turn[1][0], frame.turn[2][0]},
-                                  {frame.turn[0][1], frame.turn[1][1], frame.turn[2][1]},
-                                  {frame.turn[0][2], frame.turn[1][2], frame.turn[2][2]}});
+    for (const fem::LinkFrame& frame : frames.frame) {
+        posed.turn.emplace_back();
+        for (int column = 0; column < 3; ++column)
+            for (int row = 0; row < 3; ++row) posed.turn.back()(row, column) = frame.turn[column][row];
+    }
     return posed;
 }
 
@@ -100,11 +104,15 @@ BenchRow judge(const SolidBody& body, const Linked& linked, const Case& tested, 
     for (const auto& level : quality.levels) uncovered = std::max(uncovered, level.uncovered);
     const Index first = now.level_begin[now.level_count() - 1];
     for (Index s = first; s < now.sphere_count(); ++s) growth += now.spheres[s].radius / body.tree.spheres[s].radius;
-    return {{"mesh", body.name}, {"builder", update == SphereUpdate::Conservative ? "conservative" : "the paper's"}, {"deformation", tested.name},
-            {"uncovered_percent", 100.0 * uncovered}, {"reachable_percent", 100.0 * quality.levels.back().reachable},
-            {"escape_permille", 1e3 * farthest_escape(posed.mesh, std::span(now.spheres).subspan(first)) / body.mesh.bounds().longest_edge()},
-            {"leaf_growth", growth / static_cast<double>(now.sphere_count() - first)},
-            {"update_ns_per_sphere", static_cast<double>(ns) / (kRepeats * static_cast<double>(now.sphere_count()))}};
+    return {
+        {"mesh", body.name},
+        {"builder", update == SphereUpdate::Conservative ? "conservative" : "the paper's"},
+        {"deformation", tested.name},
+        {"uncovered_percent", 100.0 * uncovered},
+        {"reachable_percent", 100.0 * quality.levels.back().reachable},
+        {"escape_permille", 1e3 * farthest_escape(posed.mesh, std::span(now.spheres).subspan(first)) / body.mesh.bounds().longest_edge()},
+        {"leaf_growth", growth / static_cast<double>(now.sphere_count() - first)},
+        {"update_ns_per_sphere", static_cast<double>(ns) / (kRepeats * static_cast<double>(now.sphere_count()))}};
 }
 
 /// Two bent bodies side by side; spheres are found as the descent asks for them.
@@ -127,9 +135,12 @@ BenchRow measure_lazy(const SolidBody& body, const Linked& linked, SphereUpdate 
         updated += a.updated() + b.updated();
     }
     const auto ns = static_cast<double>(thread_cpu_ns() - start);
-    return {{"mesh", "two of " + body.name}, {"builder", update == SphereUpdate::Conservative ? "conservative" : "the paper's"},
-            {"deformation", work == WorkBudget::kUnlimited ? "bent and twisted" : "the same, 1000 tests"}, {"pair_tests", tests / kRounds},
-            {"million_tests_per_s", 1e3 * static_cast<double>(tests) / ns}, {"spheres_updated", updated / kRounds},
+    return {{"mesh", "two of " + body.name},
+            {"builder", update == SphereUpdate::Conservative ? "conservative" : "the paper's"},
+            {"deformation", work == WorkBudget::kUnlimited ? "bent and twisted" : "the same, 1000 tests"},
+            {"pair_tests", tests / kRounds},
+            {"million_tests_per_s", 1e3 * static_cast<double>(tests) / ns},
+            {"spheres_updated", updated / kRounds},
             {"us", 1e-3 * ns / kRounds}};
 }
 

@@ -121,7 +121,8 @@ double gap_of(SphereHold& hold, double stiffness, double limit, const SceneModel
     const auto old = std::lower_bound(before.begin(), before.end(), hold, by_key);
     const bool known = old != before.end() && key_of(*old) == key_of(hold);
     if (known) hold.normal = old->normal;
-    const Vec3 now = place_of(model, hold.body_a, hold.sphere_a, state, context) - place_of(model, hold.body_b, hold.sphere_b, state, context);
+    const Vec3 now =
+        place_of(model, hold.body_a, hold.sphere_a, state, context) - place_of(model, hold.body_b, hold.sphere_b, state, context);
     hold.anchor = known ? old->anchor : now;
     const double gap = hold.normal.dot(now - hold.anchor);
     const Vec3 drawn = (now - hold.anchor) - gap * hold.normal;
@@ -171,7 +172,8 @@ void push_spheres(const SceneModel& model, const State& state, StepContext& cont
     for (SphereHold& hold : solids.holds) {
         const double leaves = std::min(leaves_beneath(model.bodies[hold.body_a].covering.tree, hold.sphere_a),
                                        leaves_beneath(model.bodies[hold.body_b].covering.tree, hold.sphere_b));
-        const Index pairs = std::max(context.bodies[hold.body_a].deepest[hold.sphere_a], context.bodies[hold.body_b].deepest[hold.sphere_b]);
+        const Index pairs =
+            std::max(context.bodies[hold.body_a].deepest[hold.sphere_a], context.bodies[hold.body_b].deepest[hold.sphere_b]);
         const double stiffness = model.contact.solid_stiffness * leaves / static_cast<double>(pairs);
         const double limit = hold.tested ? std::numeric_limits<double>::infinity() : stiffness * model.contact.assumed_depth;
         const auto push = [&](const Vec3& direction, double gap, double most) {

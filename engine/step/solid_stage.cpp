@@ -49,7 +49,8 @@ struct Push {
 Index push_place(const SceneModel& model, const Place& place, const Vec3& direction, const Push& push, const State& state,
                  StepContext& context) {
     if (!model.bodies[place.body].links) return kNoIndex;
-    if (!add_surface_spring(model, {place.body, place.vertices, place.weights, direction, push.gap, push.stiffness, push.damping, push.limit},
+    if (!add_surface_spring(model,
+                            {place.body, place.vertices, place.weights, direction, push.gap, push.stiffness, push.damping, push.limit},
                             state, context))
         return kNoIndex;
     return static_cast<Index>(context.bodies[owner_of(model, place.body)].springs.springs.size() - 1);

@@ -163,7 +163,8 @@ void touch_bodies(const SceneModel& model, const State& state, std::span<const L
     for (const std::size_t body : {a, b}) {
         if (model.bodies[body].moves()) context.bodies[body].inside.refit(state.bodies[body].surface);
         std::vector<Vec3>& normals = context.bodies[body].vertex_normal;
-        if (model.bodies[body].moves() || normals.empty()) find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, normals);
+        if (model.bodies[body].moves() || normals.empty())
+            find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, normals);
     }
     probe_vertices(from_a, pairs, true);
     probe_vertices(from_b, pairs, false);

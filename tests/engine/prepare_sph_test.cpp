@@ -77,7 +77,9 @@ TEST_F(SphFiles, MalformedOnesAreRefusedWithTheFile) {
     expect_refused("1 8\n0 0 0 -1 1\n", "no root");
     expect_refused("3 1\n0 0 0 1 1\n0 0 0 -1 1\n0 0 0 1 1\n", "a sphere beneath an empty place");
     expect_refused(std::string(64, '\0'), "zeros");
-    expect_refused("\x7f" "ELF\x02\x01\x01", "a program");
+    expect_refused("\x7f"
+                   "ELF\x02\x01\x01",
+                   "a program");
 }
 
 TEST_F(SphFiles, CutOrChangedAnywhereAFileIsReadOrRefusedNeverMore) {
@@ -93,8 +95,12 @@ TEST_F(SphFiles, CutOrChangedAnywhereAFileIsReadOrRefusedNeverMore) {
         for (Index s = 0; s < tree->sphere_count(); ++s) {
             ASSERT_TRUE(is_finite(tree->spheres[s].centre)) << "seed 7, " << k;
             ASSERT_GT(tree->spheres[s].radius, 0.0);
-            if (s > 0) ASSERT_LT(tree->parent[s], s);
-            if (tree->child_count[s] > 0) ASSERT_LE(tree->first_child[s] + tree->child_count[s], tree->sphere_count());
+            if (s > 0) {
+                ASSERT_LT(tree->parent[s], s);
+            }
+            if (tree->child_count[s] > 0) {
+                ASSERT_LE(tree->first_child[s] + tree->child_count[s], tree->sphere_count());
+            }
         }
     }
     EXPECT_GT(refused, 100u);

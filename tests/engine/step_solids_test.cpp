@@ -13,13 +13,16 @@ struct Body {
     bool moves = true;
 };
 
-std::string scene_of(const std::vector<Body>& bodies, const std::string& budget, const std::string& gravity, const std::string& contact = "") {
+std::string scene_of(const std::vector<Body>& bodies, const std::string& budget, const std::string& gravity,
+                     const std::string& contact = "") {
     std::string list;
     for (const Body& body : bodies) {
-        list += fmt::format(R"({}"{}": {{"kind": "{}", "surface": {})", list.empty() ? "" : ", ", body.name, body.moves ? "deformable" : "static", body.surface);
+        list += fmt::format(R"({}"{}": {{"kind": "{}", "surface": {})", list.empty() ? "" : ", ", body.name,
+                            body.moves ? "deformable" : "static", body.surface);
         if (body.moves)
             list += R"(, "material": {"young_modulus": 30, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.005, "mass_damping": 2},
-                "coarse": {"mesher": "lattice", "surface_triangles": 150})" + body.more;
+                "coarse": {"mesher": "lattice", "surface_triangles": 150})" +
+                    body.more;
         list += "}";
     }
     return fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.005, "duration": 10}}, "budget": "{}",
@@ -108,7 +111,6 @@ TEST(SolidContact, ABudgetThatAlternatesEveryStepPumpsNoEnergy) {
         if (largest < 0.0) largest = total_energy(simulator);
         ASSERT_LE(total_energy(simulator), 1.002 * largest) << "step " << k;
     }
-    const Vec3 at = middle(simulator.state().bodies[0].surface);
     EXPECT_GT(lowest(simulator.state().bodies[0].surface), -2e-3);
 }
 
@@ -123,7 +125,8 @@ TEST(SolidContact, WhatOneBodyReceivesTheOtherGives) {
         Simulator simulator(prepared.model);
         const auto momentum = [&] {
             Vec3 sum = Vec3::Zero();
-            for (std::size_t i = 0; i < 2; ++i) sum += fem::find_momentum(*prepared.model.bodies[i].tissue, simulator.state().bodies[i].tissue).linear;
+            for (std::size_t i = 0; i < 2; ++i)
+                sum += fem::find_momentum(*prepared.model.bodies[i].tissue, simulator.state().bodies[i].tissue).linear;
             return sum;
         };
         State& state = const_cast<State&>(simulator.state());
@@ -171,7 +174,8 @@ TEST(SolidContact, FrictionHoldsOnASlopeThatWithoutItIsSlippery) {
 }
 
 TEST(SolidContact, ThePapersSpherePenaltyIsThereAndFloatsOnItsSpheres) {
-    const PreparedScene prepared = test::prepare(scene_of({kBall, kTable}, "exact", kDown, "\"solid_response\": \"spheres\", \"solid_damping\": 0.2"));
+    const PreparedScene prepared =
+        test::prepare(scene_of({kBall, kTable}, "exact", kDown, "\"solid_response\": \"spheres\", \"solid_damping\": 0.2"));
     ASSERT_EQ(prepared.model.bodies.size(), 2u);
     Simulator simulator(prepared.model);
     for (int k = 0; k < 300; ++k) ASSERT_TRUE(simulator.step().finite);
@@ -184,7 +188,8 @@ TEST(SolidContact, ThePapersSpherePenaltyIsThereAndFloatsOnItsSpheres) {
 
 TEST(SolidContact, TheOrderOfTheDescentIsTheScenes) {
     for (const char* order : {"breadth", "deepest", "depth", "depth-capped"}) {
-        const PreparedScene prepared = test::prepare(scene_of({kBall, kTable}, "work:500", kDown, fmt::format("\"descent_order\": \"{}\"", order)));
+        const PreparedScene prepared =
+            test::prepare(scene_of({kBall, kTable}, "work:500", kDown, fmt::format("\"descent_order\": \"{}\"", order)));
         ASSERT_EQ(prepared.model.bodies.size(), 2u);
         EXPECT_EQ(spheretree::order_name(prepared.model.contact.descent_order), order);
         Simulator simulator(prepared.model);

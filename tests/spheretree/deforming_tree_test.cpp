@@ -1,6 +1,6 @@
 // Wrapped trees that follow coarse nodes: what the bound holds, what the paper's heuristic loses, what a lazy descent pays.
-#include "shapes.hpp"
 #include "base/trig.hpp"
+#include "shapes.hpp"
 #include "spheretree/deforming_tree.hpp"
 #include "spheretree/descent.hpp"
 #include "spheretree/wrapped_tree.hpp"
@@ -65,8 +65,7 @@ struct LinkedEllipsoid {
         }
     }
     [[nodiscard]] DeformingTree tree() const {
-        return make_deforming_tree(wrapped.tree, dense,
-                                   {coarse.triangles, frame_rest, vertex_frame, projection, blend, coarse.vertices});
+        return make_deforming_tree(wrapped.tree, dense, {coarse.triangles, frame_rest, vertex_frame, projection, blend, coarse.vertices});
     }
 };
 
@@ -110,8 +109,13 @@ struct Named {
     Deformation by;
 };
 std::vector<Named> all_deformations() {
-    std::vector<Named> out = {{"rest", [](const Vec3& p) { return p; }}, {"bend", bend}, {"twist", twist}, {"stretch", stretch},
-                              {"turn", turn90}, {"collapse", collapse}, {"a point", shrink_to_a_point}};
+    std::vector<Named> out = {{"rest", [](const Vec3& p) { return p; }},
+                              {"bend", bend},
+                              {"twist", twist},
+                              {"stretch", stretch},
+                              {"turn", turn90},
+                              {"collapse", collapse},
+                              {"a point", shrink_to_a_point}};
     for (std::uint64_t seed = 1; seed <= 3; ++seed)
         out.push_back({"noise", [random = Random(seed)](const Vec3& p) mutable {
                            return Vec3(p + random.in_box({Vec3::Constant(-0.01), Vec3::Constant(0.01)}));
@@ -167,7 +171,9 @@ TEST(DeformingTree, ThePapersHeuristicMisplacesCentresUnderATurnAndLosesSurfaceT
     double misplaced = 0.0;
     const Posed turned = deform(body, turn90);
     for (Index s = 0; s < tree.tree.sphere_count(); ++s)
-        misplaced = std::max(misplaced, (deform_sphere(tree, s, turned.pose(), SphereUpdate::Heuristic).centre - turn90(tree.tree.spheres[s].centre)).norm());
+        misplaced =
+            std::max(misplaced,
+                     (deform_sphere(tree, s, turned.pose(), SphereUpdate::Heuristic).centre - turn90(tree.tree.spheres[s].centre)).norm());
     EXPECT_GT(misplaced, 1e-3) << "the mean displacement is not covariant";
     double lost = 0.0;
     for (const Deformation& by : {Deformation(bend), Deformation(twist), Deformation(stretch)}) {
@@ -187,16 +193,20 @@ TEST(DeformingTree, NodesOnACentreAndTreesOnNoNodesAreNoDivisionByZero) {
             EXPECT_TRUE(s.centre.allFinite());
             EXPECT_TRUE(std::isfinite(s.radius));
         }
-    const DeformingTree loose = make_deforming_tree(body.wrapped.tree, body.dense, {{}, {}, std::vector<Index>(body.dense.vertices.size(), kNoIndex),
-                                                                                   std::vector<Vec3>(body.dense.vertices.size()),
-                                                                                   std::vector<double>(body.dense.vertices.size(), 0.0), {}});
+    const DeformingTree loose = make_deforming_tree(body.wrapped.tree, body.dense,
+                                                    {{},
+                                                     {},
+                                                     std::vector<Index>(body.dense.vertices.size(), kNoIndex),
+                                                     std::vector<Vec3>(body.dense.vertices.size()),
+                                                     std::vector<double>(body.dense.vertices.size(), 0.0),
+                                                     {}});
     EXPECT_EQ(deform_sphere(loose, 3, {}, SphereUpdate::Conservative).centre, body.wrapped.tree.spheres[3].centre);
 }
 
 TEST(DeformingTree, SweptSpheresHoldTheSurfaceAllAlongTheStep) {
     const LinkedEllipsoid body;
     const DeformingTree tree = body.tree();
-    const Posed t0 = deform(body, stretch), t1 = deform(body, [](const Vec3& p) { return Vec3(bend(p) + Vec3(0.02, 0, 0)); });
+    const Posed t0 = deform(body, stretch), t1 = deform(body, [](const Vec3&p) { return Vec3(bend(p) + Vec3(0.02, 0, 0)); });
     DeformingSpheres spheres;
     spheres.begin(tree, SphereUpdate::Conservative, t1.pose(), t0.pose());
     spheres.ensure(0, static_cast<Index>(tree.tree.sphere_count()));
@@ -210,8 +220,9 @@ TEST(DeformingTree, SweptSpheresHoldTheSurfaceAllAlongTheStep) {
 TEST(DeformingTree, ALazyDescentFindsTheSameAndUpdatesOnlyWhatItLooksAt) {
     const LinkedEllipsoid body;
     const DeformingTree tree = body.tree();
-    const Posed here = deform(body, bend), beside = deform(body, [](const Vec3& p) { return Vec3(twist(p) + Vec3(0.07, 0, 0.02)); });
-    const std::vector<Sphere> a = all_spheres(tree, here.pose(), SphereUpdate::Conservative), b = all_spheres(tree, beside.pose(), SphereUpdate::Conservative);
+    const Posed here = deform(body, bend), beside = deform(body, [](const Vec3&p) { return Vec3(twist(p) + Vec3(0.07, 0, 0.02)); });
+    const std::vector<Sphere> a = all_spheres(tree, here.pose(), SphereUpdate::Conservative),
+                              b = all_spheres(tree, beside.pose(), SphereUpdate::Conservative);
     DeformingSpheres lazy_a, lazy_b;
     for (const std::uint64_t units : {std::uint64_t{0}, std::uint64_t{5}, std::uint64_t{60}, std::uint64_t{700}, WorkBudget::kUnlimited}) {
         Descent eager, lazy;
@@ -243,7 +254,7 @@ TEST(DeformingTree, AtAnyBudgetEveryCrossingOfDeformedSurfacesIsBeneathAReported
     const LinkedEllipsoid body;
     const DeformingTree tree = body.tree();
     const SphereTree& rest = body.wrapped.tree;
-    const Posed here = deform(body, bend), beside = deform(body, [](const Vec3& p) { return Vec3(twist(p) + Vec3(0.06, 0, 0.01)); });
+    const Posed here = deform(body, bend), beside = deform(body, [](const Vec3&p) { return Vec3(twist(p) + Vec3(0.06, 0, 0.01)); });
     const auto balls_of = [&](const std::vector<Vec3>& at) {
         std::vector<Sphere> balls;
         for (const Piece& piece : body.wrapped.pieces) {
@@ -263,13 +274,17 @@ TEST(DeformingTree, AtAnyBudgetEveryCrossingOfDeformedSurfacesIsBeneathAReported
             for (const Index c : body.wrapped.pieces[i].corners) // a corner of one on either side of the other: they cross
                 for (const Index d : body.wrapped.pieces[i].corners) {
                     const auto& other = body.wrapped.pieces[k].corners;
-                    const Vec3 n = (beside.points[other[1]] - beside.points[other[0]]).cross(beside.points[other[2]] - beside.points[other[0]]);
-                    const double from = n.dot(here.points[c] - beside.points[other[0]]), to = n.dot(here.points[d] - beside.points[other[0]]);
+                    const Vec3 n =
+                        (beside.points[other[1]] - beside.points[other[0]]).cross(beside.points[other[2]] - beside.points[other[0]]);
+                    const double from = n.dot(here.points[c] - beside.points[other[0]]),
+                                 to = n.dot(here.points[d] - beside.points[other[0]]);
                     if (!(from > 0.0 && to < 0.0)) continue;
                     const Vec3 p = here.points[c] + from / (from - to) * (here.points[d] - here.points[c]);
                     bool within = true;
                     for (std::size_t e = 0; e < 3; ++e)
-                        within = within && n.dot((beside.points[other[(e + 1) % 3]] - beside.points[other[e]]).cross(p - beside.points[other[e]])) >= 0.0;
+                        within =
+                            within &&
+                            n.dot((beside.points[other[(e + 1) % 3]] - beside.points[other[e]]).cross(p - beside.points[other[e]])) >= 0.0;
                     if (within) near.emplace_back(i, k);
                 }
         }
@@ -286,10 +301,13 @@ TEST(DeformingTree, AtAnyBudgetEveryCrossingOfDeformedSurfacesIsBeneathAReported
         std::vector<Contact> contacts;
         descent.add_contacts(contacts);
         for (const auto& [i, k] : near)
-            ASSERT_TRUE(std::any_of(contacts.begin(), contacts.end(), [&, i = i, k = k](const Contact& c) {
-                const Index s = c.feature_a[0], t = c.feature_b[0];
-                return rest.item_begin[s] <= i && i < rest.item_end[s] && rest.item_begin[t] <= k && k < rest.item_end[t];
-            })) << "budget " << units;
+            ASSERT_TRUE(std::any_of(contacts.begin(), contacts.end(),
+                                    [&, i = i, k = k](const Contact& c) {
+                                        const Index s = c.feature_a[0], t = c.feature_b[0];
+                                        return rest.item_begin[s] <= i && i < rest.item_end[s] && rest.item_begin[t] <= k &&
+                                               k < rest.item_end[t];
+                                    }))
+                << "budget " << units;
     }
 }
 
