@@ -12,6 +12,7 @@ using BodyId = std::uint16_t;
 enum class ContactOrigin : std::uint8_t {
     TestedSpheres,  // two leaf spheres were tested and overlap
     AssumedSpheres, // the budget ended first: an untested pair stands for whatever lies beneath it
+    Proximity,      // a place of one surface and the closest point of the other, beneath a tested pair of leaves, at the end of the step
     ExactVF,        // vertex against face, continuous test
     ExactEE,        // edge against edge, continuous test
 };

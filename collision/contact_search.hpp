@@ -5,7 +5,7 @@
 // reported too.
 #pragma once
 
-#include "collision/surface_pair.hpp"
+#include "collision/cluster_traversal.hpp"
 
 #include <span>
 #include <vector>

@@ -5,14 +5,14 @@
 // SAH-based bounding volume hierarchies" (2007) for the binned builder. Deviates: leaves are clusters (down to one triangle on
 // request), since a block of 16 lanes costs one test whether it holds one feature or sixteen.
 //
-// Cost of one step, n triangles (about n/2 vertices, 3n/2 edges, n/13 clusters), p pairs of clusters that come near, c candidates:
+// Cost of one step, n triangles (about n/2 vertices, 3n/2 edges, n/24 clusters), p pairs of clusters that come near, c candidates:
 //   refit      O(n): every vertex, cluster and node
 //   traverse   O(p log n): one test of a box against a node's children at a time
 //   collect    O(p): blocks of 16 against single features; with it, where clusters are met first, their blocks and fine bounds
 //   decide     O(c)
 // p and c follow the contact, not n; a surface against itself has p and c of order n from neighbours alone.
-// Memory, boxes of 6 and clusters of 16: about 300 bytes a triangle (clusters are not full: four blocks of 640 bytes for 13 triangles,
-// and 104 bytes a vertex); DopTree::memory() counts, and `seldinger bench contacts` prints it.
+// Memory, boxes of 6 and clusters of 32: about 195 bytes a triangle (blocks are not full: one of 16 lanes takes 640 bytes; `fine`
+// adds about 45); DopTree::memory() counts, and `seldinger bench contacts` prints it.
 #pragma once
 
 #include "collision/fine_bounds.hpp"
@@ -33,9 +33,11 @@ enum class TreeBuilder : std::uint8_t {
 struct TreeOptions {
     std::size_t dop = 6;          // 6, 14, 18, 26
     std::size_t arity = 8;        // 2, 4, 8
-    std::size_t cluster_size = 16; // triangles in a leaf, 1 .. kMaxClusterSize
+    std::size_t cluster_size = 32; // triangles in a leaf, 1 .. kMaxClusterSize
     TreeBuilder builder = TreeBuilder::Sah;
-    bool fine = true; // clusters and pairs of features are looked at along the directions of fine_bounds.hpp too
+    /// Clusters and pairs of features are looked at along the directions of fine_bounds.hpp too: pays where thin things lie aslant
+    /// beside each other (an instrument in its vessel), not where most pairs are neighbours on one surface.
+    bool fine = false;
 
     friend bool operator==(const TreeOptions&, const TreeOptions&) = default;
 };
@@ -43,7 +45,7 @@ struct TreeOptions {
 class DopTree {
 public:
     static constexpr std::size_t kLanes = 16;           // features in a block
-    static constexpr std::size_t kMaxClusterSize = 32;
+    static constexpr std::size_t kMaxClusterSize = 64;
 
     /// Sixteen features side by side. bounds_ holds 2 slabs rows of kLanes floats per block: all lo, then all minus_hi.
     struct BlockRange {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/work_budget.hpp"
-#include "collision/surface_pair.hpp"
+#include "collision/cluster_traversal.hpp"
 
 #include <vector>
 

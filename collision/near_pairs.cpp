@@ -1,5 +1,7 @@
 #include "collision/near_pairs.hpp"
 
+#include "collision/dop_tree.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "collision/near_pairs.cpp"
 #include <hwy/foreach_target.h> // translates this file once more for every instruction set
@@ -12,6 +14,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::size_t kBlock = 16;
+constexpr std::size_t kMostInRun = DopTree::kMaxClusterSize; // triangles; three times as many edges
 
 using Floats = hn::CappedTag<float, kBlock>;
 using Ids = hn::RebindToUnsigned<Floats>;
@@ -20,38 +23,49 @@ using LaneMask = hn::Mask<Floats>;
 
 /// Lanes of one register as bits.
 HWY_INLINE std::uint32_t bits_of(Floats d, LaneMask mask) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+    if constexpr (sizeof(mask.raw) == 2) return static_cast<std::uint32_t>(mask.raw);
+#endif
     HWY_ALIGN std::uint8_t bytes[8] = {};
     hn::StoreMaskBits(d, mask, bytes);
     return static_cast<std::uint32_t>(bytes[0]) | static_cast<std::uint32_t>(bytes[1]) << 8;
 }
 
-/// Lanes of a block that are not farther from one box than the distance. box: lo at [s * stride], minus_hi at [(s + Slabs) * stride].
+/// Lanes farther from one box than the distance. box: lo at [s * stride], minus_hi at [(s + Slabs) * stride]; rows: the same of
+/// the lanes' boxes, a row every `pitch` floats.
 template <std::size_t Slabs>
-HWY_INLINE std::uint32_t near_lanes(const float* box, std::size_t stride, const float* block, const float* distance) {
+HWY_INLINE LaneMask apart_lanes(const float* box, std::size_t stride, const float* rows, std::size_t pitch, const float* distance) {
     const Floats d;
-    std::uint32_t apart_bits = 0;
-    for (std::size_t first = 0; first < kBlock; first += hn::Lanes(d)) {
-        LaneMask apart = hn::FirstN(d, 0);
-        for (std::size_t s = 0; s < Slabs; ++s) {
-            const Vec limit = hn::Set(d, distance[s]);
-            const Vec lo = hn::LoadU(d, block + s * kBlock + first), minus_hi = hn::LoadU(d, block + (s + Slabs) * kBlock + first);
-            const Vec above = hn::Add(hn::Set(d, box[s * stride]), minus_hi), below = hn::Add(hn::Set(d, box[(s + Slabs) * stride]), lo);
-            apart = hn::Or(apart, hn::Or(hn::Gt(above, limit), hn::Gt(below, limit)));
-            if (s == 2 && Slabs > 3 && hn::AllTrue(d, apart)) break;
-        }
-        apart_bits |= bits_of(d, apart) << first;
+    LaneMask apart = hn::FirstN(d, 0);
+    for (std::size_t s = 0; s < Slabs; ++s) {
+        const Vec limit = hn::Set(d, distance[s]);
+        const Vec lo = hn::LoadU(d, rows + s * pitch), minus_hi = hn::LoadU(d, rows + (s + Slabs) * pitch);
+        const Vec above = hn::Add(hn::Set(d, box[s * stride]), minus_hi), below = hn::Add(hn::Set(d, box[(s + Slabs) * stride]), lo);
+        apart = hn::Or(apart, hn::Or(hn::Gt(above, limit), hn::Gt(below, limit)));
+        if (s == 2 && Slabs > 3 && hn::AllTrue(d, apart)) break;
     }
-    return ~apart_bits;
+    return apart;
+}
+
+/// Lanes of a block of 16 that are not farther from one box than the distance.
+template <std::size_t Slabs>
+HWY_INLINE std::uint32_t near_lanes(const float* box, std::size_t stride, const float* rows, std::size_t pitch, const float* distance) {
+    const Floats d;
+    std::uint32_t apart = 0;
+    for (std::size_t first = 0; first < kBlock; first += hn::Lanes(d))
+        apart |= bits_of(d, apart_lanes<Slabs>(box, stride, rows + first, pitch, distance)) << first;
+    return ~apart;
 }
 
 /// Lanes whose features hold the vertex.
-HWY_INLINE std::uint32_t holding_lanes(Index vertex, const Index* corners, int corner_count) {
+HWY_INLINE std::uint32_t holding_lanes(Index vertex, const Index* corners, std::size_t pitch, int corner_count) {
     const Ids d;
     std::uint32_t holding = 0;
     const auto wanted = hn::Set(d, vertex);
     for (std::size_t first = 0; first < kBlock; first += hn::Lanes(d)) {
         auto same = hn::Eq(wanted, hn::LoadU(d, corners + first));
-        for (int k = 1; k < corner_count; ++k) same = hn::Or(same, hn::Eq(wanted, hn::LoadU(d, corners + static_cast<std::size_t>(k) * kBlock + first)));
+        for (int k = 1; k < corner_count; ++k)
+            same = hn::Or(same, hn::Eq(wanted, hn::LoadU(d, corners + static_cast<std::size_t>(k) * pitch + first)));
         holding |= bits_of(Floats(), hn::RebindMask(Floats(), same)) << first;
     }
     return holding;
@@ -62,26 +76,92 @@ HWY_INLINE std::uint32_t filled_lanes(Index count, std::size_t block) {
     return left >= kBlock ? 0xffffu : (1u << left) - 1u;
 }
 
+/// Features of one run, side by side; what is beyond `count` is not read.
+struct Gathered {
+    static constexpr std::size_t kPitch = 3 * kMostInRun + kBlock; // the last store may run over
+    float* rows;                                                   // [2 slabs][kPitch]
+    Index* ids;                                                    // [kPitch]
+    Index* corners;                                                // [corner_count][kPitch]
+    Index count = 0;
+};
+
+/// Those of a run that come near a box, in their order. Compressed in a register and stored whole: a compressing store to memory is
+/// microcode on some processors (twice the time of the whole search on Zen 4).
 template <std::size_t Slabs>
-HWY_INLINE std::size_t near_pairs_of(const BlockRun& a, const BlockRun& b, const NearTest& test, FeaturePair* out) {
+HWY_INLINE void gather_near(const float* box, const BlockRun& run, const NearTest& test, Gathered& out) {
+    const Floats d;
+    const Ids di;
+    for (std::size_t at = 0; at < run.count; at += hn::Lanes(d)) {
+        const std::size_t block = at / kBlock, first = at % kBlock;
+        const float* rows = run.bounds + block * 2 * Slabs * kBlock + first;
+        const LaneMask near = hn::And(hn::Not(apart_lanes<Slabs>(box, 1, rows, kBlock, test.distance)), hn::FirstN(d, run.count - at));
+        const std::size_t found = hn::CountTrue(d, near);
+        if (found == 0) continue;
+        for (std::size_t r = 0; r < 2 * Slabs; ++r)
+            hn::StoreU(hn::Compress(hn::LoadU(d, rows + r * kBlock), near), d, out.rows + r * Gathered::kPitch + out.count);
+        const auto same = hn::RebindMask(di, near);
+        hn::StoreU(hn::Compress(hn::LoadU(di, run.ids + at), same), di, out.ids + out.count);
+        if (test.skip_shared)
+            for (int k = 0; k < run.corner_count; ++k) {
+                const auto row = static_cast<std::size_t>(k);
+                hn::StoreU(hn::Compress(hn::LoadU(di, run.corners + (block * 3 + row) * kBlock + first), same), di,
+                           out.corners + row * Gathered::kPitch + out.count);
+            }
+        out.count += static_cast<Index>(found);
+    }
+}
+
+/// A run against itself.
+template <std::size_t Slabs>
+HWY_INLINE std::size_t near_pairs_within(const BlockRun& run, const NearTest& test, FeaturePair* out) {
     const FeaturePair* const begin = out;
     constexpr std::size_t kStride = 2 * Slabs * kBlock;
+    for (std::size_t i = 0; i < run.count; ++i) {
+        const std::size_t block_a = i / kBlock, lane = i % kBlock;
+        for (std::size_t block_b = block_a; block_b * kBlock < run.count; ++block_b) {
+            std::uint32_t near =
+                near_lanes<Slabs>(run.bounds + block_a * kStride + lane, kBlock, run.bounds + block_b * kStride, kBlock, test.distance) &
+                filled_lanes(run.count, block_b);
+            if (block_b == block_a) near &= ~((2u << lane) - 1u);
+            if (near == 0) continue;
+            if (test.skip_shared)
+                for (int k = 0; k < run.corner_count; ++k)
+                    near &= ~holding_lanes(run.corners[(block_a * 3 + static_cast<std::size_t>(k)) * kBlock + lane],
+                                           run.corners + block_b * 3 * kBlock, kBlock, run.corner_count);
+            for (; near != 0; near &= near - 1)
+                *out++ = {run.ids[i], run.ids[block_b * kBlock + static_cast<std::size_t>(__builtin_ctz(near))]};
+        }
+    }
+    return static_cast<std::size_t>(out - begin);
+}
+
+/// Two runs: first what of b comes near a's box at all, and of a near b's, then pair by pair. Between neighbours on a surface
+/// little is left for the last loop.
+template <std::size_t Slabs>
+HWY_INLINE std::size_t near_pairs_of(const BlockRun& a, const BlockRun& b, const NearTest& test, FeaturePair* out) {
+    if (test.same_run) return near_pairs_within<Slabs>(a, test, out);
+    const FeaturePair* const begin = out;
+    constexpr std::size_t kStride = 2 * Slabs * kBlock;
+    HWY_ALIGN float rows[2 * Slabs * Gathered::kPitch]; // left uninitialised
+    HWY_ALIGN Index ids[Gathered::kPitch], corners[3 * Gathered::kPitch];
+    Gathered near_b{rows, ids, corners};
+    gather_near<Slabs>(test.box_a, b, test, near_b);
+    if (near_b.count == 0) return 0;
     for (std::size_t block_a = 0; block_a * kBlock < a.count; ++block_a) {
         const float* bounds_a = a.bounds + block_a * kStride;
-        std::uint32_t lanes = near_lanes<Slabs>(test.box_b, 1, bounds_a, test.distance) & filled_lanes(a.count, block_a);
+        std::uint32_t lanes = near_lanes<Slabs>(test.box_b, 1, bounds_a, kBlock, test.distance) & filled_lanes(a.count, block_a);
         for (; lanes != 0; lanes &= lanes - 1) {
             const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
-            for (std::size_t block_b = test.same_run ? block_a : 0; block_b * kBlock < b.count; ++block_b) {
-                std::uint32_t near = near_lanes<Slabs>(bounds_a + lane, kBlock, b.bounds + block_b * kStride, test.distance) & filled_lanes(b.count, block_b);
-                if (test.same_run && block_b == block_a) near &= ~((2u << lane) - 1u);
+            const Index id_a = a.ids[block_a * kBlock + lane];
+            for (std::size_t at = 0; at < near_b.count; at += kBlock) {
+                std::uint32_t near = near_lanes<Slabs>(bounds_a + lane, kBlock, rows + at, Gathered::kPitch, test.distance) &
+                                     filled_lanes(near_b.count, at / kBlock);
                 if (near == 0) continue;
                 if (test.skip_shared)
                     for (int k = 0; k < a.corner_count; ++k)
-                        near &= ~holding_lanes(a.corners[(block_a * 3 + static_cast<std::size_t>(k)) * kBlock + lane],
-                                               b.corners + block_b * 3 * kBlock, b.corner_count);
-                const Index id_a = a.ids[block_a * kBlock + lane];
-                const Index* ids_b = b.ids + block_b * kBlock;
-                for (; near != 0; near &= near - 1) *out++ = {id_a, ids_b[__builtin_ctz(near)]};
+                        near &= ~holding_lanes(a.corners[(block_a * 3 + static_cast<std::size_t>(k)) * kBlock + lane], corners + at,
+                                               Gathered::kPitch, b.corner_count);
+                for (; near != 0; near &= near - 1) *out++ = {id_a, ids[at + static_cast<std::size_t>(__builtin_ctz(near))]};
             }
         }
     }
@@ -96,7 +176,8 @@ std::size_t near_pairs(const BlockRun& a, const BlockRun& b, const NearTest& tes
 }
 
 template <std::size_t Arity>
-HWY_INLINE std::uint32_t near_children_of(const float* box, std::size_t stride, const float* children, std::size_t slabs, const float* distance) {
+HWY_INLINE std::uint32_t near_children_of(const float* box, std::size_t stride, const float* children, std::size_t slabs,
+                                          const float* distance) {
     const hn::CappedTag<float, Arity> d;
     std::uint32_t near = 0;
     for (std::size_t first = 0; first < Arity; first += hn::Lanes(d)) {
@@ -114,17 +195,18 @@ HWY_INLINE std::uint32_t near_children_of(const float* box, std::size_t stride, 
     return near;
 }
 
-std::uint32_t near_children(const float* box, std::size_t stride, const float* children, std::size_t arity, std::size_t slabs, const float* distance) {
+std::uint32_t near_children(const float* box, std::size_t stride, const float* children, std::size_t arity, std::size_t slabs,
+                            const float* distance) {
     if (arity == 8) return near_children_of<8>(box, stride, children, slabs, distance);
     if (arity == 4) return near_children_of<4>(box, stride, children, slabs, distance);
     return near_children_of<2>(box, stride, children, slabs, distance);
 }
 
 std::uint32_t near_features(const float* box, const float* block, std::size_t slabs, const float* distance) {
-    if (slabs == 3) return near_lanes<3>(box, 1, block, distance) & 0xffffu;
-    if (slabs == 7) return near_lanes<7>(box, 1, block, distance) & 0xffffu;
-    if (slabs == 9) return near_lanes<9>(box, 1, block, distance) & 0xffffu;
-    return near_lanes<13>(box, 1, block, distance) & 0xffffu;
+    if (slabs == 3) return near_lanes<3>(box, 1, block, kBlock, distance) & 0xffffu;
+    if (slabs == 7) return near_lanes<7>(box, 1, block, kBlock, distance) & 0xffffu;
+    if (slabs == 9) return near_lanes<9>(box, 1, block, kBlock, distance) & 0xffffu;
+    return near_lanes<13>(box, 1, block, kBlock, distance) & 0xffffu;
 }
 
 const char* target_name() { return hwy::TargetName(HWY_TARGET); }
@@ -159,9 +241,11 @@ const char* near_pairs_target() noexcept { return HWY_DYNAMIC_DISPATCH(target_na
 namespace {
 
 /// The same sums and comparisons; what compares false, NaN included, is near.
-bool is_near(const float* a, std::size_t stride_a, const float* b, std::size_t stride_b, std::size_t slabs, const float* distance) noexcept {
+bool is_near(const float* a, std::size_t stride_a, const float* b, std::size_t stride_b, std::size_t slabs,
+             const float* distance) noexcept {
     for (std::size_t s = 0; s < slabs; ++s)
-        if (a[s * stride_a] + b[(s + slabs) * stride_b] > distance[s] || a[(s + slabs) * stride_a] + b[s * stride_b] > distance[s]) return false;
+        if (a[s * stride_a] + b[(s + slabs) * stride_b] > distance[s] || a[(s + slabs) * stride_a] + b[s * stride_b] > distance[s])
+            return false;
     return true;
 }
 

@@ -9,18 +9,19 @@
 
 namespace seldinger::collision {
 
-/// Consecutive blocks of 16 features as DopTree lays them out.
+/// Consecutive blocks of 16 features as DopTree lays them out, at most a cluster's.
 struct BlockRun {
-    const float* bounds = nullptr;   // [blocks][2 slabs][16]
-    const Index* ids = nullptr;      // [blocks][16]
-    const Index* corners = nullptr;  // [blocks][3][16]
-    Index count = 0;                 // features
-    int corner_count = 0;            // 1 vertices, 2 edges, 3 faces
+    const float* bounds = nullptr;  // [blocks][2 slabs][16]
+    const Index* ids = nullptr;     // [blocks][16]
+    const Index* corners = nullptr; // [blocks][3][16]
+    Index count = 0;                // features
+    int corner_count = 0;           // 1 vertices, 2 edges, 3 faces
 };
 
 struct NearTest {
     std::size_t slabs = 3;
     const float* distance = nullptr; // [slabs] m along each direction, times the direction's length, rounded up
+    const float* box_a = nullptr;    // [2 slabs] holds all of a
     const float* box_b = nullptr;    // [2 slabs] holds all of b
     bool skip_shared = false;        // one surface against itself: features that share a vertex do not count
     bool same_run = false;           // a is b: each unordered pair once
@@ -34,8 +35,8 @@ struct NearTest {
 
 /// Bit i: child i comes near the box.
 /// box   [2 slabs]        children   [2 slabs][arity], arity 2, 4 or 8
-[[nodiscard]] std::uint32_t near_children(const float* box, std::size_t box_stride, const float* children, std::size_t arity, std::size_t slabs,
-                                          const float* distance) noexcept;
+[[nodiscard]] std::uint32_t near_children(const float* box, std::size_t box_stride, const float* children, std::size_t arity,
+                                          std::size_t slabs, const float* distance) noexcept;
 [[nodiscard]] std::uint32_t near_children_plain(const float* box, std::size_t box_stride, const float* children, std::size_t arity,
                                                 std::size_t slabs, const float* distance) noexcept;
 

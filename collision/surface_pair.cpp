@@ -11,33 +11,22 @@ namespace {
 
 BlockRun run_of(const DopTree& tree, const DopTree::BlockRange& range, int corner_count) noexcept {
     if (range.count == 0) return {};
-    return {tree.block_bounds(range.begin), tree.block_ids(range.begin), tree.block_corners(range.begin), range.count,
-            corner_count};
+    return {tree.block_bounds(range.begin), tree.block_ids(range.begin), tree.block_corners(range.begin), range.count, corner_count};
 }
 
 SweptPoint swept(const SurfaceMotion& motion, Index vertex) noexcept { return {motion.t0[vertex], motion.t1[vertex]}; }
-std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, const Edge& e) noexcept {
-    return {swept(motion, e[0]), swept(motion, e[1])};
-}
+std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, const Edge& e) noexcept { return {swept(motion, e[0]), swept(motion, e[1])}; }
 std::array<SweptPoint, 3> swept(const SurfaceMotion& motion, const Triangle& t) noexcept {
     return {swept(motion, t[0]), swept(motion, t[1]), swept(motion, t[2])};
 }
 Vec3 at(const SweptPoint& p, double t) noexcept { return (1.0 - t) * p.t0 + t * p.t1; }
 
-Meeting meeting_of(const Sweep& sweep) noexcept {
-    return {.meets = true, .time = sweep.time, .bary = sweep.bary, .normal = sweep.normal};
-}
+Meeting meeting_of(const Sweep& sweep) noexcept { return {.meets = true, .time = sweep.time, .bary = sweep.bary, .normal = sweep.normal}; }
 
 /// Most pairs that two clusters can have: all their edges.
 constexpr std::size_t kMostPairs = 9 * DopTree::kMaxClusterSize * DopTree::kMaxClusterSize;
 /// Candidates whose sweeps are held at a time: few, for every one of them is initialised.
 constexpr std::size_t kSweeps = 32;
-/// Node pairs that wait: up to 64 for each of the two trees' levels.
-constexpr std::size_t kWaiting = 4096;
-
-bool is_leaf(Index node) noexcept { return (node & DopTree::kLeafBit) != 0; }
-Index cluster_of(Index leaf) noexcept { return leaf & ~DopTree::kLeafBit; }
-
 /// A vertex, an edge, a face.
 template <std::size_t Corners>
 FineBounds bounds_of(const DopTree& tree, Index feature) noexcept {
@@ -85,13 +74,11 @@ void ExactStats::add(const ExactStats& part) noexcept {
     finished = finished && part.finished;
 }
 
-SurfacePair::SurfacePair(const SearchSide& a, const SearchSide& b, const PairOptions& options) noexcept
-    : a_(a), b_(b), options_(options) {
+SurfacePair::SurfacePair(const SearchSide& a, const SearchSide& b, const PairOptions& options) noexcept : a_(a), b_(b), options_(options) {
     assert(options.distance >= 0.0 && a.tree->options() == b.tree->options());
     const Directions directions = directions_of(a.tree->options().dop);
     for (std::size_t s = 0; s < directions.size(); ++s)
-        reach_[s] =
-            options.all_pairs ? SweptBox::kNothing : round_up(options.distance * direction_length(directions[s]));
+        reach_[s] = options.all_pairs ? SweptBox::kNothing : round_up(options.distance * direction_length(directions[s]));
     fine_reach_ = fine_reach(options.distance);
     fine_ = a.tree->options().fine && !options.all_pairs;
 }
@@ -105,8 +92,7 @@ bool SurfacePair::clusters_are_near(ClusterPair clusters) const noexcept {
 
 /// Moves the pairs that are near along the fine directions as well to the front, in their order.
 template <std::size_t CornersA, std::size_t CornersB>
-std::size_t SurfacePair::keep_near(const DopTree& tree_a, const DopTree& tree_b,
-                                   std::span<FeaturePair> pairs) const noexcept {
+std::size_t SurfacePair::keep_near(const DopTree& tree_a, const DopTree& tree_b, std::span<FeaturePair> pairs) const noexcept {
     if (!fine_) return pairs.size();
     std::size_t kept = 0;
     Index last = kNoIndex; // pairs come by their first feature
@@ -137,23 +123,24 @@ void SurfacePair::collect(ClusterPair clusters, CandidateLists& out) const {
     const bool same = within() && a == b;
     NearTest test{.slabs = tree_a.slabs(), .distance = reach_.data(), .box_b = nullptr, .skip_shared = within()};
     std::array<FeaturePair, kMostPairs> found; // left uninitialised
-    const auto append = [&]<std::size_t CornersA, std::size_t CornersB>(
-                            const DopTree& of_a, const DopTree::BlockRange& range_a, const DopTree& of_b,
-                            const DopTree::BlockRange& range_b, std::vector<FeaturePair>& list) {
+    const auto append = [&]<std::size_t CornersA, std::size_t CornersB>(const DopTree& of_a, const DopTree::BlockRange& range_a,
+                                                                        const DopTree& of_b, const DopTree::BlockRange& range_b,
+                                                                        std::vector<FeaturePair>& list) {
         const BlockRun run_a = run_of(of_a, range_a, CornersA), run_b = run_of(of_b, range_b, CornersB);
         if (run_a.count == 0 || run_b.count == 0) return;
-        std::size_t count = options_.simd ? near_pairs(run_a, run_b, test, found.data())
-                                          : near_pairs_plain(run_a, run_b, test, found.data());
+        std::size_t count =
+            options_.simd ? near_pairs(run_a, run_b, test, found.data()) : near_pairs_plain(run_a, run_b, test, found.data());
         count = keep_near<CornersA, CornersB>(of_a, of_b, std::span(found).first(count));
         list.insert(list.end(), found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count));
     };
+    test.box_a = tree_a.cluster_bounds(a);
     test.box_b = tree_b.cluster_bounds(b);
     append.operator()<1, 3>(tree_a, cluster_a.vertices, tree_b, cluster_b.faces, out.vertex_face);
     test.same_run = same;
     const std::size_t before = out.edge_edge.size();
     append.operator()<2, 2>(tree_a, cluster_a.edges, tree_b, cluster_b.edges, out.edge_edge);
     test.same_run = false;
-    test.box_b = tree_a.cluster_bounds(a);
+    std::swap(test.box_a, test.box_b);
     if (!same) append.operator()<1, 3>(tree_b, cluster_b.vertices, tree_a, cluster_a.faces, out.face_vertex);
     if (!within()) return;
     for (std::size_t k = before; k < out.edge_edge.size(); ++k) // the same bits whichever cluster came first
@@ -166,8 +153,8 @@ void SurfacePair::decide(const CandidateLists& candidates, std::vector<SearchCon
     decide_list(false, false, candidates.edge_edge, out, stats);
 }
 
-void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const FeaturePair> pairs,
-                              std::vector<SearchContact>& out, ExactStats& stats) const {
+void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const FeaturePair> pairs, std::vector<SearchContact>& out,
+                              ExactStats& stats) const {
     const SearchSide &a = swapped ? b_ : a_, &b = swapped ? a_ : b_;
     const SweepLimits limits{.distance = options_.distance, .tolerance = options_.tolerance};
     std::array<Sweep, kSweeps> sweeps;
@@ -184,8 +171,7 @@ void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const Fe
                               : make_edge_edge(part[i], sweeps[i], found, stats)))
                 continue;
             stats.unresolved += options_.distance > 0.0 && sweeps[i].outcome == SweepOutcome::Unresolved;
-            stats.safe_fraction =
-                std::min(stats.safe_fraction, options_.distance > 0.0 ? sweeps[i].safe_time : found.contact.time);
+            stats.safe_fraction = std::min(stats.safe_fraction, options_.distance > 0.0 ? sweeps[i].safe_time : found.contact.time);
             ++(vertex_face ? stats.hits_vf : stats.hits_ee);
             found.contact.body_a = a.body;
             found.contact.body_b = b.body;
@@ -194,20 +180,28 @@ void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const Fe
     }
 }
 
-bool SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Sweep& sweep,
-                                   SearchContact& found, ExactStats& stats) const {
+/// What contacts of both kinds say alike; the point is still to be summed.
+static Contact& describe(FeaturePair pair, ContactOrigin origin, const Meeting& meeting, SearchContact& found) {
+    found.id_a = pair.a;
+    found.id_b = pair.b;
+    Contact& contact = found.contact;
+    contact.origin = origin;
+    contact.time = meeting.time;
+    contact.normal = meeting.normal;
+    contact.point = Vec3::Zero();
+    return contact;
+}
+
+bool SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Sweep& sweep, SearchContact& found,
+                                   ExactStats& stats) const {
     const Triangle& t = b.motion.topology->triangles[pair.b];
     const SweptPoint vertex = swept(a.motion, pair.a);
     const auto face = swept(b.motion, t);
     const Meeting meeting = options_.distance == 0.0 ? decide_vertex_face(vertex, face, sweep.time) : meeting_of(sweep);
     stats.exact += meeting.decided_by == Decision::Exact;
     if (!meeting.meets) return false;
-    found.id_a = pair.a;
-    found.id_b = pair.b;
-    Contact& c = found.contact;
-    c.origin = ContactOrigin::ExactVF;
+    Contact& c = describe(pair, ContactOrigin::ExactVF, meeting, found);
     c.feature_a[0] = pair.a;
-    c.point = Vec3::Zero();
     Vec3 end = Vec3::Zero(); // where the face's nearest point goes
     for (std::size_t k = 0; k < 3; ++k) {
         c.feature_b[k] = t[k];
@@ -215,8 +209,6 @@ bool SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, Fea
         c.point += meeting.bary[k] * at(face[k], meeting.time);
         end += meeting.bary[k] * face[k].t1;
     }
-    c.time = meeting.time;
-    c.normal = meeting.normal;
     c.gap = meeting.normal.dot(vertex.t1 - end);
     return true;
 }
@@ -227,11 +219,7 @@ bool SurfacePair::make_edge_edge(FeaturePair pair, const Sweep& sweep, SearchCon
     const Meeting meeting = options_.distance == 0.0 ? decide_edge_edge(a, b, sweep.time) : meeting_of(sweep);
     stats.exact += meeting.decided_by == Decision::Exact;
     if (!meeting.meets) return false;
-    found.id_a = pair.a;
-    found.id_b = pair.b;
-    Contact& c = found.contact;
-    c.origin = ContactOrigin::ExactEE;
-    c.point = Vec3::Zero();
+    Contact& c = describe(pair, ContactOrigin::ExactEE, meeting, found);
     c.bary_b[2] = 0.0;
     Vec3 offset = Vec3::Zero(); // from b's nearest point to a's at t1
     for (std::size_t k = 0; k < 2; ++k) {
@@ -242,70 +230,8 @@ bool SurfacePair::make_edge_edge(FeaturePair pair, const Sweep& sweep, SearchCon
         c.point += c.bary_b[k] * at(b[k], meeting.time);
         offset += c.bary_a[k] * a[k].t1 - c.bary_b[k] * b[k].t1;
     }
-    c.time = meeting.time;
-    c.normal = meeting.normal;
     c.gap = meeting.normal.dot(offset);
     return true;
-}
-
-ClusterTraversal::ClusterTraversal() { stack_.reserve(kWaiting); }
-
-void ClusterTraversal::start(const SurfacePair& pair) {
-    stack_.clear();
-    box_tests_ = 0;
-    const DopTree &a = *pair.a().tree, &b = *pair.b().tree;
-    if (!a.empty() && !b.empty()) stack_.push_back({a.root(), b.root()});
-}
-
-bool ClusterTraversal::advance(const SurfacePair& pair, std::size_t wanted, std::vector<ClusterPair>& out) {
-    const std::size_t enough = out.size() + wanted;
-    while (!stack_.empty() && out.size() < enough) {
-        const ClusterPair at = stack_.back();
-        stack_.pop_back();
-        if (is_leaf(at.a) && is_leaf(at.b))
-            out.push_back({cluster_of(at.a), cluster_of(at.b)}); // two surfaces of one cluster each
-        else if (is_leaf(at.a) || is_leaf(at.b))
-            open_node_and_leaf(pair, at, out);
-        else
-            open_nodes(pair, at, out);
-    }
-    return !stack_.empty();
-}
-
-void ClusterTraversal::push(const SurfacePair& pair, Index a, Index b, std::vector<ClusterPair>& out) {
-    if (!is_leaf(a) || !is_leaf(b)) return stack_.push_back({a, b});
-    const ClusterPair clusters{cluster_of(a), cluster_of(b)};
-    if (pair.clusters_are_near(clusters)) out.push_back(clusters);
-}
-
-void ClusterTraversal::open_node_and_leaf(const SurfacePair& pair, ClusterPair at, std::vector<ClusterPair>& out) {
-    const bool a_is_leaf = is_leaf(at.a);
-    const DopTree &leaf_tree = a_is_leaf ? *pair.a().tree : *pair.b().tree,
-                  &node_tree = a_is_leaf ? *pair.b().tree : *pair.a().tree;
-    const Index leaf = a_is_leaf ? at.a : at.b, node = a_is_leaf ? at.b : at.a;
-    const auto children = node_tree.children(node);
-    ++box_tests_;
-    for (std::uint32_t near = pair.near(leaf_tree.cluster_bounds(cluster_of(leaf)), 1, node_tree, node); near != 0;
-         near &= near - 1) {
-        const Index child = children[static_cast<std::size_t>(__builtin_ctz(near))];
-        if (child != DopTree::kNoChild) push(pair, a_is_leaf ? leaf : child, a_is_leaf ? child : leaf, out);
-    }
-}
-
-void ClusterTraversal::open_nodes(const SurfacePair& pair, ClusterPair at, std::vector<ClusterPair>& out) {
-    const DopTree &tree_a = *pair.a().tree, &tree_b = *pair.b().tree;
-    const std::size_t arity = tree_a.options().arity;
-    const auto children_a = tree_a.children(at.a), children_b = tree_b.children(at.b);
-    for (std::size_t i = 0; i < arity && children_a[i] != DopTree::kNoChild; ++i) {
-        ++box_tests_;
-        std::uint32_t near = pair.near(tree_a.child_bounds(at.a) + i, arity, tree_b, at.b);
-        if (pair.within() && at.a == at.b)
-            near = (near | 1u << i) & ~((1u << i) - 1u); // each pair once, and each child with itself
-        for (; near != 0; near &= near - 1) {
-            const Index child = children_b[static_cast<std::size_t>(__builtin_ctz(near))];
-            if (child != DopTree::kNoChild) push(pair, children_a[i], child, out);
-        }
-    }
 }
 
 } // namespace seldinger::collision

@@ -18,8 +18,7 @@ struct PairOptions {
     /// Pairs up to distance + tolerance may be reported at a distance > 0.
     double tolerance = 0.0; // m
     bool simd = true;       // false: the plain twins of the broad phase's kernels
-    bool all_pairs =
-        false; // bounds cull nothing: every pair of features is decided; what the other answers are compared with
+    bool all_pairs = false; // bounds cull nothing: every pair of features is decided; what the other answers are compared with
 };
 
 /// One surface in a search: its motion, and its tree, refitted to that motion.
@@ -40,9 +39,7 @@ struct CandidateLists {
     void clear() noexcept {
         for (auto* list : {&vertex_face, &face_vertex, &edge_edge}) list->clear();
     }
-    [[nodiscard]] std::size_t size() const noexcept {
-        return vertex_face.size() + face_vertex.size() + edge_edge.size();
-    }
+    [[nodiscard]] std::size_t size() const noexcept { return vertex_face.size() + face_vertex.size() + edge_edge.size(); }
 };
 
 struct ExactStats {
@@ -53,8 +50,8 @@ struct ExactStats {
     std::uint64_t exact = 0;      // candidates that whole numbers decided
     std::uint64_t unresolved = 0; // hits at a distance > 0 that ended without a verdict
     double safe_fraction = 1.0;   // if all vertices of both bodies move by this share of their step, none is proven to
-                                // touch: the smallest safe time. 0 if the search was interrupted
-    bool finished = true; // false: the budget ran out and contacts may be missing; give more, or move nothing
+                                  // touch: the smallest safe time. 0 if the search was interrupted
+    bool finished = true;         // false: the budget ran out and contacts may be missing; give more, or move nothing
 
     /// Of another part of the same search.
     void add(const ExactStats& part) noexcept;
@@ -87,17 +84,14 @@ public:
 
 private:
     friend class ClusterTraversal;
-    [[nodiscard]] bool
-    clusters_are_near(ClusterPair clusters) const noexcept; // refits their fine bounds where they are not fresh
+    [[nodiscard]] bool clusters_are_near(ClusterPair clusters) const noexcept; // refits their fine bounds where they are not fresh
     template <std::size_t CornersA, std::size_t CornersB>
-    [[nodiscard]] std::size_t keep_near(const DopTree& tree_a, const DopTree& tree_b,
-                                        std::span<FeaturePair> pairs) const noexcept;
-    [[nodiscard]] std::uint32_t near(const float* box, std::size_t stride, const DopTree& tree,
-                                     Index node) const noexcept;
-    void decide_list(bool vertex_face, bool swapped, std::span<const FeaturePair> pairs,
-                     std::vector<SearchContact>& out, ExactStats& stats) const;
-    bool make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Sweep& sweep,
-                          SearchContact& found, ExactStats& stats) const;
+    [[nodiscard]] std::size_t keep_near(const DopTree& tree_a, const DopTree& tree_b, std::span<FeaturePair> pairs) const noexcept;
+    [[nodiscard]] std::uint32_t near(const float* box, std::size_t stride, const DopTree& tree, Index node) const noexcept;
+    void decide_list(bool vertex_face, bool swapped, std::span<const FeaturePair> pairs, std::vector<SearchContact>& out,
+                     ExactStats& stats) const;
+    bool make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Sweep& sweep, SearchContact& found,
+                          ExactStats& stats) const;
     bool make_edge_edge(FeaturePair pair, const Sweep& sweep, SearchContact& found, ExactStats& stats) const;
 
     SearchSide a_, b_;
@@ -105,26 +99,6 @@ private:
     std::array<float, kMaxSlabs> reach_{}; // m along each direction, times the direction's length, rounded up
     FineReach fine_reach_{};
     bool fine_ = false;
-};
-
-/// Pairs of clusters that come near, some at a time.
-class ClusterTraversal {
-public:
-    ClusterTraversal();
-    void start(const SurfacePair& pair);
-    /// Appends pairs until at least `wanted` are new or there are no more; false: there are no more.
-    [[nodiscard]] bool advance(const SurfacePair& pair, std::size_t wanted, std::vector<ClusterPair>& out);
-    /// Most that one call appends beyond what was wanted.
-    static constexpr std::size_t kMostExtra = 64;
-    [[nodiscard]] std::uint64_t box_tests() const noexcept { return box_tests_; } // since the start
-
-private:
-    void push(const SurfacePair& pair, Index a, Index b, std::vector<ClusterPair>& out);
-    void open_node_and_leaf(const SurfacePair& pair, ClusterPair at, std::vector<ClusterPair>& out);
-    void open_nodes(const SurfacePair& pair, ClusterPair at, std::vector<ClusterPair>& out);
-
-    std::vector<ClusterPair> stack_; // nodes, or clusters with DopTree::kLeafBit
-    std::uint64_t box_tests_ = 0;
 };
 
 } // namespace seldinger::collision

@@ -1,5 +1,7 @@
 #include "fem/springs.hpp"
 
+#include <algorithm>
+
 namespace seldinger::fem {
 
 namespace {
@@ -16,10 +18,11 @@ SpringReport add_forces(const ContactSprings& springs, Position&& position, Velo
             rate += entry.g.dot(velocity(entry.node));
         }
         if (!(gap < 0.0)) continue;
-        const double push = -spring.stiffness * gap + (rate < 0.0 ? -spring.damping * rate : 0.0);
+        const double elastic = std::min(-spring.stiffness * gap, spring.limit);
+        const double push = std::min(elastic + (rate < 0.0 ? -spring.damping * rate : 0.0), spring.limit);
         for (const SpringEntry& entry : entries) push_node(entry.node, push * entry.g);
         ++report.pressed;
-        report.energy += 0.5 * spring.stiffness * gap * gap;
+        report.energy += elastic * (-gap - (spring.stiffness > 0.0 ? 0.5 * elastic / spring.stiffness : 0.0));
         if (gap < report.deepest_gap) report.deepest_gap = gap;
     }
     return report;

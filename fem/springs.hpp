@@ -4,6 +4,7 @@
 
 #include "fem/force_plan.hpp"
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,14 +15,15 @@ struct SpringEntry {
     Vec3 g = Vec3::Zero(); // d gap / d x_node, [-]
 };
 
-/// gap(x) = offset + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping max(0, -d gap/dt).
-/// Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
+/// gap(x) = offset + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping max(0, -d gap/dt),
+/// at most `limit`. Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
 struct ContactSpring {
     Index first_entry = 0;         // into ContactSprings::entries
     std::uint16_t entry_count = 0; // coarse nodes it hangs on, 3 for a linked vertex
     double offset = 0.0;           // m
     double stiffness = 0.0;        // N/m, >= 0
     double damping = 0.0;          // N s/m, >= 0
+    double limit = std::numeric_limits<double>::infinity(); // N, >= 0
 };
 
 struct ContactSprings {
@@ -36,7 +38,7 @@ struct ContactSprings {
 
 struct SpringReport {
     std::uint32_t pressed = 0;  // springs with a negative gap
-    double energy = 0.0;        // J, 1/2 stiffness gap^2 over the pressed ones
+    double energy = 0.0;        // J, what the pressed ones give back: 1/2 stiffness gap^2 up to their limit
     double deepest_gap = 0.0;   // m, <= 0
 };
 

@@ -22,6 +22,22 @@ Contact sphere_contact(BodyId body_a, BodyId body_b, const Sphere& a, const Sphe
 
 } // namespace
 
+std::string_view order_name(DescentOrder order) noexcept {
+    switch (order) {
+    case DescentOrder::Breadth: return "breadth";
+    case DescentOrder::Deepest: return "deepest";
+    case DescentOrder::Depth: return "depth";
+    case DescentOrder::DepthCapped: break;
+    }
+    return "depth-capped";
+}
+
+std::optional<DescentOrder> find_order(std::string_view name) noexcept {
+    for (const DescentOrder order : {DescentOrder::Breadth, DescentOrder::Deepest, DescentOrder::Depth, DescentOrder::DepthCapped})
+        if (order_name(order) == name) return order;
+    return std::nullopt;
+}
+
 /// Pairs that the lists hold without growing: a catheter in a vessel needs some hundreds.
 static constexpr std::size_t kReservedPairs = 8192;
 
@@ -144,6 +160,8 @@ bool Descent::step_group(const Entry& group, WorkBudget& budget) {
     const SolidPair& pair = solids_[group.pair];
     const SolidView& first = group.swapped ? pair.b : pair.a;
     const SolidView& second = group.swapped ? pair.a : pair.b;
+    if (first.lazy != nullptr) first.lazy->ensure(group.first, tests);
+    if (second.lazy != nullptr) second.lazy->ensure(group.second, 1);
     const Sphere other = second.spheres[group.second];
     if (other.radius < 0.0) return true; // empty: touches nothing
     const double reach = other.radius + margin_;
@@ -176,6 +194,8 @@ void Descent::add_solid_contact(const Entry& entry, std::vector<Contact>& out) c
     const SolidPair& pair = solids_[entry.pair];
     const Index a = entry.swapped ? entry.second : entry.first;
     const Index b = entry.swapped ? entry.first : entry.second;
+    if (pair.a.lazy != nullptr) pair.a.lazy->ensure(a, 1);
+    if (pair.b.lazy != nullptr) pair.b.lazy->ensure(b, 1);
     Contact contact = sphere_contact(pair.a.body, pair.b.body, pair.a.spheres[a], pair.b.spheres[b]);
     contact.feature_a[0] = a;
     contact.feature_b[0] = b;

@@ -9,6 +9,8 @@
 #include "base/contact.hpp"
 #include "base/work_budget.hpp"
 #include "spheretree/chain_tree.hpp"
+#include "spheretree/deforming_tree.hpp"
+#include "spheretree/descent_order.hpp"
 #include "spheretree/lumen_state.hpp"
 
 #include <limits>
@@ -20,6 +22,7 @@ struct SolidView {
     BodyId body = 0;
     const SphereTree* tree = nullptr;
     std::span<const Sphere> spheres; // [sphere_count]
+    LazySpheres* lazy = nullptr;     // asked for spheres before they are looked at; null: they are all there
 };
 struct ChainView {
     BodyId body = 0;
@@ -40,15 +43,6 @@ struct DescentStats {
     /// The coarsest level over all pairs still open; the leaf depth (deepest level of any tree) where none is. A pair is as
     /// coarse as the coarser of its spheres that can still be refined. Never falls as the budget grows.
     int level_reached = 0;
-};
-
-/// In which order open pairs are refined. Breadth and Deepest keep every promise below; the other two are the paper's straw
-/// men (its figure 5): interrupted, they leave some pairs at their coarsest while others are finished.
-enum class DescentOrder : std::uint8_t {
-    Breadth,     // the paper's: first in, first out
-    Deepest,     // round by round like Breadth, within a round those whose parents lie deepest in one another first
-    Depth,       // last in, first out
-    DepthCapped, // the same, and spheres on level `cap` count as leaves
 };
 
 /// Reused every step: keeps its memory, allocates nothing once it has seen its largest step.

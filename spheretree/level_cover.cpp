@@ -39,17 +39,12 @@ Shares list_shares(std::span<const Index> owner, std::size_t balls) {
 /// Owners anew. A point stays with its owner where no other allowed ball needs less.
 void share_out(const LevelTask& task, LevelBalls& level) {
     const std::vector<Vec3>& points = task.points.points();
-    std::vector<double> least(points.size());
-    double bound = 0.0;
-    for (Index p = 0; p < points.size(); ++p) {
-        least[p] = need_of(level.balls[level.owner[p]], points[p]);
-        bound = std::max(bound, least[p]);
-    }
+    std::vector<double> least(points.size()), most;
+    for (Index p = 0; p < points.size(); ++p) least[p] = need_of(level.balls[level.owner[p]], points[p]);
+    task.points.tree().find_most(least, most);
     for (Index i = 0; i < level.balls.size(); ++i) {
         const Ball& ball = level.balls[i];
-        const double radius = ball.depth + bound;
-        if (!(radius > 0.0)) continue;
-        task.points.tree().for_each_within(ball.centre, radius, [&](Index p, double distance_sq) {
+        task.points.tree().for_each_below(ball.centre, ball.depth, most, [&](Index p, double distance_sq) {
             const double need = std::sqrt(distance_sq) - ball.depth;
             if (need < least[p] && task.points.allowed(p, level.parent[i])) {
                 least[p] = need;

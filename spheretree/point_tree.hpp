@@ -27,6 +27,25 @@ public:
         if (!nodes_.empty()) descend(0, p, radius * radius, visit);
     }
 
+    /// The largest value beneath each node, for for_each_below. values [points] by point id      most [node_count] out
+    void find_most(std::span<const double> values, std::vector<double>& most) const {
+        most.resize(nodes_.size());
+        for (std::size_t n = nodes_.size(); n-- > 0;) { // children follow their parents
+            double largest = -std::numeric_limits<double>::infinity();
+            if (nodes_[n].right != kNoIndex) largest = std::max(most[n + 1], most[nodes_[n].right]);
+            else
+                for (Index i = nodes_[n].begin; i < nodes_[n].end; ++i) largest = std::max(largest, values[order_[i]]);
+            most[n] = largest;
+        }
+    }
+
+    /// Calls visit(point id, squared distance) for every point whose distance from p is at most `reach` plus its value, and for some
+    /// others, in the order of for_each_within. most: of find_most; values may have become smaller since.
+    template <class Visit>
+    void for_each_below(const Vec3& p, double reach, std::span<const double> most, Visit&& visit) const {
+        if (!nodes_.empty()) descend_below(0, p, reach, most, visit);
+    }
+
     /// Nearest point within max_distance of p; of equally near ones the first met. kNoIndex: none.
     [[nodiscard]] Index nearest(const Vec3& p, double max_distance, double& distance) const noexcept {
         Index best = kNoIndex;
@@ -96,6 +115,22 @@ private:
         for (Index i = node.begin; i < node.end; ++i) {
             const double distance_sq = (points_[i] - p).squaredNorm();
             if (distance_sq <= radius_sq) visit(order_[i], distance_sq);
+        }
+    }
+
+    template <class Visit>
+    void descend_below(Index id, const Vec3& p, double reach, std::span<const double> most, Visit& visit) const {
+        const Node& node = nodes_[id];
+        const double radius = (reach + most[id]) * (1.0 + 1e-12);
+        if (!(radius > 0.0) || box_distance_sq(node.box, p) > radius * radius) return;
+        if (node.right != kNoIndex) {
+            descend_below(id + 1, p, reach, most, visit);
+            descend_below(node.right, p, reach, most, visit);
+            return;
+        }
+        for (Index i = node.begin; i < node.end; ++i) {
+            const double distance_sq = (points_[i] - p).squaredNorm();
+            if (distance_sq <= radius * radius) visit(order_[i], distance_sq);
         }
     }
 

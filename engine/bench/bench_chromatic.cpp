@@ -75,7 +75,6 @@ BenchRow run_hierarchy(const Workload& work, const SurfaceTopology& surface, con
     const std::span<const Vec3> positions[] = {work.frames.frame(0)};
     collision::SearchOptions options;
     options.tree.dop = 6;
-    options.tree.fine = false;
     search.build(surfaces, positions, options);
     Medians medians;
     std::vector<collision::SearchContact> found;

@@ -129,18 +129,19 @@ std::vector<Method> methods(bool quick) {
         change(tree);
         return tree;
     };
-    std::vector<Method> list{{"dop6-arity8-sah-cluster16 (default)", usual}, {"without SIMD", usual, false}};
+    std::vector<Method> list{{fmt::format("dop6-arity8-sah-cluster{} (default)", usual.cluster_size), usual}, {"without SIMD", usual, false}};
     if (quick) return list;
-    list.push_back({"coarse: no second look", with([](auto& t) { t.fine = false; })});
+    list.push_back({"fine: a second look", with([](auto& t) { t.fine = true; })});
     for (const std::size_t k : {14, 18, 26})
-        list.push_back({fmt::format("dop{}, coarse", k), with([k](auto& t) { t.dop = k, t.fine = false; })});
+        list.push_back({fmt::format("dop{}", k), with([k](auto& t) { t.dop = k; })});
     list.push_back({"arity4", with([](auto& t) { t.arity = 4; })});
     list.push_back({"arity2", with([](auto& t) { t.arity = 2; })});
     list.push_back({"median splits", with([](auto& t) { t.builder = TreeBuilder::Median; })});
     list.push_back({"the paper's splits", with([](auto& t) { t.builder = TreeBuilder::Middle; })});
+    list.push_back({"cluster16", with([](auto& t) { t.cluster_size = 16; })});
     list.push_back({"cluster8", with([](auto& t) { t.cluster_size = 8; })});
     list.push_back({"cluster1", with([](auto& t) { t.cluster_size = 1; })});
-    list.push_back({"the paper's tree: dop18-arity4-cluster1", {.dop = 18, .arity = 4, .cluster_size = 1, .builder = TreeBuilder::Middle, .fine = false}});
+    list.push_back({"the paper's tree: dop18-arity4-cluster1", {.dop = 18, .arity = 4, .cluster_size = 1, .builder = TreeBuilder::Middle}});
     return list;
 }
 

@@ -22,7 +22,7 @@ std::optional<std::size_t> number_after(std::string_view word, std::string_view 
 bool take_word(std::string_view word, ContactMethod& method) {
     if (word == "exact") return true;
     if (word == "plain") return !(method.simd = false);
-    if (word == "coarse") return !(method.tree.fine = false);
+    if (word == "fine") return method.tree.fine = true;
     if (word == "brute") return method.brute = true;
     using collision::TreeBuilder;
     for (const auto& [name, builder] : {std::pair{"sah", TreeBuilder::Sah}, {"median", TreeBuilder::Median}, {"paper", TreeBuilder::Middle}})
@@ -62,7 +62,7 @@ std::string ContactMethod::name() const {
         if (culling == known.culling && image_space == known.image_space) return std::string(known.name);
     if (brute) return "exact-brute";
     const char* builder = tree.builder == collision::TreeBuilder::Sah ? "sah" : tree.builder == collision::TreeBuilder::Median ? "median" : "paper";
-    return fmt::format("exact-dop{}-arity{}-{}-cluster{}{}{}", tree.dop, tree.arity, builder, tree.cluster_size, tree.fine ? "" : "-coarse", simd ? "" : "-plain");
+    return fmt::format("exact-dop{}-arity{}-{}-cluster{}{}{}", tree.dop, tree.arity, builder, tree.cluster_size, tree.fine ? "-fine" : "", simd ? "" : "-plain");
 }
 
 Result<ContactMethod> parse_contact_method(const std::string& text) {

@@ -1,6 +1,7 @@
 #include "engine/io/ccd_queries.hpp"
 
 #include "engine/io/file_bytes.hpp"
+#include "engine/io/shown.hpp"
 
 #include <fmt/format.h>
 
@@ -14,20 +15,6 @@ namespace {
 
 constexpr std::size_t kColumns = 7;
 constexpr std::size_t kRows = 8; // of one query
-
-std::string_view trim(std::string_view text) {
-    constexpr std::string_view kBlanks = " \t\r";
-    const std::size_t first = text.find_first_not_of(kBlanks);
-    if (first == text.npos) return {};
-    return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
-std::string printable(std::string_view text) {
-    std::string out(text.substr(0, 40));
-    for (char& c : out)
-        if (c < ' ' || c > '~') c = '?';
-    return out;
-}
 
 /// A whole number as the nearest double; `exact` turns false where digits are lost.
 struct Whole {
@@ -92,7 +79,7 @@ private:
     bool read_coordinate(std::string_view upper, std::string_view lower, std::size_t axis) {
         const auto numerator = parse_whole(upper), denominator = parse_whole(lower);
         if (!numerator || !denominator)
-            return fail(ErrorCode::BadSyntax, fmt::format("'{}' is not a whole number", printable(numerator ? lower : upper)));
+            return fail(ErrorCode::BadSyntax, fmt::format("'{}' is not a whole number", shown(numerator ? lower : upper)));
         if (denominator->value == 0.0) return fail(ErrorCode::BadValue, fmt::format("the denominator of {} is 0", "xyz"[axis]));
         const double value = numerator->value / denominator->value;
         if (!std::isfinite(value)) return fail(ErrorCode::BadValue, fmt::format("{} is beyond the largest double", "xyz"[axis]));
@@ -103,7 +90,7 @@ private:
     }
 
     bool read_truth(std::string_view field) {
-        if (field != "0" && field != "1") return fail(ErrorCode::BadValue, fmt::format("the answer is '{}'; 0 or 1 is wanted", printable(field)));
+        if (field != "0" && field != "1") return fail(ErrorCode::BadValue, fmt::format("the answer is '{}'; 0 or 1 is wanted", shown(field)));
         CcdQuery& query = file_.queries.back();
         const bool collides = field == "1";
         if (row_ > 0 && collides != query.collides) return fail(ErrorCode::BadValue, "the answer differs from that of the query's rows above");

@@ -1,6 +1,7 @@
 // MEDIT .mesh (INRIA, TetGen, libigl), text only.
 #include "engine/io/formats.hpp"
 #include "engine/io/scanner.hpp"
+#include "engine/io/shown.hpp"
 
 #include <fmt/format.h>
 
@@ -52,14 +53,7 @@ private:
         if (word == "End") return more = false, true;
         for (const Section& section : kSections)
             if (word == section.name) return read_rows(section);
-        return in_.fail(ErrorCode::BadSyntax, fmt::format("'{}' is no section of a .mesh file", printable(word)));
-    }
-
-    static std::string printable(std::string_view word) {
-        std::string text(word.substr(0, 40));
-        for (char& c : text)
-            if (c < ' ' || c > '~') c = '?';
-        return text;
+        return in_.fail(ErrorCode::BadSyntax, fmt::format("'{}' is no section of a .mesh file", shown(word)));
     }
 
     bool read_rows(const Section& section) {

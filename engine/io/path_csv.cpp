@@ -2,6 +2,7 @@
 
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
+#include "engine/io/shown.hpp"
 
 #include <fmt/format.h>
 
@@ -15,20 +16,6 @@ namespace seldinger::engine {
 namespace {
 
 constexpr std::array<std::string_view, 3> kColumns = {"t", "insertion", "rotation"};
-
-std::string_view trim(std::string_view text) {
-    constexpr std::string_view kBlanks = " \t\r\v\f";
-    const std::size_t first = text.find_first_not_of(kBlanks);
-    if (first == text.npos) return {};
-    return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
-std::string printable(std::string_view text) {
-    std::string out(text.substr(0, 40));
-    for (char& c : out)
-        if (c < ' ' || c > '~') c = '?';
-    return out;
-}
 
 /// "insertion_mm", "time [s]", "t": the column's name, a unit behind it or not.
 bool is_column(std::string_view field, std::size_t column) {
@@ -93,9 +80,9 @@ private:
             if (field.starts_with('+')) field.remove_prefix(1);
             const auto [stop, status] = std::from_chars(field.data(), field.data() + field.size(), values[i]);
             if (status == std::errc::invalid_argument || stop != field.data() + field.size())
-                return fail(ErrorCode::BadSyntax, fmt::format("{} is '{}', not a number", kColumns[i], printable(fields[i])), fields[i]);
+                return fail(ErrorCode::BadSyntax, fmt::format("{} is '{}', not a number", kColumns[i], shown(fields[i])), fields[i]);
             if (status != std::errc{} || !std::isfinite(values[i]))
-                return fail(ErrorCode::BadValue, fmt::format("{} is {}; a finite number is wanted", kColumns[i], printable(fields[i])), fields[i]);
+                return fail(ErrorCode::BadValue, fmt::format("{} is {}; a finite number is wanted", kColumns[i], shown(fields[i])), fields[i]);
         }
         if (!rows_.empty() && !(values[0] > rows_.back().time))
             return fail(ErrorCode::BadValue, fmt::format("t is {} after {}; it must increase", values[0], rows_.back().time), fields[0]);

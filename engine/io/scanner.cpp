@@ -1,5 +1,7 @@
 #include "engine/io/scanner.hpp"
 
+#include "engine/io/shown.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,18 +10,6 @@
 #include <limits>
 
 namespace seldinger::engine {
-namespace {
-
-constexpr std::size_t kShownChars = 40; // of a wrong word, in messages
-
-/// A word as a message can show it: printable, short.
-std::string shown(std::string_view word) {
-    std::string text;
-    for (const char c : word.substr(0, kShownChars)) text += c >= ' ' && c <= '~' ? c : '?';
-    return word.size() > kShownChars ? text + "..." : text;
-}
-
-} // namespace
 
 void Scanner::skip_space(bool across_lines) noexcept {
     while (at_ != end_) {

@@ -3,6 +3,7 @@
 #include "engine/io/formats.hpp"
 #include "engine/io/scalar.hpp"
 #include "engine/io/scanner.hpp"
+#include "engine/io/shown.hpp"
 
 #include <fmt/format.h>
 
@@ -62,20 +63,14 @@ private:
         if (section == "METADATA") return pass_over_metadata();
         if (section == "FIELD") return pass_over_field();
         more = section != "POINT_DATA" && section != "CELL_DATA"; // nothing of ours follows them
-        return !more || in_.fail(ErrorCode::BadSyntax, fmt::format("'{}' is no section of a VTK file", printable(section)));
-    }
-
-    static std::string printable(std::string text) {
-        for (char& c : text)
-            if (c < ' ' || c > '~') c = '?';
-        return text;
+        return !more || in_.fail(ErrorCode::BadSyntax, fmt::format("'{}' is no section of a VTK file", shown(section)));
     }
 
     bool read_type(ScalarType& type) {
         std::string_view word;
         if (!in_.word(word, "a type")) return false;
         const std::optional<ScalarType> found = find_scalar_type(word);
-        if (!found) return in_.fail(ErrorCode::BadValue, fmt::format("type '{}' is not read", printable(std::string(word.substr(0, 40)))));
+        if (!found) return in_.fail(ErrorCode::BadValue, fmt::format("type '{}' is not read", shown(word)));
         // VTK's 'long' had the size of the writer's machine; 64 bits are the only ones still met.
         type = *found;
         in_.skip_line();

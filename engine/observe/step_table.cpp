@@ -96,6 +96,10 @@ constexpr Column kColumns[] = {
     SELDINGER_COLUMN("charged_cpu_ms", row.r.ms.budget_cpu), // charged_ms in this thread's own time
     SELDINGER_COLUMN("dropped", row.r.dropped),
     SELDINGER_COLUMN("friction_force_n", row.r.friction_force_n),
+    SELDINGER_COLUMN("solid_touches", row.r.solid_touches),
+    SELDINGER_COLUMN("deepest_touch_m", row.r.deepest_touch_m),
+    SELDINGER_COLUMN("held_pairs", row.r.held_pairs),
+    SELDINGER_COLUMN("residual_n", row.r.residual_n),
 };
 #undef SELDINGER_COLUMN
 

@@ -11,6 +11,7 @@
 #include "fem/tissue.hpp"
 #include "spheretree/chain_tree.hpp"
 #include "spheretree/covering_tree.hpp"
+#include "spheretree/descent_order.hpp"
 #include "spheretree/lumen_tree.hpp"
 
 #include <optional>
@@ -32,6 +33,7 @@ struct BodyModel {
     Motion motion = Motion::Static;
     TriMesh surface;                             // rest pose, outward where closed
     bool hollow = false;                         // a lumen: instruments move inside
+    bool closed = false;                         // and consistently oriented: it has an inside
     std::optional<fem::TissueModel> tissue;      // deformable bodies
     std::size_t carrier = SIZE_MAX;              // deformable body that carries this surface; SIZE_MAX: none
     std::optional<fem::RigidLinks> links;        // surface on its own tissue, or on the carrier's
@@ -83,6 +85,12 @@ struct EffectSet {
     std::optional<Pulse> pulse;
 };
 
+/// How tested pairs of solid bodies push.
+enum class SolidResponse : std::uint8_t {
+    Surface, // by the depth of the surfaces beneath the leaves; open surfaces as Spheres
+    Spheres, // by the overlap of the spheres, as the paper
+};
+
 struct ContactSettings {
     double clearance = 1.0e-4;      // m, room that the response keeps between skin and wall: ten times the exact tests' distance
     double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
@@ -90,7 +98,12 @@ struct ContactSettings {
     double rod_stiffness = 2.0e4;   // N/m, of the wall as the rod's solve sees it: 1 N presses 0.05 mm
     double wall_stiffness = 2000.0; // N/m, of the instrument as the tissue sees it: its push has faded when the wall has yielded
                                     // by force / wall_stiffness. Softer lets a tap throw the wall by millimetres in a step
-    double solid_stiffness = 60.0;  // N/m per contact between solid bodies
+    double solid_stiffness = 200.0; // N/m per place where solid bodies touch
+    double solid_damping = 0.0;     // N s/m per place, on approach
+    double solid_friction = 0.0;    // Coulomb mu between solid bodies; 0 without the effect friction
+    SolidResponse solid_response = SolidResponse::Surface;
+    spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
+    int depth_cap = 2;              // level at which DepthCapped stops
     double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
 };
 

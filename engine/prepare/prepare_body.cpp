@@ -1,4 +1,5 @@
 #include "engine/prepare/prepare_body.hpp"
+#include "base/topology.hpp"
 #include "engine/prepare/pulse.hpp"
 
 #include "engine/io/read_tets.hpp"
@@ -200,6 +201,8 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
         model.lumen = std::move(*lumen);
         if (scene.effects.pulse) model.pulse_reach = find_pulse_reach(model.surface, *model.lumen, scene.effects.pulse->amplitude);
     } else {
+        const SurfaceReport report = inspect_surface(model.surface);
+        model.closed = report.closed() && report.oriented() && report.signed_volume > 0.0;
         model.covering = spheretree::build_covering_tree(model.surface);
         summary.tree_spheres = model.covering.tree.sphere_count();
     }

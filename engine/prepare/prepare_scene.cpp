@@ -114,6 +114,11 @@ ContactSettings make_contact(const Scene& scene) {
     contact.wall_stiffness = scene.contact.wall_stiffness;
     contact.solid_stiffness = scene.contact.solid_stiffness;
     contact.assumed_depth = scene.contact.assumed_depth;
+    contact.solid_damping = scene.contact.solid_damping;
+    contact.solid_friction = scene.effects.friction ? scene.contact.solid_friction : 0.0;
+    contact.solid_response = scene.contact.solid_spheres ? SolidResponse::Spheres : SolidResponse::Surface;
+    contact.descent_order = scene.contact.descent_order;
+    contact.depth_cap = static_cast<int>(scene.contact.depth_cap);
     contact.clearance = scene.contact.clearance;
     contact.exact_distance = scene.contact.exact_distance;
     for (const SceneInstrument& instrument : scene.instruments)

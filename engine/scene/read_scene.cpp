@@ -88,6 +88,11 @@ void read_contact(const Values& values, ContactSpec& contact) {
     contact.wall_stiffness = values.number("wall_stiffness");
     contact.solid_stiffness = values.number("solid_stiffness");
     contact.assumed_depth = values.number("assumed_depth");
+    contact.solid_damping = values.number("solid_damping");
+    contact.solid_friction = values.number("solid_friction");
+    contact.solid_spheres = values.text("solid_response") == "spheres";
+    contact.descent_order = *spheretree::find_order(values.text("descent_order"));
+    contact.depth_cap = static_cast<unsigned>(values.number("depth_cap"));
 }
 
 /// Effects that have details of their own: on or not.

@@ -13,6 +13,7 @@
 #include "fem/integrator.hpp"
 #include "fem/material.hpp"
 #include "fem/rod.hpp"
+#include "spheretree/descent_order.hpp"
 
 #include <filesystem>
 #include <map>
@@ -170,7 +171,12 @@ struct ContactSpec {
     double margin = 3.0e-4;         // m, coarse contacts are reported from this far
     double rod_stiffness = 2.0e4;   // N/m, of a wall as the instrument feels it
     double wall_stiffness = 2000.0; // N/m, of an instrument as the tissue feels it
-    double solid_stiffness = 60.0;  // N/m per contact between solid bodies
+    double solid_stiffness = 200.0; // N/m per place where solid bodies touch
+    double solid_damping = 0.0;     // N s/m per such place, on approach
+    double solid_friction = 0.0;    // Coulomb mu between solid bodies, with the effect friction
+    bool solid_spheres = false;     // solid bodies push by the overlap of their spheres, not by the depth of their surfaces
+    spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
+    unsigned depth_cap = 2;         // level at which the order depth-capped stops
     double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
 };
 

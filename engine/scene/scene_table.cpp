@@ -83,11 +83,25 @@ const ObjectSpec& contact_table() {
                          "Of an instrument as the tissue feels it.")
                 .by_default(usual.wall_stiffness),
             number_field("solid_stiffness", Dimension::Stiffness, above(0.0, 1e9),
-                         "Of a contact between two solid bodies.")
+                         "Of a place where two solid bodies touch.")
                 .by_default(usual.solid_stiffness),
             number_field("assumed_depth", Dimension::Length, between(0.0, kLargest),
                          "Deepest that a pair the budget left untested may count.")
                 .by_default(usual.assumed_depth),
+            number_field("solid_damping", Dimension::None, between(0.0, 1e6),
+                         "Of a contact between two solid bodies while they approach, N s/m.")
+                .by_default(usual.solid_damping),
+            number_field("solid_friction", Dimension::None, between(0.0, 2.0),
+                         "Coulomb's coefficient between two solid bodies, with the effect friction.")
+                .by_default(usual.solid_friction),
+            choice_field("solid_response", {"surface", "spheres"},
+                         "Solid bodies push by the depth of their surfaces beneath the leaf spheres that meet, or by the overlap of the "
+                         "spheres.")
+                .by_default(std::string_view("surface")),
+            choice_field("descent_order", {"breadth", "deepest", "depth", "depth-capped"},
+                         "In which order pairs of solid bodies' spheres are tested; the last two are there to be compared.")
+                .by_default(std::string_view("breadth")),
+            count_field("depth_cap", 0, 8, "Level at which the order depth-capped stops.").by_default(double(usual.depth_cap)),
         }};
     return table;
 }

@@ -9,6 +9,7 @@
 #include "fem/integrate.hpp"
 #include "fem/stable_step.hpp"
 #include "spheretree/descent.hpp"
+#include "spheretree/sweep_and_prune.hpp"
 
 #include <optional>
 
@@ -20,6 +21,55 @@ struct WallPress {
     std::array<double, 3> bary{1.0, 0.0, 0.0};
 };
 
+/// Coarse nodes that the spheres of a body hang on.
+struct SphereNodes {
+    std::vector<Index> begin;    // [sphere_count + 1]
+    std::vector<Index> node;     // [entries]
+    std::vector<double> weight;  // [entries] sum of a sphere's: 1, less where its surface stands still
+};
+
+/// A pair of spheres that pushes or holds.
+struct SphereHold {
+    BodyId body_a = 0, body_b = 0;
+    Index sphere_a = 0, sphere_b = 0;
+    bool tested = false;             // false: the budget left it open
+    Vec3 normal = Vec3::UnitX();     // unit, from b to a; of an open pair, as it was when it was first assumed
+    double gap = 0.0;                // m, of the spheres
+    Vec3 anchor = Vec3::Zero();      // m, of an open pair: where the first stood from the second then
+    double hold = 0.0;               // m, of an open pair: how far aside it is drawn from there
+    Vec3 aside = Vec3::Zero();       // unit, from b to a, that way
+};
+
+struct LeafPair {
+    std::size_t a = 0, b = 0;
+    Index leaf_a = 0, leaf_b = 0;
+};
+
+/// An edge passes through a triangle of the other body.
+struct Piercing {
+    Index v0 = 0, v1 = 0; // v0 < v1
+    double s = 0.0;       // [0, 1] from v0
+};
+
+/// The two springs of one contact: what the first body receives, the second should with the opposite sign.
+struct SpringPair {
+    std::size_t body_a = 0, body_b = 0;
+    Index spring_a = kNoIndex, spring_b = kNoIndex; // into the owners' springs; kNoIndex: nothing gives way there
+    Vec3 normal = Vec3::UnitX();
+};
+
+/// Contact between solid bodies.
+struct SolidScratch {
+    spheretree::SweepAndPrune sweep;
+    std::vector<Box3> boxes;                     // [body_count] of this step; empty: no solid that anything can touch
+    std::vector<std::pair<Index, Index>> near;   // bodies whose boxes overlap
+    std::vector<LeafPair> leaf_pairs;
+    std::vector<Contact> touches;                // of this step: places of surfaces, with depth
+    std::vector<SphereHold> holds, holds_before; // of this step and of the last one, by key
+    std::vector<Piercing> piercings[2];
+    std::vector<SpringPair> springs;             // of the last response
+};
+
 struct BodyScratch {
     fem::TissueState tissue_t0;
     std::vector<Vec3> surface_t0;                // [vertex_count] m
@@ -29,11 +79,15 @@ struct BodyScratch {
     fem::ContactSprings springs;                 // made by the last step's response
     std::vector<Vec3> pinned_target;
     std::vector<spheretree::Sphere> spheres;     // solid bodies, over the step
+    std::vector<Vec3> surface_ahead;             // [vertex_count] m, solid bodies: where the next step may take them
     std::vector<Index> deepest;                  // [sphere_count] solid bodies, scratch of the response
+    std::vector<Vec3> vertex_normal;             // [vertex_count] area-weighted, solid bodies that touch, scratch of the response
+    std::vector<std::uint8_t> vertex_seen;       // [vertex_count] solid bodies, scratch of the response
+    SphereNodes sphere_nodes;                    // solid bodies that hang on nodes
     spheretree::LumenState lumen;                // hollow bodies
     collision::DopTree tree;                     // hollow bodies, swept over the step
     std::vector<Index> moving;                   // vertices that are not static: what a refit looks at
-    InsideTest inside;                           // hollow bodies: the independent check
+    InsideTest inside;                           // hollow bodies: the independent check; closed solids: depths of contacts
 };
 
 /// Somebody holds a point of a surface and pulls it towards a place.
@@ -68,6 +122,7 @@ struct StepContext {
     spheretree::Descent descent;
     collision::InterruptibleSearch search;
     std::vector<Contact> coarse; // of this step
+    SolidScratch solids;
     std::vector<Contact> exact;  // of this step; the last round's
     std::vector<Contact> contacts; // what the response pushed against: what pictures and counts show
     std::optional<Pull> pull;    // felt in every step until it is let go

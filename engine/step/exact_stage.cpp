@@ -217,6 +217,9 @@ void refit_wall(const SceneModel& model, std::size_t body, const State& state, S
     if (model.bodies[body].moves()) scratch.tree.refit(motion);
 }
 
+/// An instrument meets its wall along a line: smaller clusters than a search over whole surfaces wants leave less to refit.
+constexpr collision::TreeOptions kExactTree{.cluster_size = 16, .fine = true};
+
 void build_exact_trees(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     if (!model.effects.exact_contact && !model.effects.coarse_contact) return;
     const InstrumentModel& instrument = model.instruments[index];
@@ -224,10 +227,10 @@ void build_exact_trees(const SceneModel& model, std::size_t index, const State& 
     const std::vector<Vec3>& skin = state.instruments[index].skin;
     collision::DopTree& wall_tree = context.bodies[instrument.lumen].tree;
     if (wall_tree.empty()) {
-        wall_tree.build(model.bodies[instrument.lumen].topology, wall, {});
+        wall_tree.build(model.bodies[instrument.lumen].topology, wall, kExactTree);
         wall_tree.refit({&model.bodies[instrument.lumen].topology, wall, wall});
     }
-    if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, skin, {});
+    if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, skin, kExactTree);
 }
 
 collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context,

@@ -1,5 +1,7 @@
 #include "engine/step/instrument_stage.hpp"
 
+#include "engine/step/surface_spring.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -69,7 +71,8 @@ DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State
     InstrumentState& now = state.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     return follow_route(route_now(model, instrument, state, scratch), instrument.follow, instrument.limits,
-                        view_tip(instrument, now, scratch), {now.rod.insertion, now.rod.rotation}, model.step_s, now.follow);
+                        view_tip(instrument, now, scratch), {now.rod.insertion, now.rod.rotation}, model.step_s,
+                        now.follow);
 }
 
 void move_hands(const SceneModel& model, State& state, StepContext& context) {
@@ -82,10 +85,13 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
         if (scratch.hand) {
             wanted = *scratch.hand;
             if (instrument.route) (void)route_now(model, instrument, state, scratch); // the report measures against it
-        } else if (instrument.route) wanted = steer_along_route(model, i, state, context);
-        else if (!instrument.path.empty())
+        } else if (instrument.route) {
+            wanted = steer_along_route(model, i, state, context);
+        } else if (!instrument.path.empty()) {
             wanted = evaluate_path(instrument.path, state.time + model.step_s);
-        wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
+        }
+        wanted.insertion =
+            std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
         scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
         scratch.hand_stopped = false;
         const double advance = scratch.command.insertion - from.insertion;
@@ -144,28 +150,6 @@ void add_to_descent(const SceneModel& model, std::size_t index, StepContext& con
          &context.bodies[instrument.lumen].lumen});
 }
 
-/// The tissue beneath a place of the wall is pushed by `force` [N] along `direction` (unit); as it gives way the push fades.
-static void press_tissue(const SceneModel& model, const BodyModel& wall, const WallPress& press, const Vec3& direction, double force,
-                         const State& state, StepContext& context) {
-    fem::ContactSprings& springs = context.bodies[wall.carrier].springs;
-    const std::vector<Vec3>& nodes = state.bodies[wall.carrier].tissue.position;
-    fem::ContactSpring spring;
-    spring.first_entry = static_cast<Index>(springs.entries.size());
-    spring.stiffness = model.contact.wall_stiffness;
-    spring.offset = -force / spring.stiffness;
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-        const Index vertex = wall.surface.triangles[press.triangle][corner];
-        const fem::LinkForces pull = fem::spread_link_force(*wall.links, vertex, nodes, press.bary[corner] * direction);
-        for (int n = 0; n < 3; ++n) {
-            if (pull.node[n] == kNoIndex) continue;
-            springs.entries.push_back({pull.node[n], pull.force[n]});
-            spring.offset -= pull.force[n].dot(nodes[pull.node[n]]);
-        }
-    }
-    spring.entry_count = static_cast<std::uint16_t>(springs.entries.size() - spring.first_entry);
-    if (spring.entry_count > 0) springs.springs.push_back(spring);
-}
-
 void push_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     const InstrumentScratch& scratch = context.instruments[index];
@@ -180,8 +164,15 @@ void push_wall(const SceneModel& model, std::size_t index, const State& state, S
         context.report.friction_force_n += drag;
         context.report.max_contact_force_n = std::max(context.report.max_contact_force_n, force);
         if (wall.carrier == SIZE_MAX || scratch.presses[k].triangle == kNoIndex) continue;
-        press_tissue(model, wall, scratch.presses[k], -plane.normal, force, state, context);
-        if (drag > 0.0) press_tissue(model, wall, scratch.presses[k], -spheretree::direction_of(plane.drag), drag, state, context);
+        const double stiffness = model.contact.wall_stiffness; // as the tissue gives way the push fades
+        SurfacePush push{instrument.lumen,        wall.surface.triangles[scratch.presses[k].triangle],
+                         scratch.presses[k].bary, -plane.normal,
+                         -force / stiffness,      stiffness};
+        add_surface_spring(model, push, state, context);
+        if (!(drag > 0.0)) continue;
+        push.direction = -spheretree::direction_of(plane.drag);
+        push.gap = -drag / stiffness;
+        add_surface_spring(model, push, state, context);
     }
 }
 

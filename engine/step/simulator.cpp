@@ -4,6 +4,7 @@
 #include "engine/step/instrument_stage.hpp"
 #include "engine/step/pull_stage.hpp"
 #include "engine/step/solid_stage.hpp"
+#include "engine/step/solid_touch.hpp"
 #include "engine/step/tissue_stage.hpp"
 
 #include <fmt/format.h>
@@ -44,6 +45,7 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
             context.bodies[i].inside = InsideTest(body.surface);
             if (body.links) context.bodies[i].lumen.mark_still(*body.lumen, body.links->vertex_blend);
         }
+    prepare_solids(model, state, context);
     context.coarse.reserve(kReservedContacts);
     context.exact.reserve(kReservedContacts);
     context.contacts.reserve(kReservedContacts);
@@ -166,6 +168,7 @@ void Simulator::join_step(const Simulator& other) {
         to.lumen = from.lumen; // goes on looking at the other's wall
     }
     context_.instruments = other.context_.instruments;
+    context_.solids = other.context_.solids;
     context_.report = other.context_.report;
     stopped_ = other.stopped_;
     dropped_ = other.dropped_;
@@ -187,7 +190,7 @@ void Simulator::effects_changed() {
 void Simulator::descend() {
     context_.coarse.clear();
     if (!model_.effects.coarse_contact) return;
-    context_.descent.begin(model_.contact.margin);
+    context_.descent.begin(model_.contact.margin, model_.contact.descent_order, model_.contact.depth_cap);
     add_solid_pairs(model_, context_);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, context_);
     for (bool finished = false; !finished;) {
@@ -255,6 +258,7 @@ void Simulator::respond() {
         hold_back(report.safe_fraction);
         forget_forces();
     }
+    report.residual_n = find_residual(model_, state_, context_);
     for (BodyScratch& body : context_.bodies) body.springs.clear();
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) push_wall(model_, i, state_, context_);
     push_solids(model_, state_, context_);
@@ -265,8 +269,12 @@ void Simulator::list_contacts() {
     context_.contacts.clear();
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) list_presses(model_, i, state_, context_);
     if (context_.report.exact_ran) context_.report.exact_contacts += context_.contacts.size();
-    for (const Contact& contact : context_.coarse) // solids; those of instruments are among the presses
-        if (contact.body_a < model_.bodies.size()) context_.contacts.push_back(contact);
+    for (const Contact& touch : context_.solids.touches)
+        if (touch.gap <= 0.0) context_.contacts.push_back(touch);
+    for (const Contact& contact : context_.coarse) // solids without a surface's depth; those of instruments are among the presses
+        if (contact.body_a < model_.bodies.size() && contact.body_b < model_.bodies.size() &&
+            !(is_leaf_pair(model_, contact) && meet_by_surface(model_, contact.body_a, contact.body_b)))
+            context_.contacts.push_back(contact);
 }
 
 /// A rod that is not finite stops the run before its state is taken over.

@@ -1,5 +1,9 @@
 #include "engine/step/solid_stage.hpp"
 
+#include "engine/step/solid_hold.hpp"
+#include "engine/step/solid_touch.hpp"
+#include "engine/step/surface_spring.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,75 +11,82 @@ namespace seldinger::engine {
 
 namespace {
 
+/// m/s; below this slip friction fades with it, so that a force which is fixed for a step does not turn the slip round:
+/// mu g step stays below it up to mu = 0.4 at 5 ms. What rests on a slope creeps, at most at this speed.
+constexpr double kSlip = 0.02;
+
 spheretree::SolidView view_of(const SceneModel& model, std::size_t body, const StepContext& context) {
     return {static_cast<BodyId>(body), &model.bodies[body].covering.tree, context.bodies[body].spheres};
 }
 
-/// The triangle beneath a sphere whose middle is nearest to the contact.
-Index nearest_triangle(const BodyModel& body, Index sphere, const std::vector<Vec3>& surface, const Vec3& point) {
-    Index nearest = kNoIndex;
-    double best = std::numeric_limits<double>::infinity();
-    for (const Index triangle : body.covering.tree.items_of(sphere)) {
-        const Triangle& t = body.surface.triangles[triangle];
-        const double distance_sq = ((surface[t[0]] + surface[t[1]] + surface[t[2]]) / 3.0 - point).squaredNorm();
-        if (distance_sq < best) {
-            best = distance_sq;
-            nearest = triangle;
-        }
-    }
-    return nearest;
+bool can_touch_any(const SceneModel& model, std::size_t body) {
+    for (std::size_t other = 0; other < model.bodies.size(); ++other)
+        if (other != body && are_solid_pair(model, body, other)) return true;
+    return false;
 }
 
-/// One spring that pushes the triangle along `normal` when it is deeper than at gap 0.
-void add_spring(const SceneModel& model, std::size_t body, Index triangle, const Vec3& normal, double gap,
-                const State& state, fem::ContactSprings& springs) {
-    const BodyModel& own = model.bodies[body];
-    const std::size_t owner = own.carrier != SIZE_MAX ? own.carrier : body;
-    const std::vector<Vec3>& nodes = state.bodies[owner].tissue.position;
-    fem::ContactSpring spring;
-    spring.first_entry = static_cast<Index>(springs.entries.size());
-    spring.stiffness = model.contact.solid_stiffness;
-    spring.offset = gap;
-    for (const Index vertex : own.surface.triangles[triangle]) {
-        const fem::LinkForces pull = fem::spread_link_force(*own.links, vertex, nodes, normal / 3.0);
-        for (int n = 0; n < 3; ++n) {
-            if (pull.node[n] == kNoIndex) continue;
-            springs.entries.push_back({pull.node[n], pull.force[n]});
-            spring.offset -= pull.force[n].dot(nodes[pull.node[n]]);
-        }
+/// A place of a contact's first or second body.
+struct Place {
+    std::size_t body;
+    std::span<const Index> vertices;
+    std::span<const double> weights;
+
+    [[nodiscard]] Vec3 motion(const SceneModel& model, const State& state, const StepContext& context) const {
+        Vec3 moved = Vec3::Zero();
+        if (!model.bodies[body].moves()) return moved;
+        for (std::size_t k = 0; k < vertices.size(); ++k)
+            moved += weights[k] * (state.bodies[body].surface[vertices[k]] - context.bodies[body].surface_t0[vertices[k]]);
+        return moved;
     }
-    spring.entry_count = static_cast<std::uint16_t>(springs.entries.size() - spring.first_entry);
-    if (spring.entry_count > 0) springs.springs.push_back(spring);
+};
+
+struct Push {
+    Vec3 direction; // unit, of the first body
+    double gap, stiffness, damping, limit;
+};
+
+/// Index of the spring among its owner's.
+Index push_place(const SceneModel& model, const Place& place, const Vec3& direction, const Push& push, const State& state,
+                 StepContext& context) {
+    if (!model.bodies[place.body].links) return kNoIndex;
+    if (!add_surface_spring(model, {place.body, place.vertices, place.weights, direction, push.gap, push.stiffness, push.damping, push.limit},
+                            state, context))
+        return kNoIndex;
+    return static_cast<Index>(context.bodies[owner_of(model, place.body)].springs.springs.size() - 1);
 }
 
-double usable_gap(const SceneModel& model, const Contact& contact) {
-    if (contact.origin != ContactOrigin::AssumedSpheres) return contact.gap;
-    return std::max(contact.gap, -model.contact.assumed_depth); // an untested pair must not throw the body away
+void push_both(const SceneModel& model, const Place& a, const Place& b, const Push& push, const State& state, StepContext& context) {
+    const Index on_a = push_place(model, a, push.direction, push, state, context);
+    const Index on_b = push_place(model, b, -push.direction, push, state, context);
+    context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
 }
 
-/// Contacts of one body, as seen from its side.
-void push_body(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
-    const BodyModel& own = model.bodies[body];
-    if (!own.tissue) return;
-    std::vector<Index>& deepest = context.bodies[body].deepest; // by sphere: index of its deepest contact
-    deepest.assign(own.covering.tree.sphere_count(), kNoIndex);
-    for (Index k = 0; k < context.coarse.size(); ++k) {
-        const Contact& contact = context.coarse[k];
-        for (const bool is_a : {true, false}) {
-            if ((is_a ? contact.body_a : contact.body_b) != body) continue;
-            const Index sphere = is_a ? contact.feature_a[0] : contact.feature_b[0];
-            Index& best = deepest[sphere];
-            if (best == kNoIndex || contact.gap < context.coarse[best].gap) best = k;
-        }
-    }
-    for (Index sphere = 0; sphere < deepest.size(); ++sphere) {
-        if (deepest[sphere] == kNoIndex) continue;
-        const Contact& contact = context.coarse[deepest[sphere]];
-        const Vec3 normal = contact.body_a == body ? contact.normal : Vec3(-contact.normal);
-        const Index triangle = nearest_triangle(own, sphere, state.bodies[body].surface, contact.point);
-        if (triangle != kNoIndex)
-            add_spring(model, body, triangle, normal, usable_gap(model, contact), state, context.bodies[body].springs);
-    }
+void push_touch(const SceneModel& model, const Contact& touch, const State& state, StepContext& context) {
+    const ContactSettings& contact = model.contact;
+    const std::size_t corners = touch.feature_a[1] == kNoIndex ? 1 : 2;
+    const Place a{touch.body_a, std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)};
+    const Place b{touch.body_b, touch.feature_b, touch.bary_b};
+    constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+    push_both(model, a, b, {touch.normal, touch.gap, contact.solid_stiffness, contact.solid_damping, kNoLimit}, state, context);
+    const double most = contact.solid_friction * contact.solid_stiffness * std::max(0.0, -touch.gap);
+    if (!(most > 0.0)) return;
+    Vec3 slip = (a.motion(model, state, context) - b.motion(model, state, context)) / model.step_s;
+    slip -= slip.dot(touch.normal) * touch.normal;
+    const double speed = slip.norm();
+    if (!(speed > 0.0)) return;
+    const double force = most * std::min(1.0, speed / kSlip);
+    push_both(model, a, b, {-slip / speed, -force / contact.solid_stiffness, contact.solid_stiffness, 0.0, force}, state, context);
+}
+
+/// N; what a spring pushes with, as its nodes stand.
+double force_of(const SceneModel& model, std::size_t body, Index index, const State& state, const StepContext& context) {
+    const std::size_t owner = owner_of(model, body);
+    const fem::ContactSprings& springs = context.bodies[owner].springs;
+    const fem::ContactSpring& spring = springs.springs[index];
+    double gap = spring.offset;
+    for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k)
+        gap += springs.entries[k].g.dot(state.bodies[owner].tissue.position[springs.entries[k].node]);
+    return std::min(std::max(0.0, -gap) * spring.stiffness, spring.limit);
 }
 
 } // namespace
@@ -87,26 +98,63 @@ bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexc
     return a.carrier != j && b.carrier != i;
 }
 
+void prepare_solids(const SceneModel& model, const State& state, StepContext& context) {
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!can_touch_any(model, i)) continue;
+        context.bodies[i].sphere_nodes = make_sphere_nodes(model, i);
+        if (!model.bodies[i].closed || model.contact.solid_response != SolidResponse::Surface) continue;
+        context.bodies[i].inside = InsideTest(model.bodies[i].surface);
+        context.bodies[i].inside.refit(state.bodies[i].surface);
+    }
+}
+
 void update_solid_trees(const SceneModel& model, const State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
-        if (body.hollow) continue;
         BodyScratch& scratch = context.bodies[i];
-        if (body.moves() || scratch.spheres.empty())
-            spheretree::update_covering_spheres(body.covering, body.moves() ? scratch.surface_t0 : state.bodies[i].surface,
-                                                state.bodies[i].surface, scratch.spheres);
+        if (!can_touch_any(model, i) || (!body.moves() && !scratch.spheres.empty())) continue;
+        const std::vector<Vec3>& now = state.bodies[i].surface;
+        const std::vector<Vec3>& before = body.moves() ? scratch.surface_t0 : now;
+        scratch.surface_ahead.resize(now.size());
+        for (std::size_t v = 0; v < now.size(); ++v) scratch.surface_ahead[v] = now[v] + (now[v] - before[v]);
+        spheretree::update_covering_spheres(body.covering, before, scratch.surface_ahead, scratch.spheres);
     }
 }
 
 void add_solid_pairs(const SceneModel& model, StepContext& context) {
-    for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        for (std::size_t j = i + 1; j < model.bodies.size(); ++j)
-            if (are_solid_pair(model, i, j))
-                context.descent.add_solid_pair(view_of(model, i, context), view_of(model, j, context));
+    SolidScratch& solids = context.solids;
+    solids.boxes.assign(model.bodies.size(), Box3{});
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (context.bodies[i].spheres.empty() || context.bodies[i].spheres.front().radius < 0.0) continue;
+        const spheretree::Sphere& root = context.bodies[i].spheres.front();
+        solids.boxes[i].add(root.centre);
+        solids.boxes[i].inflate(root.radius + model.contact.margin);
+    }
+    solids.sweep.find_pairs(solids.boxes, solids.near);
+    for (const auto& [i, j] : solids.near)
+        if (are_solid_pair(model, i, j)) context.descent.add_solid_pair(view_of(model, i, context), view_of(model, j, context));
 }
 
 void push_solids(const SceneModel& model, const State& state, StepContext& context) {
-    for (std::size_t body = 0; body < model.bodies.size(); ++body) push_body(model, body, state, context);
+    context.solids.springs.clear();
+    find_touches(model, state, context);
+    for (const Contact& touch : context.solids.touches) {
+        push_touch(model, touch, state, context);
+        context.report.solid_touches += touch.gap <= 0.0;
+        context.report.deepest_touch_m = std::max(context.report.deepest_touch_m, -touch.gap);
+    }
+    push_spheres(model, state, context);
+    context.report.held_pairs = context.solids.holds.size();
+}
+
+double find_residual(const SceneModel& model, const State& state, const StepContext& context) {
+    Vec3 sum = Vec3::Zero();
+    for (const SpringPair& pair : context.solids.springs) {
+        if (pair.spring_a == kNoIndex || pair.spring_b == kNoIndex) continue; // what stands still takes any force
+        sum += (force_of(model, pair.body_a, pair.spring_a, state, context) - force_of(model, pair.body_b, pair.spring_b, state, context)) *
+               pair.normal;
+    }
+    return sum.norm();
 }
 
 } // namespace seldinger::engine

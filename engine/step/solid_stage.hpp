@@ -8,15 +8,26 @@ namespace seldinger::engine {
 /// Can these two bodies touch? Both are solid, one moves, and neither carries the other: those are one body.
 [[nodiscard]] bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexcept;
 
-/// Sphere trees of solid bodies follow their surfaces over the step.
+/// What the response of solid bodies needs beside the model: the nodes beneath spheres, and depths of closed surfaces.
+void prepare_solids(const SceneModel& model, const State& state, StepContext& context);
+
+/// Sphere trees of solid bodies that something can touch follow their surfaces over the step, and as far again: a spring
+/// is needed before the surfaces meet, which may be within the next step.
 void update_solid_trees(const SceneModel& model, const State& state, StepContext& context);
 
-/// Adds every pair of solid bodies that can touch to the descent.
+/// Adds every pair of solid bodies that can touch, and whose boxes do, to the descent.
 void add_solid_pairs(const SceneModel& model, StepContext& context);
 
-/// Contacts of solid pairs in context.coarse become springs, the deepest per sphere. Assumed ones are capped in depth.
-/// source   seed 003, section 4: forces on the coarse vertices linked to the spheres. Deviates: springs are evaluated in
-///          every stage of the integration, and one sphere gives one spring instead of an average over its pairs.
+/// Contacts of solid pairs in context.coarse become springs on both bodies, equal and opposite, evaluated in every stage of
+/// the next step's integration. Beneath leaves the closest points of the surfaces push (find_touches); where a surface has
+/// no inside, and for pairs that the budget left open, the spheres do (push_spheres).
+/// Friction, where the scene has it, is a force against the slip of the last step, at most mu times the normal force.
+/// source   seed 003, section 4: forces on the coarse vertices linked to the spheres. Deviates: the depth is the surfaces', by
+///          which a body rests where its surface is, and not where its spheres bulge.
 void push_solids(const SceneModel& model, const State& state, StepContext& context);
+
+/// N; sum over the springs of the last response, as the bodies stand now, of the forces that both bodies receive. Each body was
+/// integrated against the other as it stood at the step's start: what is left is the price of that.
+[[nodiscard]] double find_residual(const SceneModel& model, const State& state, const StepContext& context);
 
 } // namespace seldinger::engine

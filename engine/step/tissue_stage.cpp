@@ -1,6 +1,7 @@
 #include "engine/step/tissue_stage.hpp"
 
 #include "base/trig.hpp"
+#include "engine/step/surface_spring.hpp"
 
 #include <fmt/format.h>
 
@@ -132,8 +133,7 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
             const Vec3 moved = evaluate_motion(body.path, state.time + model.step_s);
             for (std::size_t v = 0; v < surface.size(); ++v) surface[v] = body.surface.vertices[v] + moved;
         } else if (body.links) {
-            const std::size_t owner = body.carrier != SIZE_MAX ? body.carrier : i;
-            fem::steer(*body.links, state.bodies[owner].tissue.position, body.surface.vertices, context.bodies[i].frames,
+            fem::steer(*body.links, state.bodies[owner_of(model, i)].tissue.position, body.surface.vertices, context.bodies[i].frames,
                        surface);
         } else if (!body.pulse_reach.empty()) {
             std::copy(body.surface.vertices.begin(), body.surface.vertices.end(), surface.begin());

@@ -1,5 +1,6 @@
 #include "engine/viewer/read_command.hpp"
 
+#include "engine/io/shown.hpp"
 #include "engine/viewer/session.hpp"
 
 #include <fmt/format.h>
@@ -21,13 +22,6 @@ constexpr std::array<const char*, kEffectCount> kEffectNames = {"elasticity", "g
 /// m; nothing that can be pulled is larger.
 constexpr double kFurthestTarget = 10.0;
 
-std::string printable(std::string_view text) {
-    std::string out(text.substr(0, 40));
-    for (char& c : out)
-        if (c < ' ' || c > '~') c = '?';
-    return out;
-}
-
 /// One message's members, each asked for once; the first complaint is kept, and what was not asked for is one.
 class Members {
 public:
@@ -38,7 +32,7 @@ public:
         if (value == nullptr) return least;
         const double number = value->is_number() ? value->get<double>() : std::nan("");
         if (number >= least && number <= most) return number;
-        complain(fmt::format("\"{}\" is {}; a number from {:g} to {:g} would be right", key, shown(*value), least, most));
+        complain(fmt::format("\"{}\" is {}; a number from {:g} to {:g} would be right", key, text_of(*value), least, most));
         return least;
     }
     std::uint64_t whole(const char* key, std::uint64_t least, std::uint64_t most) {
@@ -46,19 +40,19 @@ public:
         if (value == nullptr) return least;
         if (value->is_number_unsigned())
             if (const auto number = value->get<std::uint64_t>(); number >= least && number <= most) return number;
-        complain(fmt::format("\"{}\" is {}; a whole number from {} to {} would be right", key, shown(*value), least, most));
+        complain(fmt::format("\"{}\" is {}; a whole number from {} to {} would be right", key, text_of(*value), least, most));
         return least;
     }
     bool flag(const char* key) {
         const Json* value = find(key);
         if (value == nullptr) return false;
-        if (!value->is_boolean()) complain(fmt::format("\"{}\" is {}; true or false would be right", key, shown(*value)));
+        if (!value->is_boolean()) complain(fmt::format("\"{}\" is {}; true or false would be right", key, text_of(*value)));
         return value->is_boolean() && value->get<bool>();
     }
     std::string word(const char* key) {
         const Json* value = find(key);
         if (value == nullptr) return {};
-        if (!value->is_string()) complain(fmt::format("\"{}\" is {}; a text would be right", key, shown(*value)));
+        if (!value->is_string()) complain(fmt::format("\"{}\" is {}; a text would be right", key, text_of(*value)));
         return value->is_string() ? value->get<std::string>() : std::string();
     }
     Vec3 point(const char* key) {
@@ -70,7 +64,7 @@ public:
             good = (*value)[axis].is_number() && std::abs((*value)[axis].get<double>()) <= kFurthestTarget;
             if (good) point[static_cast<int>(axis)] = (*value)[axis].get<double>();
         }
-        if (!good) complain(fmt::format("\"{}\" is {}; three numbers in metres would be right", key, shown(*value)));
+        if (!good) complain(fmt::format("\"{}\" is {}; three numbers in metres would be right", key, text_of(*value)));
         return point;
     }
     void complain(std::string what) {
@@ -79,7 +73,7 @@ public:
     /// The complaint, also about members that nobody asked for.
     [[nodiscard]] std::optional<Error> finish() {
         for (const auto& member : object_.items())
-            if (!asked_.contains(member.key())) complain(fmt::format("\"{}\" means nothing here", printable(member.key())));
+            if (!asked_.contains(member.key())) complain(fmt::format("\"{}\" means nothing here", shown(member.key())));
         return error_;
     }
 
@@ -91,7 +85,7 @@ private:
         complain(fmt::format("\"{}\" is missing", key));
         return nullptr;
     }
-    static std::string shown(const Json& value) { return printable(value.dump(-1, ' ', true, Json::error_handler_t::replace)); }
+    static std::string text_of(const Json& value) { return shown(value.dump(-1, ' ', true, Json::error_handler_t::replace)); }
 
     const Json& object_;
     std::set<std::string, std::less<>> asked_;
@@ -108,7 +102,7 @@ Request read_budget(Members& members) {
         set.limits.mode = BudgetMode::Work;
         set.limits.work_units = members.whole("units", kLeastWork, kMostWork);
     } else if (mode == "exact") set.limits.mode = BudgetMode::Exact;
-    else members.complain(fmt::format("\"mode\" is \"{}\"; wall, work or exact would be right", printable(mode)));
+    else members.complain(fmt::format("\"mode\" is \"{}\"; wall, work or exact would be right", shown(mode)));
     return Command{set};
 }
 
@@ -118,7 +112,7 @@ Request read_effect(Members& members) {
     set.on = members.flag("on");
     const auto found = std::find(kEffectNames.begin(), kEffectNames.end(), name);
     if (found == kEffectNames.end())
-        members.complain(fmt::format("\"name\" is \"{}\"; {} would be right", printable(name), fmt::join(kEffectNames, ", ")));
+        members.complain(fmt::format("\"name\" is \"{}\"; {} would be right", shown(name), fmt::join(kEffectNames, ", ")));
     else set.effect = static_cast<Effect>(found - kEffectNames.begin());
     return Command{set};
 }
@@ -171,7 +165,7 @@ Result<Request> read_request(std::string_view text, const CommandRange& range) {
     if (type == message.end() || !type->is_string()) return Error{ErrorCode::BadValue, "\"type\" is missing, or no text"};
     const auto reader = readers().find(type->get_ref<const std::string&>());
     if (reader == readers().end())
-        return Error{ErrorCode::BadValue, fmt::format("\"type\" is \"{}\", which is unknown", printable(type->get_ref<const std::string&>()))};
+        return Error{ErrorCode::BadValue, fmt::format("\"type\" is \"{}\", which is unknown", shown(type->get_ref<const std::string&>()))};
     Members members(message);
     Request request = reader->second(members, range);
     if (auto error = members.finish()) return *error;

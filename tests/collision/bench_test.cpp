@@ -56,8 +56,8 @@ TEST(Bench, SkinInALumen) {
     Scene scene;
     DopTree skin, lumen;
     double start = now_ms();
-    skin.build(scene.skin.topology, scene.skin.t0, {});
-    lumen.build(scene.lumen.topology, scene.lumen.t0, {});
+    skin.build(scene.skin.topology, scene.skin.t0, {.fine = true});
+    lumen.build(scene.lumen.topology, scene.lumen.t0, {.fine = true});
     std::printf("%zu + %zu triangles, built in %.1f ms\n", scene.skin.triangles.size(), scene.lumen.triangles.size(), now_ms() - start);
     InterruptibleSearch search;
     std::vector<Contact> contacts;

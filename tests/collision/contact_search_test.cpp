@@ -182,9 +182,9 @@ TEST(ContactSearch, TreeBuilderInstructionSetAndThreadsChangeNothing) {
         for (const std::size_t dop : {6, 14, 18, 26})
             for (const std::size_t arity : {2, 4, 8}) {
                 const TreeBuilder builder = std::array{TreeBuilder::Sah, TreeBuilder::Median, TreeBuilder::Middle}[turn % 3];
-                const std::size_t cluster = std::array<std::size_t, 4>{1, 5, 16, 32}[turn++ % 4];
+                const std::size_t cluster = std::array<std::size_t, 5>{1, 5, 16, 32, 64}[turn++ % 5];
                 SCOPED_TRACE(::testing::Message() << "dop " << dop << " arity " << arity << " cluster " << cluster);
-                options.tree = {dop, arity, cluster, builder};
+                options.tree = {dop, arity, cluster, builder, turn % 2 == 0};
                 const Found other = find(surfaces, options);
                 EXPECT_EQ(usual.keys(), other.keys());
                 expect_same_bits(usual, other);

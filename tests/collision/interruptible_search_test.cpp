@@ -123,9 +123,9 @@ std::multiset<Key> brute_force(const Surface& a, const Surface& b, const Options
 /// Combinations that change what is culled, never what is found.
 std::vector<TreeOptions> some_trees() {
     return {{},
-            {.fine = false},
-            {.dop = 18, .arity = 4, .cluster_size = 1, .builder = TreeBuilder::Middle},
-            {.dop = 26, .arity = 2, .fine = false}};
+            {.fine = true},
+            {.dop = 18, .arity = 4, .cluster_size = 1, .builder = TreeBuilder::Middle, .fine = true},
+            {.dop = 26, .arity = 2}};
 }
 
 TEST(InterruptibleSearch, FindsWhatEveryPairTestedByItselfFinds) {
@@ -356,7 +356,7 @@ TEST(InterruptibleSearch, AllocatesNothingAfterTheFirstStep) {
     Random random(37);
     Surface a = testing::make_triangle_soup(random, 300, 1.0, 0.2, 0.2);
     const Surface b = testing::make_triangle_soup(random, 300, 1.0, 0.2, 0.2);
-    DopTree tree_a = make_tree(a), tree_b = make_tree(b);
+    DopTree tree_a = make_tree(a, {.fine = true}), tree_b = make_tree(b, {.fine = true});
     InterruptibleSearch search;
     std::vector<Contact> contacts;
     contacts.reserve(4096);

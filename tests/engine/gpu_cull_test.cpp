@@ -1,4 +1,5 @@
 // Stage II on OpenGL against its twin on the CPU: the same bits in every view, the same contacts whoever culls.
+#include "assets/anatomy/random.hpp"
 #include "collision/chromatic_culler.hpp"
 #include "collision/cull_twin.hpp"
 #include "engine/gpu/describe_graphics.hpp"
@@ -15,26 +16,6 @@ using namespace collision;
 
 constexpr ContextKind kAllKinds[] = {ContextKind::EglDevice, ContextKind::EglSurfaceless, ContextKind::OsMesa};
 
-/// splitmix64, as in the collision tests.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
-    std::uint64_t bits() {
-        std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-        return z ^ (z >> 31);
-    }
-    double real(double from, double to) { return from + (to - from) * (static_cast<double>(bits() >> 11) * 0x1p-53); }
-    Vec3 vector(double reach) {
-        const double x = real(-reach, reach), y = real(-reach, reach), z = real(-reach, reach);
-        return {x, y, z};
-    }
-
-private:
-    std::uint64_t state_;
-};
-
 struct Cloth {
     std::vector<Vec3> t0, t1;
     SurfaceTopology topology;
@@ -43,14 +24,14 @@ struct Cloth {
 
 /// A sheet in four folds.
 Cloth make_cloth(Index columns, Index rows, std::uint64_t seed) {
-    Random random(seed);
+    anatomy::Random random(seed);
     Cloth cloth;
     const Index fold = columns / 4;
     for (Index y = 0; y <= rows; ++y)
         for (Index x = 0; x <= columns; ++x) {
             const double along = (x / fold) % 2 == 0 ? x % fold : fold - x % fold;
-            cloth.t0.push_back(Vec3(along, y, 0.5 * (x / fold)) + random.vector(0.1));
-            cloth.t1.push_back(cloth.t0.back() + random.vector(0.2));
+            cloth.t0.push_back(Vec3(along, y, 0.5 * (x / fold)) + 0.1 * random.cube());
+            cloth.t1.push_back(cloth.t0.back() + 0.2 * random.cube());
         }
     std::vector<Triangle> triangles;
     for (Index y = 0; y < rows; ++y)
@@ -131,15 +112,15 @@ TEST(GpuCull, EveryContextAnswersAsTheTwinDoesBitForBit) {
 TEST(GpuCull, MoreSetsThanLayersFitAreDrawnInTurns) {
     auto backend = GlCullBackend::make();
     if (!backend.ok()) GTEST_SKIP() << backend.error().message;
-    Random random(2); // loose triangles, each a set of its own: 300 sets
+    anatomy::Random random(2); // loose triangles, each a set of its own: 300 sets
     std::vector<SweptCorners> prisms;
     std::vector<Triangle> corners;
     ChromaticSets sets;
     sets.begin.push_back(0);
     for (Index t = 0; t < 300; ++t) {
         SweptCorners prism;
-        const Vec3 centre = random.vector(1.0);
-        for (Vec3& corner : prism) corner = centre + random.vector(0.1);
+        const Vec3 centre = random.cube();
+        for (Vec3& corner : prism) corner = centre + 0.1 * random.cube();
         prisms.push_back(prism);
         corners.push_back({3 * t, 3 * t + 1, 3 * t + 2});
         sets.set_of.push_back(t);

@@ -234,6 +234,81 @@ TEST(Descent, FarBodiesCostOneTest) {
     EXPECT_EQ(descent.stats().leaf_contacts, 0U);
 }
 
+/// 64 bodies in a heap: every pair stands in every other's way.
+TEST(Descent, AHeapOf64BodiesUnderABudgetOfOneTestAssumesEveryPairButTheOneTested) {
+    const SolidPairFixture f;
+    std::vector<std::vector<Sphere>> spheres(64, f.spheres_a);
+    for (std::size_t i = 0; i < spheres.size(); ++i)
+        for (Sphere& s : spheres[i]) s.centre += 0.03 * Vec3(double(i % 4), double(i / 4 % 4), double(i / 16));
+    Descent descent;
+    descent.begin(0.0);
+    const auto add_all = [&] {
+        for (std::size_t i = 0; i < spheres.size(); ++i)
+            for (std::size_t k = i + 1; k < spheres.size(); ++k)
+                descent.add_solid_pair({static_cast<BodyId>(i), &f.a.tree, spheres[i]}, {static_cast<BodyId>(k), &f.a.tree, spheres[k]});
+    };
+    add_all();
+    WorkBudget one(1);
+    EXPECT_FALSE(descent.run(one));
+    EXPECT_EQ(descent.stats().pairs_tested, 1u);
+    EXPECT_EQ(descent.stats().level_reached, 0);
+    std::vector<Contact> contacts;
+    descent.add_contacts(contacts);
+    std::set<std::pair<BodyId, BodyId>> reported;
+    for (const Contact& c : contacts) {
+        EXPECT_EQ(c.origin, ContactOrigin::AssumedSpheres);
+        EXPECT_TRUE(c.normal.allFinite());
+        reported.emplace(c.body_a, c.body_b);
+    }
+    EXPECT_EQ(reported.size(), 64u * 63u / 2u) << "the first pair's roots overlap: its children stand for it";
+    for (const std::uint64_t units : {64u * 63u / 2u, 20000u}) { // all roots tested: nobody is behind by more than a level
+        descent.begin(0.0);
+        add_all();
+        WorkBudget budget(units);
+        (void)descent.run(budget);
+        contacts.clear();
+        descent.add_contacts(contacts);
+        int least = 99, most = 0;
+        for (const Contact& c : contacts) {
+            const int level = f.a.tree.level[c.feature_a[0]] + f.a.tree.level[c.feature_b[0]];
+            least = std::min(least, level), most = std::max(most, level);
+        }
+        EXPECT_LE(most - least, 1) << units;
+    }
+}
+
+TEST(Descent, BodiesInsideOneAnotherCoincidentCentresAndZeroRadiiAreReportedWithFiniteNormals) {
+    const SolidPairFixture f;
+    std::vector<Sphere> small = f.spheres_a; // the same tree, a tenth as large, inside the other: same centre
+    for (Sphere& s : small) s = {f.spheres_a[0].centre + 0.1 * (s.centre - f.spheres_a[0].centre), 0.1 * s.radius};
+    std::vector<Sphere> points = f.spheres_a; // and shrunk to its centres
+    for (Sphere& s : points) s.radius = 0.0;
+    std::vector<Sphere> one(f.spheres_a.size(), Sphere{f.spheres_a[0].centre, 0.0}); // collapsed to one place
+    const auto run = [&](std::span<const Sphere> a, std::span<const Sphere> b, std::uint64_t units) {
+        Descent descent;
+        descent.begin(0.0);
+        descent.add_solid_pair({1, &f.a.tree, a}, {2, &f.a.tree, b});
+        WorkBudget budget(units);
+        descent.run(budget);
+        std::vector<Contact> contacts;
+        descent.add_contacts(contacts);
+        for (const Contact& c : contacts) {
+            EXPECT_TRUE(c.normal.allFinite());
+            EXPECT_NEAR(c.normal.norm(), 1.0, 1e-12);
+            EXPECT_TRUE(std::isfinite(c.gap));
+            EXPECT_TRUE(c.point.allFinite());
+        }
+        return contacts;
+    };
+    EXPECT_EQ(run(f.spheres_a, f.spheres_a, 0).size(), 1u) << "one on the other: centres coincide";
+    const std::size_t leaves = static_cast<std::size_t>(std::count(f.a.tree.child_count.begin(), f.a.tree.child_count.end(), 0));
+    EXPECT_GE(run(f.spheres_a, f.spheres_a, WorkBudget::kUnlimited).size(), leaves) << "every leaf meets itself";
+    EXPECT_EQ(run(f.spheres_a, small, 0).size(), 1u) << "inside: assumed until the leaves are seen to be apart";
+    EXPECT_EQ(run(f.spheres_a, small, WorkBudget::kUnlimited).size(), 0u) << "surfaces that do not meet, whatever is inside what";
+    EXPECT_EQ(run(points, points, WorkBudget::kUnlimited).size(), 0u) << "roots of no size at the same place meet, their children nowhere else";
+    EXPECT_EQ(run(one, one, WorkBudget::kUnlimited).size(), leaves * leaves) << "all at one place: every pair touches";
+}
+
 /// A catheter in a winding vessel: mostly inside, partly through the wall.
 struct CatheterFixture {
     static Vec3 axis(double t) { return {0.02 * std::sin(5 * t), 0.015 * std::cos(4 * t), 0.2 * t}; }

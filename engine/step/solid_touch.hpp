@@ -1,0 +1,22 @@
+// Where two closed surfaces meet beneath pairs of leaf spheres: the places that a penalty can push at its true depth.
+#pragma once
+
+#include "engine/step/context.hpp"
+
+namespace seldinger::engine {
+
+/// Both bodies are closed and the scene's response is "surface": depths beneath their leaves are those of the surfaces.
+[[nodiscard]] bool meet_by_surface(const SceneModel& model, std::size_t a, std::size_t b) noexcept;
+
+/// A pair of spheres with nothing left to refine, tested, or assumed and overlapping.
+[[nodiscard]] bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept;
+
+/// Fills context.solids.touches from the leaf pairs of context.coarse: vertices of either body against the other's surface,
+/// and the middles of what lies inside of edges that pierce it where no corner does. Contact::feature_a is a vertex or the
+/// two of an edge, feature_b a triangle, the gap the signed distance of the place at the end of the step. Places outside are
+/// listed as far as they may come in the next step: the margin and what they moved in this one.
+/// Inside is decided by winding numbers of the whole surface: a leaf alone does not know. Each place counts once, however
+/// many leaf pairs see it. No allocation once the lists have their size.
+void find_touches(const SceneModel& model, const State& state, StepContext& context);
+
+} // namespace seldinger::engine

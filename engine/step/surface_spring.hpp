@@ -1,0 +1,30 @@
+// A force on a place of a surface that organs carry: a spring on the coarse nodes that its vertices hang on.
+#pragma once
+
+#include "engine/step/context.hpp"
+
+#include <limits>
+#include <span>
+
+namespace seldinger::engine {
+
+/// The body whose coarse mesh carries this one: itself, or its carrier.
+[[nodiscard]] std::size_t owner_of(const SceneModel& model, std::size_t body) noexcept;
+
+/// What pushes a place of a surface along `direction` (unit) while its gap is negative.
+struct SurfacePush {
+    std::size_t body = 0;            // with links
+    std::span<const Index> vertices; // the place, as a mean of vertices
+    std::span<const double> weights; // [vertices], sum 1
+    Vec3 direction = Vec3::UnitX();
+    double gap = 0.0;       // m, now; closes and opens as the nodes carry the place along `direction`
+    double stiffness = 0.0; // N/m
+    double damping = 0.0;   // N s/m, on approach
+    double limit = std::numeric_limits<double>::infinity(); // N
+};
+
+/// Adds a spring to the owner's; the nodes get the force through the transpose of the links' derivative, so that
+/// momentum is kept. False if no vertex hangs on a node: nothing was added.
+bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const State& state, StepContext& context);
+
+} // namespace seldinger::engine

@@ -1,0 +1,197 @@
+// Contact between solid bodies: where they rest, what a tight budget does to them, what one receives and the other gives.
+#include "engine/step/solid_stage.hpp"
+#include "step_fixture.hpp"
+
+#include <algorithm>
+
+namespace seldinger::engine {
+namespace {
+
+struct Body {
+    std::string name, surface;
+    std::string more = {}; // of a deformable body
+    bool moves = true;
+};
+
+std::string scene_of(const std::vector<Body>& bodies, const std::string& budget, const std::string& gravity, const std::string& contact = "") {
+    std::string list;
+    for (const Body& body : bodies) {
+        list += fmt::format(R"({}"{}": {{"kind": "{}", "surface": {})", list.empty() ? "" : ", ", body.name, body.moves ? "deformable" : "static", body.surface);
+        if (body.moves)
+            list += R"(, "material": {"young_modulus": 30, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.005, "mass_damping": 2},
+                "coarse": {"mesher": "lattice", "surface_triangles": 150})" + body.more;
+        list += "}";
+    }
+    return fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.005, "duration": 10}}, "budget": "{}",
+        "gravity": {}, "bodies": {{{}}}, "contact": {{{}}}, "effects": ["elasticity", "gravity", "damping", "coarse_contact", "friction"]}})",
+                       budget, gravity, list, contact);
+}
+
+const Body kTable{"table", R"({"shape": "box", "centre": [0, 0, -5], "extent": [120, 120, 10], "cells": 24})", "", false};
+const Body kBall{"ball", R"({"shape": "sphere", "centre": [0, 0, 38], "radius": 30, "subdivisions": 3})"};
+constexpr const char* kDown = "[0, 0, -9810]";
+
+Vec3 middle(const std::vector<Vec3>& points) {
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& p : points) sum += p;
+    return sum / static_cast<double>(points.size());
+}
+
+double lowest(const std::vector<Vec3>& points) {
+    double z = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : points) z = std::min(z, p.z());
+    return z;
+}
+
+/// Kinetic, elastic and potential energy of body 0, J.
+double total_energy(const Simulator& simulator) {
+    const fem::TissueModel& tissue = *simulator.model().bodies[0].tissue;
+    double potential = 0.0;
+    for (std::size_t n = 0; n < tissue.inv_mass.size(); ++n)
+        if (tissue.inv_mass[n] > 0.0) potential += 9.81 * simulator.state().bodies[0].tissue.position[n].z() / tissue.inv_mass[n];
+    return potential + simulator.context().report.kinetic_j + simulator.context().report.elastic_j;
+}
+
+TEST(SolidContact, ABallRestsWhereItsSurfaceTouchesTheTable) {
+    const PreparedScene prepared = test::prepare(scene_of({kBall, kTable}, "exact", kDown, "\"solid_friction\": 0.3"));
+    ASSERT_EQ(prepared.model.bodies.size(), 2u);
+    Simulator simulator(prepared.model);
+    double largest = -1.0, deepest = 0.0;
+    for (int k = 0; k < 500; ++k) {
+        const StepReport& report = simulator.step();
+        ASSERT_TRUE(report.finite) << report.failure;
+        if (largest < 0.0) largest = total_energy(simulator);
+        EXPECT_LE(total_energy(simulator), 1.002 * largest) << report.step;
+        deepest = std::max(deepest, report.deepest_touch_m);
+    }
+    const std::vector<Vec3>& surface = simulator.state().bodies[0].surface;
+    EXPECT_LT(std::abs(lowest(surface)), 1e-3);
+    EXPECT_LT(deepest, 4e-3);
+    EXPECT_LT(std::hypot(middle(surface).x(), middle(surface).y()), 15e-3) << "it may roll from facet to facet";
+    EXPECT_LT(simulator.context().report.kinetic_j, 2e-5) << "slower than 20 mm/s";
+    EXPECT_GT(simulator.context().report.solid_touches, 5u);
+    std::size_t pressed = 0;
+    for (const Contact& contact : simulator.contacts())
+        if (contact.origin == ContactOrigin::Proximity) {
+            ++pressed;
+            EXPECT_GT(std::abs(contact.normal.z()), 0.9);
+            EXPECT_LT(std::abs(contact.point.z()), 2e-3);
+        }
+    EXPECT_EQ(pressed, simulator.context().report.solid_touches) << "the record has every place";
+}
+
+TEST(SolidContact, UnderAnyBudgetABallNeitherFallsThroughNorIsThrownNorDriftsAway) {
+    for (const char* budget : {"work:0", "work:1", "work:9", "work:60", "work:300", "work:1500"}) {
+        const PreparedScene prepared = test::prepare(scene_of({kBall, kTable}, budget, kDown, "\"solid_friction\": 0.3"));
+        Simulator simulator(prepared.model);
+        double largest = -1.0;
+        for (int k = 0; k < 400; ++k) {
+            ASSERT_TRUE(simulator.step().finite) << budget;
+            if (largest < 0.0) largest = total_energy(simulator);
+            ASSERT_LE(total_energy(simulator), 1.002 * largest) << budget << ", step " << k;
+        }
+        const Vec3 at = middle(simulator.state().bodies[0].surface);
+        EXPECT_GT(lowest(simulator.state().bodies[0].surface), -2e-3) << budget;
+        EXPECT_LT(at.z(), 0.0381) << budget;
+        EXPECT_LT(std::hypot(at.x(), at.y()), 3e-3) << budget;
+    }
+}
+
+TEST(SolidContact, ABudgetThatAlternatesEveryStepPumpsNoEnergy) {
+    const PreparedScene prepared = test::prepare(scene_of({kBall, kTable}, "exact", kDown, "\"solid_friction\": 0.3"));
+    Simulator simulator(prepared.model);
+    double largest = -1.0;
+    constexpr std::uint64_t kWorks[] = {0, 1000000, 20, 1000000, 400, 3, 1000000};
+    for (int k = 0; k < 500; ++k) {
+        simulator.set_budget({BudgetMode::Work, 0.0, kWorks[static_cast<std::size_t>(k) % std::size(kWorks)]});
+        ASSERT_TRUE(simulator.step().finite);
+        if (largest < 0.0) largest = total_energy(simulator);
+        ASSERT_LE(total_energy(simulator), 1.002 * largest) << "step " << k;
+    }
+    const Vec3 at = middle(simulator.state().bodies[0].surface);
+    EXPECT_GT(lowest(simulator.state().bodies[0].surface), -2e-3);
+}
+
+TEST(SolidContact, WhatOneBodyReceivesTheOtherGives) {
+    const Body left{"left", R"({"shape": "sphere", "centre": [-21, 0, 0], "radius": 20, "subdivisions": 3})"};
+    const Body right{"right", R"({"shape": "sphere", "centre": [21, 3, 0], "radius": 20, "subdivisions": 3})"};
+    for (const char* budget : {"exact", "work:40"}) {
+        std::string text = scene_of({left, right}, budget, kDown);
+        text.replace(text.find("\"gravity\", \"damping\", "), 22, ""); // nothing else acts
+        const PreparedScene prepared = test::prepare(text);
+        ASSERT_EQ(prepared.model.bodies.size(), 2u);
+        Simulator simulator(prepared.model);
+        const auto momentum = [&] {
+            Vec3 sum = Vec3::Zero();
+            for (std::size_t i = 0; i < 2; ++i) sum += fem::find_momentum(*prepared.model.bodies[i].tissue, simulator.state().bodies[i].tissue).linear;
+            return sum;
+        };
+        State& state = const_cast<State&>(simulator.state());
+        for (Vec3& v : state.bodies[0].tissue.velocity) v = Vec3(0.3, 0, 0);
+        for (Vec3& v : state.bodies[1].tissue.velocity) v = Vec3(-0.3, 0, 0);
+        const Vec3 before = momentum();
+        const double scale = fem::find_momentum(*prepared.model.bodies[0].tissue, state.bodies[0].tissue).linear.norm();
+        double residual = 0.0;
+        for (int k = 0; k < 80; ++k) {
+            ASSERT_TRUE(simulator.step().finite);
+            residual = std::max(residual, simulator.context().report.residual_n);
+        }
+        const double left_now = fem::find_momentum(*prepared.model.bodies[0].tissue, state.bodies[0].tissue).linear.x();
+        EXPECT_LT(left_now, 0.2 * scale) << "they have met";
+        EXPECT_LT((momentum() - before).norm(), (budget == std::string("exact") ? 0.01 : 0.1) * scale) << budget;
+        EXPECT_GT(residual, 0.0) << "each was integrated against the other as it stood: that is reported";
+    }
+}
+
+TEST(SolidContact, BeamsThatCrossEdgeOnEdgeHoldOneAnotherThoughNoVertexIsInside) {
+    const Body upper{"upper", R"({"shape": "box", "centre": [0, 0, 16], "extent": [80, 10, 10], "cells": 1})"};
+    const Body lower{"lower", R"({"shape": "box", "centre": [0, 0, 5], "extent": [10, 80, 10], "cells": 1})", "", false};
+    const PreparedScene prepared = test::prepare(scene_of({upper, lower}, "exact", kDown));
+    ASSERT_EQ(prepared.model.bodies.size(), 2u);
+    Simulator simulator(prepared.model);
+    for (int k = 0; k < 200; ++k) ASSERT_TRUE(simulator.step().finite);
+    const Vec3 at = middle(simulator.state().bodies[0].surface);
+    EXPECT_GT(at.z(), 0.005);
+}
+
+TEST(SolidContact, FrictionHoldsOnASlopeThatWithoutItIsSlippery) {
+    const Body block{"block", R"({"shape": "box", "centre": [0, 0, 10.1], "extent": [30, 30, 20], "cells": 4})"};
+    double slid[3] = {};
+    const char* contact[] = {"\"solid_friction\": 0", "\"solid_friction\": 0.1", "\"solid_friction\": 0.6"};
+    for (int k = 0; k < 3; ++k) {
+        const PreparedScene prepared = test::prepare(scene_of({block, kTable}, "exact", "[3000, 0, -9200]", contact[k]));
+        ASSERT_EQ(prepared.model.bodies.size(), 2u);
+        Simulator simulator(prepared.model);
+        for (int step = 0; step < 60; ++step) ASSERT_TRUE(simulator.step().finite);
+        slid[k] = middle(simulator.state().bodies[0].surface).x();
+    }
+    EXPECT_GT(slid[0], 0.09) << "frictionless: half of 3 m/s^2 times (0.3 s)^2 is 135 mm, mass damping takes its share";
+    EXPECT_LT(slid[1], 0.85 * slid[0]);
+    EXPECT_LT(slid[2], 0.006) << "tan of the slope is 0.33: it creeps at most";
+}
+
+TEST(SolidContact, ThePapersSpherePenaltyIsThereAndFloatsOnItsSpheres) {
+    const PreparedScene prepared = test::prepare(scene_of({kBall, kTable}, "exact", kDown, "\"solid_response\": \"spheres\", \"solid_damping\": 0.2"));
+    ASSERT_EQ(prepared.model.bodies.size(), 2u);
+    Simulator simulator(prepared.model);
+    for (int k = 0; k < 300; ++k) ASSERT_TRUE(simulator.step().finite);
+    const double height = lowest(simulator.state().bodies[0].surface);
+    EXPECT_GT(height, 0.5e-3);
+    EXPECT_LT(height, 15e-3);
+    EXPECT_GT(simulator.context().report.held_pairs, 0u);
+    EXPECT_EQ(simulator.context().report.solid_touches, 0u);
+}
+
+TEST(SolidContact, TheOrderOfTheDescentIsTheScenes) {
+    for (const char* order : {"breadth", "deepest", "depth", "depth-capped"}) {
+        const PreparedScene prepared = test::prepare(scene_of({kBall, kTable}, "work:500", kDown, fmt::format("\"descent_order\": \"{}\"", order)));
+        ASSERT_EQ(prepared.model.bodies.size(), 2u);
+        EXPECT_EQ(spheretree::order_name(prepared.model.contact.descent_order), order);
+        Simulator simulator(prepared.model);
+        EXPECT_EQ(test::run_steps(simulator, 40).steps, 40u) << order;
+        EXPECT_TRUE(test::all_finite(simulator.state())) << order;
+    }
+}
+
+} // namespace
+} // namespace seldinger::engine
