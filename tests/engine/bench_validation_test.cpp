@@ -38,6 +38,24 @@ TEST(BenchValidation, BeamsOfOtherProgramsAreMatchedWithinTheirBounds) {
     }
 }
 
+TEST(BenchFem, QuickHasABarBesideItsTargetsAndTheCostOverMeshSize) {
+    const auto all = benches();
+    const auto bench = std::find_if(all.begin(), all.end(), [](const Bench& b) { return b.name == "fem"; });
+    ASSERT_NE(bench, all.end());
+    for (const unsigned threads : {1u, 2u}) {
+        BenchOptions options;
+        options.quick = true;
+        options.threads = threads;
+        const auto table = bench->run(options);
+        ASSERT_TRUE(table.ok());
+        const auto scaling = std::count_if(table->rows.begin(), table->rows.end(), [](const BenchRow& row) { return row["name"] == "scaling"; });
+        EXPECT_EQ(scaling, 3 * 2 * static_cast<long>(threads)); // sizes, laws, thread counts
+        ASSERT_EQ(table->sketches.size(), 1u);
+        const std::string page = bench_page(*bench, *table);
+        EXPECT_TRUE(page.find("<svg") != std::string::npos || page.find("No plots") != std::string::npos);
+    }
+}
+
 TEST(BenchValidation, AReferenceThatIsMissingIsNamed) {
     const auto tips = compare_beam(reference_beams()[0], "no/such/folder", true);
     ASSERT_FALSE(tips.ok());
