@@ -36,13 +36,13 @@ std::vector<std::vector<std::string>> rows_of(const std::string& csv) {
 
 TEST_F(Cost, WritesATableWithARowPerBudgetAndAPage) {
     const fs::path scene = write("ball.json", kBall);
-    const Ended ended = call({"cost", scene, "--budgets", "work:0,work:50, 1ms,250us,exact", "-n", "30", "--out", out()});
+    const Ended ended = call({"cost", scene, "--budgets", "work:0,work:400, 1ms,250us,exact", "-n", "30", "--out", out()});
     ASSERT_TRUE(ended_with(ended, 0));
     const auto rows = rows_of(text_of(out() / "cost.csv"));
     ASSERT_EQ(rows.size(), 6u);
     EXPECT_EQ(rows[0].front(), "budget");
     EXPECT_EQ(rows[0].size(), 13u);
-    const char* names[] = {"work:0", "work:50", "1ms", "250us", "exact"};
+    const char* names[] = {"work:0", "work:400", "1ms", "250us", "exact"};
     for (std::size_t k = 0; k < 5; ++k) {
         ASSERT_EQ(rows[k + 1].size(), 13u);
         EXPECT_EQ(rows[k + 1][0], names[k]) << "as it was written";
@@ -52,7 +52,7 @@ TEST_F(Cost, WritesATableWithARowPerBudgetAndAPage) {
     for (std::size_t column = 7; column < 13; ++column) EXPECT_EQ(rows[5][column], "0") << "exact: " << rows[0][column];
     EXPECT_TRUE(fs::exists(out() / "report.html"));
     EXPECT_TRUE(Json::parse(text_of(out() / "cost.json"), nullptr, false).is_object());
-    EXPECT_TRUE(ended.says("work:50")) << ended;
+    EXPECT_TRUE(ended.says("work:400")) << ended;
 }
 
 TEST_F(Cost, HasBudgetsOfItsOwnAndTakesScenesWithInstruments) {
