@@ -4,7 +4,10 @@
 #include "spheretree/medial_axis.hpp"
 #include "spheretree/wrapped_nodes.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace seldinger::spheretree {
@@ -77,46 +80,46 @@ private:
             for (const Vec3& p : points.points()) candidates_.push_back({p, 0.0, 0.0});
         if (options_.depth > 2) choose_first(points);
         for (unsigned k = static_cast<unsigned>(levels_.size()) + 1; k <= options_.depth; ++k) {
-            enter(points, k);
-            levels_.push_back(cover(points, k, kStarts[0]));
+            enter(points, levels_, k);
+            levels_.push_back(cover(points, levels_, k, kStarts[0]));
             if (k < options_.depth) widen(levels_.back().balls);
         }
         refine();
     }
 
     /// What the balls of level k - 1 hold becomes what those of level k may hold.
-    void enter(LevelPoints& points, unsigned k) const {
-        if (k > 1) points.enter(levels_[k - 2].balls, k == 2 ? std::span<const Index>{} : std::span<const Index>(levels_[k - 2].parent));
+    static void enter(LevelPoints& points, std::span<const LevelBalls> levels, unsigned k) {
+        if (k > 1) points.enter(levels[k - 2].balls, k == 2 ? std::span<const Index>{} : std::span<const Index>(levels[k - 2].parent));
     }
 
-    [[nodiscard]] LevelBalls cover(const LevelPoints& points, unsigned k, std::size_t samples) const {
+    /// Level k beneath `levels`.
+    [[nodiscard]] LevelBalls cover(const LevelPoints& points, std::span<const LevelBalls> levels, unsigned k, std::size_t samples) const {
         const LevelAim aim = k == options_.depth ? LevelAim::LeastVolume : LevelAim::LeastOverhang;
         const std::vector<Index> root(k == 1 ? points.size() : 0, 0);
-        const std::size_t parents = k == 1 ? 1 : levels_[k - 2].balls.size();
-        return cover_level({points, candidates_, parents, options_.branching, aim, samples}, k == 1 ? root : levels_[k - 2].owner, body_);
+        const std::size_t parents = k == 1 ? 1 : levels[k - 2].balls.size();
+        return cover_level({points, candidates_, parents, options_.branching, aim, samples}, k == 1 ? root : levels[k - 2].owner, body_);
     }
 
-    /// The first two levels from several starts: a good first level is one that can be refined.
+    /// The first two levels from several starts, side by side: a good first level is one that can be refined.
     void choose_first(LevelPoints& points) {
-        std::vector<LevelBalls> best;
-        double least = std::numeric_limits<double>::infinity();
-        for (const std::size_t samples : kStarts) {
-            levels_.clear();
-            levels_.push_back(cover(points, 1, samples));
-            const double first = largest_overhang(levels_[0].balls);
-            widen(levels_[0].balls);
-            enter(points, 2);
-            levels_.push_back(cover(points, 2, kStarts[0]));
-            const double second = largest_overhang(levels_[1].balls);
-            widen(levels_[1].balls);
-                if (const double cost = std::max(first, kSecondWeight * second); cost < least) {
-                least = cost;
-                best = levels_;
-            }
-            points.leave();
-        }
-        levels_ = std::move(best);
-        enter(points, 2);
+        struct Start {
+            std::vector<LevelBalls> levels;
+            double cost = 0.0;
+        };
+        std::array<Start, std::size(kStarts)> starts;
+        tbb::parallel_for(std::size_t{0}, starts.size(), [&](std::size_t i) {
+            auto& [levels, cost] = starts[i];
+            LevelPoints own = points;
+            levels.push_back(cover(own, levels, 1, kStarts[i]));
+            const double first = largest_overhang(levels[0].balls);
+            widen(levels[0].balls);
+            enter(own, levels, 2);
+            levels.push_back(cover(own, levels, 2, kStarts[0]));
+            cost = std::max(first, kSecondWeight * largest_overhang(levels[1].balls));
+            widen(levels[1].balls);
+        });
+        levels_ = std::move(std::min_element(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.cost < b.cost; })->levels);
+        enter(points, levels_, 2);
     }
 
     /// The leaves again, on points that lie dense where leaves meet.

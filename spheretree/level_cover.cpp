@@ -2,6 +2,8 @@
 
 #include "spheretree/ball_cover.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -87,17 +89,19 @@ std::uint64_t checksum(std::span<const Index> ids) {
     return sum | 1U;
 }
 
-/// Fits the balls whose points are not those they were fitted to. False: there are none.
+/// Fits the balls whose points are not those they were fitted to, side by side: none looks at another. False: there are none.
 bool fit_changed(const LevelTask& task, const Shares& shares, const BodyDepth& body, LevelBalls& level) {
-    bool any = false;
-    for (std::size_t i = 0; i < level.balls.size(); ++i) {
-        const std::uint64_t sum = checksum(shares.of(i));
-        if (sum == level.fitted[i]) continue;
-        level.fitted[i] = sum;
+    std::vector<std::size_t> changed;
+    for (std::size_t i = 0; i < level.balls.size(); ++i)
+        if (const std::uint64_t sum = checksum(shares.of(i)); sum != level.fitted[i]) {
+            level.fitted[i] = sum;
+            changed.push_back(i);
+        }
+    tbb::parallel_for(std::size_t{0}, changed.size(), [&](std::size_t k) {
+        const std::size_t i = changed[k];
         level.balls[i] = fit_ball(level.balls[i], task.points.points(), shares.of(i), body, kFitSteps);
-        any = true;
-    }
-    return any;
+    });
+    return !changed.empty();
 }
 
 double area_of(const LevelTask& task, std::span<const Index> ids) {

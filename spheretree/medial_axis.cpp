@@ -3,6 +3,7 @@
 #include "spheretree/point_tree.hpp"
 
 #include <Eigen/Geometry>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -182,10 +183,16 @@ MedialBalls find_medial_balls(const TriMesh& wall, const InsideTest& inside, con
     const BallFinder finder(wall, inside);
     const std::vector<double> local = find_local_radius(wall, finder, options.min_radius);
     const double spacing = affordable_spacing(wall, local, options);
-    for (const Spot& spot : thin_out(propose_spots(wall, local, spacing), local, spacing)) {
-        WallSample sample{spot.point, -finder.normal(spot.triangle), local[spot.triangle], 0.0, 0.0};
-        const Sphere ball = finder.shrink(sample.point, sample.inward, 1.5 * sample.local_radius);
-        if (finder.is_free(ball, options.min_radius)) {
+    const std::vector<Spot> spots = thin_out(propose_spots(wall, local, spacing), local, spacing);
+    std::vector<Sphere> shrunk(spots.size()); // radius 0: not free
+    tbb::parallel_for(std::size_t{0}, spots.size(), [&](std::size_t i) {
+        const Sphere ball = finder.shrink(spots[i].point, -finder.normal(spots[i].triangle), 1.5 * local[spots[i].triangle]);
+        shrunk[i] = finder.is_free(ball, options.min_radius) ? ball : Sphere{};
+    });
+    for (std::size_t i = 0; i < spots.size(); ++i) {
+        WallSample sample{spots[i].point, -finder.normal(spots[i].triangle), local[spots[i].triangle], 0.0, 0.0};
+        const Sphere ball = shrunk[i];
+        if (ball.radius > 0.0) {
             sample.radius = ball.radius;
             sample.deficit = std::max(0.0, (sample.point - ball.centre).norm() - ball.radius);
             found.balls.push_back(ball);

@@ -49,6 +49,7 @@ BenchRow judge(const std::string& name, const SolidBody& body, bool solid) {
     for (const auto& level : quality.levels) uncovered = std::max(uncovered, level.uncovered);
     row["uncovered_percent"] = 100.0 * uncovered;
     row["reachable_percent"] = 100.0 * quality.levels.back().reachable;
+    row["build_s"] = body.build_s;
     row["build_cpu_s"] = body.build_cpu_s;
     return row;
 }

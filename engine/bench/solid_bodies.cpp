@@ -36,11 +36,12 @@ TriMesh dented_ball(bool quick) {
 } // namespace
 
 Result<SolidBody> make_solid_body(std::string name, TriMesh mesh, spheretree::Builder builder) {
-    const std::int64_t start = thread_cpu_ns();
+    const std::int64_t start = monotonic_ns(), start_cpu = process_cpu_ns();
     Result<spheretree::WrappedTree> tree = spheretree::build_wrapped_tree(mesh, {builder, kBranching, kDepth});
     if (!tree) return tree.error();
-    const double seconds = 1e-9 * static_cast<double>(thread_cpu_ns() - start);
-    return SolidBody{std::move(name), std::move(mesh), std::move(tree->tree), std::string(spheretree::builder_name(builder)), seconds};
+    const double seconds = 1e-9 * static_cast<double>(monotonic_ns() - start);
+    const double cpu = 1e-9 * static_cast<double>(process_cpu_ns() - start_cpu);
+    return SolidBody{std::move(name), std::move(mesh), std::move(tree->tree), std::string(spheretree::builder_name(builder)), seconds, cpu};
 }
 
 PlacedBody place(const SolidBody& body, const Pose& pose) {

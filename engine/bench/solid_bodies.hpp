@@ -13,7 +13,7 @@ struct SolidBody {
     TriMesh mesh;                    // m
     spheretree::SphereTree tree;
     std::string builder;
-    double build_cpu_s = 0.0;
+    double build_s = 0.0, build_cpu_s = 0.0; // s, by the clock and of all threads
 };
 
 /// A rigid placement: turned about y through its own middle, then moved.

@@ -11,6 +11,9 @@ namespace seldinger::engine {
 /// Nanoseconds that this thread has run: what the operating system gave to others does not count.
 [[nodiscard]] std::int64_t thread_cpu_ns() noexcept;
 
+/// The same of all threads of the process.
+[[nodiscard]] std::int64_t process_cpu_ns() noexcept;
+
 /// Sleeps until monotonic_ns() is at least this; a moment that has passed does not wait.
 void wait_until_ns(std::int64_t moment) noexcept;
 
