@@ -25,8 +25,8 @@ struct Box3 {
     }
     [[nodiscard]] bool empty() const noexcept { return !(lo[0] <= hi[0] && lo[1] <= hi[1] && lo[2] <= hi[2]); }
     [[nodiscard]] bool overlaps(const Box3& other) const noexcept {
-        return lo[0] <= other.hi[0] && other.lo[0] <= hi[0] && lo[1] <= other.hi[1] && other.lo[1] <= hi[1] &&
-               lo[2] <= other.hi[2] && other.lo[2] <= hi[2];
+        return lo[0] <= other.hi[0] && other.lo[0] <= hi[0] && lo[1] <= other.hi[1] && other.lo[1] <= hi[1] && lo[2] <= other.hi[2] &&
+               other.lo[2] <= hi[2];
     }
     [[nodiscard]] bool contains(const Vec3& p) const noexcept {
         return lo[0] <= p[0] && p[0] <= hi[0] && lo[1] <= p[1] && p[1] <= hi[1] && lo[2] <= p[2] && p[2] <= hi[2];

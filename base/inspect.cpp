@@ -116,8 +116,8 @@ SurfaceReport inspect_surface(const TriMesh& mesh) {
     SurfaceReport report;
     report.vertices = mesh.vertices.size();
     report.triangles = mesh.triangles.size();
-    report.non_finite_vertices = static_cast<std::size_t>(
-        std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [](const Vec3& v) { return !is_finite(v); }));
+    report.non_finite_vertices =
+        static_cast<std::size_t>(std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [](const Vec3& v) { return !is_finite(v); }));
     const SoundTriangles sound = keep_sound(mesh, report);
     report.duplicate_triangles = find_duplicates(sound.triangles).size();
     count_edges(sound, report);
@@ -153,8 +153,8 @@ TetMeshReport inspect_tets(const TetMesh& mesh) {
     TetMeshReport report;
     report.nodes = mesh.vertices.size();
     report.tets = mesh.tets.size();
-    report.non_finite_nodes = static_cast<std::size_t>(
-        std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [](const Vec3& v) { return !is_finite(v); }));
+    report.non_finite_nodes =
+        static_cast<std::size_t>(std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [](const Vec3& v) { return !is_finite(v); }));
     std::vector<Tet> sound;
     std::vector<Index> sound_id;
     for (std::size_t i = 0; i < mesh.tets.size(); ++i) {

@@ -12,7 +12,7 @@ namespace seldinger {
 namespace {
 
 constexpr std::array<std::string_view, kRepairCount> kNames{
-    "weld",   "drop_degenerate",   "drop_duplicates", "drop_non_manifold",     "fill_holes",
+    "weld",   "drop_degenerate",   "drop_duplicates", "drop_non_manifold",      "fill_holes",
     "orient", "drop_inner_shells", "keep_largest",    "drop_self_intersections"};
 
 /// Share of the longest box edge within which vertices are the same when no tolerance is given: what single-precision files
@@ -68,14 +68,22 @@ Result<RepairStep> apply_repair(TriMesh& mesh, Repair repair, const RepairOption
             const double tolerance = options.weld_tolerance;
             return repairs::weld(work, tolerance > 0.0 ? tolerance : kDefaultWeld * work.bounds().longest_edge());
         }
-        case Repair::DropDegenerate: return repairs::drop_degenerate(work);
-        case Repair::DropDuplicates: return repairs::drop_duplicates(work);
-        case Repair::DropNonManifold: return repairs::drop_non_manifold(work);
-        case Repair::FillHoles: return repairs::fill_holes(work);
-        case Repair::Orient: return repairs::orient(work);
-        case Repair::DropInnerShells: return repairs::drop_inner_shells(work);
-        case Repair::KeepLargest: return repairs::keep_largest(work);
-        case Repair::DropSelfIntersections: return repairs::drop_self_intersections(work);
+        case Repair::DropDegenerate:
+            return repairs::drop_degenerate(work);
+        case Repair::DropDuplicates:
+            return repairs::drop_duplicates(work);
+        case Repair::DropNonManifold:
+            return repairs::drop_non_manifold(work);
+        case Repair::FillHoles:
+            return repairs::fill_holes(work);
+        case Repair::Orient:
+            return repairs::orient(work);
+        case Repair::DropInnerShells:
+            return repairs::drop_inner_shells(work);
+        case Repair::KeepLargest:
+            return repairs::keep_largest(work);
+        case Repair::DropSelfIntersections:
+            return repairs::drop_self_intersections(work);
         }
         return Error{ErrorCode::BadValue, "no such repair"};
     }();

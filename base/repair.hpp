@@ -55,8 +55,7 @@ struct RepairReport {
 };
 
 /// In the order given. On an Error the mesh is left as it was.
-[[nodiscard]] Result<RepairReport> apply_repairs(TriMesh& mesh, std::span<const Repair> repairs,
-                                                 const RepairOptions& options = {});
+[[nodiscard]] Result<RepairReport> apply_repairs(TriMesh& mesh, std::span<const Repair> repairs, const RepairOptions& options = {});
 
 [[nodiscard]] Result<RepairStep> apply_repair(TriMesh& mesh, Repair repair, const RepairOptions& options = {});
 

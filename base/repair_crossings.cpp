@@ -8,8 +8,8 @@
 namespace seldinger::repairs {
 namespace {
 
-constexpr int kMaxRounds = 40;   // every third one widens the margin by a ring of triangles
-constexpr double kCrumb = 1e-3;  // shells with less than this share of the largest one's area, left over by a cut, go
+constexpr int kMaxRounds = 40;  // every third one widens the margin by a ring of triangles
+constexpr double kCrumb = 1e-3; // shells with less than this share of the largest one's area, left over by a cut, go
 
 /// Takes in every triangle that shares a vertex with one already in.
 void grow(const TriMesh& mesh, std::vector<bool>& chosen) {

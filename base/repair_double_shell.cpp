@@ -12,11 +12,11 @@
 namespace seldinger::repairs {
 namespace {
 
-constexpr int kDirections = 24;          // and their opposites
-constexpr double kGrazing = 0.1;         // cosine to the normal below which a line says little
-constexpr double kOpenShare = 0.4;       // of lines that get away; the valley between the two skins
-constexpr double kThinSheet = 0.03;      // mean thickness (2 volume / area) of a sheet, in longest box edges
-constexpr double kLeastHidden = 0.25;    // an inner skin has about half the area; folds of a solid body far less
+constexpr int kDirections = 24;       // and their opposites
+constexpr double kGrazing = 0.1;      // cosine to the normal below which a line says little
+constexpr double kOpenShare = 0.4;    // of lines that get away; the valley between the two skins
+constexpr double kThinSheet = 0.03;   // mean thickness (2 volume / area) of a sheet, in longest box edges
+constexpr double kLeastHidden = 0.25; // an inner skin has about half the area; folds of a solid body far less
 
 /// Evenly spread over the half sphere (a Fibonacci lattice).
 Vec3 direction(int i) noexcept {

@@ -10,8 +10,8 @@
 namespace seldinger::repairs {
 namespace {
 
-constexpr std::size_t kMaxOptimalLoop = 320;  // cost grows with the cube: about 6 million triangles to weigh
-constexpr double kShapeWeight = 0.01;         // of squared edge lengths beside area: among equal areas the rounder triangles
+constexpr std::size_t kMaxOptimalLoop = 320; // cost grows with the cube: about 6 million triangles to weigh
+constexpr double kShapeWeight = 0.01;        // of squared edge lengths beside area: among equal areas the rounder triangles
 
 using Loop = std::vector<Index>; // vertices in the direction in which new triangles run
 using Edge = std::array<Index, 2>;
@@ -32,9 +32,8 @@ std::vector<HoleEdge> find_hole_edges(const TriMesh& mesh) {
         const std::size_t k = uses[0].corner, next = (k + 1) % 3;
         edges.push_back({t[next], fans[uses[0].triangle][next], t[k], fans[uses[0].triangle][k]});
     });
-    std::sort(edges.begin(), edges.end(), [](const HoleEdge& a, const HoleEdge& b) {
-        return a.from != b.from ? a.from < b.from : a.from_fan < b.from_fan;
-    });
+    std::sort(edges.begin(), edges.end(),
+              [](const HoleEdge& a, const HoleEdge& b) { return a.from != b.from ? a.from < b.from : a.from_fan < b.from_fan; });
     return edges;
 }
 
@@ -87,8 +86,10 @@ public:
     LoopFiller(TriMesh& mesh, const Loop& loop, std::set<Edge>& edges) : mesh_(mesh), loop_(loop), edges_(edges), n_(loop.size()) {}
 
     void fill() {
-        if (n_ <= kMaxOptimalLoop && find_least_area()) add_span(0, n_ - 1);
-        else add_fan();
+        if (n_ <= kMaxOptimalLoop && find_least_area())
+            add_span(0, n_ - 1);
+        else
+            add_fan();
     }
 
 private:

@@ -129,8 +129,8 @@ Result<std::size_t> orient_consistently(TriMesh& mesh) {
                 }
             }
         }
-        const auto turned = static_cast<std::size_t>(
-            std::count_if(shell.begin(), shell.end(), [&turn](Index t) { return turn[t] == Turn::Flip; }));
+        const auto turned =
+            static_cast<std::size_t>(std::count_if(shell.begin(), shell.end(), [&turn](Index t) { return turn[t] == Turn::Flip; }));
         const Turn minority = 2 * turned > shell.size() ? Turn::Keep : Turn::Flip; // the majority stays as it was
         for (const Index t : shell)
             if (turn[t] == minority) flip(mesh.triangles[t]), ++flipped;

@@ -13,10 +13,10 @@
 namespace seldinger {
 namespace {
 
-constexpr double kMaxTurnCosine = 0.2;    // a triangle's normal may turn by acos of it, 78 degrees, in one collapse
-constexpr double kPoorQuality = 0.1;      // 1 equilateral, 0 flat: below it no triangle may get worse
-constexpr double kShapeWeight = 1e-5;     // cost of an edge's squared length per area: flat regions collapse evenly
-constexpr double kMidpointPull = 1e-3;    // share of the quadric's trace: keeps the optimum near where the quadric is flat
+constexpr double kMaxTurnCosine = 0.2; // a triangle's normal may turn by acos of it, 78 degrees, in one collapse
+constexpr double kPoorQuality = 0.1;   // 1 equilateral, 0 flat: below it no triangle may get worse
+constexpr double kShapeWeight = 1e-5;  // cost of an edge's squared length per area: flat regions collapse evenly
+constexpr double kMidpointPull = 1e-3; // share of the quadric's trace: keeps the optimum near where the quadric is flat
 
 /// Sum of area-weighted squared distances to planes: x^T a x + 2 b^T x + c, and the area gathered.
 struct Quadric {
@@ -70,9 +70,7 @@ private:
     [[nodiscard]] bool keeps_topology(Index lo, Index hi) const;
     [[nodiscard]] bool keeps_shape(Index moved, Index other, const Vec3& target) const;
     [[nodiscard]] std::vector<Index> neighbours(Index v) const;
-    [[nodiscard]] bool has(Index t, Index v) const {
-        return triangles_[t][0] == v || triangles_[t][1] == v || triangles_[t][2] == v;
-    }
+    [[nodiscard]] bool has(Index t, Index v) const { return triangles_[t][0] == v || triangles_[t][1] == v || triangles_[t][2] == v; }
 
     Vec3 origin_;
     double scale_;
@@ -89,9 +87,8 @@ private:
 };
 
 Simplifier::Simplifier(const TriMesh& mesh, const SimplifyOptions& options)
-    : position_(mesh.vertices), quadric_(mesh.vertices.size()), version_(mesh.vertices.size(), 0),
-      on_border_(mesh.vertices.size(), false), triangles_(mesh.triangles), alive_(mesh.triangles.size(), true),
-      around_(mesh.vertices.size()), living_(mesh.triangles.size()) {
+    : position_(mesh.vertices), quadric_(mesh.vertices.size()), version_(mesh.vertices.size(), 0), on_border_(mesh.vertices.size(), false),
+      triangles_(mesh.triangles), alive_(mesh.triangles.size(), true), around_(mesh.vertices.size()), living_(mesh.triangles.size()) {
     const Box3 box = mesh.bounds();
     origin_ = box.centre();
     scale_ = box.longest_edge();
@@ -168,9 +165,12 @@ bool Simplifier::keeps_topology(Index lo, Index hi) const {
     const auto a = neighbours(lo), b = neighbours(hi);
     std::size_t shared = 0;
     for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();)
-        if (*i < *j) ++i;
-        else if (*j < *i) ++j;
-        else ++shared, ++i, ++j;
+        if (*i < *j)
+            ++i;
+        else if (*j < *i)
+            ++j;
+        else
+            ++shared, ++i, ++j;
     return shared == sides;
 }
 

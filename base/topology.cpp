@@ -64,8 +64,7 @@ std::vector<std::array<Index, 3>> triangle_neighbours(std::span<const Triangle> 
     return neighbours;
 }
 
-std::vector<std::array<Index, 3>> corner_fans(std::span<const Triangle> triangles, std::size_t vertex_count,
-                                              bool across_manifold_only) {
+std::vector<std::array<Index, 3>> corner_fans(std::span<const Triangle> triangles, std::size_t vertex_count, bool across_manifold_only) {
     Groups corners(3 * triangles.size()); // corner k of triangle t is 3 t + k
     const auto uses = sorted_edge_uses(triangles);
     for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
@@ -169,9 +168,8 @@ TriMesh boundary_surface(const TetMesh& mesh) {
         }
     std::vector<Index> by_face(uses.size());
     std::iota(by_face.begin(), by_face.end(), Index{0});
-    std::sort(by_face.begin(), by_face.end(), [&](Index a, Index b) {
-        return uses[a].sorted != uses[b].sorted ? uses[a].sorted < uses[b].sorted : a < b;
-    });
+    std::sort(by_face.begin(), by_face.end(),
+              [&](Index a, Index b) { return uses[a].sorted != uses[b].sorted ? uses[a].sorted < uses[b].sorted : a < b; });
     std::vector<Index> once;
     for (std::size_t i = 0; i < by_face.size();) {
         std::size_t end = i + 1;

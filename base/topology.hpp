@@ -20,9 +20,9 @@ struct SurfaceReport {
     std::size_t non_finite_vertices = 0;
     std::size_t nonmanifold_vertices = 0; // triangles around it form more than one fan (edges counted above set aside)
     std::size_t unreferenced_vertices = 0;
-    std::size_t components = 0;           // of triangles, joined by shared vertices
-    double signed_volume = 0.0;           // m^3, sum over triangles; a volume for closed surfaces only
-    std::vector<Index> bad_triangles;     // up to 8 ids: degenerate, non-manifold, inconsistent, border ones, in this order
+    std::size_t components = 0;       // of triangles, joined by shared vertices
+    double signed_volume = 0.0;       // m^3, sum over triangles; a volume for closed surfaces only
+    std::vector<Index> bad_triangles; // up to 8 ids: degenerate, non-manifold, inconsistent, border ones, in this order
 
     [[nodiscard]] bool closed() const noexcept { return triangles > 0 && boundary_edges == 0; }
     [[nodiscard]] bool manifold() const noexcept {
@@ -40,16 +40,16 @@ struct SurfaceReport {
 
 struct TetMeshReport {
     std::size_t nodes = 0, tets = 0;
-    std::size_t inverted_tets = 0;     // negative volume
-    std::size_t flat_tets = 0;         // volume exactly 0, or a repeated index
+    std::size_t inverted_tets = 0; // negative volume
+    std::size_t flat_tets = 0;     // volume exactly 0, or a repeated index
     std::size_t out_of_range_tets = 0;
-    std::size_t duplicate_tets = 0;    // same four nodes as an earlier one
-    std::size_t overused_faces = 0;    // shared by three or more tets
+    std::size_t duplicate_tets = 0; // same four nodes as an earlier one
+    std::size_t overused_faces = 0; // shared by three or more tets
     std::size_t unreferenced_nodes = 0;
     std::size_t non_finite_nodes = 0;
-    std::size_t components = 0;        // of tets, joined by shared nodes
-    double volume = 0.0;               // m^3, signed sum
-    std::vector<Index> bad_tets;       // up to 8 ids: out of range, inverted, flat, duplicate ones
+    std::size_t components = 0;  // of tets, joined by shared nodes
+    double volume = 0.0;         // m^3, signed sum
+    std::vector<Index> bad_tets; // up to 8 ids: out of range, inverted, flat, duplicate ones
 
     [[nodiscard]] bool valid() const noexcept {
         return tets > 0 && inverted_tets + flat_tets + out_of_range_tets + duplicate_tets + overused_faces + non_finite_nodes == 0;
@@ -67,10 +67,10 @@ struct TetMeshReport {
 
 /// One triangle's use of one edge.
 struct EdgeUse {
-    Index lo, hi;         // vertex ids
+    Index lo, hi; // vertex ids
     Index triangle;
-    std::uint8_t corner;  // the edge runs from this corner to the next
-    bool forward;         // from lo to hi
+    std::uint8_t corner; // the edge runs from this corner to the next
+    bool forward;        // from lo to hi
 };
 
 /// All 3 uses of every triangle, sorted by (lo, hi, triangle, corner): uses of one edge are neighbours.
@@ -81,8 +81,7 @@ template <class Visit>
 void for_each_edge(std::span<const EdgeUse> sorted_uses, Visit&& visit) {
     for (std::size_t begin = 0; begin < sorted_uses.size();) {
         std::size_t end = begin + 1;
-        while (end < sorted_uses.size() && sorted_uses[end].lo == sorted_uses[begin].lo &&
-               sorted_uses[end].hi == sorted_uses[begin].hi)
+        while (end < sorted_uses.size() && sorted_uses[end].lo == sorted_uses[begin].lo && sorted_uses[end].hi == sorted_uses[begin].hi)
             ++end;
         visit(sorted_uses.subspan(begin, end - begin));
         begin = end;

@@ -72,9 +72,8 @@ Index TriangleTree::build_node(std::span<Index> slots, std::span<const Vec3> cen
     int axis = 0;
     box.extent().maxCoeff(&axis);
     const std::size_t half = slots.size() / 2;
-    std::nth_element(slots.begin(), slots.begin() + static_cast<std::ptrdiff_t>(half), slots.end(), [&](Index a, Index b) {
-        return centres[a][axis] != centres[b][axis] ? centres[a][axis] < centres[b][axis] : a < b;
-    });
+    std::nth_element(slots.begin(), slots.begin() + static_cast<std::ptrdiff_t>(half), slots.end(),
+                     [&](Index a, Index b) { return centres[a][axis] != centres[b][axis] ? centres[a][axis] < centres[b][axis] : a < b; });
     build_node(slots.first(half), centres, first);
     const Index right = build_node(slots.subspan(half), centres, first + static_cast<Index>(half));
     nodes_[id].first = right;

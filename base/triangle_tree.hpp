@@ -13,10 +13,10 @@
 namespace seldinger {
 
 struct SurfacePoint {
-    Index triangle = kNoIndex;                  // id in the mesh that the tree was built over
-    Vec3 point = Vec3::Zero();                  // m
-    std::array<double, 3> bary{1.0, 0.0, 0.0};  // weights of the triangle's corners
-    double distance = 0.0;                      // m, not negative
+    Index triangle = kNoIndex;                 // id in the mesh that the tree was built over
+    Vec3 point = Vec3::Zero();                 // m
+    std::array<double, 3> bary{1.0, 0.0, 0.0}; // weights of the triangle's corners
+    double distance = 0.0;                     // m, not negative
 };
 
 class TriangleTree {
@@ -32,8 +32,8 @@ public:
 
     /// Nearest point of the surface within max_distance; of equally near triangles the one with the lowest id.
     /// Empty where nothing is that near, the tree is empty, or p is not finite.
-    [[nodiscard]] std::optional<SurfacePoint>
-    closest(const Vec3& p, double max_distance = std::numeric_limits<double>::infinity()) const noexcept;
+    [[nodiscard]] std::optional<SurfacePoint> closest(const Vec3& p,
+                                                      double max_distance = std::numeric_limits<double>::infinity()) const noexcept;
 
     /// Calls visit(triangle id) for every triangle whose own box overlaps the given one, in a fixed order.
     template <class Visit>
@@ -59,7 +59,7 @@ private:
         Index first = 0; // leaf: first slot; inner: right child (the left one follows its parent)
         Index count = 0; // leaf: slots; inner: 0
     };
-    static constexpr Index kLeafSize = 4;    // triangles per leaf: a box test costs about a quarter of a triangle test
+    static constexpr Index kLeafSize = 4;        // triangles per leaf: a box test costs about a quarter of a triangle test
     static constexpr std::size_t kMaxDepth = 64; // median splits halve: 2^32 triangles need 32 levels
 
     /// visit(+1 or -1 as above) for each triangle on the ray; stops once it returns false.

@@ -62,10 +62,14 @@ SinCos sin_cos(double x) noexcept {
     r.tail = (partial - r.head) - third;
     const double s = sine(r), c = cosine(r);
     switch (quarter_turns & 3) {
-    case 0: return {s, c};
-    case 1: return {c, -s};
-    case 2: return {-s, -c};
-    default: return {-c, s};
+    case 0:
+        return {s, c};
+    case 1:
+        return {c, -s};
+    case 2:
+        return {-s, -c};
+    default:
+        return {-c, s};
     }
 }
 

@@ -37,9 +37,7 @@ private:
     /// Limbs without the heap: a cubic's coefficients over coordinates of one order of magnitude need 4, their remainders 23.
     static constexpr std::size_t kInside = 8;
 
-    [[nodiscard]] std::span<const std::uint64_t> limbs() const noexcept {
-        return {far_.empty() ? near_.data() : far_.data(), count_};
-    }
+    [[nodiscard]] std::span<const std::uint64_t> limbs() const noexcept { return {far_.empty() ? near_.data() : far_.data(), count_}; }
     std::uint64_t* make_limbs(std::size_t count);
     void trim() noexcept;
     static BigInteger sum(const BigInteger& a, const BigInteger& b, bool negate_b);

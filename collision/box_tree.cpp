@@ -42,9 +42,8 @@ void BoxTree::split(Index node, std::span<Index> order, std::span<const Vec3> ce
     // whole clusters to the left, so that only one in the tree is not full
     const std::size_t clusters = (order.size() + kClusterSize - 1) / kClusterSize;
     const std::size_t middle = clusters / 2 * kClusterSize;
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(middle), order.end(), [&](Index a, Index b) {
-        return centres[a][axis] != centres[b][axis] ? centres[a][axis] < centres[b][axis] : a < b;
-    });
+    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(middle), order.end(),
+                     [&](Index a, Index b) { return centres[a][axis] != centres[b][axis] ? centres[a][axis] < centres[b][axis] : a < b; });
     const Index left = static_cast<Index>(nodes_.size());
     nodes_[node].left = left;
     nodes_.resize(nodes_.size() + 2);

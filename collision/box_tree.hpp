@@ -73,11 +73,11 @@ private:
     std::vector<Index> parents_; // [node_count]
     std::vector<Cluster> clusters_;
     std::vector<Index> triangle_ids_, edge_ids_, vertex_ids_, touched_ids_;
-    std::vector<Index> vertex_cluster_begin_, vertex_clusters_; // clusters that hold a vertex, by vertex
-    std::vector<SweptBox> moving_; // [vertex_count]
+    std::vector<Index> vertex_cluster_begin_, vertex_clusters_;        // clusters that hold a vertex, by vertex
+    std::vector<SweptBox> moving_;                                     // [vertex_count]
     std::vector<SweptBox> triangle_boxes_, edge_boxes_, vertex_boxes_; // beside the ids
-    std::vector<std::uint8_t> boxes_made_; // [cluster_count]
-    std::vector<std::uint8_t> dirty_;      // [node_count] scratch of refit_moved
+    std::vector<std::uint8_t> boxes_made_;                             // [cluster_count]
+    std::vector<std::uint8_t> dirty_;                                  // [node_count] scratch of refit_moved
 };
 
 } // namespace seldinger::collision

@@ -25,7 +25,9 @@ bool is_bounded(const Vec3& p) noexcept { // false for NaN
     return std::abs(p[0]) <= kLargestCoordinate && std::abs(p[1]) <= kLargestCoordinate && std::abs(p[2]) <= kLargestCoordinate;
 }
 
-SweptCorners corners_of(const SurfaceMotion& m, const Triangle& t) noexcept { return {m.t0[t[0]], m.t0[t[1]], m.t0[t[2]], m.t1[t[0]], m.t1[t[1]], m.t1[t[2]]}; }
+SweptCorners corners_of(const SurfaceMotion& m, const Triangle& t) noexcept {
+    return {m.t0[t[0]], m.t0[t[1]], m.t0[t[2]], m.t1[t[0]], m.t1[t[1]], m.t1[t[2]]};
+}
 
 } // namespace
 
@@ -75,7 +77,8 @@ ChromaticCuller::ChromaticCuller(const SurfaceTopology& a, const SurfaceTopology
     sides_.emplace_back(b);
 }
 
-void ChromaticCuller::find_near(const SurfaceMotion& a, BoxTree& tree_a, const SurfaceMotion& b, BoxTree& tree_b, double distance, double tolerance) {
+void ChromaticCuller::find_near(const SurfaceMotion& a, BoxTree& tree_a, const SurfaceMotion& b, BoxTree& tree_b, double distance,
+                                double tolerance) {
     counts_ = {};
     pairs_.clear();
     adjacent_.clear();
@@ -156,7 +159,8 @@ bool ChromaticCuller::speaks_for_edges(Index edge_a, Index edge_b, const Triangl
     return true;
 }
 
-void ChromaticCuller::add_vertex_face(const Side& vertices, const Side& faces, Index triangle, Index face, std::vector<FeaturePair>& out) const {
+void ChromaticCuller::add_vertex_face(const Side& vertices, const Side& faces, Index triangle, Index face,
+                                      std::vector<FeaturePair>& out) const {
     const SweptBox box = faces.face_box(face);
     const float distance = round_up(distance_);
     const Triangle& t = vertices.topology->triangles[triangle];
@@ -199,7 +203,8 @@ void ChromaticCuller::for_each_orphan(const TrianglePair& pair, Visit&& visit) c
     for (const auto& [triangle, face] : {pair, TrianglePair{pair.b, pair.a}})
         for (int k = 0; k < 3; ++k) {
             const Index vertex = triangles[triangle][k];
-            if (is_repeated(triangles[triangle], k) || holds(triangles[face], vertex) || side.stars.of(vertex).front() != triangle) continue;
+            if (is_repeated(triangles[triangle], k) || holds(triangles[face], vertex) || side.stars.of(vertex).front() != triangle)
+                continue;
             if (all_adjacent(side.stars.of(vertex), face)) visit(false, FeaturePair{vertex, face});
         }
     const auto &firsts = side.topology->triangle_edges[pair.a], &seconds = side.topology->triangle_edges[pair.b];
@@ -231,7 +236,8 @@ void ChromaticCuller::gather_orphans() {
         std::sort(others.begin(), others.end());
         others.erase(std::unique(others.begin(), others.end()), others.end());
         for (const Index b : others)
-            for_each_orphan({a, b}, [this](bool edges, FeaturePair pair) { (edges ? orphan_edge_edge_ : orphan_vertex_face_).push_back(pair); });
+            for_each_orphan({a, b},
+                            [this](bool edges, FeaturePair pair) { (edges ? orphan_edge_edge_ : orphan_vertex_face_).push_back(pair); });
     }
 }
 

@@ -51,7 +51,7 @@ public:
     /// Stages III and IV.
     void find_candidates(CulledCandidates& out);
 
-    [[nodiscard]] const CullCounts& counts() const noexcept { return counts_; } // of the step at hand
+    [[nodiscard]] const CullCounts& counts() const noexcept { return counts_; }           // of the step at hand
     [[nodiscard]] std::span<const TrianglePair> pairs() const noexcept { return pairs_; } // triangle ids, b's own ones
     [[nodiscard]] Index set_count() const noexcept { return self() ? sets_.count() : 2; }
     [[nodiscard]] const ChromaticSets& sets() const noexcept { return sets_; } // of one surface

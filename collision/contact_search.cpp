@@ -31,8 +31,8 @@ void ContactSearch::parallel(std::size_t count, const Work& work) const {
     arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, work); });
 }
 
-void ContactSearch::build(std::span<const SurfaceTopology* const> surfaces,
-                          std::span<const std::span<const Vec3>> positions, const SearchOptions& options) {
+void ContactSearch::build(std::span<const SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
+                          const SearchOptions& options) {
     assert(surfaces.size() == positions.size());
     options_ = options;
     trees_.assign(surfaces.size(), DopTree());
@@ -41,16 +41,14 @@ void ContactSearch::build(std::span<const SurfaceTopology* const> surfaces,
     jobs_.clear();
     for (BodyId a = 0; a < surfaces.size(); ++a)
         for (BodyId b = a; b < surfaces.size(); ++b)
-            if (a == b ? options.within : options.between)
-                jobs_.push_back({.a = a, .b = b, .pair = {}, .cluster_pairs = {}, .chunks = {}});
+            if (a == b ? options.within : options.between) jobs_.push_back({.a = a, .b = b, .pair = {}, .cluster_pairs = {}, .chunks = {}});
 }
 
 void ContactSearch::set_motions(std::span<const SurfaceMotion> motions) {
     assert(motions.size() == trees_.size());
     motions_.assign(motions.begin(), motions.end());
     for (Job& job : jobs_)
-        job.pair =
-            SurfacePair({job.a, &trees_[job.a], motions_[job.a]}, {job.b, &trees_[job.b], motions_[job.b]}, options_);
+        job.pair = SurfacePair({job.a, &trees_[job.a], motions_[job.a]}, {job.b, &trees_[job.b], motions_[job.b]}, options_);
 }
 
 void ContactSearch::refit(std::span<const SurfaceMotion> motions) {
@@ -62,12 +60,10 @@ void ContactSearch::refit(std::span<const SurfaceMotion> motions) {
         DopTree& tree = trees_[i];
         if (tree.empty()) continue;
         const std::size_t vertices = tree.topology().vertex_count(), clusters = tree.clusters().size();
-        parallel(pieces_of(vertices, kRefitPiece), [&](std::size_t p) {
-            tree.refit_vertices(motions_[i], static_cast<Index>(p * kRefitPiece), piece_end(p, vertices));
-        });
-        parallel(pieces_of(clusters, kRefitPiece), [&](std::size_t p) {
-            tree.refit_clusters(static_cast<Index>(p * kRefitPiece), piece_end(p, clusters));
-        });
+        parallel(pieces_of(vertices, kRefitPiece),
+                 [&](std::size_t p) { tree.refit_vertices(motions_[i], static_cast<Index>(p * kRefitPiece), piece_end(p, vertices)); });
+        parallel(pieces_of(clusters, kRefitPiece),
+                 [&](std::size_t p) { tree.refit_clusters(static_cast<Index>(p * kRefitPiece), piece_end(p, clusters)); });
         tree.refit_nodes();
     }
 }
@@ -98,8 +94,7 @@ void ContactSearch::refit_blocks(const Job& job) {
             for (const Index cluster : list) trees_[body].refit_fine_vertices(cluster, motions_[body]);
         constexpr std::size_t kPiece = 256;
         parallel(pieces_of(list.size(), kPiece), [&](std::size_t p) {
-            for (std::size_t i = p * kPiece; i < std::min((p + 1) * kPiece, list.size()); ++i)
-                trees_[body].refit_blocks(list[i]);
+            for (std::size_t i = p * kPiece; i < std::min((p + 1) * kPiece, list.size()); ++i) trees_[body].refit_blocks(list[i]);
         });
         if (job.a == job.b) break;
     }
@@ -118,8 +113,7 @@ void ContactSearch::find_candidates() {
         use_chunks(job, pieces_of(job.cluster_pairs.size(), kChunk));
         parallel(job.chunk_count, [&](std::size_t i) {
             const std::size_t end = std::min((i + 1) * kChunk, job.cluster_pairs.size());
-            for (std::size_t k = i * kChunk; k < end; ++k)
-                job.pair.collect(job.cluster_pairs[k], job.chunks[i].candidates);
+            for (std::size_t k = i * kChunk; k < end; ++k) job.pair.collect(job.cluster_pairs[k], job.chunks[i].candidates);
         });
         for (std::size_t i = 0; i < job.chunk_count; ++i) {
             const CandidateLists& found = job.chunks[i].candidates;
@@ -135,8 +129,8 @@ void ContactSearch::start_given(std::span<const SurfaceMotion> motions) {
     for (Job& job : jobs_) use_chunks(job, 0);
 }
 
-void ContactSearch::give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face,
-                                    std::span<const FeaturePair> face_vertex, std::span<const FeaturePair> edge_edge) {
+void ContactSearch::give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
+                                    std::span<const FeaturePair> edge_edge) {
     for (Job& job : jobs_) {
         if (job.a != a || job.b != b) continue;
         use_chunks(job, pieces_of(std::max({vertex_face.size(), face_vertex.size(), edge_edge.size()}), kGivenChunk));
@@ -150,8 +144,7 @@ void ContactSearch::give_candidates(BodyId a, BodyId b, std::span<const FeatureP
         deal(face_vertex, &CandidateLists::face_vertex);
         deal(edge_edge, &CandidateLists::edge_edge);
         if (a != b) continue;
-        for (std::size_t i = 0; i < job.chunk_count;
-             ++i) // within one surface the edge of smaller vertex ids comes first
+        for (std::size_t i = 0; i < job.chunk_count; ++i) // within one surface the edge of smaller vertex ids comes first
             for (FeaturePair& pair : job.chunks[i].candidates.edge_edge)
                 if (pair.b < pair.a) std::swap(pair.a, pair.b);
     }

@@ -33,8 +33,8 @@ public:
     /// (a <= b); decide() takes all pairs of surfaces that were given since the last start_given().
     void start_given(std::span<const SurfaceMotion> motions);
     /// face_vertex   vertices of b, faces of a
-    void give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face,
-                         std::span<const FeaturePair> face_vertex, std::span<const FeaturePair> edge_edge);
+    void give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
+                         std::span<const FeaturePair> edge_edge);
     /// contacts   replaced: sorted by kind (edge-edge first), bodies, ids
     void decide(std::vector<SearchContact>& contacts);
 

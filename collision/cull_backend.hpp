@@ -36,12 +36,12 @@ inline constexpr double kPixelsPerFootprint = 64.0;
 
 /// One view of one problem. Borrows everything.
 struct CullJob {
-    int width = 0, height = 0;                  // pixels
-    std::span<const Footprint> footprints;      // [prism_count]
-    std::span<const Triangle> corners;          // [prism_count] vertex ids: prisms that share one are neighbours
-    std::span<const Index> set_begin;           // [set_count + 1] into set_members
-    std::span<const Index> set_members;         // prisms that are drawn, set by set
-    std::span<const CullQuestion> questions;    // by set, each once
+    int width = 0, height = 0;                   // pixels
+    std::span<const Footprint> footprints;       // [prism_count]
+    std::span<const Triangle> corners;           // [prism_count] vertex ids: prisms that share one are neighbours
+    std::span<const Index> set_begin;            // [set_count + 1] into set_members
+    std::span<const Index> set_members;          // prisms that are drawn, set by set
+    std::span<const CullQuestion> questions;     // by set, each once
     std::span<const std::size_t> question_begin; // [set_count + 1] into questions
     CullMemory memory = CullMemory::Intervals;
 

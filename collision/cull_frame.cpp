@@ -24,13 +24,17 @@ struct PicturePoint {
 };
 
 PicturePoint project(const CullFrame& f, const Vec3& p) noexcept {
-    return {(f.view.right.dot(p) - f.left) * f.pixels_x, (f.view.up.dot(p) - f.bottom) * f.pixels_y, (f.view.forward.dot(p) - f.nearest) * f.depth_scale};
+    return {(f.view.right.dot(p) - f.left) * f.pixels_x, (f.view.up.dot(p) - f.bottom) * f.pixels_y,
+            (f.view.forward.dot(p) - f.nearest) * f.depth_scale};
 }
 
-double slack(double a, double b, double c, int w, int h) noexcept { return kEvaluationError * (std::abs(a) + std::abs(b) * w + std::abs(c) * h); }
+double slack(double a, double b, double c, int w, int h) noexcept {
+    return kEvaluationError * (std::abs(a) + std::abs(b) * w + std::abs(c) * h);
+}
 
 /// Writes the half-plane with this outward normal that holds the whole prism; sound for any normal, tight for those of the hull.
-void write_edge(float (&edge)[3], double a, double b, const std::array<PicturePoint, 6>& points, const Footprint& p, double grow_x, double grow_y) noexcept {
+void write_edge(float (&edge)[3], double a, double b, const std::array<PicturePoint, 6>& points, const Footprint& p, double grow_x,
+                double grow_y) noexcept {
     const double length = std::abs(a) + std::abs(b);
     if (!(length > 0.0)) return;
     a /= length;
@@ -94,7 +98,8 @@ void write_planes(Footprint& p, const CullFrame& f, const SweptCorners& c, const
     const double grow = f.reach * (1.0 + 1e-9);
     const double first = (g > 0.0 ? low - grow : high + grow) / g, last = (g > 0.0 ? high + grow : low - grow) / g;
     const double slope_x = -a / g, slope_y = -b / g;
-    const double front = first + std::min(slope_x, 0.0) + std::min(slope_y, 0.0), back = last + std::max(slope_x, 0.0) + std::max(slope_y, 0.0);
+    const double front = first + std::min(slope_x, 0.0) + std::min(slope_y, 0.0),
+                 back = last + std::max(slope_x, 0.0) + std::max(slope_y, 0.0);
     const int w = p.x1 - p.x0, h = p.y1 - p.y0;
     p.front[0] = round_down(front - slack(front, slope_x, slope_y, w, h) - 1e-12);
     p.back[0] = -round_down(-(back + slack(back, slope_x, slope_y, w, h) + 1e-12));

@@ -31,7 +31,7 @@ using SweptCorners = std::array<Vec3, 6>; // m
 /// Maps what is to be seen onto all of the picture, so that pixels are as small as they can be. They need not be square.
 struct CullFrame {
     ViewDirection view;
-    int width = 0, height = 0;      // pixels
+    int width = 0, height = 0;                      // pixels
     double left = 0.0, bottom = 0.0, nearest = 0.0; // m, at pixel 0, 0 and at depth 0
     double pixels_x = 1.0, pixels_y = 1.0;          // pixels per m
     double depth_scale = 1.0;                       // 1/m; everything lies at depths inside (0, 1)
@@ -41,7 +41,8 @@ inline constexpr int kLargestPicture = 8192; // pixels a side: footprints count 
 
 /// reach   m, >= 0: half the distance within which triangles count as in contact
 /// prisms  finite corners, all that will be drawn or asked
-[[nodiscard]] CullFrame make_cull_frame(const ViewDirection& view, std::span<const SweptCorners> prisms, double reach, int width, int height) noexcept;
+[[nodiscard]] CullFrame make_cull_frame(const ViewDirection& view, std::span<const SweptCorners> prisms, double reach, int width,
+                                        int height) noexcept;
 
 /// As graphics memory holds it: 32 words.
 /// u, v    whole pixels from the corner x0, y0

@@ -19,7 +19,7 @@ private:
     /// Half a cache line. What an earlier set left in a pixel is told by its turn, so nothing is ever cleared.
     struct Pixel {
         std::uint32_t turn = 0;
-        Index first, second;              // prisms
+        Index first, second; // prisms
         float first_front, first_back, second_front, second_back, third_front;
     };
     void draw(const CullJob& job, Index prism);

@@ -19,11 +19,30 @@ inline constexpr std::size_t kMaxSlabs = 13;
 /// Directions, as x, y, z factors: the axes, then the 4 corners (14), the 6 edges (18), or both (26).
 using Directions = std::span<const std::array<int, 3>>;
 inline constexpr std::array<std::array<int, 3>, 13> kCornerDirections{{
-    {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {1, -1, -1},
-    {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {1, -1, 0}, {1, 0, -1}, {0, 1, -1},
+    {1, 0, 0},
+    {0, 1, 0},
+    {0, 0, 1},
+    {1, 1, 1},
+    {1, 1, -1},
+    {1, -1, 1},
+    {1, -1, -1},
+    {1, 1, 0},
+    {1, 0, 1},
+    {0, 1, 1},
+    {1, -1, 0},
+    {1, 0, -1},
+    {0, 1, -1},
 }};
 inline constexpr std::array<std::array<int, 3>, 9> kEdgeDirections{{
-    {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {1, -1, 0}, {1, 0, -1}, {0, 1, -1},
+    {1, 0, 0},
+    {0, 1, 0},
+    {0, 0, 1},
+    {1, 1, 0},
+    {1, 0, 1},
+    {0, 1, 1},
+    {1, -1, 0},
+    {1, 0, -1},
+    {0, 1, -1},
 }};
 [[nodiscard]] inline Directions directions_of(std::size_t k) noexcept {
     return k == 18 ? Directions(kEdgeDirections) : Directions(kCornerDirections).first(k / 2);

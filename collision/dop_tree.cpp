@@ -21,8 +21,10 @@ Item make_item(const Triangle& t, std::span<const Vec3> positions) {
     Item item;
     for (const Index v : t) item.box.add(positions[v]);
     const Vec3 centre = (positions[t[0]] + positions[t[1]] + positions[t[2]]) / 3.0;
-    if (is_finite(centre)) item.centre = centre; // an order needs comparable numbers
-    else item.box = Box3();
+    if (is_finite(centre))
+        item.centre = centre; // an order needs comparable numbers
+    else
+        item.box = Box3();
     return item;
 }
 
@@ -97,9 +99,8 @@ Cut cut_sah(std::span<Index> order, std::span<const Item> items, std::size_t gra
     const BinCut cut = best_bin(order, items, centres);
     if (!std::isfinite(cut.cost)) return cut_median(order, items, granule);
     const double scale = kBins / centres.extent()[cut.axis];
-    const auto end = std::stable_partition(order.begin(), order.end(), [&](Index id) {
-        return bin_of(items[id].centre[cut.axis], centres.lo[cut.axis], scale) <= cut.bin;
-    });
+    const auto end = std::stable_partition(
+        order.begin(), order.end(), [&](Index id) { return bin_of(items[id].centre[cut.axis], centres.lo[cut.axis], scale) <= cut.bin; });
     return static_cast<Cut>(end - order.begin());
 }
 
@@ -146,7 +147,7 @@ void join(float* to, const float* from, std::size_t count) noexcept {
 
 struct DopTree::BuildState {
     std::span<const Vec3> positions;
-    std::vector<Item> items;              // [triangle_count]
+    std::vector<Item> items;                     // [triangle_count]
     std::vector<Index> edge_stamp, vertex_stamp; // cluster that met the feature last
 };
 
@@ -200,7 +201,8 @@ Index DopTree::build_node(BuildState& state, std::span<Index> order) {
     return node;
 }
 
-void DopTree::own_features(BuildState& state, std::span<const Index> triangles, std::vector<Index>& edges, std::vector<Index>& vertices) const {
+void DopTree::own_features(BuildState& state, std::span<const Index> triangles, std::vector<Index>& edges,
+                           std::vector<Index>& vertices) const {
     const auto cluster = static_cast<Index>(clusters_.size());
     for (const Index id : triangles) {
         for (const Index edge : topology_->triangle_edges[id])
@@ -268,10 +270,14 @@ void DopTree::refit_vertices(const SurfaceMotion& motion, Index begin, Index end
 
 void DopTree::refit_clusters(Index begin, Index end) noexcept {
     switch (options_.dop) {
-    case 6: return refit_clusters_of<3>(begin, end);
-    case 14: return refit_clusters_of<7>(begin, end);
-    case 18: return refit_clusters_of<9>(begin, end);
-    default: return refit_clusters_of<13>(begin, end);
+    case 6:
+        return refit_clusters_of<3>(begin, end);
+    case 14:
+        return refit_clusters_of<7>(begin, end);
+    case 18:
+        return refit_clusters_of<9>(begin, end);
+    default:
+        return refit_clusters_of<13>(begin, end);
     }
 }
 
@@ -300,10 +306,14 @@ void DopTree::refit_fine_vertices(Index cluster, const SurfaceMotion& motion) no
 void DopTree::refit_blocks(Index cluster) noexcept {
     fresh_[cluster] |= kBlocks;
     switch (options_.dop) {
-    case 6: return refit_blocks_of<3>(clusters_[cluster]);
-    case 14: return refit_blocks_of<7>(clusters_[cluster]);
-    case 18: return refit_blocks_of<9>(clusters_[cluster]);
-    default: return refit_blocks_of<13>(clusters_[cluster]);
+    case 6:
+        return refit_blocks_of<3>(clusters_[cluster]);
+    case 14:
+        return refit_blocks_of<7>(clusters_[cluster]);
+    case 18:
+        return refit_blocks_of<9>(clusters_[cluster]);
+    default:
+        return refit_blocks_of<13>(clusters_[cluster]);
     }
 }
 
@@ -352,8 +362,7 @@ void DopTree::refit_nodes() noexcept {
 std::size_t DopTree::memory() const noexcept {
     const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     return bytes(children_) + bytes(node_bounds_) + bytes(clusters_) + bytes(cluster_bounds_) + bytes(bounds_) + bytes(ids_) +
-           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) +
-           bytes(fine_vertices_) + bytes(fine_clusters_);
+           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) + bytes(fine_vertices_) + bytes(fine_clusters_);
 }
 
 } // namespace seldinger::collision

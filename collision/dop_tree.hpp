@@ -31,8 +31,8 @@ enum class TreeBuilder : std::uint8_t {
 };
 
 struct TreeOptions {
-    std::size_t dop = 6;          // 6, 14, 18, 26
-    std::size_t arity = 8;        // 2, 4, 8
+    std::size_t dop = 6;           // 6, 14, 18, 26
+    std::size_t arity = 8;         // 2, 4, 8
     std::size_t cluster_size = 32; // triangles in a leaf, 1 .. kMaxClusterSize
     TreeBuilder builder = TreeBuilder::Sah;
     /// Clusters and pairs of features are looked at along the directions of fine_bounds.hpp too: pays where thin things lie aslant
@@ -44,7 +44,7 @@ struct TreeOptions {
 
 class DopTree {
 public:
-    static constexpr std::size_t kLanes = 16;           // features in a block
+    static constexpr std::size_t kLanes = 16; // features in a block
     static constexpr std::size_t kMaxClusterSize = 64;
 
     /// Sixteen features side by side. bounds_ holds 2 slabs rows of kLanes floats per block: all lo, then all minus_hi.
@@ -53,7 +53,7 @@ public:
         Index count = 0;          // features; the last block may have empty lanes, which overlap nothing
     };
     struct Cluster {
-        BlockRange faces, edges, vertices; // edges and vertices: those it owns
+        BlockRange faces, edges, vertices;        // edges and vertices: those it owns
         Index touched_begin = 0, touched_end = 0; // all vertices of its faces
     };
     /// Child of a node: another node, or a cluster.
@@ -88,7 +88,9 @@ public:
     [[nodiscard]] std::span<const Cluster> clusters() const noexcept { return clusters_; }
     /// Root: node 0, unless the tree is one cluster.
     [[nodiscard]] Index root() const noexcept { return children_.empty() ? kLeafBit : 0; }
-    [[nodiscard]] std::span<const Index> children(Index node) const noexcept { return {children_.data() + node * options_.arity, options_.arity}; }
+    [[nodiscard]] std::span<const Index> children(Index node) const noexcept {
+        return {children_.data() + node * options_.arity, options_.arity};
+    }
     /// Rows of `arity` floats: all slabs' lo, then all minus_hi.
     [[nodiscard]] const float* child_bounds(Index node) const noexcept { return node_bounds_.data() + node * 2 * slabs() * options_.arity; }
     /// 2 slabs floats: lo, then minus_hi.
@@ -109,7 +111,8 @@ private:
     static constexpr std::uint8_t kBlocks = 1, kFine = 2, kFineVertices = 4;
     struct BuildState;
     [[nodiscard]] std::span<const Index> touched(Index cluster) const noexcept {
-        return std::span(touched_).subspan(clusters_[cluster].touched_begin, clusters_[cluster].touched_end - clusters_[cluster].touched_begin);
+        return std::span(touched_).subspan(clusters_[cluster].touched_begin,
+                                           clusters_[cluster].touched_end - clusters_[cluster].touched_begin);
     }
     Index build_node(BuildState& state, std::span<Index> order);
     Index add_cluster(BuildState& state, std::span<const Index> triangles);
@@ -124,16 +127,16 @@ private:
 
     const SurfaceTopology* topology_ = nullptr;
     TreeOptions options_;
-    std::vector<Index> children_;        // [node_count][arity], parents before children
-    std::vector<float> node_bounds_;     // [node_count][2 slabs][arity]
+    std::vector<Index> children_;    // [node_count][arity], parents before children
+    std::vector<float> node_bounds_; // [node_count][2 slabs][arity]
     std::vector<Cluster> clusters_;
-    std::vector<Index> touched_;         // vertex ids, cluster by cluster
-    std::vector<float> cluster_bounds_;  // [cluster_count][2 slabs]
-    std::vector<std::uint8_t> fresh_;    // [cluster_count] what belongs to the last refit
-    std::vector<float> bounds_;          // [block_count][2 slabs][kLanes]
-    std::vector<Index> ids_;             // [block_count][kLanes] feature ids, kNoIndex in empty lanes
-    std::vector<Index> corners_;         // [block_count][3][kLanes]
-    std::vector<float> vertex_bounds_;   // [vertex_count][2 slabs]
+    std::vector<Index> touched_;        // vertex ids, cluster by cluster
+    std::vector<float> cluster_bounds_; // [cluster_count][2 slabs]
+    std::vector<std::uint8_t> fresh_;   // [cluster_count] what belongs to the last refit
+    std::vector<float> bounds_;         // [block_count][2 slabs][kLanes]
+    std::vector<Index> ids_;            // [block_count][kLanes] feature ids, kNoIndex in empty lanes
+    std::vector<Index> corners_;        // [block_count][3][kLanes]
+    std::vector<float> vertex_bounds_;  // [vertex_count][2 slabs]
     std::vector<FineBounds> fine_vertices_, fine_clusters_;
 };
 

@@ -21,8 +21,7 @@ template <std::size_t Count>
 int common_exponent(const std::array<const SweptPoint*, Count>& points) noexcept {
     int exponent = std::numeric_limits<int>::max();
     for (const SweptPoint* p : points)
-        for (int axis = 0; axis < 3; ++axis)
-            exponent = std::min({exponent, lowest_exponent(p->t0[axis]), lowest_exponent(p->t1[axis])});
+        for (int axis = 0; axis < 3; ++axis) exponent = std::min({exponent, lowest_exponent(p->t0[axis]), lowest_exponent(p->t1[axis])});
     return exponent == std::numeric_limits<int>::max() ? 0 : exponent;
 }
 
@@ -117,14 +116,15 @@ private:
 
 std::optional<double> find_exact_time(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
     const int exponent = common_exponent<4>({&vertex, &face[0], &face[1], &face[2]});
-    return Polygon<3>({difference(vertex, face[0], exponent), difference(vertex, face[1], exponent),
-                       difference(vertex, face[2], exponent)}).first_time();
+    return Polygon<3>({difference(vertex, face[0], exponent), difference(vertex, face[1], exponent), difference(vertex, face[2], exponent)})
+        .first_time();
 }
 
 std::optional<double> find_exact_time(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
     const int exponent = common_exponent<4>({&a[0], &a[1], &b[0], &b[1]});
     return Polygon<4>({difference(a[0], b[0], exponent), difference(a[1], b[0], exponent), difference(a[1], b[1], exponent),
-                       difference(a[0], b[1], exponent)}).first_time();
+                       difference(a[0], b[1], exponent)})
+        .first_time();
 }
 
 } // namespace seldinger::collision

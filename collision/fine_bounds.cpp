@@ -20,11 +20,9 @@ struct Projections {
 /// the size, holds.
 SELDINGER_LANES_INLINE Projections project(std::span<const Vec3> from, std::span<const Index> vertices) noexcept {
     Lanes3 p;
-    for (int lane = 0; lane < kLanes; ++lane)
-        p.set(lane, from[vertices[std::min(static_cast<std::size_t>(lane), vertices.size() - 1)]]);
+    for (int lane = 0; lane < kLanes; ++lane) p.set(lane, from[vertices[std::min(static_cast<std::size_t>(lane), vertices.size() - 1)]]);
     const Lanes sum = p.x + p.y, difference = p.x - p.y;
-    return {{sum + p.z, sum - p.z, difference + p.z, difference - p.z, sum, p.x + p.z, p.y + p.z, difference, p.x - p.z,
-             p.y - p.z},
+    return {{sum + p.z, sum - p.z, difference + p.z, difference - p.z, sum, p.x + p.z, p.y + p.z, difference, p.x - p.z, p.y - p.z},
             magnitude(p.x) + magnitude(p.y) + magnitude(p.z)};
 }
 
@@ -47,8 +45,7 @@ SELDINGER_LANES_INLINE double smallest(Lanes x) noexcept {
 
 FineReach fine_reach(double distance) noexcept {
     FineReach reach;
-    for (std::size_t s = 0; s < kFineSlabs; ++s)
-        reach[s] = round_up(distance * direction_length(kCornerDirections[3 + s]));
+    for (std::size_t s = 0; s < kFineSlabs; ++s) reach[s] = round_up(distance * direction_length(kCornerDirections[3 + s]));
     return reach;
 }
 
@@ -97,8 +94,7 @@ void project_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::spa
             for (std::size_t s = 0; s < rows.size(); ++s) out[ids[i]].row[s] = rows[s][static_cast<int>(i)];
         if (all_fit(p0.size) && all_fit(p1.size)) continue;
         for (std::size_t i = 0; i < ids.size(); ++i)
-            if (const int lane = static_cast<int>(i);
-                !(p0.size[lane] <= kLargestCoordinate && p1.size[lane] <= kLargestCoordinate))
+            if (const int lane = static_cast<int>(i); !(p0.size[lane] <= kLargestCoordinate && p1.size[lane] <= kLargestCoordinate))
                 out[ids[i]].row.fill(-SweptBox::kNothing);
     }
 }

@@ -33,15 +33,14 @@ using FineReach = std::array<float, kFineSlabs>;
 [[nodiscard]] inline bool are_near(const FineBounds& a, const FineBounds& b, const FineReach& reach) noexcept {
     int apart = 0; // no branch: the loop is a few vector instructions
     for (std::size_t s = 0; s < kFineSlabs; ++s)
-        apart |= static_cast<int>(a.row[s] + b.row[kFineSlabs + s] > reach[s]) |
-                 static_cast<int>(a.row[kFineSlabs + s] + b.row[s] > reach[s]);
+        apart |=
+            static_cast<int>(a.row[s] + b.row[kFineSlabs + s] > reach[s]) | static_cast<int>(a.row[kFineSlabs + s] + b.row[s] > reach[s]);
     return apart == 0;
 }
 
 /// Bounds of some vertices together, while they move from t0 to t1. What is not finite, or enormous, is everywhere.
 /// t0, t1   [vertex_count] m        vertices   ids
-[[nodiscard]] FineBounds join_finely(std::span<const Vec3> t0, std::span<const Vec3> t1,
-                                     std::span<const Index> vertices) noexcept;
+[[nodiscard]] FineBounds join_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> vertices) noexcept;
 
 /// Bounds of each vertex alone.
 /// vertices   ids; their elements of out are written

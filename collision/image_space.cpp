@@ -60,8 +60,15 @@ Result<void> ImageSpaceCuller::look(std::span<const Vec3> positions, const Vec3&
         if (resolution < 2 || are_small_enough(footprints, questions)) break;
     }
     std::vector<std::uint8_t> hits(questions.size(), 1);
-    const CullJob job{.width = resolution, .height = resolution, .footprints = footprints, .corners = corners, .set_begin = set_begin,
-                      .set_members = members, .questions = questions, .question_begin = question_begin, .memory = plan.memory};
+    const CullJob job{.width = resolution,
+                      .height = resolution,
+                      .footprints = footprints,
+                      .corners = corners,
+                      .set_begin = set_begin,
+                      .set_members = members,
+                      .questions = questions,
+                      .question_begin = question_begin,
+                      .memory = plan.memory};
     auto done = backend.find_hits(job, hits);
     if (!done.ok()) return done;
     passes_.push_back({direction, live_.size(), 0, questions.size()});
@@ -80,7 +87,8 @@ Result<void> ImageSpaceCuller::look(std::span<const Vec3> positions, const Vec3&
     return done;
 }
 
-Result<std::vector<Index>> ImageSpaceCuller::find_colliding_set(std::span<const Vec3> positions, const ImageSpacePlan& plan, CullBackend& backend) {
+Result<std::vector<Index>> ImageSpaceCuller::find_colliding_set(std::span<const Vec3> positions, const ImageSpacePlan& plan,
+                                                                CullBackend& backend) {
     passes_.clear();
     live_.clear();
     const auto bounded = [&](Index v) { return positions[v].allFinite() && positions[v].cwiseAbs().maxCoeff() <= kLargestCoordinate; };

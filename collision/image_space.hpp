@@ -34,14 +34,16 @@ public:
     /// Ids of the triangles that may cross one that shares no vertex with them, ascending. Those with a coordinate that is not finite
     /// are left out: nothing crosses them.
     /// fails   as the backend does
-    [[nodiscard]] Result<std::vector<Index>> find_colliding_set(std::span<const Vec3> positions, const ImageSpacePlan& plan, CullBackend& backend);
+    [[nodiscard]] Result<std::vector<Index>> find_colliding_set(std::span<const Vec3> positions, const ImageSpacePlan& plan,
+                                                                CullBackend& backend);
 
     [[nodiscard]] std::span<const ImageSpacePass> passes() const noexcept { return passes_; } // of the last call
     [[nodiscard]] const ChromaticSets& sets() const noexcept { return sets_; }
 
 private:
     [[nodiscard]] Vec3 direction_of(int pass, std::span<const Vec3> positions) const noexcept;
-    [[nodiscard]] Result<void> look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan, int resolution, CullBackend& backend);
+    [[nodiscard]] Result<void> look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan, int resolution,
+                                    CullBackend& backend);
 
     std::vector<Triangle> triangles_;
     ChromaticSets sets_;
@@ -51,6 +53,7 @@ private:
 };
 
 /// Pairs of the given triangles that properly cross and share no vertex: lower id first, sorted. Exact.
-[[nodiscard]] std::vector<TrianglePair> find_crossings(std::span<const Triangle> triangles, std::span<const Vec3> positions, std::span<const Index> ids);
+[[nodiscard]] std::vector<TrianglePair> find_crossings(std::span<const Triangle> triangles, std::span<const Vec3> positions,
+                                                       std::span<const Index> ids);
 
 } // namespace seldinger::collision

@@ -24,8 +24,7 @@ void make_fresh(const SearchSide& side, Index cluster) noexcept {
 
 InterruptibleSearch::InterruptibleSearch() {
     cluster_pairs_.reserve(kPairsAtOnce + ClusterTraversal::kMostExtra);
-    for (auto* list : {&candidates_.vertex_face, &candidates_.face_vertex, &candidates_.edge_edge})
-        list->reserve(kMostCandidates);
+    for (auto* list : {&candidates_.vertex_face, &candidates_.face_vertex, &candidates_.edge_edge}) list->reserve(kMostCandidates);
     found_.reserve(kReservedContacts);
 }
 
@@ -38,8 +37,8 @@ void InterruptibleSearch::collect(const SurfacePair& pair, std::span<const Clust
     }
 }
 
-ExactStats InterruptibleSearch::find(const SearchSide& a, const SearchSide& b, const PairOptions& options,
-                                     WorkBudget& budget, std::vector<Contact>& out) {
+ExactStats InterruptibleSearch::find(const SearchSide& a, const SearchSide& b, const PairOptions& options, WorkBudget& budget,
+                                     std::vector<Contact>& out) {
     const SurfacePair pair(a, b, options);
     ExactStats stats;
     found_.clear();

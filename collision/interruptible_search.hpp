@@ -19,8 +19,7 @@ public:
     /// vertex-face contact body_a of the Contact is the vertex's body, whichever argument that was. Coordinates that
     /// are not finite give unresolved contacts at a distance > 0; at distance 0 they must not occur. budget   one unit
     /// per pair of clusters and one per elementary test
-    ExactStats find(const SearchSide& a, const SearchSide& b, const PairOptions& options, WorkBudget& budget,
-                    std::vector<Contact>& out);
+    ExactStats find(const SearchSide& a, const SearchSide& b, const PairOptions& options, WorkBudget& budget, std::vector<Contact>& out);
 
 private:
     void collect(const SurfacePair& pair, std::span<const ClusterPair> clusters);

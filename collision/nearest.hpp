@@ -13,8 +13,8 @@ namespace seldinger::collision {
 
 /// Nearest points of the two features at one time.
 struct Nearest {
-    Vec3 offset;     // m, from face to vertex, from b to a
-    double distance; // m, of the offset: never below the true distance by more than rounding
+    Vec3 offset;                // m, from face to vertex, from b to a
+    double distance;            // m, of the offset: never below the true distance by more than rounding
     std::array<double, 3> bary; // as in Sweep
 };
 

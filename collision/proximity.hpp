@@ -10,8 +10,7 @@ namespace seldinger::collision {
 /// A point and a radius as the tree's bounds see them.
 class PointQuery {
 public:
-    PointQuery(const DopTree& tree, const Vec3& point, double radius) noexcept
-        : arity_(tree.options().arity), slabs_(tree.slabs()) {
+    PointQuery(const DopTree& tree, const Vec3& point, double radius) noexcept : arity_(tree.options().arity), slabs_(tree.slabs()) {
         const Directions directions = directions_of(tree.options().dop);
         project_vertex(point, point, directions, box_.data(), box_.data() + slabs_);
         for (std::size_t s = 0; s < slabs_; ++s) reach_[s] = round_up(radius * direction_length(directions[s]));
@@ -54,8 +53,7 @@ void for_each_near_face(DopTree& tree, Index at, const PointQuery& query, Visit&
 /// Calls found(triangle id, PointOnTriangle) for every triangle within radius of the point at t1, in the tree's order.
 /// The tree must be refit to this motion (its swept bounds hold the end positions too).
 template <class Found>
-void for_each_close_triangle(DopTree& tree, const SurfaceMotion& motion, const Vec3& point, double radius,
-                             Found&& found) {
+void for_each_close_triangle(DopTree& tree, const SurfaceMotion& motion, const Vec3& point, double radius, Found&& found) {
     if (tree.empty()) return;
     detail::for_each_near_face(tree, tree.root(), PointQuery(tree, point, radius), [&](Index id) {
         const Triangle& t = tree.topology().triangles[id];

@@ -19,8 +19,7 @@ struct Differences {
 
     void measure() noexcept {
         for (int i = 0; i < Count; ++i)
-            for (int axis = 0; axis < 3; ++axis)
-                magnitude = std::max({magnitude, std::abs(t0[i][axis]), std::abs(t1[i][axis])});
+            for (int axis = 0; axis < 3; ++axis) magnitude = std::max({magnitude, std::abs(t0[i][axis]), std::abs(t1[i][axis])});
     }
 };
 
@@ -40,7 +39,8 @@ struct FreeTime {
 /// So at s^, and by linearity everywhere between two ends, g >= B - (6.03 + 4.01) u |n|_1 M > B - 10.1 u |n|_1 M. With
 /// B >= d |n| + 15.9 u |n|_1 M (the 16 below loses at most a part of 1e-14 to its own three roundings), g > d |n| holds with room,
 /// also against the 5 roundings in d |n|, which the factor 1 + 8u covers. Underflow adds at most 2^-1074 to each of fewer than
-/// twenty operations; the smallest normal number, 2^-1022, covers them. Overflow or NaN makes B, or the comparison, fail: nothing is proven.
+/// twenty operations; the smallest normal number, 2^-1022, covers them. Overflow or NaN makes B, or the comparison, fail: nothing is
+/// proven.
 inline constexpr double kRoundingUnits = 16.0;
 inline constexpr double kUnitRoundoff = 0x1p-53;
 
@@ -50,8 +50,8 @@ template <int Count>
     constexpr FreeTime kNothing{1.0, 0.0};
     const double length_1 = std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]);
     const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    const double bound = distance * length * (1.0 + 8.0 * kUnitRoundoff) +
-                         kRoundingUnits * kUnitRoundoff * length_1 * q.magnitude + std::numeric_limits<double>::min();
+    const double bound = distance * length * (1.0 + 8.0 * kUnitRoundoff) + kRoundingUnits * kUnitRoundoff * length_1 * q.magnitude +
+                         std::numeric_limits<double>::min();
     FreeTime free{0.0, 1.0};
     for (int i = 0; i < Count; ++i) {
         const double a = n[0] * q.t0[i][0] + n[1] * q.t0[i][1] + n[2] * q.t0[i][2];

@@ -57,8 +57,8 @@ void SetCuller::gather_questions(std::span<const TrianglePair> pairs, Index set_
     }
 }
 
-Result<void> SetCuller::look(const CullProblem& problem, const ViewDirection& view, const CullPlan& plan, int resolution, CullBackend& backend,
-                             std::vector<TrianglePair>& pairs, CullReport& report) {
+Result<void> SetCuller::look(const CullProblem& problem, const ViewDirection& view, const CullPlan& plan, int resolution,
+                             CullBackend& backend, std::vector<TrianglePair>& pairs, CullReport& report) {
     gather_live(problem, pairs);
     gather_questions(pairs, problem.set_count);
     footprints_.resize(live_.size());
@@ -69,8 +69,15 @@ Result<void> SetCuller::look(const CullProblem& problem, const ViewDirection& vi
     }
     report.resolution = report.views == 0 ? resolution : std::min(report.resolution, resolution);
     hits_.assign(questions_.size(), 1);
-    const CullJob job{.width = resolution, .height = resolution, .footprints = footprints_, .corners = live_corners_, .set_begin = set_begin_,
-                      .set_members = set_members_, .questions = questions_, .question_begin = question_begin_, .memory = plan.memory};
+    const CullJob job{.width = resolution,
+                      .height = resolution,
+                      .footprints = footprints_,
+                      .corners = live_corners_,
+                      .set_begin = set_begin_,
+                      .set_members = set_members_,
+                      .questions = questions_,
+                      .question_begin = question_begin_,
+                      .memory = plan.memory};
     auto done = backend.find_hits(job, hits_);
     if (!done.ok()) return done;
     ++report.views;
@@ -83,7 +90,8 @@ Result<void> SetCuller::look(const CullProblem& problem, const ViewDirection& vi
     return done;
 }
 
-Result<CullReport> SetCuller::cull(const CullProblem& problem, const CullPlan& plan, CullBackend& backend, std::vector<TrianglePair>& pairs) {
+Result<CullReport> SetCuller::cull(const CullProblem& problem, const CullPlan& plan, CullBackend& backend,
+                                   std::vector<TrianglePair>& pairs) {
     CullReport report;
     const int resolution = std::clamp(plan.resolution > 0 ? plan.resolution : backend.preferred_resolution(), 1, kLargestPicture);
     for (int round = 0; round < plan.max_rounds && !pairs.empty(); ++round) {

@@ -11,10 +11,10 @@ namespace seldinger::collision {
 
 struct CullPlan {
     CullMemory memory = CullMemory::Intervals;
-    int resolution = 0;          // pixels a side; 0: what the backend prefers
-    bool reversed_views = false; // three more views: of use with CullMemory::Fronts
-    int max_rounds = 3;          // through all views
-    double worthwhile = 0.05;    // another round only if the last one dropped more than this share of the pairs
+    int resolution = 0;           // pixels a side; 0: what the backend prefers
+    bool reversed_views = false;  // three more views: of use with CullMemory::Fronts
+    int max_rounds = 3;           // through all views
+    double worthwhile = 0.05;     // another round only if the last one dropped more than this share of the pairs
     bool adapt_resolution = true; // fewer pixels where triangles are large in the picture
 };
 
@@ -31,23 +31,24 @@ struct CullProblem {
     std::span<const Triangle> corners;    // vertex ids; surfaces that are not one must not share any
     std::span<const Index> set_of;
     Index set_count = 0;
-    double reach = 0.0;                   // m, half the distance that counts as contact, tolerance included
+    double reach = 0.0; // m, half the distance that counts as contact, tolerance included
 };
 
 class SetCuller {
 public:
     /// pairs   of prism indices; those proven farther apart than twice the reach during the whole step are taken out, the order stays
     /// fails   as the backend does; the pairs are then those of the last view that worked, and still right
-    [[nodiscard]] Result<CullReport> cull(const CullProblem& problem, const CullPlan& plan, CullBackend& backend, std::vector<TrianglePair>& pairs);
+    [[nodiscard]] Result<CullReport> cull(const CullProblem& problem, const CullPlan& plan, CullBackend& backend,
+                                          std::vector<TrianglePair>& pairs);
 
 private:
     void gather_live(const CullProblem& problem, std::span<const TrianglePair> pairs);
     void gather_questions(std::span<const TrianglePair> pairs, Index set_count);
-    [[nodiscard]] Result<void> look(const CullProblem& problem, const ViewDirection& view, const CullPlan& plan, int resolution, CullBackend& backend,
-                                    std::vector<TrianglePair>& pairs, CullReport& report);
+    [[nodiscard]] Result<void> look(const CullProblem& problem, const ViewDirection& view, const CullPlan& plan, int resolution,
+                                    CullBackend& backend, std::vector<TrianglePair>& pairs, CullReport& report);
 
     // of the view at hand
-    std::vector<Index> live_, place_;                      // prisms with a pair left; prism to its place among them
+    std::vector<Index> live_, place_; // prisms with a pair left; prism to its place among them
     std::vector<SweptCorners> live_prisms_;
     std::vector<Triangle> live_corners_;
     std::vector<Index> live_set_;
@@ -55,8 +56,8 @@ private:
     std::vector<Index> set_begin_, set_members_;
     std::vector<CullQuestion> questions_;
     std::vector<std::size_t> question_begin_, entry_begin_;
-    std::vector<std::size_t> entries_, entry_question_;    // entry 2 i + side of pair i
-    std::vector<std::pair<Index, std::size_t>> asked_;     // of a prism: set it was last asked for, and the question
+    std::vector<std::size_t> entries_, entry_question_; // entry 2 i + side of pair i
+    std::vector<std::pair<Index, std::size_t>> asked_;  // of a prism: set it was last asked for, and the question
     std::vector<std::uint8_t> hits_;
 };
 

@@ -30,10 +30,10 @@ enum class SweepOutcome : std::uint8_t {
 };
 
 struct SweepLimits {
-    double distance = 0.0;   // m, contact means no farther apart than this; >= 0
-    double tolerance = 0.0;  // m, pairs up to distance + tolerance may be reported as well; a larger one saves steps.
-                             // 1e-13 of the features' extent comes on top, for rounding
-    int max_steps = 256;     // advances before giving up as Unresolved; two or three are usual
+    double distance = 0.0;  // m, contact means no farther apart than this; >= 0
+    double tolerance = 0.0; // m, pairs up to distance + tolerance may be reported as well; a larger one saves steps.
+                            // 1e-13 of the features' extent comes on top, for rounding
+    int max_steps = 256;    // advances before giving up as Unresolved; two or three are usual
 };
 
 struct Sweep {
@@ -44,7 +44,7 @@ struct Sweep {
     double gap = 0.0;       // m, distance at `time`
     std::array<double, 3> bary = {1.0, 0.0, 0.0}; // nearest points at `time`. Vertex-face: weights of the face's corners.
                                                   // Edge-edge: [0] the parameter along a, [1] along b, in [0, 1]
-    Vec3 normal = Vec3::UnitX(); // unit, from face to vertex, from b to a, at `time`
+    Vec3 normal = Vec3::UnitX();                  // unit, from face to vertex, from b to a, at `time`
 
     [[nodiscard]] bool hit() const noexcept { return outcome != SweepOutcome::Separated; }
 };
@@ -54,8 +54,7 @@ struct Sweep {
 inline constexpr double kKeptGap = 0.1; // [-]
 
 /// Non-finite coordinates give Unresolved at time 0. Degenerate faces (a segment, a point) are answered as what is left of them.
-[[nodiscard]] Sweep sweep_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face,
-                                      const SweepLimits& limits) noexcept;
+[[nodiscard]] Sweep sweep_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face, const SweepLimits& limits) noexcept;
 [[nodiscard]] Sweep sweep_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b,
                                     const SweepLimits& limits) noexcept;
 

@@ -280,16 +280,19 @@ void sweep_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& face
         for (std::size_t k = 0; k < used; ++k) {
             const int lane = static_cast<int>(k);
             Sweep& sweep = sweeps[first + k];
-            if (lanes.unclear[lane]) sweep = sweep_alone(vertices, faces, pairs[first + k], limits);
-            else if (lanes.hit[lane]) write_lane(lanes, lane, sweep);
-            else sweep.outcome = SweepOutcome::Separated;
+            if (lanes.unclear[lane])
+                sweep = sweep_alone(vertices, faces, pairs[first + k], limits);
+            else if (lanes.hit[lane])
+                write_lane(lanes, lane, sweep);
+            else
+                sweep.outcome = SweepOutcome::Separated;
         }
     }
 }
 
 SELDINGER_CLONES
-void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs,
-                      const SweepLimits& limits, std::span<Sweep> sweeps) noexcept {
+void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, const SweepLimits& limits,
+                      std::span<Sweep> sweeps) noexcept {
     for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
         LaneDifferences<4> q = gather_edge_edges(a, b, pairs.subspan(first));
         const LaneSweep lanes = sweep_lanes(q, limits);
@@ -297,9 +300,12 @@ void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<
         for (std::size_t k = 0; k < used; ++k) {
             const int lane = static_cast<int>(k);
             Sweep& sweep = sweeps[first + k];
-            if (lanes.unclear[lane]) sweep = sweep_edge_edge(swept(a, pairs[first + k].a), swept(b, pairs[first + k].b), limits);
-            else if (lanes.hit[lane]) write_lane(lanes, lane, sweep);
-            else sweep.outcome = SweepOutcome::Separated;
+            if (lanes.unclear[lane])
+                sweep = sweep_edge_edge(swept(a, pairs[first + k].a), swept(b, pairs[first + k].b), limits);
+            else if (lanes.hit[lane])
+                write_lane(lanes, lane, sweep);
+            else
+                sweep.outcome = SweepOutcome::Separated;
         }
     }
 }

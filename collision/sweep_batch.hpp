@@ -16,7 +16,7 @@ struct FeaturePair { // vertex and face id, or two edge ids
 /// sweeps   [pairs.size()] written; of those that are Separated only the outcome counts
 void sweep_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
                         const SweepLimits& limits, std::span<Sweep> sweeps) noexcept;
-void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs,
-                      const SweepLimits& limits, std::span<Sweep> sweeps) noexcept;
+void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, const SweepLimits& limits,
+                      std::span<Sweep> sweeps) noexcept;
 
 } // namespace seldinger::collision

@@ -33,8 +33,12 @@ template <int Count>
 }
 
 /// The direction that both features lie flat across.
-[[nodiscard]] inline Vec3 flat_normal(const std::array<Vec3, 3>& corner) noexcept { return (corner[0] - corner[1]).cross(corner[0] - corner[2]); }
-[[nodiscard]] inline Vec3 flat_normal(const std::array<Vec3, 4>& corner) noexcept { return (corner[2] - corner[0]).cross(corner[0] - corner[1]); }
+[[nodiscard]] inline Vec3 flat_normal(const std::array<Vec3, 3>& corner) noexcept {
+    return (corner[0] - corner[1]).cross(corner[0] - corner[2]);
+}
+[[nodiscard]] inline Vec3 flat_normal(const std::array<Vec3, 4>& corner) noexcept {
+    return (corner[2] - corner[0]).cross(corner[0] - corner[1]);
+}
 
 /// Unit normal at contact, finite whatever came in: the shortest vector; where that is lost in rounding, the flat normal on the side
 /// of the start, or against the motion.

@@ -46,7 +46,8 @@ bool CpuCanvas::is_behind(Index prism) {
 }
 
 void CpuCanvas::draw(Index prism) {
-    for_each_pixel(job_->footprints[prism], job_->width, [&](std::size_t at, DepthInterval d) { depth_[at] = std::min(depth_[at], d.front); });
+    for_each_pixel(job_->footprints[prism], job_->width,
+                   [&](std::size_t at, DepthInterval d) { depth_[at] = std::min(depth_[at], d.front); });
 }
 
 std::uint64_t find_hits_in_two_passes(const CullJob& job, VisibilityCanvas& canvas, std::span<std::uint8_t> hits) {

@@ -11,8 +11,8 @@
 
 namespace seldinger::fem {
 
-inline constexpr std::size_t kBatch = 8;          // tets that a kernel handles at once: a vector of doubles in AVX-512
-inline constexpr std::size_t kChunkBatches = 64;  // its slots fit in the first-level cache
+inline constexpr std::size_t kBatch = 8;         // tets that a kernel handles at once: a vector of doubles in AVX-512
+inline constexpr std::size_t kChunkBatches = 64; // its slots fit in the first-level cache
 
 /// Eight tets; where the last chunk is not full, its last tet is repeated with volume 0.
 struct alignas(64) TetBatch {
@@ -29,7 +29,9 @@ struct alignas(64) NodeRecord {
     double x[4] = {0, 0, 0, 0}, v[4] = {0, 0, 0, 0}; // fourth numbers stay 0
 };
 
-struct alignas(32) PartialForce { double f[4]; };
+struct alignas(32) PartialForce {
+    double f[4];
+};
 
 struct ForceChunk {
     Index first_batch, batch_count;
@@ -55,7 +57,7 @@ struct TetShape;
 inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 32;
 
 /// tets, shapes [tet_count]; inv_mass [node_count] in the caller's order. Every node must belong to a tet.
-[[nodiscard]] ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> shapes,
-                                        std::span<const Vec3> rest_position, std::span<const double> inv_mass);
+[[nodiscard]] ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Vec3> rest_position,
+                                        std::span<const double> inv_mass);
 
 } // namespace seldinger::fem

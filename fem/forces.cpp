@@ -9,7 +9,8 @@ namespace seldinger::fem {
 namespace {
 
 /// F = [x1 - x0, x2 - x0, x3 - x0] Dm^-1; at(node) is a pointer to three numbers.
-template <class At> Block<double> find_gradient(const TissueModel& model, std::size_t tet, At&& at) noexcept {
+template <class At>
+Block<double> find_gradient(const TissueModel& model, std::size_t tet, At&& at) noexcept {
     const Tet& t = model.tet_nodes[tet];
     Block<double> edges, inverse;
     for (std::size_t k = 0; k < 3; ++k)
@@ -26,7 +27,8 @@ void note_volume(TetReport& report, double det, std::size_t tet) noexcept {
     if (det <= 0.0) ++report.inverted;
 }
 
-template <class Law, class At> TetReport measure(const TissueModel& model, At&& at) noexcept {
+template <class Law, class At>
+TetReport measure(const TissueModel& model, At&& at) noexcept {
     TetReport report;
     for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {
         const Block<double> f = find_gradient(model, tet, at);
@@ -40,18 +42,22 @@ template <class Law, class At> TetReport measure(const TissueModel& model, At&& 
     return report;
 }
 
-template <class At> TetReport measure_with_law(const TissueModel& model, At&& at) noexcept {
+template <class At>
+TetReport measure_with_law(const TissueModel& model, At&& at) noexcept {
     switch (model.material.law) {
-    case MaterialLaw::StVK: return measure<StVKLaw>(model, at);
-    case MaterialLaw::Corotational: return measure<CorotationalLaw>(model, at);
-    case MaterialLaw::NeoHookean: break;
+    case MaterialLaw::StVK:
+        return measure<StVKLaw>(model, at);
+    case MaterialLaw::Corotational:
+        return measure<CorotationalLaw>(model, at);
+    case MaterialLaw::NeoHookean:
+        break;
     }
     return measure<NeoHookeanLaw>(model, at);
 }
 
 /// Runs a kernel on fresh records and adds sign times the node sums.
-Extremes run_once(const TissueModel& model, TetKernel kernel, std::span<const Vec3> position, std::span<const Vec3> second,
-                  double sign, std::span<Vec3> out) {
+Extremes run_once(const TissueModel& model, TetKernel kernel, std::span<const Vec3> position, std::span<const Vec3> second, double sign,
+                  std::span<Vec3> out) {
     const ForcePlan& plan = model.plan;
     std::vector<NodeRecord> records(plan.node_count());
     std::vector<PartialForce> partial(plan.slots.size());
@@ -65,8 +71,7 @@ Extremes run_once(const TissueModel& model, TetKernel kernel, std::span<const Ve
 } // namespace
 
 TetJob make_tet_job(const TissueModel& model, TetKernel kernel, unsigned threads) noexcept {
-    return {.kernel = kernel, .law = model.material.law, .constants = model.law, .viscosity = model.material.viscosity,
-            .threads = threads};
+    return {.kernel = kernel, .law = model.material.law, .constants = model.law, .viscosity = model.material.viscosity, .threads = threads};
 }
 
 void gather_records(const ForcePlan& plan, std::span<const Vec3> position, std::span<const Vec3> second,
@@ -90,8 +95,7 @@ void scatter_records(const ForcePlan& plan, std::span<const NodeRecord> records,
     }
 }
 
-TetReport add_tet_forces(const TissueModel& model, std::span<const Vec3> position, std::span<const Vec3> velocity,
-                         std::span<Vec3> force) {
+TetReport add_tet_forces(const TissueModel& model, std::span<const Vec3> position, std::span<const Vec3> velocity, std::span<Vec3> force) {
     const TetKernel kernel = model.material.viscosity > 0.0 ? TetKernel::ViscousForce : TetKernel::Force;
     const Extremes found = run_once(model, kernel, position, velocity, 1.0, force);
     TetReport report;
@@ -109,7 +113,8 @@ TetReport measure_tets(const TissueModel& model, std::span<const Vec3> position)
     return measure_with_law(model, [&](Index node) { return position[node].data(); });
 }
 
-TetReport measure_tets(const TissueModel& model, std::span<const NodeRecord> records, std::span<TetSum> scratch, unsigned threads) noexcept {
+TetReport measure_tets(const TissueModel& model, std::span<const NodeRecord> records, std::span<TetSum> scratch,
+                       unsigned threads) noexcept {
     const TetSum sum = sum_tets(model.plan, make_tet_job(model, TetKernel::Force, threads), records, scratch);
     TetReport report;
     report.elastic_energy = sum.energy;

@@ -84,8 +84,13 @@ StageOutcome run_stage(const Substep& s, std::span<const NodeRecord> now, NodeUp
     const Extremes tets = run_tets(plan, forces, now, s.w.partial);
     if (s.watch && s.watch->trips(tets.high)) return StageOutcome::Stiffened;
     if (tets.low_place != kNoIndex) note_volume(s.report, tets.low, plan.tet_of[tets.low_place]);
-    NodeJob job{.update = update, .start = s.w.start.data(), .now = now.data(), .out = s.w.stage.data(), .slope = s.w.slope.data(),
-                .partial = s.w.partial.data(), .extra = find_extra(s, now)};
+    NodeJob job{.update = update,
+                .start = s.w.start.data(),
+                .now = now.data(),
+                .out = s.w.stage.data(),
+                .slope = s.w.slope.data(),
+                .partial = s.w.partial.data(),
+                .extra = find_extra(s, now)};
     for (int axis = 0; axis < 3; ++axis) job.gravity[axis] = s.inputs.gravity[axis];
     job.mass_damping = s.model.material.mass_damping;
     job.reach = reach;
@@ -99,9 +104,14 @@ StageOutcome run_stage(const Substep& s, std::span<const NodeRecord> now, NodeUp
 }
 
 StageOutcome take_rk4(const Substep& s, double h) noexcept {
-    struct Stage { NodeUpdate update; double reach; };
-    const Stage stages[4] = {{NodeUpdate::FirstStage, 0.5 * h}, {NodeUpdate::MiddleStage, 0.5 * h},
-                             {NodeUpdate::MiddleStage, h}, {NodeUpdate::LastStage, h / 6.0}};
+    struct Stage {
+        NodeUpdate update;
+        double reach;
+    };
+    const Stage stages[4] = {{NodeUpdate::FirstStage, 0.5 * h},
+                             {NodeUpdate::MiddleStage, 0.5 * h},
+                             {NodeUpdate::MiddleStage, h},
+                             {NodeUpdate::LastStage, h / 6.0}};
     std::span<const NodeRecord> now = s.w.start;
     for (const Stage& stage : stages) {
         const StageOutcome outcome = run_stage(s, now, stage.update, stage.reach, 0.0);
@@ -133,8 +143,10 @@ StageOutcome take_substep(const Substep& s, double h, Integrator integrator) noe
 void aim_pinned(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs) noexcept {
     for (std::size_t k = 0; k < model.pinned.size(); ++k) {
         const Index node = model.pinned[k];
-        if (inputs.pinned_target.empty()) state.velocity[node].setZero();
-        else state.velocity[node] = (inputs.pinned_target[k] - state.position[node]) / step;
+        if (inputs.pinned_target.empty())
+            state.velocity[node].setZero();
+        else
+            state.velocity[node] = (inputs.pinned_target[k] - state.position[node]) / step;
     }
 }
 
@@ -154,8 +166,8 @@ Index find_bad_node(const TissueState& state) noexcept {
     return kNoIndex;
 }
 
-void check_sizes([[maybe_unused]] const TissueModel& model, [[maybe_unused]] const TissueState& state,
-                 [[maybe_unused]] double step, [[maybe_unused]] const IntegrateInputs& inputs) noexcept {
+void check_sizes([[maybe_unused]] const TissueModel& model, [[maybe_unused]] const TissueState& state, [[maybe_unused]] double step,
+                 [[maybe_unused]] const IntegrateInputs& inputs) noexcept {
     assert(state.position.size() == model.node_count() && state.velocity.size() == model.node_count());
     assert(inputs.pinned_target.empty() || inputs.pinned_target.size() == model.pinned.size());
     assert(inputs.external_force.empty() || inputs.external_force.size() == model.node_count());
@@ -176,16 +188,15 @@ void finish(const TissueModel& model, TissueState& state, const IntegrateInputs&
             IntegrateReport& report) noexcept {
     if (arrived && !inputs.pinned_target.empty())
         for (std::size_t k = 0; k < model.pinned.size(); ++k)
-            for (int axis = 0; axis < 3; ++axis)
-                w.start[model.plan.record_of[model.pinned[k]]].x[axis] = inputs.pinned_target[k][axis];
+            for (int axis = 0; axis < 3; ++axis) w.start[model.plan.record_of[model.pinned[k]]].x[axis] = inputs.pinned_target[k][axis];
     scatter_records(model.plan, w.start, state.position, state.velocity);
     measure_end(model, state, w, report);
 }
 
 } // namespace
 
-IntegrateReport integrate(const TissueModel& model, TissueState& state, double step, unsigned substeps,
-                          const IntegrateInputs& inputs, Integrator integrator, RkWorkspace& w) noexcept {
+IntegrateReport integrate(const TissueModel& model, TissueState& state, double step, unsigned substeps, const IntegrateInputs& inputs,
+                          Integrator integrator, RkWorkspace& w) noexcept {
     assert(substeps > 0);
     IntegrateReport report;
     begin(model, state, step, inputs, w, report);
@@ -197,8 +208,8 @@ IntegrateReport integrate(const TissueModel& model, TissueState& state, double s
     return report;
 }
 
-IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps,
-                              const IntegrateInputs& inputs, RkWorkspace& w) noexcept {
+IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps, const IntegrateInputs& inputs,
+                              RkWorkspace& w) noexcept {
     return integrate(model, state, step, substeps, inputs, Integrator::Rk4, w);
 }
 
@@ -207,8 +218,8 @@ IntegrateReport integrate_leapfrog(const TissueModel& model, TissueState& state,
     return integrate(model, state, step, substeps, inputs, Integrator::Leapfrog, w);
 }
 
-AdvanceReport advance(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs,
-                      const SubstepLimits& limits, RkWorkspace& w, StableStepWorkspace& stable_workspace) {
+AdvanceReport advance(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs, const SubstepLimits& limits,
+                      RkWorkspace& w, StableStepWorkspace& stable_workspace) {
     AdvanceReport report;
     IntegrateReport& done = report.integrate;
     begin(model, state, step, inputs, w, done);

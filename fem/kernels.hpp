@@ -18,8 +18,8 @@ enum class TetKernel : std::uint8_t {
 
 /// Extremes of one kernel run; places are positions in the plan, ties go to the lower one.
 struct Extremes {
-    double low;                // Force*: smallest det F
-    double high;               // Force*: largest growth since TetJob::growth was noted, 1 without; Stiffness: most energy that a tet takes up
+    double low;  // Force*: smallest det F
+    double high; // Force*: largest growth since TetJob::growth was noted, 1 without; Stiffness: most energy that a tet takes up
     Index low_place, high_place;
     void join(const Extremes& other) noexcept;
 };
@@ -44,20 +44,19 @@ struct TetJob {
     LawConstants constants;
     double viscosity = 0.0;
     TetGrowth growth = {}; // of Force and ViscousForce
-    unsigned threads = 1; // the bits are the same for any number
+    unsigned threads = 1;  // the bits are the same for any number
 };
 
 /// Overwrites every partial sum of the plan. records [node_count], partial [plan.slots.size()]
-Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records,
-                  std::span<PartialForce> partial) noexcept;
+Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<PartialForce> partial) noexcept;
 
 /// Energy and volume ratios of some tets.
 struct TetSum {
-    double energy = 0.0;              // J
-    double low = 0.0;                 // smallest det F; the first in the plan's order of equal ones
-    Index low_place = kNoIndex;       // in the plan
-    Index first_bad_tet = kNoIndex;   // lowest caller's id of a det F or energy that is not finite
-    std::uint32_t inverted = 0;       // det F <= 0
+    double energy = 0.0;            // J
+    double low = 0.0;               // smallest det F; the first in the plan's order of equal ones
+    Index low_place = kNoIndex;     // in the plan
+    Index first_bad_tet = kNoIndex; // lowest caller's id of a det F or energy that is not finite
+    std::uint32_t inverted = 0;     // det F <= 0
 };
 /// Of all tets, by the job's law and constants. per_chunk [plan.chunks.size()] is scratch.
 TetSum sum_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<TetSum> per_chunk) noexcept;
@@ -73,14 +72,14 @@ enum class NodeUpdate : std::uint8_t {
 struct NodeJob {
     NodeUpdate update = NodeUpdate::FirstStage;
     const NodeRecord* start = nullptr;
-    const NodeRecord* now = nullptr;      // what the force was computed from
-    NodeRecord* out = nullptr;            // may be `now`
+    const NodeRecord* now = nullptr; // what the force was computed from
+    NodeRecord* out = nullptr;       // may be `now`
     NodeRecord* slope = nullptr;
     const PartialForce* partial = nullptr;
-    const PartialForce* extra = nullptr;  // [node_count] by record, N; null: none
-    double gravity[4] = {0, 0, 0, 0};     // m/s^2
-    double mass_damping = 0.0;            // 1/s
-    double reach = 0.0, drift = 0.0;      // s
+    const PartialForce* extra = nullptr; // [node_count] by record, N; null: none
+    double gravity[4] = {0, 0, 0, 0};    // m/s^2
+    double mass_damping = 0.0;           // 1/s
+    double reach = 0.0, drift = 0.0;     // s
     unsigned threads = 1;
 };
 

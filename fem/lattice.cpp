@@ -35,8 +35,8 @@ double tet_volume(const TetMesh& mesh, const Tet& t) noexcept {
 double least_altitude(const TetMesh& mesh, const Tet& t) noexcept {
     const Vec3& o = mesh.vertices[t[0]];
     const Vec3 a = mesh.vertices[t[1]] - o, b = mesh.vertices[t[2]] - o, c = mesh.vertices[t[3]] - o;
-    const double largest_sq = std::max({a.cross(b).squaredNorm(), a.cross(c).squaredNorm(), b.cross(c).squaredNorm(),
-                                        (b - a).cross(c - a).squaredNorm()});
+    const double largest_sq =
+        std::max({a.cross(b).squaredNorm(), a.cross(c).squaredNorm(), b.cross(c).squaredNorm(), (b - a).cross(c - a).squaredNorm()});
     return a.dot(b.cross(c)) / std::sqrt(largest_sq);
 }
 
@@ -83,8 +83,10 @@ public:
             for (const Index node : t) outside[node] = true;
         for (unsigned sweep = 0; sweep < options_.sweeps; ++sweep)
             for (Index node = 0; node < mesh.vertices.size(); ++node) {
-                if (outside[node]) draw_to_surface(mesh, around[node], node, least);
-                else relax(mesh, around[node], node);
+                if (outside[node])
+                    draw_to_surface(mesh, around[node], node, least);
+                else
+                    relax(mesh, around[node], node);
             }
         measure_fit(mesh, outside, report);
     }
@@ -194,8 +196,8 @@ std::vector<Index> find_parts(const TetMesh& mesh) {
         }
     std::sort(faces.begin(), faces.end());
     for (std::size_t i = 1; i < faces.size(); ++i)
-        if (faces[i].first == faces[i - 1].first) root[std::max(find(faces[i].second), find(faces[i - 1].second))] =
-            std::min(find(faces[i].second), find(faces[i - 1].second));
+        if (faces[i].first == faces[i - 1].first)
+            root[std::max(find(faces[i].second), find(faces[i - 1].second))] = std::min(find(faces[i].second), find(faces[i - 1].second));
     for (Index tet = 0; tet < root.size(); ++tet) root[tet] = find(tet);
     return root;
 }
@@ -225,7 +227,8 @@ void drop_spikes(TetMesh& mesh, unsigned least_tets) {
         std::fill(around.begin(), around.end(), 0u);
         for (const Tet& t : mesh.tets)
             for (const Index node : t) ++around[node];
-        std::erase_if(mesh.tets, [&](const Tet& t) { return std::any_of(t.begin(), t.end(), [&](Index node) { return around[node] < least_tets; }); });
+        std::erase_if(mesh.tets,
+                      [&](const Tet& t) { return std::any_of(t.begin(), t.end(), [&](Index node) { return around[node] < least_tets; }); });
     }
 }
 
@@ -237,8 +240,10 @@ void keep_largest_part(TetMesh& mesh, LatticeMesh& report) {
     const auto largest = static_cast<Index>(std::max_element(size.begin(), size.end()) - size.begin());
     std::size_t kept = 0;
     for (std::size_t tet = 0; tet < mesh.tets.size(); ++tet) {
-        if (root[tet] == largest) mesh.tets[kept++] = mesh.tets[tet];
-        else if (root[tet] == tet) ++report.islands;
+        if (root[tet] == largest)
+            mesh.tets[kept++] = mesh.tets[tet];
+        else if (root[tet] == tet)
+            ++report.islands;
     }
     report.island_tets = mesh.tets.size() - kept;
     mesh.tets.resize(kept);
@@ -255,7 +260,8 @@ Result<LatticeMesh> make_lattice_mesh(const TriMesh& surface, const LatticeOptio
     if (surface.triangles.empty()) return Error{.code = ErrorCode::BadMesh, .message = "the surface has no triangles"};
     const Vec3 extent = surface.bounds().hi - surface.bounds().lo;
     if (!(options.cell > 0.0) || !std::isfinite(options.cell))
-        return Error{.code = ErrorCode::BadValue, .message = "a lattice cell of " + std::to_string(options.cell) + " m; it must be above 0"};
+        return Error{.code = ErrorCode::BadValue,
+                     .message = "a lattice cell of " + std::to_string(options.cell) + " m; it must be above 0"};
     const double cells = (extent[0] / options.cell + 2.0) * (extent[1] / options.cell + 2.0) * (extent[2] / options.cell + 2.0);
     if (!(cells <= kMostLatticeCells))
         return Error{.code = ErrorCode::BadValue,
@@ -265,11 +271,13 @@ Result<LatticeMesh> make_lattice_mesh(const TriMesh& surface, const LatticeOptio
     report.tets = lattice.fill();
     if (report.tets.tets.empty())
         return Error{.code = ErrorCode::BadMesh,
-                     .message = "no lattice tetrahedron fits inside: the body is thinner than a cell of " + std::to_string(options.cell) + " m"};
+                     .message =
+                         "no lattice tetrahedron fits inside: the body is thinner than a cell of " + std::to_string(options.cell) + " m"};
     drop_spikes(report.tets, options.least_tets);
     if (report.tets.tets.empty())
         return Error{.code = ErrorCode::BadMesh,
-                     .message = "nothing of the lattice is left without spikes: the body is about as thin as a cell of " + std::to_string(options.cell) + " m"};
+                     .message = "nothing of the lattice is left without spikes: the body is about as thin as a cell of " +
+                                std::to_string(options.cell) + " m"};
     keep_largest_part(report.tets, report);
     drop_spare_nodes(report.tets);
     lattice.fit(report.tets, report);

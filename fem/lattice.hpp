@@ -19,10 +19,10 @@ struct LatticeOptions {
 
 struct LatticeMesh {
     TetMesh tets;
-    double volume_ratio = 0.0;      // [-] of the mesh to the surface's volume
-    double farthest = 0.0;          // m, largest distance of a boundary node from the surface
-    double fitted_share = 0.0;      // [-] of the boundary nodes that lie on the surface
-    std::size_t islands = 0;        // parts without a face in common with the largest one: dropped
+    double volume_ratio = 0.0; // [-] of the mesh to the surface's volume
+    double farthest = 0.0;     // m, largest distance of a boundary node from the surface
+    double fitted_share = 0.0; // [-] of the boundary nodes that lie on the surface
+    std::size_t islands = 0;   // parts without a face in common with the largest one: dropped
     std::size_t island_tets = 0;
 };
 

@@ -12,7 +12,9 @@ namespace seldinger::fem {
 /// Sine of the angle at q0 below which a triangle has no frame: its normal would be rounding.
 inline constexpr double kCollapsedSine = 1e-4;
 
-struct LinkTriangle { Vec3 q0, q1, q2; };
+struct LinkTriangle {
+    Vec3 q0, q1, q2;
+};
 
 /// In an order of its own, which the vectorised frames share.
 [[nodiscard]] inline double sum_of_squares(const Vec3& v) noexcept { return (v[0] * v[0] + v[1] * v[1]) + v[2] * v[2]; }

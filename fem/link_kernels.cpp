@@ -22,9 +22,7 @@ namespace HWY_NAMESPACE {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
 
 /// The operations of link_frame.hpp in their order, none of them fused.
-HWY_INLINE V inner(const Axes& a, const Axes& b) {
-    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
+HWY_INLINE V inner(const Axes& a, const Axes& b) { return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z)); }
 HWY_INLINE Axes cross(const Axes& a, const Axes& b) {
     const auto minor = [](V p, V q, V r, V s) HWY_ATTR { return hn::Sub(hn::Mul(p, q), hn::Mul(r, s)); };
     return {minor(a.y, b.z, a.z, b.y), minor(a.z, b.x, a.x, b.z), minor(a.x, b.y, a.y, b.x)};
@@ -57,7 +55,8 @@ SteerReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFra
         const V least = hn::Mul(hn::Mul(set(kCollapsedSine * kCollapsedSine), e_sq), inner(f, f));
         const auto sound = hn::And(hn::Gt(n_sq, least), hn::Lt(n_sq, set(std::numeric_limits<double>::infinity())));
         const V one = set(1.0);
-        const V per_n = hn::Div(one, hn::Sqrt(hn::IfThenElse(sound, n_sq, one))), per_e = hn::Div(one, hn::Sqrt(hn::IfThenElse(sound, e_sq, one)));
+        const V per_n = hn::Div(one, hn::Sqrt(hn::IfThenElse(sound, n_sq, one))),
+                per_e = hn::Div(one, hn::Sqrt(hn::IfThenElse(sound, e_sq, one)));
         const Rows axes[3] = {turn_back(times(n, per_n)), turn_back(times(e, per_e)), turn_back(times(cross(e, n), hn::Mul(per_n, per_e)))};
         alignas(64) double good[kLanes];
         hn::Store(hn::IfThenElseZero(sound, one), D8(), good);
@@ -70,7 +69,8 @@ SteerReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFra
                 continue;
             }
             const double* rest = links.frame_rest[first + lane].data();
-            for (int k = 0; k < 3; ++k) hn::Store(hn::Sub(row_of(axes[k], lane), hn::MaskedLoad(three, d4, rest + 3 * k)), d4, frame.turn[k]);
+            for (int k = 0; k < 3; ++k)
+                hn::Store(hn::Sub(row_of(axes[k], lane), hn::MaskedLoad(three, d4, rest + 3 * k)), d4, frame.turn[k]);
         }
     }
     return report;
@@ -85,7 +85,8 @@ void move_range(const RigidLinks& links, const LinkFrame* frames, const Vec3* re
         const LinkFrame& frame = id == kNoIndex ? still : frames[id];
         const double *a = links.vertex_weight[v].data(), *r = links.vertex_projection[v].data();
         const auto part = [&](double factor, const double* column) HWY_ATTR { return hn::Mul(hn::Set(d4, factor), hn::Load(d4, column)); };
-        const auto origin = hn::Add(hn::Add(part(a[0], frame.displacement[0]), part(a[1], frame.displacement[1])), part(a[2], frame.displacement[2]));
+        const auto origin =
+            hn::Add(hn::Add(part(a[0], frame.displacement[0]), part(a[1], frame.displacement[1])), part(a[2], frame.displacement[2]));
         const auto link = hn::Add(part(r[0], frame.turn[0]), hn::Add(part(r[1], frame.turn[1]), part(r[2], frame.turn[2])));
         const auto moved = hn::Mul(hn::Set(d4, links.vertex_blend[v]), hn::Add(origin, link));
         if (v + 1 < end) { // four numbers where three are meant: the fourth is the next vertex's first, written once more by its own turn
@@ -150,12 +151,14 @@ constexpr std::size_t kLeastFrames = 512, kLeastVertices = 2048; // of a block
 
 } // namespace
 
-SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames, unsigned threads) noexcept {
+SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames,
+                             unsigned threads) noexcept {
     const auto run = HWY_DYNAMIC_DISPATCH(turn_range);
     std::array<SteerReport, kMostBlocks> found;
-    const std::size_t blocks = for_each_block(frames.size(), threads, kLeastFrames, [&](std::size_t block, std::size_t begin, std::size_t end) {
-        found[block] = run(links, nodes.data(), frames.data(), begin, end);
-    });
+    const std::size_t blocks =
+        for_each_block(frames.size(), threads, kLeastFrames, [&](std::size_t block, std::size_t begin, std::size_t end) {
+            found[block] = run(links, nodes.data(), frames.data(), begin, end);
+        });
     for (std::size_t k = 1; k < blocks; ++k) {
         found[0].collapsed_frames += found[k].collapsed_frames;
         found[0].first_collapsed = std::min(found[0].first_collapsed, found[k].first_collapsed);
@@ -166,8 +169,9 @@ SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord
 void move_vertices(const RigidLinks& links, std::span<const LinkFrame> frames, std::span<const Vec3> rest, std::span<Vec3> out,
                    unsigned threads) noexcept {
     const auto run = HWY_DYNAMIC_DISPATCH(move_range);
-    for_each_block(rest.size(), threads, kLeastVertices,
-                   [&](std::size_t, std::size_t begin, std::size_t end) { run(links, frames.data(), rest.data(), out.data(), begin, end); });
+    for_each_block(rest.size(), threads, kLeastVertices, [&](std::size_t, std::size_t begin, std::size_t end) {
+        run(links, frames.data(), rest.data(), out.data(), begin, end);
+    });
 }
 
 } // namespace seldinger::fem

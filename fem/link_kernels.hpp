@@ -7,7 +7,8 @@
 namespace seldinger::fem {
 
 /// Turns link triangles begin .. end - 1. nodes [node_count]: x the position, v the displacement; frames [frame_count].
-SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames, unsigned threads) noexcept;
+SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames,
+                             unsigned threads) noexcept;
 
 /// p' = p + w (sum a_i u_i + (A' - A) r) of every vertex. out must not be rest.
 void move_vertices(const RigidLinks& links, std::span<const LinkFrame> frames, std::span<const Vec3> rest, std::span<Vec3> out,

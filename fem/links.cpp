@@ -15,15 +15,17 @@ LinkTriangle link_triangle(const Triangle& nodes, std::span<const Vec3> position
 
 /// Turn of the frame per node displacement: omega = sum_i w[i] dq_i. With b = n x e: omega . n = de.b/|e|,
 /// omega . b = -de.n/|e|, omega . e = (|e| df.n - (f.e) de.n)/|e x f|; e, f the edges, unit where they stand for axes.
-struct TurnRates { Mat3 node[3]; };
+struct TurnRates {
+    Mat3 node[3];
+};
 
 TurnRates find_turn_rates(const LinkTriangle& t, const Mat3& axes) noexcept {
     const Vec3 e = t.q1 - t.q0, f = t.q2 - t.q0;
     const Vec3 n_axis = axes.col(0), e_axis = axes.col(1), b_axis = -axes.col(2);
     const double length = e.norm(), area = e.cross(f).norm();
     TurnRates rates;
-    rates.node[1] = (n_axis * b_axis.transpose() - b_axis * n_axis.transpose()) / length -
-                    e_axis * n_axis.transpose() * (f.dot(e_axis) / area);
+    rates.node[1] =
+        (n_axis * b_axis.transpose() - b_axis * n_axis.transpose()) / length - e_axis * n_axis.transpose() * (f.dot(e_axis) / area);
     rates.node[2] = e_axis * n_axis.transpose() * (length / area);
     rates.node[0] = -(rates.node[1] + rates.node[2]);
     return rates;
@@ -37,8 +39,8 @@ Mat3 skew(const Vec3& v) noexcept {
 
 } // namespace
 
-SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest,
-                  LinkFrames& frames, std::span<Vec3> out) noexcept {
+SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
+                  std::span<Vec3> out) noexcept {
     assert(node_position.size() == links.node_rest.size());
     assert(rest.size() == links.vertex_count() && out.size() == links.vertex_count());
     assert(rest.data() != out.data() || rest.empty());
@@ -57,7 +59,8 @@ SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, 
 std::size_t steer_bytes(const RigidLinks& links) noexcept {
     constexpr std::size_t kVertex = sizeof(Index) + sizeof(std::array<double, 3>) + 3 * sizeof(Vec3) + sizeof(double);
     constexpr std::size_t kFrame = sizeof(Triangle) + sizeof(Mat3) + 2 * sizeof(LinkFrame);
-    return kVertex * links.vertex_count() + kFrame * links.frame_nodes.size() + (2 * sizeof(Vec3) + sizeof(NodeRecord)) * links.node_rest.size();
+    return kVertex * links.vertex_count() + kFrame * links.frame_nodes.size() +
+           (2 * sizeof(Vec3) + sizeof(NodeRecord)) * links.node_rest.size();
 }
 
 LinkJacobian link_jacobian(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position) noexcept {
@@ -80,8 +83,7 @@ LinkJacobian link_jacobian(const RigidLinks& links, Index vertex, std::span<cons
     return jacobian;
 }
 
-LinkForces spread_link_force(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position,
-                             const Vec3& force) noexcept {
+LinkForces spread_link_force(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position, const Vec3& force) noexcept {
     LinkForces spread;
     const LinkJacobian jacobian = link_jacobian(links, vertex, node_position);
     for (int i = 0; i < 3; ++i) {

@@ -16,20 +16,20 @@ namespace seldinger::fem {
 
 /// Vertex v hangs on frame vertex_frame[v] with weights and projections; vertex_blend 0 leaves it static.
 struct RigidLinks {
-    std::vector<Triangle> frame_nodes;        // [frame_count] coarse node ids q0, q1, q2
-    std::vector<Mat3> frame_rest;             // [frame_count] columns: unit n, q1 - q0, a at rest
-    std::vector<Index> vertex_frame;          // [vertex_count] kNoIndex: static
+    std::vector<Triangle> frame_nodes;                // [frame_count] coarse node ids q0, q1, q2
+    std::vector<Mat3> frame_rest;                     // [frame_count] columns: unit n, q1 - q0, a at rest
+    std::vector<Index> vertex_frame;                  // [vertex_count] kNoIndex: static
     std::vector<std::array<double, 3>> vertex_weight; // [vertex_count] sum to one
-    std::vector<Vec3> vertex_projection;      // [vertex_count] m, R on n, q1 - q0, a
-    std::vector<double> vertex_blend;         // [vertex_count] in [0, 1], 0 = static, 1 = moves fully
-    std::vector<Vec3> node_rest;              // [node_count] m, coarse rest positions
+    std::vector<Vec3> vertex_projection;              // [vertex_count] m, R on n, q1 - q0, a
+    std::vector<double> vertex_blend;                 // [vertex_count] in [0, 1], 0 = static, 1 = moves fully
+    std::vector<Vec3> node_rest;                      // [node_count] m, coarse rest positions
 
     // what making them met
-    std::size_t degenerate = 0;    // vertices whose nearest nodes or face would not do (collinear, thin): a wider choice was taken
-    std::size_t static_count = 0;  // vertices with blend 0
-    double max_length = 0.0;       // m, longest |R| of the vertices that move
-    Index longest = kNoIndex;      // the vertex that has it
-    std::size_t long_count = 0;    // vertices with |R| above the longest edge of their own link triangle
+    std::size_t degenerate = 0;   // vertices whose nearest nodes or face would not do (collinear, thin): a wider choice was taken
+    std::size_t static_count = 0; // vertices with blend 0
+    double max_length = 0.0;      // m, longest |R| of the vertices that move
+    Index longest = kNoIndex;     // the vertex that has it
+    std::size_t long_count = 0;   // vertices with |R| above the longest edge of their own link triangle
 
     [[nodiscard]] std::size_t vertex_count() const noexcept { return vertex_frame.size(); }
 };
@@ -42,9 +42,9 @@ struct alignas(64) LinkFrame {
 
 /// What changes from step to step; turns of triangles that collapsed are the last good ones.
 struct LinkFrames {
-    std::vector<LinkFrame> frame;  // [frame_count]
-    std::vector<NodeRecord> node;  // [node_count] x: position, v: displacement, m
-    unsigned threads = 1;          // the bits are the same for any number
+    std::vector<LinkFrame> frame; // [frame_count]
+    std::vector<NodeRecord> node; // [node_count] x: position, v: displacement, m
+    unsigned threads = 1;         // the bits are the same for any number
 };
 
 struct SteerReport {
@@ -64,13 +64,12 @@ struct SteerReport {
 /// Links vertices inside the coarse mesh to the nearest face of the tet that contains them (blend 1). Outside, the blend
 /// falls smoothly from 1 on the organ's surface to 0 at blend_length from it; beyond, vertices are static.
 /// blend_length [m] >= 0; 0: everything outside is static.
-[[nodiscard]] Result<RigidLinks> make_embedded_links(const TetMesh& coarse, std::span<const Vec3> vertices,
-                                                     double blend_length);
+[[nodiscard]] Result<RigidLinks> make_embedded_links(const TetMesh& coarse, std::span<const Vec3> vertices, double blend_length);
 
 /// out[v] = position of dense vertex v, [vertex_count] m. node_position [node_count], rest [vertex_count] the dense mesh's
 /// rest positions as given to make_*, out another array. frames is sized on the first call, without allocation later.
-SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest,
-                  LinkFrames& frames, std::span<Vec3> out) noexcept;
+SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
+                  std::span<Vec3> out) noexcept;
 
 /// Bytes that one call of steer reads and writes, every array once.
 [[nodiscard]] std::size_t steer_bytes(const RigidLinks& links) noexcept;
@@ -80,8 +79,7 @@ struct LinkJacobian {
     Index node[3] = {kNoIndex, kNoIndex, kNoIndex};
     Mat3 block[3] = {Mat3::Zero(), Mat3::Zero(), Mat3::Zero()};
 };
-[[nodiscard]] LinkJacobian link_jacobian(const RigidLinks& links, Index vertex,
-                                         std::span<const Vec3> node_position) noexcept;
+[[nodiscard]] LinkJacobian link_jacobian(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position) noexcept;
 
 /// The transpose: a force on the dense vertex as forces on three coarse nodes. Same sum (times the blend) and, for blend 1,
 /// same moment about any point.

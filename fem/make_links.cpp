@@ -64,8 +64,7 @@ public:
     void count_degenerate() { ++links_.degenerate; }
 
     RigidLinks finish() && {
-        links_.static_count =
-            static_cast<std::size_t>(std::count(links_.vertex_frame.begin(), links_.vertex_frame.end(), kNoIndex));
+        links_.static_count = static_cast<std::size_t>(std::count(links_.vertex_frame.begin(), links_.vertex_frame.end(), kNoIndex));
         return std::move(links_);
     }
 
@@ -108,8 +107,7 @@ struct CoarseSurface {
     [[nodiscard]] double longest_edge(Index triangle) const {
         const Triangle& t = mesh.triangles[triangle];
         double longest = 0.0;
-        for (std::size_t k = 0; k < 3; ++k)
-            longest = std::max(longest, (mesh.vertices[t[k]] - mesh.vertices[t[(k + 1) % 3]]).norm());
+        for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, (mesh.vertices[t[k]] - mesh.vertices[t[(k + 1) % 3]]).norm());
         return longest;
     }
 };
@@ -128,8 +126,8 @@ Index find_patch_centre(const CoarseSurface& surface, const Vec3& p, const Vec3&
     surface.tree.for_each_overlapping(box, [&](Index triangle) {
         if (!(normal.dot(surface.normal(triangle)) > 0.0)) return;
         const Triangle& t = surface.mesh.triangles[triangle];
-        const double distance_sq = closest_on_triangle(p, surface.mesh.vertices[t[0]], surface.mesh.vertices[t[1]],
-                                                       surface.mesh.vertices[t[2]]).distance_sq;
+        const double distance_sq =
+            closest_on_triangle(p, surface.mesh.vertices[t[0]], surface.mesh.vertices[t[1]], surface.mesh.vertices[t[2]]).distance_sq;
         if (distance_sq > best_sq || (distance_sq == best_sq && triangle > best)) return;
         best = triangle;
         best_sq = distance_sq;
@@ -223,10 +221,10 @@ Result<RigidLinks> make_surface_links(const TetMesh& coarse, const TriMesh& dens
     for (const Triangle& t : dense.triangles)
         for (const Index v : t)
             if (v >= dense.vertices.size())
-                return Error{.code = ErrorCode::BadMesh, .message = "a triangle names vertex " + std::to_string(v) + ", which does not exist"};
+                return Error{.code = ErrorCode::BadMesh,
+                             .message = "a triangle names vertex " + std::to_string(v) + ", which does not exist"};
     const CoarseSurface surface(coarse);
-    if (surface.mesh.triangles.empty())
-        return Error{.code = ErrorCode::BadMesh, .message = "the coarse mesh has no surface to link to"};
+    if (surface.mesh.triangles.empty()) return Error{.code = ErrorCode::BadMesh, .message = "the coarse mesh has no surface to link to"};
     const std::vector<Vec3> normals = vertex_normals(dense);
     LinkBuilder builder(coarse, dense.vertices);
     for (Index v = 0; v < dense.vertices.size(); ++v) {
@@ -247,7 +245,8 @@ Result<RigidLinks> make_surface_links(const TetMesh& coarse, const TriMesh& dens
 Result<RigidLinks> make_embedded_links(const TetMesh& coarse, std::span<const Vec3> vertices, double blend_length) {
     if (const auto fine = check_inputs(coarse, vertices); !fine) return fine.error();
     if (!(blend_length >= 0.0) || !std::isfinite(blend_length))
-        return Error{.code = ErrorCode::BadValue, .message = "the blend length is " + std::to_string(blend_length) + " m; it must be 0 or more"};
+        return Error{.code = ErrorCode::BadValue,
+                     .message = "the blend length is " + std::to_string(blend_length) + " m; it must be 0 or more"};
     const CoarseSurface surface(coarse);
     const TetLocator locator(coarse);
     // A vertex that rounding alone puts outside belongs to the surface.
@@ -268,8 +267,7 @@ Result<RigidLinks> make_embedded_links(const TetMesh& coarse, std::span<const Ve
         const auto nearest = surface.tree.closest(p, std::max(blend_length, touching));
         if (!nearest) continue;
         const double blend = nearest->distance <= touching ? 1.0 : smooth_fall(nearest->distance / blend_length);
-        if (blend > 0.0 && !builder.add(v, {surface.mesh.triangles[nearest->triangle], nearest->bary}, blend))
-            builder.count_degenerate();
+        if (blend > 0.0 && !builder.add(v, {surface.mesh.triangles[nearest->triangle], nearest->bary}, blend)) builder.count_degenerate();
     }
     return std::move(builder).finish();
 }

@@ -9,8 +9,7 @@ namespace {
 
 Result<void> check_range(const char* name, double value, bool fine, const char* wanted) {
     if (std::isfinite(value) && fine) return {};
-    return Error{.code = ErrorCode::BadValue,
-                 .message = std::string(name) + " is " + std::to_string(value) + "; it must be " + wanted};
+    return Error{.code = ErrorCode::BadValue, .message = std::string(name) + " is " + std::to_string(value) + "; it must be " + wanted};
 }
 
 } // namespace

@@ -38,7 +38,8 @@ HWY_INLINE V natural_log(V x) {
     return hn::IfThenElse(fine, log, set(std::numeric_limits<double>::quiet_NaN()));
 }
 
-template <MaterialLaw kLaw> HWY_INLINE V find_energy(const LawConstants& c, const M3& f, V det) {
+template <MaterialLaw kLaw>
+HWY_INLINE V find_energy(const LawConstants& c, const M3& f, V det) {
     if constexpr (kLaw == MaterialLaw::StVK) {
         const Sym g = gram(f);
         const auto strain = [](V entry) HWY_ATTR { return hn::Mul(set(0.5), hn::Sub(entry, set(1.0))); };
@@ -100,9 +101,12 @@ using ChunkSum = TetSum (*)(const ForcePlan&, const ForceChunk&, const LawConsta
 
 ChunkSum pick_sum(MaterialLaw law) {
     switch (law) {
-    case MaterialLaw::StVK: return &sum_chunk<MaterialLaw::StVK>;
-    case MaterialLaw::Corotational: return &sum_chunk<MaterialLaw::Corotational>;
-    case MaterialLaw::NeoHookean: break;
+    case MaterialLaw::StVK:
+        return &sum_chunk<MaterialLaw::StVK>;
+    case MaterialLaw::Corotational:
+        return &sum_chunk<MaterialLaw::Corotational>;
+    case MaterialLaw::NeoHookean:
+        break;
     }
     return &sum_chunk<MaterialLaw::NeoHookean>;
 }

@@ -68,10 +68,14 @@ using RangeUpdate = Index (*)(const ForcePlan&, const NodeJob&, std::size_t, std
 
 RangeUpdate pick_update(NodeUpdate update) {
     switch (update) {
-    case NodeUpdate::FirstStage: return &update_range<NodeUpdate::FirstStage>;
-    case NodeUpdate::MiddleStage: return &update_range<NodeUpdate::MiddleStage>;
-    case NodeUpdate::LastStage: return &update_range<NodeUpdate::LastStage>;
-    case NodeUpdate::KickDrift: break;
+    case NodeUpdate::FirstStage:
+        return &update_range<NodeUpdate::FirstStage>;
+    case NodeUpdate::MiddleStage:
+        return &update_range<NodeUpdate::MiddleStage>;
+    case NodeUpdate::LastStage:
+        return &update_range<NodeUpdate::LastStage>;
+    case NodeUpdate::KickDrift:
+        break;
     }
     return &update_range<NodeUpdate::KickDrift>;
 }

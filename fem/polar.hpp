@@ -39,9 +39,9 @@ namespace detail {
 }
 
 [[nodiscard]] inline Block<double> quaternion_to_rotation(double w, double x, double y, double z) noexcept {
-    return {{w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
-             2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x),
-             2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z}};
+    return {{w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y), 2.0 * (x * y + w * z),
+             w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x), 2.0 * (x * z - w * y), 2.0 * (y * z + w * x),
+             w * w - x * x - y * y + z * z}};
 }
 
 } // namespace detail
@@ -58,8 +58,8 @@ namespace detail {
     const Block<double> cof = cofactors(f);
     const double size_sq = contraction(f, f);
     const double det = f.m[0] * cof.m[0] + f.m[1] * cof.m[1] + f.m[2] * cof.m[2];
-    const double root = detail::largest_root(-2.0 * size_sq, -8.0 * det, size_sq * size_sq - 4.0 * contraction(cof, cof),
-                                             std::sqrt(3.0 * size_sq));
+    const double root =
+        detail::largest_root(-2.0 * size_sq, -8.0 * det, size_sq * size_sq - 4.0 * contraction(cof, cof), std::sqrt(3.0 * size_sq));
     const double* m = f.m;
     const double a[4][4] = {{m[0] + m[4] + m[8] - root, m[7] - m[5], m[2] - m[6], m[3] - m[1]},
                             {m[7] - m[5], m[0] - m[4] - m[8] - root, m[1] + m[3], m[2] + m[6]},
@@ -70,7 +70,10 @@ namespace detail {
     double best_size = -1.0;
     for (int i = 0; i < 4; ++i) {
         const double size = std::abs(detail::minor3(a, i, i));
-        if (size > best_size) { best_size = size; best = i; }
+        if (size > best_size) {
+            best_size = size;
+            best = i;
+        }
     }
     double q[4], length_sq = 0.0;
     for (int j = 0; j < 4; ++j) {

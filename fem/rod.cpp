@@ -38,8 +38,7 @@ void find_rest_bend(const RodModel& model, const RodState& state, const RodPort&
     }
 }
 
-void move_behind_port(const RodModel& model, const RodPort& port, double insertion, double dt, Index first,
-                      RodState& state) noexcept {
+void move_behind_port(const RodModel& model, const RodPort& port, double insertion, double dt, Index first, RodState& state) noexcept {
     const double last = static_cast<double>(model.node_count() - 1);
     for (Index i = 0; i < first; ++i) {
         const Vec3 target = port.position + port.direction * (insertion - (last - i) * model.segment);
@@ -48,8 +47,7 @@ void move_behind_port(const RodModel& model, const RodPort& port, double inserti
     }
 }
 
-void add_energies(const RodModel& model, const RodState& state, Index first, const RodWorkspace& work,
-                  RodReport& report) noexcept {
+void add_energies(const RodModel& model, const RodState& state, Index first, const RodWorkspace& work, RodReport& report) noexcept {
     for (std::size_t i = first; i < model.node_count(); ++i) {
         report.kinetic_j += 0.5 * model.mass[i] * state.velocity[i].squaredNorm();
         if (i > 0) {
@@ -57,8 +55,7 @@ void add_energies(const RodModel& model, const RodState& state, Index first, con
             report.stretch_j += 0.5 * model.stretch_stiffness[i - 1] * stretch * stretch;
         }
         if (i > 0 && i + 1 < model.node_count())
-            report.bend_j += 0.5 * model.bend_stiffness[i] *
-                             (second_difference(state.position, i) - work.rest_bend[i]).squaredNorm();
+            report.bend_j += 0.5 * model.bend_stiffness[i] * (second_difference(state.position, i) - work.rest_bend[i]).squaredNorm();
         if (report.first_bad_node == kNoIndex && !(is_finite(state.position[i]) && is_finite(state.velocity[i])))
             report.first_bad_node = static_cast<Index>(i);
     }
@@ -89,12 +86,10 @@ void place_rod(const RodModel& model, const RodPort& port, double insertion, dou
     state.insertion = insertion;
     state.rotation = rotation;
     for (std::size_t i = 0; i < nodes; ++i)
-        state.position[i] =
-            port.position + port.direction * (insertion - static_cast<double>(nodes - 1 - i) * model.segment);
+        state.position[i] = port.position + port.direction * (insertion - static_cast<double>(nodes - 1 - i) * model.segment);
 }
 
-void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port,
-                         std::span<Vec3> axis) noexcept {
+void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept {
     const SinCos turn = sin_cos(state.rotation);
     const Vec3 reference = perpendicular_axis(port.direction);
     Vec3 m = turn.cos * reference + turn.sin * port.direction.cross(reference);
@@ -126,8 +121,7 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
         for (std::size_t i = first; i < model.node_count(); ++i) state.position[i] += dt * state.velocity[i];
         RodStep rod_step(model, state, drive, planes, dt, first, work);
         report.largest_residual = std::max(report.largest_residual, rod_step.solve(report));
-        for (std::size_t i = first; i < model.node_count(); ++i)
-            state.velocity[i] = (state.position[i] - work.start[i]) / dt;
+        for (std::size_t i = first; i < model.node_count(); ++i) state.velocity[i] = (state.position[i] - work.start[i]) / dt;
     }
     add_energies(model, state, first, work, report);
     return report;

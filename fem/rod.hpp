@@ -20,27 +20,27 @@ namespace seldinger::fem {
 enum class TipShape : std::uint8_t { Straight, J, Simmons };
 
 struct RodDesign {
-    double length = 0.5;               // m
-    double radius = 0.5e-3;            // m, outer
-    double segment = 2e-3;             // m, distance of nodes
-    double young_modulus = 100e6;      // Pa, of the solid circular section
-    double density = 1100.0;           // kg/m^3
-    double drag = 40.0;                // 1/s, mass-proportional
-    double whip_drag = 10.0;           // N s/m^2, per metre of rod, across its axis only: a rod that snaps free stays
-                                       // slow enough for the contacts of one step; 0 lets it jump
+    double length = 0.5;          // m
+    double radius = 0.5e-3;       // m, outer
+    double segment = 2e-3;        // m, distance of nodes
+    double young_modulus = 100e6; // Pa, of the solid circular section
+    double density = 1100.0;      // kg/m^3
+    double drag = 40.0;           // 1/s, mass-proportional
+    double whip_drag = 10.0;      // N s/m^2, per metre of rod, across its axis only: a rod that snaps free stays
+                                  // slow enough for the contacts of one step; 0 lets it jump
     TipShape tip = TipShape::J;
-    double tip_length = 15e-3;         // m, of the shaped distal part
-    double tip_angle = 0.8;            // rad, total rest bend of the shaped part
-    double tip_stiffness = 0.3;        // [-] modulus of the shaped part relative to the shaft, blended over as much again
+    double tip_length = 15e-3;  // m, of the shaped distal part
+    double tip_angle = 0.8;     // rad, total rest bend of the shaped part
+    double tip_stiffness = 0.3; // [-] modulus of the shaped part relative to the shaft, blended over as much again
 };
 
 /// Built once, then only read. Node 0 is the handle's end, node_count - 1 the tip.
 struct RodModel {
     RodDesign design;
-    double segment = 0.0;                  // m, as divided evenly
-    std::vector<double> bend_stiffness;    // [node_count] N/m: EI / segment^3, 0 at both ends
-    std::vector<double> stretch_stiffness; // [node_count - 1] N/m: EA / segment
-    std::vector<double> mass;              // [node_count] kg
+    double segment = 0.0;                              // m, as divided evenly
+    std::vector<double> bend_stiffness;                // [node_count] N/m: EI / segment^3, 0 at both ends
+    std::vector<double> stretch_stiffness;             // [node_count - 1] N/m: EA / segment
+    std::vector<double> mass;                          // [node_count] kg
     std::vector<std::array<double, 2>> rest_curvature; // [node_count] 1/m, components along the material frame
 
     [[nodiscard]] std::size_t node_count() const noexcept { return mass.size(); }
@@ -65,19 +65,19 @@ struct RodPort {
 /// Half-space on a point of the chain: weight[0] x_node + weight[1] x_node+1. The rod stays where
 /// normal . point >= offset; it is pushed with stiffness * (offset - normal . point) below that.
 struct RodPlane {
-    Index node = 0;          // 0 .. node_count - 2
-    double weight = 0.0;     // of node + 1, in [0, 1]
+    Index node = 0;      // 0 .. node_count - 2
+    double weight = 0.0; // of node + 1, in [0, 1]
     Vec3 normal = Vec3::UnitX();
-    double offset = 0.0;     // m
-    double force = 0.0;      // N, set by the solve: normal force at its end
+    double offset = 0.0;               // m
+    double force = 0.0;                // N, set by the solve: normal force at its end
     Vec3 wall_velocity = Vec3::Zero(); // m/s, of what the rod slides on
     Vec3 drag = Vec3::Zero();          // N, set by the solve: friction that the rod feels; the wall feels the opposite
 };
 
 struct RodDrive {
     RodPort port;
-    double insertion = 0.0;  // m, at the end of the step
-    double rotation = 0.0;   // rad, at the end of the step
+    double insertion = 0.0; // m, at the end of the step
+    double rotation = 0.0;  // rad, at the end of the step
     Vec3 gravity = Vec3::Zero();
     double contact_stiffness = 2000.0; // N/m
     double friction = 0.0;             // Coulomb mu

@@ -42,9 +42,7 @@ public:
     }
 
 private:
-    [[nodiscard]] static std::size_t first_column(std::size_t row) noexcept {
-        return row > kRodBandwidth ? row - kRodBandwidth : 0;
-    }
+    [[nodiscard]] static std::size_t first_column(std::size_t row) noexcept { return row > kRodBandwidth ? row - kRodBandwidth : 0; }
     [[nodiscard]] double& at(std::size_t row, std::size_t column) noexcept {
         return data_[row * (kRodBandwidth + 1) + (kRodBandwidth - (row - column))];
     }

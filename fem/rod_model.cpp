@@ -20,9 +20,12 @@ double rest_curvature(const RodDesign& design, double s) noexcept {
     if (s > design.tip_length) return 0.0;
     const double mean = design.tip_angle / design.tip_length;
     switch (design.tip) {
-    case TipShape::Straight: return 0.0;
-    case TipShape::J: return mean;
-    case TipShape::Simmons: return s < 0.35 * design.tip_length ? -mean : 2.2 * mean;
+    case TipShape::Straight:
+        return 0.0;
+    case TipShape::J:
+        return mean;
+    case TipShape::Simmons:
+        return s < 0.35 * design.tip_length ? -mean : 2.2 * mean;
     }
     return 0.0;
 }
@@ -34,16 +37,21 @@ Error bad_value(const char* what, double value, const char* right) {
 } // namespace
 
 Result<RodModel> make_rod_model(const RodDesign& design) {
-    const struct { const char* name; double value; } positive[] = {
-        {"length", design.length},   {"radius", design.radius},         {"segment", design.segment},
-        {"density", design.density}, {"young_modulus", design.young_modulus},
-        {"tip_length", design.tip_length}, {"tip_stiffness", design.tip_stiffness}};
+    const struct {
+        const char* name;
+        double value;
+    } positive[] = {{"length", design.length},
+                    {"radius", design.radius},
+                    {"segment", design.segment},
+                    {"density", design.density},
+                    {"young_modulus", design.young_modulus},
+                    {"tip_length", design.tip_length},
+                    {"tip_stiffness", design.tip_stiffness}};
     for (const auto& entry : positive)
         if (!(entry.value > 0.0) || !std::isfinite(entry.value))
             return bad_value(entry.name, entry.value, "it must be positive and finite");
     const double pieces = std::round(design.length / design.segment);
-    if (!(pieces >= 4.0 && pieces <= 1e5))
-        return bad_value("segment", design.segment, "length / segment must lie between 4 and 100000");
+    if (!(pieces >= 4.0 && pieces <= 1e5)) return bad_value("segment", design.segment, "length / segment must lie between 4 and 100000");
 
     RodModel model;
     model.design = design;

@@ -39,8 +39,8 @@ RodSkin make_rod_skin(const RodModel& model, std::size_t triangle_count) {
     return skin;
 }
 
-void place_rod_skin(const RodModel& model, const RodSkin& skin, const RodState& state, const RodPort& port,
-                    std::span<Vec3> axis, std::span<Vec3> vertex) noexcept {
+void place_rod_skin(const RodModel& model, const RodSkin& skin, const RodState& state, const RodPort& port, std::span<Vec3> axis,
+                    std::span<Vec3> vertex) noexcept {
     carry_material_axis(model, state, port, axis);
     const std::size_t nodes = model.node_count();
     const Index first = first_inserted_node(model, state.insertion);

@@ -21,7 +21,7 @@ struct RodSkin {
 /// Places the skin around the rod. Rings that have not passed the port are stacked on the port's cross-section: what is
 /// outside the body touches nothing.
 /// vertex  [vertex_count] m, out      axis  [node_count] scratch
-void place_rod_skin(const RodModel& model, const RodSkin& skin, const RodState& state, const RodPort& port,
-                    std::span<Vec3> axis, std::span<Vec3> vertex) noexcept;
+void place_rod_skin(const RodModel& model, const RodSkin& skin, const RodState& state, const RodPort& port, std::span<Vec3> axis,
+                    std::span<Vec3> vertex) noexcept;
 
 } // namespace seldinger::fem

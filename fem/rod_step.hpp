@@ -27,8 +27,8 @@ inline constexpr double kStickSpeed = 1e-3;
 /// One implicit Euler step: the nodes from `first` on move, those before it are where the port put them.
 class RodStep {
 public:
-    RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt,
-            Index first, RodWorkspace& workspace) noexcept
+    RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt, Index first,
+            RodWorkspace& workspace) noexcept
         : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), work_(workspace) {}
 
     /// Returns the largest correction of the last iteration.
@@ -147,8 +147,7 @@ private:
         }
         const double scale = largest > kTrustRadius ? kTrustRadius / largest : 1.0;
         for (std::size_t i = 0; i < moving; ++i)
-            for (int axis = 0; axis < 3; ++axis)
-                state_.position[i + first_][axis] += scale * work_.rhs[3 * i + std::size_t(axis)];
+            for (int axis = 0; axis < 3; ++axis) state_.position[i + first_][axis] += scale * work_.rhs[3 * i + std::size_t(axis)];
         return largest;
     }
 

@@ -30,8 +30,8 @@ SpringReport add_forces(const ContactSprings& springs, Position&& position, Velo
 
 } // namespace
 
-SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position,
-                               std::span<const Vec3> velocity, std::span<Vec3> force) noexcept {
+SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position, std::span<const Vec3> velocity,
+                               std::span<Vec3> force) noexcept {
     return add_forces(
         springs, [&](Index node) -> const Vec3& { return position[node]; }, [&](Index node) -> const Vec3& { return velocity[node]; },
         [&](Index node, const Vec3& push) { force[node] += push; });

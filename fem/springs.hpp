@@ -18,11 +18,11 @@ struct SpringEntry {
 /// gap(x) = offset + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping max(0, -d gap/dt),
 /// at most `limit`. Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
 struct ContactSpring {
-    Index first_entry = 0;         // into ContactSprings::entries
-    std::uint16_t entry_count = 0; // coarse nodes it hangs on, 3 for a linked vertex
-    double offset = 0.0;           // m
-    double stiffness = 0.0;        // N/m, >= 0
-    double damping = 0.0;          // N s/m, >= 0
+    Index first_entry = 0;                                  // into ContactSprings::entries
+    std::uint16_t entry_count = 0;                          // coarse nodes it hangs on, 3 for a linked vertex
+    double offset = 0.0;                                    // m
+    double stiffness = 0.0;                                 // N/m, >= 0
+    double damping = 0.0;                                   // N s/m, >= 0
     double limit = std::numeric_limits<double>::infinity(); // N, >= 0
 };
 
@@ -37,14 +37,14 @@ struct ContactSprings {
 };
 
 struct SpringReport {
-    std::uint32_t pressed = 0;  // springs with a negative gap
-    double energy = 0.0;        // J, what the pressed ones give back: 1/2 stiffness gap^2 up to their limit
-    double deepest_gap = 0.0;   // m, <= 0
+    std::uint32_t pressed = 0; // springs with a negative gap
+    double energy = 0.0;       // J, what the pressed ones give back: 1/2 stiffness gap^2 up to their limit
+    double deepest_gap = 0.0;  // m, <= 0
 };
 
 /// Adds the force of every pressed spring. position, velocity, force [node_count]; entries name nodes below node_count.
-SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position,
-                               std::span<const Vec3> velocity, std::span<Vec3> force) noexcept;
+SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position, std::span<const Vec3> velocity,
+                               std::span<Vec3> force) noexcept;
 
 /// The same on records in the plan's order; entries name nodes in the caller's.
 SpringReport add_spring_forces(const ContactSprings& springs, const ForcePlan& plan, std::span<const NodeRecord> records,

@@ -62,7 +62,9 @@ Eigenvalue iterate(const TissueModel& model, TetKernel kernel, std::vector<Vec3>
 
 /// Largest row sum of M^-1/2 (sum_s k_s g_s g_s^T) M^-1/2 by nodes: no eigenvalue is larger (Gershgorin, block norms).
 /// All springs count, pressed or not: any may be within the step.
-struct SpringBound { double stiffness = 0.0, damping = 0.0; };
+struct SpringBound {
+    double stiffness = 0.0, damping = 0.0;
+};
 
 SpringBound bound_springs(const ForcePlan& plan, const ContactSprings& springs, StableStepWorkspace& w) noexcept {
     for (std::size_t node = 0; node < w.row.size(); ++node) w.row[node] = w.damping_row[node] = 0.0;
@@ -138,8 +140,8 @@ StableStep find_from_records(const TissueModel& model, const ContactSprings* spr
 
 } // namespace
 
-StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position, const ContactSprings* springs,
-                            StableStepWorkspace& w, Integrator integrator) {
+StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position, const ContactSprings* springs, StableStepWorkspace& w,
+                            Integrator integrator) {
     prepare_workspace(model, w);
     gather_records(model.plan, position, {}, w.records);
     return find_from_records(model, springs, w, integrator);

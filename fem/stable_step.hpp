@@ -20,12 +20,12 @@ inline constexpr double kLeapfrogLimit = 2.0;
 inline constexpr double kStepSafety = 0.9;
 
 struct StableStep {
-    double step = 0.0;           // s, after all safety factors; infinite when every node is pinned, 0 when not finite
-    double omega_max = 0.0;      // rad/s, fastest undamped mode, springs included
-    double damping_rate = 0.0;   // 1/s, largest eigenvalue of M^-1 C, springs and mass damping included
-    double tissue_omega = 0.0;   // rad/s, without the springs
-    Index worst_tet = kNoIndex;  // the tet in which the fastest mode lives: a sliver, or the stiffest
-    bool finite = true;          // false: a force product was not finite, step is 0
+    double step = 0.0;          // s, after all safety factors; infinite when every node is pinned, 0 when not finite
+    double omega_max = 0.0;     // rad/s, fastest undamped mode, springs included
+    double damping_rate = 0.0;  // 1/s, largest eigenvalue of M^-1 C, springs and mass damping included
+    double tissue_omega = 0.0;  // rad/s, without the springs
+    Index worst_tet = kNoIndex; // the tet in which the fastest mode lives: a sliver, or the stiffest
+    bool finite = true;         // false: a force product was not finite, step is 0
 };
 
 /// The tissue's largest eigenvalues as they were last derived, without springs.
@@ -38,11 +38,11 @@ struct TissueRates {
 struct StableStepWorkspace {
     std::vector<Vec3> mode, damping_mode; // [node_count] by record, mass-scaled, unit length
     std::vector<Vec3> product;
-    std::vector<NodeRecord> records;       // x: position, v: displacement
+    std::vector<NodeRecord> records; // x: position, v: displacement
     std::vector<PartialForce> partial;
-    std::vector<double> root_inv_mass;     // [node_count] by record, 1/sqrt(kg)
-    std::vector<double> row, damping_row;  // [node_count] by record, Gershgorin rows of the springs
-    std::vector<StiffnessNote> notes;      // [batches] how stiff every tet was when the step was derived
+    std::vector<double> root_inv_mass;    // [node_count] by record, 1/sqrt(kg)
+    std::vector<double> row, damping_row; // [node_count] by record, Gershgorin rows of the springs
+    std::vector<StiffnessNote> notes;     // [batches] how stiff every tet was when the step was derived
     TissueRates rates;
     unsigned rates_age = 0;  // sub-steps since they were derived
     bool rates_hold = false; // the notes were taken with them, and no tet has stiffened since
@@ -53,17 +53,16 @@ struct StableStepWorkspace {
 };
 
 /// position [node_count] m; springs may be null. Deterministic; allocates on the first call only.
-[[nodiscard]] StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position,
-                                          const ContactSprings* springs, StableStepWorkspace& workspace,
-                                          Integrator integrator = Integrator::Rk4);
+[[nodiscard]] StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position, const ContactSprings* springs,
+                                          StableStepWorkspace& workspace, Integrator integrator = Integrator::Rk4);
 /// The same of records in the plan's order.
-[[nodiscard]] StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord> records,
-                                          const ContactSprings* springs, StableStepWorkspace& workspace, Integrator integrator);
+[[nodiscard]] StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord> records, const ContactSprings* springs,
+                                          StableStepWorkspace& workspace, Integrator integrator);
 
 /// From the tissue's rates as they were last derived and the springs as they are now: no force evaluation. For a body whose
 /// tets have not stiffened beyond KeptGrowth since.
-[[nodiscard]] StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs,
-                                                StableStepWorkspace& workspace, Integrator integrator);
+[[nodiscard]] StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& workspace,
+                                                Integrator integrator);
 
 /// How much any tet may stiffen, by a bound on its tangent, before the step is derived again. If all of them stiffen alike, the
 /// frequency grows with the root. Undamped, RK4's derived step bears a growth of 1.46 ((2.828 / (2.6 kStepSafety))^2),

@@ -11,9 +11,9 @@ namespace {
 
 using Field = std::vector<Vec3>; // [node_count]
 
-constexpr double kResidualSq = 1e-20;     // of the square of the force
+constexpr double kResidualSq = 1e-20; // of the square of the force
 constexpr int kMostRounds = 4000, kNewtonRounds = 12;
-constexpr double kEquilibrium = 1e-9;     // of the largest nodal force
+constexpr double kEquilibrium = 1e-9; // of the largest nodal force
 
 double dot(const Field& a, const Field& b) {
     double sum = 0.0;

@@ -18,7 +18,8 @@ namespace seldinger::fem {
 namespace HWY_NAMESPACE {
 
 /// Notes or compares; 1 where there is nothing to compare with. A crushed tet (|F|^2 below 1; 3 is rest) has no drag worth a note.
-template <bool kSize> HWY_INLINE V find_growth(const TetGrowth& growth, std::size_t first, V tangent, V size_sq) {
+template <bool kSize>
+HWY_INLINE V find_growth(const TetGrowth& growth, std::size_t first, V tangent, V size_sq) {
     if (growth.use == TetGrowth::Use::None) return set(1.0);
     StiffnessNote& note = growth.notes[first / kBatch];
     double *per_tangent = note.per_tangent + first % kBatch, *per_size = note.per_size + first % kBatch;
@@ -51,7 +52,7 @@ HWY_INLINE M3 evaluate(const TetBatch& batch, std::size_t lane, std::size_t firs
     } else {
         constexpr bool kViscous = kKernel == TetKernel::ViscousForce;
         const Response response = Law::template respond<kViscous>(batch, lane, job, factor, edges, records);
-        extremes.note(response.det, find_growth<kViscous || Law::kTurns>(job.growth, first, response.tangent, response.size_sq), place);
+        extremes.note(response.det, find_growth < kViscous || Law::kTurns > (job.growth, first, response.tangent, response.size_sq), place);
         return response.force;
     }
 }
@@ -91,21 +92,29 @@ Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob&
 
 using ChunkRun = Extremes (*)(const ForcePlan&, const ForceChunk&, const TetJob&, const NodeRecord*, PartialForce*);
 
-template <class Law> ChunkRun pick_kernel(TetKernel kernel) {
+template <class Law>
+ChunkRun pick_kernel(TetKernel kernel) {
     switch (kernel) {
-    case TetKernel::Force: return &run_chunk<Law, TetKernel::Force>;
-    case TetKernel::ViscousForce: return &run_chunk<Law, TetKernel::ViscousForce>;
-    case TetKernel::Stiffness: return &run_chunk<Law, TetKernel::Stiffness>;
-    case TetKernel::Damping: break;
+    case TetKernel::Force:
+        return &run_chunk<Law, TetKernel::Force>;
+    case TetKernel::ViscousForce:
+        return &run_chunk<Law, TetKernel::ViscousForce>;
+    case TetKernel::Stiffness:
+        return &run_chunk<Law, TetKernel::Stiffness>;
+    case TetKernel::Damping:
+        break;
     }
     return &run_chunk<StVKLanes, TetKernel::Damping>;
 }
 
 ChunkRun pick_run(TetKernel kernel, MaterialLaw law) {
     switch (law) {
-    case MaterialLaw::StVK: return pick_kernel<StVKLanes>(kernel);
-    case MaterialLaw::Corotational: return pick_kernel<CorotationalLanes>(kernel);
-    case MaterialLaw::NeoHookean: break;
+    case MaterialLaw::StVK:
+        return pick_kernel<StVKLanes>(kernel);
+    case MaterialLaw::Corotational:
+        return pick_kernel<CorotationalLanes>(kernel);
+    case MaterialLaw::NeoHookean:
+        break;
     }
     return pick_kernel<NeoHookeanLanes>(kernel);
 }
@@ -141,8 +150,7 @@ void Extremes::join(const Extremes& other) noexcept {
     }
 }
 
-Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records,
-                  std::span<PartialForce> partial) noexcept {
+Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<PartialForce> partial) noexcept {
     const auto run = HWY_DYNAMIC_DISPATCH(pick_run)(job.kernel, job.law);
     std::array<Extremes, kMostBlocks> found;
     const auto run_range = [&](std::size_t block, std::size_t begin, std::size_t end) {
@@ -156,9 +164,12 @@ Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const Node
 
 std::string_view chosen_isa() noexcept {
     switch (HWY_DYNAMIC_DISPATCH(lane_count)()) {
-    case 8: return "avx512";
-    case 4: return "avx2";
-    default: return "portable";
+    case 8:
+        return "avx512";
+    case 4:
+        return "avx2";
+    default:
+        return "portable";
     }
 }
 

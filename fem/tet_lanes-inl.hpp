@@ -25,7 +25,8 @@ HWY_INLINE V set(double value) { return hn::Set(D8(), value); }
 
 #if HWY_ARCH_X86 && HWY_TARGET > HWY_AVX2
 // No instruction for it here: the library's fma keeps the bits.
-template <class F> HWY_INLINE V by_lane(V a, V b, V c, F&& f) {
+template <class F>
+HWY_INLINE V by_lane(V a, V b, V c, F&& f) {
     alignas(64) double x[kLanes], y[kLanes], z[kLanes];
     hn::Store(a, D8(), x);
     hn::Store(b, D8(), y);
@@ -34,9 +35,15 @@ template <class F> HWY_INLINE V by_lane(V a, V b, V c, F&& f) {
     return hn::Load(D8(), x);
 }
 /// a b + c, -a b + c, a b - c: rounded once.
-HWY_INLINE V fma(V a, V b, V c) { return by_lane(a, b, c, [](double x, double y, double z) { return std::fma(x, y, z); }); }
-HWY_INLINE V fnma(V a, V b, V c) { return by_lane(a, b, c, [](double x, double y, double z) { return std::fma(-x, y, z); }); }
-HWY_INLINE V fms(V a, V b, V c) { return by_lane(a, b, c, [](double x, double y, double z) { return std::fma(x, y, -z); }); }
+HWY_INLINE V fma(V a, V b, V c) {
+    return by_lane(a, b, c, [](double x, double y, double z) { return std::fma(x, y, z); });
+}
+HWY_INLINE V fnma(V a, V b, V c) {
+    return by_lane(a, b, c, [](double x, double y, double z) { return std::fma(-x, y, z); });
+}
+HWY_INLINE V fms(V a, V b, V c) {
+    return by_lane(a, b, c, [](double x, double y, double z) { return std::fma(x, y, -z); });
+}
 #else
 /// a b + c, -a b + c, a b - c: rounded once.
 HWY_INLINE V fma(V a, V b, V c) { return hn::MulAdd(a, b, c); }
@@ -45,7 +52,9 @@ HWY_INLINE V fms(V a, V b, V c) { return hn::MulSub(a, b, c); }
 #endif
 
 /// 3x3 of vectors, row-major.
-struct M3 { V m[9]; };
+struct M3 {
+    V m[9];
+};
 
 #define SELDINGER_UNROLL _Pragma("GCC unroll 9")
 
@@ -53,7 +62,9 @@ struct M3 { V m[9]; };
 HWY_INLINE V dot(V a0, V b0, V a1, V b1, V a2, V b2) { return fma(a2, b2, fma(a1, b1, hn::Mul(a0, b0))); }
 
 /// Symmetric 3x3.
-struct Sym { V xx, yy, zz, xy, xz, yz; };
+struct Sym {
+    V xx, yy, zz, xy, xz, yz;
+};
 
 /// f^T f
 HWY_INLINE Sym gram(const M3& f) {
@@ -83,23 +94,20 @@ HWY_INLINE M3 mul_add(const M3& a, const Sym& s, const M3& b) {
 /// a b, a^T b, a b^T
 HWY_INLINE M3 mul(const M3& a, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 3; ++i)
-        SELDINGER_UNROLL for (int j = 0; j < 3; ++j)
-            c.m[3 * i + j] = dot(a.m[3 * i], b.m[j], a.m[3 * i + 1], b.m[3 + j], a.m[3 * i + 2], b.m[6 + j]);
+    SELDINGER_UNROLL for (int i = 0; i < 3; ++i) SELDINGER_UNROLL for (int j = 0; j < 3; ++j) c.m[3 * i + j] =
+        dot(a.m[3 * i], b.m[j], a.m[3 * i + 1], b.m[3 + j], a.m[3 * i + 2], b.m[6 + j]);
     return c;
 }
 HWY_INLINE M3 tmul(const M3& a, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 3; ++i)
-        SELDINGER_UNROLL for (int j = 0; j < 3; ++j)
-            c.m[3 * i + j] = dot(a.m[i], b.m[j], a.m[3 + i], b.m[3 + j], a.m[6 + i], b.m[6 + j]);
+    SELDINGER_UNROLL for (int i = 0; i < 3; ++i) SELDINGER_UNROLL for (int j = 0; j < 3; ++j) c.m[3 * i + j] =
+        dot(a.m[i], b.m[j], a.m[3 + i], b.m[3 + j], a.m[6 + i], b.m[6 + j]);
     return c;
 }
 HWY_INLINE M3 mult(const M3& a, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 3; ++i)
-        SELDINGER_UNROLL for (int j = 0; j < 3; ++j)
-            c.m[3 * i + j] = dot(a.m[3 * i], b.m[3 * j], a.m[3 * i + 1], b.m[3 * j + 1], a.m[3 * i + 2], b.m[3 * j + 2]);
+    SELDINGER_UNROLL for (int i = 0; i < 3; ++i) SELDINGER_UNROLL for (int j = 0; j < 3; ++j) c.m[3 * i + j] =
+        dot(a.m[3 * i], b.m[3 * j], a.m[3 * i + 1], b.m[3 * j + 1], a.m[3 * i + 2], b.m[3 * j + 2]);
     return c;
 }
 /// sum_ij a_ij b_ij, row by row: three short chains instead of one of nine
@@ -111,19 +119,18 @@ HWY_INLINE V contract(const M3& a, const M3& b) {
 HWY_INLINE M3 cofactors(const M3& a) {
     const V* f = a.m;
     const auto minor = [](V p, V q, V r, V s) HWY_ATTR { return fms(p, q, hn::Mul(r, s)); };
-    return {{minor(f[4], f[8], f[5], f[7]), minor(f[5], f[6], f[3], f[8]), minor(f[3], f[7], f[4], f[6]),
-             minor(f[2], f[7], f[1], f[8]), minor(f[0], f[8], f[2], f[6]), minor(f[1], f[6], f[0], f[7]),
-             minor(f[1], f[5], f[2], f[4]), minor(f[2], f[3], f[0], f[5]), minor(f[0], f[4], f[1], f[3])}};
+    return {{minor(f[4], f[8], f[5], f[7]), minor(f[5], f[6], f[3], f[8]), minor(f[3], f[7], f[4], f[6]), minor(f[2], f[7], f[1], f[8]),
+             minor(f[0], f[8], f[2], f[6]), minor(f[1], f[6], f[0], f[7]), minor(f[1], f[5], f[2], f[4]), minor(f[2], f[3], f[0], f[5]),
+             minor(f[0], f[4], f[1], f[3])}};
 }
 /// Directional derivative of cofactors(a) along b.
 HWY_INLINE M3 cofactors_along(const M3& a, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 3; ++i)
-        SELDINGER_UNROLL for (int j = 0; j < 3; ++j) {
-            const int r = (i + 1) % 3 * 3, s = (i + 2) % 3 * 3, p = (j + 1) % 3, q = (j + 2) % 3;
-            c.m[3 * i + j] = fnma(b.m[r + q], a.m[s + p],
-                                  fnma(a.m[r + q], b.m[s + p], fma(b.m[r + p], a.m[s + q], hn::Mul(a.m[r + p], b.m[s + q]))));
-        }
+    SELDINGER_UNROLL for (int i = 0; i < 3; ++i) SELDINGER_UNROLL for (int j = 0; j < 3; ++j) {
+        const int r = (i + 1) % 3 * 3, s = (i + 2) % 3 * 3, p = (j + 1) % 3, q = (j + 2) % 3;
+        c.m[3 * i + j] =
+            fnma(b.m[r + q], a.m[s + p], fnma(a.m[r + q], b.m[s + p], fma(b.m[r + p], a.m[s + q], hn::Mul(a.m[r + p], b.m[s + q]))));
+    }
     return c;
 }
 HWY_INLINE V determinant(const M3& f, const M3& cof) { return dot(f.m[0], cof.m[0], f.m[1], cof.m[1], f.m[2], cof.m[2]); }
@@ -148,7 +155,9 @@ HWY_INLINE double* slot_at(PartialForce* partial, Index bytes) {
 }
 
 /// Three numbers of each tet, one vector per axis.
-struct Axes { V x, y, z; };
+struct Axes {
+    V x, y, z;
+};
 
 #if HWY_TARGET == HWY_AVX3
 using D4 = hn::Half<D8>;
@@ -159,7 +168,9 @@ HWY_INLINE V pick_high(V a, V b) { // [a2 a3 b2 b3 | a6 a7 b6 b7]
     return V{_mm512_permutex2var_pd(a.raw, _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15), b.raw)};
 }
 /// Row i holds four numbers of tet i and four of tet i + 4.
-struct Rows { V row[4]; };
+struct Rows {
+    V row[4];
+};
 HWY_INLINE Rows load_rows(const NodeRecord* records, const Index* node, bool second) {
     Rows rows;
     SELDINGER_UNROLL for (int i = 0; i < 4; ++i) {
@@ -184,7 +195,9 @@ HWY_INLINE Rows turn_back(const Axes& f) {
 }
 #elif HWY_TARGET == HWY_AVX2
 using D4 = D8;
-struct Rows { V row[4]; }; // one tet each
+struct Rows {
+    V row[4];
+}; // one tet each
 HWY_INLINE Rows load_rows(const NodeRecord* records, const Index* node, bool second) {
     Rows rows;
     SELDINGER_UNROLL for (int i = 0; i < 4; ++i) {
@@ -199,18 +212,19 @@ HWY_INLINE Rows subtract(const Rows& a, const Rows& b) {
 HWY_INLINE Axes turn(const Rows& r) {
     const V low01 = hn::InterleaveLower(D8(), r.row[0], r.row[1]), low23 = hn::InterleaveLower(D8(), r.row[2], r.row[3]);
     const V high01 = hn::InterleaveUpper(D8(), r.row[0], r.row[1]), high23 = hn::InterleaveUpper(D8(), r.row[2], r.row[3]);
-    return {hn::ConcatLowerLower(D8(), low23, low01), hn::ConcatLowerLower(D8(), high23, high01),
-            hn::ConcatUpperUpper(D8(), low23, low01)};
+    return {hn::ConcatLowerLower(D8(), low23, low01), hn::ConcatLowerLower(D8(), high23, high01), hn::ConcatUpperUpper(D8(), low23, low01)};
 }
 HWY_INLINE Rows turn_back(const Axes& f) {
     const V zero = hn::Zero(D8());
     const V low = hn::InterleaveLower(D8(), f.x, f.y), high = hn::InterleaveUpper(D8(), f.x, f.y);
     const V z_low = hn::InterleaveLower(D8(), f.z, zero), z_high = hn::InterleaveUpper(D8(), f.z, zero);
-    return {{hn::ConcatLowerLower(D8(), z_low, low), hn::ConcatLowerLower(D8(), z_high, high),
-             hn::ConcatUpperUpper(D8(), z_low, low), hn::ConcatUpperUpper(D8(), z_high, high)}};
+    return {{hn::ConcatLowerLower(D8(), z_low, low), hn::ConcatLowerLower(D8(), z_high, high), hn::ConcatUpperUpper(D8(), z_low, low),
+             hn::ConcatUpperUpper(D8(), z_high, high)}};
 }
 #else
-struct Rows { V x, y, z; };
+struct Rows {
+    V x, y, z;
+};
 HWY_INLINE Rows load_rows(const NodeRecord* records, const Index* node, bool second) {
     alignas(64) double axis[3][kLanes];
     for (std::size_t lane = 0; lane < kLanes; ++lane)
@@ -252,20 +266,19 @@ HWY_INLINE void add_to_slots(const M3& h, const TetBatch& batch, std::size_t lan
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
     Rows rows[4];
     SELDINGER_UNROLL for (int k = 0; k < 3; ++k) rows[k + 1] = turn_back({h.m[k], h.m[3 + k], h.m[6 + k]});
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i)
-        rows[0].row[i] = hn::Neg(hn::Add(hn::Add(rows[1].row[i], rows[2].row[i]), rows[3].row[i]));
+    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) rows[0].row[i] = hn::Neg(hn::Add(hn::Add(rows[1].row[i], rows[2].row[i]), rows[3].row[i]));
     const auto add = [&](int corner, int tet, hn::Vec<D4> force) HWY_ATTR {
         double* slot = slot_at(partial, batch.slot[corner][lane + static_cast<std::size_t>(tet)]);
         hn::Store(hn::Add(hn::Load(D4(), slot), force), D4(), slot);
     };
 #if HWY_TARGET == HWY_AVX3
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i)
-        SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner) add(corner, i, hn::LowerHalf(D4(), rows[corner].row[i]));
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i)
-        SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner) add(corner, i + 4, hn::UpperHalf(D4(), rows[corner].row[i]));
+    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner)
+        add(corner, i, hn::LowerHalf(D4(), rows[corner].row[i]));
+    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner)
+        add(corner, i + 4, hn::UpperHalf(D4(), rows[corner].row[i]));
 #else
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i)
-        SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner) add(corner, i, rows[corner].row[i]);
+    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner)
+        add(corner, i, rows[corner].row[i]);
 #endif
 #else
     alignas(64) double value[9][kLanes];

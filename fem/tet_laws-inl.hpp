@@ -46,10 +46,10 @@ struct Constants {
 
 /// What a force evaluation finds of every tet.
 struct Response {
-    M3 force;   // columns: on corners 1 to 3, N
-    V det;      // det F
-    V tangent;  // bound on the tangent's largest eigenvalue, Pa: compared with itself only, to see a tet stiffen
-    V size_sq;  // |F|^2; left out by laws that neither turn nor drag
+    M3 force;  // columns: on corners 1 to 3, N
+    V det;     // det F
+    V tangent; // bound on the tangent's largest eigenvalue, Pa: compared with itself only, to see a tet stiffen
+    V size_sq; // |F|^2; left out by laws that neither turn nor drag
 };
 
 /// viscosity (F^T dF + dF^T F), times F the viscous stress: none in rigid motion.
@@ -83,7 +83,7 @@ struct StVKLanes {
         trace = hn::Add(hn::Add(g.xx, g.yy), g.zz);
         const V pressure = fms(hn::Mul(set(0.5), c.lambda), hn::Sub(trace, set(3.0)), c.mu);
         return {fma(c.mu, g.xx, pressure), fma(c.mu, g.yy, pressure), fma(c.mu, g.zz, pressure),
-                hn::Mul(c.mu, g.xy), hn::Mul(c.mu, g.xz), hn::Mul(c.mu, g.yz)};
+                hn::Mul(c.mu, g.xy),       hn::Mul(c.mu, g.xz),       hn::Mul(c.mu, g.yz)};
     }
     static constexpr bool kTurns = false;
     template <bool kViscous>
@@ -106,7 +106,8 @@ struct StVKLanes {
         V trace;
         const Sym s = second_stress(c, f, trace), rate = viscous_second_stress(c.mu, f, d); // mu (F^T d + d^T F)
         const V growth = hn::Mul(c.lambda, contract(f, d));
-        return mul_add(d, s, mul(f, Sym{hn::Add(rate.xx, growth), hn::Add(rate.yy, growth), hn::Add(rate.zz, growth), rate.xy, rate.xz, rate.yz}));
+        return mul_add(
+            d, s, mul(f, Sym{hn::Add(rate.xx, growth), hn::Add(rate.yy, growth), hn::Add(rate.zz, growth), rate.xy, rate.xz, rate.yz}));
     }
 };
 
@@ -127,7 +128,9 @@ HWY_INLINE V largest_root(V c2, V c1, V c0, V x) {
     return x;
 }
 
-struct Quaternion { V w, x, y, z; };
+struct Quaternion {
+    V w, x, y, z;
+};
 
 /// The longest row of the adjugate of a singular symmetric 4x4 matrix: its null vector.
 HWY_INLINE Quaternion null_vector(V a00, V a01, V a02, V a03, V a11, V a12, V a13, V a22, V a23, V a33) {
@@ -147,7 +150,8 @@ HWY_INLINE Quaternion null_vector(V a00, V a01, V a02, V a03, V a11, V a12, V a1
     const auto prefer = [&](V diagonal, V w, V x, V y, V z) HWY_ATTR {
         const auto better = hn::Gt(hn::Abs(diagonal), longest);
         longest = hn::IfThenElse(better, hn::Abs(diagonal), longest);
-        q = {hn::IfThenElse(better, w, q.w), hn::IfThenElse(better, x, q.x), hn::IfThenElse(better, y, q.y), hn::IfThenElse(better, z, q.z)};
+        q = {hn::IfThenElse(better, w, q.w), hn::IfThenElse(better, x, q.x), hn::IfThenElse(better, y, q.y),
+             hn::IfThenElse(better, z, q.z)};
     };
     prefer(b11, b01, b11, b12, b13);
     prefer(b22, b02, b12, b22, b23);
@@ -157,11 +161,14 @@ HWY_INLINE Quaternion null_vector(V a00, V a01, V a02, V a03, V a11, V a12, V a1
 
 HWY_INLINE M3 rotation_of(const Quaternion& q) {
     const V ww = hn::Mul(q.w, q.w), xx = hn::Mul(q.x, q.x), yy = hn::Mul(q.y, q.y), zz = hn::Mul(q.z, q.z);
-    const auto twice = [](V a, V b, V c, V d) HWY_ATTR { const V both = fma(a, b, hn::Mul(c, d)); return hn::Add(both, both); };
+    const auto twice = [](V a, V b, V c, V d) HWY_ATTR {
+        const V both = fma(a, b, hn::Mul(c, d));
+        return hn::Add(both, both);
+    };
     const V x = hn::Neg(q.x), y = hn::Neg(q.y), z = hn::Neg(q.z);
-    return {{hn::Sub(hn::Add(ww, xx), hn::Add(yy, zz)), twice(q.x, q.y, q.w, z), twice(q.x, q.z, q.w, q.y),
-             twice(q.x, q.y, q.w, q.z), hn::Sub(hn::Add(ww, yy), hn::Add(xx, zz)), twice(q.y, q.z, q.w, x),
-             twice(q.x, q.z, q.w, y), twice(q.y, q.z, q.w, q.x), hn::Sub(hn::Add(ww, zz), hn::Add(xx, yy))}};
+    return {{hn::Sub(hn::Add(ww, xx), hn::Add(yy, zz)), twice(q.x, q.y, q.w, z), twice(q.x, q.z, q.w, q.y), twice(q.x, q.y, q.w, q.z),
+             hn::Sub(hn::Add(ww, yy), hn::Add(xx, zz)), twice(q.y, q.z, q.w, x), twice(q.x, q.z, q.w, y), twice(q.y, q.z, q.w, q.x),
+             hn::Sub(hn::Add(ww, zz), hn::Add(xx, yy))}};
 }
 
 HWY_INLINE M3 find_rotation(const M3& raw) {
@@ -170,18 +177,17 @@ HWY_INLINE M3 find_rotation(const M3& raw) {
     const auto fine = hn::And(hn::Gt(scale, set(1e-150)), hn::Lt(scale, set(1e150)));
     const V per_scale = hn::Div(set(1.0), hn::IfThenElse(fine, scale, set(1.0)));
     M3 f;
-    SELDINGER_UNROLL for (int i = 0; i < 9; ++i)
-        f.m[i] = hn::IfThenElse(fine, hn::Mul(raw.m[i], per_scale), set(i % 4 == 0 ? 1.0 : 0.0));
+    SELDINGER_UNROLL for (int i = 0; i < 9; ++i) f.m[i] = hn::IfThenElse(fine, hn::Mul(raw.m[i], per_scale), set(i % 4 == 0 ? 1.0 : 0.0));
     const M3 cof = cofactors(f);
     const V size_sq = contract(f, f), det = determinant(f, cof);
     const V root = largest_root(hn::Mul(set(-2.0), size_sq), hn::Mul(set(-8.0), det),
                                 fms(size_sq, size_sq, hn::Mul(set(4.0), contract(cof, cof))), hn::Sqrt(hn::Mul(set(3.0), size_sq)));
     const V* m = f.m;
     const auto diagonal = [&](V a, V b, V c) HWY_ATTR { return hn::Sub(hn::Add(hn::Add(a, b), c), root); };
-    Quaternion q = null_vector(diagonal(m[0], m[4], m[8]), hn::Sub(m[7], m[5]), hn::Sub(m[2], m[6]), hn::Sub(m[3], m[1]),
-                               diagonal(m[0], hn::Neg(m[4]), hn::Neg(m[8])), hn::Add(m[1], m[3]), hn::Add(m[2], m[6]),
-                               diagonal(m[4], hn::Neg(m[0]), hn::Neg(m[8])), hn::Add(m[5], m[7]),
-                               diagonal(m[8], hn::Neg(m[0]), hn::Neg(m[4])));
+    Quaternion q =
+        null_vector(diagonal(m[0], m[4], m[8]), hn::Sub(m[7], m[5]), hn::Sub(m[2], m[6]), hn::Sub(m[3], m[1]),
+                    diagonal(m[0], hn::Neg(m[4]), hn::Neg(m[8])), hn::Add(m[1], m[3]), hn::Add(m[2], m[6]),
+                    diagonal(m[4], hn::Neg(m[0]), hn::Neg(m[8])), hn::Add(m[5], m[7]), diagonal(m[8], hn::Neg(m[0]), hn::Neg(m[4])));
     const V length_sq = fma(q.z, q.z, fma(q.y, q.y, fma(q.x, q.x, hn::Mul(q.w, q.w))));
     const auto known = hn::Gt(length_sq, set(1e-60));
     const V per_length = hn::Div(set(1.0), hn::Sqrt(hn::IfThenElse(known, length_sq, set(1.0))));
@@ -206,7 +212,8 @@ struct CorotationalLanes {
         const V shear = hn::Add(c.mu, c.mu), tangent = set(2.0 * job.constants.mu + job.constants.lambda);
         const V det = determinant(f, cofactors(f)), size_sq = contract(f, f);
         if constexpr (kViscous)
-            return {mult(with_drag(f, find_drag(batch, lane, job, factor, inverse, f, records), shear, turned), inverse), det, tangent, size_sq};
+            return {mult(with_drag(f, find_drag(batch, lane, job, factor, inverse, f, records), shear, turned), inverse), det, tangent,
+                    size_sq};
         return {mult(scaled_add(f, shear, turned), inverse), det, tangent, size_sq};
     }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3&, V, const M3& d) {
@@ -225,8 +232,8 @@ struct CorotationalLanes {
         const V per_volume = hn::Div(set(1.0), hn::IfThenElse(hn::Gt(volume, least), volume, least));
         const V axial[3] = {hn::Sub(a.m[7], a.m[5]), hn::Sub(a.m[2], a.m[6]), hn::Sub(a.m[3], a.m[1])};
         V w[3];
-        SELDINGER_UNROLL for (int i = 0; i < 3; ++i)
-            w[i] = hn::Mul(dot(cof.m[i], axial[0], cof.m[3 + i], axial[1], cof.m[6 + i], axial[2]), per_volume);
+        SELDINGER_UNROLL for (int i = 0; i < 3; ++i) w[i] =
+            hn::Mul(dot(cof.m[i], axial[0], cof.m[3 + i], axial[1], cof.m[6 + i], axial[2]), per_volume);
         const V zero = hn::Zero(D8());
         return mul(r, M3{{zero, hn::Neg(w[2]), w[1], w[2], zero, hn::Neg(w[0]), hn::Neg(w[1]), w[0], zero}});
     }

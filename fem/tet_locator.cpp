@@ -28,8 +28,7 @@ TetLocator::TetLocator(const TetMesh& mesh) : mesh_(mesh) {
     const Vec3 extent = bounds_.extent();
     cell_ = std::max({edges / static_cast<double>(mesh.tets.size()), 1e-3 * extent.maxCoeff(),
                       std::cbrt(extent.prod() / (kMaxCellsPerTet * static_cast<double>(mesh.tets.size())))});
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        count_[axis] = static_cast<Index>(extent[static_cast<int>(axis)] / cell_) + 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) count_[axis] = static_cast<Index>(extent[static_cast<int>(axis)] / cell_) + 1;
 
     const std::size_t cells = static_cast<std::size_t>(count_[0]) * count_[1] * count_[2];
     begin_.assign(cells + 1, 0);
@@ -40,13 +39,11 @@ TetLocator::TetLocator(const TetMesh& mesh) : mesh_(mesh) {
             for (Index j = lo[1]; j <= hi[1]; ++j)
                 for (Index i = lo[0]; i <= hi[0]; ++i) visit(cell_id(i, j, k));
     };
-    for (Index tet = 0; tet < mesh.tets.size(); ++tet)
-        for_each_cell(tet, [&](std::size_t cell) { ++begin_[cell + 1]; });
+    for (Index tet = 0; tet < mesh.tets.size(); ++tet) for_each_cell(tet, [&](std::size_t cell) { ++begin_[cell + 1]; });
     for (std::size_t cell = 0; cell < cells; ++cell) begin_[cell + 1] += begin_[cell];
     tets_.resize(begin_.back());
     std::vector<Index> next(begin_.begin(), begin_.end() - 1);
-    for (Index tet = 0; tet < mesh.tets.size(); ++tet)
-        for_each_cell(tet, [&](std::size_t cell) { tets_[next[cell]++] = tet; });
+    for (Index tet = 0; tet < mesh.tets.size(); ++tet) for_each_cell(tet, [&](std::size_t cell) { tets_[next[cell]++] = tet; });
 }
 
 std::array<Index, 3> TetLocator::cell_of(const Vec3& p) const noexcept {

@@ -21,10 +21,10 @@ private:
 
     const TetMesh& mesh_;
     Box3 bounds_;
-    double cell_ = 1.0;             // m, edge of a cell
+    double cell_ = 1.0; // m, edge of a cell
     std::array<Index, 3> count_{1, 1, 1};
-    std::vector<Index> begin_;      // [cell_count + 1]
-    std::vector<Index> tets_;       // ascending within a cell
+    std::vector<Index> begin_; // [cell_count + 1]
+    std::vector<Index> tets_;  // ascending within a cell
 };
 
 } // namespace seldinger::fem

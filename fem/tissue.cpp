@@ -64,8 +64,7 @@ Result<TetShape> make_shape(const TetMesh& mesh, std::size_t tet) {
     Mat3 edges;
     double longest_sq = 0.0;
     for (int i = 0; i < 4; ++i)
-        for (int j = i + 1; j < 4; ++j)
-            longest_sq = std::max(longest_sq, (mesh.vertices[t[i]] - mesh.vertices[t[j]]).squaredNorm());
+        for (int j = i + 1; j < 4; ++j) longest_sq = std::max(longest_sq, (mesh.vertices[t[i]] - mesh.vertices[t[j]]).squaredNorm());
     for (int k = 0; k < 3; ++k) edges.col(k) = mesh.vertices[t[k + 1]] - mesh.vertices[t[0]];
     const double volume = edges.determinant() / 6.0;
     if (!(std::abs(volume) > kFlatTetRatio * longest_sq * std::sqrt(longest_sq)))
@@ -83,7 +82,9 @@ Result<TetShape> make_shape(const TetMesh& mesh, std::size_t tet) {
 /// Every factor positive and finite, one for each tet.
 Result<void> check_factors(const TetMesh& mesh, std::span<const double> factors, const char* name) {
     if (factors.empty()) return {};
-    const auto bad = [&](std::string what) { return Error{.code = ErrorCode::BadValue, .message = std::string(name) + " factors: " + what}; };
+    const auto bad = [&](std::string what) {
+        return Error{.code = ErrorCode::BadValue, .message = std::string(name) + " factors: " + what};
+    };
     if (factors.size() != mesh.tets.size())
         return bad(std::to_string(factors.size()) + " of them for " + std::to_string(mesh.tets.size()) + " tets");
     for (std::size_t tet = 0; tet < factors.size(); ++tet)
@@ -118,8 +119,15 @@ Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& mater
     if (const auto fine = check_nodes(mesh); !fine) return fine.error();
     if (const auto fine = check_factors(mesh, contrast.stiffness, "stiffness"); !fine) return fine.error();
     if (const auto fine = check_factors(mesh, contrast.density, "density"); !fine) return fine.error();
-    TissueModel model{.material = material, .law = make_law_constants(material), .tet_nodes = mesh.tets,
-                      .tet_shape = {}, .node_mass = {}, .inv_mass = {}, .rest_position = mesh.vertices, .pinned = {}, .plan = {}};
+    TissueModel model{.material = material,
+                      .law = make_law_constants(material),
+                      .tet_nodes = mesh.tets,
+                      .tet_shape = {},
+                      .node_mass = {},
+                      .inv_mass = {},
+                      .rest_position = mesh.vertices,
+                      .pinned = {},
+                      .plan = {}};
     model.tet_shape.reserve(mesh.tets.size());
     for (std::size_t tet = 0; tet < mesh.tets.size(); ++tet) {
         auto shape = make_shape(mesh, tet);

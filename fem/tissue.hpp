@@ -47,8 +47,8 @@ struct TissueState {
 /// Checks mesh and material and precomputes the rest shape. pinned_nodes in any order, repeats allowed.
 /// Fails with BadMesh (first bad tet or node by id: not finite, out of range, repeated node, inverted, flat, node
 /// without a tet, repeated tet, more than one part) or BadValue (material, contrast by tet).
-[[nodiscard]] Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material,
-                                                    std::span<const Index> pinned_nodes, const TetContrast& contrast = {});
+[[nodiscard]] Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material, std::span<const Index> pinned_nodes,
+                                                    const TetContrast& contrast = {});
 
 /// At rest, without velocity.
 [[nodiscard]] TissueState make_rest_state(const TissueModel& model);

@@ -15,8 +15,10 @@ namespace {
 constexpr double kYoung = 20000.0, kDensity = 1000.0; // Pa, kg/m^3
 
 TissueModel make_body(const TetMesh& mesh, MaterialLaw law, double poisson_ratio, std::vector<Index> pinned = {}, double viscosity = 0.0) {
-    return make_tissue_model(mesh, {.law = law, .young_modulus = kYoung, .poisson_ratio = poisson_ratio, .density = kDensity, .viscosity = viscosity},
-                             pinned).value();
+    return make_tissue_model(
+               mesh, {.law = law, .young_modulus = kYoung, .poisson_ratio = poisson_ratio, .density = kDensity, .viscosity = viscosity},
+               pinned)
+        .value();
 }
 
 std::vector<Index> nodes_at(const TetMesh& mesh, double x) {
@@ -114,7 +116,8 @@ double wave_speed_ratio(Wave wave, double poisson_ratio) {
         work += u[node].dot(product[node]);
         mass += model.node_mass[node] * u[node].squaredNorm();
     }
-    const double mu = kYoung / (2.0 * (1.0 + poisson_ratio)), lambda = kYoung * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio));
+    const double mu = kYoung / (2.0 * (1.0 + poisson_ratio)),
+                 lambda = kYoung * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio));
     return std::sqrt(work / mass) / kNumber / std::sqrt((wave == Wave::Pressure ? lambda + 2.0 * mu : mu) / kDensity);
 }
 
@@ -151,7 +154,8 @@ FreeFlight free_flight_error(MaterialLaw law, double share) {
     const Momentum before = find_momentum(model, state);
     RkWorkspace workspace;
     constexpr double kDuration = 0.1;
-    (void)integrate_rk4(model, state, kDuration, static_cast<unsigned>(kDuration / (share * derived_step(model, Integrator::Rk4))) + 1, {}, workspace);
+    (void)integrate_rk4(model, state, kDuration, static_cast<unsigned>(kDuration / (share * derived_step(model, Integrator::Rk4))) + 1, {},
+                        workspace);
     const Momentum after = find_momentum(model, state);
     return {(after.linear - before.linear).norm() / before.linear.norm(), (after.angular - before.angular).norm() / before.angular.norm()};
 }
@@ -172,7 +176,8 @@ std::vector<StepError> step_errors(Integrator integrator, int levels) {
     for (int level = 0; level <= levels; ++level) {
         const std::vector<Vec3> position = run(coarse << level, integrator);
         StepError& error = errors.emplace_back(StepError{kDuration / (coarse << level), 0.0});
-        for (std::size_t node = 0; node < position.size(); ++node) error.error = std::max(error.error, (position[node] - exact[node]).norm());
+        for (std::size_t node = 0; node < position.size(); ++node)
+            error.error = std::max(error.error, (position[node] - exact[node]).norm());
     }
     return errors;
 }

@@ -29,7 +29,9 @@ struct FreeFlight {
 /// A viscous bar that tumbles and wobbles for 0.1 s in RK4 steps of `share` of the stable one.
 [[nodiscard]] FreeFlight free_flight_error(MaterialLaw law, double share);
 
-struct StepError { double step, error; }; // s, m
+struct StepError {
+    double step, error;
+}; // s, m
 /// Farthest node from a much finer run after 0.05 s of a swinging bar, for steps that are halved `levels` times.
 [[nodiscard]] std::vector<StepError> step_errors(Integrator integrator, int levels);
 

@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::size_t kCandidates = 768;
 constexpr int kBisections = 9;
-constexpr unsigned kFitSteps = 10;       // of each ball, each round
+constexpr unsigned kFitSteps = 10; // of each ball, each round
 constexpr unsigned kRounds = 10, kBriefRounds = 2;
-constexpr unsigned kMoves = 6;           // times a ball may be taken from where it is needed least to where it is needed most
+constexpr unsigned kMoves = 6; // times a ball may be taken from where it is needed least to where it is needed most
 
 /// Every stride-th, so that at most `most` are left.
 template <class T>
@@ -31,8 +31,8 @@ public:
           need_(ids_.size() * candidates_.size()), bits_(words_ * candidates_.size()), open_(words_) {
         for (std::size_t i = 0; i < candidates_.size(); ++i)
             for (std::size_t k = 0; k < ids_.size(); ++k)
-                need_[i * ids_.size() + k] = static_cast<float>(
-                    (task.points[ids_[k]] - candidates_[i].centre).norm() - candidates_[i].depth);
+                need_[i * ids_.size() + k] =
+                    static_cast<float>((task.points[ids_[k]] - candidates_[i].centre).norm() - candidates_[i].depth);
     }
 
     [[nodiscard]] std::span<const Ball> candidates() const noexcept { return candidates_; }
@@ -61,8 +61,7 @@ public:
         const auto allowed = static_cast<float>(overhang);
         std::fill(bits_.begin(), bits_.end(), 0);
         for (std::size_t i = 0; i < candidates_.size(); ++i)
-            for (std::size_t k = 0; k < ids_.size(); ++k)
-                bits_[i * words_ + k / 64] |= std::uint64_t{row(i)[k] <= allowed} << (k % 64);
+            for (std::size_t k = 0; k < ids_.size(); ++k) bits_[i * words_ + k / 64] |= std::uint64_t{row(i)[k] <= allowed} << (k % 64);
         std::fill(open_.begin(), open_.end(), 0);
         for (std::size_t k = 0; k < ids_.size(); ++k) open_[k / 64] |= std::uint64_t{1} << (k % 64);
         std::size_t left = ids_.size();
@@ -72,8 +71,7 @@ public:
             std::size_t best_gain = 0;
             for (std::size_t i = 0; i < candidates_.size(); ++i) {
                 std::size_t gain = 0;
-                for (std::size_t w = 0; w < words_; ++w)
-                    gain += static_cast<std::size_t>(std::popcount(open_[w] & bits_[i * words_ + w]));
+                for (std::size_t w = 0; w < words_; ++w) gain += static_cast<std::size_t>(std::popcount(open_[w] & bits_[i * words_ + w]));
                 if (gain > best_gain) {
                     best_gain = gain;
                     best = static_cast<Index>(i);
@@ -197,8 +195,7 @@ bool move_one(const CoverTask& task, const BodyDepth& body, std::vector<Ball>& b
         for (std::size_t k = 0; k < task.ids.size(); ++k) {
             double least = std::numeric_limits<double>::infinity();
             for (std::size_t i = 0; i < balls.size(); ++i)
-                if (i != owner[k])
-                    least = std::min(least, (task.points[task.ids[k]] - balls[i].centre).norm() - balls[i].depth);
+                if (i != owner[k]) least = std::min(least, (task.points[task.ids[k]] - balls[i].centre).norm() - balls[i].depth);
             without[owner[k]] = std::max(without[owner[k]], least);
         }
         for (std::size_t i = 0; i < balls.size(); ++i)
@@ -218,8 +215,10 @@ bool move_one(const CoverTask& task, const BodyDepth& body, std::vector<Ball>& b
     Ball fresh; // halfway to it: inside, where the body is round
     fresh.centre = 0.5 * (balls[worst].centre + far);
     fresh.depth = body.at(fresh.centre);
-    if (spare == balls.size()) balls.push_back(fresh);
-    else balls[spare] = fresh;
+    if (spare == balls.size())
+        balls.push_back(fresh);
+    else
+        balls[spare] = fresh;
     return true;
 }
 

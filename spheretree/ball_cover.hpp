@@ -13,11 +13,11 @@ namespace seldinger::spheretree {
 
 struct CoverTask {
     std::span<const Vec3> points;
-    std::span<const Index> ids;         // of the points to hold
-    std::span<const Ball> candidates;   // centres and depths; radii are not looked at
-    unsigned most = 8;                  // balls at most
-    bool brief = false;                 // a first guess will do
-    std::size_t samples = 768;          // points that the greedy cover looks at: where it begins is half of where it ends
+    std::span<const Index> ids;       // of the points to hold
+    std::span<const Ball> candidates; // centres and depths; radii are not looked at
+    unsigned most = 8;                // balls at most
+    bool brief = false;               // a first guess will do
+    std::size_t samples = 768;        // points that the greedy cover looks at: where it begins is half of where it ends
 };
 
 /// Every ball holds the points that are best left to it; together all of them. Never empty for points that are not.

@@ -26,8 +26,7 @@ Farthest find_farthest(const Vec3& centre, std::span<const Vec3> points, std::sp
 
 } // namespace
 
-Ball fit_ball(const Ball& start, std::span<const Vec3> points, std::span<const Index> ids, const BodyDepth& body,
-              unsigned steps) {
+Ball fit_ball(const Ball& start, std::span<const Vec3> points, std::span<const Index> ids, const BodyDepth& body, unsigned steps) {
     Vec3 centre = start.centre;
     double depth = start.depth;
     Farthest far = find_farthest(centre, points, ids);
@@ -46,8 +45,10 @@ Ball fit_ball(const Ball& start, std::span<const Vec3> points, std::span<const I
         const double stride = body.solid() && depth > 0.0 ? std::min(step, kLargestStep * depth) : step;
         centre += direction * (stride / length);
         if (body.solid()) {
-            if (depth > 0.0) depth = (centre - body.nearest(centre, depth + 1.000001 * stride)).norm();
-            else depth = body.at(centre);
+            if (depth > 0.0)
+                depth = (centre - body.nearest(centre, depth + 1.000001 * stride)).norm();
+            else
+                depth = body.at(centre);
         }
         far = find_farthest(centre, points, ids);
         const double reached = std::sqrt(far.distance_sq);

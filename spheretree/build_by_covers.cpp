@@ -118,7 +118,8 @@ private:
             cost = std::max(first, kSecondWeight * largest_overhang(levels[1].balls));
             widen(levels[1].balls);
         });
-        levels_ = std::move(std::min_element(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.cost < b.cost; })->levels);
+        levels_ = std::move(
+            std::min_element(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.cost < b.cost; })->levels);
         enter(points, levels_, 2);
     }
 
@@ -135,7 +136,9 @@ private:
                 for (const Index id : piece.corners) owner_of[id] = i;
             }
         LevelPoints dense = make_points();
-        for (std::size_t k = 0; k + 1 < levels_.size(); ++k) dense.enter(above.levels[levels_.size() - 2 - k], k == 0 ? std::span<const Index>{} : std::span<const Index>(levels_[k].parent));
+        for (std::size_t k = 0; k + 1 < levels_.size(); ++k)
+            dense.enter(above.levels[levels_.size() - 2 - k],
+                        k == 0 ? std::span<const Index>{} : std::span<const Index>(levels_[k].parent));
         leaves.owner.clear();
         for (const Index id : ids_) leaves.owner.push_back(owner_of[id]);
         const std::size_t parents = levels_.size() > 1 ? levels_[levels_.size() - 2].balls.size() : 1;

@@ -35,7 +35,6 @@ struct ChainState {
 /// links_t0/_t1  [active] the links at both ends of the step, active <= capacity. Number links so that the ones that come
 ///               and go (at the entry port) are the last: hints then stay with their link.
 /// cost      O(active), no allocation after the first call with as many links
-void update_chain(const ChainTree& chain, std::span<const Sphere> links_t0, std::span<const Sphere> links_t1,
-                  ChainState& state);
+void update_chain(const ChainTree& chain, std::span<const Sphere> links_t0, std::span<const Sphere> links_t1, ChainState& state);
 
 } // namespace seldinger::spheretree

@@ -11,7 +11,7 @@ namespace seldinger::spheretree {
 namespace {
 
 constexpr double kFarthestLimit = 0.25; // of a ball's radius: samples deeper than this in a corner stay uncovered
-constexpr double kOwnBallSlack = 1.02; // [-] a sample that its own ball misses by more than the limit accepts balls as good
+constexpr double kOwnBallSlack = 1.02;  // [-] a sample that its own ball misses by more than the limit accepts balls as good
 
 class Cover {
 public:
@@ -58,8 +58,8 @@ private:
     std::span<const Sphere> balls_;
     CoverLimits limits_;
     PointTree tree_;
-    std::vector<double> limit_;              // [sample_count] m
-    std::vector<char> open_;               // [sample_count]
+    std::vector<double> limit_; // [sample_count] m
+    std::vector<char> open_;    // [sample_count]
     std::vector<Index> closed_;
     double largest_limit_ = 0.0;
 };
@@ -122,9 +122,8 @@ void connect(std::span<const Sphere> balls, std::vector<Index>& chosen) {
     UnionFind joined(count);
     std::vector<Index> order(balls.size());
     std::iota(order.begin(), order.end(), Index{0});
-    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-        return balls[a].radius != balls[b].radius ? balls[a].radius > balls[b].radius : a < b;
-    });
+    std::sort(order.begin(), order.end(),
+              [&](Index a, Index b) { return balls[a].radius != balls[b].radius ? balls[a].radius > balls[b].radius : a < b; });
     const PointTree tree(centres_of(picked));
     const double largest = largest_radius(picked);
     for (const Index candidate : order) {
@@ -132,8 +131,10 @@ void connect(std::span<const Sphere> balls, std::vector<Index>& chosen) {
         Index first = kNoIndex;
         tree.for_each_within(balls[candidate].centre, balls[candidate].radius + largest, [&](Index k, double) {
             if (!passable(picked[k], balls[candidate])) return;
-            if (first == kNoIndex) first = component[k];
-            else bridges = joined.join(first, component[k]) || bridges;
+            if (first == kNoIndex)
+                first = component[k];
+            else
+                bridges = joined.join(first, component[k]) || bridges;
         });
         if (bridges) chosen.push_back(candidate);
     }

@@ -61,16 +61,15 @@ Sphere enclose_moving(std::span<const Index> ids, std::span<const Vec3> t0, std:
     for (const Index v : ids) centre += t0[v] + t1[v];
     centre /= 2.0 * static_cast<double>(ids.size());
     double radius_sq = 0.0;
-    for (const Index v : ids)
-        radius_sq = std::max({radius_sq, (t0[v] - centre).squaredNorm(), (t1[v] - centre).squaredNorm()});
+    for (const Index v : ids) radius_sq = std::max({radius_sq, (t0[v] - centre).squaredNorm(), (t1[v] - centre).squaredNorm()});
     if (!is_finite(centre)) return {};
     return {centre, std::sqrt(radius_sq) * kRoundOut};
 }
 
 } // namespace
 
-void update_covering_spheres(const CoveringTree& covering, std::span<const Vec3> vertices_t0,
-                             std::span<const Vec3> vertices_t1, std::vector<Sphere>& spheres) {
+void update_covering_spheres(const CoveringTree& covering, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1,
+                             std::vector<Sphere>& spheres) {
     const SphereTree& tree = covering.tree;
     spheres.resize(tree.sphere_count());
     for (Index s = static_cast<Index>(tree.sphere_count()); s-- > 0;) {

@@ -18,9 +18,9 @@ struct CoveringOptions {
 };
 
 struct CoveringTree {
-    SphereTree tree;                     // items: triangle ids, each beneath exactly one leaf
-    std::vector<Index> vertex_begin;     // [sphere_count + 1] corners of a leaf's triangles, empty at inner spheres
-    std::vector<Index> vertices;         // vertex ids, each once per leaf
+    SphereTree tree;                 // items: triangle ids, each beneath exactly one leaf
+    std::vector<Index> vertex_begin; // [sphere_count + 1] corners of a leaf's triangles, empty at inner spheres
+    std::vector<Index> vertices;     // vertex ids, each once per leaf
 };
 
 /// Any surface, closed or not; triangles with corners that are not finite make their spheres empty. An empty mesh gives an
@@ -30,7 +30,7 @@ struct CoveringTree {
 /// Spheres that hold their triangles over the whole step: at t0, at t1 and on the straight lines between.
 /// vertices_t0/_t1  [vertex_count] m      spheres  [sphere_count] out, resized
 /// cost      O(triangles), no allocation after the first call
-void update_covering_spheres(const CoveringTree& covering, std::span<const Vec3> vertices_t0,
-                             std::span<const Vec3> vertices_t1, std::vector<Sphere>& spheres);
+void update_covering_spheres(const CoveringTree& covering, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1,
+                             std::vector<Sphere>& spheres);
 
 } // namespace seldinger::spheretree

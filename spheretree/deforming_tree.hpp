@@ -21,12 +21,12 @@ enum class SphereUpdate : std::uint8_t {
 /// How the dense surface hangs on coarse nodes: vertex = sum a_i q_i + A rho of its frame, or a blend of that and its rest
 /// place. The spans belong to whoever made the links; weights a_i are not negative and sum to one.
 struct SurfaceLinks {
-    std::span<const Triangle> frame_nodes;    // [frame_count] coarse node ids
-    std::span<const Mat3> frame_rest;         // [frame_count] A, orthonormal columns
-    std::span<const Index> vertex_frame;      // [vertex_count] kNoIndex: the vertex stands still
-    std::span<const Vec3> vertex_projection;  // [vertex_count] m, rho
-    std::span<const double> vertex_blend;     // [vertex_count] 1: moves fully, 0: stands still
-    std::span<const Vec3> node_rest;          // [node_count] m
+    std::span<const Triangle> frame_nodes;   // [frame_count] coarse node ids
+    std::span<const Mat3> frame_rest;        // [frame_count] A, orthonormal columns
+    std::span<const Index> vertex_frame;     // [vertex_count] kNoIndex: the vertex stands still
+    std::span<const Vec3> vertex_projection; // [vertex_count] m, rho
+    std::span<const double> vertex_blend;    // [vertex_count] 1: moves fully, 0: stands still
+    std::span<const Vec3> node_rest;         // [node_count] m
 };
 
 /// Where the nodes are, and how far each frame has turned.
@@ -37,20 +37,20 @@ struct NodePose {
 
 /// Built once, then only read.
 struct DeformingTree {
-    SphereTree tree;                    // as it was wrapped at rest; items: triangle ids
-    std::vector<Mat3> frame_rest;       // [frame_count]
-    std::vector<Triangle> frame_nodes;  // [frame_count]
-    std::vector<Vec3> node_rest;        // [node_count] m
-    std::vector<Index> near_begin;      // [sphere_count + 1] V: the coarse nodes nearest to the centre
+    SphereTree tree;                   // as it was wrapped at rest; items: triangle ids
+    std::vector<Mat3> frame_rest;      // [frame_count]
+    std::vector<Triangle> frame_nodes; // [frame_count]
+    std::vector<Vec3> node_rest;       // [node_count] m
+    std::vector<Index> near_begin;     // [sphere_count + 1] V: the coarse nodes nearest to the centre
     std::vector<Index> near;
-    std::vector<Triangle> turners;      // [sphere_count] three nodes far apart that turn the sphere; kNoIndex: there are none
+    std::vector<Triangle> turners; // [sphere_count] three nodes far apart that turn the sphere; kNoIndex: there are none
     struct Beneath {
         Index frame;
         double reach; // m, longest |rho| of the vertices beneath that hang on it
     };
-    std::vector<Index> beneath_begin;   // [sphere_count + 1] frames that carry what lies beneath
+    std::vector<Index> beneath_begin; // [sphere_count + 1] frames that carry what lies beneath
     std::vector<Beneath> beneath;
-    std::vector<std::uint8_t> stands;   // [sphere_count] 1: some of what lies beneath stands still, wholly or in part
+    std::vector<std::uint8_t> stands; // [sphere_count] 1: some of what lies beneath stands still, wholly or in part
 };
 
 /// |V| by level, the root's first; deeper levels as the last. More of them: smoother and slower.

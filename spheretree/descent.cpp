@@ -24,10 +24,14 @@ Contact sphere_contact(BodyId body_a, BodyId body_b, const Sphere& a, const Sphe
 
 std::string_view order_name(DescentOrder order) noexcept {
     switch (order) {
-    case DescentOrder::Breadth: return "breadth";
-    case DescentOrder::Deepest: return "deepest";
-    case DescentOrder::Depth: return "depth";
-    case DescentOrder::DepthCapped: break;
+    case DescentOrder::Breadth:
+        return "breadth";
+    case DescentOrder::Deepest:
+        return "deepest";
+    case DescentOrder::Depth:
+        return "depth";
+    case DescentOrder::DepthCapped:
+        break;
     }
     return "depth-capped";
 }
@@ -104,9 +108,7 @@ void Descent::add_hollow_pair(const ChainView& instrument, const LumenView& lume
     ++hollow_count_;
 }
 
-std::span<const LinkStatus> Descent::link_status(std::size_t hollow_pair) const noexcept {
-    return hollows_[hollow_pair].status;
-}
+std::span<const LinkStatus> Descent::link_status(std::size_t hollow_pair) const noexcept { return hollows_[hollow_pair].status; }
 
 bool Descent::run(WorkBudget& budget) {
     while (head_ < queue_.size()) {
@@ -128,8 +130,10 @@ void Descent::sort_batch() {
 
 /// The entry in hand is done.
 void Descent::drop() noexcept {
-    if (is_depth_first()) queue_.pop_back();
-    else ++head_;
+    if (is_depth_first())
+        queue_.pop_back();
+    else
+        ++head_;
 }
 
 bool Descent::step_hollow_entry(const Entry& entry, WorkBudget& budget) {
@@ -138,8 +142,10 @@ bool Descent::step_hollow_entry(const Entry& entry, WorkBudget& budget) {
         --stats_.pairs_open;
         return true;
     }
-    if (is_depth_first()) queue_.push_back(entry);
-    else --head_;
+    if (is_depth_first())
+        queue_.push_back(entry);
+    else
+        --head_;
     return false;
 }
 
@@ -167,7 +173,8 @@ bool Descent::step_group(const Entry& group, WorkBudget& budget) {
     const double reach = other.radius + margin_;
     for (Index s = group.first; s < group.first + tests; ++s) {
         const Sphere& sphere = first.spheres[s];
-        const double dx = sphere.centre[0] - other.centre[0], dy = sphere.centre[1] - other.centre[1], dz = sphere.centre[2] - other.centre[2];
+        const double dx = sphere.centre[0] - other.centre[0], dy = sphere.centre[1] - other.centre[1],
+                     dz = sphere.centre[2] - other.centre[2];
         const double distance_sq = dx * dx + dy * dy + dz * dz, touch = sphere.radius + reach;
         if (distance_sq > touch * touch || sphere.radius < 0.0) continue;
         const double depth = order_ == DescentOrder::Deepest ? touch - std::sqrt(distance_sq) : 0.0; // who else would look at it

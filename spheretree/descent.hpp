@@ -74,17 +74,23 @@ public:
     [[nodiscard]] DescentStats stats() const noexcept;
 
 private:
-    struct Entry {              // open pairs that share their second sphere; roles swap, so it says which tree is first
-        Index pair = 0;         // index into solids_ or hollows_
+    struct Entry {                   // open pairs that share their second sphere; roles swap, so it says which tree is first
+        Index pair = 0;              // index into solids_ or hollows_
         Index first = 0, second = 0; // sphere ids; hollow: first = chain sphere
         std::uint16_t count = 1;     // solids: first, first + 1, ... against second
         bool hollow = false;
-        bool swapped = false;   // first belongs to body b
-        float depth = 0.0F;     // m, overlap of the pair that this one came from; Deepest only
+        bool swapped = false; // first belongs to body b
+        float depth = 0.0F;   // m, overlap of the pair that this one came from; Deepest only
     };
-    struct SolidPair { SolidView a, b; };
-    struct HollowPair { ChainView chain; LumenView lumen; std::vector<LinkStatus> status; };
-    struct Found {              // best lumen leaf for a chain sphere
+    struct SolidPair {
+        SolidView a, b;
+    };
+    struct HollowPair {
+        ChainView chain;
+        LumenView lumen;
+        std::vector<LinkStatus> status;
+    };
+    struct Found { // best lumen leaf for a chain sphere
         Index leaf = kNoIndex;
         double room = -std::numeric_limits<double>::infinity(); // m, over the whole step
     };
@@ -110,20 +116,20 @@ private:
     [[nodiscard]] int level_of(const Entry& entry) const noexcept;
 
     std::vector<SolidPair> solids_;
-    std::vector<HollowPair> hollows_;    // memory of the first hollow_count_ is in use
+    std::vector<HollowPair> hollows_; // memory of the first hollow_count_ is in use
     std::size_t hollow_count_ = 0;
-    std::vector<Entry> queue_;           // PairList: entries from head_ on are open
+    std::vector<Entry> queue_; // PairList: entries from head_ on are open
     std::size_t head_ = 0;
-    int leaf_depth_ = 0;                 // deepest level of all trees added
-    std::vector<Contact> collisions_;    // CollisionList
+    int leaf_depth_ = 0;                          // deepest level of all trees added
+    std::vector<Contact> collisions_;             // CollisionList
     std::vector<std::pair<double, Index>> stack_; // of the search in progress: bound, lumen sphere
     Found found_;
-    bool searching_ = false;             // the first open entry's search was interrupted
+    bool searching_ = false; // the first open entry's search was interrupted
     DescentStats stats_;
     double margin_ = 0.0;
     DescentOrder order_ = DescentOrder::Breadth;
     int cap_ = 0;
-    std::size_t batch_end_ = 0;          // Deepest: entries before it are in order
+    std::size_t batch_end_ = 0; // Deepest: entries before it are in order
 };
 
 /// Unit vector along v; any axis, always the same, where v has no length.

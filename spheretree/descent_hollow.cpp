@@ -36,8 +36,7 @@ bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {
         add_wall_contact(pair, entry.first, budget);
     } else {
         const Index child = chain.tree.first_child[entry.first];
-        for (Index k = 0; k < chain.tree.child_count[entry.first]; ++k)
-            open({entry.pair, child + k, 0, 1, true, false, 0.0F});
+        for (Index k = 0; k < chain.tree.child_count[entry.first]; ++k) open({entry.pair, child + k, 0, 1, true, false, 0.0F});
     }
     return true;
 }
@@ -54,14 +53,13 @@ double Descent::room_in_leaf(HollowPair& pair, Index sphere, Index leaf, WorkBud
     if (ball.radius < 0.0) return -std::numeric_limits<double>::infinity();
     if (!chain.tree.is_leaf(sphere)) {
         const Sphere& bound = state.spheres[sphere];
-        const double farthest = std::sqrt(std::max((bound.centre - ball.centre_t0).squaredNorm(),
-                                                   (bound.centre - ball.centre_t1).squaredNorm()));
+        const double farthest =
+            std::sqrt(std::max((bound.centre - ball.centre_t0).squaredNorm(), (bound.centre - ball.centre_t1).squaredNorm()));
         return ball.radius - farthest - bound.radius;
     }
     const Index link = chain.link_of_leaf(sphere);
     const Sphere &t0 = state.links_t0[link], &t1 = state.links_t1[link];
-    return ball.radius - std::max((t0.centre - ball.centre_t0).norm() + t0.radius,
-                                  (t1.centre - ball.centre_t1).norm() + t1.radius);
+    return ball.radius - std::max((t0.centre - ball.centre_t0).norm() + t0.radius, (t1.centre - ball.centre_t1).norm() + t1.radius);
 }
 
 /// Best ball for a chain sphere, into found_: any that holds it with the margin, else (for a single link) the one with the
@@ -86,8 +84,10 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
         stack_.assign(1, {std::numeric_limits<double>::infinity(), 0});
         Index hint = pair.chain.state->hint[link];
         if (hint == kNoIndex && link > 0) hint = pair.chain.state->hint[link - 1];
-        if (hint < tree.sphere_count() && tree.is_leaf(hint)) try_leaf(hint);
-        else ++stats_.pairs_tested;
+        if (hint < tree.sphere_count() && tree.is_leaf(hint))
+            try_leaf(hint);
+        else
+            ++stats_.pairs_tested;
     }
     // A link's bound must hold at t1 alone; its own swept sphere is larger than the link where it moves.
     const double own_radius = leaf ? pair.chain.state->links_t1[link].radius : bound.radius;

@@ -27,14 +27,13 @@ Index split_point(std::span<const Vec3> centres, std::vector<Index>& items, Item
     for (Index i = range.first; i < range.second; ++i) box.add(centres[items[i]]);
     int axis = 0;
     box.extent().maxCoeff(&axis);
-    std::sort(items.begin() + range.first, items.begin() + range.second, [&](Index a, Index b) {
-        return centres[a][axis] != centres[b][axis] ? centres[a][axis] < centres[b][axis] : a < b;
-    });
+    std::sort(items.begin() + range.first, items.begin() + range.second,
+              [&](Index a, Index b) { return centres[a][axis] != centres[b][axis] ? centres[a][axis] < centres[b][axis] : a < b; });
     return range.first + (range.second - range.first + 1) / 2;
 }
 
-std::vector<ItemRange> split(std::span<const Vec3> centres, std::vector<Index>& items, ItemRange range,
-                             unsigned branching, std::size_t leaf_items) {
+std::vector<ItemRange> split(std::span<const Vec3> centres, std::vector<Index>& items, ItemRange range, unsigned branching,
+                             std::size_t leaf_items) {
     std::vector<ItemRange> groups{range};
     for (unsigned width = 2; width <= branching; width *= 2) {
         std::vector<ItemRange> halves;
@@ -70,8 +69,7 @@ SphereTree split_by_median(std::span<const Vec3> centres, unsigned branching, st
         const auto groups = split(centres, tree.items, range, branching, leaf_items);
         tree.first_child[s] = static_cast<Index>(tree.spheres.size());
         tree.child_count[s] = static_cast<std::uint16_t>(groups.size());
-        for (const ItemRange& group : groups)
-            add_sphere(tree, s, static_cast<std::uint8_t>(tree.level[s] + 1), group);
+        for (const ItemRange& group : groups) add_sphere(tree, s, static_cast<std::uint8_t>(tree.level[s] + 1), group);
     }
     tree.level_begin.push_back(static_cast<Index>(tree.spheres.size()));
     return tree;

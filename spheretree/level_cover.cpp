@@ -11,13 +11,13 @@ namespace seldinger::spheretree {
 
 namespace {
 
-constexpr double kFirstShare = 0.3;    // of a parent's children are found by its own greedy cover, the rest by splitting
-constexpr double kSplitShare = 0.12;   // of the balls are split at a time
+constexpr double kFirstShare = 0.3;  // of a parent's children are found by its own greedy cover, the rest by splitting
+constexpr double kSplitShare = 0.12; // of the balls are split at a time
 constexpr unsigned kRoundsPerSplit = 2, kLastRounds = 10, kFitSteps = 8;
-constexpr std::size_t kPatience = 64;   // splits tried in vain
+constexpr std::size_t kPatience = 64;  // splits tried in vain
 constexpr std::size_t kMoveShare = 16; // one ball of so many is moved at a time
 constexpr unsigned kMoveTries = 16;
-constexpr double kWorst = 6.0;         // of the mean overhang: leaves beyond it are split first, whatever their area
+constexpr double kWorst = 6.0; // of the mean overhang: leaves beyond it are split first, whatever their area
 
 struct Shares {
     std::vector<Index> begin; // [balls + 1]
@@ -186,7 +186,8 @@ std::size_t split_worst(const LevelTask& task, const Shares& shares, LevelBalls&
         const double overhang = level.balls[i].overhang();
         if (shares.of(i).size() < 2 || !(overhang > 0.0)) continue;
         const double worse = overhang / (kWorst * mean);
-        const double weight = task.aim == LevelAim::LeastOverhang ? 1.0 : area_of(task, shares.of(i)) * (1.0 + worse * worse * worse * worse);
+        const double weight =
+            task.aim == LevelAim::LeastOverhang ? 1.0 : area_of(task, shares.of(i)) * (1.0 + worse * worse * worse * worse);
         order.emplace_back(-weight * overhang, i);
     }
     std::sort(order.begin(), order.end());
@@ -216,8 +217,7 @@ LevelBalls first_balls(const LevelTask& task, std::span<const Index> above, cons
     LevelBalls level;
     level.owner.assign(task.points.size(), 0);
     const Shares shares = list_shares(above, task.parents);
-    const unsigned most = task.parents == 1 ? task.branching
-                                            : std::max(1U, static_cast<unsigned>(kFirstShare * task.branching));
+    const unsigned most = task.parents == 1 ? task.branching : std::max(1U, static_cast<unsigned>(kFirstShare * task.branching));
     const std::vector<Vec3>& points = task.points.points();
     for (Index parent = 0; parent < task.parents; ++parent) {
         const auto ids = shares.of(parent);
@@ -233,7 +233,8 @@ LevelBalls first_balls(const LevelTask& task, std::span<const Index> above, cons
         if (near.size() < 2 * most)
             for (const Index id : ids) near.push_back({points[id], 0.0, 0.0});
         std::vector<std::uint16_t> owner;
-        const std::vector<Ball> balls = cover_points({points, ids, near, most, task.aim == LevelAim::LeastVolume && task.parents > 1, task.samples}, body, owner);
+        const std::vector<Ball> balls =
+            cover_points({points, ids, near, most, task.aim == LevelAim::LeastVolume && task.parents > 1, task.samples}, body, owner);
         for (std::size_t k = 0; k < ids.size(); ++k) level.owner[ids[k]] = static_cast<Index>(level.balls.size() + owner[k]);
         level.balls.insert(level.balls.end(), balls.begin(), balls.end());
         level.parent.resize(level.balls.size(), parent);
@@ -283,7 +284,8 @@ std::size_t remove_cheapest(const LevelTask& task, const Shares& shares, LevelBa
         double need = 0.0;
         for (const Index p : shares.of(i)) need = std::max(need, seconds.need[p]);
         if (need >= worst) continue;
-        order.emplace_back(task.aim == LevelAim::LeastOverhang ? need : area_of(task, shares.of(i)) * (need - 0.5 * level.balls[i].overhang()), i);
+        order.emplace_back(
+            task.aim == LevelAim::LeastOverhang ? need : area_of(task, shares.of(i)) * (need - 0.5 * level.balls[i].overhang()), i);
     }
     std::sort(order.begin(), order.end());
     if (task.aim == LevelAim::LeastOverhang) { // room is wanted beneath the worst ball's parent above all

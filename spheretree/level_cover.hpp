@@ -43,8 +43,8 @@ private:
 
 struct LevelBalls {
     std::vector<Ball> balls;
-    std::vector<Index> parent; // [balls] ball of the level above
-    std::vector<Index> owner;  // [points] the ball that each point is left to
+    std::vector<Index> parent;         // [balls] ball of the level above
+    std::vector<Index> owner;          // [points] the ball that each point is left to
     std::vector<std::uint64_t> fitted; // [balls] checksum of the points that the ball was last fitted to; 0: none
 };
 
@@ -59,7 +59,7 @@ struct LevelTask {
     std::size_t parents = 1;          // balls of the level above
     unsigned branching = 8;           // children of a parent at most
     LevelAim aim = LevelAim::LeastOverhang;
-    std::size_t samples = 768;        // of CoverTask: another number is another start
+    std::size_t samples = 768; // of CoverTask: another number is another start
 };
 
 /// above  [points] owner of each point on the level above

@@ -46,9 +46,7 @@ double passage(const Sphere& a, const Sphere& b) {
 struct Step {
     double cost = 0.0;
     Index ball = kNoIndex;
-    [[nodiscard]] bool operator>(const Step& other) const {
-        return cost != other.cost ? cost > other.cost : ball > other.ball;
-    }
+    [[nodiscard]] bool operator>(const Step& other) const { return cost != other.cost ? cost > other.cost : ball > other.ball; }
 };
 
 /// Shortest way from ball to ball; `price(from, to)` is the cost of a step, negative where there is none, and
@@ -103,8 +101,7 @@ double widest_radius(const LumenTree& lumen, Index from, Index to) {
         },
         [](double so_far, double extra) { return std::max(so_far, extra); });
     double narrowest = way.empty() ? 0.0 : std::min(lumen.ball(from).radius, lumen.ball(to).radius);
-    for (std::size_t i = 1; i < way.size(); ++i)
-        narrowest = std::min(narrowest, passage(lumen.ball(way[i - 1]), lumen.ball(way[i])));
+    for (std::size_t i = 1; i < way.size(); ++i) narrowest = std::min(narrowest, passage(lumen.ball(way[i - 1]), lumen.ball(way[i])));
     return narrowest;
 }
 
@@ -160,8 +157,7 @@ Result<Index> ball_near(const LumenTree& lumen, const Vec3& p, const char* which
     const BestBall best = find_best_ball(lumen, p);
     if (best.ball != kNoIndex && best.room >= -lumen.ball(best.ball).radius) return best.ball;
     return Error{ErrorCode::BadValue, std::string("the path's ") + which + " lies outside the lumen" +
-                                          (best.ball == kNoIndex ? "" : ", by " + in_mm(-best.room)) +
-                                          "; it must lie inside"};
+                                          (best.ball == kNoIndex ? "" : ", by " + in_mm(-best.room)) + "; it must lie inside"};
 }
 
 } // namespace
@@ -170,13 +166,11 @@ double free_radius_at(const LumenTree& lumen, const Vec3& p) {
     const BestBall best = find_best_ball(lumen, p);
     if (best.ball == kNoIndex) return best.room;
     Room room = room_in_ball(p, lumen.ball(best.ball));
-    for (const Index neighbour : lumen.neighbours_of(best.ball))
-        improve_room(p, lumen.ball(best.ball), lumen.ball(neighbour), room);
+    for (const Index neighbour : lumen.neighbours_of(best.ball)) improve_room(p, lumen.ball(best.ball), lumen.ball(neighbour), room);
     return room.radius;
 }
 
-Result<std::vector<LumenPathPoint>> find_lumen_path(const LumenTree& lumen, const Vec3& from, const Vec3& to,
-                                                    const PathOptions& options) {
+Result<std::vector<LumenPathPoint>> find_lumen_path(const LumenTree& lumen, const Vec3& from, const Vec3& to, const PathOptions& options) {
     const auto first = ball_near(lumen, from, "start");
     if (!first) return first.error();
     const auto last = ball_near(lumen, to, "end");
@@ -184,8 +178,8 @@ Result<std::vector<LumenPathPoint>> find_lumen_path(const LumenTree& lumen, cons
     std::vector<Index> way = find_wide_way(lumen, *first, *last, options.min_radius);
     if (way.empty())
         return Error{ErrorCode::BadValue, "no route of radius " + in_mm(options.min_radius) +
-                                              " leads through the lumen; the widest one has " +
-                                              in_mm(widest_radius(lumen, *first, *last)) + " at its narrowest place"};
+                                              " leads through the lumen; the widest one has " + in_mm(widest_radius(lumen, *first, *last)) +
+                                              " at its narrowest place"};
     drop_detours(lumen, from, to, options.min_radius, way);
     std::vector<Vec3> corners{from};
     for (const Index ball : way) corners.push_back(lumen.ball(ball).centre);

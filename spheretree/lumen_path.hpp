@@ -11,10 +11,10 @@ struct LumenPathPoint {
 };
 
 struct PathOptions {
-    double min_radius = 0.0;      // m, never narrower than this
-    double spacing = 1e-3;        // m, of the points that are returned
-    unsigned smoothing = 20;      // rounds of averaging; a point never moves to where it is narrower than it was, unless
-                                  // it keeps 90 % of its room; 0: the balls' centres as they are
+    double min_radius = 0.0; // m, never narrower than this
+    double spacing = 1e-3;   // m, of the points that are returned
+    unsigned smoothing = 20; // rounds of averaging; a point never moves to where it is narrower than it was, unless
+                             // it keeps 90 % of its room; 0: the balls' centres as they are
 };
 
 /// Widest-and-shortest route: minimises the sum of length / free radius (Dijkstra over overlapping balls; ties by ball id).

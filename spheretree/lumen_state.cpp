@@ -23,8 +23,8 @@ struct NearestWall {
 
 /// Nearest of the linked triangles that is nearer than start_sq. No point of a triangle is nearer to p than
 /// sqrt(m^2 - e^2/3), m its nearest corner and e its longest edge: most triangles need no more than that.
-NearestWall find_nearest(const LumenTree& lumen, std::span<const Index> linked, std::span<const Vec3> vertices,
-                         const Vec3& p, double start_sq) noexcept {
+NearestWall find_nearest(const LumenTree& lumen, std::span<const Index> linked, std::span<const Vec3> vertices, const Vec3& p,
+                         double start_sq) noexcept {
     NearestWall best{start_sq, kNoIndex, {}};
     for (const Index t : linked) {
         const Triangle& v = lumen.triangles[t];
@@ -58,8 +58,7 @@ double bound_distance_sq(const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
 /// Free radius around a moved centre, at most `cap` and at most 1 % less than there is; empty once the centre has come to
 /// lie behind its wall. In a round vessel every triangle of the ring is nearly the nearest: a bound is taken for the
 /// distance where it is good enough, which spares nearly all exact distances.
-double free_radius(const LumenTree& lumen, Index ball, const Vec3& centre, std::span<const Vec3> vertices,
-                   double cap) noexcept {
+double free_radius(const LumenTree& lumen, Index ball, const Vec3& centre, std::span<const Vec3> vertices, double cap) noexcept {
     constexpr double kGoodEnough = 0.99 * 0.99;
     double exact_sq = cap * cap, found_sq = exact_sq;
     Index nearest = kNoIndex;
@@ -147,8 +146,7 @@ void LumenState::move_centres(const LumenTree& lumen) {
         // The step begins where the last one ended: what was measured then still holds.
         ball.radius_t0 = stamp_[b] + 1 == step_ && last == ball.centre_t0 ? ball.radius_t1 : kUnknown;
         const double cap = rest_ball.radius * (1.0 + 0.5 * lumen.link_reach);
-        swept_[b] = {0.5 * (ball.centre_t0 + ball.centre_t1),
-                     (cap + 0.5 * (ball.centre_t1 - ball.centre_t0).norm()) * kRoundOut};
+        swept_[b] = {0.5 * (ball.centre_t0 + ball.centre_t1), (cap + 0.5 * (ball.centre_t1 - ball.centre_t0).norm()) * kRoundOut};
         stamp_[b] = step_ - 1; // its radius is not known yet
     }
 }
@@ -157,8 +155,7 @@ void LumenState::move_centres(const LumenTree& lumen) {
 void LumenState::move_bounds(const LumenTree& lumen) {
     const SphereTree& tree = lumen.tree;
     for (Index s = 0; s < tree.sphere_count(); ++s) {
-        const auto beneath =
-            std::span<const Sphere>(swept_).subspan(tree.item_begin[s], tree.item_end[s] - tree.item_begin[s]);
+        const auto beneath = std::span<const Sphere>(swept_).subspan(tree.item_begin[s], tree.item_end[s] - tree.item_begin[s]);
         if (tree.is_leaf(s)) {
             bounds_[s] = beneath.front();
         } else {
@@ -192,8 +189,7 @@ std::uint64_t LumenState::cost_of(const LumenTree& lumen, Index ball) const noex
 
 WallPoint find_wall_point(const LumenTree& lumen, std::span<const Vec3> vertices, Index ball, const Vec3& p) noexcept {
     const std::span<const Vec3> now = vertices.empty() ? std::span<const Vec3>(lumen.rest_vertices) : vertices;
-    const NearestWall nearest =
-        find_nearest(lumen, lumen.wall_of(ball), now, p, std::numeric_limits<double>::infinity());
+    const NearestWall nearest = find_nearest(lumen, lumen.wall_of(ball), now, p, std::numeric_limits<double>::infinity());
     if (nearest.triangle == kNoIndex) return {};
     return {nearest.triangle, nearest.hit.point, nearest.hit.bary, std::sqrt(nearest.distance_sq)};
 }

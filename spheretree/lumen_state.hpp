@@ -12,9 +12,9 @@ namespace seldinger::spheretree {
 /// A ball over one step: free space of radius `radius` around the centre that moves straight from centre_t0 to centre_t1.
 struct MovingBall {
     Vec3 centre_t0 = Vec3::Zero(), centre_t1 = Vec3::Zero(); // m
-    double radius = -1.0;    // m, free at t0 and at t1; negative: the wall has passed the centre
-    double radius_t0 = -1.0; // m, free at t0
-    double radius_t1 = -1.0; // m, free at t1
+    double radius = -1.0;                                    // m, free at t0 and at t1; negative: the wall has passed the centre
+    double radius_t0 = -1.0;                                 // m, free at t0
+    double radius_t1 = -1.0;                                 // m, free at t1
 };
 
 /// Balls and bounds of the current step. Sized by the first update, no allocation afterwards.
@@ -32,8 +32,8 @@ public:
 
     void reset() noexcept { balls_.clear(); } // forgets the last step; the next update starts afresh
 
-    /// Conservative against the linked triangles, within 1 % of what they leave free: a triangle that was further away than the build's link_reach at rest is
-    /// assumed not to have come nearer than half of that. A ball grows by half of link_reach at most.
+    /// Conservative against the linked triangles, within 1 % of what they leave free: a triangle that was further away than the build's
+    /// link_reach at rest is assumed not to have come nearer than half of that. A ball grows by half of link_reach at most.
     [[nodiscard]] const MovingBall& ball(const LumenTree& lumen, Index ball);
 
     /// What ball() would cost now, in sphere tests; 0 when it is known already.
@@ -52,12 +52,12 @@ private:
     void move_centres(const LumenTree& lumen);
     void move_bounds(const LumenTree& lumen);
 
-    std::vector<MovingBall> balls_;     // [ball_count]
-    std::vector<Sphere> swept_;         // [ball_count] bounds a ball at both ends
-    std::vector<char> still_;           // [ball_count] or empty
-    std::vector<std::uint32_t> stamp_;  // [ball_count] step of the radius
-    std::vector<Sphere> bounds_;        // [sphere_count] over both ends of the step
-    std::vector<double> largest_;       // [sphere_count] m
+    std::vector<MovingBall> balls_;    // [ball_count]
+    std::vector<Sphere> swept_;        // [ball_count] bounds a ball at both ends
+    std::vector<char> still_;          // [ball_count] or empty
+    std::vector<std::uint32_t> stamp_; // [ball_count] step of the radius
+    std::vector<Sphere> bounds_;       // [sphere_count] over both ends of the step
+    std::vector<double> largest_;      // [sphere_count] m
     std::span<const Vec3> vertices_t0_, vertices_t1_;
     std::uint32_t step_ = 0;
     std::size_t balls_updated_ = 0;
@@ -69,10 +69,9 @@ struct WallPoint {
     Index triangle = kNoIndex; // wall triangle id; kNoIndex: the ball has no linked triangle
     Vec3 point = Vec3::Zero(); // m
     std::array<double, 3> bary{1.0, 0.0, 0.0};
-    double distance = 0.0;     // m, from the asked point
+    double distance = 0.0; // m, from the asked point
 };
 /// vertices  [vertex_count] m, the wall now; empty: the wall rests
-[[nodiscard]] WallPoint find_wall_point(const LumenTree& lumen, std::span<const Vec3> vertices, Index ball,
-                                        const Vec3& p) noexcept;
+[[nodiscard]] WallPoint find_wall_point(const LumenTree& lumen, std::span<const Vec3> vertices, Index ball, const Vec3& p) noexcept;
 
 } // namespace seldinger::spheretree

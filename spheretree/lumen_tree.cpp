@@ -57,8 +57,8 @@ void measure_error(std::span<const Sphere> balls, std::span<const WallSample> sa
 Result<LumenTree> build_lumen_tree(const TriMesh& closed_lumen, const LumenOptions& options, LumenReport* report) {
     if (const auto checked = check_closed_surface(closed_lumen); !checked) return checked.error();
     const InsideTest inside(closed_lumen);
-    const MedialBalls medial = find_medial_balls(
-        closed_lumen, inside, {.min_radius = options.min_radius, .max_samples = options.max_samples});
+    const MedialBalls medial =
+        find_medial_balls(closed_lumen, inside, {.min_radius = options.min_radius, .max_samples = options.max_samples});
     const std::vector<Index> chosen = select_cover(medial, {options.relative_error, options.error_floor, options.corner_ratio});
     if (chosen.empty())
         return Error{ErrorCode::BadMesh, "the lumen holds no free ball of radius " + std::to_string(options.min_radius) +

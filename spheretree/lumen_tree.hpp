@@ -16,12 +16,12 @@
 namespace seldinger::spheretree {
 
 struct LumenOptions {
-    double relative_error = 0.04;   // of the local radius: how deep a wall sample may lie outside the union of the balls
-    double error_floor = 2e-5;      // m; finer detail of the wall than this is not followed
-    double corner_ratio = 0.25;     // of the local radius: corners that only smaller balls reach are left to the exact stage
-    double min_radius = 1e-4;       // m; narrower lumen is treated as closed. Half the instrument's radius is enough
-    double link_reach = 0.15;       // of a ball's radius: wall triangles within that much beyond it move it
-    unsigned branching = 8;         // 2, 4 or 8 children at most
+    double relative_error = 0.04;     // of the local radius: how deep a wall sample may lie outside the union of the balls
+    double error_floor = 2e-5;        // m; finer detail of the wall than this is not followed
+    double corner_ratio = 0.25;       // of the local radius: corners that only smaller balls reach are left to the exact stage
+    double min_radius = 1e-4;         // m; narrower lumen is treated as closed. Half the instrument's radius is enough
+    double link_reach = 0.15;         // of a ball's radius: wall triangles within that much beyond it move it
+    unsigned branching = 8;           // 2, 4 or 8 children at most
     std::size_t max_samples = 60'000; // of the wall, about; a larger or finer lumen is sampled more sparsely
 };
 
@@ -29,18 +29,18 @@ struct LumenOptions {
 /// beneath, so they bound how good any ball beneath can be.
 struct LumenTree {
     SphereTree tree;
-    std::vector<double> largest_ball;     // [sphere_count] m, largest ball radius beneath
-    std::vector<Index> leaf_of_ball;      // [ball_count] sphere id
-    std::vector<Index> neighbour_begin;   // [ball_count + 1]
-    std::vector<Index> neighbours;        // balls that overlap this one, ascending
-    std::vector<Index> wall_begin;        // [ball_count + 1]
-    std::vector<Index> wall_triangles;    // wall triangles within reach of the ball at rest, ascending
-    std::vector<Index> anchor_begin;      // [ball_count + 1]
-    std::vector<Index> anchors;           // few wall vertices spread around the ball: its centre follows them
-    std::vector<double> anchor_weights;   // sum 1, and sum of weight * rest vertex = the ball's centre: rigid turns are exact
-    double link_reach = 0.0;              // [-] LumenOptions::link_reach it was built with
-    std::vector<Vec3> rest_vertices;      // [vertex_count] m, of the wall
-    std::vector<Triangle> triangles;      // [triangle_count] of the wall
+    std::vector<double> largest_ball;   // [sphere_count] m, largest ball radius beneath
+    std::vector<Index> leaf_of_ball;    // [ball_count] sphere id
+    std::vector<Index> neighbour_begin; // [ball_count + 1]
+    std::vector<Index> neighbours;      // balls that overlap this one, ascending
+    std::vector<Index> wall_begin;      // [ball_count + 1]
+    std::vector<Index> wall_triangles;  // wall triangles within reach of the ball at rest, ascending
+    std::vector<Index> anchor_begin;    // [ball_count + 1]
+    std::vector<Index> anchors;         // few wall vertices spread around the ball: its centre follows them
+    std::vector<double> anchor_weights; // sum 1, and sum of weight * rest vertex = the ball's centre: rigid turns are exact
+    double link_reach = 0.0;            // [-] LumenOptions::link_reach it was built with
+    std::vector<Vec3> rest_vertices;    // [vertex_count] m, of the wall
+    std::vector<Triangle> triangles;    // [triangle_count] of the wall
 
     [[nodiscard]] std::size_t ball_count() const noexcept { return leaf_of_ball.size(); }
     [[nodiscard]] Index ball_of_leaf(Index leaf) const noexcept { return tree.item_begin[leaf]; }
@@ -56,8 +56,8 @@ struct LumenTree {
 /// What was reached, for the build's report.
 struct LumenReport {
     std::size_t samples = 0, candidates = 0, balls = 0;
-    std::size_t components = 0;       // of the union of the balls; 1: every part can be reached from every other
-    double worst_relative_error = 0;  // over the samples: distance to the union / local radius
+    std::size_t components = 0;      // of the union of the balls; 1: every part can be reached from every other
+    double worst_relative_error = 0; // over the samples: distance to the union / local radius
     double mean_relative_error = 0;
 };
 

@@ -21,16 +21,15 @@ constexpr unsigned kGrowEvery = 6;     // the axis is far shorter than the wall:
 /// [-] A ball whose innermost hundredth is free counts as touching. At its medial centre a ball touches a whole ring of
 /// wall: asking for more would look at every triangle of the ring.
 constexpr double kTouch = 0.01;
-constexpr std::size_t kPilots = 4000;  // balls that measure the local radius
-constexpr double kPilotReach = 1.1;    // of a pilot ball's radius: wall so near to it is as wide as the ball
+constexpr std::size_t kPilots = 4000; // balls that measure the local radius
+constexpr double kPilotReach = 1.1;   // of a pilot ball's radius: wall so near to it is as wide as the ball
 
 class BallFinder {
 public:
     BallFinder(const TriMesh& wall, const InsideTest& inside) : wall_(wall), inside_(inside) {
         normals_.reserve(wall.triangles.size());
         for (const Triangle& t : wall.triangles)
-            normals_.push_back((wall.vertices[t[1]] - wall.vertices[t[0]])
-                                   .cross(wall.vertices[t[2]] - wall.vertices[t[0]]).normalized());
+            normals_.push_back((wall.vertices[t[1]] - wall.vertices[t[0]]).cross(wall.vertices[t[2]] - wall.vertices[t[0]]).normalized());
         largest_ = 0.5 * wall.bounds().longest_edge();
     }
 
@@ -126,8 +125,7 @@ std::vector<double> find_local_radius(const TriMesh& wall, const BallFinder& fin
         if (!finder.is_free(ball, min_radius)) continue;
         guess = ball.radius;
         found.push_back(ball.radius);
-        tree.for_each_within(ball.centre, kPilotReach * ball.radius,
-                             [&](Index i, double) { local[i] = std::max(local[i], ball.radius); });
+        tree.for_each_within(ball.centre, kPilotReach * ball.radius, [&](Index i, double) { local[i] = std::max(local[i], ball.radius); });
     }
     std::sort(found.begin(), found.end());
     const double median = found.empty() ? min_radius : found[found.size() / 2];

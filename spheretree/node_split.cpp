@@ -52,7 +52,10 @@ std::vector<ChildBall> split_by_merging(const NodeTask& task, const BodyDepth& b
         const double share = (s.centre - a.centre).norm() / std::max((b.centre - a.centre).norm(), 1e-300);
         return Ball{s.centre, std::min(a.depth, b.depth) * (1.0 - share) + share * b.depth, s.radius};
     };
-    struct Partner { double cost; std::size_t other; };
+    struct Partner {
+        double cost;
+        std::size_t other;
+    };
     const auto find_partner = [&](std::size_t i) {
         Partner best{std::numeric_limits<double>::infinity(), i};
         for (std::size_t j = i + 1; j < balls.size(); ++j)

@@ -8,16 +8,16 @@ namespace seldinger::spheretree {
 
 struct NodeTask {
     std::span<const Vec3> points;
-    std::span<const Index> ids;       // corners of the node's pieces, each once, ascending
-    std::span<const Ball> medial;     // balls of the whole body, free inside it
-    Ball node;                        // the node's own
-    Box3 cell;                        // octree: the node's cell
+    std::span<const Index> ids;   // corners of the node's pieces, each once, ascending
+    std::span<const Ball> medial; // balls of the whole body, free inside it
+    Ball node;                    // the node's own
+    Box3 cell;                    // octree: the node's cell
     unsigned branching = 8;
 };
 
 struct ChildBall {
     Ball ball;
-    Box3 cell;             // octree alone
+    Box3 cell; // octree alone
 };
 
 /// Medial balls of the node, merged two by two, cheapest first, until `branching` are left.

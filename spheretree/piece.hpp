@@ -28,8 +28,9 @@ public:
     [[nodiscard]] double longest_edge_sq(const Piece& piece, int& corner) const noexcept {
         double longest = -1.0;
         for (int k = 0; k < 3; ++k) {
-            const double length = (points_[piece.corners[static_cast<std::size_t>(k)]] -
-                                   points_[piece.corners[static_cast<std::size_t>((k + 1) % 3)]]).squaredNorm();
+            const double length =
+                (points_[piece.corners[static_cast<std::size_t>(k)]] - points_[piece.corners[static_cast<std::size_t>((k + 1) % 3)]])
+                    .squaredNorm();
             if (length > longest) {
                 longest = length;
                 corner = k;

@@ -79,8 +79,7 @@ void grow_above(const PieceSet& set, const Piece& piece, Lineage& above, Index b
     }
 }
 
-Choice choose(const PieceSet& set, const Piece& piece, std::span<const Ball> balls, std::span<const Index> among,
-              const Lineage& above) {
+Choice choose(const PieceSet& set, const Piece& piece, std::span<const Ball> balls, std::span<const Index> among, const Lineage& above) {
     Choice choice;
     double least_held = std::numeric_limits<double>::infinity(), least = least_held;
     for (const Index i : among) {

@@ -32,7 +32,8 @@ public:
         most.resize(nodes_.size());
         for (std::size_t n = nodes_.size(); n-- > 0;) { // children follow their parents
             double largest = -std::numeric_limits<double>::infinity();
-            if (nodes_[n].right != kNoIndex) largest = std::max(most[n + 1], most[nodes_[n].right]);
+            if (nodes_[n].right != kNoIndex)
+                largest = std::max(most[n + 1], most[nodes_[n].right]);
             else
                 for (Index i = nodes_[n].begin; i < nodes_[n].end; ++i) largest = std::max(largest, values[order_[i]]);
             most[n] = largest;
@@ -73,9 +74,8 @@ private:
         int axis = 0;
         box.extent().maxCoeff(&axis);
         const Index middle = begin + (end - begin) / 2;
-        std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](Index a, Index b) {
-            return points[a][axis] != points[b][axis] ? points[a][axis] < points[b][axis] : a < b;
-        });
+        std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+                         [&](Index a, Index b) { return points[a][axis] != points[b][axis] ? points[a][axis] < points[b][axis] : a < b; });
         build(points, begin, middle);
         const Index right = build(points, middle, end);
         nodes_[id].right = right;
@@ -134,9 +134,9 @@ private:
         }
     }
 
-    std::vector<Node> nodes_;   // depth first
-    std::vector<Index> order_;  // [slot] point id
-    std::vector<Vec3> points_;  // [slot]
+    std::vector<Node> nodes_;  // depth first
+    std::vector<Index> order_; // [slot] point id
+    std::vector<Vec3> points_; // [slot]
 };
 
 } // namespace seldinger::spheretree

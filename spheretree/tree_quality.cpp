@@ -30,8 +30,7 @@ std::array<Corners, 2> halve(const Corners& c, double& longest_sq) {
 bool holds(const Sphere& s, const Corners& c) {
     if (s.radius < 0.0) return false;
     const double limit = s.radius * s.radius * kRoundOut;
-    return (c[0] - s.centre).squaredNorm() <= limit && (c[1] - s.centre).squaredNorm() <= limit &&
-           (c[2] - s.centre).squaredNorm() <= limit;
+    return (c[0] - s.centre).squaredNorm() <= limit && (c[1] - s.centre).squaredNorm() <= limit && (c[2] - s.centre).squaredNorm() <= limit;
 }
 
 bool meets(const Sphere& s, const Corners& c) {
@@ -60,7 +59,8 @@ public:
 private:
     /// near  spheres that may hold the part: of the level, or roots to descend from
     double held_by(const Corners& part, const std::vector<Index>& near, int cuts) {
-        if (through_parents_ ? reached(part, 0) : std::any_of(near.begin(), near.end(), [&](Index s) { return holds(tree_.spheres[s], part); }))
+        if (through_parents_ ? reached(part, 0)
+                             : std::any_of(near.begin(), near.end(), [&](Index s) { return holds(tree_.spheres[s], part); }))
             return area_of(part);
         double longest_sq = 0.0;
         const auto halves = halve(part, longest_sq);
@@ -138,7 +138,10 @@ double union_volume(std::span<const Sphere> balls, unsigned lines) {
         }
     if (box.empty() || lines == 0) return 0.0;
     const double dx = box.extent()[0] / lines, dy = box.extent()[1] / lines;
-    struct Span { unsigned line; double from, to; };
+    struct Span {
+        unsigned line;
+        double from, to;
+    };
     std::vector<Span> spans;
     for (const Sphere& b : balls) {
         if (b.radius < 0.0) continue;
@@ -208,8 +211,10 @@ TreeQuality measure_quality(const SphereTree& tree, const TriMesh& surface, bool
     const std::size_t last = tree.level_count() - 1;
     const double volume = signed_volume(surface);
     if (solid && volume > 0.0)
-        quality.volume_ratio = union_volume(std::span(tree.spheres).subspan(tree.level_begin[last], tree.level_begin[last + 1] - tree.level_begin[last]),
-                                            options.lines) / volume;
+        quality.volume_ratio =
+            union_volume(std::span(tree.spheres).subspan(tree.level_begin[last], tree.level_begin[last + 1] - tree.level_begin[last]),
+                         options.lines) /
+            volume;
     return quality;
 }
 

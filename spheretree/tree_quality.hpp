@@ -8,11 +8,11 @@
 namespace seldinger::spheretree {
 
 struct LevelQuality {
-    std::size_t count = 0;       // spheres that are not empty
-    double outside_max = 0.0;    // m, farthest that any sphere reaches outside the surface
-    double outside_mean = 0.0;   // m, mean over the spheres of the farthest that each reaches
-    double uncovered = 0.0;      // share of the area that no sphere of the level is known to hold, 0..1
-    double reachable = 0.0;      // share of the area reached through spheres that hold it, from the root to this level, 0..1
+    std::size_t count = 0;     // spheres that are not empty
+    double outside_max = 0.0;  // m, farthest that any sphere reaches outside the surface
+    double outside_mean = 0.0; // m, mean over the spheres of the farthest that each reaches
+    double uncovered = 0.0;    // share of the area that no sphere of the level is known to hold, 0..1
+    double reachable = 0.0;    // share of the area reached through spheres that hold it, from the root to this level, 0..1
 };
 
 struct TreeQuality {
@@ -30,8 +30,7 @@ struct QualityOptions {
 
 /// Any tree over the surface, also one from a file: nothing is taken from the builder. Where the surface has no inside
 /// (solid false) a sphere reaches as far as the farthest place on it lies from the surface.
-[[nodiscard]] TreeQuality measure_quality(const SphereTree& tree, const TriMesh& surface, bool solid,
-                                          const QualityOptions& options = {});
+[[nodiscard]] TreeQuality measure_quality(const SphereTree& tree, const TriMesh& surface, bool solid, const QualityOptions& options = {});
 
 /// Volume of the union of balls, along lines * lines rays. m^3
 [[nodiscard]] double union_volume(std::span<const Sphere> balls, unsigned lines);

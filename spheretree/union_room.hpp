@@ -11,7 +11,7 @@ namespace seldinger::spheretree {
 struct Room {
     double radius = -std::numeric_limits<double>::infinity(); // m, of the ball around p that is proven free; negative: p
                                                               // lies that far outside the best ball
-    Vec3 inward = Vec3::UnitX(); // unit, where more room is
+    Vec3 inward = Vec3::UnitX();                              // unit, where more room is
 };
 
 /// What the ball alone proves.

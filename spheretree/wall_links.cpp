@@ -22,8 +22,7 @@ void find_wall_triangles(const LumenTree& lumen, const TriangleTree& wall, const
     box.inflate(reach.radius);
     wall.for_each_overlapping(box, [&](Index t) {
         const Triangle& v = lumen.triangles[t];
-        const auto hit = closest_on_triangle(reach.centre, lumen.rest_vertices[v[0]], lumen.rest_vertices[v[1]],
-                                             lumen.rest_vertices[v[2]]);
+        const auto hit = closest_on_triangle(reach.centre, lumen.rest_vertices[v[0]], lumen.rest_vertices[v[1]], lumen.rest_vertices[v[2]]);
         if (hit.distance_sq <= reach.radius * reach.radius) out.push_back(t);
     });
     std::sort(out.begin(), out.end());

@@ -91,10 +91,14 @@ Result<void> check_finite(const TriMesh& surface) {
 
 std::string_view builder_name(Builder builder) noexcept {
     switch (builder) {
-    case Builder::Medial: return "medial";
-    case Builder::Hubbard: return "hubbard";
-    case Builder::Octree: return "octree";
-    case Builder::Shell: break;
+    case Builder::Medial:
+        return "medial";
+    case Builder::Hubbard:
+        return "hubbard";
+    case Builder::Octree:
+        return "octree";
+    case Builder::Shell:
+        break;
     }
     return "shell";
 }

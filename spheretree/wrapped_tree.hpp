@@ -27,9 +27,7 @@ enum class Builder : std::uint8_t {
 [[nodiscard]] std::string_view builder_name(Builder builder) noexcept;
 [[nodiscard]] std::optional<Builder> find_builder(std::string_view name) noexcept;
 [[nodiscard]] std::string builder_names();
-[[nodiscard]] constexpr bool needs_closed(Builder builder) noexcept {
-    return builder == Builder::Medial || builder == Builder::Hubbard;
-}
+[[nodiscard]] constexpr bool needs_closed(Builder builder) noexcept { return builder == Builder::Medial || builder == Builder::Hubbard; }
 
 struct WrappedOptions {
     Builder builder = Builder::Medial;

@@ -22,27 +22,27 @@ namespace seldinger::anatomy {
 
 struct Landmark {
     std::string name;
-    Vec3 position = Vec3::Zero();    // m, on a vessel's axis
-    Vec3 direction = Vec3::UnitZ();  // unit, along the axis, away from the groin
-    double radius = 0.0;             // m, of the lumen there
+    Vec3 position = Vec3::Zero();   // m, on a vessel's axis
+    Vec3 direction = Vec3::UnitZ(); // unit, along the axis, away from the groin
+    double radius = 0.0;            // m, of the lumen there
 };
 
 /// One vessel between two forks (or a fork and an end), named as in the atlas where it has a name.
 struct Branch {
     std::string name;
-    Index parent = kNoIndex;         // branch it leaves
-    double radius = 0.0;             // m, nominal: the lumen's beyond the taper at its root
-    bool intrahepatic = false;       // part of the optimised tree, Murray's law holds at its end
+    Index parent = kNoIndex;   // branch it leaves
+    double radius = 0.0;       // m, nominal: the lumen's beyond the taper at its root
+    bool intrahepatic = false; // part of the optimised tree, Murray's law holds at its end
 };
 
 /// Polyline tree, rooted at the groin's end: following parents from a target gives the catheter's way backwards.
 /// A parent's id is always lower than its child's. Arrays are [node_count].
 struct Centreline {
-    std::vector<Vec3> points;        // m
-    std::vector<double> radii;       // m, of the tube around the axis; fillets and funnels are wider
-    std::vector<Index> parent;       // node, kNoIndex at the root
-    std::vector<Index> branch;       // into branches
-    std::vector<Branch> branches;    // [branch_count]
+    std::vector<Vec3> points;                        // m
+    std::vector<double> radii;                       // m, of the tube around the axis; fillets and funnels are wider
+    std::vector<Index> parent;                       // node, kNoIndex at the root
+    std::vector<Index> branch;                       // into branches
+    std::vector<Branch> branches;                    // [branch_count]
     std::map<std::string, Index, std::less<>> named; // landmark name -> node
 };
 

@@ -33,16 +33,15 @@ std::vector<Vec3> take_off(const VesselPlan& plan, const LaidVessel& parent, std
     if (!plan.tangential) return {axis[fork]};
     const Vec3 to_next = next - axis[fork], ahead = tangent(axis, fork);
     const double turn = std::atan2(ahead.cross(to_next).norm(), ahead.dot(to_next));
-    const double lead = std::clamp(kTakeOffRadius * std::tan(0.5 * std::min(turn, 2.0)), 1.2 * parent.tube.radii[fork],
-                                   0.8 * to_next.norm());
+    const double lead =
+        std::clamp(kTakeOffRadius * std::tan(0.5 * std::min(turn, 2.0)), 1.2 * parent.tube.radii[fork], 0.8 * to_next.norm());
     const auto back = std::min(fork, static_cast<std::size_t>(std::lround(lead / parent.spacing)));
     parent_sample = fork - back;
     const Vec3 start = axis[parent_sample];
     const Vec3 corner = start + lead * tangent(axis, parent_sample);
     const Vec3 end = corner + std::min(lead, 0.85 * (next - corner).norm()) * (next - corner).normalized();
     std::vector<Vec3> way;
-    for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0})
-        way.push_back((1 - t) * (1 - t) * start + 2 * t * (1 - t) * corner + t * t * end);
+    for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0}) way.push_back((1 - t) * (1 - t) * start + 2 * t * (1 - t) * corner + t * t * end);
     return way;
 }
 
@@ -56,8 +55,7 @@ void lay_axis(const VesselPlan& plan, std::span<const LaidVessel> laid, LaidVess
     relax_bends(axis, plan.least_bend, 2);
     vessel.tube.points = resample(axis, vessel.spacing);
     vessel.spacing = (vessel.tube.points[1] - vessel.tube.points[0]).norm();
-    for (const Leg& leg : plan.legs)
-        vessel.leg_end.push_back(nearest_sample(vessel.tube.points, leg.points.back()));
+    for (const Leg& leg : plan.legs) vessel.leg_end.push_back(nearest_sample(vessel.tube.points, leg.points.back()));
     vessel.leg_end.back() = vessel.tube.points.size() - 1;
 }
 
@@ -68,7 +66,7 @@ void set_radii(LaidVessel& vessel) {
     for (std::size_t k = 0; k < vessel.legs.size(); ++k) {
         const Leg& leg = vessel.legs[k];
         const double end_radius = leg.end_radius > 0 ? leg.end_radius : leg.radius;
-        const double before = k == 0 ? leg.radius
+        const double before = k == 0                              ? leg.radius
                               : vessel.legs[k - 1].end_radius > 0 ? vessel.legs[k - 1].end_radius
                                                                   : vessel.legs[k - 1].radius;
         const std::size_t end = vessel.leg_end[k];
@@ -155,8 +153,7 @@ void add_tree_plans(const Recipe& recipe, const HepaticTree& tree, std::vector<V
     for (std::size_t k = 0; k < open.size(); ++k) {
         for (Index i = open[k].segment; i != kNoIndex; i = tree.segments[i].major) {
             plans[open[k].plan].legs.push_back(leg_of(i));
-            if (tree.segments[i].minor != kNoIndex)
-                start_branch(tree.segments[i].minor, open[k].plan);
+            if (tree.segments[i].minor != kNoIndex) start_branch(tree.segments[i].minor, open[k].plan);
         }
     }
 }

@@ -14,10 +14,10 @@ namespace seldinger::anatomy {
 /// A stretch of a vessel with one name and one radius; its last way point is where the next one begins.
 struct Leg {
     std::string name;
-    double radius;              // m
-    std::vector<Vec3> points;   // m, way points after the previous leg's last
+    double radius;            // m
+    std::vector<Vec3> points; // m, way points after the previous leg's last
     bool intrahepatic = false;
-    double end_radius = 0.0;    // m, 0: as radius
+    double end_radius = 0.0; // m, 0: as radius
 };
 
 /// A run of legs that one curve follows through its forks.
@@ -26,7 +26,7 @@ struct VesselPlan {
     std::size_t parent_leg = 0; // leg of that plan
     Vec3 attach = Vec3::Zero(); // m, fork on (or near) the parent's axis
     bool tangential = false;    // turns away from the parent's axis in an arc, instead of starting across it
-    double least_bend = 0.0095;  // m, sharper bends are relaxed to this radius
+    double least_bend = 0.0095; // m, sharper bends are relaxed to this radius
     double funnel = 0.0;        // m, extra radius at its mouth in the parent's wall
     std::vector<Leg> legs;
 };
@@ -34,12 +34,12 @@ struct VesselPlan {
 /// A vessel laid out: one tube with its names.
 struct LaidVessel {
     Tube tube;
-    double spacing = 0.0;               // m
-    Index parent = kNoIndex;            // vessel
-    std::size_t parent_leg = 0;         // leg of that vessel
-    std::size_t parent_sample = 0;      // where on the parent it begins
-    std::size_t mouth = 0;              // first sample outside the parent's wall
-    std::vector<std::size_t> leg_end;   // [leg] last sample
+    double spacing = 0.0;             // m
+    Index parent = kNoIndex;          // vessel
+    std::size_t parent_leg = 0;       // leg of that vessel
+    std::size_t parent_sample = 0;    // where on the parent it begins
+    std::size_t mouth = 0;            // first sample outside the parent's wall
+    std::vector<std::size_t> leg_end; // [leg] last sample
     std::vector<Leg> legs;
 };
 
@@ -63,7 +63,8 @@ private:
     [[nodiscard]] VesselPlan coeliac(double proper_hepatic_radius) const;
 };
 
-/// Extends the plan that ends in the proper hepatic artery by the right hepatic artery and its straightest continuation, and adds one per further branch.
+/// Extends the plan that ends in the proper hepatic artery by the right hepatic artery and its straightest continuation, and adds one per
+/// further branch.
 void add_tree_plans(const Recipe& recipe, const HepaticTree& tree, std::vector<VesselPlan>& plans);
 
 /// Curves, radii, fillets. BadMesh when vessels come too near to each other for one clean surface.

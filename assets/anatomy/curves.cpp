@@ -41,8 +41,7 @@ std::vector<Vec3> smooth_curve(std::span<const Vec3> points, double spacing) {
         const int pieces = std::max(2, static_cast<int>(std::ceil(4 * h / spacing)));
         for (int k = 0; k < pieces; ++k) {
             const double b = static_cast<double>(k) / pieces, a = 1 - b;
-            fine.push_back(a * points[i] + b * points[i + 1] +
-                           ((a * a * a - a) * bend[i] + (b * b * b - b) * bend[i + 1]) * (h * h / 6));
+            fine.push_back(a * points[i] + b * points[i + 1] + ((a * a * a - a) * bend[i] + (b * b * b - b) * bend[i + 1]) * (h * h / 6));
         }
     }
     fine.push_back(points.back());
@@ -65,7 +64,7 @@ std::vector<Vec3> resample(std::span<const Vec3> points, double spacing) {
 }
 
 void relax_bends(std::vector<Vec3>& points, double radius, std::size_t fixed_first) {
-    constexpr int kRounds = 4000;     // each moves a bend by a quarter of its sagitta
+    constexpr int kRounds = 4000; // each moves a bend by a quarter of its sagitta
     std::vector<char> sharp(points.size());
     for (int round = 0; round < kRounds; ++round) {
         bool any = false;

@@ -20,9 +20,8 @@ constexpr double kLeastRouteBend = 0.0095;   // m
 constexpr double kEntryDepth = 0.014;        // m, femoral entry from the vessel's cut end
 constexpr double kTargetDepth = 0.006;       // m, targets from the end of their vessel
 
-constexpr double kLiverCell = 0.0026;        // m, grid of the first polygons
-constexpr double kLumenCell = 0.00085;       // m, a gap or a terminal vessel is more than two cells wide
-
+constexpr double kLiverCell = 0.0026;  // m, grid of the first polygons
+constexpr double kLumenCell = 0.00085; // m, a gap or a terminal vessel is more than two cells wide
 
 std::vector<Tube> tubes_of(const std::vector<LaidVessel>& vessels) {
     std::vector<Tube> tubes;
@@ -133,8 +132,7 @@ Result<Anatomy> lay_out(const Recipe& recipe, const LiverShape& liver, const Tru
 }
 
 TriMesh mesh_liver(const Recipe& recipe, const LiverShape& liver) {
-    return remesh(polygonise(liver, liver.box(), kLiverCell, 2.5), liver, [](const Vec3&) { return 1.0; },
-                  {recipe.liver_triangles, 7});
+    return remesh(polygonise(liver, liver.box(), kLiverCell, 2.5), liver, [](const Vec3&) { return 1.0; }, {recipe.liver_triangles, 7});
 }
 
 TriMesh mesh_lumen(const Recipe& recipe, const std::vector<LaidVessel>& vessels) {

@@ -9,16 +9,16 @@
 namespace seldinger::anatomy {
 namespace {
 
-constexpr double kLeastLeg = 0.009;       // m, shorter legs cannot be turned into gentle curves
-constexpr double kLeastEndLeg = 0.016;    // m
-constexpr double kLeastGap = 0.004;       // m, wall to wall between vessels that do not touch, before they are smoothed
-constexpr double kMajorBend = 0.75;       // rad, most a vessel turns where another leaves it
-constexpr double kMinorBend = 1.15;       // rad, most a leaving vessel turns away
-constexpr double kCurveRoom = 0.0015;     // m, curves may leave their straight segments by this much towards the capsule
-constexpr int kCandidates = 120;          // places drawn for every new end
-constexpr int kTries = 60;                // of those, the ones farthest from the tree that are tried
-constexpr std::uint32_t kLeftEvery = 3;   // every so many ends one is the left lobe's: its share of the tissue
-constexpr int kSplits = 9;                // fork points tried along each side of the triangle they span
+constexpr double kLeastLeg = 0.009;     // m, shorter legs cannot be turned into gentle curves
+constexpr double kLeastEndLeg = 0.016;  // m
+constexpr double kLeastGap = 0.004;     // m, wall to wall between vessels that do not touch, before they are smoothed
+constexpr double kMajorBend = 0.75;     // rad, most a vessel turns where another leaves it
+constexpr double kMinorBend = 1.15;     // rad, most a leaving vessel turns away
+constexpr double kCurveRoom = 0.0015;   // m, curves may leave their straight segments by this much towards the capsule
+constexpr int kCandidates = 120;        // places drawn for every new end
+constexpr int kTries = 60;              // of those, the ones farthest from the tree that are tried
+constexpr std::uint32_t kLeftEvery = 3; // every so many ends one is the left lobe's: its share of the tissue
+constexpr int kSplits = 9;              // fork points tried along each side of the triangle they span
 
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -29,8 +29,7 @@ public:
 
     std::optional<HepaticTree> run() {
         lay_main_stems();
-        if (!join(inner_place({60, 26, 14}, 5, 0.015), recipe_.tumour_flow))
-            return std::nullopt;
+        if (!join(inner_place({60, 26, 14}, 5, 0.015), recipe_.tumour_flow)) return std::nullopt;
         tree_.tumour = static_cast<Index>(tree_.segments.size() - 1);
         for (std::uint32_t ends = 3; ends < recipe_.terminals; ++ends)
             if (!(ends % kLeftEvery == 0 && add_end(true)) && !add_end(false)) return std::nullopt;
@@ -95,8 +94,7 @@ private:
 
     [[nodiscard]] double distance_to_tree(const Vec3& p) const {
         double least = std::numeric_limits<double>::infinity();
-        for (const TreeSegment& s : tree_.segments)
-            least = std::min(least, closest_on_segment(p, {s.from, s.to}).distance_sq);
+        for (const TreeSegment& s : tree_.segments) least = std::min(least, closest_on_segment(p, {s.from, s.to}).distance_sq);
         return std::sqrt(least);
     }
 
@@ -139,8 +137,8 @@ private:
         const Vec3 in = fork - s.from;
         const double major = angle_between(in, s.to - fork), minor = angle_between(in, end - fork);
         const double r = radius(s.flow + flow);
-        return volume(s.from, fork, s.flow + flow) + volume(fork, s.to, s.flow) + volume(fork, end, flow) -
-               volume(s.from, s.to, s.flow) + 0.006 * r * r * (major * major + 0.5 * minor * minor);
+        return volume(s.from, fork, s.flow + flow) + volume(fork, s.to, s.flow) + volume(fork, end, flow) - volume(s.from, s.to, s.flow) +
+               0.006 * r * r * (major * major + 0.5 * minor * minor);
     }
 
     [[nodiscard]] bool allowed(Index i, const Vec3& fork, const Vec3& end, double flow) const {
@@ -162,9 +160,8 @@ private:
             const double limit = child == s.major ? kMajorBend : kMinorBend;
             if (angle_between(on, next) > std::max(angle_between(old, next), limit)) return false;
         }
-        return inside(s.from, fork, s.flow + flow, s.parent) && inside(fork, s.to, s.flow, i) &&
-               inside(fork, end, flow, i) && clear(i, s.from, fork, s.flow + flow) && clear(i, fork, s.to, s.flow) &&
-               clear(i, fork, end, flow);
+        return inside(s.from, fork, s.flow + flow, s.parent) && inside(fork, s.to, s.flow, i) && inside(fork, end, flow, i) &&
+               clear(i, s.from, fork, s.flow + flow) && clear(i, fork, s.to, s.flow) && clear(i, fork, end, flow);
     }
 
     [[nodiscard]] bool inside(const Vec3& from, const Vec3& to, double flow, Index parent) const {
@@ -212,12 +209,9 @@ private:
 
 } // namespace
 
-double murray_radius(const Recipe& recipe, double flow) {
-    return recipe.terminal_radius * std::pow(flow, 1 / recipe.murray_exponent);
-}
+double murray_radius(const Recipe& recipe, double flow) { return recipe.terminal_radius * std::pow(flow, 1 / recipe.murray_exponent); }
 
-std::optional<HepaticTree> grow_hepatic_tree(const Recipe& recipe, const LiverShape& liver, const Vec3& approach,
-                                             Random& random) {
+std::optional<HepaticTree> grow_hepatic_tree(const Recipe& recipe, const LiverShape& liver, const Vec3& approach, Random& random) {
     return Grower(recipe, liver, approach, random).run();
 }
 

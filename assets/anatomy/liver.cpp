@@ -27,18 +27,18 @@ struct AtlasPart {
 const Vec3 kAtlasSize(202, 152, 130); // mm, extent of the average shape below
 
 const AtlasPart kLobes[] = {
-    {{40, -4, 2}, {66, 74, 72}, 1, 0.0, 0, 2.5},      // right lobe
-    {{-22, 22, 24}, {76, 54, 44}, 1, 0.10, 34, 3.0},  // left lobe, its tip towards the spleen
-    {{-4, -34, 16}, {24, 22, 30}, 0, 0.0, 18, 2.0},   // caudate lobe
+    {{40, -4, 2}, {66, 74, 72}, 1, 0.0, 0, 2.5},     // right lobe
+    {{-22, 22, 24}, {76, 54, 44}, 1, 0.10, 34, 3.0}, // left lobe, its tip towards the spleen
+    {{-4, -34, 16}, {24, 22, 30}, 0, 0.0, 18, 2.0},  // caudate lobe
 };
 const AtlasPart kHollows[] = {
     {{-40, -22, -54}, {80, 78, 70}, 1, 0.30, 14, 2.0}, // stomach and bowel: the visceral face
-    {{-4, 2, -10}, {28, 14, 13}, 1, -0.25, 18, 1.5},    // porta hepatis, where the vessels enter
+    {{-4, 2, -10}, {28, 14, 13}, 1, -0.25, 18, 1.5},   // porta hepatis, where the vessels enter
     {{-46, -78, 0}, {36, 36, 400}, 0, 0.0, 16, 1.5},   // spine and aorta
     {{-8, -67, 0}, {13, 14, 400}, 0, 0.0, 9, 1.5},     // vena cava
     {{58, -94, -58}, {40, 40, 46}, 0, 0.0, 14, 3.0},   // right kidney
     {{-58, 24, 132}, {84, 74, 70}, 1, 0.12, 26, 3.0},  // heart
-    {{-20, 84, -2}, {5, 23, 26}, 0, 0.35, 10, 2.0},   // umbilical fissure in the front margin
+    {{-20, 84, -2}, {5, 23, 26}, 0, 0.35, 10, 2.0},    // umbilical fissure in the front margin
     {{22, 36, -42}, {12, 28, 13}, 0, -0.35, 12, 2.0},  // gallbladder
 };
 
@@ -47,8 +47,8 @@ struct AtlasCut {
     double blend;       // mm
 };
 const AtlasCut kCuts[] = {
-    {{62, 10, -50}, {-0.22, -0.52, -0.82}, 14},  // under the right lobe, towards the kidney
-    {{6, 40, -24}, {-0.58, 0.06, -0.81}, 10},    // the sharp front margin, rising to the left
+    {{62, 10, -50}, {-0.22, -0.52, -0.82}, 14}, // under the right lobe, towards the kidney
+    {{6, 40, -24}, {-0.58, 0.06, -0.81}, 10},   // the sharp front margin, rising to the left
 };
 
 } // namespace
@@ -70,8 +70,8 @@ LiverShape::LiverShape(const Recipe& recipe, const Vec3& hilum, Random& random)
                          (cut.normal + 0.05 * recipe.variation * random.cube()).normalized(), cut.blend});
     for (int i = 0; i < 6; ++i) {
         const double period = random.uniform(45, 110); // mm: no bump smaller than a hand's width of tissue
-        waves_.push_back({random.cube().normalized() * (2 * M_PI / period), random.uniform(0, 2 * M_PI),
-                          random.uniform(0.4, 0.9) * recipe.variation});
+        waves_.push_back(
+            {random.cube().normalized() * (2 * M_PI / period), random.uniform(0, 2 * M_PI), random.uniform(0.4, 0.9) * recipe.variation});
     }
     metric_ = scale_.minCoeff();
 }

@@ -43,7 +43,7 @@ private:
     std::vector<Ellipsoid> lobes_, hollows_;
     std::vector<Cut> cuts_;
     std::vector<Wave> waves_;
-    double metric_;                     // m per atlas mm, of the thinnest axis
+    double metric_; // m per atlas mm, of the thinnest axis
 
     [[nodiscard]] static double distance_to(const Ellipsoid& e, const Vec3& p);
 };

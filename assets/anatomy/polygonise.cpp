@@ -7,9 +7,9 @@
 namespace seldinger::anatomy {
 namespace {
 
-constexpr int kBlock = 8;              // cells along a block's edge
-constexpr int kSide = kBlock + 1;      // grid points along it
-constexpr double kEdgeMargin = 0.02;   // surface vertices keep this far from grid points: no zero-area triangles
+constexpr int kBlock = 8;            // cells along a block's edge
+constexpr int kSide = kBlock + 1;    // grid points along it
+constexpr double kEdgeMargin = 0.02; // surface vertices keep this far from grid points: no zero-area triangles
 
 /// Corners of a cube by bits x, y, z; the six tetrahedra around its main diagonal 0-7.
 constexpr int kKuhn[6][4] = {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}};
@@ -21,8 +21,7 @@ struct GridPoint {
 class Polygoniser {
 public:
     Polygoniser(const Field& field, const Box3& box, double cell) : field_(field), origin_(box.lo), cell_(cell) {
-        for (int axis = 0; axis < 3; ++axis)
-            blocks_[axis] = static_cast<std::int64_t>(std::ceil(box.extent()[axis] / (cell * kBlock)));
+        for (int axis = 0; axis < 3; ++axis) blocks_[axis] = static_cast<std::int64_t>(std::ceil(box.extent()[axis] / (cell * kBlock)));
     }
 
     TriMesh run(double steepness) {
@@ -89,8 +88,9 @@ private:
     Index vertex_between(const GridPoint (&corner)[8], const double (&value)[8], int a, int b) {
         if (a > b) std::swap(a, b); // Kuhn's edges go from a corner to one with more bits
         const GridPoint& g = corner[a];
-        const std::uint64_t key = ((static_cast<std::uint64_t>(g.x) << 40 | static_cast<std::uint64_t>(g.y) << 20 |
-                                    static_cast<std::uint64_t>(g.z)) << 3) | static_cast<std::uint64_t>(b ^ a);
+        const std::uint64_t key =
+            ((static_cast<std::uint64_t>(g.x) << 40 | static_cast<std::uint64_t>(g.y) << 20 | static_cast<std::uint64_t>(g.z)) << 3) |
+            static_cast<std::uint64_t>(b ^ a);
         const auto [slot, fresh] = vertex_on_edge_.try_emplace(key, static_cast<Index>(mesh_.vertices.size()));
         if (fresh) {
             const double t = std::clamp(value[a] / (value[a] - value[b]), kEdgeMargin, 1 - kEdgeMargin);

@@ -37,7 +37,7 @@ double recipe_value(const Recipe& recipe, const RecipeField& field) noexcept {
 void set_recipe_value(Recipe& recipe, const RecipeField& field, double value) noexcept {
     if (const auto* count = std::get_if<std::uint32_t Recipe::*>(&field.member)) {
         const bool fits = value >= 0 && value <= 4294967295.0;
-        recipe.**count = fits ? static_cast<std::uint32_t>(std::llround(value)) : 0;
+        recipe.** count = fits ? static_cast<std::uint32_t>(std::llround(value)) : 0;
     } else {
         recipe.*std::get<double Recipe::*>(field.member) = value;
     }

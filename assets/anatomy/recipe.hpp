@@ -12,20 +12,20 @@ namespace seldinger::anatomy {
 
 /// Lengths in m. The defaults are the demo's patient; a seed alone gives another one.
 struct Recipe {
-    std::uint32_t seed = 1;                  // liver shape, course of the vessels, hepatic tree
-    double liver_width = 0.200;              // m, right to left
-    double liver_depth = 0.150;              // m, back to front
-    double liver_height = 0.140;             // m, lower margin to dome
-    double variation = 1.0;                  // [-] how far a seed may depart from the average patient
-    std::uint32_t liver_triangles = 23000;   // aimed at, met within a few per cent
-    std::uint32_t lumen_triangles = 60000;   // aimed at, met within a few per cent
-    std::uint32_t terminals = 16;            // ends of the intrahepatic tree
-    double terminal_radius = 0.00125;        // m, of every end but the tumour's feeder
-    double murray_exponent = 3.0;            // r_parent^e = sum r_child^e at every intrahepatic fork
-    double tumour_flow = 2.5;                // [-] flow of the tumour's feeder over a terminal's
-    double aorta_radius = 0.0095;            // m, at the coeliac trunk
-    double coeliac_angle = 1.13;             // rad, from the aorta's cranial direction to the coeliac trunk
-    double capsule_margin = 0.004;           // m, least tissue between an intrahepatic vessel's wall and the liver's surface
+    std::uint32_t seed = 1;                // liver shape, course of the vessels, hepatic tree
+    double liver_width = 0.200;            // m, right to left
+    double liver_depth = 0.150;            // m, back to front
+    double liver_height = 0.140;           // m, lower margin to dome
+    double variation = 1.0;                // [-] how far a seed may depart from the average patient
+    std::uint32_t liver_triangles = 23000; // aimed at, met within a few per cent
+    std::uint32_t lumen_triangles = 60000; // aimed at, met within a few per cent
+    std::uint32_t terminals = 16;          // ends of the intrahepatic tree
+    double terminal_radius = 0.00125;      // m, of every end but the tumour's feeder
+    double murray_exponent = 3.0;          // r_parent^e = sum r_child^e at every intrahepatic fork
+    double tumour_flow = 2.5;              // [-] flow of the tumour's feeder over a terminal's
+    double aorta_radius = 0.0095;          // m, at the coeliac trunk
+    double coeliac_angle = 1.13;           // rad, from the aorta's cranial direction to the coeliac trunk
+    double capsule_margin = 0.004;         // m, least tissue between an intrahepatic vessel's wall and the liver's surface
 };
 
 /// What a recipe's number measures: readers convert it once.

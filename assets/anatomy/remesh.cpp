@@ -139,9 +139,8 @@ private:
                 if (shorter ? ratio < bound : ratio > bound) found.push_back({a, b, shorter ? ratio : -ratio});
             }
         }
-        std::sort(found.begin(), found.end(), [](const Edge& l, const Edge& r) {
-            return std::tie(l.length, l.a, l.b) < std::tie(r.length, r.a, r.b);
-        });
+        std::sort(found.begin(), found.end(),
+                  [](const Edge& l, const Edge& r) { return std::tie(l.length, l.a, l.b) < std::tie(r.length, r.a, r.b); });
         return found;
     }
 
@@ -169,9 +168,7 @@ private:
         out.erase(std::unique(out.begin(), out.end()), out.end());
     }
     void detach(Index v, Index t) { std::erase(around_[v], t); }
-    void replace(Index t, Index from, Index to) {
-        std::replace(triangles_[t].begin(), triangles_[t].end(), from, to);
-    }
+    void replace(Index t, Index from, Index to) { std::replace(triangles_[t].begin(), triangles_[t].end(), from, to); }
 
     /// 1 for an equilateral triangle, 0 for a needle, negative when it faces against the field.
     [[nodiscard]] double shape(const Triangle& t) const {
@@ -179,8 +176,7 @@ private:
         const Vec3 area = (p1 - p0).cross(p2 - p0);
         const double size = area.norm();
         if (area.dot(mean_normal(t)) < kLeastFacing * size) return -1.0;
-        return 2 * std::sqrt(3.0) * size /
-               ((p1 - p0).squaredNorm() + (p2 - p1).squaredNorm() + (p0 - p2).squaredNorm());
+        return 2 * std::sqrt(3.0) * size / ((p1 - p0).squaredNorm() + (p2 - p1).squaredNorm() + (p0 - p2).squaredNorm());
     }
     /// Over the triangles around v.
     [[nodiscard]] double worst_shape(Index v) const {
@@ -188,9 +184,7 @@ private:
         for (const Index t : around_[v]) worst = std::min(worst, shape(triangles_[t]));
         return worst;
     }
-    [[nodiscard]] Vec3 mean_normal(const Triangle& t) const {
-        return (normal_[t[0]] + normal_[t[1]] + normal_[t[2]]).normalized();
-    }
+    [[nodiscard]] Vec3 mean_normal(const Triangle& t) const { return (normal_[t[0]] + normal_[t[1]] + normal_[t[2]]).normalized(); }
 
     void split(Index a, Index b) {
         std::array<Index, 2> side{};
@@ -342,8 +336,7 @@ private:
 
 } // namespace
 
-TriMesh remesh(const TriMesh& mesh, const Field& field, const std::function<double(const Vec3&)>& size,
-               const RemeshOptions& options) {
+TriMesh remesh(const TriMesh& mesh, const Field& field, const std::function<double(const Vec3&)>& size, const RemeshOptions& options) {
     Remesher work(mesh, field, size);
     work.aim_at(options.triangles);
     for (int round = 0; round < options.rounds; ++round) {

@@ -38,8 +38,8 @@ Result<std::vector<Index>> route_nodes(const Anatomy& anatomy, std::string_view 
 std::string surface_line(const char* name, const TriMesh& mesh) {
     const Vec3 size = 1e3 * mesh.bounds().extent();
     char text[160];
-    std::snprintf(text, sizeof text, "%-8s %7zu vertices %7zu triangles, %.0f x %.0f x %.0f mm\n", name,
-                  mesh.vertices.size(), mesh.triangles.size(), size[0], size[1], size[2]);
+    std::snprintf(text, sizeof text, "%-8s %7zu vertices %7zu triangles, %.0f x %.0f x %.0f mm\n", name, mesh.vertices.size(),
+                  mesh.triangles.size(), size[0], size[1], size[2]);
     return text;
 }
 

@@ -6,18 +6,18 @@
 namespace seldinger::anatomy {
 
 struct Route {
-    std::vector<Vec3> points;   // m, from femoral_entry to the target
-    std::vector<double> radii;  // m, of the lumen around them
+    std::vector<Vec3> points;  // m, from femoral_entry to the target
+    std::vector<double> radii; // m, of the lumen around them
 };
 
 struct RouteReport {
     std::string target;
-    double length = 0.0;                   // m
-    double straight_distance = 0.0;        // m
-    double min_radius = 0.0;               // m
-    double min_curvature_radius = 0.0;     // m, over a window of about a vessel's radius
-    double total_turn = 0.0;               // rad, sum of the bends
-    int forks = 0;                         // branches changed on the way
+    double length = 0.0;               // m
+    double straight_distance = 0.0;    // m
+    double min_radius = 0.0;           // m
+    double min_curvature_radius = 0.0; // m, over a window of about a vessel's radius
+    double total_turn = 0.0;           // rad, sum of the bends
+    int forks = 0;                     // branches changed on the way
 };
 
 /// BadValue, with the known names, for a target that is no landmark.

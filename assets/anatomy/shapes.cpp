@@ -36,8 +36,7 @@ void add_face(TriMesh& mesh, std::map<std::array<int, 3>, Index>& ids, const Box
         return slot->second;
     };
     for (int i = 0; i < cells; ++i)
-        for (int j = 0; j < cells; ++j)
-            add_quad(mesh, vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1));
+        for (int j = 0; j < cells; ++j) add_quad(mesh, vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1));
 }
 
 /// Ring of `sides` vertices around `centre`, counter-clockwise about u x v.
@@ -86,11 +85,10 @@ std::vector<Frame> carry_frames(std::span<const Vec3> points) {
 TriMesh make_icosphere(const Vec3& centre, double radius, int subdivisions) {
     const double g = 0.5 * (1 + std::sqrt(5.0));
     TriMesh mesh;
-    mesh.vertices = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                     {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-    mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                      {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-                      {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+    mesh.vertices = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                     {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+    mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                      {3, 9, 4},  {3, 4, 2}, {3, 2, 6}, {3, 6, 8},  {3, 8, 9},   {4, 9, 5}, {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
     for (int round = 0; round < subdivisions; ++round) {
         std::map<std::pair<Index, Index>, Index> middles;
         const auto middle = [&](Index a, Index b) {
@@ -134,14 +132,12 @@ TriMesh make_tube(std::span<const Vec3> points, std::span<const double> radii, i
     };
     for (int k = 1; k < cap_rings; ++k) {
         const double angle = 0.5 * kPi * k / cap_rings;
-        ring(points.front() - radii.front() * std::cos(angle) * frames.front().ahead, frames.front(),
-             radii.front() * std::sin(angle));
+        ring(points.front() - radii.front() * std::cos(angle) * frames.front().ahead, frames.front(), radii.front() * std::sin(angle));
     }
     for (std::size_t i = 0; i < points.size(); ++i) ring(points[i], frames[i], radii[i]);
     for (int k = 1; k < cap_rings; ++k) {
         const double angle = 0.5 * kPi * k / cap_rings;
-        ring(points.back() + radii.back() * std::sin(angle) * frames.back().ahead, frames.back(),
-             radii.back() * std::cos(angle));
+        ring(points.back() + radii.back() * std::sin(angle) * frames.back().ahead, frames.back(), radii.back() * std::cos(angle));
     }
     const auto tip = static_cast<Index>(mesh.vertices.size());
     mesh.vertices.push_back(points.back() + radii.back() * frames.back().ahead);
@@ -171,8 +167,7 @@ TriMesh make_torus(const Vec3& centre, double ring_radius, double tube_radius, i
         const Vec3 out(std::cos(angle), std::sin(angle), 0);
         add_ring(mesh, centre + ring_radius * out, Vec3::UnitZ(), out, tube_radius, sides); // z x out points ahead
     }
-    for (int k = 0; k < rings; ++k)
-        add_band(mesh, static_cast<Index>(k * sides), static_cast<Index>(((k + 1) % rings) * sides), sides);
+    for (int k = 0; k < rings; ++k) add_band(mesh, static_cast<Index>(k * sides), static_cast<Index>(((k + 1) % rings) * sides), sides);
     return mesh;
 }
 

@@ -59,14 +59,18 @@ std::vector<VesselPlan> TrunkAtlas::plans(double proper_hepatic_radius) const {
     std::vector<VesselPlan> plans;
     VesselPlan main;
     main.least_bend = 0.03;
-    main.legs = {{"right_iliac", 0.0043,
+    main.legs = {{"right_iliac",
+                  0.0043,
                   {at(70, 76, 56, kGroin), at(66, 69, 72, kGroin), at(57, 53, 92, kPelvis), at(44, 34, 114, kPelvis),
                    at(27, 18, 134, kPelvis), at(12, 9, 153, kLumbar), at(3, 6.5, 168, kLumbar)},
-                  false, 0.0056},
-                 {"aorta", 0.79 * aorta,
+                  false,
+                  0.0056},
+                 {"aorta",
+                  0.79 * aorta,
                   {at(-1, 6, 178, kLumbar), at(-6, 6, 208, kLumbar), at(-9, 3, 240, kUpper), at(-10, 1, 272, kCoeliac),
                    at(-11, -3, 310, kUpper), at(-13, -9, 350, kUpper), at(-15, -14, 392, kUpper)},
-                  false, 1.08 * aorta}};
+                  false,
+                  1.08 * aorta}};
     plans.push_back(main);
     const auto stub = [&](std::string name, const Vec3& attach, double radius, bool tangential, std::vector<Vec3> points) {
         VesselPlan plan;
@@ -78,14 +82,13 @@ std::vector<VesselPlan> TrunkAtlas::plans(double proper_hepatic_radius) const {
         plans.push_back(std::move(plan));
     };
     stub("left_iliac", at(-1, 6, 178, kLumbar), 0.0056, false,
-         {at(-4, 6.5, 168, kLumbar), at(-13, 9, 153, kLumbar), at(-29, 18, 134, kPelvis), at(-46, 34, 114, kPelvis), at(-58, 52, 93, kPelvis)});
-    stub("right_renal", at(-8, 4, 236, kUpper), 0.0028, false,
-         {at(2, 4, 235, kUpper), at(16, -2, 232, kStubs), at(32, -12, 228, kStubs)});
+         {at(-4, 6.5, 168, kLumbar), at(-13, 9, 153, kLumbar), at(-29, 18, 134, kPelvis), at(-46, 34, 114, kPelvis),
+          at(-58, 52, 93, kPelvis)});
+    stub("right_renal", at(-8, 4, 236, kUpper), 0.0028, false, {at(2, 4, 235, kUpper), at(16, -2, 232, kStubs), at(32, -12, 228, kStubs)});
     stub("left_renal", at(-8, 4, 238, kUpper), 0.0028, false,
          {at(-18, 4, 238, kUpper), at(-32, -2, 236, kStubs), at(-48, -12, 233, kStubs)});
     stub("superior_mesenteric", at(-9, 3, 256, kUpper), 0.0034, false,
-         {at(-9, 13, 253.5, kUpper), at(-8, 20, 247, kUpper), at(-6, 25, 234, kUpper), at(-2, 27, 214, kStubs),
-          at(4, 28, 196, kStubs)});
+         {at(-9, 13, 253.5, kUpper), at(-8, 20, 247, kUpper), at(-6, 25, 234, kUpper), at(-2, 27, 214, kStubs), at(4, 28, 196, kStubs)});
     plans.push_back(coeliac(proper_hepatic_radius));
     const auto coeliac_plan = static_cast<Index>(plans.size() - 1);
     const auto spring_from = [&](Index parent, std::size_t leg) {

@@ -24,8 +24,7 @@ TubeHit nearest_in_run(const Tube& tube, double spacing, std::size_t first, std:
     TubeHit best{std::numeric_limits<double>::infinity(), 0, 0};
     for (std::size_t i = first; i <= last; ++i) {
         const SegmentHit hit = nearest_on_segment(tube, i, p);
-        if (hit.distance < best.distance)
-            best = {hit.distance, (static_cast<double>(i) + hit.along) * spacing, hit.radius};
+        if (hit.distance < best.distance) best = {hit.distance, (static_cast<double>(i) + hit.along) * spacing, hit.radius};
     }
     return best;
 }
@@ -67,8 +66,8 @@ void VesselField::sort_into_cells() {
         for (std::int64_t y = 0; y < size_[1]; ++y)
             for (std::int64_t x = 0; x < size_[0]; ++x) {
                 cell_begin_.push_back(static_cast<Index>(runs_.size()));
-                const Vec3 middle = origin_ + cell_ * Vec3(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5,
-                                                           static_cast<double>(z) + 0.5);
+                const Vec3 middle =
+                    origin_ + cell_ * Vec3(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
                 near.clear();
                 distance.clear();
                 double nearest = kReach + 0.5 * diagonal;
@@ -89,8 +88,7 @@ void VesselField::sort_into_cells() {
                 }
                 for (std::size_t k = 0; k < near.size(); ++k) {
                     if (distance[k] > nearest + diagonal + widest_blend) continue;
-                    if (runs_.size() > cell_begin_.back() && runs_.back().tube == near[k].first &&
-                        runs_.back().last + 1 == near[k].second)
+                    if (runs_.size() > cell_begin_.back() && runs_.back().tube == near[k].first && runs_.back().last + 1 == near[k].second)
                         runs_.back().last = near[k].second;
                     else
                         runs_.push_back({near[k].first, near[k].second, near[k].second});

@@ -13,11 +13,11 @@ namespace seldinger::anatomy {
 /// A vessel's axis with radii. It blends with the tubes before it in the list, near its root only: farther along, tubes that
 /// pass each other keep apart.
 struct Tube {
-    std::vector<Vec3> points;   // m, evenly spaced, finer than the radius
-    std::vector<double> radii;  // m, [point_count]
-    double blend = 0.0;         // m, width of the fillet at the root
-    double blend_begin = 0.0;   // m of arc length: the fillet fades from here
-    double blend_end = 0.0;     // m of arc length: to here
+    std::vector<Vec3> points;  // m, evenly spaced, finer than the radius
+    std::vector<double> radii; // m, [point_count]
+    double blend = 0.0;        // m, width of the fillet at the root
+    double blend_begin = 0.0;  // m of arc length: the fillet fades from here
+    double blend_end = 0.0;    // m of arc length: to here
 };
 
 /// Nearest place on a tube.

@@ -79,18 +79,21 @@ std::string bench_text(const BenchTable& table) {
 
 std::string bench_page(const Bench& bench, const BenchTable& table) {
     const std::vector<std::string> columns = columns_of(table);
-    std::string page = fmt::format(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
-        "<title>bench {0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">seldinger bench {0}</p>\n<p class=\"lead\">{2}</p>\n",
-        escape_html(bench.name), kReportStyle, escape_html(bench.what));
+    std::string page = fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+                                   "content=\"width=device-width,initial-scale=1\">\n"
+                                   "<title>bench {0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">seldinger bench "
+                                   "{0}</p>\n<p class=\"lead\">{2}</p>\n",
+                                   escape_html(bench.name), kReportStyle, escape_html(bench.what));
     if (!table.sketches.empty()) {
         const Result<std::vector<Plot>> plots = draw_plots(table.sketches, table.plot_data);
-        if (!plots) page += fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
+        if (!plots)
+            page += fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
         else {
             page += "<div class=\"grid\">\n";
             for (const Plot& plot : *plots)
-                page += fmt::format("<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
-                                    escape_html(plot.title), plot.svg, escape_html(plot.caption));
+                page +=
+                    fmt::format("<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
+                                escape_html(plot.title), plot.svg, escape_html(plot.caption));
             page += "</div>\n";
         }
     }
@@ -99,7 +102,8 @@ std::string bench_page(const Bench& bench, const BenchTable& table) {
     page += "</tr>\n";
     for (const BenchRow& row : table.rows) {
         page += "<tr>";
-        for (const std::string& column : columns) page += fmt::format("<td>{}</td>", row.contains(column) ? escape_html(cell(row[column])) : "");
+        for (const std::string& column : columns)
+            page += fmt::format("<td>{}</td>", row.contains(column) ? escape_html(cell(row[column])) : "");
         page += "</tr>\n";
     }
     page += "</table></div>\n";

@@ -18,12 +18,12 @@
 namespace seldinger::engine {
 
 struct BenchOptions {
-    bool quick = false;                          // a small part of every table, for tests: same columns, fewer rows
-    unsigned threads = 0;                        // 0: one row set with 1 thread and one with every core
-    std::filesystem::path json;                  // empty: printed only
-    std::filesystem::path page;                  // empty: none; a page with the table and its plots
-    std::filesystem::path scene;                 // what scene-wide tables run; empty: the hepatic scene of this project
-    std::optional<std::filesystem::path> data;   // $SELDINGER_TEST_DATA where it names a folder
+    bool quick = false;                        // a small part of every table, for tests: same columns, fewer rows
+    unsigned threads = 0;                      // 0: one row set with 1 thread and one with every core
+    std::filesystem::path json;                // empty: printed only
+    std::filesystem::path page;                // empty: none; a page with the table and its plots
+    std::filesystem::path scene;               // what scene-wide tables run; empty: the hepatic scene of this project
+    std::optional<std::filesystem::path> data; // $SELDINGER_TEST_DATA where it names a folder
     std::function<void(const std::string&)> progress = [](const std::string&) {}; // what is being measured now
 };
 
@@ -40,7 +40,7 @@ struct BenchTable {
 
 struct Bench {
     std::string_view name;
-    std::string_view what;  // one line for --help
+    std::string_view what; // one line for --help
     Result<BenchTable> (*run)(const BenchOptions&);
 };
 

@@ -21,7 +21,7 @@ using collision::SurfaceTopology;
 struct Workload {
     const char* name;
     FrameSequence frames;
-    const char* paper_ms;   // per step, Govindaraju et al. 2005: Pentium IV 3.4 GHz, GeForce 6800
+    const char* paper_ms; // per step, Govindaraju et al. 2005: Pentium IV 3.4 GHz, GeForce 6800
     const char* paper_sets;
 };
 
@@ -98,8 +98,8 @@ BenchRow run_hierarchy(const Workload& work, const SurfaceTopology& surface, con
     return row;
 }
 
-BenchRow run_sets(const Workload& work, const SurfaceTopology& surface, const Steps& steps, const std::string& name, const CulledSearch::Options& options,
-                  double hierarchy_ms, std::vector<std::string>& notes) {
+BenchRow run_sets(const Workload& work, const SurfaceTopology& surface, const Steps& steps, const std::string& name,
+                  const CulledSearch::Options& options, double hierarchy_ms, std::vector<std::string>& notes) {
     const SurfaceTopology* surfaces[] = {&surface};
     const std::span<const Vec3> positions[] = {work.frames.frame(0)};
     StopWatch preparing;
@@ -134,7 +134,8 @@ BenchRow run_sets(const Workload& work, const SurfaceTopology& surface, const St
     }
     BenchRow row = start_row(work, surface, name);
     medians.write(row);
-    const double total = medians.of("refit_ms") + medians.of("near_ms") + medians.of("look_ms") + medians.of("collect_ms") + medians.of("tests_ms");
+    const double total =
+        medians.of("refit_ms") + medians.of("near_ms") + medians.of("look_ms") + medians.of("collect_ms") + medians.of("tests_ms");
     row["total_ms"] = total;
     if (total > 0.0) {
         row["share_I"] = (medians.of("refit_ms") + medians.of("near_ms")) / total;
@@ -169,7 +170,8 @@ Result<BenchTable> bench_chromatic(const BenchOptions& options) {
     const auto gl = GlCullBackend::make();
     const bool hardware = gl.ok() && !(*gl)->is_software();
     table.notes.push_back(gl.ok() ? fmt::format("OpenGL: {}", (*gl)->name()) : "no OpenGL: " + gl.error().message);
-    if (gl.ok() && !hardware) table.notes.push_back("OpenGL is drawn by software here: its rows are for the answers, and on the smallest scene alone");
+    if (gl.ok() && !hardware)
+        table.notes.push_back("OpenGL is drawn by software here: its rows are for the answers, and on the smallest scene alone");
     for (const Workload& work : make_workloads(options.quick)) {
         const SurfaceTopology surface = collision::make_topology(work.frames.triangles, work.frames.vertex_count());
         const std::size_t count = work.frames.frame_count - 1;
@@ -179,7 +181,8 @@ Result<BenchTable> bench_chromatic(const BenchOptions& options) {
         table.rows.push_back(run_hierarchy(work, surface, steps, hierarchy_ms));
         const auto sets = [&](const std::string& name, CullMethod method, const collision::CullPlan& plan) {
             options.progress(fmt::format("{}: {}", work.name, name));
-            table.rows.push_back(run_sets(work, surface, steps, name, {.method = method, .plan = plan, .contexts = {}}, hierarchy_ms, table.notes));
+            table.rows.push_back(
+                run_sets(work, surface, steps, name, {.method = method, .plan = plan, .contexts = {}}, hierarchy_ms, table.notes));
         };
         sets("sets, without II", CullMethod::None, {});
         sets("sets, II with intervals", CullMethod::Cpu, {});
@@ -189,9 +192,11 @@ Result<BenchTable> bench_chromatic(const BenchOptions& options) {
         if (hardware || (gl.ok() && surface.triangles.size() < 14000))
             sets("sets, II by OpenGL", CullMethod::Gl, {.resolution = hardware ? 0 : 128, .max_rounds = 1});
     }
-    table.notes.push_back("paper: cloth of 12,296 triangles: 6,442 left after I, 524 after II, 65K elementary tests without II and 2,737 with it; I 40-50 % of "
+    table.notes.push_back("paper: cloth of 12,296 triangles: 6,442 left after I, 524 after II, 65K elementary tests without II and 2,737 "
+                          "with it; I 40-50 % of "
                           "the time, II 35-45 %, tests below 10 %; 5 times faster than AABB trees without II, 15-20 times with it");
-    table.notes.push_back("the hierarchy's rows: three axes, eight children, SIMD; tests are exact verdicts, where the paper's are interval arithmetic");
+    table.notes.push_back(
+        "the hierarchy's rows: three axes, eight children, SIMD; tests are exact verdicts, where the paper's are interval arithmetic");
     return table;
 }
 

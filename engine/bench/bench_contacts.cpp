@@ -129,11 +129,11 @@ std::vector<Method> methods(bool quick) {
         change(tree);
         return tree;
     };
-    std::vector<Method> list{{fmt::format("dop6-arity8-sah-cluster{} (default)", usual.cluster_size), usual}, {"without SIMD", usual, false}};
+    std::vector<Method> list{{fmt::format("dop6-arity8-sah-cluster{} (default)", usual.cluster_size), usual},
+                             {"without SIMD", usual, false}};
     if (quick) return list;
     list.push_back({"fine: a second look", with([](auto& t) { t.fine = true; })});
-    for (const std::size_t k : {14, 18, 26})
-        list.push_back({fmt::format("dop{}", k), with([k](auto& t) { t.dop = k; })});
+    for (const std::size_t k : {14, 18, 26}) list.push_back({fmt::format("dop{}", k), with([k](auto& t) { t.dop = k; })});
     list.push_back({"arity4", with([](auto& t) { t.arity = 4; })});
     list.push_back({"arity2", with([](auto& t) { t.arity = 2; })});
     list.push_back({"median splits", with([](auto& t) { t.builder = TreeBuilder::Median; })});
@@ -188,8 +188,12 @@ void add_peers(const Workload& workload, const BenchOptions& options, BenchTable
                 table.notes.push_back(fmt::format("{} {} failed on {}", peer.program, mode, workload.name));
                 continue;
             }
-            BenchRow row{{"workload", workload.name}, {"triangles", workload.frames.triangles.size()}, {"steps", workload.frames.frame_count - 1},
-                         {"method", json["method"]},  {"peer", true}, {"threads", 1}};
+            BenchRow row{{"workload", workload.name},
+                         {"triangles", workload.frames.triangles.size()},
+                         {"steps", workload.frames.frame_count - 1},
+                         {"method", json["method"]},
+                         {"peer", true},
+                         {"threads", 1}};
             for (const char* key : {"candidates_vf", "candidates_ee", "hits_total", "refit_ms", "broad_ms"}) row[key] = json[key];
             row["refit_and_broad_ms"] = json["refit_ms"].get<double>() + json["broad_ms"].get<double>();
             row["narrow_ms"] = json["narrow_ms"];
@@ -210,8 +214,15 @@ constexpr Anchor kAnchors[] = {{"artery + catheter", 512.0 / 106.0}, {"touching 
 constexpr double kBroadTarget = 1.0 / 3.0, kWholeTarget = 1.0 / 8.0, kGrowthTarget = 1.2;
 
 BenchRow target_row(const BenchRow& ours, const std::string& what, double measured, double target) {
-    return {{"workload", ours["workload"]}, {"triangles", ours["triangles"]}, {"steps", ours["steps"]}, {"method", what}, {"peer", false},
-            {"threads", ours["threads"]}, {"measured", measured}, {"target", target}, {"reached", measured <= target}};
+    return {{"workload", ours["workload"]},
+            {"triangles", ours["triangles"]},
+            {"steps", ours["steps"]},
+            {"method", what},
+            {"peer", false},
+            {"threads", ours["threads"]},
+            {"measured", measured},
+            {"target", target},
+            {"reached", measured <= target}};
 }
 
 /// What the first row of a workload, the default method on one thread, comes to beside the peers.
@@ -229,7 +240,8 @@ void add_targets(const std::string& workload, BenchTable& table) {
     }
     if (ours == nullptr || best == 0.0) return;
     const BenchRow first = *ours; // the rows grow
-    table.rows.push_back(target_row(first, "broad phase over the best peer's", first["refit_and_broad_ms"].get<double>() / best, kBroadTarget));
+    table.rows.push_back(
+        target_row(first, "broad phase over the best peer's", first["refit_and_broad_ms"].get<double>() / best, kBroadTarget));
     for (const Anchor& anchor : kAnchors)
         if (anchor.workload == workload && embree > 0.0)
             table.rows.push_back(target_row(first, "whole step over LBVH + Tight-Inclusion (by Embree beside)",
@@ -248,7 +260,8 @@ void add_workload(const Workload& workload, const BenchOptions& options, BenchTa
         const Measured m = measure(workload.frames, topology, options_of(method, threads), steps);
         if (wanted.empty()) wanted = m.fingerprints;
         if (!std::equal(m.fingerprints.begin(), m.fingerprints.end(), wanted.begin()))
-            table.notes.push_back(fmt::format("{}: {} with {} threads gives other contacts than the first row", workload.name, method.name, threads));
+            table.notes.push_back(
+                fmt::format("{}: {} with {} threads gives other contacts than the first row", workload.name, method.name, threads));
         table.rows.push_back(row_of(workload, method.name, threads, m));
     };
     add(all[0], 1, SIZE_MAX);
@@ -264,7 +277,8 @@ constexpr FoldPart kTouching{34, 6};
 /// The touching cloth at growing width: the same motion and density of contacts.
 void add_growth(const BenchOptions& options, BenchTable& table) {
     double first_ms = 0.0, first_size = 0.0;
-    const std::vector<std::size_t> columns = options.quick ? std::vector<std::size_t>{32, 64} : std::vector<std::size_t>{32, 100, 320, 1000, 3200};
+    const std::vector<std::size_t> columns =
+        options.quick ? std::vector<std::size_t>{32, 64} : std::vector<std::size_t>{32, 100, 320, 1000, 3200};
     for (const std::size_t count : columns) {
         Workload workload;
         workload.name = "growth";
@@ -296,13 +310,18 @@ Result<BenchTable> bench_contacts(const BenchOptions& options) {
     options.progress("making the meshes");
     if (!options.quick) add_workload({"artery + catheter", make_bending_artery(0.608e-3, 60)}, options, table);
     if (!options.quick) add_workload({"folding cloth", make_folding_cloth(100, 160)}, options, table);
-    add_workload({"touching cloth", make_folding_cloth(options.quick ? 30 : 100, 160, options.quick ? FoldPart{34, 3} : FoldPart{30, 25})}, options, table);
+    add_workload({"touching cloth", make_folding_cloth(options.quick ? 30 : 100, 160, options.quick ? FoldPart{34, 3} : FoldPart{30, 25})},
+                 options, table);
     add_growth(options, table);
-    table.notes.push_back(fmt::format("times: medians of a step, of the thread (peers: process) with one thread, of the wall with more; broad phase on {}",
-                                      collision::near_pairs_target()));
-    table.notes.push_back("embree, cgal: broad phase only. fcl: its own cubic with absolute tolerances, which misses contacts of small meshes");
-    table.notes.push_back("elsewhere (4 GHz, AVX-512, one thread): LBVH + Tight-Inclusion 512 ms a step on artery + catheter, 118 ms on cloth with contact; Embree's broad phase 106 and 31");
-    table.notes.push_back("measured, of growth: exponent of total_ms over triangles, against the smallest mesh; elsewhere the ratio that the row names");
+    table.notes.push_back(
+        fmt::format("times: medians of a step, of the thread (peers: process) with one thread, of the wall with more; broad phase on {}",
+                    collision::near_pairs_target()));
+    table.notes.push_back(
+        "embree, cgal: broad phase only. fcl: its own cubic with absolute tolerances, which misses contacts of small meshes");
+    table.notes.push_back("elsewhere (4 GHz, AVX-512, one thread): LBVH + Tight-Inclusion 512 ms a step on artery + catheter, 118 ms on "
+                          "cloth with contact; Embree's broad phase 106 and 31");
+    table.notes.push_back(
+        "measured, of growth: exponent of total_ms over triangles, against the smallest mesh; elsewhere the ratio that the row names");
     return table;
 }
 

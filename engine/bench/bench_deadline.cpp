@@ -99,8 +99,9 @@ Result<BenchTable> bench_deadline(const BenchOptions& options) {
         table.rows.push_back(run_under(prepared->model, budget_ms, steps));
     }
     table.notes.push_back(fmt::format("kept: charged <= budget + the larger of {} ms and {} % of it", kGraceMs, 100.0 * kGraceShare));
-    table.notes.push_back("own time: without what the operating system gave to others while the step was being charged (wall clock less the "
-                          "thread's own); where it fits: own time, without the steps of exact_insisted");
+    table.notes.push_back(
+        "own time: without what the operating system gave to others while the step was being charged (wall clock less the "
+        "thread's own); where it fits: own time, without the steps of exact_insisted");
     table.notes.push_back("exact_insisted: steps that went over on purpose, because the instrument would have left the lumen");
     return table;
 }

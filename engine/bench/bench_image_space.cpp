@@ -19,8 +19,8 @@ namespace {
 struct Subject {
     std::string name;
     const char* file;
-    bool merged;   // with a copy of itself, shifted; otherwise its top is pushed through what is below
-    int halvings;  // each makes four triangles of one
+    bool merged;  // with a copy of itself, shifted; otherwise its top is pushed through what is below
+    int halvings; // each makes four triangles of one
 };
 
 constexpr const char* kPaperBunny = "5K to 270K triangles: 20 to 600 ms (500 x 500, GeForce FX 5900)";
@@ -31,7 +31,8 @@ void subdivide(TriMesh& mesh) {
     const auto edges = unique_edges(mesh.triangles);
     const auto middle = [&](Index a, Index b) {
         const std::array<Index, 2> edge = {std::min(a, b), std::max(a, b)};
-        return static_cast<Index>(mesh.vertices.size() + static_cast<std::size_t>(std::lower_bound(edges.begin(), edges.end(), edge) - edges.begin()));
+        return static_cast<Index>(mesh.vertices.size() +
+                                  static_cast<std::size_t>(std::lower_bound(edges.begin(), edges.end(), edge) - edges.begin()));
     };
     std::vector<Triangle> finer;
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -82,7 +83,8 @@ BenchRow run_subject(const Subject& subject, const TriMesh& mesh, collision::Cul
             {"prepare_ms", prepare_ms},
             {"passes", culler.passes().size()},
             {"pass_ms", passes > 0 ? cull_ms / passes : 0.0},
-            {"pruned_first_pass", 1.0 - static_cast<double>(culler.passes().front().triangles_left) / static_cast<double>(mesh.triangles.size())},
+            {"pruned_first_pass",
+             1.0 - static_cast<double>(culler.passes().front().triangles_left) / static_cast<double>(mesh.triangles.size())},
             {"pruned", 1.0 - static_cast<double>(left->size()) / static_cast<double>(mesh.triangles.size())},
             {"cull_ms", cull_ms},
             {"tests_ms", tests_ms},
@@ -100,7 +102,8 @@ Result<BenchTable> bench_image_space(const BenchOptions& options) {
         return table;
     }
     constexpr int kPaperResolution = 500;
-    std::vector<Subject> subjects = {{"bunny", "stanford/bunny_7k_closed.off.gz", false, 0}, {"two cows", "cow/cow_viewpoint_5.8k.obj.gz", true, 0}};
+    std::vector<Subject> subjects = {{"bunny", "stanford/bunny_7k_closed.off.gz", false, 0},
+                                     {"two cows", "cow/cow_viewpoint_5.8k.obj.gz", true, 0}};
     if (!options.quick) {
         subjects.push_back({"bunny, finer", "stanford/bunny_60k_manifold.obj.gz", false, 0});
         subjects.push_back({"bunny, finest", "stanford/bunny_60k_manifold.obj.gz", false, 1});
@@ -115,12 +118,15 @@ Result<BenchTable> bench_image_space(const BenchOptions& options) {
         auto mesh = read_surface(*options.data / subject.file, {.weld = true});
         if (!mesh.ok()) return mesh.error();
         for (int k = 0; k < subject.halvings; ++k) subdivide(*mesh);
-        if (subject.merged) merge_with_itself(*mesh);
-        else push_top_down(*mesh);
+        if (subject.merged)
+            merge_with_itself(*mesh);
+        else
+            push_top_down(*mesh);
         table.rows.push_back(run_subject(subject, *mesh, twin, kPaperResolution));
         if (gl.ok() && !(*gl)->is_software()) table.rows.push_back(run_subject(subject, *mesh, **gl, kPaperResolution));
     }
-    table.notes.push_back("conservative and exact to the last crossing; the paper prunes by pixel centres and can lose overlaps below a pixel");
+    table.notes.push_back(
+        "conservative and exact to the last crossing; the paper prunes by pixel centres and can lose overlaps below a pixel");
     return table;
 }
 

@@ -182,14 +182,16 @@ Answer run_wall(const Subject& subject, double budget_ms, std::vector<double>& o
 }
 
 BenchRow make_row(const Subject& subject, const std::string& order, const std::string& budget, const Answer& a) {
-    return {{"bodies", subject.name}, {"order", order}, {"budget", budget}, {"open", a.open}, {"leaf_pairs", a.leaves},
-            {"level", a.level}, {"us", a.us}, {"fps", a.us > 0.0 ? 1e6 / a.us : 0.0}, {"called_touching", a.flagged},
-            {"touching", a.touching}, {"missed", a.missed}, {"farthest_mm", a.farthest_mm}};
+    return {{"bodies", subject.name},       {"order", order},         {"budget", budget},   {"open", a.open},
+            {"leaf_pairs", a.leaves},       {"level", a.level},       {"us", a.us},         {"fps", a.us > 0.0 ? 1e6 / a.us : 0.0},
+            {"called_touching", a.flagged}, {"touching", a.touching}, {"missed", a.missed}, {"farthest_mm", a.farthest_mm}};
 }
 
 void add_work_rows(const Subject& subject, std::size_t column, const BenchOptions& options, BenchTable& table) {
-    constexpr std::pair<DescentOrder, const char*> kOrders[] = {{DescentOrder::Breadth, "breadth"}, {DescentOrder::Deepest, "deepest"},
-                                                                {DescentOrder::Depth, "depth"}, {DescentOrder::DepthCapped, "depth, capped"}};
+    constexpr std::pair<DescentOrder, const char*> kOrders[] = {{DescentOrder::Breadth, "breadth"},
+                                                                {DescentOrder::Deepest, "deepest"},
+                                                                {DescentOrder::Depth, "depth"},
+                                                                {DescentOrder::DepthCapped, "depth, capped"}};
     for (const PaperRow& paper : kPaper) {
         std::vector<std::uint64_t> works;
         for (const Encounter& met : subject.encounters) works.push_back(find_work(subject, met, paper.open[column]));
@@ -234,13 +236,18 @@ Result<BenchTable> bench_interruptible(const BenchOptions& options) {
         add_wall_rows(subject, table);
     }
     for (const SolidBody& body : *bodies)
-        table.notes.push_back(fmt::format("{}: {} triangles, {} spheres on levels 0 to {} ({} builder)", body.name, body.mesh.triangles.size(),
-                                          body.tree.sphere_count(), body.tree.leaf_depth(), body.builder));
-    table.notes.push_back(fmt::format("means over {} poses from a first touch to deep inside; called_touching, touching, missed: triangles of the first "
-                                      "body; farthest_mm: of those called touching, the one farthest outside the other body; a medial sphere may hold triangles on far sides of the body", poses));
-    table.notes.push_back("the paper's critical times are a Pentium 4's: work budgets are chosen so that as many pairs stay open as in its rows, wall "
-                          "budgets stand beside; its last row (1 s at 25 fps) contradicts itself");
-    table.notes.push_back("missed must be 0 for breadth and deepest; depth, capped at level 2, calls its spheres there contacts and misses nothing either, but is finished "
+        table.notes.push_back(fmt::format("{}: {} triangles, {} spheres on levels 0 to {} ({} builder)", body.name,
+                                          body.mesh.triangles.size(), body.tree.sphere_count(), body.tree.leaf_depth(), body.builder));
+    table.notes.push_back(
+        fmt::format("means over {} poses from a first touch to deep inside; called_touching, touching, missed: triangles of the first "
+                    "body; farthest_mm: of those called touching, the one farthest outside the other body; a medial sphere may hold "
+                    "triangles on far sides of the body",
+                    poses));
+    table.notes.push_back(
+        "the paper's critical times are a Pentium 4's: work budgets are chosen so that as many pairs stay open as in its rows, wall "
+        "budgets stand beside; its last row (1 s at 25 fps) contradicts itself");
+    table.notes.push_back("missed must be 0 for breadth and deepest; depth, capped at level 2, calls its spheres there contacts and misses "
+                          "nothing either, but is finished "
                           "on one side and coarsest on the other when interrupted");
     return table;
 }

@@ -24,23 +24,20 @@ struct Subject {
     std::size_t triangles; // simplified to so many; 0: as it is
     bool in_quick;
 };
-constexpr Subject kSubjects[] = {{"bunny 3.7K", "stanford/bunny_7k_closed.off.gz", 3674, false},
-                                 {"bunny 7K", "stanford/bunny_7k_closed.off.gz", 0, true},
-                                 {"armadillo 1K", "stanford/armadillo_1k_sofa.obj", 0, true},
-                                 {"spot 5.9K", "cow/spot_5.9k.obj.gz", 0, false},
-                                 {"cow 5.8K", "cow/cow_viewpoint_5.8k.obj.gz", 0, false},
-                                 {"dragon 11K", "stanford/dragon_vrip_res4.ply.gz", 0, false},
-                                 {"armadillo 29K", "stanford/armadillo_29k.obj.gz", 0, false},
-                                 {"bunny 60K", "stanford/bunny_60k_manifold.obj.gz", 0, false},
-                                 {"armadillo 86K", "stanford/armadillo_86k.obj.gz", 0, false}};
+constexpr Subject kSubjects[] = {
+    {"bunny 3.7K", "stanford/bunny_7k_closed.off.gz", 3674, false}, {"bunny 7K", "stanford/bunny_7k_closed.off.gz", 0, true},
+    {"armadillo 1K", "stanford/armadillo_1k_sofa.obj", 0, true},    {"spot 5.9K", "cow/spot_5.9k.obj.gz", 0, false},
+    {"cow 5.8K", "cow/cow_viewpoint_5.8k.obj.gz", 0, false},        {"dragon 11K", "stanford/dragon_vrip_res4.ply.gz", 0, false},
+    {"armadillo 29K", "stanford/armadillo_29k.obj.gz", 0, false},   {"bunny 60K", "stanford/bunny_60k_manifold.obj.gz", 0, false},
+    {"armadillo 86K", "stanford/armadillo_86k.obj.gz", 0, false}};
 constexpr const char* kToolkit = "3.7K bunny: 493 leaves, 152/58/38 per mille, volume 1.059, 1.4 % uncovered, 98 % reachable, 123 s";
 constexpr std::size_t kBaselinesUpTo = 12000; // triangles: the baselines are there to be compared, not to be waited for
 
 BenchRow judge(const std::string& name, const SolidBody& body, bool solid) {
     const spheretree::TreeQuality quality = spheretree::measure_quality(body.tree, body.mesh, solid);
     const double size = body.mesh.bounds().longest_edge();
-    BenchRow row{{"mesh", name}, {"triangles", body.mesh.triangles.size()}, {"builder", body.builder},
-                 {"leaves", quality.levels.back().count}};
+    BenchRow row{
+        {"mesh", name}, {"triangles", body.mesh.triangles.size()}, {"builder", body.builder}, {"leaves", quality.levels.back().count}};
     for (std::size_t level = 1; level < quality.levels.size() && level <= 3; ++level)
         row[fmt::format("outside_{}_permille", level)] = 1e3 * quality.levels[level].outside_max / size;
     row["outside_mean_permille"] = 1e3 * quality.levels.back().outside_mean / size;
@@ -100,8 +97,11 @@ void add_rates(const SolidBody& body, BenchTable& table) {
         tests += descent.stats().pairs_tested;
     }
     const auto millions = [&](std::int64_t ns) { return 1e3 * static_cast<double>(tests) / static_cast<double>(ns); };
-    table.rows.push_back({{"mesh", "two of " + body.name}, {"builder", "covering"}, {"pair_tests", tests / kRounds},
-                          {"million_tests_per_s", millions(test_ns)}, {"with_updates", millions(test_ns + update_ns)},
+    table.rows.push_back({{"mesh", "two of " + body.name},
+                          {"builder", "covering"},
+                          {"pair_tests", tests / kRounds},
+                          {"million_tests_per_s", millions(test_ns)},
+                          {"with_updates", millions(test_ns + update_ns)},
                           {"update_ns_per_sphere", static_cast<double>(update_ns) / (2.0 * kRounds * static_cast<double>(a.size()))}});
 }
 
@@ -127,9 +127,11 @@ Result<BenchTable> bench_spheretree(const BenchOptions& options) {
     add_rates(bodies->back(), table);
     options.progress(bodies->back().name + ", updates");
     if (const Result<void> updated = add_updates(bodies->back(), table); !updated) return updated.error();
-    table.notes.push_back("conservative, the paper's: the wrapped tree on a lattice of about 1500 nodes, updated sphere by sphere; escape: the farthest "
-                          "vertex outside all leaves, per mille of the longest edge; rates of these rows include the updates");
-    table.notes.push_back("branching 8, depth 3; uncovered: the worst level; outside_N: the farthest that any sphere of level N reaches outside");
+    table.notes.push_back(
+        "conservative, the paper's: the wrapped tree on a lattice of about 1500 nodes, updated sphere by sphere; escape: the farthest "
+        "vertex outside all leaves, per mille of the longest edge; rates of these rows include the updates");
+    table.notes.push_back(
+        "branching 8, depth 3; uncovered: the worst level; outside_N: the farthest that any sphere of level N reaches outside");
     table.notes.push_back("toolkit: Bradshaw's, adaptive medial axis, as measured elsewhere; it is not run here");
     return table;
 }

@@ -14,7 +14,7 @@ constexpr double kPi = std::numbers::pi;
 
 // --- cloth
 
-constexpr double kSquare = 0.01;      // m
+constexpr double kSquare = 0.01;        // m
 constexpr double kPleat = 20 * kSquare; // m, from fold to fold
 
 /// Angle of the pleats' profile at arc length s: flat in the middle of a pleat, turning at its ends.
@@ -90,10 +90,14 @@ std::vector<anatomy::Tube> artery_tubes() {
     std::vector<anatomy::Tube> tubes;
     tubes.push_back(make_tube(kTrunk, 0.0070, 0.0055, true));
     tubes.push_back(make_tube(kBranch, 0.0046, 0.0032, false));
-    tubes.push_back(make_tube(branch_from(kTrunk[3], {-0.006, -0.002, 0.02}, {-0.026, -0.01, 0.04}, {-0.036, -0.004, 0.07}), 0.0044, 0.0030, false));
-    tubes.push_back(make_tube(branch_from(bezier(kTrunk, 0.5), {-0.014, 0.004, 0.008}, {-0.024, 0.008, 0.024}, {-0.03, 0.014, 0.048}), 0.0036, 0.0024, false));
-    tubes.push_back(make_tube(branch_from(bezier(kTrunk, 0.72), {0.004, 0.014, 0.008}, {0.006, 0.024, 0.024}, {0.01, 0.03, 0.044}), 0.0034, 0.0022, false));
-    tubes.push_back(make_tube(branch_from(bezier(kBranch, 0.55), {0.002, -0.01, 0.008}, {0.008, -0.018, 0.018}, {0.016, -0.024, 0.034}), 0.0026, 0.0018, false));
+    tubes.push_back(
+        make_tube(branch_from(kTrunk[3], {-0.006, -0.002, 0.02}, {-0.026, -0.01, 0.04}, {-0.036, -0.004, 0.07}), 0.0044, 0.0030, false));
+    tubes.push_back(make_tube(branch_from(bezier(kTrunk, 0.5), {-0.014, 0.004, 0.008}, {-0.024, 0.008, 0.024}, {-0.03, 0.014, 0.048}),
+                              0.0036, 0.0024, false));
+    tubes.push_back(make_tube(branch_from(bezier(kTrunk, 0.72), {0.004, 0.014, 0.008}, {0.006, 0.024, 0.024}, {0.01, 0.03, 0.044}), 0.0034,
+                              0.0022, false));
+    tubes.push_back(make_tube(branch_from(bezier(kBranch, 0.55), {0.002, -0.01, 0.008}, {0.008, -0.018, 0.018}, {0.016, -0.024, 0.034}),
+                              0.0026, 0.0018, false));
     return tubes;
 }
 
@@ -116,7 +120,9 @@ private:
     using Place = std::array<std::int64_t, 3>;
 
     std::size_t id(const Place& p) const { return static_cast<std::size_t>((p[2] * size_[1] + p[1]) * size_[0] + p[0]); }
-    Vec3 point(const Place& p) const { return lo_ + cell_ * Vec3(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])); }
+    Vec3 point(const Place& p) const {
+        return lo_ + cell_ * Vec3(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]));
+    }
 
     /// Blocks far from the surface are given one value.
     void sample() {
@@ -261,7 +267,8 @@ private:
 
 void add_catheter_frame(const Guide& guide, double frame, std::vector<Vec3>& out) {
     std::vector<Vec3> axis;
-    for (std::size_t i = 0; i < kRings; ++i) axis.push_back(bend(guide.at(0.03 + kPush * frame + kRingSpacing * static_cast<double>(i), frame), frame));
+    for (std::size_t i = 0; i < kRings; ++i)
+        axis.push_back(bend(guide.at(0.03 + kPush * frame + kRingSpacing * static_cast<double>(i), frame), frame));
     for (int round = 0; round < 4; ++round)
         for (std::size_t i = 1; i + 1 < kRings; ++i) axis[i] = 0.5 * axis[i] + 0.25 * (axis[i - 1] + axis[i + 1]);
     Vec3 across = Vec3::UnitX();
@@ -287,7 +294,8 @@ FrameSequence make_folding_cloth(std::size_t columns, std::size_t rows, const Fo
     out.objects.assign((columns + 1) * (rows + 1), 0);
     const auto id = [&](std::size_t i, std::size_t j) { return static_cast<Index>(j * (columns + 1) + i); };
     for (std::size_t j = 0; j < rows; ++j)
-        for (std::size_t i = 0; i < columns; ++i) add_square(id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1), (i + j) % 2 == 1, out.triangles);
+        for (std::size_t i = 0; i < columns; ++i)
+            add_square(id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1), (i + j) % 2 == 1, out.triangles);
     for (std::size_t k = part.first; k <= part.first + part.steps; ++k)
         add_cloth_frame(columns, rows, static_cast<double>(k) / kFoldSteps, static_cast<double>(k), out.positions);
     return out;

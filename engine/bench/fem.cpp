@@ -19,11 +19,11 @@ namespace seldinger::engine {
 
 namespace {
 
-constexpr double kFrame = 0.01;          // s, simulated between two derivations of the step at least
-constexpr double kSampleSeconds = 0.4;   // of processor time per row
-constexpr double kPeerSeconds = 120.0;   // wall, then it is given up
+constexpr double kFrame = 0.01;              // s, simulated between two derivations of the step at least
+constexpr double kSampleSeconds = 0.4;       // of processor time per row
+constexpr double kPeerSeconds = 120.0;       // wall, then it is given up
 constexpr double kSwing = 1.0, kHang = 9.81; // m/s^2: a bar that swings by half its length; one that hangs from its end, stretched
-constexpr double kBulletGuessNs = 60.0;  // per tet, to choose how many evaluations to ask for
+constexpr double kBulletGuessNs = 60.0;      // per tet, to choose how many evaluations to ask for
 
 struct Body {
     std::string name;
@@ -53,7 +53,8 @@ double median(std::vector<double> values) {
 }
 
 /// Median over calls of the thread's own time, or of wall time where several threads work; s.
-template <class Work> double time_calls(bool wall, bool quick, Work&& work) {
+template <class Work>
+double time_calls(bool wall, bool quick, Work&& work) {
     const auto now = [&] { return wall ? monotonic_ns() : thread_cpu_ns(); };
     work();
     std::vector<double> seconds;
@@ -75,9 +76,12 @@ BenchRow force_row(const Body& body, const fem::TissueModel& model, const LawUnd
     fem::gather_records(model.plan, moved, moved, records);
     const auto kernel = law.viscosity > 0.0 ? fem::TetKernel::ViscousForce : fem::TetKernel::Force;
     const std::size_t repeats = 1 + 20000 / model.tet_count(); // reading the clock costs as much as 60 tets
-    const double seconds = time_calls(threads > 1, quick, [&] {
-                               for (std::size_t k = 0; k < repeats; ++k) fem::run_tets(model.plan, fem::make_tet_job(model, kernel, threads), records, partial);
-                           }) / static_cast<double>(repeats);
+    const double seconds = time_calls(threads > 1, quick,
+                                      [&] {
+                                          for (std::size_t k = 0; k < repeats; ++k)
+                                              fem::run_tets(model.plan, fem::make_tet_job(model, kernel, threads), records, partial);
+                                      }) /
+                           static_cast<double>(repeats);
     return {{"name", body.name},
             {"law", law.name},
             {"viscous", law.viscosity > 0.0},
@@ -173,8 +177,8 @@ Body make_bar(const char* name, std::array<Index, 3> cells) {
     return body;
 }
 
-/// What a tet of the elastic neo-Hookean law takes: arithmetic of the AVX-512 code, counted in its disassembly (a fused multiply-add is two),
-/// and bytes of its batch that the kernel reads.
+/// What a tet of the elastic neo-Hookean law takes: arithmetic of the AVX-512 code, counted in its disassembly (a fused multiply-add is
+/// two), and bytes of its batch that the kernel reads.
 constexpr double kFlopPerTet = 165.0;
 constexpr double kBatchBytesPerTet = (sizeof(fem::TetBatch) - 9 * 8 * fem::kBatch) / double{fem::kBatch}; // all but Dm^-1
 
@@ -206,15 +210,20 @@ Result<void> add_scaling(const BenchOptions& options, BenchTable& table) {
         text += '\n';
     }
     Sketch sketch;
-    sketch.plot = {"scaling", "Cost of a tetrahedron over the size of the mesh", "Nanoseconds per tetrahedron and force evaluation, double precision.", {}};
-    sketch.commands = "set logscale xy\nset format x '10^{%L}'\nset yrange [5:*]\nset ytics (5,10,20,50,100,200,500,1000)\nset xlabel 'tetrahedra' textcolor rgb '#4b5563' offset 0,0.4\n"
+    sketch.plot = {"scaling",
+                   "Cost of a tetrahedron over the size of the mesh",
+                   "Nanoseconds per tetrahedron and force evaluation, double precision.",
+                   {}};
+    sketch.commands = "set logscale xy\nset format x '10^{%L}'\nset yrange [5:*]\nset ytics (5,10,20,50,100,200,500,1000)\nset xlabel "
+                      "'tetrahedra' textcolor rgb '#4b5563' offset 0,0.4\n"
                       "set ylabel 'ns' textcolor rgb '#4b5563' offset 1,0\nset key maxrows 2\nset key at graph 0, 1.22\nset tmargin 3.4\n"
                       "plot 'scaling.tsv' using 1:2 with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '#2158d6' title 'neo-Hookean', "
                       "'' using 1:{} with linespoints pt 7 ps 0.6 lw 1.6 lc rgb '#d97706' title 'StVK, viscous'";
     sketch.commands.replace(sketch.commands.find("{}"), 2, most > 1 ? "4" : "3");
     if (most > 1)
         sketch.commands += fmt::format(", '' using 1:3 with linespoints pt 6 ps 0.6 lw 1.2 dt (6,4) lc rgb '#2158d6' title '{0} threads', "
-                                       "'' using 1:5 with linespoints pt 6 ps 0.6 lw 1.2 dt (6,4) lc rgb '#d97706' title '{0} threads'", most);
+                                       "'' using 1:5 with linespoints pt 6 ps 0.6 lw 1.2 dt (6,4) lc rgb '#d97706' title '{0} threads'",
+                                       most);
     table.sketches.push_back(std::move(sketch));
     table.plot_data.push_back({"scaling.tsv", text});
     return {};
@@ -309,7 +318,8 @@ Result<void> add_rows(const Body& body, const BenchOptions& options, BenchTable&
             if (most > 1) table.rows.push_back(integrator_row(body, *model, law, integrator, kSwing, most, options.quick));
             if (small) table.rows.push_back(integrator_row(body, *model, law, integrator, kHang, 1, options.quick));
         }
-        if (law.law == fem::MaterialLaw::NeoHookean && !body.dense.triangles.empty()) add_link_rows(body, *model, most, options.quick, table);
+        if (law.law == fem::MaterialLaw::NeoHookean && !body.dense.triangles.empty())
+            add_link_rows(body, *model, most, options.quick, table);
         if (law.law != fem::MaterialLaw::NeoHookean) continue;
         if (auto row = bullet_row(body, options.quick, table)) { // right beside the law that it shares
             const BenchRow ours = force_row(body, *model, law, 1, options.quick);
@@ -336,10 +346,15 @@ Result<BenchTable> bench_fem(const BenchOptions& options) {
     for (const Body& body : bodies)
         if (const auto added = add_rows(body, options, table); !added.ok()) return added.error();
     if (const auto added = add_scaling(options, table); !added.ok()) return added.error();
-    table.notes.push_back("ns_per_tet: one evaluation of all forces, median; under an integrator: its vector work and the derivation of the step included");
-    table.notes.push_back("integrators: the body is held and falls from rest for a second; at 1 m/s^2 a bar swings by half its length, at 9.81 it hangs and stretches");
-    table.notes.push_back(fmt::format("gflop_per_s, batch_gb_per_s: {:g} flop and {:g} bytes of batch a tet, and 64-byte nodes that neighbours share; "
-                                      "the rest of the AVX-512 loop's 450 instructions for 8 tets are 77 shuffles, 32 gathered loads, 32 sums into slots: they bound it, not memory", kFlopPerTet, kBatchBytesPerTet));
+    table.notes.push_back(
+        "ns_per_tet: one evaluation of all forces, median; under an integrator: its vector work and the derivation of the step included");
+    table.notes.push_back("integrators: the body is held and falls from rest for a second; at 1 m/s^2 a bar swings by half its length, at "
+                          "9.81 it hangs and stretches");
+    table.notes.push_back(
+        fmt::format("gflop_per_s, batch_gb_per_s: {:g} flop and {:g} bytes of batch a tet, and 64-byte nodes that neighbours share; "
+                    "the rest of the AVX-512 loop's 450 instructions for 8 tets are 77 shuffles, 32 gathered loads, 32 sums into slots: "
+                    "they bound it, not memory",
+                    kFlopPerTet, kBatchBytesPerTet));
     table.notes.push_back("clock cpu: the thread's own time; wall where several threads work: other load on the machine shows in it");
     table.notes.push_back("Bullet computes elastic forces in float; times_ours compares with the same law in double, run just after it");
     return table;

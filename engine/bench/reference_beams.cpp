@@ -15,9 +15,11 @@ namespace seldinger::engine {
 namespace {
 
 constexpr ReferenceBeam kBeams[] = {
-    {BeamSource::SofaLinear, "SOFA cantilever, linear tetrahedra", "SOFA linear", "sofa_cantilever_tet_linear.reference_mstate.txt.gz", 0.995, 1.005,
+    {BeamSource::SofaLinear, "SOFA cantilever, linear tetrahedra", "SOFA linear", "sofa_cantilever_tet_linear.reference_mstate.txt.gz",
+     0.995, 1.005,
      "the same mesh and law; SOFA's beam is 0.99 s into a damped motion, ours at rest, and its mass is of the grid's cubes, ours lumped"},
-    {BeamSource::SofaCorotational, "SOFA cantilever, corotational tetrahedra", "SOFA corotational", "sofa_cantilever_tet_corotational.reference_mstate.txt.gz", 0.995, 1.005,
+    {BeamSource::SofaCorotational, "SOFA cantilever, corotational tetrahedra", "SOFA corotational",
+     "sofa_cantilever_tet_corotational.reference_mstate.txt.gz", 0.995, 1.005,
      "the same, with frames that turn: SOFA takes them from edges, here from the polar decomposition"},
     {BeamSource::CalculixQuadratic, "CalculiX beam10p, quadratic tetrahedra", "CalculiX beam10p", "ccx_beam10p.dat.ref.gz", 0.85, 1.0,
      "CalculiX's elements bend (C3D10), linear ones do not: the share that is missing is this mesh's against Timoshenko"},
@@ -81,7 +83,8 @@ double mean_along(std::span<const Vec3> moved, const Bar& bar, int axis) {
 /// E 2 MPa, nu 0.45, 1100 kg/m^3, under 9.81 m/s^2.
 Result<double> sofa_tip_here(fem::MaterialLaw law, bool small_strain) {
     const Bar bar = make_sofa_bar();
-    const auto model = fem::make_tissue_model(bar.mesh, {.law = law, .young_modulus = 2e6, .poisson_ratio = 0.45, .density = 1100.0}, bar.fixed);
+    const auto model =
+        fem::make_tissue_model(bar.mesh, {.law = law, .young_modulus = 2e6, .poisson_ratio = 0.45, .density = 1100.0}, bar.fixed);
     if (!model) return model.error();
     std::vector<Vec3> weight;
     for (const double mass : model->node_mass) weight.push_back(Vec3(0.0, -9.81 * mass, 0.0));
@@ -98,7 +101,8 @@ Result<double> sofa_tip(const std::string& text, std::string_view file) {
     std::vector<double> numbers;
     for (double value; in >> value;) numbers.push_back(value);
     if (numbers.size() < 5 * 5 * 30 * 3)
-        return Error{.code = ErrorCode::BadSyntax, .message = fmt::format("{} ends with {} numbers, not with the positions of 750 nodes", file, numbers.size())};
+        return Error{.code = ErrorCode::BadSyntax,
+                     .message = fmt::format("{} ends with {} numbers, not with the positions of 750 nodes", file, numbers.size())};
     double sum = 0.0;
     for (std::size_t node = 725; node < 750; ++node) sum += numbers[3 * node + 1];
     return sum / 25.0;
@@ -108,7 +112,8 @@ Result<double> sofa_tip(const std::string& text, std::string_view file) {
 Result<double> calculix_tip_here(bool quick) {
     const Index across = quick ? 4 : 8;
     const Bar bar = make_bar({8 * across, across, across}, {8.0, 1.0, 1.0});
-    const auto model = fem::make_tissue_model(bar.mesh, {.law = fem::MaterialLaw::NeoHookean, .young_modulus = 210000.0, .poisson_ratio = 0.3, .density = 1.0}, bar.fixed);
+    const auto model = fem::make_tissue_model(
+        bar.mesh, {.law = fem::MaterialLaw::NeoHookean, .young_modulus = 210000.0, .poisson_ratio = 0.3, .density = 1.0}, bar.fixed);
     if (!model) return model.error();
     std::vector<Vec3> force(model->node_count(), Vec3::Zero());
     double weight = 0.0;
@@ -142,8 +147,8 @@ Result<BeamTips> compare_beam(const ReferenceBeam& beam, const std::filesystem::
     const bool calculix = beam.source == BeamSource::CalculixQuadratic;
     const Result<double> theirs = calculix ? calculix_tip(*text, beam.file) : sofa_tip(*text, beam.file);
     if (!theirs) return theirs.error();
-    const Result<double> ours = calculix ? calculix_tip_here(quick)
-                                         : sofa_tip_here(fem::MaterialLaw::Corotational, beam.source == BeamSource::SofaLinear);
+    const Result<double> ours =
+        calculix ? calculix_tip_here(quick) : sofa_tip_here(fem::MaterialLaw::Corotational, beam.source == BeamSource::SofaLinear);
     if (!ours) return ours.error();
     const double unit = calculix ? 1e-3 : 1.0; // the deck's mm
     return BeamTips{unit * *ours, unit * *theirs};

@@ -69,7 +69,10 @@ Result<std::vector<SolidBody>> make_dragon_and_bunny(const BenchOptions& options
         if (added = add(read_body(options, "dragon", "stanford/dragon_vrip_res4.ply.gz")); !added) return added.error();
         if (added = add(read_body(options, "bunny", "stanford/bunny_7k_closed.off.gz")); !added) return added.error();
     } else {
-        if (added = add(make_body("torus", anatomy::make_torus(Vec3::Zero(), 0.07, 0.03, options.quick ? 48 : 96, options.quick ? 18 : 36))); !added) return added.error();
+        if (added =
+                add(make_body("torus", anatomy::make_torus(Vec3::Zero(), 0.07, 0.03, options.quick ? 48 : 96, options.quick ? 18 : 36)));
+            !added)
+            return added.error();
         if (added = add(make_body("dented ball", dented_ball(options.quick))); !added) return added.error();
     }
     return bodies;

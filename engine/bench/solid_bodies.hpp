@@ -10,7 +10,7 @@ namespace seldinger::engine {
 
 struct SolidBody {
     std::string name;
-    TriMesh mesh;                    // m
+    TriMesh mesh; // m
     spheretree::SphereTree tree;
     std::string builder;
     double build_s = 0.0, build_cpu_s = 0.0; // s, by the clock and of all threads
@@ -18,8 +18,8 @@ struct SolidBody {
 
 /// A rigid placement: turned about y through its own middle, then moved.
 struct Pose {
-    double angle = 0.0;              // rad
-    Vec3 shift = Vec3::Zero();       // m
+    double angle = 0.0;        // rad
+    Vec3 shift = Vec3::Zero(); // m
 };
 
 /// A body where it stands in one step.

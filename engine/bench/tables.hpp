@@ -19,11 +19,16 @@ namespace seldinger::engine {
 inline constexpr std::array kBenches{
     Bench{"deadline", "budgets from 0.1 to 33 ms on the main scene: kept or not, p99, p99.9, worst", bench_deadline},
     Bench{"fem", "element forces, integrators and rigid links on bars of 5K to 500K tets and the liver, beside Bullet", bench_fem},
-    Bench{"validation", "the tissue against analytic answers and against beams of SOFA and CalculiX, each with its bound", bench_validation},
-    Bench{"spheretree", "sphere trees of many meshes by each builder: size, tightness, coverage, time; the descent's rate of tests", bench_spheretree},
-    Bench{"interruptible", "two dragons, two bunnies, bunny and dragon: the descent interrupted, in four orders, against the truth", bench_interruptible},
-    Bench{"contacts", "exact contacts of moving meshes, stage by stage, beside FCL, CGAL and Embree; growth to 1M triangles", bench_contacts},
-    Bench{"chromatic", "set-based culling on cloth, curtains and a catheter: stages, what each leaves, beside an AABB hierarchy", bench_chromatic},
+    Bench{"validation", "the tissue against analytic answers and against beams of SOFA and CalculiX, each with its bound",
+          bench_validation},
+    Bench{"spheretree", "sphere trees of many meshes by each builder: size, tightness, coverage, time; the descent's rate of tests",
+          bench_spheretree},
+    Bench{"interruptible", "two dragons, two bunnies, bunny and dragon: the descent interrupted, in four orders, against the truth",
+          bench_interruptible},
+    Bench{"contacts", "exact contacts of moving meshes, stage by stage, beside FCL, CGAL and Embree; growth to 1M triangles",
+          bench_contacts},
+    Bench{"chromatic", "set-based culling on cloth, curtains and a catheter: stages, what each leaves, beside an AABB hierarchy",
+          bench_chromatic},
     Bench{"image-space", "image-space culling of a bunny and two cows: time per pass, share pruned", bench_image_space},
 };
 

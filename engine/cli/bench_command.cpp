@@ -41,7 +41,8 @@ int run_bench(Request& request) {
     if (!table.ok()) return report_error(table.error());
     fmt::print("{}", bench_text(*table));
     if (!request.options.page.empty())
-        if (const auto written = write_file_atomically(request.options.page, bench_page(*bench, *table)); !written.ok()) return report_error(written.error());
+        if (const auto written = write_file_atomically(request.options.page, bench_page(*bench, *table)); !written.ok())
+            return report_error(written.error());
     if (request.options.json.empty()) return kExitFine;
     const auto written = write_file_atomically(request.options.json, bench_json(bench->name, *table).dump(2) + "\n");
     return written.ok() ? static_cast<int>(kExitFine) : report_error(written.error());

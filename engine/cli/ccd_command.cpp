@@ -81,8 +81,8 @@ int answer_files(const Request& request) {
         if (!read) return report_error(read.error());
         Tally tally;
         for (const CcdQuery& query : read->queries) tally.add(answer(query, *vertex_face, request.repeats));
-        fmt::print("{}: {} {} queries, {} false positives, {} false negatives, {:.0f} ns mean, {:.0f} ns worst\n", file,
-                   tally.queries, *vertex_face ? "vertex-face" : "edge-edge", tally.false_positives, tally.false_negatives,
+        fmt::print("{}: {} {} queries, {} false positives, {} false negatives, {:.0f} ns mean, {:.0f} ns worst\n", file, tally.queries,
+                   *vertex_face ? "vertex-face" : "edge-edge", tally.false_positives, tally.false_negatives,
                    tally.total_ns / static_cast<double>(tally.queries), tally.worst_ns);
         total.add(tally);
         rounded += read->rounded;
@@ -99,7 +99,8 @@ int answer_files(const Request& request) {
 
 Command add_ccd_command(CLI::App& app) {
     const auto request = std::make_shared<Request>();
-    CLI::App* command = app.add_subcommand("ccd", "Answer the queries of the public CCD benchmark (CSV, plain or .gz) and compare with their truth");
+    CLI::App* command =
+        app.add_subcommand("ccd", "Answer the queries of the public CCD benchmark (CSV, plain or .gz) and compare with their truth");
     command->add_option("files", request->files, "files of eight rows a query; the name tells vertex-face or edge-edge")->required();
     command->add_option("--kind", request->kind, "what the queries are, whatever the name says")
         ->check(CLI::IsMember({"auto", "vertex-face", "edge-edge"}));

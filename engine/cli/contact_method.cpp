@@ -25,7 +25,8 @@ bool take_word(std::string_view word, ContactMethod& method) {
     if (word == "fine") return method.tree.fine = true;
     if (word == "brute") return method.brute = true;
     using collision::TreeBuilder;
-    for (const auto& [name, builder] : {std::pair{"sah", TreeBuilder::Sah}, {"median", TreeBuilder::Median}, {"paper", TreeBuilder::Middle}})
+    for (const auto& [name, builder] :
+         {std::pair{"sah", TreeBuilder::Sah}, {"median", TreeBuilder::Median}, {"paper", TreeBuilder::Middle}})
         if (word == name) {
             method.tree.builder = builder;
             return true;
@@ -51,7 +52,7 @@ struct SetMethod {
     bool image_space;
 };
 constexpr SetMethod kSetMethods[] = {
-    {"chromatic", CullMethod::Auto, false},     {"chromatic-cpu", CullMethod::Cpu, false}, {"chromatic-gl", CullMethod::Gl, false},
+    {"chromatic", CullMethod::Auto, false},      {"chromatic-cpu", CullMethod::Cpu, false}, {"chromatic-gl", CullMethod::Gl, false},
     {"chromatic-none", CullMethod::None, false}, {"image-space", CullMethod::Cpu, true},    {"image-space-gl", CullMethod::Gl, true},
 };
 
@@ -61,8 +62,11 @@ std::string ContactMethod::name() const {
     for (const SetMethod& known : kSetMethods)
         if (culling == known.culling && image_space == known.image_space) return std::string(known.name);
     if (brute) return "exact-brute";
-    const char* builder = tree.builder == collision::TreeBuilder::Sah ? "sah" : tree.builder == collision::TreeBuilder::Median ? "median" : "paper";
-    return fmt::format("exact-dop{}-arity{}-{}-cluster{}{}{}", tree.dop, tree.arity, builder, tree.cluster_size, tree.fine ? "-fine" : "", simd ? "" : "-plain");
+    const char* builder = tree.builder == collision::TreeBuilder::Sah      ? "sah"
+                          : tree.builder == collision::TreeBuilder::Median ? "median"
+                                                                           : "paper";
+    return fmt::format("exact-dop{}-arity{}-{}-cluster{}{}{}", tree.dop, tree.arity, builder, tree.cluster_size, tree.fine ? "-fine" : "",
+                       simd ? "" : "-plain");
 }
 
 Result<ContactMethod> parse_contact_method(const std::string& text) {
@@ -78,7 +82,8 @@ Result<ContactMethod> parse_contact_method(const std::string& text) {
         const std::size_t dash = rest.find('-');
         const std::string_view word = rest.substr(0, dash);
         if (!take_word(word, method))
-            return Error{ErrorCode::BadUsage, fmt::format("'{}' is no word of a method; {}", word.substr(0, 40), kMethodWords), {}, 0, 0, "--method"};
+            return Error{ErrorCode::BadUsage, fmt::format("'{}' is no word of a method; {}", word.substr(0, 40), kMethodWords), {}, 0, 0,
+                         "--method"};
         if (dash == rest.npos) return method;
         rest.remove_prefix(dash + 1);
     }

@@ -15,7 +15,8 @@ inline constexpr const char* kMethodWords =
     "words joined by '-': exact (the default of all); dop6, dop14, dop18, dop26 (bounds); arity2, arity4, arity8 (children of a node); "
     "sah, median, paper (how the tree is built); cluster1 .. cluster64 (triangles in a leaf); fine (a second look along the directions "
     "of a 26-DOP); plain (no SIMD in the broad phase); "
-    "brute (every pair of features, no tree). Or one of: chromatic (sets of non-adjacent triangles, looked at where that is predicted to pay), "
+    "brute (every pair of features, no tree). Or one of: chromatic (sets of non-adjacent triangles, looked at where that is predicted to "
+    "pay), "
     "chromatic-cpu, chromatic-gl (always looked at, by the CPU or by OpenGL), chromatic-none (never looked at), "
     "image-space, image-space-gl (triangles of meshes that stand still)";
 

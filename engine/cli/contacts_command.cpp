@@ -63,16 +63,22 @@ Result<void> read_pair(const std::string& file_t0, const std::string& file_t1, I
     if (!t0) return t0.error();
     if (!t1) return t1.error();
     if (t0->vertices.size() != t1->vertices.size())
-        return Error{ErrorCode::BadMesh, fmt::format("has {} vertices, {} has {}: two frames of one mesh are wanted", t1->vertices.size(), file_t0,
-                                                     t0->vertices.size()), file_t1};
+        return Error{
+            ErrorCode::BadMesh,
+            fmt::format("has {} vertices, {} has {}: two frames of one mesh are wanted", t1->vertices.size(), file_t0, t0->vertices.size()),
+            file_t1};
     if (t0->triangles.size() != t1->triangles.size())
-        return Error{ErrorCode::BadMesh, fmt::format("has {} triangles, {} has {}: two frames of one mesh are wanted", t1->triangles.size(), file_t0,
-                                                     t0->triangles.size()), file_t1};
+        return Error{ErrorCode::BadMesh,
+                     fmt::format("has {} triangles, {} has {}: two frames of one mesh are wanted", t1->triangles.size(), file_t0,
+                                 t0->triangles.size()),
+                     file_t1};
     const auto [first, other] = std::mismatch(t0->triangles.begin(), t0->triangles.end(), t1->triangles.begin());
     if (first != t0->triangles.end())
         return Error{ErrorCode::BadMesh,
-                     fmt::format("triangle {} is {} {} {}, in {} it is {} {} {}: two frames of one mesh are wanted", first - t0->triangles.begin(),
-                                 (*other)[0], (*other)[1], (*other)[2], file_t0, (*first)[0], (*first)[1], (*first)[2]), file_t1};
+                     fmt::format("triangle {} is {} {} {}, in {} it is {} {} {}: two frames of one mesh are wanted",
+                                 first - t0->triangles.begin(), (*other)[0], (*other)[1], (*other)[2], file_t0, (*first)[0], (*first)[1],
+                                 (*first)[2]),
+                     file_t1};
     if (const auto sized = check_size(t0->vertices, file_t0); !sized) return sized;
     if (const auto sized = check_size(t1->vertices, file_t1); !sized) return sized;
     input.surfaces.push_back(collision::make_topology(t0->triangles, t0->vertices.size()));
@@ -100,9 +106,11 @@ Result<void> check_usage(const Request& request) {
     const std::size_t meshes = request.meshes.size();
     if (!request.frames.empty() && meshes > 0) return bad_usage("--frames stands for meshes; give one or the other", "--frames");
     if (request.frames.empty() && meshes != 2 && meshes != 4)
-        return bad_usage(fmt::format("{} meshes; two frames of one mesh (A0 A1) or of two (A0 A1 B0 B1) are wanted, or --frames DIR", meshes));
+        return bad_usage(
+            fmt::format("{} meshes; two frames of one mesh (A0 A1) or of two (A0 A1 B0 B1) are wanted, or --frames DIR", meshes));
     if (!request.dump.empty() && request.frames.empty()) return bad_usage("goes with --frames", "--dump");
-    if (!(request.distance >= 0.0 && request.distance <= kLargestCoordinate)) return bad_usage("a number from 0 up is wanted", "--distance");
+    if (!(request.distance >= 0.0 && request.distance <= kLargestCoordinate))
+        return bad_usage("a number from 0 up is wanted", "--distance");
     return {};
 }
 
@@ -138,8 +146,10 @@ ContactRow row_of(const SearchContact& found, std::span<const std::int32_t> obje
     row.feature_a0 = c.feature_a[0];
     row.feature_b0 = c.feature_b[0];
     row.feature_b1 = c.feature_b[1];
-    if (vertex_face) row.feature_b2 = c.feature_b[2];
-    else row.feature_a1 = c.feature_a[1];
+    if (vertex_face)
+        row.feature_b2 = c.feature_b[2];
+    else
+        row.feature_a1 = c.feature_a[1];
     row.time = c.time;
     row.bary_a = vertex_face ? 0.0 : c.bary_a[1];
     row.bary_b0 = c.bary_b[0];
@@ -162,7 +172,9 @@ public:
 
     int run() {
         if (method_.brute && pair_count(input_, options_) > kMostBrutePairs)
-            return report_error(bad_usage(fmt::format("brute would decide {:.3g} pairs; at most {:g} are tried", pair_count(input_, options_), kMostBrutePairs), "--method"));
+            return report_error(bad_usage(
+                fmt::format("brute would decide {:.3g} pairs; at most {:g} are tried", pair_count(input_, options_), kMostBrutePairs),
+                "--method"));
         build();
         const std::size_t steps = input_.is_sequence() ? input_.sequence.frame_count - 1 : 1;
         ProgressLine progress(true);
@@ -195,8 +207,13 @@ private:
         search_.build(surfaces, positions, options_);
         if (method_.culling)
             culled_ = std::make_unique<CulledSearch>(surfaces, positions,
-                                                     CulledSearch::Options{.method = *method_.culling, .within = options_.within, .between = options_.between,
-                                                                           .distance = options_.distance, .tolerance = options_.tolerance, .plan = {}, .contexts = {}});
+                                                     CulledSearch::Options{.method = *method_.culling,
+                                                                           .within = options_.within,
+                                                                           .between = options_.between,
+                                                                           .distance = options_.distance,
+                                                                           .tolerance = options_.tolerance,
+                                                                           .plan = {},
+                                                                           .contexts = {}});
         build_ms_ = watch.lap_ms();
     }
 
@@ -239,8 +256,8 @@ private:
         }
         if (request_.dump.empty()) return;
         for (const SearchContact& found : found_)
-            hits_.push_back({static_cast<std::int32_t>(k), found.contact.origin == ContactOrigin::ExactVF ? 0 : 1, static_cast<std::int32_t>(found.id_a),
-                             static_cast<std::int32_t>(found.id_b), found.contact.time});
+            hits_.push_back({static_cast<std::int32_t>(k), found.contact.origin == ContactOrigin::ExactVF ? 0 : 1,
+                             static_cast<std::int32_t>(found.id_a), static_cast<std::int32_t>(found.id_b), found.contact.time});
     }
 
     template <class Of>
@@ -300,7 +317,8 @@ private:
 
     Result<void> write() const {
         if (!request_.out.empty())
-            if (const auto written = write_file_atomically(request_.out, contact_csv(contacts_, input_.is_sequence())); !written) return written;
+            if (const auto written = write_file_atomically(request_.out, contact_csv(contacts_, input_.is_sequence())); !written)
+                return written;
         if (!request_.dump.empty())
             if (const auto written = write_hits(request_.dump, hits_); !written) return written;
         if (!request_.stats.empty()) return write_file_atomically(request_.stats, stats_json().dump(2) + "\n");
@@ -324,11 +342,12 @@ private:
                    json["total_ms"].get<double>(), per_step);
         if (culled_) {
             fmt::print("{} sets; pairs of triangles that are near: {}, left after culling by {}: {}, in {:.2f} ms{}\n", culled_->colours(),
-                       json["near_pairs"].get<std::size_t>(), culled_->backend(), json["left_pairs"].get<std::size_t>(), json["cull_ms"].get<double>(), per_step);
+                       json["near_pairs"].get<std::size_t>(), culled_->backend(), json["left_pairs"].get<std::size_t>(),
+                       json["cull_ms"].get<double>(), per_step);
             for (const std::string& note : culled_->notes()) fmt::print("note: {}\n", note);
         }
-        fmt::print("{} steps, {} contacts: {} VF, {} EE; {} candidates decided in whole numbers, {} unresolved\n", rows_.size(), vf + ee, vf, ee, exact,
-                   unresolved);
+        fmt::print("{} steps, {} contacts: {} VF, {} EE; {} candidates decided in whole numbers, {} unresolved\n", rows_.size(), vf + ee,
+                   vf, ee, exact, unresolved);
     }
 
     const Request& request_;
@@ -345,14 +364,29 @@ private:
 };
 
 nlohmann::ordered_json crossing_json(const CrossingAnswer& answer, const ContactMethod& method) {
-    nlohmann::ordered_json json = {{"method", method.name()}, {"candidates_vf", 0}, {"candidates_ee", 0}, {"hits_vf", 0}, {"hits_ee", 0},
-                                   {"hits_tt", answer.rows.size()}, {"unresolved", 0}, {"triangles", answer.triangles}, {"left_triangles", answer.left},
-                                   {"build_ms", answer.build_ms}, {"refit_ms", 0.0}, {"broad_ms", 0.0}, {"cull_ms", answer.cull_ms},
-                                   {"narrow_ms", answer.narrow_ms}, {"total_ms", answer.cull_ms + answer.narrow_ms}, {"colours", answer.colours},
-                                   {"culler", answer.culler}, {"notes", answer.notes}};
+    nlohmann::ordered_json json = {{"method", method.name()},
+                                   {"candidates_vf", 0},
+                                   {"candidates_ee", 0},
+                                   {"hits_vf", 0},
+                                   {"hits_ee", 0},
+                                   {"hits_tt", answer.rows.size()},
+                                   {"unresolved", 0},
+                                   {"triangles", answer.triangles},
+                                   {"left_triangles", answer.left},
+                                   {"build_ms", answer.build_ms},
+                                   {"refit_ms", 0.0},
+                                   {"broad_ms", 0.0},
+                                   {"cull_ms", answer.cull_ms},
+                                   {"narrow_ms", answer.narrow_ms},
+                                   {"total_ms", answer.cull_ms + answer.narrow_ms},
+                                   {"colours", answer.colours},
+                                   {"culler", answer.culler},
+                                   {"notes", answer.notes}};
     for (const auto& pass : answer.passes)
-        json["passes"].push_back({{"direction", {pass.direction[0], pass.direction[1], pass.direction[2]}}, {"triangles", pass.triangles},
-                                  {"left", pass.triangles_left}, {"questions", pass.questions}});
+        json["passes"].push_back({{"direction", {pass.direction[0], pass.direction[1], pass.direction[2]}},
+                                  {"triangles", pass.triangles},
+                                  {"left", pass.triangles_left},
+                                  {"questions", pass.questions}});
     return json;
 }
 
@@ -362,9 +396,12 @@ int find_crossings_of(const Request& request, const ContactMethod& method, const
         return report_error(bad_usage("image-space takes one or two meshes that stand still, without --frames and --distance", "--method"));
     for (std::size_t i = 0; i < input.t0.size(); ++i)
         if (input.t0[i] != input.t1[i])
-            return report_error(bad_usage(fmt::format("{} and {} differ; image-space takes meshes that stand still: name the same file twice",
-                                                      request.meshes[2 * i], request.meshes[2 * i + 1]), "--method"));
-    const CrossingAnswer answer = find_crossing_triangles(input.surfaces, input.t0, {.culling = *method.culling, .within = request.self || input.t0.size() == 1});
+            return report_error(
+                bad_usage(fmt::format("{} and {} differ; image-space takes meshes that stand still: name the same file twice",
+                                      request.meshes[2 * i], request.meshes[2 * i + 1]),
+                          "--method"));
+    const CrossingAnswer answer =
+        find_crossing_triangles(input.surfaces, input.t0, {.culling = *method.culling, .within = request.self || input.t0.size() == 1});
     if (!request.out.empty())
         if (const auto written = write_file_atomically(request.out, contact_csv(std::array{ContactStep{0, answer.rows}}, false)); !written)
             return report_error(written.error());
@@ -374,8 +411,9 @@ int find_crossings_of(const Request& request, const ContactMethod& method, const
     for (std::size_t k = 0; k < answer.passes.size(); ++k)
         fmt::print("view {}: {} triangles of {} left\n", k + 1, answer.passes[k].triangles_left, answer.passes[k].triangles);
     for (const std::string& note : answer.notes) fmt::print("note: {}\n", note);
-    fmt::print("{} by {}: {} sets, {} triangles of {} left for exact tests; culling {:.2f} ms, tests {:.2f} ms\n{} pairs of triangles cross\n", method.name(),
-               answer.culler, answer.colours, answer.left, answer.triangles, answer.cull_ms, answer.narrow_ms, answer.rows.size());
+    fmt::print(
+        "{} by {}: {} sets, {} triangles of {} left for exact tests; culling {:.2f} ms, tests {:.2f} ms\n{} pairs of triangles cross\n",
+        method.name(), answer.culler, answer.colours, answer.left, answer.triangles, answer.cull_ms, answer.narrow_ms, answer.rows.size());
     return kExitFine;
 }
 
@@ -393,11 +431,14 @@ int find_contacts(const Request& request) {
 
 Command add_contacts_command(CLI::App& app) {
     const auto request = std::make_shared<Request>();
-    CLI::App* command = app.add_subcommand("contacts", "Exact vertex-face and edge-edge contacts while vertices move linearly between two frames");
+    CLI::App* command =
+        app.add_subcommand("contacts", "Exact vertex-face and edge-edge contacts while vertices move linearly between two frames");
     command->add_option("meshes", request->meshes, "A0 A1 [B0 B1]: start and end frame of one or two meshes");
-    command->add_option("--frames", request->frames, "a folder with meta.txt, tris.i32, obj.i32, pos.f64 instead: every step of a sequence");
+    command->add_option("--frames", request->frames,
+                        "a folder with meta.txt, tris.i32, obj.i32, pos.f64 instead: every step of a sequence");
     command->add_flag("--self", request->self, "with two meshes: each against itself as well (one mesh alone always is)");
-    command->add_option("--distance", request->distance, "contact means no farther apart than this, in the files' unit; up to 1e-9 of it more may be reported");
+    command->add_option("--distance", request->distance,
+                        "contact means no farther apart than this, in the files' unit; up to 1e-9 of it more may be reported");
     command->add_option("--method", request->method, kMethodWords);
     command->add_option("--threads", request->threads, "threads; the answer does not depend on it")->check(CLI::Range(1u, 256u));
     command->add_option("--out", request->out, "write the contacts to this CSV");

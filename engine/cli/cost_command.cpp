@@ -20,9 +20,9 @@ constexpr std::uint64_t kUsualSteps = 300;
 
 struct CostRequest {
     std::filesystem::path scene;
-    std::filesystem::path out;      // empty: out/<scene name>-cost
+    std::filesystem::path out; // empty: out/<scene name>-cost
     std::string budgets = "0.1ms,1ms,10ms,100ms,exact";
-    std::int64_t steps = -1;        // < 0: as the scene says, at most kUsualSteps
+    std::int64_t steps = -1; // < 0: as the scene says, at most kUsualSteps
     bool force = false, quiet = false;
 };
 
@@ -95,7 +95,9 @@ Command add_cost_command(CLI::App& app) {
     command->add_option("scene", request->scene, "scene file (JSON)")->required();
     command->add_option("--budgets", request->budgets, "per step, separated by commas: times (1ms, 250us), work:TESTS, exact")
         ->capture_default_str();
-    command->add_option("-n,--steps", request->steps, fmt::format("steps of every run; as the scene says, at most {}, when absent", kUsualSteps))
+    command
+        ->add_option("-n,--steps", request->steps,
+                     fmt::format("steps of every run; as the scene says, at most {}, when absent", kUsualSteps))
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}));
     command->add_option("--out", request->out, "output folder; out/<scene name>-cost where none is given");
     command->add_flag("--force", request->force, "write into an output folder that is not empty");

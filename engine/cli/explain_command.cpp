@@ -11,8 +11,8 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <memory>
 #include <cmath>
+#include <memory>
 
 namespace seldinger::engine {
 
@@ -44,16 +44,19 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
         {"gravity", e.gravity,
          listed(e.gravity, fmt::format("({:g}, {:g}, {:g}) m/s^2", scene.gravity.x(), scene.gravity.y(), scene.gravity.z()))},
         {"breathing", e.breathing.has_value(),
-         listed(e.breathing.has_value(), e.breathing ? fmt::format("{:g} mm every {:g} s, on the fixed nodes",
-                                                                  1e3 * e.breathing->amplitude, e.breathing->period) : "")},
+         listed(e.breathing.has_value(),
+                e.breathing ? fmt::format("{:g} mm every {:g} s, on the fixed nodes", 1e3 * e.breathing->amplitude, e.breathing->period)
+                            : "")},
         {"coarse_contact", e.coarse_contact, listed(e.coarse_contact, "sphere trees, breadth first, under the budget")},
         {"exact_contact", e.exact_contact && instruments,
-         !instruments ? "no instrument" : listed(e.exact_contact, "continuous tests of the skin against the wall, when they fit in the budget")},
+         !instruments ? "no instrument"
+                      : listed(e.exact_contact, "continuous tests of the skin against the wall, when they fit in the budget")},
         {"friction", e.friction && instruments,
          !instruments ? "no instrument" : listed(e.friction, "Coulomb's, between instruments and walls, felt by both")},
         {"pulse", e.pulse.has_value(),
-         listed(e.pulse.has_value(), e.pulse ? fmt::format("walls widen by {:g} % of their radius every {:g} s", 100.0 * e.pulse->amplitude,
-                                                          e.pulse->period) : "")},
+         listed(e.pulse.has_value(),
+                e.pulse ? fmt::format("walls widen by {:g} % of their radius every {:g} s", 100.0 * e.pulse->amplitude, e.pulse->period)
+                        : "")},
         {"fluoroscopy", e.fluoroscopy, listed(e.fluoroscopy, "X-ray pictures beside the shaded ones")},
     };
 }
@@ -74,8 +77,8 @@ void print_bodies(const PreparedScene& prepared) {
         const char* motion = model.motion == Motion::Deformable ? "deformable" : model.motion == Motion::Kinematic ? "kinematic" : "static";
         fmt::print("  {:<15} {}{}, {} triangles, {} spheres", b.name, motion, model.hollow ? ", hollow" : "", b.triangles, b.tree_spheres);
         if (b.coarse_tets > 0)
-            fmt::print(", {} tetrahedra on {} nodes ({} fixed), stable step {:.3g} ms", b.coarse_tets, b.coarse_nodes,
-                       b.pinned_nodes, 1e3 * b.stable_step_s);
+            fmt::print(", {} tetrahedra on {} nodes ({} fixed), stable step {:.3g} ms", b.coarse_tets, b.coarse_nodes, b.pinned_nodes,
+                       1e3 * b.stable_step_s);
         fmt::print("\n");
         if (b.links > 0)
             fmt::print("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,
@@ -90,9 +93,8 @@ void print_instruments(const Scene& scene, const PreparedScene& prepared) {
     fmt::print("\ninstruments\n");
     for (std::size_t i = 0; i < prepared.model.instruments.size(); ++i) {
         const InstrumentModel& m = prepared.model.instruments[i];
-        fmt::print("  {:<15} rod of {} nodes, {:g} mm long, radius {:g} mm, skin of {} triangles, in {}\n", m.name,
-                   m.rod.node_count(), 1e3 * m.rod.design.length, 1e3 * m.rod.design.radius, m.skin.triangles.size(),
-                   prepared.bodies[m.lumen].name);
+        fmt::print("  {:<15} rod of {} nodes, {:g} mm long, radius {:g} mm, skin of {} triangles, in {}\n", m.name, m.rod.node_count(),
+                   1e3 * m.rod.design.length, 1e3 * m.rod.design.radius, m.skin.triangles.size(), prepared.bodies[m.lumen].name);
         if (m.route)
             fmt::print("  {:<15} steered to {}, {:.0f} mm away along the lumen, narrowest radius {:.2f} mm\n", "",
                        scene.targets[scene.instruments[i].follow->target].name, 1e3 * m.route->length.back(),
@@ -121,12 +123,12 @@ void print_cost(const Scene& scene, const PreparedScene& prepared) {
     std::sort(total.begin(), total.end());
     std::sort(collision.begin(), collision.end());
     const double middle = total[total.size() / 2];
-    fmt::print("  predicted       {:.3g} ms a step (collision {:.3g} ms), from a trial of {} steps; whole run about {:.3g} s\n",
-               middle, collision[collision.size() / 2], total.size(), 1e-3 * middle * static_cast<double>(prepared.model.step_count));
+    fmt::print("  predicted       {:.3g} ms a step (collision {:.3g} ms), from a trial of {} steps; whole run about {:.3g} s\n", middle,
+               collision[collision.size() / 2], total.size(), 1e-3 * middle * static_cast<double>(prepared.model.step_count));
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    fmt::print("  memory          {:.0f} MB at most so far\n  preparation     {:.2f} s\n",
-               static_cast<double>(usage.ru_maxrss) / 1024.0, prepared.seconds);
+    fmt::print("  memory          {:.0f} MB at most so far\n  preparation     {:.2f} s\n", static_cast<double>(usage.ru_maxrss) / 1024.0,
+               prepared.seconds);
 }
 
 void print_graphics() {

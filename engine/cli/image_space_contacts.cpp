@@ -38,8 +38,10 @@ CrossingAnswer find_crossing_triangles(std::span<const collision::SurfaceTopolog
     std::unique_ptr<collision::CullBackend> backend;
     if (options.culling == CullMethod::Gl) {
         auto gl = GlCullBackend::make(options.contexts);
-        if (gl.ok()) backend = std::move(gl).value();
-        else answer.notes.push_back("culling on the CPU instead of OpenGL: " + gl.error().message);
+        if (gl.ok())
+            backend = std::move(gl).value();
+        else
+            answer.notes.push_back("culling on the CPU instead of OpenGL: " + gl.error().message);
     }
     if (!backend) backend = std::make_unique<collision::CpuCullBackend>();
     answer.build_ms = watch.lap_ms();

@@ -15,7 +15,7 @@ struct CrossingOptions {
 };
 
 struct CrossingAnswer {
-    std::vector<ContactRow> rows; // kind TT, sorted
+    std::vector<ContactRow> rows;        // kind TT, sorted
     std::size_t triangles = 0, left = 0; // of all meshes; left for the exact tests
     std::vector<collision::ImageSpacePass> passes;
     std::string culler;
@@ -25,7 +25,7 @@ struct CrossingAnswer {
 };
 
 /// surfaces, positions   one or two; they share no vertices
-[[nodiscard]] CrossingAnswer find_crossing_triangles(std::span<const collision::SurfaceTopology> surfaces, std::span<const std::vector<Vec3>> positions,
-                                                     const CrossingOptions& options);
+[[nodiscard]] CrossingAnswer find_crossing_triangles(std::span<const collision::SurfaceTopology> surfaces,
+                                                     std::span<const std::vector<Vec3>> positions, const CrossingOptions& options);
 
 } // namespace seldinger::engine

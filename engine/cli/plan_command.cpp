@@ -40,7 +40,10 @@ Result<void> aim_at(const PlanOptions& options, Scene& scene) {
         return Error{ErrorCode::BadUsage,
                      known.empty() ? fmt::format("no target '{}': the scene names none", options.target)
                                    : fmt::format("no target '{}'; known: {}", options.target, fmt::join(known, ", ")),
-                     {}, 0, 0, "--to"};
+                     {},
+                     0,
+                     0,
+                     "--to"};
     }
     SceneInstrument& instrument = scene.instruments.front();
     if (!instrument.follow) instrument.follow.emplace();
@@ -58,8 +61,9 @@ Result<void> check_bends(const Scene& scene, const RouteReport& route, const std
     if (!(route.sharpest_curvature * instrument.min_bend_radius > 1.0)) return {};
     return scene_error(scene, "instruments." + instrument.name + ".min_bend_radius",
                        fmt::format("no way from the entry to {}: {:.3g} mm along it the lumen bends to a radius of {:.3g} mm, "
-                                   "the instrument bends to {:.3g} mm", target, 1e3 * route.sharpest_curvature_at,
-                                   1e3 / route.sharpest_curvature, 1e3 * instrument.min_bend_radius));
+                                   "the instrument bends to {:.3g} mm",
+                                   target, 1e3 * route.sharpest_curvature_at, 1e3 / route.sharpest_curvature,
+                                   1e3 * instrument.min_bend_radius));
 }
 
 void print_plan(const PlanRecord& record, const std::filesystem::path& out) {
@@ -84,11 +88,12 @@ int plan(const PlanOptions& options) {
     const InstrumentModel& instrument = prepared->model.instruments.front();
     PlanRecord record{*scene, *prepared, options.target, inspect_route(*instrument.route, instrument.rod.design.radius), {}};
     if (const auto bends = check_bends(*scene, record.route, options.target); !bends.ok()) return report_error(bends.error());
-    const std::filesystem::path out = options.out.empty() ? std::filesystem::path("out") / (scene->name + "-to-" + options.target) : options.out;
+    const std::filesystem::path out =
+        options.out.empty() ? std::filesystem::path("out") / (scene->name + "-to-" + options.target) : options.out;
     const auto folder = OutputFolder::open(out, options.force);
     if (!folder.ok()) return report_error(folder.error());
-    const double time_limit = options.time_limit > 0.0 ? options.time_limit
-                                                       : std::max(kShortestTrial, kPatience * record.route.length / instrument.follow.speed);
+    const double time_limit =
+        options.time_limit > 0.0 ? options.time_limit : std::max(kShortestTrial, kPatience * record.route.length / instrument.follow.speed);
     record.plan = find_motion(prepared->model, time_limit, [&](double share) {
         progress.show(fmt::format("driving to {}: {:.0f} % of the time that it may take", options.target, 100.0 * share));
         return false;
@@ -104,7 +109,10 @@ int plan(const PlanOptions& options) {
                          fmt::format("there is a way, but in {:.3g} s the hand found no motion that brings the tip nearer than {:.2f} mm: "
                                      "a longer --time, another tip shape, or a thinner instrument would be right",
                                      record.plan.time, 1e3 * record.plan.closest),
-                         {}, 0, 0, "--to"});
+                         {},
+                         0,
+                         0,
+                         "--to"});
 }
 
 } // namespace

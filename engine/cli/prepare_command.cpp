@@ -1,9 +1,9 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
-#include "engine/prepare/sph.hpp"
 #include "engine/observe/output_folder.hpp"
 #include "engine/prepare/prepare_mesh.hpp"
+#include "engine/prepare/sph.hpp"
 #include "engine/scene/units.hpp"
 
 #include <CLI/CLI.hpp>
@@ -58,10 +58,12 @@ void print_report(const MeshPreparation& made, const PrepareOptions& options, co
                made.surface.triangles.size(), made.dense.closed() ? "closed" : "open", made.dense.components, size);
     for (const auto& coarse : {made.coarse, made.lattice})
         if (coarse)
-            fmt::print("coarse     {} nodes, {} tets by {}, smallest dihedral angle {:.1f} degrees, {:.4f} of the volume, stable step {:.4g} ms\n",
-                       coarse->nodes, coarse->tets, coarse->mesher, coarse->min_dihedral_deg, coarse->volume_ratio, 1e3 * coarse->stable_step_s);
+            fmt::print(
+                "coarse     {} nodes, {} tets by {}, smallest dihedral angle {:.1f} degrees, {:.4f} of the volume, stable step {:.4g} ms\n",
+                coarse->nodes, coarse->tets, coarse->mesher, coarse->min_dihedral_deg, coarse->volume_ratio, 1e3 * coarse->stable_step_s);
     if (made.links)
-        fmt::print("links      {}, longest {:.3g} mm, {} degenerate\n", made.links->count, 1e3 * made.links->max_length_m, made.links->degenerate);
+        fmt::print("links      {}, longest {:.3g} mm, {} degenerate\n", made.links->count, 1e3 * made.links->max_length_m,
+                   made.links->degenerate);
     fmt::print("spheres    {} builder, branching {}, depth {}, {:.2f} s{}, {:.0f} MB, volume ratio {:.4f}\n",
                spheretree::builder_name(options.spheres.builder), options.spheres.branching, options.spheres.depth, made.sphere_seconds,
                made.spheres_from_cache ? " (from the cache)" : "", made.sphere_peak_mb, made.quality.volume_ratio);
@@ -81,7 +83,8 @@ int prepare(PrepareRequest& request) {
     PrepareOptions& options = request.options;
     const auto builder = spheretree::find_builder(request.builder);
     if (!builder)
-        return report_error(bad_option("--builder", fmt::format("no builder '{}'; known: {}", request.builder, spheretree::builder_names())));
+        return report_error(
+            bad_option("--builder", fmt::format("no builder '{}'; known: {}", request.builder, spheretree::builder_names())));
     const auto unit = parse_unit(request.unit);
     if (!unit.ok()) return report_error(unit.error());
     const auto repairs = parse_repairs(request.repair);
@@ -118,13 +121,16 @@ int prepare(PrepareRequest& request) {
 
 Command add_prepare_command(CLI::App& app) {
     const auto request = std::make_shared<PrepareRequest>();
-    CLI::App* command = app.add_subcommand("prepare", "Make what is made once of a surface: coarse model, links, sphere tree, chromatic sets");
+    CLI::App* command =
+        app.add_subcommand("prepare", "Make what is made once of a surface: coarse model, links, sphere tree, chromatic sets");
     command->add_option("mesh", request->mesh, "surface file (OBJ, PLY, STL, OFF, VTK, VTP; plain or .gz)")->required();
     command->add_option("--out", request->out, "output folder; out/<mesh name> where none is given");
-    command->add_option("--builder", request->builder, "of the sphere tree: " + spheretree::builder_names() + "; shell takes open surfaces");
+    command->add_option("--builder", request->builder,
+                        "of the sphere tree: " + spheretree::builder_names() + "; shell takes open surfaces");
     command->add_option("--branching", request->options.spheres.branching, "children of a sphere at most")->check(CLI::Range(2U, 64U));
     command->add_option("--depth", request->options.spheres.depth, "levels below the root")->check(CLI::Range(0U, 8U));
-    command->add_option("--repair", request->repair, "repairs by name, in this order, joined by commas: fill_holes,drop_self_intersections,orient");
+    command->add_option("--repair", request->repair,
+                        "repairs by name, in this order, joined by commas: fill_holes,drop_self_intersections,orient");
     command->add_option("--unit", request->unit, "of the file's coordinates: m, mm, ... or metres as a number; spheres.sph keeps it");
     command->add_option("--coarse-triangles", request->options.coarse_triangles, "of the simplified surface that is filled with tetrahedra")
         ->check(CLI::Range(std::size_t{20}, std::size_t{1'000'000}));

@@ -19,17 +19,9 @@ int run_program(int argc, char** argv) {
     app.footer("Exit codes: 0 fine, 2 bad usage or input, 3 a state left its bounds, 4 budget missed, 5 verify differs, "
                "130 interrupted.");
     const Command commands[] = {
-        add_run_command(app),
-        add_view_command(app),
-        add_plan_command(app),
-        add_cost_command(app),
-        add_verify_command(app),
-        add_explain_command(app),
-        add_prepare_command(app),
-        add_bench_command(app),
-        add_ccd_command(app),
-        add_contacts_command(app),
-        add_schema_command(app),
+        add_run_command(app),    add_view_command(app),     add_plan_command(app),    add_cost_command(app),
+        add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app),
+        add_ccd_command(app),    add_contacts_command(app), add_schema_command(app),
     };
     try {
         app.parse(argc, argv);

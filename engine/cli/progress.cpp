@@ -28,9 +28,9 @@ void ProgressLine::show_step(std::uint64_t done, std::uint64_t all, const StepRe
     const double now = since_start_.elapsed_ms();
     if (!on_terminal_ || (now - last_ms_ < 100.0 && done != all)) return;
     last_ms_ = now;
-    show(fmt::format("step {}/{}  t {:.2f} s  {:.1f} ms (budget {:.2f})  inserted {:.0f} mm  {}{}", done, all,
-                     report.time_s, report.ms.total, report.ms.budget, 1e3 * report.insertion_m,
-                     report.exact_ran ? "exact" : "coarse", report.safe_fraction < 1.0 ? ", held back" : ""));
+    show(fmt::format("step {}/{}  t {:.2f} s  {:.1f} ms (budget {:.2f})  inserted {:.0f} mm  {}{}", done, all, report.time_s,
+                     report.ms.total, report.ms.budget, 1e3 * report.insertion_m, report.exact_ran ? "exact" : "coarse",
+                     report.safe_fraction < 1.0 ? ", held back" : ""));
 }
 
 void ProgressLine::clear() {

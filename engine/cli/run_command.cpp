@@ -21,10 +21,10 @@ namespace {
 
 struct RunOptions {
     std::filesystem::path scene;
-    std::filesystem::path out;     // empty: out/<scene name>
-    std::int64_t steps = -1;       // < 0: as the scene says
-    std::string budget;            // empty: as the scene says
-    std::filesystem::path path;    // CSV that replaces the first instrument's script
+    std::filesystem::path out;  // empty: out/<scene name>
+    std::int64_t steps = -1;    // < 0: as the scene says
+    std::string budget;         // empty: as the scene says
+    std::filesystem::path path; // CSV that replaces the first instrument's script
     std::filesystem::path record_grants, replay;
     bool trace = false, record = false, force = false, fail_on_overrun = false, pictures = true, quiet = false;
 };
@@ -61,12 +61,12 @@ Result<void> apply_overrides(const RunOptions& options, Scene& scene) {
 
 void print_summary(const RunSummary& summary, const PreparedScene& prepared, const std::filesystem::path& out) {
     fmt::print("{} steps in {:.3g} s, real-time factor {:.3g}, step p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, "
-               "budget kept in {:.2f} %\n", summary.steps, summary.wall_s, summary.realtime_factor, summary.step_ms.p50,
-               summary.step_ms.p95, summary.step_ms.p99, summary.step_ms.max, 100.0 * summary.budget_kept);
+               "budget kept in {:.2f} %\n",
+               summary.steps, summary.wall_s, summary.realtime_factor, summary.step_ms.p50, summary.step_ms.p95, summary.step_ms.p99,
+               summary.step_ms.max, 100.0 * summary.budget_kept);
     if (!prepared.model.instruments.empty())
-        fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} held back, {} unresolved, {} assumed\n",
-                   summary.lumen_exits, summary.exact_steps, summary.steps, summary.held_back_steps, summary.unresolved,
-                   summary.assumed);
+        fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} held back, {} unresolved, {} assumed\n", summary.lumen_exits,
+                   summary.exact_steps, summary.steps, summary.held_back_steps, summary.unresolved, summary.assumed);
     if (summary.target_distance_m >= 0.0) fmt::print("tip to target {:.2f} mm\n", 1e3 * summary.target_distance_m);
     fmt::print("state {}   report {}\n", summary.state_hash, (out / "report.html").string());
 }
@@ -83,13 +83,11 @@ bool take_step(Simulator& simulator, std::uint64_t k, const Grants& grants) {
     if (grants.replay != nullptr) simulator.tape().replay(grants.replay->steps[k].decisions);
     const StepReport& report = simulator.step();
     if (grants.record != nullptr) grants.record->steps.back().fingerprint = fingerprint_of(report);
-    return grants.replay == nullptr ||
-           (!simulator.tape().left_script() && grants.replay->steps[k].fingerprint == fingerprint_of(report));
+    return grants.replay == nullptr || (!simulator.tape().left_script() && grants.replay->steps[k].fingerprint == fingerprint_of(report));
 }
 
 /// Steps until done, stopped, or interrupted. Returns an error only when the output cannot be written.
-Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, const Grants& grants,
-                         ProgressLine& progress) {
+Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, const Grants& grants, ProgressLine& progress) {
     Taken taken;
     for (std::uint64_t k = 0; k < steps; ++k) {
         taken.interrupted = interrupt_requested();
@@ -111,11 +109,16 @@ Result<void> check_replay(const RunOptions& options, const GrantRecord& record, 
     if (record.model_hash != hash_model(model))
         return Error{ErrorCode::BadValue,
                      fmt::format("was recorded with another scene, \"{}\" ({:016x}); this one is \"{}\" ({:016x}), prepared from its "
-                                 "meshes and paths as they are now", record.scene, record.model_hash, model.name, hash_model(model)),
+                                 "meshes and paths as they are now",
+                                 record.scene, record.model_hash, model.name, hash_model(model)),
                      options.replay.string()};
     if (options.steps > static_cast<std::int64_t>(record.steps.size()))
-        return Error{ErrorCode::BadUsage, fmt::format("the record holds {} steps; at most that many would be right", record.steps.size()),
-                     {}, 0, 0, "--steps"};
+        return Error{ErrorCode::BadUsage,
+                     fmt::format("the record holds {} steps; at most that many would be right", record.steps.size()),
+                     {},
+                     0,
+                     0,
+                     "--steps"};
     return {};
 }
 
@@ -163,7 +166,7 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     observe.force = options.force;
     observe.record = options.record;
     observe.pictures = options.pictures;
-    observe.steps = options.steps >= 0 ? static_cast<std::uint64_t>(options.steps)
+    observe.steps = options.steps >= 0  ? static_cast<std::uint64_t>(options.steps)
                     : replay != nullptr ? replay->steps.size()
                                         : prepared.model.step_count;
     auto observer = RunObserver::open(scene, prepared, observe);

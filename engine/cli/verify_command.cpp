@@ -29,9 +29,11 @@ struct Case {
 /// The project's list from the working folder or one above it, or from the program's folder.
 std::filesystem::path find_list() {
     std::error_code failed;
-    for (std::filesystem::path start : {std::filesystem::current_path(failed), std::filesystem::read_symlink("/proc/self/exe", failed).parent_path()})
+    for (std::filesystem::path start :
+         {std::filesystem::current_path(failed), std::filesystem::read_symlink("/proc/self/exe", failed).parent_path()})
         for (;; start = start.parent_path()) {
-            if (std::filesystem::is_regular_file(start / kUsualList, failed)) return (start / kUsualList).lexically_proximate(std::filesystem::current_path(failed));
+            if (std::filesystem::is_regular_file(start / kUsualList, failed))
+                return (start / kUsualList).lexically_proximate(std::filesystem::current_path(failed));
             if (!start.has_relative_path()) break;
         }
     return kUsualList;
@@ -45,14 +47,16 @@ Error in_list(const std::filesystem::path& list, const RegressionEntry& entry, c
 Result<Trace> load_reference(const std::filesystem::path& list, const RegressionEntry& entry) {
     std::error_code failed;
     if (!std::filesystem::exists(entry.reference, failed))
-        return in_list(list, entry, fmt::format("no reference {}; `seldinger verify --write-references` writes it", entry.reference.string()));
+        return in_list(list, entry,
+                       fmt::format("no reference {}; `seldinger verify --write-references` writes it", entry.reference.string()));
     auto trace = read_trace(entry.reference);
     if (!trace.ok()) return trace.error();
     const std::string budget = BudgetSpec{entry.budget}.to_string();
     if (trace->steps != entry.steps || trace->budget != budget || trace->scene != entry.name)
-        return in_list(list, entry, fmt::format("{} was written for {} steps of {} under {}, not for {} steps under {}; "
-                                                "`seldinger verify --write-references` writes it anew",
-                                                entry.reference.string(), trace->steps, trace->scene, trace->budget, entry.steps, budget));
+        return in_list(list, entry,
+                       fmt::format("{} was written for {} steps of {} under {}, not for {} steps under {}; "
+                                   "`seldinger verify --write-references` writes it anew",
+                                   entry.reference.string(), trace->steps, trace->scene, trace->budget, entry.steps, budget));
     return trace;
 }
 
@@ -76,7 +80,8 @@ enum class Verdict { Same, Differs, Failed };
 
 Verdict write_reference(const Case& one, const Trace& now) {
     if (!now.failure.empty()) {
-        report_error({ErrorCode::NotFinite, fmt::format("stopped in step {}: {}; no reference is written", now.steps + 1, now.failure), one.entry.scene.string()});
+        report_error({ErrorCode::NotFinite, fmt::format("stopped in step {}: {}; no reference is written", now.steps + 1, now.failure),
+                      one.entry.scene.string()});
         return Verdict::Failed;
     }
     if (const auto written = write_trace(one.entry.reference, now); !written.ok()) {
@@ -91,11 +96,13 @@ Verdict judge(const Case& one, const Trace& now) {
     const std::string problem = first_difference(one.reference, now, one.entry.tolerance);
     if (!problem.empty()) {
         fmt::print("differs  {:<24} {}\n", one.entry.name, problem);
-        if (one.reference.model_hash != now.model_hash) fmt::print("         {:<24} the scene or its preparation is not that of the reference\n", "");
+        if (one.reference.model_hash != now.model_hash)
+            fmt::print("         {:<24} the scene or its preparation is not that of the reference\n", "");
         return Verdict::Differs;
     }
     const bool same_bits = one.reference.state_hash == now.state_hash;
-    fmt::print("same     {:<24} {} steps, {}\n", one.entry.name, now.steps, same_bits ? std::string("the same bits") : fmt::format("within {:g} m", one.entry.tolerance));
+    fmt::print("same     {:<24} {} steps, {}\n", one.entry.name, now.steps,
+               same_bits ? std::string("the same bits") : fmt::format("within {:g} m", one.entry.tolerance));
     return Verdict::Same;
 }
 
@@ -135,7 +142,8 @@ int verify(const VerifyRequest& request) {
 Command add_verify_command(CLI::App& app) {
     const auto request = std::make_shared<VerifyRequest>();
     CLI::App* command = app.add_subcommand("verify", "Run a list of scenes in work mode and compare with stored references");
-    command->add_option("scenes", request->list, fmt::format("list file: scene, steps, tolerance [m] in each line; {} when absent", kUsualList));
+    command->add_option("scenes", request->list,
+                        fmt::format("list file: scene, steps, tolerance [m] in each line; {} when absent", kUsualList));
     command->add_flag("--write-references", request->write, "write the references instead of comparing with them");
     command->add_flag("--quiet", request->quiet, "no progress line");
     return {command, [request] { return verify(*request); }};

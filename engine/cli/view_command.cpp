@@ -26,12 +26,13 @@ struct ViewOptions {
 /// Stops the loop when the program is asked to end: a signal's handler may do no more than set a flag.
 class InterruptWatch {
 public:
-    explicit InterruptWatch(viewer::Exchange& exchange) : thread_([this, &exchange] {
-        while (!done_) {
-            if (interrupt_requested()) exchange.stop = true;
-            wait_until_ns(monotonic_ns() + 20'000'000);
-        }
-    }) {}
+    explicit InterruptWatch(viewer::Exchange& exchange)
+        : thread_([this, &exchange] {
+              while (!done_) {
+                  if (interrupt_requested()) exchange.stop = true;
+                  wait_until_ns(monotonic_ns() + 20'000'000);
+              }
+          }) {}
     ~InterruptWatch() {
         done_ = true;
         thread_.join();
@@ -46,8 +47,9 @@ void print_tally(RunStatistics& tally) {
     const double kept = tally.steps == 0 ? 1.0 : 1.0 - static_cast<double>(tally.overruns) / static_cast<double>(tally.steps);
     const Percentiles step = find_percentiles(tally.total_ms), collision = find_percentiles(tally.collision_ms);
     fmt::print("{} steps, step p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, collision p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, "
-               "budget kept in {:.2f} %\n", tally.steps, step.p50, step.p95, step.p99, step.max, collision.p50, collision.p95,
-               collision.p99, collision.max, 100.0 * kept);
+               "budget kept in {:.2f} %\n",
+               tally.steps, step.p50, step.p95, step.p99, step.max, collision.p50, collision.p95, collision.p99, collision.max,
+               100.0 * kept);
 }
 
 int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& prepared, std::string page) {
@@ -105,7 +107,8 @@ Command add_view_command(CLI::App& app) {
     command->add_option("--port", options.port, "port to listen at; a free one where none is given");
     command->add_option("--address", options.address, "address to listen at; another than 127.0.0.1 lets other machines in");
     command->add_option("--budget", options.budget, "at the start, per step: a time (1ms, 250us), work:TESTS, or exact");
-    command->add_option("-n,--steps", options.steps, "end after so many steps")->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
+    command->add_option("-n,--steps", options.steps, "end after so many steps")
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
     command->add_option("--page", options.page, "another page than the built one (HTML)");
     command->add_flag("--paused", options.paused, "wait for the page before the first step");
     command->add_flag("--script", options.script, "begin with the scene's own script at the catheter");

@@ -8,7 +8,9 @@
 namespace seldinger::engine {
 namespace {
 
-struct Axes { Vec3 right, up, forward; };
+struct Axes {
+    Vec3 right, up, forward;
+};
 
 // Never fails: directions without length, or an up along the view, are replaced by an axis that works.
 [[nodiscard]] Axes make_axes(const Vec3& direction, const Vec3& up) noexcept {

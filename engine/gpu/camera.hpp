@@ -9,22 +9,22 @@
 namespace seldinger::engine {
 
 struct Camera {
-    Vec3 eye = Vec3(0.0, 1.0, 0.0);      // m
-    Vec3 look_at = Vec3::Zero();         // m
-    Vec3 up = Vec3::UnitZ();             // need not be a unit vector, nor perpendicular to the view
-    double field_of_view_rad = 0.5;      // vertical opening angle; perspective only
+    Vec3 eye = Vec3(0.0, 1.0, 0.0); // m
+    Vec3 look_at = Vec3::Zero();    // m
+    Vec3 up = Vec3::UnitZ();        // need not be a unit vector, nor perpendicular to the view
+    double field_of_view_rad = 0.5; // vertical opening angle; perspective only
     bool orthographic = false;
-    double height = 1.0;                 // m, visible height; orthographic only
+    double height = 1.0; // m, visible height; orthographic only
 };
 
 /// How frame_camera fills the picture.
 struct Framing {
     Vec3 direction = Vec3(0.0, -1.0, 0.0); // from the eye into the scene: here a front view of a patient whose y points forwards
     Vec3 up = Vec3::UnitZ();
-    double aspect = 1280.0 / 720.0;        // width / height
+    double aspect = 1280.0 / 720.0; // width / height
     double field_of_view_rad = 0.5;
     bool orthographic = false;
-    double margin = 0.06;                  // share of the picture left free on each side
+    double margin = 0.06; // share of the picture left free on each side
 };
 
 /// A camera that shows every point, as close as the margin allows. An empty span or non-finite points are left out;

@@ -8,23 +8,33 @@ namespace {
 
 // Strokes on a grid 6 wide and 10 high, y downwards, base line at 10.
 constexpr PixelPoint kLift = {-1.0, -1.0}; // the pen goes up
-constexpr PixelPoint kZero[] = {{3, 0}, {4.9, .8}, {6, 3.2}, {6, 6.8}, {4.9, 9.2}, {3, 10}, {1.1, 9.2}, {0, 6.8}, {0, 3.2}, {1.1, .8}, {3, 0}};
+constexpr PixelPoint kZero[] = {{3, 0},     {4.9, .8}, {6, 3.2}, {6, 6.8},  {4.9, 9.2}, {3, 10},
+                                {1.1, 9.2}, {0, 6.8},  {0, 3.2}, {1.1, .8}, {3, 0}};
 constexpr PixelPoint kOne[] = {{1, 2}, {3.4, 0}, {3.4, 10}};
 constexpr PixelPoint kTwo[] = {{.1, 2.6}, {.9, .8}, {3, 0}, {5.1, .8}, {5.8, 2.6}, {5.1, 4.6}, {0, 10}, {6, 10}};
-constexpr PixelPoint kThree[] = {{.3, 1.8}, {1.2, .4}, {3, 0}, {5, .6}, {5.6, 2.4}, {5, 4.1}, {2.6, 4.7}, {5.1, 5.4}, {6, 7.3}, {5.1, 9.3}, {3, 10}, {1, 9.5}, {0, 8}};
+constexpr PixelPoint kThree[] = {{.3, 1.8},  {1.2, .4}, {3, 0},     {5, .6}, {5.6, 2.4}, {5, 4.1}, {2.6, 4.7},
+                                 {5.1, 5.4}, {6, 7.3},  {5.1, 9.3}, {3, 10}, {1, 9.5},   {0, 8}};
 constexpr PixelPoint kFour[] = {{4.6, 10}, {4.6, 0}, {0, 7}, {6.4, 7}};
 constexpr PixelPoint kFive[] = {{5.4, 0}, {.9, 0}, {.4, 4.6}, {2.8, 3.7}, {5, 4.5}, {6, 6.8}, {5.1, 9.2}, {3, 10}, {1, 9.5}, {0, 8.2}};
-constexpr PixelPoint kSix[] = {{5.3, .8}, {3.3, 0}, {1.2, 1.2}, {.1, 4.6}, {0, 6.9}, {1, 9.3}, {3, 10}, {5, 9.3}, {6, 6.9}, {5, 4.7}, {3, 4}, {1, 4.8}, {0, 6.9}};
+constexpr PixelPoint kSix[] = {{5.3, .8}, {3.3, 0}, {1.2, 1.2}, {.1, 4.6}, {0, 6.9}, {1, 9.3}, {3, 10},
+                               {5, 9.3},  {6, 6.9}, {5, 4.7},   {3, 4},    {1, 4.8}, {0, 6.9}};
 constexpr PixelPoint kSeven[] = {{0, 0}, {6, 0}, {2, 10}};
-constexpr PixelPoint kEight[] = {{3, 4.7}, {1.1, 4}, {.4, 2.3}, {1.1, .6}, {3, 0}, {4.9, .6}, {5.6, 2.3}, {4.9, 4}, {3, 4.7}, {5.2, 5.5}, {6, 7.3}, {5.2, 9.3}, {3, 10}, {.8, 9.3}, {0, 7.3}, {.8, 5.5}, {3, 4.7}};
-constexpr PixelPoint kNine[] = {{.7, 9.2}, {2.7, 10}, {4.8, 8.8}, {5.9, 5.4}, {6, 3.1}, {5, .7}, {3, 0}, {1, .7}, {0, 3.1}, {1, 5.3}, {3, 6}, {5, 5.2}, {6, 3.1}};
+constexpr PixelPoint kEight[] = {{3, 4.7},   {1.1, 4}, {.4, 2.3},  {1.1, .6}, {3, 0},    {4.9, .6}, {5.6, 2.3}, {4.9, 4}, {3, 4.7},
+                                 {5.2, 5.5}, {6, 7.3}, {5.2, 9.3}, {3, 10},   {.8, 9.3}, {0, 7.3},  {.8, 5.5},  {3, 4.7}};
+constexpr PixelPoint kNine[] = {{.7, 9.2}, {2.7, 10}, {4.8, 8.8}, {5.9, 5.4}, {6, 3.1}, {5, .7}, {3, 0},
+                                {1, .7},   {0, 3.1},  {1, 5.3},   {3, 6},     {5, 5.2}, {6, 3.1}};
 constexpr PixelPoint kDot[] = {{.6, 9.9}, {.6, 10}};
 constexpr PixelPoint kMinus[] = {{.5, 5.5}, {5.5, 5.5}};
-constexpr PixelPoint kM[] = {{0, 10}, {0, 3.6}, kLift, {0, 5.6}, {1.2, 4}, {2.8, 3.7}, {3.8, 4.6}, {4, 6}, {4, 10}, kLift, {4, 5.6}, {5.2, 4}, {6.8, 3.7}, {7.8, 4.6}, {8, 6}, {8, 10}};
+constexpr PixelPoint kM[] = {{0, 10}, {0, 3.6}, kLift,    {0, 5.6}, {1.2, 4},   {2.8, 3.7}, {3.8, 4.6}, {4, 6},
+                             {4, 10}, kLift,    {4, 5.6}, {5.2, 4}, {6.8, 3.7}, {7.8, 4.6}, {8, 6},     {8, 10}};
 
-struct Glyph { char letter; double width; std::span<const PixelPoint> strokes; };
-constexpr Glyph kGlyphs[] = {{'0', 6, kZero}, {'1', 6, kOne},   {'2', 6, kTwo},   {'3', 6, kThree}, {'4', 6, kFour},
-                             {'5', 6, kFive}, {'6', 6, kSix},   {'7', 6, kSeven}, {'8', 6, kEight}, {'9', 6, kNine},
+struct Glyph {
+    char letter;
+    double width;
+    std::span<const PixelPoint> strokes;
+};
+constexpr Glyph kGlyphs[] = {{'0', 6, kZero},  {'1', 6, kOne},   {'2', 6, kTwo},   {'3', 6, kThree}, {'4', 6, kFour},
+                             {'5', 6, kFive},  {'6', 6, kSix},   {'7', 6, kSeven}, {'8', 6, kEight}, {'9', 6, kNine},
                              {'.', 1.2, kDot}, {'-', 6, kMinus}, {'m', 8, kM}};
 constexpr double kGlyphHeight = 10.0;
 constexpr double kGlyphGap = 2.6;
@@ -70,9 +80,8 @@ void Canvas::paint(PixelPoint lo, PixelPoint hi, const Ink& ink, Coverage&& cove
 }
 
 void Canvas::fill_disc(PixelPoint centre, double radius, const Ink& ink) {
-    paint({centre.x - radius, centre.y - radius}, {centre.x + radius, centre.y + radius}, ink, [&](PixelPoint p, double&) {
-        return inside_share(std::hypot(p.x - centre.x, p.y - centre.y) - radius);
-    });
+    paint({centre.x - radius, centre.y - radius}, {centre.x + radius, centre.y + radius}, ink,
+          [&](PixelPoint p, double&) { return inside_share(std::hypot(p.x - centre.x, p.y - centre.y) - radius); });
 }
 
 void Canvas::draw_ring(PixelPoint centre, double radius, double line_width, const Ink& ink) {
@@ -149,9 +158,15 @@ double Canvas::text_width(double height, std::string_view text) noexcept {
 }
 
 std::array<double, 3> depth_colour(double share) noexcept {
-    constexpr std::array<std::array<double, 3>, 9> kAnchors = {{{0.267, 0.005, 0.329}, {0.279, 0.175, 0.483}, {0.230, 0.322, 0.546},
-                                                                {0.173, 0.449, 0.558}, {0.128, 0.567, 0.551}, {0.158, 0.684, 0.502},
-                                                                {0.369, 0.789, 0.383}, {0.678, 0.864, 0.190}, {0.993, 0.906, 0.144}}};
+    constexpr std::array<std::array<double, 3>, 9> kAnchors = {{{0.267, 0.005, 0.329},
+                                                                {0.279, 0.175, 0.483},
+                                                                {0.230, 0.322, 0.546},
+                                                                {0.173, 0.449, 0.558},
+                                                                {0.128, 0.567, 0.551},
+                                                                {0.158, 0.684, 0.502},
+                                                                {0.369, 0.789, 0.383},
+                                                                {0.678, 0.864, 0.190},
+                                                                {0.993, 0.906, 0.144}}};
     const double at = (share > 0.0 ? std::min(share, 1.0) : 0.0) * (kAnchors.size() - 1);
     const std::size_t low = std::min(static_cast<std::size_t>(at), kAnchors.size() - 2);
     std::array<double, 3> colour;

@@ -14,7 +14,9 @@ struct Ink {
     std::array<double, 3> colour; // sRGB, 0..1
     double opacity = 1.0;
 };
-struct PixelPoint { double x, y; };
+struct PixelPoint {
+    double x, y;
+};
 
 class Canvas {
 public:

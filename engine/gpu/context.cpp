@@ -8,9 +8,12 @@ namespace seldinger::engine {
 
 const char* name_of(ContextKind kind) noexcept {
     switch (kind) {
-    case ContextKind::EglDevice: return "EGL device";
-    case ContextKind::EglSurfaceless: return "EGL surfaceless";
-    case ContextKind::OsMesa: return "OSMesa";
+    case ContextKind::EglDevice:
+        return "EGL device";
+    case ContextKind::EglSurfaceless:
+        return "EGL surfaceless";
+    case ContextKind::OsMesa:
+        return "OSMesa";
     }
     return "unknown";
 }
@@ -51,8 +54,8 @@ std::string ContextBuilder::complete(GlContext& context, const std::function<voi
 Result<std::unique_ptr<GlContext>> make_context(const ContextOptions& options) {
     std::vector<ContextAttempt> attempts;
     for (const ContextKind kind : options.order) {
-        ContextOutcome outcome = kind == ContextKind::OsMesa ? make_osmesa_context(options.osmesa_library)
-                                                             : make_egl_context(kind, options.egl_library);
+        ContextOutcome outcome =
+            kind == ContextKind::OsMesa ? make_osmesa_context(options.osmesa_library) : make_egl_context(kind, options.egl_library);
         attempts.push_back({kind, outcome.reason});
         if (!outcome.context) continue;
         ContextBuilder::set_attempts(*outcome.context, std::move(attempts));
@@ -62,8 +65,8 @@ Result<std::unique_ptr<GlContext>> make_context(const ContextOptions& options) {
     for (const ContextAttempt& attempt : attempts)
         tried += fmt::format("{}{}: {}", tried.empty() ? "" : "; ", name_of(attempt.kind), attempt.reason);
     return Error{ErrorCode::MissingTool,
-                 fmt::format("no OpenGL {}.{} for pictures ({}); on Debian: apt install libegl1 libgl1-mesa-dri libosmesa6",
-                             kGlMajor, kGlMinor, tried.empty() ? "nothing was tried" : tried)};
+                 fmt::format("no OpenGL {}.{} for pictures ({}); on Debian: apt install libegl1 libgl1-mesa-dri libosmesa6", kGlMajor,
+                             kGlMinor, tried.empty() ? "nothing was tried" : tried)};
 }
 
 } // namespace seldinger::engine

@@ -41,8 +41,7 @@ struct EglApi {
                           get(egl.DestroyContext, "eglDestroyContext") && get(egl.MakeCurrent, "eglMakeCurrent") &&
                           get(egl.ReleaseThread, "eglReleaseThread") && get(egl.GetError, "eglGetError");
     if (!complete) return "the library is not EGL 1.4";
-    egl.GetPlatformDisplayEXT =
-        reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(egl.GetProcAddress("eglGetPlatformDisplayEXT"));
+    egl.GetPlatformDisplayEXT = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(egl.GetProcAddress("eglGetPlatformDisplayEXT"));
     egl.QueryDevicesEXT = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(egl.GetProcAddress("eglQueryDevicesEXT"));
     return egl.GetPlatformDisplayEXT != nullptr ? "" : "no EGL_EXT_platform_base";
 }
@@ -54,9 +53,7 @@ public:
     EglContext(ContextKind kind, const EglApi& egl, EGLDisplay display, EGLContext context)
         : GlContext(kind), egl_(egl), display_(display), context_(context) {}
     ~EglContext() override { egl_.DestroyContext(display_, context_); }
-    bool make_current() noexcept override {
-        return egl_.MakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE;
-    }
+    bool make_current() noexcept override { return egl_.MakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE; }
     void release() noexcept override {
         egl_.MakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
         egl_.ReleaseThread();
@@ -95,15 +92,14 @@ private:
             return {nullptr, "no configuration for OpenGL"};
         config = EGL_NO_CONFIG_KHR;
     }
-    const std::array<EGLint, 7> version = {EGL_CONTEXT_MAJOR_VERSION_KHR, kGlMajor, EGL_CONTEXT_MINOR_VERSION_KHR, kGlMinor,
-                                           EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR,
-                                           EGL_NONE};
+    const std::array<EGLint, 7> version = {
+        EGL_CONTEXT_MAJOR_VERSION_KHR,           kGlMajor, EGL_CONTEXT_MINOR_VERSION_KHR, kGlMinor, EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR,
+        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR, EGL_NONE};
     const EGLContext raw = egl.CreateContext(display, config, EGL_NO_CONTEXT, version.data());
-    if (raw == EGL_NO_CONTEXT)
-        return {nullptr, fmt::format("no OpenGL {}.{} core (EGL error {:#x})", kGlMajor, kGlMinor, egl.GetError())};
+    if (raw == EGL_NO_CONTEXT) return {nullptr, fmt::format("no OpenGL {}.{} core (EGL error {:#x})", kGlMajor, kGlMinor, egl.GetError())};
     auto context = std::make_unique<EglContext>(kind, egl, display, raw);
-    std::string reason = ContextBuilder::complete(
-        *context, [&](const char* name) { return reinterpret_cast<void*>(egl.GetProcAddress(name)); });
+    std::string reason =
+        ContextBuilder::complete(*context, [&](const char* name) { return reinterpret_cast<void*>(egl.GetProcAddress(name)); });
     if (!reason.empty()) return {nullptr, std::move(reason)};
     return {std::move(context), {}};
 }

@@ -37,7 +37,7 @@ private:
     OsMesaHandle context_;
     OsMesaMakeCurrent make_current_;
     OsMesaDestroy destroy_;
-    std::array<unsigned char, 4 * kDummySide * kDummySide> dummy_ = {};
+    std::array<unsigned char, 4 * kDummySide* kDummySide> dummy_ = {};
 };
 
 } // namespace
@@ -53,8 +53,8 @@ ContextOutcome make_osmesa_context(const std::string& library_name) {
     if (create == nullptr || destroy == nullptr || make_current == nullptr || get_proc == nullptr)
         return {nullptr, "the library is not OSMesa 11.2 or later"};
 
-    const std::array<int, 9> attributes = {kOsMesaFormat, kOsMesaRgba, kOsMesaProfile, kOsMesaCoreProfile, kOsMesaMajor,
-                                           kGlMajor,      kOsMesaMinor, kGlMinor,      0};
+    const std::array<int, 9> attributes = {
+        kOsMesaFormat, kOsMesaRgba, kOsMesaProfile, kOsMesaCoreProfile, kOsMesaMajor, kGlMajor, kOsMesaMinor, kGlMinor, 0};
     const OsMesaHandle raw = create(attributes.data(), nullptr);
     if (raw == nullptr) return {nullptr, "no OpenGL 4.5 core"};
     auto context = std::make_unique<OsMesaContext>(raw, make_current, destroy);

@@ -43,13 +43,18 @@ CulledSearch::CulledSearch(std::span<const collision::SurfaceTopology* const> su
     for (Index a = 0; a < surfaces.size(); ++a)
         for (Index b = a; b < surfaces.size(); ++b) {
             if (!(a == b ? options.within : options.between)) continue;
-            jobs_.push_back({a, b, a == b ? std::make_unique<collision::ChromaticCuller>(*surfaces[a])
-                                          : std::make_unique<collision::ChromaticCuller>(*surfaces[a], *surfaces[b]), {}});
+            jobs_.push_back({a,
+                             b,
+                             a == b ? std::make_unique<collision::ChromaticCuller>(*surfaces[a])
+                                    : std::make_unique<collision::ChromaticCuller>(*surfaces[a], *surfaces[b]),
+                             {}});
         }
     if (options.method == CullMethod::Gl) {
         auto gl = GlCullBackend::make(options.contexts);
-        if (gl.ok()) backend_ = std::move(gl).value();
-        else notes_.push_back("culling on the CPU instead of OpenGL: " + gl.error().message);
+        if (gl.ok())
+            backend_ = std::move(gl).value();
+        else
+            notes_.push_back("culling on the CPU instead of OpenGL: " + gl.error().message);
     }
     if (!backend_ && options.method != CullMethod::None) backend_ = std::make_unique<collision::CpuCullBackend>();
 }

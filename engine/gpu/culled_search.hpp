@@ -47,7 +47,8 @@ public:
         ContextOptions contexts;
     };
     /// surfaces, positions   as for ContactSearch::build; the topologies must outlive this
-    CulledSearch(std::span<const collision::SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions, const Options& options);
+    CulledSearch(std::span<const collision::SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
+                 const Options& options);
 
     struct Job {
         Index a = 0, b = 0; // surfaces; the same one: against itself
@@ -60,10 +61,10 @@ public:
     void note_tests(double ms) noexcept;
 
     [[nodiscard]] std::span<const Job> jobs() const noexcept { return jobs_; }
-    [[nodiscard]] Index colours() const noexcept;                       // sets of the surface that has most
+    [[nodiscard]] Index colours() const noexcept; // sets of the surface that has most
     [[nodiscard]] std::string backend() const { return backend_ ? backend_->name() : "none"; }
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
-    [[nodiscard]] bool looked() const noexcept { return looked_; }      // did stage II run in the last step?
+    [[nodiscard]] bool looked() const noexcept { return looked_; } // did stage II run in the last step?
 
 private:
     void look(collision::ChromaticCuller& culler);

@@ -15,8 +15,8 @@ void send_mesh(const GlApi& gl, const RenderMesh& mesh, DrawItem& item) {
     item.indices = GlBuffer(gl);
     item.index_count = static_cast<GLsizei>(mesh.indices.size());
     if (mesh.indices.empty()) return;
-    gl.NamedBufferData(item.vertices.name(), static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(RenderVertex)),
-                       mesh.vertices.data(), GL_STATIC_DRAW);
+    gl.NamedBufferData(item.vertices.name(), static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(RenderVertex)), mesh.vertices.data(),
+                       GL_STATIC_DRAW);
     gl.NamedBufferData(item.indices.name(), static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(Index)), mesh.indices.data(),
                        GL_STATIC_DRAW);
     const GLuint layout = item.layout.name();

@@ -44,7 +44,8 @@ template <class T>
 void fill(const GlApi& gl, const GlBuffer& buffer, std::span<const T> items) {
     const std::size_t bytes = std::max<std::size_t>(items.size_bytes(), 16); // an empty buffer cannot be bound
     gl.NamedBufferData(buffer.name(), static_cast<GLsizeiptr>(bytes), items.size_bytes() == bytes ? items.data() : nullptr, GL_STREAM_DRAW);
-    if (!items.empty() && items.size_bytes() != bytes) gl.NamedBufferSubData(buffer.name(), 0, static_cast<GLsizeiptr>(items.size_bytes()), items.data());
+    if (!items.empty() && items.size_bytes() != bytes)
+        gl.NamedBufferSubData(buffer.name(), 0, static_cast<GLsizeiptr>(items.size_bytes()), items.data());
 }
 
 } // namespace
@@ -62,8 +63,8 @@ struct GlCullBackend::Resources {
     std::vector<std::uint32_t> hit_words;
 
     explicit Resources(const GlApi& api)
-        : gl(api), no_attributes(api), footprints(api), corners(api), members(api), questions(api), hits(api), draw_first(api), draw_second(api),
-          draw_third(api), draw_nothing(api) {}
+        : gl(api), no_attributes(api), footprints(api), corners(api), members(api), questions(api), hits(api), draw_first(api),
+          draw_second(api), draw_third(api), draw_nothing(api) {}
 
     GlTexture attach(const GlFramebuffer& framebuffer, GLenum where, GLenum format, int layers) const {
         GlTexture texture = make_layers(gl, format, width, height, layers);
@@ -115,15 +116,17 @@ Result<std::unique_ptr<GlCullBackend>> GlCullBackend::make(const ContextOptions&
     if (!current.ok()) return Error{ErrorCode::ToolFailed, "the OpenGL context cannot be made current"};
     const GlApi& gl = backend->context_->api();
     if (!has_extension(gl, kLayerExtension))
-        return Error{ErrorCode::MissingTool, fmt::format("{} has no {}, which culling on graphics hardware needs", backend->name(), kLayerExtension)};
+        return Error{ErrorCode::MissingTool,
+                     fmt::format("{} has no {}, which culling on graphics hardware needs", backend->name(), kLayerExtension)};
     backend->resources_ = std::make_unique<Resources>(gl);
     Resources& r = *backend->resources_;
     struct Wanted {
         GLuint& program;
         const char *vertex, *fragment;
     };
-    for (const Wanted& w : {Wanted{r.first, "cull_draw.vert.glsl", "cull_first.frag.glsl"}, Wanted{r.second, "cull_draw.vert.glsl", "cull_second.frag.glsl"},
-                            Wanted{r.third, "cull_draw.vert.glsl", "cull_third.frag.glsl"}, Wanted{r.ask, "cull_ask.vert.glsl", "cull_ask.frag.glsl"}}) {
+    for (const Wanted& w :
+         {Wanted{r.first, "cull_draw.vert.glsl", "cull_first.frag.glsl"}, Wanted{r.second, "cull_draw.vert.glsl", "cull_second.frag.glsl"},
+          Wanted{r.third, "cull_draw.vert.glsl", "cull_third.frag.glsl"}, Wanted{r.ask, "cull_ask.vert.glsl", "cull_ask.frag.glsl"}}) {
         const auto program = make_program(gl, w.vertex, w.fragment);
         if (!program.ok()) return program.error();
         w.program = *program;
@@ -135,7 +138,8 @@ std::string GlCullBackend::name() const { return fmt::format("{}: {}", name_of(c
 
 bool GlCullBackend::is_software() const noexcept {
     const std::string& name = context_->renderer_name();
-    return name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos || name.find("swrast") != std::string::npos;
+    return name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos ||
+           name.find("swrast") != std::string::npos;
 }
 
 int GlCullBackend::preferred_resolution() const noexcept { return is_software() ? 256 : 1024; }
@@ -154,12 +158,16 @@ Result<void> GlCullBackend::prepare_targets(const CullJob& job) {
     r.height = job.height;
     for (;; layers /= 2) {
         r.capacity = 0;
-        while (r.gl.GetError() != GL_NO_ERROR) {}
+        while (r.gl.GetError() != GL_NO_ERROR) {
+        }
         r.make_targets(layers);
-        if (r.gl.GetError() == GL_NO_ERROR && r.gl.CheckNamedFramebufferStatus(r.draw_second.name(), GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) break;
+        if (r.gl.GetError() == GL_NO_ERROR &&
+            r.gl.CheckNamedFramebufferStatus(r.draw_second.name(), GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE)
+            break;
         if (layers <= 1)
-            return Error{ErrorCode::ToolFailed, fmt::format("{} has no memory for one layer of {} x {} pixels; a smaller resolution may fit", name(),
-                                                            job.width, job.height)};
+            return Error{ErrorCode::ToolFailed,
+                         fmt::format("{} has no memory for one layer of {} x {} pixels; a smaller resolution may fit", name(), job.width,
+                                     job.height)};
     }
     r.capacity = layers_ = layers;
     return {};

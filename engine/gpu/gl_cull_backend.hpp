@@ -15,7 +15,7 @@ public:
     [[nodiscard]] static Result<std::unique_ptr<GlCullBackend>> make(const ContextOptions& options = {});
     ~GlCullBackend() override;
 
-    [[nodiscard]] std::string name() const override;             // "EGL device: llvmpipe ..."
+    [[nodiscard]] std::string name() const override;                  // "EGL device: llvmpipe ..."
     [[nodiscard]] int preferred_resolution() const noexcept override; // fewer pixels where no hardware draws them
     [[nodiscard]] bool is_software() const noexcept;
     [[nodiscard]] const GlContext& context() const noexcept { return *context_; }

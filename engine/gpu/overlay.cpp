@@ -34,7 +34,12 @@ constexpr double kReferenceHeight = 720.0; // line widths and text are given for
     return std::max(0.75, std::min(picture.height / kReferenceHeight, picture.width / 960.0));
 }
 
-struct Placed { PixelPoint at; double distance; double pixel_size; bool visible; };
+struct Placed {
+    PixelPoint at;
+    double distance;
+    double pixel_size;
+    bool visible;
+};
 
 [[nodiscard]] Placed place(const Projection& view, const Vec3& point) noexcept {
     const Vec3 pixel = view.to_pixel(point);
@@ -110,8 +115,8 @@ void draw_colour_bar(const RenderScene& scene, Picture& picture) {
     const double text_width = std::max(Canvas::text_width(text, millimetres(range)), Canvas::text_width(text, millimetres(0.5 * range)));
     const double right = picture.width - 28.0 * scale - text_width;
     const PixelPoint lo = {right - width - 8.0 * scale, picture.height - 32.0 * scale - length};
-    canvas.fill_box({lo.x - 12.0 * scale, lo.y - 14.0 * scale},
-                    {right + text_width + 12.0 * scale, lo.y + length + 14.0 * scale}, {{1.0, 1.0, 1.0}, 0.55});
+    canvas.fill_box({lo.x - 12.0 * scale, lo.y - 14.0 * scale}, {right + text_width + 12.0 * scale, lo.y + length + 14.0 * scale},
+                    {{1.0, 1.0, 1.0}, 0.55});
     canvas.fill_box({lo.x - scale, lo.y - scale}, {lo.x + width + scale, lo.y + length + scale}, kDarkInk);
     const int rows = std::max(1, static_cast<int>(length));
     for (int row = 0; row < rows; ++row) {
@@ -122,8 +127,7 @@ void draw_colour_bar(const RenderScene& scene, Picture& picture) {
         const double share = static_cast<double>(tick) / (kTicks - 1);
         const double y = lo.y + length * (1.0 - share);
         canvas.draw_line({lo.x + width + scale, y}, {lo.x + width + 5.0 * scale, y}, 1.3 * scale, kDarkInk);
-        if (tick % 2 == 0)
-            canvas.draw_text({right + scale, y + 0.5 * text}, text, tick == 0 ? "0" : millimetres(share * range), kDarkInk);
+        if (tick % 2 == 0) canvas.draw_text({right + scale, y + 0.5 * text}, text, tick == 0 ? "0" : millimetres(share * range), kDarkInk);
     }
 }
 

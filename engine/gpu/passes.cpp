@@ -14,10 +14,10 @@ namespace seldinger::engine {
 namespace {
 
 constexpr int kSamplesPerSide = 2;
-constexpr int kBorder = 1;         // samples around a tile
+constexpr int kBorder = 1; // samples around a tile
 constexpr std::size_t kNodeBytes = 16;
 constexpr std::size_t kMaxNodeBytes = std::size_t{128} << 20; // the least that llvmpipe allows one buffer to be
-constexpr int kSmallestTile = 16;  // pixels a side; below this a list that does not fit is given up
+constexpr int kSmallestTile = 16;                             // pixels a side; below this a list that does not fit is given up
 constexpr std::uint32_t kListEnd = 0xffffffffU;
 
 // The uniforms of one program by name; unknown names are ignored, as GL does.
@@ -51,8 +51,7 @@ private:
 }
 
 void set_sample_viewport(const PassContext& pass, const Tile& tile) {
-    pass.gl.Viewport(-kSamplesPerSide * tile.x, -kSamplesPerSide * tile.y, sample_count(pass.view.width),
-                     sample_count(pass.view.height));
+    pass.gl.Viewport(-kSamplesPerSide * tile.x, -kSamplesPerSide * tile.y, sample_count(pass.view.width), sample_count(pass.view.height));
 }
 
 [[nodiscard]] Uniforms use_surface_program(const PassContext& pass, GLuint program) {
@@ -95,9 +94,8 @@ void finish_tile(const PassContext& pass, const Tile& tile, GLuint samples, GLui
 [[nodiscard]] Result<void> check_driver(const PassContext& pass) {
     const GLenum error = pass.gl.GetError();
     if (error == GL_NO_ERROR) return {};
-    return Error{ErrorCode::ToolFailed,
-                 error == GL_OUT_OF_MEMORY ? "the graphics driver is out of memory; ask for a smaller picture"
-                                           : fmt::format("the graphics driver reports error {:#x}", error)};
+    return Error{ErrorCode::ToolFailed, error == GL_OUT_OF_MEMORY ? "the graphics driver is out of memory; ask for a smaller picture"
+                                                                  : fmt::format("the graphics driver reports error {:#x}", error)};
 }
 
 enum class TileOutcome { Done, TooManyLayers };
@@ -268,7 +266,10 @@ void draw_thickness(const PassContext& pass) {
 } // namespace
 
 Result<Programs> make_programs(const GlApi& gl) {
-    struct Source { GLuint Programs::*program; std::string_view vertex, fragment; };
+    struct Source {
+        GLuint Programs::*program;
+        std::string_view vertex, fragment;
+    };
     constexpr Source kSources[] = {
         {&Programs::opaque, "surface.vert.glsl", "opaque.frag.glsl"},
         {&Programs::layer, "surface.vert.glsl", "layer.frag.glsl"},

@@ -29,7 +29,9 @@ struct PassContext {
 };
 
 /// Part of the picture, in pixels from its lower left corner.
-struct Tile { int x, y, width, height; };
+struct Tile {
+    int x, y, width, height;
+};
 
 /// A tile larger than this is split: its lists then hold eight transparent layers everywhere, and 26 MB of targets do.
 inline constexpr int kMaxTilePixels = 1 << 18;

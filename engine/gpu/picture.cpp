@@ -13,8 +13,8 @@ Result<std::vector<std::uint8_t>> encode_png(const Picture& picture) {
     const bool fits = picture.width > 0 && picture.height > 0 &&
                       picture.rgb.size() == 3 * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
     if (!fits)
-        return Error{ErrorCode::BadValue, fmt::format("a picture of {} x {} pixels cannot have {} bytes", picture.width,
-                                                      picture.height, picture.rgb.size())};
+        return Error{ErrorCode::BadValue,
+                     fmt::format("a picture of {} x {} pixels cannot have {} bytes", picture.width, picture.height, picture.rgb.size())};
     png_image image = {};
     image.version = PNG_IMAGE_VERSION;
     image.width = static_cast<png_uint_32>(picture.width);

@@ -82,8 +82,7 @@ Result<GLuint> make_program(const GlApi& gl, std::string_view vertex_name, std::
     gl.GetProgramInfoLog(program, static_cast<GLsizei>(log.size()), &length, log.data());
     log.resize(static_cast<std::size_t>(length));
     gl.DeleteProgram(program);
-    return Error{ErrorCode::ToolFailed,
-                 fmt::format("the graphics driver cannot link {} with {}: {}", vertex_name, fragment_name, log)};
+    return Error{ErrorCode::ToolFailed, fmt::format("the graphics driver cannot link {} with {}: {}", vertex_name, fragment_name, log)};
 }
 
 } // namespace seldinger::engine

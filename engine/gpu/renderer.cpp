@@ -42,8 +42,8 @@ Result<std::unique_ptr<Renderer>> Renderer::make(const ContextOptions& options) 
 
 Result<Picture> Renderer::Parts::render(const RenderScene& scene, const Projection& view, bool thicken, Draw draw_picture) {
     if (std::min(view.width, view.height) < kMinSide || std::max(view.width, view.height) > kMaxSide)
-        return Error{ErrorCode::BadValue, fmt::format("a picture of {} x {} pixels; both sides must be {} to {}", view.width,
-                                                      view.height, kMinSide, kMaxSide)};
+        return Error{ErrorCode::BadValue,
+                     fmt::format("a picture of {} x {} pixels; both sides must be {} to {}", view.width, view.height, kMinSide, kMaxSide)};
     const CurrentContext current(*context);
     if (!current.ok()) return Error{ErrorCode::ToolFailed, "the graphics context was lost"};
     const GlApi& gl = context->api();

@@ -48,7 +48,8 @@ public:
             ++line_;
             if (!line.empty() && !read_row(line)) return *error_;
         }
-        if (row_ != 0) return Error{ErrorCode::BadSyntax, fmt::format("the last query has {} of its 8 rows", row_), std::string(name_), line_};
+        if (row_ != 0)
+            return Error{ErrorCode::BadSyntax, fmt::format("the last query has {} of its 8 rows", row_), std::string(name_), line_};
         if (file_.queries.empty()) return Error{ErrorCode::BadValue, "holds no query of 8 rows", std::string(name_)};
         return std::move(file_);
     }
@@ -69,7 +70,8 @@ private:
             if (more) line.remove_prefix(comma + 1);
         }
         if (count != kColumns)
-            return fail(ErrorCode::BadSyntax, fmt::format("{} columns; 7 are wanted: three coordinates as numerator, denominator, and the answer", count));
+            return fail(ErrorCode::BadSyntax,
+                        fmt::format("{} columns; 7 are wanted: three coordinates as numerator, denominator, and the answer", count));
         if (row_ == 0) file_.queries.emplace_back();
         for (std::size_t axis = 0; axis < 3; ++axis)
             if (!read_coordinate(fields[2 * axis], fields[2 * axis + 1], axis)) return false;
@@ -90,10 +92,12 @@ private:
     }
 
     bool read_truth(std::string_view field) {
-        if (field != "0" && field != "1") return fail(ErrorCode::BadValue, fmt::format("the answer is '{}'; 0 or 1 is wanted", shown(field)));
+        if (field != "0" && field != "1")
+            return fail(ErrorCode::BadValue, fmt::format("the answer is '{}'; 0 or 1 is wanted", shown(field)));
         CcdQuery& query = file_.queries.back();
         const bool collides = field == "1";
-        if (row_ > 0 && collides != query.collides) return fail(ErrorCode::BadValue, "the answer differs from that of the query's rows above");
+        if (row_ > 0 && collides != query.collides)
+            return fail(ErrorCode::BadValue, "the answer differs from that of the query's rows above");
         query.collides = collides;
         row_ = (row_ + 1) % kRows;
         return true;
@@ -107,9 +111,7 @@ private:
 
 } // namespace
 
-Result<CcdQueryFile> parse_ccd_queries(std::string_view text, std::string_view file_name) {
-    return QueryReader(text, file_name).read();
-}
+Result<CcdQueryFile> parse_ccd_queries(std::string_view text, std::string_view file_name) { return QueryReader(text, file_name).read(); }
 
 Result<CcdQueryFile> read_ccd_queries(const std::filesystem::path& path) {
     const Result<std::string> text = read_file_bytes(path);

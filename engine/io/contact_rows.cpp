@@ -25,17 +25,19 @@ void append_row(std::string& text, const ContactRow& row) {
     text += ',';
     for (const std::int64_t id : {row.body_a, row.feature_a0, row.feature_a1, row.body_b, row.feature_b0, row.feature_b1, row.feature_b2})
         append_id(text, id);
-    if (row.kind == ContactKind::TT) text += ",,,,,,";
-    else fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{}", row.time, row.bary_a, row.bary_b0, row.bary_b1, row.normal[0],
-                        row.normal[1], row.normal[2]);
+    if (row.kind == ContactKind::TT)
+        text += ",,,,,,";
+    else
+        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{}", row.time, row.bary_a, row.bary_b0, row.bary_b1, row.normal[0],
+                       row.normal[1], row.normal[2]);
 }
 
 } // namespace
 
 std::strong_ordering ContactRow::compare_ids(const ContactRow& other) const noexcept {
     const auto key = [](const ContactRow& r) {
-        return std::array<std::int64_t, 8>{static_cast<std::int64_t>(r.kind), r.body_a, r.feature_a0, r.feature_a1, r.body_b, r.feature_b0,
-                                           r.feature_b1, r.feature_b2};
+        return std::array<std::int64_t, 8>{
+            static_cast<std::int64_t>(r.kind), r.body_a, r.feature_a0, r.feature_a1, r.body_b, r.feature_b0, r.feature_b1, r.feature_b2};
     };
     return key(*this) <=> key(other);
 }

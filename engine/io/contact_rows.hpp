@@ -22,9 +22,9 @@ struct ContactRow {
     std::int64_t body_a = 0, feature_a0 = kNone, feature_a1 = kNone;
     std::int64_t body_b = 0, feature_b0 = kNone, feature_b1 = kNone, feature_b2 = kNone;
     double time = 0.0;
-    double bary_a = 0.0;               // weight of feature_a1; 0 for a vertex
+    double bary_a = 0.0;                 // weight of feature_a1; 0 for a vertex
     double bary_b0 = 0.0, bary_b1 = 0.0; // weights of feature_b0 and feature_b1; the rest is feature_b2's (VF)
-    Vec3 normal = Vec3::Zero();        // unit, from b to a
+    Vec3 normal = Vec3::Zero();          // unit, from b to a
 
     /// By kind, then by all ids in the order of the columns; empty before any number.
     [[nodiscard]] std::strong_ordering compare_ids(const ContactRow& other) const noexcept;

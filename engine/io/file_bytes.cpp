@@ -24,14 +24,15 @@ struct Descriptor {
     explicit Descriptor(int handle) : fd(handle) {}
     Descriptor(const Descriptor&) = delete;
     Descriptor& operator=(const Descriptor&) = delete;
-    ~Descriptor() { if (fd >= 0) ::close(fd); }
+    ~Descriptor() {
+        if (fd >= 0) ::close(fd);
+    }
 };
 
 /// Why the thing at path is no readable file, or 0 with its size.
 Result<std::size_t> check_regular(int fd, const std::string& name) {
     struct stat info {};
-    if (::fstat(fd, &info) != 0)
-        return Error{ErrorCode::FileNotFound, fmt::format("cannot be examined: {}", std::strerror(errno)), name};
+    if (::fstat(fd, &info) != 0) return Error{ErrorCode::FileNotFound, fmt::format("cannot be examined: {}", std::strerror(errno)), name};
     if (S_ISDIR(info.st_mode)) return Error{ErrorCode::FileNotFound, "is a folder, not a file", name};
     if (!S_ISREG(info.st_mode)) return Error{ErrorCode::FileNotFound, "is a pipe or a device, not a file", name};
     const auto size = static_cast<std::size_t>(info.st_size);
@@ -64,9 +65,7 @@ struct StreamEnd {
     void operator()(z_stream* stream) const { ::inflateEnd(stream); }
 };
 
-uInt chunk(std::size_t bytes) {
-    return static_cast<uInt>(std::min<std::size_t>(bytes, std::numeric_limits<int>::max()));
-}
+uInt chunk(std::size_t bytes) { return static_cast<uInt>(std::min<std::size_t>(bytes, std::numeric_limits<int>::max())); }
 
 } // namespace
 
@@ -95,9 +94,8 @@ Result<std::string> inflate_bytes(const std::string& packed, std::size_t max_byt
             return Error{ErrorCode::BadSyntax, fmt::format("damaged compressed data near byte {}", read)};
         if (written == text.size()) {
             if (written >= max_bytes)
-                return Error{ErrorCode::BadSyntax,
-                             fmt::format("unfolds to more than {} bytes, {} times its size: not a mesh", max_bytes,
-                                         max_bytes / std::max<std::size_t>(packed.size(), 1))};
+                return Error{ErrorCode::BadSyntax, fmt::format("unfolds to more than {} bytes, {} times its size: not a mesh", max_bytes,
+                                                               max_bytes / std::max<std::size_t>(packed.size(), 1))};
             text.resize(std::min(max_bytes, text.size() * 2));
         } else if (read == packed.size()) {
             return Error{ErrorCode::BadSyntax, "the compressed data is cut off"};

@@ -39,8 +39,12 @@ Result<Meta> read_meta(const std::filesystem::path& path) {
         if (entry == wanted.end()) continue;
         const bool whole = !value.empty() && value.size() <= 10 && value.find_first_not_of("0123456789") == value.npos;
         if (!whole || std::stoull(value) == 0 || std::stoull(value) > 0x7fffffff)
-            return Error{ErrorCode::BadValue, fmt::format("is '{}'; a whole number from 1 to 2147483647 is wanted", value.substr(0, 40)),
-                         path.string(), line_number, 0, key};
+            return Error{ErrorCode::BadValue,
+                         fmt::format("is '{}'; a whole number from 1 to 2147483647 is wanted", value.substr(0, 40)),
+                         path.string(),
+                         line_number,
+                         0,
+                         key};
         *entry->second = std::stoull(value);
     }
     for (const auto& [key, count] : wanted)
@@ -56,7 +60,8 @@ Result<void> read_array(const std::filesystem::path& path, std::size_t count, co
     if (!bytes) return bytes.error();
     const std::size_t wanted = count * sizeof(Value);
     if (bytes->size() != wanted)
-        return Error{ErrorCode::BadSyntax, fmt::format("has {} bytes; meta.txt makes it {}: {}", bytes->size(), wanted, shape), path.string()};
+        return Error{ErrorCode::BadSyntax, fmt::format("has {} bytes; meta.txt makes it {}: {}", bytes->size(), wanted, shape),
+                     path.string()};
     out.resize(count);
     std::memcpy(static_cast<void*>(out.data()), bytes->data(), wanted);
     return {};
@@ -67,7 +72,8 @@ Result<void> check(const FrameSequence& frames, const std::filesystem::path& fol
     for (std::size_t t = 0; t < frames.triangles.size(); ++t)
         for (const Index v : frames.triangles[t])
             if (v >= vertices)
-                return Error{ErrorCode::BadValue, fmt::format("triangle {} names vertex {}; there are {}", t, static_cast<std::int32_t>(v), vertices),
+                return Error{ErrorCode::BadValue,
+                             fmt::format("triangle {} names vertex {}; there are {}", t, static_cast<std::int32_t>(v), vertices),
                              (folder / "tris.i32").string()};
     for (std::size_t v = 0; v < vertices; ++v)
         if (frames.objects[v] < 0 || frames.objects[v] > 0xffff)
@@ -75,8 +81,9 @@ Result<void> check(const FrameSequence& frames, const std::filesystem::path& fol
                          (folder / "obj.i32").string()};
     for (std::size_t i = 0; i < frames.positions.size(); ++i)
         if (!is_finite(frames.positions[i]))
-            return Error{ErrorCode::BadValue, fmt::format("frame {}, vertex {} is ({}, {}, {}); finite numbers are wanted", i / vertices, i % vertices,
-                                                          frames.positions[i][0], frames.positions[i][1], frames.positions[i][2]),
+            return Error{ErrorCode::BadValue,
+                         fmt::format("frame {}, vertex {} is ({}, {}, {}); finite numbers are wanted", i / vertices, i % vertices,
+                                     frames.positions[i][0], frames.positions[i][1], frames.positions[i][2]),
                          (folder / "pos.f64").string()};
     return {};
 }

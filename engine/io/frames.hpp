@@ -20,7 +20,9 @@ struct FrameSequence {
     std::size_t frame_count = 0;
 
     [[nodiscard]] std::size_t vertex_count() const noexcept { return objects.size(); }
-    [[nodiscard]] std::span<const Vec3> frame(std::size_t k) const noexcept { return {positions.data() + k * vertex_count(), vertex_count()}; }
+    [[nodiscard]] std::span<const Vec3> frame(std::size_t k) const noexcept {
+        return {positions.data() + k * vertex_count(), vertex_count()};
+    }
 };
 
 /// fails   with the file at fault: a part missing, a size that is not what meta.txt says, an index out of range, a negative object,

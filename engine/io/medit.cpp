@@ -16,12 +16,11 @@ struct Section {
     std::size_t numbers;
 };
 constexpr std::array kSections = {
-    Section{"Vertices", 4},     Section{"Tetrahedra", 5},         Section{"Triangles", 4},
-    Section{"Edges", 3},        Section{"Quadrilaterals", 5},     Section{"Hexahedra", 9},
-    Section{"Hexaedra", 9},     Section{"Prisms", 7},             Section{"Pyramids", 6},
-    Section{"Corners", 1},      Section{"Ridges", 1},             Section{"RequiredVertices", 1},
-    Section{"RequiredEdges", 1}, Section{"RequiredTriangles", 1}, Section{"Normals", 3},
-    Section{"NormalAtVertices", 2}, Section{"Tangents", 3},       Section{"TangentAtVertices", 2}};
+    Section{"Vertices", 4},       Section{"Tetrahedra", 5},        Section{"Triangles", 4}, Section{"Edges", 3},
+    Section{"Quadrilaterals", 5}, Section{"Hexahedra", 9},         Section{"Hexaedra", 9},  Section{"Prisms", 7},
+    Section{"Pyramids", 6},       Section{"Corners", 1},           Section{"Ridges", 1},    Section{"RequiredVertices", 1},
+    Section{"RequiredEdges", 1},  Section{"RequiredTriangles", 1}, Section{"Normals", 3},   Section{"NormalAtVertices", 2},
+    Section{"Tangents", 3},       Section{"TangentAtVertices", 2}};
 
 class MeditReader {
 public:

@@ -15,8 +15,8 @@ constexpr int kTetrahedron = 4; // Gmsh's element type
 
 /// Nodes of each element type, from Gmsh's manual; 0: unknown to us.
 constexpr std::size_t nodes_of_type(std::int64_t type) noexcept {
-    constexpr std::array<std::uint8_t, 32> kNodes = {0, 2,  3,  4,  4,  8,  6, 5,  3,  6,  9,  10, 27, 18, 14, 1,
-                                                     8, 20, 15, 13, 9,  10, 12, 15, 15, 21, 4,  5,  6,  20, 35, 56};
+    constexpr std::array<std::uint8_t, 32> kNodes = {0, 2,  3,  4,  4, 8,  6,  5,  3,  6,  9, 10, 27, 18, 14, 1,
+                                                     8, 20, 15, 13, 9, 10, 12, 15, 15, 21, 4, 5,  6,  20, 35, 56};
     return type < 0 || type >= static_cast<std::int64_t>(kNodes.size()) ? 0 : kNodes[static_cast<std::size_t>(type)];
 }
 
@@ -167,8 +167,8 @@ private:
     bool read_node_block() {
         std::int64_t dimension = 0, tag = 0, parametric = 0;
         std::size_t count = 0;
-        if (!read_int(dimension, "the entity's dimension") || !read_int(tag, "the entity's tag") ||
-            !read_int(parametric, "'parametric'") || !read_count(count, "the number of nodes in the block", 8, 32))
+        if (!read_int(dimension, "the entity's dimension") || !read_int(tag, "the entity's tag") || !read_int(parametric, "'parametric'") ||
+            !read_count(count, "the number of nodes in the block", 8, 32))
             return false;
         if (dimension < 0 || dimension > 3) return in_.fail(ErrorCode::BadValue, fmt::format("dimension {}", dimension));
         std::vector<std::int64_t> tags(count);
@@ -176,8 +176,7 @@ private:
             if (!read_size(node, "a node number")) return false;
         for (const std::int64_t node : tags) {
             Vec3 position;
-            if (!read_point(position, node) || !pass_parameters(parametric != 0 ? dimension : 0) || !add_node(node, position))
-                return false;
+            if (!read_point(position, node) || !pass_parameters(parametric != 0 ? dimension : 0) || !add_node(node, position)) return false;
         }
         return true;
     }
@@ -250,12 +249,12 @@ private:
         in_.skip_line();
         while (count > 0) {
             std::int64_t type = 0, rows = 0, tags = 0;
-            if (!read_int(type, "a type") || !read_int(rows, "a number of elements") || !read_int(tags, "a number of tags"))
-                return false;
+            if (!read_int(type, "a type") || !read_int(rows, "a number of elements") || !read_int(tags, "a number of tags")) return false;
             const std::size_t nodes = nodes_of_type(type);
             if (nodes == 0) return in_.fail(ErrorCode::BadValue, fmt::format("element type {} is not known", type));
             if (rows <= 0 || static_cast<std::size_t>(rows) > count || tags < 0)
-                return in_.fail(ErrorCode::BadSyntax, fmt::format("a block of {} elements with {} tags, {} elements left", rows, tags, count));
+                return in_.fail(ErrorCode::BadSyntax,
+                                fmt::format("a block of {} elements with {} tags, {} elements left", rows, tags, count));
             const std::size_t head = 4 * (1 + static_cast<std::size_t>(tags));
             if (!in_.check_fits(static_cast<std::size_t>(rows), head + 4 * nodes, "a block's number of elements")) return false;
             for (std::int64_t i = 0; i < rows; ++i)
@@ -296,8 +295,7 @@ private:
                 return false;
             read += rows;
         }
-        return read == count ||
-               in_.fail(ErrorCode::BadSyntax, fmt::format("{} elements are announced, the blocks hold {}", count, read));
+        return read == count || in_.fail(ErrorCode::BadSyntax, fmt::format("{} elements are announced, the blocks hold {}", count, read));
     }
 
     bool read_element_block(std::int64_t type, std::size_t rows) {

@@ -13,11 +13,11 @@ namespace {
 constexpr std::size_t kListedNames = 64; // of known groups, in messages
 
 /// Statements without geometry of ours: normals, materials, free-form curves and surfaces.
-constexpr std::array kPassedOver = {
-    "vt",    "vn",   "vp",   "s",    "usemtl", "mtllib", "l",        "p",        "mg",       "cstype",    "deg",     "bmat",
-    "step",  "curv", "curv2", "surf", "parm",   "trim",   "hole",     "scrv",     "sp",       "end",       "con",     "bevel",
-    "lod",   "call", "csh",  "bsp",  "bzp",    "cdc",    "cdp",      "res",      "ctech",    "stech",     "usemap",  "maplib",
-    "fo",    "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+constexpr std::array kPassedOver = {"vt",     "vn",       "vp",       "s",          "usemtl",   "mtllib", "l",     "p",      "mg",
+                                    "cstype", "deg",      "bmat",     "step",       "curv",     "curv2",  "surf",  "parm",   "trim",
+                                    "hole",   "scrv",     "sp",       "end",        "con",      "bevel",  "lod",   "call",   "csh",
+                                    "bsp",    "bzp",      "cdc",      "cdp",        "res",      "ctech",  "stech", "usemap", "maplib",
+                                    "fo",     "c_interp", "d_interp", "shadow_obj", "trace_obj"};
 
 class ObjReader {
 public:
@@ -144,7 +144,8 @@ private:
 
     static std::string printable(std::string_view word) {
         std::string text(word.substr(0, 40));
-        std::ranges::replace_if(text, [](char c) { return c < ' ' || c > '~'; }, '?');
+        std::ranges::replace_if(
+            text, [](char c) { return c < ' ' || c > '~'; }, '?');
         return text;
     }
 
@@ -164,8 +165,8 @@ private:
     GroupedSurface out_;
     std::string object_;
     std::vector<std::string> groups_;
-    bool kept_object_ = false, kept_groups_ = false;  // one of the names in force is wanted
-    bool noted_object_ = true, noted_groups_ = true;  // they are in out_.groups, or there are none
+    bool kept_object_ = false, kept_groups_ = false; // one of the names in force is wanted
+    bool noted_object_ = true, noted_groups_ = true; // they are in out_.groups, or there are none
     std::vector<Index> corners_;
     std::int64_t furthest_ = -1; // largest index that no vertex had yet
     std::size_t furthest_position_ = 0;

@@ -21,8 +21,7 @@ bool read_header(Scanner& in, std::size_t& vertices, std::size_t& faces) {
     } else if (first.empty() || first[0] < '0' || first[0] > '9') {
         return in.fail(ErrorCode::BadSyntax, "does not begin with OFF");
     }
-    if (!in.count(vertices, "the number of vertices", kVertexBytes) || !in.count(faces, "the number of faces", kFaceBytes))
-        return false;
+    if (!in.count(vertices, "the number of vertices", kVertexBytes) || !in.count(faces, "the number of faces", kFaceBytes)) return false;
     in.skip_line(); // the number of edges, which nobody needs
     return true;
 }

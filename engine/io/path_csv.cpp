@@ -61,8 +61,7 @@ private:
             more = comma != content.npos;
             if (more) content.remove_prefix(comma + 1);
         }
-        if (count != 3)
-            return fail(ErrorCode::BadSyntax, fmt::format("{} columns; t, insertion, rotation are wanted", count), line_text_);
+        if (count != 3) return fail(ErrorCode::BadSyntax, fmt::format("{} columns; t, insertion, rotation are wanted", count), line_text_);
         if (!header_over_ && is_header(fields)) return header_over_ = true;
         header_over_ = true;
         return read_row(fields);
@@ -82,7 +81,8 @@ private:
             if (status == std::errc::invalid_argument || stop != field.data() + field.size())
                 return fail(ErrorCode::BadSyntax, fmt::format("{} is '{}', not a number", kColumns[i], shown(fields[i])), fields[i]);
             if (status != std::errc{} || !std::isfinite(values[i]))
-                return fail(ErrorCode::BadValue, fmt::format("{} is {}; a finite number is wanted", kColumns[i], shown(fields[i])), fields[i]);
+                return fail(ErrorCode::BadValue, fmt::format("{} is {}; a finite number is wanted", kColumns[i], shown(fields[i])),
+                            fields[i]);
         }
         if (!rows_.empty() && !(values[0] > rows_.back().time))
             return fail(ErrorCode::BadValue, fmt::format("t is {} after {}; it must increase", values[0], rows_.back().time), fields[0]);

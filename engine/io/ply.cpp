@@ -51,9 +51,12 @@ private:
                 return find_vertices();
             }
             bool good = true;
-            if (word == "format") good = has_format = read_format();
-            else if (word == "element") good = read_element();
-            else if (word == "property") good = read_property();
+            if (word == "format")
+                good = has_format = read_format();
+            else if (word == "element")
+                good = read_element();
+            else if (word == "property")
+                good = read_property();
             else if (word != "comment" && word != "obj_info")
                 good = in_.fail(ErrorCode::BadSyntax, "neither element nor property nor 'end_header'");
             if (!good) return false;

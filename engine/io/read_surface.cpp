@@ -28,7 +28,8 @@ Result<TriMesh> parse(const std::string& bytes, const std::string& name, const s
         return make_surface(std::move(*vtk), name);
     }
     return Error{ErrorCode::BadUsage,
-                 fmt::format("'{}' is no surface format; .obj, .ply, .stl, .off, .vtk and .vtp are read, each also with .gz", extension), name};
+                 fmt::format("'{}' is no surface format; .obj, .ply, .stl, .off, .vtk and .vtp are read, each also with .gz", extension),
+                 name};
 }
 
 } // namespace

@@ -60,9 +60,10 @@ Result<TetMesh> parse(const std::filesystem::path& path, const std::string& exte
         if (!vtk) return vtk.error();
         return make_tets(std::move(*vtk), name);
     }
-    return Error{ErrorCode::BadUsage,
-                 fmt::format("'{}' is no tetrahedra format; .msh, .vtk, .vtu, .mesh, .node/.ele and .veg are read, each also with .gz", extension),
-                 name};
+    return Error{
+        ErrorCode::BadUsage,
+        fmt::format("'{}' is no tetrahedra format; .msh, .vtk, .vtu, .mesh, .node/.ele and .veg are read, each also with .gz", extension),
+        name};
 }
 
 } // namespace

@@ -68,8 +68,7 @@ std::string_view Scanner::peek_word() {
 
 bool Scanner::fail_number(const char* stop, const char* what, const char* kind) {
     return fail(ErrorCode::BadSyntax,
-                fmt::format("'{}' is not {} where {} should stand", shown({token_, static_cast<std::size_t>(stop - token_)}),
-                            kind, what));
+                fmt::format("'{}' is not {} where {} should stand", shown({token_, static_cast<std::size_t>(stop - token_)}), kind, what));
 }
 
 bool Scanner::real(double& out, const char* what) {
@@ -143,8 +142,6 @@ bool Scanner::fail_at(std::size_t position, ErrorCode code, std::string message)
     return false;
 }
 
-Error Scanner::error() const {
-    return error_ ? *error_ : Error{ErrorCode::BadSyntax, "cannot be read", file_};
-}
+Error Scanner::error() const { return error_ ? *error_ : Error{ErrorCode::BadSyntax, "cannot be read", file_}; }
 
 } // namespace seldinger::engine

@@ -18,8 +18,7 @@ class Scanner {
 public:
     /// first_line  line number of the first byte, for a text that was cut out of a larger file
     Scanner(std::string_view bytes, std::string file, std::size_t first_line = 1)
-        : begin_(bytes.data()), at_(begin_), end_(begin_ + bytes.size()), token_(begin_), first_line_(first_line),
-          file_(std::move(file)) {}
+        : begin_(bytes.data()), at_(begin_), end_(begin_ + bytes.size()), token_(begin_), first_line_(first_line), file_(std::move(file)) {}
 
     /// From this character to the end of its line is a comment. 0: none.
     void set_comment(char mark) noexcept { comment_ = mark; }
@@ -29,9 +28,15 @@ public:
     void set_binary(bool on) noexcept { binary_ = on; }
 
     /// Passes over white space and comments; true at the end of the bytes.
-    [[nodiscard]] bool at_end() { skip_space(true); return at_ == end_; }
+    [[nodiscard]] bool at_end() {
+        skip_space(true);
+        return at_ == end_;
+    }
     /// Passes over blanks within the line; true where nothing more stands in it.
-    [[nodiscard]] bool at_line_end() { skip_space(false); return at_ == end_ || *at_ == '\n'; }
+    [[nodiscard]] bool at_line_end() {
+        skip_space(false);
+        return at_ == end_ || *at_ == '\n';
+    }
     /// Goes to the beginning of the next line.
     void skip_line() noexcept;
     /// The rest of this line, without the blanks around it; goes to the next line.
@@ -70,9 +75,7 @@ public:
 
 private:
     void skip_space(bool across_lines) noexcept;
-    [[nodiscard]] static bool is_blank(char c) noexcept {
-        return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
-    }
+    [[nodiscard]] static bool is_blank(char c) noexcept { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
     [[nodiscard]] const char* token_end() const noexcept {
         const char* p = at_;
         while (p != end_ && !is_blank(*p) && *p != '\n' && *p != comment_or_newline()) ++p;

@@ -27,9 +27,7 @@ bool equal_word(std::string_view word, std::string_view lower) {
     return std::ranges::equal(word, lower, [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
 }
 
-bool begins_with_solid(std::string_view bytes) {
-    return equal_word(Scanner(bytes, {}).peek_word(), "solid");
-}
+bool begins_with_solid(std::string_view bytes) { return equal_word(Scanner(bytes, {}).peek_word(), "solid"); }
 
 Result<TriMesh> parse_binary(std::string_view bytes, const std::string& name) {
     Scanner in(bytes, name);

@@ -56,7 +56,8 @@ bool read_elements(Scanner& in, TetMesh& mesh, const NodeIds& ids) {
     std::size_t count = 0;
     std::int64_t corners = 0;
     if (!in.count(count, "the number of elements", 9) || !in.integer(corners, "the number of nodes per element")) return false;
-    if (corners != 4) return in.fail(ErrorCode::BadValue, fmt::format("elements with {} nodes are not read; tetrahedra with 4 are", corners));
+    if (corners != 4)
+        return in.fail(ErrorCode::BadValue, fmt::format("elements with {} nodes are not read; tetrahedra with 4 are", corners));
     in.skip_line();
     for (std::size_t i = 0; i < count; ++i)
         if (!read_tet(in, mesh, ids)) return false;
@@ -78,7 +79,8 @@ private:
     bool read_section() {
         std::string_view word;
         if (!in_.word(word, "a section")) return false;
-        if (word == "*VERTICES") return ids_.size() == 0 ? read_nodes(in_, mesh_, ids_) : in_.fail(ErrorCode::BadSyntax, "a second *VERTICES");
+        if (word == "*VERTICES")
+            return ids_.size() == 0 ? read_nodes(in_, mesh_, ids_) : in_.fail(ErrorCode::BadSyntax, "a second *VERTICES");
         if (word == "*ELEMENTS") {
             if (!in_.word(word, "TET")) return false;
             const bool tets = word == "TET" || word == "TETS";

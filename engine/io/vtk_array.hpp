@@ -12,12 +12,12 @@ namespace seldinger::engine {
 
 /// What the file says once for all its arrays.
 struct VtkArrayFormat {
-    std::string_view appended;    // bytes after the '_' of <AppendedData>
-    std::size_t file_bytes = 0;   // bounds what compressed arrays may unfold to
-    bool big = false;             // most significant byte first
-    bool long_header = false;     // sizes have 64 bits instead of 32
+    std::string_view appended;  // bytes after the '_' of <AppendedData>
+    std::size_t file_bytes = 0; // bounds what compressed arrays may unfold to
+    bool big = false;           // most significant byte first
+    bool long_header = false;   // sizes have 64 bits instead of 32
     bool compressed = false;
-    bool raw_appended = false;    // appended data are bytes, not base64
+    bool raw_appended = false; // appended data are bytes, not base64
 };
 
 /// The bytes of one array, whose header stands at the beginning of packed; what follows the array is not looked at.

@@ -77,9 +77,7 @@ private:
         return true;
     }
 
-    bool check_size(std::size_t count, std::size_t width, const char* what) {
-        return in_.check_fits(count, binary_ ? width : 1, what);
-    }
+    bool check_size(std::size_t count, std::size_t width, const char* what) { return in_.check_fits(count, binary_ ? width : 1, what); }
 
     bool read_points() {
         std::size_t count = 0;
@@ -161,15 +159,15 @@ private:
         std::vector<std::int64_t> types;
         if (!read_integers(types, count, ScalarType::Int32, "the cell types")) return false;
         out_.cells.types.clear();
-        for (const std::int64_t type : types)
-            out_.cells.types.push_back(type < 0 || type > 255 ? 0 : static_cast<std::uint8_t>(type));
+        for (const std::int64_t type : types) out_.cells.types.push_back(type < 0 || type > 255 ? 0 : static_cast<std::uint8_t>(type));
         return true;
     }
 
     /// Ends at a blank line.
     bool pass_over_metadata() {
         in_.skip_line();
-        while (in_.left() > 0 && !in_.rest_of_line().empty()) {}
+        while (in_.left() > 0 && !in_.rest_of_line().empty()) {
+        }
         return true;
     }
 

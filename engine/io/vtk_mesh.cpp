@@ -59,9 +59,12 @@ void add_strip(std::vector<Triangle>& triangles, const std::vector<Index>& corne
 }
 
 bool add_cell(std::vector<Triangle>& triangles, const std::vector<Index>& corners, std::uint8_t type) {
-    if (type == kVtkStrip) add_strip(triangles, corners);
-    else if (type == kVtkTriangle || type == kVtkQuad || type == kVtkPolygon) add_fan(triangles, corners);
-    else return false;
+    if (type == kVtkStrip)
+        add_strip(triangles, corners);
+    else if (type == kVtkTriangle || type == kVtkQuad || type == kVtkPolygon)
+        add_fan(triangles, corners);
+    else
+        return false;
     return true;
 }
 

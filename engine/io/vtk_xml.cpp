@@ -29,7 +29,8 @@ public:
 private:
     bool fail(ErrorCode code, std::string message, std::size_t at) {
         const std::size_t safe = std::min(at, bytes_.size());
-        const auto line = 1 + static_cast<std::size_t>(std::count(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(safe), '\n'));
+        const auto line =
+            1 + static_cast<std::size_t>(std::count(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(safe), '\n'));
         error_ = Error{code, std::move(message), name_, line};
         return false;
     }
@@ -51,7 +52,8 @@ private:
         if (std::count(xml.begin(), xml.end(), '<') > kMaxTags) return fail(ErrorCode::BadSyntax, "has too many tags for a VTK file", 0);
         const pugi::xml_parse_result parsed = document_.load_buffer(xml.data(), xml.size(), pugi::parse_minimal);
         if (!parsed)
-            return fail(ErrorCode::BadSyntax, fmt::format("is no well-formed XML: {}", parsed.description()), static_cast<std::size_t>(parsed.offset));
+            return fail(ErrorCode::BadSyntax, fmt::format("is no well-formed XML: {}", parsed.description()),
+                        static_cast<std::size_t>(parsed.offset));
         return read_root();
     }
 
@@ -87,9 +89,10 @@ private:
         std::vector<double> numbers;
         if (!read_array(points, &numbers, nullptr)) return false;
         if (numbers.size() % 3 != 0 || numbers.size() / 3 != piece.attribute("NumberOfPoints").as_ullong())
-            return fail(ErrorCode::BadSyntax,
-                        fmt::format("{} points are announced, {} coordinates given", piece.attribute("NumberOfPoints").value(), numbers.size()),
-                        points);
+            return fail(
+                ErrorCode::BadSyntax,
+                fmt::format("{} points are announced, {} coordinates given", piece.attribute("NumberOfPoints").value(), numbers.size()),
+                points);
         for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
             out_.points.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
             if (!is_finite(out_.points.back()))
@@ -107,10 +110,12 @@ private:
         if (!read_named(node, "connectivity", connectivity) || !read_named(node, "offsets", ends)) return false;
         if (out_.unstructured && !read_named(node, "types", types)) return false;
         if (ends.size() != announced || (out_.unstructured && types.size() != announced))
-            return fail(ErrorCode::BadSyntax, fmt::format("{} cells are announced, {} offsets and {} types given", announced, ends.size(), types.size()), node);
+            return fail(ErrorCode::BadSyntax,
+                        fmt::format("{} cells are announced, {} offsets and {} types given", announced, ends.size(), types.size()), node);
         // A piece must not reach into the next one.
         if (!ends.empty() && ends.back() != static_cast<std::int64_t>(connectivity.size()))
-            return fail(ErrorCode::BadSyntax, fmt::format("the last offset is {}, the connectivity has {} entries", ends.back(), connectivity.size()), node);
+            return fail(ErrorCode::BadSyntax,
+                        fmt::format("the last offset is {}, the connectivity has {} entries", ends.back(), connectivity.size()), node);
         const std::int64_t points = static_cast<std::int64_t>(out_.points.size()) - first_point;
         for (const std::int64_t id : connectivity) cells.connectivity.push_back(id < 0 || id >= points ? -1 : id + first_point);
         for (const std::int64_t end : ends) {
@@ -144,10 +149,14 @@ private:
         const Result<std::string> bytes = unpack_vtk_array(packed, format_, appended && format_.raw_appended);
         if (!bytes) return fail(bytes.error().code, bytes.error().message, node);
         const std::size_t width = size_of(*type);
-        if (bytes->size() % width != 0) return fail(ErrorCode::BadSyntax, fmt::format("{} bytes are no whole {}s", bytes->size(), node.attribute("type").value()), node);
+        if (bytes->size() % width != 0)
+            return fail(ErrorCode::BadSyntax, fmt::format("{} bytes are no whole {}s", bytes->size(), node.attribute("type").value()),
+                        node);
         for (std::size_t at = 0; at < bytes->size(); at += width) {
-            if (reals) reals->push_back(load_real(bytes->data() + at, *type, format_.big));
-            else integers->push_back(load_integer(bytes->data() + at, *type, format_.big));
+            if (reals)
+                reals->push_back(load_real(bytes->data() + at, *type, format_.big));
+            else
+                integers->push_back(load_integer(bytes->data() + at, *type, format_.big));
         }
         return true;
     }
@@ -155,7 +164,8 @@ private:
     bool read_text(const pugi::xml_node& node, std::vector<double>* reals, std::vector<std::int64_t>* integers) {
         const char* text = node.child_value();
         const std::ptrdiff_t at = std::max<std::ptrdiff_t>(node.first_child().offset_debug(), 0);
-        const auto line = static_cast<std::size_t>(std::count(bytes_.begin(), bytes_.begin() + std::min<std::ptrdiff_t>(at, std::ssize(bytes_)), '\n'));
+        const auto line =
+            static_cast<std::size_t>(std::count(bytes_.begin(), bytes_.begin() + std::min<std::ptrdiff_t>(at, std::ssize(bytes_)), '\n'));
         Scanner in({text, std::strlen(text)}, name_, 1 + line);
         while (!in.at_end()) {
             double real = 0;
@@ -164,8 +174,10 @@ private:
                 error_ = in.error();
                 return false;
             }
-            if (reals) reals->push_back(real);
-            else integers->push_back(integer);
+            if (reals)
+                reals->push_back(real);
+            else
+                integers->push_back(integer);
         }
         return true;
     }

@@ -18,11 +18,16 @@ constexpr std::uint8_t kVtkTetrahedron = 10; // vtkCellType.h
 std::string escape(const std::string& text) {
     std::string out;
     for (const char c : text) {
-        if (c == '&') out += "&amp;";
-        else if (c == '<') out += "&lt;";
-        else if (c == '>') out += "&gt;";
-        else if (c == '"') out += "&quot;";
-        else out += c;
+        if (c == '&')
+            out += "&amp;";
+        else if (c == '<')
+            out += "&lt;";
+        else if (c == '>')
+            out += "&gt;";
+        else if (c == '"')
+            out += "&quot;";
+        else
+            out += c;
     }
     return out;
 }
@@ -33,15 +38,16 @@ public:
     explicit VtkWriter(const char* kind) : kind_(kind) {
         static_assert(std::endian::native == std::endian::little, "the file says LittleEndian");
         xml_ = fmt::format("<?xml version=\"1.0\"?>\n<VTKFile type=\"{0}\" version=\"1.0\" byte_order=\"LittleEndian\" "
-                           "header_type=\"UInt64\">\n<{0}>\n", kind);
+                           "header_type=\"UInt64\">\n<{0}>\n",
+                           kind);
     }
 
     void text(std::string_view part) { xml_ += part; }
 
     template <class T>
     void array(const char* type, const std::string& name, std::size_t components, const T* values, std::size_t count) {
-        xml_ += fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
-                            type, escape(name), components, bytes_.size());
+        xml_ += fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n", type,
+                            escape(name), components, bytes_.size());
         const std::uint64_t size = count * sizeof(T);
         bytes_.append(reinterpret_cast<const char*>(&size), sizeof size);
         if (size > 0) bytes_.append(reinterpret_cast<const char*>(values), size);
@@ -88,7 +94,8 @@ Result<void> check(std::span<const DataArray> arrays, std::size_t tuples, const 
     for (const DataArray& a : arrays)
         if (a.components == 0 || a.values.size() != a.components * tuples)
             return Error{ErrorCode::BadValue,
-                         fmt::format("array '{}' has {} numbers; {} x {} are wanted", a.name, a.values.size(), tuples, a.components), path.string()};
+                         fmt::format("array '{}' has {} numbers; {} x {} are wanted", a.name, a.values.size(), tuples, a.components),
+                         path.string()};
     return {};
 }
 
@@ -138,7 +145,8 @@ void PvdCollection::add(double time, std::string file, unsigned part) { entries_
 Result<void> PvdCollection::write() const {
     std::string text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n";
     for (const Entry& entry : entries_)
-        fmt::format_to(std::back_inserter(text), "<DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", entry.time, entry.part, escape(entry.file));
+        fmt::format_to(std::back_inserter(text), "<DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", entry.time, entry.part,
+                       escape(entry.file));
     return write_file_atomically(path_, text + "</Collection>\n</VTKFile>\n");
 }
 

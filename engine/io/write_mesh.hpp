@@ -55,7 +55,11 @@ public:
     [[nodiscard]] Result<void> write() const;
 
 private:
-    struct Entry { double time; std::string file; unsigned part; };
+    struct Entry {
+        double time;
+        std::string file;
+        unsigned part;
+    };
     std::filesystem::path path_;
     std::vector<Entry> entries_;
 };

@@ -27,9 +27,12 @@ const char* colour(std::size_t row) { return kColours[row % std::size(kColours)]
 std::string quoted(const std::string& text) {
     std::string safe = "'";
     for (const char c : text) {
-        if (c == '\'') safe += "''";
-        else if (c == '_' || c == '^' || c == '@' || c == '&' || c == '~' || c == '{' || c == '}' || c == '\\') safe += ' ';
-        else if (static_cast<unsigned char>(c) >= 0x20) safe += c;
+        if (c == '\'')
+            safe += "''";
+        else if (c == '_' || c == '^' || c == '@' || c == '&' || c == '~' || c == '{' || c == '}' || c == '\\')
+            safe += ' ';
+        else if (static_cast<unsigned char>(c) >= 0x20)
+            safe += c;
     }
     return safe + "'";
 }
@@ -48,8 +51,9 @@ std::string curve_text(const CostRow& row) {
 Sketch sketch_over_time(const CostTable& table, Plot plot, int column, const char* label, bool logarithmic) {
     Sketch sketch;
     sketch.plot = std::move(plot);
-    sketch.commands = fmt::format("set xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4\nset ylabel '{}' textcolor rgb '#4b5563' offset 1,0\n{}plot ",
-                                  label, logarithmic ? "set logscale y\nset format y '10^{%L}'\n" : "set yrange [0:*]\n");
+    sketch.commands = fmt::format(
+        "set xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4\nset ylabel '{}' textcolor rgb '#4b5563' offset 1,0\n{}plot ", label,
+        logarithmic ? "set logscale y\nset format y '10^{%L}'\n" : "set yrange [0:*]\n");
     for (std::size_t k = 0; k < table.rows.size(); ++k)
         if (!table.rows[k].curve.empty())
             sketch.commands += fmt::format("'{}' using 1:{} with lines lw 1.5 lc rgb '{}' title {}, ", curve_file(k), column, colour(k),
@@ -80,9 +84,11 @@ std::string point_text(const CostRow& row) {
 
 Sketch sketch_error(const CostTable& table) {
     Sketch sketch;
-    sketch.plot = {"error", "Error against time",
+    sketch.plot = {"error",
+                   "Error against time",
                    "Root mean square distance of the surfaces from the exact run, over the median of what a step was charged. The line "
-                   "joins the budgets that no other beats in both. Where a run equals the exact one to the last bit it stands at 10^-7 mm.", {}};
+                   "joins the budgets that no other beats in both. Where a run equals the exact one to the last bit it stands at 10^-7 mm.",
+                   {}};
     sketch.commands = "set logscale xy\nset format '10^{%L}'\nset xlabel 'charged [ms]' textcolor rgb '#4b5563' offset 0,0.4\n"
                       "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nset offsets graph 0.1, graph 0.1, graph 0.1, graph 0.1\n"
                       "plot 'frontier.tsv' using 1:2 with lines lw 1.2 lc rgb '#9aa3ad' dt (6,4) notitle, ";
@@ -95,8 +101,10 @@ Sketch sketch_error(const CostTable& table) {
 /// Missed and false contacts side by side, as shares of the reference.
 Sketch sketch_contacts() {
     Sketch sketch;
-    sketch.plot = {"contacts", "Contacts against the exact answer",
-                   "Patches in contact, summed over the steps: those that the exact answer has and this one has not, and the reverse.", {}};
+    sketch.plot = {"contacts",
+                   "Contacts against the exact answer",
+                   "Patches in contact, summed over the steps: those that the exact answer has and this one has not, and the reverse.",
+                   {}};
     sketch.commands = "set ylabel 'patches' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\nset style data histogram\n"
                       "set style histogram clustered gap 1.2\nset boxwidth 0.9\nset style fill solid 0.85 noborder\nset xtics nomirror\n"
                       "plot 'contacts.tsv' using 2:xtic(1) lc rgb '#c02626' title 'missed', '' using 3 lc rgb '#e0a23c' title 'false', "
@@ -123,13 +131,19 @@ std::vector<PlotData> plot_files(const CostTable& table) {
 std::string make_plots(CostTable& table, bool instruments) {
     if (std::all_of(table.rows.begin(), table.rows.end(), [](const CostRow& row) { return row.curve.empty(); })) return {};
     std::vector<Sketch> sketches{sketch_error(table), sketch_contacts()};
-    sketches.push_back(sketch_over_time(table, {"level", "Level reached", "Coarsest level still open when the descent ended; higher is finer.", {}},
-                                        2, "level", false));
-    sketches.push_back(sketch_over_time(table, {"open", "Open pairs", "Pairs of spheres that the budget left untested, assumed to collide.", {}}, 3, "pairs", false));
+    sketches.push_back(sketch_over_time(
+        table, {"level", "Level reached", "Coarsest level still open when the descent ended; higher is finer.", {}}, 2, "level", false));
+    sketches.push_back(sketch_over_time(
+        table, {"open", "Open pairs", "Pairs of spheres that the budget left untested, assumed to collide.", {}}, 3, "pairs", false));
     if (instruments)
-        sketches.push_back(sketch_over_time(table, {"tip", "Distance of the tip from the exact run's",
-                                                    "Where a run equals the exact one to the last bit it stands at 10^-7 mm.", {}}, 4, "mm", true));
-    sketches.push_back(sketch_over_time(table, {"times", "Time of a step", "Whole steps; where several share a point, the slowest.", {}}, 5, "ms", true));
+        sketches.push_back(sketch_over_time(table,
+                                            {"tip",
+                                             "Distance of the tip from the exact run's",
+                                             "Where a run equals the exact one to the last bit it stands at 10^-7 mm.",
+                                             {}},
+                                            4, "mm", true));
+    sketches.push_back(
+        sketch_over_time(table, {"times", "Time of a step", "Whole steps; where several share a point, the slowest.", {}}, 5, "ms", true));
     const auto plots = draw_plots(sketches, plot_files(table));
     if (!plots) {
         table.notices.push_back("no plots: " + plots.error().to_string());
@@ -137,7 +151,8 @@ std::string make_plots(CostTable& table, bool instruments) {
     }
     std::string page = "<div class=\"grid\">\n";
     for (const Plot& plot : *plots)
-        fmt::format_to(std::back_inserter(page), "<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
+        fmt::format_to(std::back_inserter(page),
+                       "<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
                        escape_html(plot.title), plot.svg, escape_html(plot.caption));
     return page + "</div>\n";
 }
@@ -171,9 +186,8 @@ std::string headline(const CostTable& table) {
             cheapest = &row;
     }
     if (cheapest != nullptr) return fmt::format("{} a step is enough: its run equals the exact one to the last bit", cheapest->budget.name);
-    const auto worst = std::max_element(table.rows.begin(), table.rows.end(), [](const CostRow& a, const CostRow& b) {
-        return a.surface.hausdorff < b.surface.hausdorff;
-    });
+    const auto worst = std::max_element(table.rows.begin(), table.rows.end(),
+                                        [](const CostRow& a, const CostRow& b) { return a.surface.hausdorff < b.surface.hausdorff; });
     if (worst == table.rows.end() || !(worst->surface.hausdorff > 0.0)) return "All runs equal the exact one to the last bit";
     return fmt::format("At {} a step the surfaces end up to {} mm from where exact contacts put them", worst->budget.name,
                        number_text(1e3 * worst->surface.hausdorff));
@@ -184,12 +198,15 @@ std::string how_measured(const Scene& scene, const CostTable& table) {
     for (std::size_t i = 0; i < table.patch_m.size(); ++i)
         patches += fmt::format("{}{} {} mm", i > 0 ? ", " : "", escape_html(scene.bodies[i].name), number_text(1e3 * table.patch_m[i]));
     return fmt::format(
-        "<h2>How it was measured</h2>\n<p>Times, surfaces and tips come from a run under each budget by itself; surfaces were compared with "
+        "<h2>How it was measured</h2>\n<p>Times, surfaces and tips come from a run under each budget by itself; surfaces were compared "
+        "with "
         "the exact run's at {} instants. Contacts, depths, forces and lists come from asking every budget in every step of the exact run "
-        "what it would have answered there. A contact is a patch of a surface in a step: cells of {}. Solids touch where their spheres come within {} mm, "
+        "what it would have answered there. A contact is a patch of a surface in a step: cells of {}. Solids touch where their spheres "
+        "come within {} mm, "
         "and pairs that the budget left open count as they do for the response; an instrument touches where the wall presses on it.</p>\n"
         "<p class=\"soft\">The exact run's contact force is {} N (root mean square over steps and bodies). {} patches of solids were "
-        "found within the tolerance by a search that shares nothing with the contact stages; {} of them lay beneath no contact of the exact "
+        "found within the tolerance by a search that shares nothing with the contact stages; {} of them lay beneath no contact of the "
+        "exact "
         "descent, and in the others the spheres' depth was {} mm from the surfaces' (root mean square).</p>\n",
         table.compared_states, patches, number_text(1e3 * table.tolerance_m), number_text(table.force_rms_n), table.near_patches,
         table.near_uncovered, number_text(1e3 * table.near_depth_rms_m));
@@ -199,12 +216,14 @@ std::string how_measured(const Scene& scene, const CostTable& table) {
 
 std::string cost_page(const Scene& scene, CostTable& table) {
     const std::string plots = make_plots(table, !scene.instruments.empty());
-    std::string page = fmt::format(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
-        "<title>The price of accuracy: {0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">{0}: the price of accuracy</p>\n"
-        "<div class=\"verdict note\"><h1>{2}</h1>\n<p class=\"lead\">{3} under {4}, each against the exact run.</p></div>\n",
-        escape_html(scene.name), kReportStyle, escape_html(headline(table)), count_text(table.steps, "step", "steps"),
-        count_text(table.rows.size(), "budget", "budgets"));
+    std::string page =
+        fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+                    "content=\"width=device-width,initial-scale=1\">\n"
+                    "<title>The price of accuracy: {0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">{0}: the price "
+                    "of accuracy</p>\n"
+                    "<div class=\"verdict note\"><h1>{2}</h1>\n<p class=\"lead\">{3} under {4}, each against the exact run.</p></div>\n",
+                    escape_html(scene.name), kReportStyle, escape_html(headline(table)), count_text(table.steps, "step", "steps"),
+                    count_text(table.rows.size(), "budget", "budgets"));
     page += table_html(table);
     if (!table.notices.empty()) {
         page += "<div class=\"notices\">";
@@ -213,8 +232,9 @@ std::string cost_page(const Scene& scene, CostTable& table) {
     }
     page += "<h2>Over budgets and time</h2>\n" + plots + how_measured(scene, table);
     const Machine machine = describe_machine();
-    page += fmt::format("<footer>{}, {} cores, {}. The numbers of this page are in cost.csv and cost.json.</footer>\n</main></body></html>\n",
-                        escape_html(machine.processor), machine.cores, escape_html(machine.compiler));
+    page +=
+        fmt::format("<footer>{}, {} cores, {}. The numbers of this page are in cost.csv and cost.json.</footer>\n</main></body></html>\n",
+                    escape_html(machine.processor), machine.cores, escape_html(machine.compiler));
     return page;
 }
 

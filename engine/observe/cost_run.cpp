@@ -22,9 +22,9 @@ struct Shape {
 };
 
 struct ExactRun {
-    std::uint64_t every = 1;          // steps between kept states
-    std::uint64_t steps = 0;          // taken
-    std::vector<Shape> shapes;        // after every such step
+    std::uint64_t every = 1;             // steps between kept states
+    std::uint64_t steps = 0;             // taken
+    std::vector<Shape> shapes;           // after every such step
     std::vector<std::vector<Vec3>> tips; // [step][instrument] m
     std::string failure;
 };
@@ -87,8 +87,8 @@ class CurveBuilder {
 public:
     explicit CurveBuilder(std::uint64_t steps) : every_(std::max<std::uint64_t>(1, (steps + kCurvePoints - 1) / kCurvePoints)) {}
     void add(const StepReport& report, double tip_distance, std::vector<CostPoint>& curve) {
-        const CostPoint now{report.time_s, static_cast<double>(report.level_reached), static_cast<double>(report.pairs_open),
-                            tip_distance, report.ms.total};
+        const CostPoint now{report.time_s, static_cast<double>(report.level_reached), static_cast<double>(report.pairs_open), tip_distance,
+                            report.ms.total};
         if (count_++ % every_ == 0) {
             curve.push_back(now);
             return;
@@ -232,7 +232,8 @@ private:
     void count_uncovered(const PatchContacts& near, const PatchContacts& reference) {
         table_.near_patches += near.size();
         for (const PatchContact& c : near) {
-            const auto at = std::lower_bound(reference.begin(), reference.end(), c, [](const auto& a, const auto& b) { return a.patch < b.patch; });
+            const auto at =
+                std::lower_bound(reference.begin(), reference.end(), c, [](const auto& a, const auto& b) { return a.patch < b.patch; });
             const bool covered = at != reference.end() && at->patch == c.patch;
             table_.near_uncovered += !covered;
             if (!covered) continue;
@@ -263,10 +264,12 @@ private:
 };
 
 void add_notices(CostTable& table, const ExactRun& exact) {
-    if (!exact.failure.empty()) table.notices.push_back(fmt::format("the exact run was stopped after {} steps: {}", exact.steps, exact.failure));
+    if (!exact.failure.empty())
+        table.notices.push_back(fmt::format("the exact run was stopped after {} steps: {}", exact.steps, exact.failure));
     for (const CostRow& row : table.rows)
         if (!row.failure.empty())
-            table.notices.push_back(fmt::format("the run under {} was stopped after {} steps: {}", row.budget.name, row.steps, row.failure));
+            table.notices.push_back(
+                fmt::format("the run under {} was stopped after {} steps: {}", row.budget.name, row.steps, row.failure));
     if (table.near_uncovered > 0)
         table.notices.push_back(fmt::format("{} of {} patches nearer than the tolerance lie beneath no leaf contact of the exact "
                                             "descent: surfaces that are deeper in one another than their leaf spheres reach",

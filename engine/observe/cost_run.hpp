@@ -14,7 +14,7 @@
 namespace seldinger::engine {
 
 struct NamedBudget {
-    std::string name;    // as it was written
+    std::string name; // as it was written
     BudgetLimits limits;
 };
 
@@ -29,22 +29,22 @@ struct CostOptions {
 inline constexpr std::size_t kCurvePoints = 400;
 struct CostPoint {
     double time_s = 0.0;
-    double level = 0.0;           // coarsest level reached since the point before
-    double pairs_open = 0.0;      // most since the point before
-    double tip_distance_m = 0.0;  // farthest from the exact run's since the point before
-    double step_ms = 0.0;         // slowest since the point before
+    double level = 0.0;          // coarsest level reached since the point before
+    double pairs_open = 0.0;     // most since the point before
+    double tip_distance_m = 0.0; // farthest from the exact run's since the point before
+    double step_ms = 0.0;        // slowest since the point before
 };
 
 struct CostRow {
     NamedBudget budget;
-    std::uint64_t steps = 0;      // taken; fewer than asked for where a run was stopped
-    std::string failure;          // why it was stopped
+    std::uint64_t steps = 0; // taken; fewer than asked for where a run was stopped
+    std::string failure;     // why it was stopped
     // run by itself
     Percentiles step_ms, charged_ms;
     double step_ms_p999 = 0.0;
-    double budget_kept = 1.0;     // share of steps
+    double budget_kept = 1.0; // share of steps
     std::uint64_t exact_steps = 0, lumen_exits = 0, dropped_steps = 0;
-    SurfaceDistance surface;      // against the exact run, over the compared steps
+    SurfaceDistance surface; // against the exact run, over the compared steps
     double tip_distance_rms_m = 0.0, tip_distance_max_m = 0.0;
     std::string state_hash;
     std::vector<CostPoint> curve;
@@ -56,15 +56,15 @@ struct CostRow {
 };
 
 struct CostTable {
-    std::vector<CostRow> rows;            // as the budgets
-    std::uint64_t steps = 0;              // of the exact run
-    std::uint64_t compared_states = 0;    // at which surfaces were compared
+    std::vector<CostRow> rows;         // as the budgets
+    std::uint64_t steps = 0;           // of the exact run
+    std::uint64_t compared_states = 0; // at which surfaces were compared
     double tolerance_m = 0.0;
-    std::vector<double> patch_m;          // by body
-    std::uint64_t near_patches = 0;       // (patch, step) of solids nearer than the tolerance, by the independent search
-    std::uint64_t near_uncovered = 0;     // of those, beneath no leaf pair that the exact descent reported
-    double near_depth_rms_m = 0.0;        // over the covered ones: depth of the leaf spheres against that of the surfaces
-    double force_rms_n = 0.0;             // of the exact run, over steps and bodies
+    std::vector<double> patch_m;      // by body
+    std::uint64_t near_patches = 0;   // (patch, step) of solids nearer than the tolerance, by the independent search
+    std::uint64_t near_uncovered = 0; // of those, beneath no leaf pair that the exact descent reported
+    double near_depth_rms_m = 0.0;    // over the covered ones: depth of the leaf spheres against that of the surfaces
+    double force_rms_n = 0.0;         // of the exact run, over steps and bodies
     bool interrupted = false;
     std::vector<std::string> notices;
 };

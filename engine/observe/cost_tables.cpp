@@ -61,10 +61,10 @@ std::string cost_csv(const CostTable& table) {
     std::string text = "budget,step_ms_p50,step_ms_p99,budget_kept,pairs_open_mean,leaf_contacts_mean,level_reached_mean,"
                        "missed_contacts,false_contacts,depth_error_rms_m,force_error_rel,surface_rms_m,surface_hausdorff_m\n";
     for (const CostRow& row : table.rows)
-        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(row.budget.name),
-                       row.step_ms.p50, row.step_ms.p99, row.budget_kept, row.pairs_open_mean, row.leaf_contacts_mean,
-                       row.level_reached_mean, row.contacts.missed, row.contacts.spurious, row.depth_error_rms_m(),
-                       row.force_error_rel, row.surface.rms(), row.surface.hausdorff);
+        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(row.budget.name), row.step_ms.p50,
+                       row.step_ms.p99, row.budget_kept, row.pairs_open_mean, row.leaf_contacts_mean, row.level_reached_mean,
+                       row.contacts.missed, row.contacts.spurious, row.depth_error_rms_m(), row.force_error_rel, row.surface.rms(),
+                       row.surface.hausdorff);
     return text;
 }
 
@@ -84,15 +84,18 @@ std::string cost_json(const Scene& scene, const CostTable& table) {
     for (const CostRow& row : table.rows) json["rows"].push_back(row_json(row));
     json["notices"] = table.notices;
     const Machine machine = describe_machine();
-    json["machine"] = {{"processor", machine.processor}, {"cores", machine.cores}, {"memory_gib", machine.memory_gib},
-                       {"system", machine.system}, {"compiler", machine.compiler}};
+    json["machine"] = {{"processor", machine.processor},
+                       {"cores", machine.cores},
+                       {"memory_gib", machine.memory_gib},
+                       {"system", machine.system},
+                       {"compiler", machine.compiler}};
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string cost_text(const CostTable& table) {
-    std::string text = fmt::format("{:<12} {:>9} {:>9} {:>7} {:>9} {:>9} {:>6} {:>8} {:>8} {:>10} {:>9} {:>10} {:>10}\n", "budget",
-                                   "p50 [ms]", "p99 [ms]", "kept", "open", "leaves", "level", "missed", "false", "depth [mm]",
-                                   "force", "rms [mm]", "Hausd [mm]");
+    std::string text =
+        fmt::format("{:<12} {:>9} {:>9} {:>7} {:>9} {:>9} {:>6} {:>8} {:>8} {:>10} {:>9} {:>10} {:>10}\n", "budget", "p50 [ms]", "p99 [ms]",
+                    "kept", "open", "leaves", "level", "missed", "false", "depth [mm]", "force", "rms [mm]", "Hausd [mm]");
     for (const CostRow& row : table.rows)
         fmt::format_to(std::back_inserter(text),
                        "{:<12} {:>9.3g} {:>9.3g} {:>6.2f}% {:>9.4g} {:>9.4g} {:>6.2f} {:>8} {:>8} {:>10.3g} {:>9.3g} {:>10.3g} {:>10.3g}\n",

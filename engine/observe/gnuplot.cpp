@@ -44,7 +44,8 @@ std::string inline_svg(std::string svg, const std::string& name) {
     const std::size_t begin = svg.find("<svg");
     if (begin == std::string::npos) return {};
     svg.erase(0, begin);
-    for (const char* id : {"gnuplot_plot_", "gnuplot_canvas", "gpDot", "gpPt", "hypertextBox", "hypertext", "textbox", "greybox", "gridoutline"}) {
+    for (const char* id :
+         {"gnuplot_plot_", "gnuplot_canvas", "gpDot", "gpPt", "hypertextBox", "hypertext", "textbox", "greybox", "gridoutline"}) {
         replace_all(svg, fmt::format("id=\"{}", id), fmt::format("id=\"{}_{}", name, id));
         replace_all(svg, fmt::format("id='{}", id), fmt::format("id='{}_{}", name, id));
         replace_all(svg, fmt::format("#{}", id), fmt::format("#{}_{}", name, id));
@@ -59,12 +60,12 @@ Result<std::vector<Plot>> draw_plots(const std::vector<Sketch>& sketches, const 
     if (!folder) return folder.error();
     for (const PlotData& file : data)
         if (Result<void> written = write_file_atomically(folder->path() / file.name, file.text); !written) return written.error();
-    if (Result<void> written = write_file_atomically(folder->path() / "plots.gp", script_of(sketches)); !written)
-        return written.error();
+    if (Result<void> written = write_file_atomically(folder->path() / "plots.gp", script_of(sketches)); !written) return written.error();
     const Result<ProcessOutcome> outcome = run_process(*gnuplot, {"-d", "plots.gp"}, folder->path(), kTimeLimit);
     if (!outcome) return outcome.error();
-    const Error failed{.code = ErrorCode::ToolFailed, .message = "gnuplot drew nothing: " +
-                           (outcome->timed_out ? fmt::format("it took more than {} s", kTimeLimit) : outcome->output)};
+    const Error failed{.code = ErrorCode::ToolFailed,
+                       .message = "gnuplot drew nothing: " +
+                                  (outcome->timed_out ? fmt::format("it took more than {} s", kTimeLimit) : outcome->output)};
     if (outcome->timed_out || outcome->exit_code != 0) return failed;
     std::vector<Plot> plots;
     for (const Sketch& sketch : sketches) {

@@ -42,8 +42,10 @@ std::string on_one_line(std::string text) {
 template <class Number>
 bool read_number(std::string_view text, Number& value, int base = 10) {
     std::from_chars_result done{};
-    if constexpr (std::is_floating_point_v<Number>) done = std::from_chars(text.data(), text.data() + text.size(), value);
-    else done = std::from_chars(text.data(), text.data() + text.size(), value, base);
+    if constexpr (std::is_floating_point_v<Number>)
+        done = std::from_chars(text.data(), text.data() + text.size(), value);
+    else
+        done = std::from_chars(text.data(), text.data() + text.size(), value, base);
     return done.ec == std::errc() && done.ptr == text.data() + text.size() && !text.empty();
 }
 
@@ -133,15 +135,16 @@ std::uint64_t fingerprint_of(const StepReport& report) noexcept {
     hash.add(report.tip);
     for (const double value : {report.kinetic_j, report.elastic_j, report.contact_force_n, report.insertion_m, report.rotation_rad})
         hash.add(value);
-    for (const std::uint64_t value : {report.pairs_tested, report.pairs_open, report.leaf_contacts, report.candidates, report.exact_contacts})
+    for (const std::uint64_t value :
+         {report.pairs_tested, report.pairs_open, report.leaf_contacts, report.candidates, report.exact_contacts})
         hash.add(value);
     return hash.value();
 }
 
 std::string grant_record_text(const GrantRecord& record) {
-    std::string text = fmt::format("{}\nscene {:016x} {}\nbudget {} {}\nsteps {}\nstate {:016x}\n", kMagic, record.model_hash,
-                                   on_one_line(record.scene), budget_text(record.limits), record.covers_step ? "step" : "collision",
-                                   record.steps.size(), record.state_hash);
+    std::string text =
+        fmt::format("{}\nscene {:016x} {}\nbudget {} {}\nsteps {}\nstate {:016x}\n", kMagic, record.model_hash, on_one_line(record.scene),
+                    budget_text(record.limits), record.covers_step ? "step" : "collision", record.steps.size(), record.state_hash);
     for (std::size_t k = 0; k < record.steps.size(); ++k) {
         fmt::format_to(std::back_inserter(text), "{} {:016x}", k + 1, record.steps[k].fingerprint);
         for (const Decision& decision : record.steps[k].decisions)

@@ -105,8 +105,7 @@ Result<void> RunObserver::Parts::write_pages(RunRecord& record) {
     return write_file_atomically(folder.path() / output_name::kSummary, summary_text(record));
 }
 
-Result<std::unique_ptr<RunObserver>> RunObserver::open(const Scene& scene, const PreparedScene& prepared,
-                                                       const ObserveOptions& options) {
+Result<std::unique_ptr<RunObserver>> RunObserver::open(const Scene& scene, const PreparedScene& prepared, const ObserveOptions& options) {
     Result<OutputFolder> folder = OutputFolder::open(options.out, options.force);
     if (!folder) return folder.error();
     Result<StepTable> table = StepTable::create(options.out, budget_limit_ms(scene.budget));
@@ -145,8 +144,8 @@ Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s
     record.gl = parts.photographer.renderer_name();
     record.machine = describe_machine();
     for (const TakenPicture& picture : parts.photographer.taken()) record.pictures.push_back(picture.file);
-    make_run_summary(record, static_cast<double>(parts.statistics.steps) * parts.scene.time.step,
-                     std::max(wall_s - record.observe_s, 0.0), hash_state(state));
+    make_run_summary(record, static_cast<double>(parts.statistics.steps) * parts.scene.time.step, std::max(wall_s - record.observe_s, 0.0),
+                     hash_state(state));
     if (Result<void> written = parts.write_pages(record); !written) return written.error();
     return record.summary;
 }

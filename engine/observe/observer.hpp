@@ -12,11 +12,11 @@
 namespace seldinger::engine {
 
 struct ObserveOptions {
-    std::filesystem::path out;    // folder; made if missing
-    bool force = false;           // an existing folder that is not empty may be written into
-    bool record = false;          // states for ParaView, every outputs.record_every steps (or so that 100 are kept)
+    std::filesystem::path out; // folder; made if missing
+    bool force = false;        // an existing folder that is not empty may be written into
+    bool record = false;       // states for ParaView, every outputs.record_every steps (or so that 100 are kept)
     bool pictures = true;
-    std::uint64_t steps = 0;      // that the run is going to take
+    std::uint64_t steps = 0; // that the run is going to take
 };
 
 /// Percentiles of one series, ms.
@@ -29,12 +29,12 @@ struct RunSummary {
     std::uint64_t steps = 0;
     double simulated_s = 0.0, wall_s = 0.0, realtime_factor = 0.0;
     Percentiles step_ms, collision_ms;
-    double budget_kept = 1.0;     // share of steps, 0..1
+    double budget_kept = 1.0; // share of steps, 0..1
     double worst_overrun_ms = 0.0;
     std::uint64_t overruns = 0;
     std::uint64_t lumen_exits = 0, unresolved = 0, assumed = 0, contacts = 0, exact_steps = 0, held_back_steps = 0;
     double target_distance_m = -1.0;
-    std::string state_hash;       // hex
+    std::string state_hash; // hex
     bool finite = true;
     std::string failure;
 };

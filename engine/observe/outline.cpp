@@ -20,9 +20,8 @@ std::vector<OutlineEdge> find_outline(const TriMesh& mesh, const Vec3& view_dire
             sides.push_back({a, b, faces_away});
         }
     }
-    std::sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) {
-        return std::tie(p.a, p.b, p.faces_away) < std::tie(q.a, q.b, q.faces_away);
-    });
+    std::sort(sides.begin(), sides.end(),
+              [](const Side& p, const Side& q) { return std::tie(p.a, p.b, p.faces_away) < std::tie(q.a, q.b, q.faces_away); });
     std::vector<OutlineEdge> outline;
     for (std::size_t i = 0, next = 0; i < sides.size(); i = next) {
         while (next < sides.size() && sides[next].a == sides[i].a && sides[next].b == sides[i].b) ++next;

@@ -31,9 +31,9 @@ Error no_folder(const fs::path& path, int reason) {
 
 /// The lock file's name may have moved on to another file between our open and our lock: its holder removed it.
 bool is_still_named(int fd, const fs::path& path) {
-    struct stat ours {}, named {};
-    return ::fstat(fd, &ours) == 0 && ::stat(path.c_str(), &named) == 0 && ours.st_ino == named.st_ino &&
-           ours.st_dev == named.st_dev;
+    struct stat ours {
+    }, named{};
+    return ::fstat(fd, &ours) == 0 && ::stat(path.c_str(), &named) == 0 && ours.st_ino == named.st_ino && ours.st_dev == named.st_dev;
 }
 
 /// A descriptor that holds the folder. Locks of dead processes are gone with them.
@@ -69,9 +69,7 @@ bool skip(std::string_view& text, std::string_view piece) {
     return true;
 }
 
-bool has_state_ending(std::string_view name) {
-    return name.ends_with(".vtp") || name.ends_with(".vtu") || name.ends_with(".pvd");
-}
+bool has_state_ending(std::string_view name) { return name.ends_with(".vtp") || name.ends_with(".vtu") || name.ends_with(".pvd"); }
 
 /// anatomy_01_t04.20s.png
 bool is_picture(std::string_view name) {
@@ -82,8 +80,8 @@ bool is_picture(std::string_view name) {
 bool is_page(std::string_view name) {
     return name == output_name::kSteps || name == output_name::kPartialSteps || name == output_name::kSummary ||
            name == output_name::kReport || name == output_name::kTrace || name == output_name::kCost || name == output_name::kCostJson ||
-           name == output_name::kPath || name == output_name::kCentreline || name == output_name::kPlan ||
-           name == output_name::kPrepare || name == output_name::kSpheres;
+           name == output_name::kPath || name == output_name::kCentreline || name == output_name::kPlan || name == output_name::kPrepare ||
+           name == output_name::kSpheres;
 }
 
 /// .NAME.PID.COUNT.part, which a run that was killed while it wrote leaves behind
@@ -158,13 +156,13 @@ Result<OutputFolder> OutputFolder::open(const fs::path& path, bool force) {
     if (content.empty()) return folder;
     if (!force)
         return cannot_write(path, fmt::format("the output folder is not empty (it holds {}); --force writes into it and replaces "
-                                              "the outputs of an earlier run", content));
+                                              "the outputs of an earlier run",
+                                              content));
     if (Result<void> removed = remove_old_outputs(path); !removed) return removed.error();
     return folder;
 }
 
-OutputFolder::OutputFolder(OutputFolder&& other) noexcept
-    : path_(std::move(other.path_)), lock_(std::exchange(other.lock_, -1)) {}
+OutputFolder::OutputFolder(OutputFolder&& other) noexcept : path_(std::move(other.path_)), lock_(std::exchange(other.lock_, -1)) {}
 
 OutputFolder::~OutputFolder() {
     if (lock_ < 0) return;

@@ -23,9 +23,8 @@ double mean_edge(const TriMesh& mesh) {
 
 /// Sorts, and keeps the deepest of each patch.
 void settle(PatchContacts& contacts) {
-    std::sort(contacts.begin(), contacts.end(), [](const PatchContact& a, const PatchContact& b) {
-        return a.patch != b.patch ? a.patch < b.patch : a.depth > b.depth;
-    });
+    std::sort(contacts.begin(), contacts.end(),
+              [](const PatchContact& a, const PatchContact& b) { return a.patch != b.patch ? a.patch < b.patch : a.depth > b.depth; });
     const auto same = [](const PatchContact& a, const PatchContact& b) { return a.patch == b.patch; };
     contacts.erase(std::unique(contacts.begin(), contacts.end(), same), contacts.end());
 }
@@ -43,8 +42,8 @@ PatchFinder::PatchFinder(const SceneModel& model, const CostSpec& cost)
         grid.size = std::max(grid.size, bounds.longest_edge() / kMostCells);
         grid.origin = bounds.empty() ? Vec3(Vec3::Zero()) : bounds.lo;
         for (const Triangle& t : body.surface.triangles)
-            grid.cell_of_triangle.push_back(cell_of(
-                i, (body.surface.vertices[t[0]] + body.surface.vertices[t[1]] + body.surface.vertices[t[2]]) / 3.0));
+            grid.cell_of_triangle.push_back(
+                cell_of(i, (body.surface.vertices[t[0]] + body.surface.vertices[t[1]] + body.surface.vertices[t[2]]) / 3.0));
         if (!body.hollow) grid.cells_of_sphere.resize(body.covering.tree.sphere_count());
     }
     for (std::size_t i = 0; i < model.bodies.size(); ++i)

@@ -57,8 +57,8 @@ private:
 
     const SceneModel& model_;
     double tolerance_;
-    std::vector<Grid> grids_;         // [body]
-    std::vector<InsideTest> inside_;  // [body] solid ones that something can touch
+    std::vector<Grid> grids_;        // [body]
+    std::vector<InsideTest> inside_; // [body] solid ones that something can touch
 };
 
 /// What an answer lacks and has too much, against a reference of the same step.

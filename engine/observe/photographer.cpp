@@ -8,19 +8,21 @@ namespace seldinger::engine {
 
 const char* view_name(PictureView view) noexcept {
     switch (view) {
-    case PictureView::Anatomy: return "anatomy";
-    case PictureView::Tip: return "tip";
-    case PictureView::Fluoroscopy: return "fluoro";
+    case PictureView::Anatomy:
+        return "anatomy";
+    case PictureView::Tip:
+        return "tip";
+    case PictureView::Fluoroscopy:
+        return "fluoro";
     }
     return "";
 }
 
 Photographer::Photographer(const Scene& scene, std::filesystem::path folder)
-    : folder_(std::move(folder)), wanted_(scene.outputs.pictures), tolerance_(1e-6 * scene.time.step),
-      width_(scene.outputs.width), height_(scene.outputs.height) {
-    const bool has_fluoroscopy = std::any_of(wanted_.begin(), wanted_.end(), [](const PictureSpec& picture) {
-        return picture.view == PictureView::Fluoroscopy;
-    });
+    : folder_(std::move(folder)), wanted_(scene.outputs.pictures), tolerance_(1e-6 * scene.time.step), width_(scene.outputs.width),
+      height_(scene.outputs.height) {
+    const bool has_fluoroscopy =
+        std::any_of(wanted_.begin(), wanted_.end(), [](const PictureSpec& picture) { return picture.view == PictureView::Fluoroscopy; });
     if (scene.effects.fluoroscopy && !has_fluoroscopy) wanted_.push_back({PictureView::Fluoroscopy, scene.time.duration});
     std::stable_sort(wanted_.begin(), wanted_.end(), [](const PictureSpec& a, const PictureSpec& b) { return a.time < b.time; });
 }
@@ -56,9 +58,8 @@ Result<void> Photographer::take(PictureView view, const Moment& moment, double t
     }
     const View shown = make_view(view, moment, width_, height_);
     const int width = static_cast<int>(width_), height = static_cast<int>(height_);
-    const Result<Picture> picture = view == PictureView::Fluoroscopy
-                                        ? renderer_->fluoroscopy(shown.scene, shown.camera, width, height)
-                                        : renderer_->shaded(shown.scene, shown.camera, width, height);
+    const Result<Picture> picture = view == PictureView::Fluoroscopy ? renderer_->fluoroscopy(shown.scene, shown.camera, width, height)
+                                                                     : renderer_->shaded(shown.scene, shown.camera, width, height);
     if (!picture) {
         give_up(picture.error().to_string(), notices);
         return {};

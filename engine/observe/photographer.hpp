@@ -11,8 +11,8 @@ namespace seldinger::engine {
 
 struct TakenPicture {
     PictureView view = PictureView::Anatomy;
-    double time = 0.0;  // s
-    std::string file;   // name in the output folder
+    double time = 0.0; // s
+    std::string file;  // name in the output folder
 };
 
 class Photographer {
@@ -38,7 +38,7 @@ private:
     std::filesystem::path folder_;
     std::vector<PictureSpec> wanted_; // by time, next_ is the first not taken
     std::size_t next_ = 0;
-    double tolerance_ = 0.0;          // s
+    double tolerance_ = 0.0; // s
     unsigned width_, height_;
     std::vector<TakenPicture> taken_;
     std::unique_ptr<Renderer> renderer_;

@@ -12,10 +12,10 @@ namespace {
 const Vec3 kFront = Vec3(0.0, -1.0, -0.22).normalized();
 const Vec3 kAnteroPosterior(0.0, -1.0, 0.0);
 
-constexpr double kTipViewHeight = 64.0;      // [-] of a tip picture, in radii of the instrument
-constexpr double kTipViewAngle = 0.35;       // rad
-constexpr Index kTipTangentNodes = 4;        // back from the tip, for its direction
-constexpr double kTipOrganOpacity = 0.05;    // an organ around the tip is mist, no more
+constexpr double kTipViewHeight = 64.0;   // [-] of a tip picture, in radii of the instrument
+constexpr double kTipViewAngle = 0.35;    // rad
+constexpr Index kTipTangentNodes = 4;     // back from the tip, for its direction
+constexpr double kTipOrganOpacity = 0.05; // an organ around the tip is mist, no more
 constexpr double kTipVesselOpacity = 0.26;
 constexpr double kInstrumentEmphasis = 0.92; // seen from afar, through two walls and an organ
 constexpr double kInstrumentPixels = 2.5;    // half width of an instrument seen from afar
@@ -23,9 +23,9 @@ constexpr double kFluoroVessel = 9.0;        // 1/m: a trace of contrast agent
 constexpr double kFluoroTail = 0.05;         // m behind the tip that stays in the picture
 constexpr double kFluoroOrgan = 1.6;         // 1/m
 constexpr std::size_t kMaxMarkers = 4000;
-constexpr double kMarkerForce = 1.0e-3;      // N, gentler presses are left out
-constexpr double kMarkerRadius = 3.4;        // pixels at a height of 720
-constexpr double kSmallestRange = 1.0e-5;    // m, of the colour bar
+constexpr double kMarkerForce = 1.0e-3;   // N, gentler presses are left out
+constexpr double kMarkerRadius = 3.4;     // pixels at a height of 720
+constexpr double kSmallestRange = 1.0e-5; // m, of the colour bar
 
 RenderSurface make_surface(PictureView view, const BodyModel& body, const BodyState& state) {
     RenderSurface surface{.vertices = state.surface, .triangles = body.surface.triangles};
@@ -46,8 +46,7 @@ RenderSurface make_surface(PictureView view, const BodyModel& body, const BodySt
 
 std::vector<Vec3> inserted_part(const InstrumentModel& instrument, const fem::RodState& rod) {
     std::vector<Vec3> points{instrument.port.position};
-    const Index first = std::min(fem::first_inserted_node(instrument.rod, rod.insertion),
-                                 static_cast<Index>(rod.position.size()));
+    const Index first = std::min(fem::first_inserted_node(instrument.rod, rod.insertion), static_cast<Index>(rod.position.size()));
     points.insert(points.end(), rod.position.begin() + first, rod.position.end());
     return points;
 }
@@ -55,12 +54,14 @@ std::vector<Vec3> inserted_part(const InstrumentModel& instrument, const fem::Ro
 void add_instrument(PictureView view, const InstrumentModel& instrument, const InstrumentState& state, View& out) {
     if (view == PictureView::Anatomy) {
         const std::vector<Vec3>& line = out.lines.emplace_back(inserted_part(instrument, state.rod));
-        out.scene.tubes.push_back({.points = line, .radius = instrument.rod.design.radius, .min_radius_px = kInstrumentPixels,
-                                   .emphasis = kInstrumentEmphasis});
+        out.scene.tubes.push_back(
+            {.points = line, .radius = instrument.rod.design.radius, .min_radius_px = kInstrumentPixels, .emphasis = kInstrumentEmphasis});
         return;
     }
-    out.scene.surfaces.push_back({.vertices = state.skin, .triangles = instrument.skin.triangles,
-                                  .colour = palette::kInstrument, .emphasis = palette::kInstrumentEmphasis,
+    out.scene.surfaces.push_back({.vertices = state.skin,
+                                  .triangles = instrument.skin.triangles,
+                                  .colour = palette::kInstrument,
+                                  .emphasis = palette::kInstrumentEmphasis,
                                   .attenuation = palette::kInstrumentAttenuation});
 }
 
@@ -155,8 +156,7 @@ View make_view(PictureView view, const Moment& moment, unsigned width, unsigned 
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         out.scene.surfaces.push_back(make_surface(view, model.bodies[i], moment.state.bodies[i]));
     out.lines.reserve(model.instruments.size()); // tubes point into it
-    for (std::size_t i = 0; i < model.instruments.size(); ++i)
-        add_instrument(view, model.instruments[i], moment.state.instruments[i], out);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) add_instrument(view, model.instruments[i], moment.state.instruments[i], out);
     const double aspect = static_cast<double>(width) / static_cast<double>(height);
     const double target_size = model.instruments.empty() ? 0.003 : 3.0 * model.instruments.front().rod.design.radius;
     for (const Place& target : moment.prepared.targets)

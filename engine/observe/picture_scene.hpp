@@ -2,8 +2,8 @@
 #pragma once
 
 #include "engine/gpu/renderer.hpp"
-#include "engine/scene/scene.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/scene/scene.hpp"
 #include "engine/step/context.hpp"
 
 #include <span>

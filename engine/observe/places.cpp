@@ -28,15 +28,17 @@ std::string shell_quoted(std::string_view word) {
     if (!word.empty() && word.find_first_not_of(kPlain) == std::string_view::npos) return std::string(word);
     std::string quoted = "'";
     for (const char c : word) {
-        if (c == '\'') quoted += "'\\''";
-        else quoted += c;
+        if (c == '\'')
+            quoted += "'\\''";
+        else
+            quoted += c;
     }
     return quoted + "'";
 }
 
 std::string repeat_command(const Scene& scene, std::uint64_t steps) {
-    std::string command = fmt::format("seldinger run {} -n {} --budget {}", shell_quoted(project_path(scene.file)), steps,
-                                      scene.budget.to_string());
+    std::string command =
+        fmt::format("seldinger run {} -n {} --budget {}", shell_quoted(project_path(scene.file)), steps, scene.budget.to_string());
     if (!scene.instruments.empty() && !scene.instruments.front().path_file.empty())
         command += " --path " + shell_quoted(scene.instruments.front().path_file.string());
     return command + " --out repeated";
@@ -44,9 +46,12 @@ std::string repeat_command(const Scene& scene, std::uint64_t steps) {
 
 const char* mode_name(BudgetMode mode) noexcept {
     switch (mode) {
-    case BudgetMode::Wall: return "wall";
-    case BudgetMode::Work: return "work";
-    case BudgetMode::Exact: return "exact";
+    case BudgetMode::Wall:
+        return "wall";
+    case BudgetMode::Work:
+        return "work";
+    case BudgetMode::Exact:
+        return "exact";
     }
     return "";
 }

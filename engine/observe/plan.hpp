@@ -15,12 +15,12 @@ namespace seldinger::engine {
 
 /// The route at rest, point by point.
 struct RouteReport {
-    double length = 0.0;                 // m
-    double smallest_radius = 0.0;        // m of free space around the route
-    double smallest_radius_at = 0.0;     // m along the route
-    double sharpest_curvature = 0.0;     // 1/m
-    double sharpest_curvature_at = 0.0;  // m along the route
-    std::vector<double> curvature;       // [points] 1/m
+    double length = 0.0;                // m
+    double smallest_radius = 0.0;       // m of free space around the route
+    double smallest_radius_at = 0.0;    // m along the route
+    double sharpest_curvature = 0.0;    // 1/m
+    double sharpest_curvature_at = 0.0; // m along the route
+    std::vector<double> curvature;      // [points] 1/m
 };
 
 /// Curvature of a polyline at each point, from the circle through it and the points `window` m before and behind.
@@ -31,14 +31,14 @@ struct RouteReport {
 
 struct Plan {
     bool arrived = false;
-    std::vector<DriveRow> path;          // what the hand did, a row per step
-    std::vector<double> progress;        // [path] m, distance of the tip from the target
-    double time = 0.0;                   // s, when the tip arrived; the end of the trial if it did not
-    double closest = 0.0;                // m, tip to target at its nearest
-    double last = 0.0;                   // m, at the end of the plan
+    std::vector<DriveRow> path;   // what the hand did, a row per step
+    std::vector<double> progress; // [path] m, distance of the tip from the target
+    double time = 0.0;            // s, when the tip arrived; the end of the trial if it did not
+    double closest = 0.0;         // m, tip to target at its nearest
+    double last = 0.0;            // m, at the end of the plan
     unsigned retractions = 0;
     std::uint64_t lumen_exits = 0;
-    double largest_force = 0.0;          // N on the wall
+    double largest_force = 0.0; // N on the wall
 };
 
 /// Drives the first instrument along its route in the prepared scene, for at most `time_limit` s of simulated time, and a

@@ -41,8 +41,8 @@ std::string json_text(const PlanRecord& record) {
     json["scene"] = project_path(record.scene.file);
     json["instrument"] = instrument.name;
     json["target"] = record.target;
-    json["units"] = {{"time", record.scene.units.time_name}, {"length", record.scene.units.length_name},
-                     {"angle", record.scene.units.angle_name}};
+    json["units"] = {
+        {"time", record.scene.units.time_name}, {"length", record.scene.units.length_name}, {"angle", record.scene.units.angle_name}};
     json["arrived"] = record.plan.arrived;
     json["time_s"] = record.plan.time;
     json["steps"] = record.plan.path.size() - 1;
@@ -74,36 +74,46 @@ std::string route_data(const PlanRecord& record) {
 std::string motion_data(const PlanRecord& record) {
     std::string text;
     for (std::size_t i = 0; i < record.plan.path.size(); ++i)
-        text += fmt::format("{} {} {} {}\n", record.plan.path[i].time, 1e3 * record.plan.path[i].insertion,
-                            record.plan.path[i].rotation, 1e3 * record.plan.progress[i]);
+        text += fmt::format("{} {} {} {}\n", record.plan.path[i].time, 1e3 * record.plan.path[i].insertion, record.plan.path[i].rotation,
+                            1e3 * record.plan.progress[i]);
     return text;
 }
 
 std::vector<Sketch> make_sketches(const PlanRecord& record) {
     const std::string along = "set xlabel 'along the route [mm]' textcolor rgb '#4b5563' offset 0,0.4\nset yrange [0:*]\n";
     const std::string time = "set xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4\n";
-    Sketch room{{"room", "Room along the route", "Free radius around the lumen's centreline, and what the instrument leaves of it.", {}}, 540, 300, along};
-    room.commands += "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' title 'free radius', "
+    Sketch room{{"room", "Room along the route", "Free radius around the lumen's centreline, and what the instrument leaves of it.", {}},
+                540,
+                300,
+                along};
+    room.commands += "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' "
+                     "title 'free radius', "
                      "'' using 1:3 with lines lw 1.6 lc rgb '#0f8a6d' title 'clearance'";
     Sketch bend{{"bend", "Curvature of the route", "What the instrument has to bend to, if it stays in the middle.", {}}, 540, 300, along};
-    bend.commands += "unset key\nset ylabel '1/m' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:4 with lines lw 1.6 lc rgb '#7c3aed'";
+    bend.commands +=
+        "unset key\nset ylabel '1/m' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:4 with lines lw 1.6 lc rgb '#7c3aed'";
     Sketch hand{{"hand", "What the hand does", "Insertion, and how far the tip is from the target.", {}}, 540, 300, time};
-    hand.commands += "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' title 'inserted', "
+    hand.commands += "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' "
+                     "title 'inserted', "
                      "'' using 1:4 with lines lw 1.6 lc rgb '#d97706' title 'tip to target'";
     Sketch turn{{"turn", "Rotation of the handle", "", {}}, 540, 300, time};
-    turn.commands += "unset key\nset ylabel 'rad' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:3 with lines lw 1.6 lc rgb '#2158d6'";
+    turn.commands +=
+        "unset key\nset ylabel 'rad' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:3 with lines lw 1.6 lc rgb '#2158d6'";
     return record.plan.path.size() > 1 ? std::vector{room, bend, hand, turn} : std::vector{room, bend};
 }
 
 std::string page_text(const PlanRecord& record, std::vector<std::string>& notices) {
     const std::string title = fmt::format("{}: way to {}", escape_html(record.scene.name), escape_html(record.target));
-    std::string page = fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
-                                   "<title>{0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">{0}</p>\n", title, kReportStyle);
+    std::string page = fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+                                   "content=\"width=device-width,initial-scale=1\">\n"
+                                   "<title>{0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">{0}</p>\n",
+                                   title, kReportStyle);
     const InstrumentModel& instrument = instrument_of(record);
-    page += fmt::format("<h1>{}</h1>\n", record.plan.arrived
-                            ? fmt::format("The tip arrives after {:.1f} s.", record.plan.time)
-                            : fmt::format("The tip does not arrive: {:.1f} mm at its nearest.", 1e3 * record.plan.closest));
-    page += fmt::format("<p class=\"lead\">{:.0f} mm along the lumen, {:.2f} mm wide at its narrowest (after {:.0f} mm), bent to a radius of {:.1f} mm at its "
+    page += fmt::format("<h1>{}</h1>\n",
+                        record.plan.arrived ? fmt::format("The tip arrives after {:.1f} s.", record.plan.time)
+                                            : fmt::format("The tip does not arrive: {:.1f} mm at its nearest.", 1e3 * record.plan.closest));
+    page += fmt::format("<p class=\"lead\">{:.0f} mm along the lumen, {:.2f} mm wide at its narrowest (after {:.0f} mm), bent to a radius "
+                        "of {:.1f} mm at its "
                         "sharpest (after {:.0f} mm). {} retraction{}, {} vertices outside the lumen, at most {:.2g} N on the wall.</p>\n",
                         1e3 * record.route.length, 2e3 * record.route.smallest_radius, 1e3 * record.route.smallest_radius_at,
                         record.route.sharpest_curvature > 0.0 ? 1e3 / record.route.sharpest_curvature : 0.0,
@@ -120,8 +130,10 @@ std::string page_text(const PlanRecord& record, std::vector<std::string>& notice
         notices.push_back("no plots: " + plots.error().to_string());
         page += fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
     }
-    page += fmt::format("<h2>To follow it</h2>\n<pre>seldinger run {} --path {}</pre>\n<p class=\"soft\">Instrument {}, radius {:.3g} mm, tolerance {:.3g} mm.</p>\n"
-                        "</main></body></html>\n", escape_html(project_path(record.scene.file)), output_name::kPath, escape_html(instrument.name),
+    page += fmt::format("<h2>To follow it</h2>\n<pre>seldinger run {} --path {}</pre>\n<p class=\"soft\">Instrument {}, radius {:.3g} mm, "
+                        "tolerance {:.3g} mm.</p>\n"
+                        "</main></body></html>\n",
+                        escape_html(project_path(record.scene.file)), output_name::kPath, escape_html(instrument.name),
                         1e3 * instrument.rod.design.radius, 1e3 * instrument.follow.tolerance);
     return page;
 }

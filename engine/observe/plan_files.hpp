@@ -22,7 +22,6 @@ struct PlanRecord {
 /// route at rest, likewise in the scene's units, from the entry to the target.
 /// notices  what could not be made (plots without gnuplot)
 /// fails    CannotWrite
-[[nodiscard]] Result<void> write_plan(const PlanRecord& record, const std::filesystem::path& folder,
-                                      std::vector<std::string>& notices);
+[[nodiscard]] Result<void> write_plan(const PlanRecord& record, const std::filesystem::path& folder, std::vector<std::string>& notices);
 
 } // namespace seldinger::engine

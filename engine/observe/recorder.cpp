@@ -57,8 +57,7 @@ Result<std::vector<std::string>> write_state(const std::filesystem::path& folder
         const BodyModel& body = model.bodies[i];
         if (only_moving && !body.moves()) continue;
         const std::string file = name(i, body.name, ".vtp");
-        if (auto written = write_vtp(folder / file, {state.bodies[i].surface, body.surface.triangles}); !written)
-            return written.error();
+        if (auto written = write_vtp(folder / file, {state.bodies[i].surface, body.surface.triangles}); !written) return written.error();
         if (!body.tissue) continue;
         const std::string coarse = name(i, body.name + "_coarse", ".vtu");
         if (auto written = write_coarse(folder / coarse, *body.tissue, state.bodies[i].tissue); !written) return written.error();

@@ -11,8 +11,8 @@ namespace seldinger::engine {
 /// Writes the surfaces, instrument skins (VTP) and coarse meshes (VTU, with velocities and volume ratios) of one state.
 /// only_moving  bodies that never move are left out
 /// returns      the files' names, part by part
-[[nodiscard]] Result<std::vector<std::string>> write_state(const std::filesystem::path& folder, const SceneModel& model,
-                                                           const State& state, const std::string& suffix, bool only_moving);
+[[nodiscard]] Result<std::vector<std::string>> write_state(const std::filesystem::path& folder, const SceneModel& model, const State& state,
+                                                           const std::string& suffix, bool only_moving);
 
 class Recorder {
 public:

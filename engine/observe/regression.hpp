@@ -19,11 +19,11 @@ namespace seldinger::engine {
 struct RegressionEntry {
     std::filesystem::path scene;
     std::uint64_t steps = 0;
-    double tolerance = 0.0;   // m; 0: the same bits
-    BudgetLimits budget;      // work or exact
+    double tolerance = 0.0; // m; 0: the same bits
+    BudgetLimits budget;    // work or exact
     std::filesystem::path reference;
-    std::string name;         // of scene and reference: the scene file's stem
-    std::size_t line = 0;     // in the list
+    std::string name;     // of scene and reference: the scene file's stem
+    std::size_t line = 0; // in the list
 };
 
 /// fails  with the list's file and line: no list, a line that is none, a scene that is not there, two of the same name
@@ -39,7 +39,7 @@ struct TracePart {
 struct TraceSample {
     std::uint64_t step = 0;
     std::vector<TracePart> parts;
-    std::vector<double> hands;  // insertion [m] and rotation [rad] of every instrument
+    std::vector<double> hands; // insertion [m] and rotation [rad] of every instrument
     double kinetic_j = 0.0, elastic_j = 0.0;
     std::uint64_t contacts = 0, pairs_tested = 0; // since the sample before
 };
@@ -50,7 +50,7 @@ struct Trace {
     std::uint64_t steps = 0;
     std::string budget;
     std::vector<TraceSample> samples;
-    std::string failure;        // not kept: why the run was stopped
+    std::string failure; // not kept: why the run was stopped
 };
 
 [[nodiscard]] Trace run_trace(const SceneModel& model, const RegressionEntry& entry,

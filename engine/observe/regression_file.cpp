@@ -23,8 +23,8 @@ Json part_json(const TracePart& part) {
 }
 
 Json sample_json(const TraceSample& sample) {
-    Json json{{"step", sample.step},           {"kinetic_j", sample.kinetic_j},       {"elastic_j", sample.elastic_j},
-              {"contacts", sample.contacts},   {"pairs_tested", sample.pairs_tested}, {"hands", sample.hands},
+    Json json{{"step", sample.step},         {"kinetic_j", sample.kinetic_j},       {"elastic_j", sample.elastic_j},
+              {"contacts", sample.contacts}, {"pairs_tested", sample.pairs_tested}, {"hands", sample.hands},
               {"parts", Json::array()}};
     for (const TracePart& part : sample.parts) json["parts"].push_back(part_json(part));
     return json;
@@ -95,8 +95,10 @@ Result<Trace> read_trace(const std::filesystem::path& file) {
     const auto text = read_file_bytes(file);
     if (!text.ok()) return text.error();
     const Json json = Json::parse(*text, nullptr, false);
-    if (!json.is_object() || json.value("format", Json()) != kFormat) return broken(file, "this is no reference of a regression run, or it is damaged");
-    if (json.value("version", Json()) != kVersion) return broken(file, fmt::format("another version of references; {} would be right", kVersion));
+    if (!json.is_object() || json.value("format", Json()) != kFormat)
+        return broken(file, "this is no reference of a regression run, or it is damaged");
+    if (json.value("version", Json()) != kVersion)
+        return broken(file, fmt::format("another version of references; {} would be right", kVersion));
     try {
         return trace_of(json);
     } catch (const std::exception& problem) { // nlohmann's own words name the key

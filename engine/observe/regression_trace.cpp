@@ -40,7 +40,8 @@ TraceSample take_sample(const SceneModel& model, const Simulator& simulator, std
     sample.step = state.step;
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
-        if (body.moves()) sample.parts.push_back(make_part(body.name, body.tissue ? state.bodies[i].tissue.position : state.bodies[i].surface, points));
+        if (body.moves())
+            sample.parts.push_back(make_part(body.name, body.tissue ? state.bodies[i].tissue.position : state.bodies[i].surface, points));
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         sample.parts.push_back(make_part(model.instruments[i].name, state.instruments[i].rod.position, points));
@@ -67,13 +68,15 @@ double largest_energy(const Trace& trace) {
 }
 
 std::string compare_parts(const TraceSample& reference, const TraceSample& now, double tolerance) {
-    if (reference.parts.size() != now.parts.size()) return fmt::format("{} parts move, {} in the reference", now.parts.size(), reference.parts.size());
+    if (reference.parts.size() != now.parts.size())
+        return fmt::format("{} parts move, {} in the reference", now.parts.size(), reference.parts.size());
     for (std::size_t i = 0; i < now.parts.size(); ++i) {
         const TracePart &was = reference.parts[i], &is = now.parts[i];
         if (was.name != is.name || was.ids != is.ids) return fmt::format("{} is another mesh than in the reference", is.name);
         for (std::size_t k = 0; k < is.points.size(); ++k) {
             const double distance = (is.points[k] - was.points[k]).norm();
-            if (!(distance <= tolerance)) return fmt::format("{}, node {}: {:.3g} m away (tolerance {:.3g} m)", is.name, is.ids[k], distance, tolerance);
+            if (!(distance <= tolerance))
+                return fmt::format("{}, node {}: {:.3g} m away (tolerance {:.3g} m)", is.name, is.ids[k], distance, tolerance);
         }
     }
     for (std::size_t k = 0; k < std::min(reference.hands.size(), now.hands.size()); ++k)

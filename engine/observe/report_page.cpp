@@ -44,7 +44,8 @@ std::string view_title(PictureView view) {
 
 void add_head(const RunRecord& record, Page& page) {
     const Verdict verdict = make_verdict(record);
-    page.add("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
+    page.add("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+             "content=\"width=device-width,initial-scale=1\">\n"
              "<title>{0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">{0}</p>\n",
              escape_html(record.scene.name), kReportStyle);
     page.add("<div class=\"verdict {}\"><h1>{}</h1>\n<p class=\"lead\">{}</p></div>\n", mark_class(verdict.mark),
@@ -92,16 +93,20 @@ void add_figures(const RunRecord& record, Page& page) {
 
 /// The last picture of the whole comes first and large, then the others as they were taken.
 std::vector<TakenPicture> in_order(std::vector<TakenPicture> pictures) {
-    const auto last = std::find_if(pictures.rbegin(), pictures.rend(), [](const TakenPicture& p) { return p.view == PictureView::Anatomy; });
+    const auto last =
+        std::find_if(pictures.rbegin(), pictures.rend(), [](const TakenPicture& p) { return p.view == PictureView::Anatomy; });
     if (last != pictures.rend()) std::rotate(pictures.begin(), last.base() - 1, last.base());
     return pictures;
 }
 
 const char* view_caption(PictureView view) {
     switch (view) {
-    case PictureView::Anatomy: return "Dots mark contacts; the colour is their depth.";
-    case PictureView::Tip: return "Seen across the vessel, from the front.";
-    case PictureView::Fluoroscopy: return "X-ray through every body, by its thickness along the ray.";
+    case PictureView::Anatomy:
+        return "Dots mark contacts; the colour is their depth.";
+    case PictureView::Tip:
+        return "Seen across the vessel, from the front.";
+    case PictureView::Fluoroscopy:
+        return "X-ray through every body, by its thickness along the ray.";
     }
     return "";
 }
@@ -114,7 +119,8 @@ Result<void> add_pictures(const std::vector<TakenPicture>& taken, const std::fil
         const TakenPicture& picture = pictures[i];
         const Result<std::string> bytes = read_file_bytes(folder / picture.file);
         if (!bytes) return bytes.error();
-        page.add("<figure{}><img alt=\"{} at {:.2f} s\" src=\"data:image/png;base64,{}\"><figcaption><b>{}</b>, {:.2f} s. {}</figcaption></figure>\n",
+        page.add("<figure{}><img alt=\"{} at {:.2f} s\" src=\"data:image/png;base64,{}\"><figcaption><b>{}</b>, {:.2f} s. "
+                 "{}</figcaption></figure>\n",
                  i == 0 || (i + 1 == pictures.size() && i % 2 == 1) ? " class=\"wide\"" : "", view_title(picture.view), picture.time,
                  encode_base64(*bytes), view_title(picture.view), picture.time, view_caption(picture.view));
     }
@@ -126,15 +132,18 @@ Result<void> add_pictures(const std::vector<TakenPicture>& taken, const std::fil
 /// Without gnuplot: the curve at a dozen times.
 void add_curve_table(const RunRecord& record, Page& page) {
     const std::vector<CurvePoint>& points = record.statistics.curve.points();
-    page.add("<div class=\"scroll\"><table><tr><th class=\"n\">time [s]</th><th class=\"n\">whole step [ms]</th><th class=\"n\">charged [ms]</th>"
-             "<th class=\"n\">inserted [mm]</th><th class=\"n\">to target [mm]</th><th class=\"n\">force [N]</th><th class=\"n\">level</th></tr>\n");
+    page.add("<div class=\"scroll\"><table><tr><th class=\"n\">time [s]</th><th class=\"n\">whole step [ms]</th><th class=\"n\">charged "
+             "[ms]</th>"
+             "<th class=\"n\">inserted [mm]</th><th class=\"n\">to target [mm]</th><th class=\"n\">force [N]</th><th "
+             "class=\"n\">level</th></tr>\n");
     const std::size_t rows = std::min<std::size_t>(points.size(), 12);
     for (std::size_t i = 0; i < rows; ++i) {
         const CurvePoint& p = points[(i + 1) * points.size() / rows - 1];
         page.add("<tr><td class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{:.4g}</td>"
                  "<td class=\"n\">{}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{}</td></tr>\n",
                  p.time_s, p.total_ms.max, p.charged_ms.max, 1e3 * p.insertion_m.last,
-                 p.target_distance_m.last < 0.0 ? std::string("–") : fmt::format("{:.4g}", 1e3 * p.target_distance_m.last), p.force_n.max, p.level.min);
+                 p.target_distance_m.last < 0.0 ? std::string("–") : fmt::format("{:.4g}", 1e3 * p.target_distance_m.last), p.force_n.max,
+                 p.level.min);
     }
     page.add("</table></div>\n");
 }
@@ -156,20 +165,25 @@ void add_plots(const RunRecord& record, Page& page, std::vector<std::string>& no
 }
 
 void add_stages(const RunRecord& record, Page& page) {
-    constexpr const char* kMeaning[kStageCount] = {"hands", "tissue and rod", "dense surfaces follow", "sphere trees", "continuous tests", "response"};
+    constexpr const char* kMeaning[kStageCount] = {"hands",        "tissue and rod",   "dense surfaces follow",
+                                                   "sphere trees", "continuous tests", "response"};
     double sum = 0.0;
     for (const double p50 : record.stage_p50) sum += p50;
     if (!(sum > 0.0)) return;
     page.add("<h2>Where a step's time goes</h2>\n<table class=\"bars\">\n");
     for (std::size_t i = 0; i < kStageCount; ++i)
-        page.add("<tr><td>{} <span class=\"soft\">{}</span></td><td class=\"n\">{:.3g} ms</td><td><div class=\"bar\" style=\"width:{:.2f}%\"></div></td></tr>\n",
+        page.add("<tr><td>{} <span class=\"soft\">{}</span></td><td class=\"n\">{:.3g} ms</td><td><div class=\"bar\" "
+                 "style=\"width:{:.2f}%\"></div></td></tr>\n",
                  kStageNames[i], kMeaning[i], record.stage_p50[i], 100.0 * record.stage_p50[i] / sum);
-    page.add("</table>\n<p class=\"soft\">Medians of each stage. Pictures, records and independent checks are outside the step: {:.3g} s in all.</p>\n",
+    page.add("</table>\n<p class=\"soft\">Medians of each stage. Pictures, records and independent checks are outside the step: {:.3g} s "
+             "in all.</p>\n",
              record.observe_s);
 }
 
 std::string body_role(const SceneModel& model, const BodyModel& body) {
-    std::string role = body.motion == Motion::Deformable ? "deformable" : body.motion == Motion::Kinematic ? "moved by the scene" : "static";
+    std::string role = body.motion == Motion::Deformable  ? "deformable"
+                       : body.motion == Motion::Kinematic ? "moved by the scene"
+                                                          : "static";
     if (body.hollow) role += ", hollow";
     if (body.carrier != SIZE_MAX) role += ", carried by " + model.bodies[body.carrier].name;
     return role;
@@ -182,27 +196,33 @@ void add_bodies(const RunRecord& record, Page& page) {
              "<th class=\"n\">tetrahedra</th><th class=\"n\">links</th><th class=\"n\">spheres</th><th>notes</th></tr>\n");
     for (std::size_t i = 0; i < prepared.bodies.size(); ++i) {
         const BodySummary& b = prepared.bodies[i];
-        page.add("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"soft\">{}</td></tr>\n",
-                 escape_html(b.name), escape_html(body_role(prepared.model, prepared.model.bodies[i])), count(b.triangles), count(b.coarse_tets),
-                 count(b.links), count(b.tree_spheres + b.free_balls), escape_html(fmt::format("{}", fmt::join(b.notes, "; "))));
+        page.add("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td "
+                 "class=\"n\">{}</td><td class=\"soft\">{}</td></tr>\n",
+                 escape_html(b.name), escape_html(body_role(prepared.model, prepared.model.bodies[i])), count(b.triangles),
+                 count(b.coarse_tets), count(b.links), count(b.tree_spheres + b.free_balls),
+                 escape_html(fmt::format("{}", fmt::join(b.notes, "; "))));
     }
     for (const InstrumentModel& m : prepared.model.instruments)
-        page.add("<tr><td>{}</td><td>rod of {} nodes, {:.4g} mm long, radius {:.3g} mm, in {}</td><td class=\"n\">{}</td><td class=\"n\">–</td>"
-                 "<td class=\"n\">–</td><td class=\"n\">{}</td><td class=\"soft\">{}</td></tr>\n",
-                 escape_html(m.name), m.rod.node_count(), 1e3 * m.rod.design.length, 1e3 * m.rod.design.radius,
-                 escape_html(prepared.model.bodies[m.lumen].name), m.skin.triangles.size(), m.chain.capacity(),
-                 m.route ? fmt::format("steered along a route of {:.4g} mm", 1e3 * m.route->length.back()) : fmt::format("path of {} rows", m.path.size()));
+        page.add(
+            "<tr><td>{}</td><td>rod of {} nodes, {:.4g} mm long, radius {:.3g} mm, in {}</td><td class=\"n\">{}</td><td class=\"n\">–</td>"
+            "<td class=\"n\">–</td><td class=\"n\">{}</td><td class=\"soft\">{}</td></tr>\n",
+            escape_html(m.name), m.rod.node_count(), 1e3 * m.rod.design.length, 1e3 * m.rod.design.radius,
+            escape_html(prepared.model.bodies[m.lumen].name), m.skin.triangles.size(), m.chain.capacity(),
+            m.route ? fmt::format("steered along a route of {:.4g} mm", 1e3 * m.route->length.back())
+                    : fmt::format("path of {} rows", m.path.size()));
     page.add("</table></div>\n");
 }
 
 void add_effects(const RunRecord& record, Page& page) {
-    constexpr const char* kEffects[] = {"elasticity", "gravity", "damping", "coarse_contact", "exact_contact", "friction", "breathing", "pulse", "fluoroscopy"};
+    constexpr const char* kEffects[] = {"elasticity", "gravity",   "damping", "coarse_contact", "exact_contact",
+                                        "friction",   "breathing", "pulse",   "fluoroscopy"};
     const std::vector<std::string> on = record.scene.effects.names();
     page.add("<h2>Simulated, and not</h2>\n<p class=\"tags\">");
     for (const char* effect : kEffects)
         page.add("<span{}>{}</span>", std::find(on.begin(), on.end(), effect) == on.end() ? " class=\"off\"" : "", effect);
     page.add("</p>\n");
-    for (const std::string& question : record.scene.questions) page.add("<p class=\"soft\">Unusual number: {}</p>\n", escape_html(question));
+    for (const std::string& question : record.scene.questions)
+        page.add("<p class=\"soft\">Unusual number: {}</p>\n", escape_html(question));
 }
 
 void add_repeat(const RunRecord& record, Page& page) {
@@ -210,17 +230,21 @@ void add_repeat(const RunRecord& record, Page& page) {
     const Machine& machine = record.machine;
     page.add("<h2>To repeat it</h2>\n<pre>{}</pre>\n", escape_html(repeat_command(record.scene, record.summary.steps)));
     page.add("<p class=\"soft\">{}</p>\n", budget.limits.mode == BudgetMode::Wall
-                 ? "A deadline in milliseconds depends on the machine, and so does the end. With --budget work:N or exact the same input gives the same bits."
-                 : "The same input gives the same bits: compare the state's hash.");
-    page.add("<dl><dt>Scene</dt><dd>{}</dd><dt>Step</dt><dd>{:.4g} ms, {} sub-steps of the tissue at most</dd><dt>Budget</dt><dd>{} for {}</dd>"
-             "<dt>State</dt><dd><code>{}</code></dd>",
-             escape_html(project_path(record.scene.file)), 1e3 * record.scene.time.step, record.statistics.substeps, escape_html(budget.to_string()),
-             budget.scope == BudgetScope::Step ? "the whole step" : "collision detection", record.summary.state_hash);
-    page.add("<dt>Machine</dt><dd>{}, {} cores, {:.0f} GiB, {}</dd><dt>Compiler</dt><dd>{}</dd>", escape_html(machine.processor), machine.cores,
-             machine.memory_gib, escape_html(machine.system), escape_html(machine.compiler));
+                                               ? "A deadline in milliseconds depends on the machine, and so does the end. With --budget "
+                                                 "work:N or exact the same input gives the same bits."
+                                               : "The same input gives the same bits: compare the state's hash.");
+    page.add(
+        "<dl><dt>Scene</dt><dd>{}</dd><dt>Step</dt><dd>{:.4g} ms, {} sub-steps of the tissue at most</dd><dt>Budget</dt><dd>{} for {}</dd>"
+        "<dt>State</dt><dd><code>{}</code></dd>",
+        escape_html(project_path(record.scene.file)), 1e3 * record.scene.time.step, record.statistics.substeps,
+        escape_html(budget.to_string()), budget.scope == BudgetScope::Step ? "the whole step" : "collision detection",
+        record.summary.state_hash);
+    page.add("<dt>Machine</dt><dd>{}, {} cores, {:.0f} GiB, {}</dd><dt>Compiler</dt><dd>{}</dd>", escape_html(machine.processor),
+             machine.cores, machine.memory_gib, escape_html(machine.system), escape_html(machine.compiler));
     if (!record.gl.empty()) page.add("<dt>Pictures by</dt><dd>{}</dd>", escape_html(record.gl));
     page.add("<dt>Preparation</dt><dd>{:.3g} s</dd><dt>Run</dt><dd>{:.4g} s</dd></dl>\n", record.prepared.seconds, record.summary.wall_s);
-    page.add("<footer>Every step is in {}, the numbers of this page in {}.</footer>\n</main></body></html>\n", output_name::kSteps, output_name::kSummary);
+    page.add("<footer>Every step is in {}, the numbers of this page in {}.</footer>\n</main></body></html>\n", output_name::kSteps,
+             output_name::kSummary);
 }
 
 } // namespace

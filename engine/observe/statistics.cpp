@@ -17,9 +17,9 @@ double percentile(const std::vector<double>& sorted, double share) {
 void join(CurvePoint& into, const CurvePoint& later) {
     into.steps += later.steps;
     into.time_s = later.time_s;
-    for (Spread CurvePoint::*range : {&CurvePoint::total_ms, &CurvePoint::charged_ms, &CurvePoint::force_n, &CurvePoint::kinetic_j,
-                                     &CurvePoint::elastic_j, &CurvePoint::volume_ratio, &CurvePoint::insertion_m,
-                                     &CurvePoint::target_distance_m, &CurvePoint::level, &CurvePoint::pairs_open})
+    for (Spread CurvePoint::*range :
+         {&CurvePoint::total_ms, &CurvePoint::charged_ms, &CurvePoint::force_n, &CurvePoint::kinetic_j, &CurvePoint::elastic_j,
+          &CurvePoint::volume_ratio, &CurvePoint::insertion_m, &CurvePoint::target_distance_m, &CurvePoint::level, &CurvePoint::pairs_open})
         (into.*range).join(later.*range);
     into.exact_steps += later.exact_steps;
     into.assumed += later.assumed;

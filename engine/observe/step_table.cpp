@@ -43,7 +43,10 @@ struct Column {
     void (*append_value)(std::string&, const Row&);
 };
 
-#define SELDINGER_COLUMN(name, value) {name, [](std::string& text, const Row& row) { append(text, value); }}
+#define SELDINGER_COLUMN(name, value)                                                                                                      \
+    {                                                                                                                                      \
+        name, [](std::string& text, const Row& row) { append(text, value); }                                                               \
+    }
 constexpr Column kColumns[] = {
     // the contract's, in its order
     SELDINGER_COLUMN("step", row.r.step),
@@ -104,8 +107,7 @@ constexpr Column kColumns[] = {
 #undef SELDINGER_COLUMN
 
 Error cannot_write(const std::filesystem::path& path, int reason) {
-    return {.code = ErrorCode::CannotWrite, .message = fmt::format("cannot be written: {}", std::strerror(reason)),
-            .file = path.string()};
+    return {.code = ErrorCode::CannotWrite, .message = fmt::format("cannot be written: {}", std::strerror(reason)), .file = path.string()};
 }
 
 } // namespace

@@ -9,9 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json percentiles(const Percentiles& p) {
-    return {{"p50", p.p50}, {"p95", p.p95}, {"p99", p.p99}, {"max", p.max}};
-}
+Json percentiles(const Percentiles& p) { return {{"p50", p.p50}, {"p95", p.p95}, {"p99", p.p99}, {"max", p.max}}; }
 
 Json stages(const std::array<double, kStageCount>& p50) {
     Json json = Json::object();
@@ -29,12 +27,22 @@ Json bodies(const PreparedScene& prepared) {
     for (std::size_t i = 0; i < prepared.bodies.size(); ++i) {
         const BodySummary& body = prepared.bodies[i];
         const BodyModel& model = prepared.model.bodies[i];
-        Json json{{"name", body.name}, {"motion", motion_name(model)}, {"hollow", model.hollow}, {"vertices", body.vertices},
-                  {"triangles", body.triangles}, {"coarse_nodes", body.coarse_nodes}, {"coarse_tets", body.coarse_tets},
-                  {"pinned_nodes", body.pinned_nodes}, {"stable_step_s", body.stable_step_s}, {"links", body.links},
-                  {"static_links", body.static_links}, {"degenerate_links", body.degenerate_links},
-                  {"longest_link_m", body.longest_link_m}, {"tree_spheres", body.tree_spheres},
-                  {"free_balls", body.free_balls}, {"notes", body.notes}};
+        Json json{{"name", body.name},
+                  {"motion", motion_name(model)},
+                  {"hollow", model.hollow},
+                  {"vertices", body.vertices},
+                  {"triangles", body.triangles},
+                  {"coarse_nodes", body.coarse_nodes},
+                  {"coarse_tets", body.coarse_tets},
+                  {"pinned_nodes", body.pinned_nodes},
+                  {"stable_step_s", body.stable_step_s},
+                  {"links", body.links},
+                  {"static_links", body.static_links},
+                  {"degenerate_links", body.degenerate_links},
+                  {"longest_link_m", body.longest_link_m},
+                  {"tree_spheres", body.tree_spheres},
+                  {"free_balls", body.free_balls},
+                  {"notes", body.notes}};
         list.push_back(std::move(json));
     }
     return list;
@@ -43,9 +51,12 @@ Json bodies(const PreparedScene& prepared) {
 Json instruments(const SceneModel& model) {
     Json list = Json::array();
     for (const InstrumentModel& instrument : model.instruments) {
-        Json json{{"name", instrument.name}, {"rod_nodes", instrument.rod.node_count()},
-                  {"length_m", instrument.rod.design.length}, {"radius_m", instrument.rod.design.radius},
-                  {"skin_triangles", instrument.skin.triangles.size()}, {"lumen", model.bodies[instrument.lumen].name}};
+        Json json{{"name", instrument.name},
+                  {"rod_nodes", instrument.rod.node_count()},
+                  {"length_m", instrument.rod.design.length},
+                  {"radius_m", instrument.rod.design.radius},
+                  {"skin_triangles", instrument.skin.triangles.size()},
+                  {"lumen", model.bodies[instrument.lumen].name}};
         if (instrument.route) json["route_m"] = instrument.route->length.back();
         list.push_back(std::move(json));
     }
@@ -152,9 +163,9 @@ std::string summary_text(const RunRecord& record) {
     json["instruments"] = instruments(record.prepared.model);
     json["pictures"] = record.pictures;
     json["notices"] = record.notices;
-    json["machine"] = {{"processor", record.machine.processor}, {"cores", record.machine.cores},
+    json["machine"] = {{"processor", record.machine.processor},   {"cores", record.machine.cores},
                        {"memory_gib", record.machine.memory_gib}, {"system", record.machine.system},
-                       {"compiler", record.machine.compiler}, {"opengl", record.gl}};
+                       {"compiler", record.machine.compiler},     {"opengl", record.gl}};
     json["command"] = repeat_command(record.scene, record.summary.steps);
     // names of files may hold any bytes; JSON is UTF-8
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -13,15 +13,15 @@ namespace seldinger::engine {
 struct RunRecord {
     const Scene& scene;
     const PreparedScene& prepared;
-    RunStatistics& statistics;           // its series are sorted on the way
-    RunSummary summary = {};             // filled by make_run_summary
+    RunStatistics& statistics; // its series are sorted on the way
+    RunSummary summary = {};   // filled by make_run_summary
     std::array<double, kStageCount> stage_p50{};
-    double observe_s = 0.0;              // wall time of pictures and records, not part of wall_s
+    double observe_s = 0.0; // wall time of pictures and records, not part of wall_s
     bool interrupted = false;
-    std::uint64_t failed_step = 0;       // 0: none
-    std::string last_good_state = {};    // folder, empty: the run was not stopped
-    std::vector<std::string> pictures = {};// file names
-    std::string gl = {};                 // who drew them
+    std::uint64_t failed_step = 0;          // 0: none
+    std::string last_good_state = {};       // folder, empty: the run was not stopped
+    std::vector<std::string> pictures = {}; // file names
+    std::string gl = {};                    // who drew them
     std::vector<std::string> notices = {};
     Machine machine = {};
 };

@@ -10,8 +10,8 @@ namespace seldinger::engine {
 namespace {
 
 /// Largest distance of a vertex of `from` to the other surface, at least `known`.
-double one_way(const std::vector<std::pair<double, Index>>& by_displacement, std::span<const Vec3> from,
-               const TriangleTree& to, double known) {
+double one_way(const std::vector<std::pair<double, Index>>& by_displacement, std::span<const Vec3> from, const TriangleTree& to,
+               double known) {
     for (const auto& [displacement, v] : by_displacement) {
         if (displacement <= known) break;
         const auto hit = to.closest(from[v], displacement * (1.0 + 1e-12));
@@ -44,9 +44,8 @@ SurfaceDistance measure_distance(std::span<const Triangle> triangles, std::span<
         if (sq > 0.0) moved.emplace_back(std::sqrt(sq), v);
     }
     if (moved.empty()) return distance;
-    std::sort(moved.begin(), moved.end(), [](const auto& x, const auto& y) {
-        return x.first != y.first ? x.first > y.first : x.second < y.second;
-    });
+    std::sort(moved.begin(), moved.end(),
+              [](const auto& x, const auto& y) { return x.first != y.first ? x.first > y.first : x.second < y.second; });
     TriangleTree tree;
     tree.build(b, triangles);
     distance.hausdorff = one_way(moved, a, tree, 0.0);

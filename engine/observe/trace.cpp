@@ -21,10 +21,11 @@ void StepTrace::add(const StepReport& report) {
         add_span(kStageNames[i], begin, times[i], 2);
         begin += times[i];
     }
-    fmt::format_to(std::back_inserter(events_),
-                   ",\n{{\"name\":\"budget\",\"ph\":\"C\",\"pid\":1,\"ts\":{:.3f},\"args\":{{\"charged_ms\":{:.6g},\"level\":{},\"open_pairs\":{},"
-                   "\"exact\":{}}}}}",
-                   1e3 * now_ms_, report.ms.budget, report.level_reached, report.pairs_open, report.exact_ran ? 1 : 0);
+    fmt::format_to(
+        std::back_inserter(events_),
+        ",\n{{\"name\":\"budget\",\"ph\":\"C\",\"pid\":1,\"ts\":{:.3f},\"args\":{{\"charged_ms\":{:.6g},\"level\":{},\"open_pairs\":{},"
+        "\"exact\":{}}}}}",
+        1e3 * now_ms_, report.ms.budget, report.level_reached, report.pairs_open, report.exact_ran ? 1 : 0);
     now_ms_ += report.ms.total;
 }
 

@@ -24,9 +24,7 @@ std::string of_steps(std::uint64_t part, const RunRecord& record) {
     return fmt::format("{} of {}", grouped(part), count_text(record.statistics.steps, "step", "steps"));
 }
 
-std::string scope_text(const BudgetSpec& budget) {
-    return budget.scope == BudgetScope::Step ? "the whole step" : "collision detection";
-}
+std::string scope_text(const BudgetSpec& budget) { return budget.scope == BudgetScope::Step ? "the whole step" : "collision detection"; }
 
 std::string ms(double value) { return number_text(value) + " ms"; }
 
@@ -35,11 +33,13 @@ Verdict wall_verdict(const RunRecord& record) {
     const RunStatistics& t = record.statistics;
     const std::string limit = ms(1e3 * budget.limits.wall_s);
     if (t.overruns == 0)
-        return {Mark::Good, fmt::format("The deadline was kept in {}.", t.steps == 1 ? "the one step" : "all " + count_text(t.steps, "step", "steps")),
+        return {Mark::Good,
+                fmt::format("The deadline was kept in {}.", t.steps == 1 ? "the one step" : "all " + count_text(t.steps, "step", "steps")),
                 fmt::format("{} for {} in every step; the slowest used {}.", limit, scope_text(budget), ms(t.worst_charged_ms))};
-    return {record.summary.budget_kept >= 0.99 ? Mark::Note : Mark::Bad,
-            fmt::format("The deadline was missed in {} ({:.2g} %).", of_steps(t.overruns, record), 100.0 * (1.0 - record.summary.budget_kept)),
-            fmt::format("{} for {} in every step; missed by {} at worst.", limit, scope_text(budget), ms(t.worst_overrun_ms))};
+    return {
+        record.summary.budget_kept >= 0.99 ? Mark::Note : Mark::Bad,
+        fmt::format("The deadline was missed in {} ({:.2g} %).", of_steps(t.overruns, record), 100.0 * (1.0 - record.summary.budget_kept)),
+        fmt::format("{} for {} in every step; missed by {} at worst.", limit, scope_text(budget), ms(t.worst_overrun_ms))};
 }
 
 Verdict budget_verdict(const RunRecord& record) {
@@ -65,30 +65,34 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
     const EffectSet& effects = record.prepared.model.effects;
     const bool instruments = !record.prepared.model.instruments.empty();
     if (effects.coarse_contact)
-        losses.push_back(make_loss("Assumed contacts", t.assumed,
-                                   fmt::format("{} stood for contacts", count_text(t.assumed, "untested sphere pair", "untested sphere pairs")),
-                                   Mark::Note, "A larger budget lets the descent end."));
+        losses.push_back(
+            make_loss("Assumed contacts", t.assumed,
+                      fmt::format("{} stood for contacts", count_text(t.assumed, "untested sphere pair", "untested sphere pairs")),
+                      Mark::Note, "A larger budget lets the descent end."));
     if (effects.coarse_contact)
         losses.push_back(make_loss("Open sphere pairs", t.open_steps,
-                                   fmt::format("in {}, as coarse as level {}", of_steps(t.open_steps, record), t.coarsest_level), Mark::Note,
-                                   "The descent ended there, with the answer it had."));
+                                   fmt::format("in {}, as coarse as level {}", of_steps(t.open_steps, record), t.coarsest_level),
+                                   Mark::Note, "The descent ended there, with the answer it had."));
     if (!instruments) return;
     if (effects.exact_contact) {
         const std::uint64_t skipped = t.steps - t.exact_steps;
-        losses.push_back(make_loss("Exact contacts skipped", skipped,
-                                   fmt::format("in {}{}", of_steps(skipped, record),
-                                               t.exact_abandoned > 0 ? fmt::format(", {} of them begun and thrown away", grouped(t.exact_abandoned)) : ""),
-                                   Mark::Note, "Sphere trees alone gave the answer there. A larger budget, or fewer skin_triangles."));
-        losses.push_back(make_loss("Budget set aside for safety", t.exact_insisted, fmt::format("in {}", of_steps(t.exact_insisted, record)), Mark::Note,
-                                   "The exact stage did not fit but ran all the same: without it the instrument would have left the lumen."));
+        losses.push_back(make_loss(
+            "Exact contacts skipped", skipped,
+            fmt::format("in {}{}", of_steps(skipped, record),
+                        t.exact_abandoned > 0 ? fmt::format(", {} of them begun and thrown away", grouped(t.exact_abandoned)) : ""),
+            Mark::Note, "Sphere trees alone gave the answer there. A larger budget, or fewer skin_triangles."));
+        losses.push_back(
+            make_loss("Budget set aside for safety", t.exact_insisted, fmt::format("in {}", of_steps(t.exact_insisted, record)), Mark::Note,
+                      "The exact stage did not fit but ran all the same: without it the instrument would have left the lumen."));
         losses.push_back(make_loss("Tests without a verdict", t.unresolved, grouped(t.unresolved), Mark::Note,
                                    "Each was taken as a contact; motion was held back to what is proven."));
-        losses.push_back(make_loss("Motion held back", t.held_back,
-                                   fmt::format("in {}, to {:.0f} % at least", of_steps(t.held_back, record), 100.0 * t.smallest_safe_fraction),
-                                   Mark::Note, "Contacts were left after all corrections. A shorter step moves less at once."));
+        losses.push_back(
+            make_loss("Motion held back", t.held_back,
+                      fmt::format("in {}, to {:.0f} % at least", of_steps(t.held_back, record), 100.0 * t.smallest_safe_fraction),
+                      Mark::Note, "Contacts were left after all corrections. A shorter step moves less at once."));
     }
-    losses.push_back(make_loss("Hand slowed", t.hand_limited_steps, fmt::format("in {}", of_steps(t.hand_limited_steps, record)), Mark::Note,
-                               "It moved less than the script asked for in one step. A shorter step lets it keep up."));
+    losses.push_back(make_loss("Hand slowed", t.hand_limited_steps, fmt::format("in {}", of_steps(t.hand_limited_steps, record)),
+                               Mark::Note, "It moved less than the script asked for in one step. A shorter step lets it keep up."));
     losses.push_back(make_loss("Hand stopped", t.hand_stop_steps, fmt::format("in {}", of_steps(t.hand_stop_steps, record)), Mark::Note,
                                "Its push met a wall; the script waited or drew back."));
     losses.push_back(make_loss("Forces cut", t.clamped_steps, fmt::format("in {}", of_steps(t.clamped_steps, record)), Mark::Note,
@@ -96,7 +100,8 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
     losses.push_back(make_loss("Instrument not proven free", t.unproven_steps, fmt::format("in {}", of_steps(t.unproven_steps, record)),
                                Mark::Note, "A larger budget lets the exact stage prove it."));
     losses.push_back(make_loss("Instrument outside the lumen", t.lumen_exits,
-                               fmt::format("{} in {}, by an independent inside test", count_text(t.lumen_exits, "vertex", "vertices"), of_steps(t.exit_steps, record)),
+                               fmt::format("{} in {}, by an independent inside test", count_text(t.lumen_exits, "vertex", "vertices"),
+                                           of_steps(t.exit_steps, record)),
                                Mark::Bad, "A larger budget, a shorter step, or a slower hand."));
 }
 
@@ -113,8 +118,8 @@ std::string count_text(std::uint64_t count, const char* singular, const char* pl
 Verdict make_verdict(const RunRecord& record) {
     Verdict verdict = budget_verdict(record);
     if (!record.summary.finite) {
-        verdict.detail = fmt::format("{}. The last good state is in {}/. Until then: {} {}", record.summary.failure,
-                                     record.last_good_state, verdict.headline, verdict.detail);
+        verdict.detail = fmt::format("{}. The last good state is in {}/. Until then: {} {}", record.summary.failure, record.last_good_state,
+                                     verdict.headline, verdict.detail);
         verdict.headline = fmt::format("The run was stopped in step {}.", record.failed_step);
         verdict.mark = Mark::Bad;
     } else if (record.interrupted) {
@@ -138,8 +143,9 @@ std::vector<Loss> list_losses(const RunRecord& record) {
     for (const BodyModel& body : record.prepared.model.bodies) tissue = tissue || body.tissue.has_value();
     if (tissue)
         losses.push_back(make_loss("Crushed elements", t.inverted_steps,
-                                   fmt::format("up to {} in {}; smallest volume {:.3g} of rest", count_text(t.inverted_tets, "tetrahedron", "tetrahedra"),
-                                               of_steps(t.inverted_steps, record), t.min_volume_ratio),
+                                   fmt::format("up to {} in {}; smallest volume {:.3g} of rest",
+                                               count_text(t.inverted_tets, "tetrahedron", "tetrahedra"), of_steps(t.inverted_steps, record),
+                                               t.min_volume_ratio),
                                    Mark::Bad, "Softer contact, a shorter step, or a coarser mesh there."));
     losses.push_back(make_loss("Numbers that are not finite", record.summary.finite ? 0 : 1, record.summary.failure, Mark::Bad,
                                "The run was stopped before they could spread."));

@@ -32,13 +32,15 @@ std::filesystem::path entry_path(const std::filesystem::path& folder, std::strin
 }
 
 /// Fixed-size rows as raw bytes behind their count.
-template <class Row> void pack_rows(std::string& out, const std::vector<Row>& rows) {
+template <class Row>
+void pack_rows(std::string& out, const std::vector<Row>& rows) {
     const std::uint64_t count = rows.size();
     out.append(reinterpret_cast<const char*>(&count), sizeof count);
     out.append(reinterpret_cast<const char*>(rows.data()), rows.size() * sizeof(Row));
 }
 
-template <class Row> bool unpack_rows(std::string_view& in, std::vector<Row>& rows) {
+template <class Row>
+bool unpack_rows(std::string_view& in, std::vector<Row>& rows) {
     std::uint64_t count = 0;
     if (in.size() < sizeof count) return false;
     std::memcpy(&count, in.data(), sizeof count);
@@ -52,7 +54,8 @@ template <class Row> bool unpack_rows(std::string_view& in, std::vector<Row>& ro
 
 static_assert(sizeof(Vec3) == 24 && sizeof(Tet) == 16 && sizeof(Triangle) == 12, "rows are stored as they lie in memory");
 
-template <class Cell> bool indices_fit(const std::vector<Cell>& cells, std::size_t vertex_count) {
+template <class Cell>
+bool indices_fit(const std::vector<Cell>& cells, std::size_t vertex_count) {
     for (const Cell& cell : cells)
         for (const Index v : cell)
             if (v >= vertex_count) return false;

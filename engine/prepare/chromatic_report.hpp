@@ -7,9 +7,9 @@ namespace seldinger::engine {
 
 struct ChromaticReport {
     Index colours = 0;
-    double seconds = 0.0;     // wall, of the decomposition alone
-    bool from_grid = false;   // by the linear-time colouring of quad grids
-    Index hub_triangles = 0;  // at vertices of very high valence, each in a set of its own
+    double seconds = 0.0;    // wall, of the decomposition alone
+    bool from_grid = false;  // by the linear-time colouring of quad grids
+    Index hub_triangles = 0; // at vertices of very high valence, each in a set of its own
 };
 
 /// Decomposes the mesh and times it.

@@ -19,9 +19,9 @@ namespace {
 constexpr std::string_view kKind = "coarse";
 constexpr std::size_t kLeastTriangles = 20;
 constexpr double kShares[] = {1.0, 1.25, 0.8, 1.5, 0.65}; // of the triangles asked for, in this order
-constexpr double kSliver = 0.05;          // [-] flatness below which a tet is dropped
-constexpr std::size_t kMostSlivers = 25;  // at most one tet of so many
-constexpr double kRoundEnough = 0.06; // [-] flatness at which no other try is worth its time
+constexpr double kSliver = 0.05;                          // [-] flatness below which a tet is dropped
+constexpr std::size_t kMostSlivers = 25;                  // at most one tet of so many
+constexpr double kRoundEnough = 0.06;                     // [-] flatness at which no other try is worth its time
 
 std::string find_key(const TriMesh& dense, const CoarseOptions& o) {
     ContentHash hash;
@@ -56,8 +56,8 @@ bool worth_another_try(const Error& error) { return error.code == ErrorCode::Bad
 double least_altitude(const TetMesh& mesh, const Tet& t) {
     const Vec3& o = mesh.vertices[t[0]];
     const Vec3 a = mesh.vertices[t[1]] - o, b = mesh.vertices[t[2]] - o, c = mesh.vertices[t[3]] - o;
-    const double largest_face_sq = std::max({a.cross(b).squaredNorm(), a.cross(c).squaredNorm(), b.cross(c).squaredNorm(),
-                                             (b - a).cross(c - a).squaredNorm()});
+    const double largest_face_sq =
+        std::max({a.cross(b).squaredNorm(), a.cross(c).squaredNorm(), b.cross(c).squaredNorm(), (b - a).cross(c - a).squaredNorm()});
     return a.dot(b.cross(c)) / std::sqrt(largest_face_sq);
 }
 
@@ -101,7 +101,7 @@ std::size_t drop_slivers(TetMesh& mesh) {
     const double flattest = find_flatness(mesh);
     if (flattest >= kSliver) return 0;
     const double least_allowed = kSliver * find_least_altitude(mesh) / flattest; // of the mean edge
-    std::vector<std::pair<double, std::size_t>> flat; // altitude, tet
+    std::vector<std::pair<double, std::size_t>> flat;                            // altitude, tet
     for (std::size_t i = 0; i < mesh.tets.size(); ++i)
         if (const double altitude = least_altitude(mesh, mesh.tets[i]); altitude < least_allowed) flat.emplace_back(altitude, i);
     std::sort(flat.begin(), flat.end());
@@ -122,7 +122,8 @@ std::size_t drop_slivers(TetMesh& mesh) {
 Result<CoarseMesh> make_coarse_mesh(const TriMesh& dense, const CoarseOptions& options) {
     if (options.surface_triangles < kLeastTriangles)
         return Error{.code = ErrorCode::BadValue,
-                     .message = fmt::format("{} coarse surface triangles; at least {} enclose an organ", options.surface_triangles, kLeastTriangles)};
+                     .message = fmt::format("{} coarse surface triangles; at least {} enclose an organ", options.surface_triangles,
+                                            kLeastTriangles)};
     CoarseMesh coarse;
     const std::string key = find_key(dense, options);
     if (options.use_cache) {

@@ -19,15 +19,19 @@ constexpr double kFarthest = 1e8;
 
 Result<TriMesh> make_shape(const ShapeSpec& shape) {
     switch (shape.kind) {
-    case ShapeKind::Sphere: return anatomy::make_icosphere(shape.centre, shape.radius, shape.subdivisions);
-    case ShapeKind::Box: return anatomy::make_box(shape.centre, shape.extent, shape.cells);
-    case ShapeKind::Tube: return anatomy::make_tube(shape.axis, shape.axis_radii, shape.sides);
+    case ShapeKind::Sphere:
+        return anatomy::make_icosphere(shape.centre, shape.radius, shape.subdivisions);
+    case ShapeKind::Box:
+        return anatomy::make_box(shape.centre, shape.extent, shape.cells);
+    case ShapeKind::Tube:
+        return anatomy::make_tube(shape.axis, shape.axis_radii, shape.sides);
     case ShapeKind::Torus: {
         TriMesh mesh = anatomy::make_torus(Vec3::Zero(), shape.radius, shape.tube_radius, 2 * shape.sides, shape.sides);
         for (Vec3& v : mesh.vertices) v += shape.centre;
         return mesh;
     }
-    case ShapeKind::Vessels: return anatomy::make_vessels(shape.branches, shape.blend, shape.triangles);
+    case ShapeKind::Vessels:
+        return anatomy::make_vessels(shape.branches, shape.blend, shape.triangles);
     }
     return TriMesh{};
 }
@@ -44,15 +48,17 @@ Result<TriMesh> read_file(const SurfaceSpec& spec) {
 
 Result<TriMesh> make_mesh(const SurfaceSpec& spec, PatientShelf& shelf) {
     switch (spec.source) {
-    case SurfaceSource::File: return read_file(spec);
-    case SurfaceSource::Shape: return make_shape(spec.shape);
-    case SurfaceSource::Recipe: break;
+    case SurfaceSource::File:
+        return read_file(spec);
+    case SurfaceSource::Shape:
+        return make_shape(spec.shape);
+    case SurfaceSource::Recipe:
+        break;
     }
     const auto patient = shelf.find(spec.recipe);
     if (!patient.ok()) return patient.error();
     const TriMesh* part = anatomy::find_part(**patient, spec.part);
-    if (part == nullptr)
-        return Error{ErrorCode::BadValue, fmt::format("no part '{}' in the recipe: known are liver, lumen", spec.part)};
+    if (part == nullptr) return Error{ErrorCode::BadValue, fmt::format("no part '{}' in the recipe: known are liver, lumen", spec.part)};
     return *part;
 }
 
@@ -83,17 +89,15 @@ std::string find_defect(const SurfaceReport& r, SurfaceUse use) {
     if (r.duplicate_triangles > 0)
         return fmt::format("{} triangles stand twice{}; repair \"drop_duplicates\" removes them", r.duplicate_triangles, where);
     if (r.nonmanifold_edges > 0)
-        return fmt::format("{} edges belong to three or more triangles{}; repair \"drop_non_manifold\" cuts them open",
-                           r.nonmanifold_edges, where);
-    if (!r.closed())
-        return fmt::format("{} needs a closed surface, this one has {} border edges{}; repair \"fill_holes\" closes it",
-                           wanted, r.boundary_edges, where);
-    if (!r.oriented())
-        return fmt::format("{} edges are used the same way by both triangles{}; repair \"orient\" turns them",
-                           r.inconsistent_edges, where);
-    if (use == SurfaceUse::Volume && !r.manifold())
-        return fmt::format("{} vertices are pinched{}; repair \"drop_non_manifold\" separates them", r.nonmanifold_vertices,
+        return fmt::format("{} edges belong to three or more triangles{}; repair \"drop_non_manifold\" cuts them open", r.nonmanifold_edges,
                            where);
+    if (!r.closed())
+        return fmt::format("{} needs a closed surface, this one has {} border edges{}; repair \"fill_holes\" closes it", wanted,
+                           r.boundary_edges, where);
+    if (!r.oriented())
+        return fmt::format("{} edges are used the same way by both triangles{}; repair \"orient\" turns them", r.inconsistent_edges, where);
+    if (use == SurfaceUse::Volume && !r.manifold())
+        return fmt::format("{} vertices are pinched{}; repair \"drop_non_manifold\" separates them", r.nonmanifold_vertices, where);
     if (!(r.signed_volume > 0.0)) return "the surface is inside out; repair \"orient\" turns it";
     return "";
 }
@@ -103,11 +107,11 @@ std::string find_size_defect(const TriMesh& mesh, const Units& units) {
     const double size = box.longest_edge();
     if (!(size >= kSmallestBody && size <= kLargestBody))
         return fmt::format("its longest side is {:.6g} m (units.length is {}): bodies measure {:g} m to {:g} m; "
-                           "is \"unit\" of the surface right?", size, units.length_name, kSmallestBody, kLargestBody);
+                           "is \"unit\" of the surface right?",
+                           size, units.length_name, kSmallestBody, kLargestBody);
     const double away = box.centre().cwiseAbs().maxCoeff();
     if (away > kFarthest * size)
-        return fmt::format("it lies {:.3g} m from the origin, {:.3g} times its size: its shape is lost to rounding", away,
-                           away / size);
+        return fmt::format("it lies {:.3g} m from the origin, {:.3g} times its size: its shape is lost to rounding", away, away / size);
     return "";
 }
 
@@ -171,8 +175,8 @@ Result<Place> find_place(const Scene& scene, const PlaceSpec& spec, const std::s
     if (landmark != nullptr) return Place{body.scale * landmark->position + body.translate, landmark->direction};
     std::vector<std::string> known;
     for (const anatomy::Landmark& each : (*patient)->landmarks) known.push_back(each.name);
-    return scene_error(scene, key, fmt::format("no landmark '{}' in body {}: known are {}", spec.landmark, body.name,
-                                               fmt::join(known, ", ")));
+    return scene_error(scene, key,
+                       fmt::format("no landmark '{}' in body {}: known are {}", spec.landmark, body.name, fmt::join(known, ", ")));
 }
 
 } // namespace seldinger::engine

@@ -18,9 +18,9 @@ enum class SurfaceUse : std::uint8_t {
 };
 
 struct LoadedSurface {
-    TriMesh mesh;                    // m, scaled and moved as the scene says
-    SurfaceReport report;            // of that mesh
-    std::vector<std::string> notes;  // repairs done with their counts, and what was let pass
+    TriMesh mesh;                   // m, scaled and moved as the scene says
+    SurfaceReport report;           // of that mesh
+    std::vector<std::string> notes; // repairs done with their counts, and what was let pass
 };
 
 /// Generated patients of one preparation, each made once; kept on disk by content.
@@ -45,7 +45,6 @@ struct Place {
     Vec3 position = Vec3::Zero();   // m
     Vec3 direction = Vec3::UnitZ(); // unit
 };
-[[nodiscard]] Result<Place> find_place(const Scene& scene, const PlaceSpec& spec, const std::string& key,
-                                       PatientShelf& shelf);
+[[nodiscard]] Result<Place> find_place(const Scene& scene, const PlaceSpec& spec, const std::string& key, PatientShelf& shelf);
 
 } // namespace seldinger::engine

@@ -24,24 +24,24 @@ enum class Motion : std::uint8_t { Deformable, Kinematic, Static };
 
 /// Displacement of a kinematic body over time, linear between rows.
 struct MotionRow {
-    double time = 0.0;               // s, ascending
+    double time = 0.0;                // s, ascending
     Vec3 displacement = Vec3::Zero(); // m, from the rest pose
 };
 
 struct BodyModel {
     std::string name;
     Motion motion = Motion::Static;
-    TriMesh surface;                             // rest pose, outward where closed
-    bool hollow = false;                         // a lumen: instruments move inside
-    bool closed = false;                         // and consistently oriented: it has an inside
-    std::optional<fem::TissueModel> tissue;      // deformable bodies
-    std::size_t carrier = SIZE_MAX;              // deformable body that carries this surface; SIZE_MAX: none
-    std::optional<fem::RigidLinks> links;        // surface on its own tissue, or on the carrier's
-    std::vector<MotionRow> path;                 // kinematic bodies
+    TriMesh surface;                        // rest pose, outward where closed
+    bool hollow = false;                    // a lumen: instruments move inside
+    bool closed = false;                    // and consistently oriented: it has an inside
+    std::optional<fem::TissueModel> tissue; // deformable bodies
+    std::size_t carrier = SIZE_MAX;         // deformable body that carries this surface; SIZE_MAX: none
+    std::optional<fem::RigidLinks> links;   // surface on its own tissue, or on the carrier's
+    std::vector<MotionRow> path;            // kinematic bodies
     collision::SurfaceTopology topology;
-    std::vector<Vec3> pulse_reach;               // [vertex_count] m, to the systole's place; hollow bodies under the effect pulse
-    spheretree::CoveringTree covering;           // solid bodies
-    std::optional<spheretree::LumenTree> lumen;  // hollow bodies
+    std::vector<Vec3> pulse_reach;              // [vertex_count] m, to the systole's place; hollow bodies under the effect pulse
+    spheretree::CoveringTree covering;          // solid bodies
+    std::optional<spheretree::LumenTree> lumen; // hollow bodies
 
     [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || carrier != SIZE_MAX || !pulse_reach.empty(); }
 };
@@ -51,12 +51,12 @@ struct InstrumentModel {
     fem::RodModel rod;
     fem::RodSkin skin;
     fem::RodPort port;
-    std::size_t lumen = 0;               // body whose lumen it moves in
-    double friction = 0.0;               // Coulomb mu
-    double inserted = 0.02;              // m at the start
+    std::size_t lumen = 0;  // body whose lumen it moves in
+    double friction = 0.0;  // Coulomb mu
+    double inserted = 0.02; // m at the start
     DriveLimits limits;
-    std::vector<DriveRow> path;          // followed unless a route is set
-    std::optional<Route> route;          // at rest
+    std::vector<DriveRow> path;                 // followed unless a route is set
+    std::optional<Route> route;                 // at rest
     std::optional<fem::RigidLinks> route_links; // the route moves with the organ that carries the lumen
     FollowSettings follow;
     spheretree::ChainTree chain;         // links at nodes and midway between them, tip first
@@ -65,9 +65,9 @@ struct InstrumentModel {
 
 /// Respiration: the pinned nodes of every deformable body move together, there and back once a period.
 struct Breathing {
-    double amplitude = 0.0;          // m
-    double period = 4.0;             // s
-    Vec3 direction = Vec3::UnitZ();  // unit, towards the head: expiration
+    double amplitude = 0.0;         // m
+    double period = 4.0;            // s
+    Vec3 direction = Vec3::UnitZ(); // unit, towards the head: expiration
 };
 
 /// The walls of hollow bodies move along BodyModel::pulse_reach, out and back once a period.
@@ -77,9 +77,9 @@ struct Pulse {
 
 /// Only what is set here has code that runs.
 struct EffectSet {
-    bool elasticity = true;     // off: deformable bodies stay at rest
-    bool coarse_contact = true; // sphere trees
-    bool exact_contact = true;  // continuous tests, when the budget allows
+    bool elasticity = true;      // off: deformable bodies stay at rest
+    bool coarse_contact = true;  // sphere trees
+    bool exact_contact = true;   // continuous tests, when the budget allows
     std::optional<Vec3> gravity; // m/s^2
     std::optional<Breathing> breathing;
     std::optional<Pulse> pulse;
@@ -103,16 +103,16 @@ struct ContactSettings {
     double solid_friction = 0.0;    // Coulomb mu between solid bodies; 0 without the effect friction
     SolidResponse solid_response = SolidResponse::Surface;
     spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
-    int depth_cap = 2;              // level at which DepthCapped stops
-    double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
+    int depth_cap = 2;                                                          // level at which DepthCapped stops
+    double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
 };
 
 struct SceneModel {
     std::string name;
-    std::string file;             // as given, relative to the project where it lies in it
-    double step_s = 0.01;         // s
+    std::string file;     // as given, relative to the project where it lies in it
+    double step_s = 0.01; // s
     std::uint64_t step_count = 0;
-    unsigned fixed_substeps = 0;  // what the scene insists on; 0: as many as stability asks for
+    unsigned fixed_substeps = 0;   // what the scene insists on; 0: as many as stability asks for
     unsigned max_substeps = 10000; // beyond this a step would take minutes: stopped with the number
     fem::Integrator integrator = fem::Integrator::Rk4;
     BudgetLimits budget;

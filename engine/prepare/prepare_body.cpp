@@ -19,9 +19,12 @@ namespace {
 
 Motion motion_of(BodyKind kind) {
     switch (kind) {
-    case BodyKind::Deformable: return Motion::Deformable;
-    case BodyKind::Kinematic: return Motion::Kinematic;
-    case BodyKind::Static: break;
+    case BodyKind::Deformable:
+        return Motion::Deformable;
+    case BodyKind::Kinematic:
+        return Motion::Kinematic;
+    case BodyKind::Static:
+        break;
     }
     return Motion::Static;
 }
@@ -32,8 +35,8 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, std:
     Result<fem::LatticeMesh> lattice = fem::make_lattice_mesh(surface, options);
     if (!lattice.ok()) return lattice.error();
     notes.push_back(fmt::format("coarse mesh by lattice of {:.3g} m: {:.4f} of the surface's volume, {:.0f} % of its boundary nodes on the "
-                                "surface, the farthest {:.3g} m off", options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share,
-                                lattice->farthest));
+                                "surface, the farthest {:.3g} m off",
+                                options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, lattice->farthest));
     if (lattice->islands > 0)
         notes.push_back(fmt::format("{} loose parts of the lattice ({} tetrahedra) were dropped", lattice->islands, lattice->island_tets));
     return std::move(lattice->tets);
@@ -50,7 +53,8 @@ void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& 
     workspace.warm = false;
     stable = fem::find_stable_step(tissue, tissue.rest_position, nullptr, workspace, scene.time.integrator);
     notes.push_back(fmt::format("viscosity {:g} Pa s lowered to {:.3g} Pa s: the stable step is {:.3g} s instead of {:.3g} s "
-                                "(material.cap_viscosity false keeps it)", asked, capped, stable.step, slow));
+                                "(material.cap_viscosity false keeps it)",
+                                asked, capped, stable.step, slow));
 }
 
 Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, std::vector<std::string>& notes) {
@@ -79,9 +83,12 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, std::
 
 bool in_region(const FixedRegion& region, const Vec3& p, double least, double most) {
     switch (region.kind) {
-    case RegionKind::Box: return region.box.contains(p);
-    case RegionKind::Sphere: return (p - region.centre).squaredNorm() <= region.radius * region.radius;
-    case RegionKind::Direction: break;
+    case RegionKind::Box:
+        return region.box.contains(p);
+    case RegionKind::Sphere:
+        return (p - region.centre).squaredNorm() <= region.radius * region.radius;
+    case RegionKind::Direction:
+        break;
     }
     return region.direction.dot(p) >= most - region.fraction * (most - least);
 }
@@ -123,12 +130,12 @@ void note_sliver(const TetMesh& mesh, const fem::StableStep& stable, std::vector
     const Vec3& o = mesh.vertices[t[0]];
     const double volume = (mesh.vertices[t[1]] - o).dot((mesh.vertices[t[2]] - o).cross(mesh.vertices[t[3]] - o));
     if (!(volume < kSliverHeight * longest * face)) return;
-    notes.push_back(fmt::format("tetrahedron {} (nodes {}, {}, {}, {}) is a sliver, {:.3g} of its longest edge high, and sets the stable step of {:.3g} s",
-                                stable.worst_tet, t[0], t[1], t[2], t[3], volume / (longest * face), stable.step));
+    notes.push_back(fmt::format(
+        "tetrahedron {} (nodes {}, {}, {}, {}) is a sliver, {:.3g} of its longest edge high, and sets the stable step of {:.3g} s",
+        stable.worst_tet, t[0], t[1], t[2], t[3], volume / (longest * face), stable.step));
 }
 
-Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, BodyModel& model, TetMesh& coarse,
-                            BodySummary& summary) {
+Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, BodyModel& model, TetMesh& coarse, BodySummary& summary) {
     const std::string key = "bodies." + body.name;
     Result<TetMesh> mesh = make_coarse(body, model.surface, summary.notes);
     if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
@@ -146,15 +153,17 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, BodyModel
     if (scene.time.substeps > 0 && scene.time.step / scene.time.substeps > summary.stable_step_s)
         return scene_error(scene, "time.substeps",
                            fmt::format("{} sub-steps of {:g} s are longer than the stable step of {} ({:.3g} s): {} would work, "
-                                       "or \"auto\"", scene.time.substeps, scene.time.step / scene.time.substeps, body.name,
-                                       summary.stable_step_s, std::ceil(scene.time.step / summary.stable_step_s)));
+                                       "or \"auto\"",
+                                       scene.time.substeps, scene.time.step / scene.time.substeps, body.name, summary.stable_step_s,
+                                       std::ceil(scene.time.step / summary.stable_step_s)));
     summary.coarse_nodes = mesh->vertices.size();
     summary.coarse_tets = mesh->tets.size();
     summary.pinned_nodes = tissue->pinned.size();
     if (body.material.poisson_ratio > fem::kLockingPoissonRatio)
-        summary.notes.push_back(fmt::format("Poisson's ratio {} above {}: linear tetrahedra lock; a cantilever of 41K of them bends 0.88 of "
-                                            "what it should at 0.45, 0.71 at 0.49, 0.29 at 0.499",
-                                            body.material.poisson_ratio, fem::kLockingPoissonRatio));
+        summary.notes.push_back(
+            fmt::format("Poisson's ratio {} above {}: linear tetrahedra lock; a cantilever of 41K of them bends 0.88 of "
+                        "what it should at 0.45, 0.71 at 0.49, 0.29 at 0.499",
+                        body.material.poisson_ratio, fem::kLockingPoissonRatio));
     note_sliver(*mesh, stable, summary.notes);
     model.tissue = std::move(*tissue);
     model.links = std::move(*links);
@@ -171,8 +180,7 @@ void summarise_links(const fem::RigidLinks& links, BodySummary& summary) {
 
 } // namespace
 
-Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse,
-                          PreparedScene& prepared) {
+Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse, PreparedScene& prepared) {
     Result<LoadedSurface> surface = load_surface(scene, body, shelf);
     if (!surface.ok()) return surface.error();
     BodyModel model;
@@ -194,8 +202,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     model.topology = collision::make_topology(model.surface.triangles, model.surface.vertices.size());
     if (model.hollow) {
         Result<spheretree::LumenTree> lumen = spheretree::build_lumen_tree(model.surface);
-        if (!lumen.ok())
-            return scene_error(scene, "bodies." + body.name + ".surface", lumen.error().message, lumen.error().code);
+        if (!lumen.ok()) return scene_error(scene, "bodies." + body.name + ".surface", lumen.error().message, lumen.error().code);
         summary.free_balls = lumen->ball_count();
         summary.tree_spheres = lumen->tree.sphere_count();
         model.lumen = std::move(*lumen);
@@ -215,16 +222,13 @@ Result<void> link_to_carrier(const Scene& scene, std::size_t index, const Coarse
     const SceneBody& body = scene.bodies[index];
     if (body.embedded_in == kNoIndex) return {};
     BodyModel& model = prepared.model.bodies[index];
-    Result<fem::RigidLinks> links =
-        fem::make_embedded_links(coarse.meshes[body.embedded_in], model.surface.vertices, body.blend);
-    if (!links.ok())
-        return scene_error(scene, "bodies." + body.name + ".embedded_in", links.error().message, links.error().code);
+    Result<fem::RigidLinks> links = fem::make_embedded_links(coarse.meshes[body.embedded_in], model.surface.vertices, body.blend);
+    if (!links.ok()) return scene_error(scene, "bodies." + body.name + ".embedded_in", links.error().message, links.error().code);
     model.links = std::move(*links);
     model.carrier = body.embedded_in;
     BodySummary& summary = prepared.bodies[index];
     summarise_links(*model.links, summary);
-    if (summary.static_links == summary.links)
-        summary.notes.push_back("no part lies inside its carrier: it stays static");
+    if (summary.static_links == summary.links) summary.notes.push_back("no part lies inside its carrier: it stays static");
     return {};
 }
 

@@ -11,11 +11,10 @@ struct CoarseBodies {
 };
 
 /// Everything but the links of carried surfaces. Appends to prepared.model.bodies and prepared.bodies.
-[[nodiscard]] Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf,
-                                        CoarseBodies& coarse, PreparedScene& prepared);
+[[nodiscard]] Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse,
+                                        PreparedScene& prepared);
 
 /// Hangs the surface of a carried body on its carrier.
-[[nodiscard]] Result<void> link_to_carrier(const Scene& scene, std::size_t body, const CoarseBodies& coarse,
-                                           PreparedScene& prepared);
+[[nodiscard]] Result<void> link_to_carrier(const Scene& scene, std::size_t body, const CoarseBodies& coarse, PreparedScene& prepared);
 
 } // namespace seldinger::engine

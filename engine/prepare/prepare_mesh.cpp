@@ -69,7 +69,8 @@ Result<void> load(const std::filesystem::path& file, const PrepareOptions& optio
 }
 
 /// What a mesh is worth as a body of the options' material; none: it is no body, and a note says why.
-std::optional<MeshPreparation::Coarse> rate_coarse(const TetMesh& tets, const char* mesher, const PrepareOptions& options, MeshPreparation& made) {
+std::optional<MeshPreparation::Coarse> rate_coarse(const TetMesh& tets, const char* mesher, const PrepareOptions& options,
+                                                   MeshPreparation& made) {
     const Result<fem::TissueModel> tissue = fem::make_tissue_model(tets, options.material, {});
     if (!tissue.ok()) {
         made.notes.push_back(fmt::format("no coarse model by {}: {}", mesher, tissue.error().message));
@@ -77,8 +78,8 @@ std::optional<MeshPreparation::Coarse> rate_coarse(const TetMesh& tets, const ch
     }
     fem::StableStepWorkspace workspace;
     const double step = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace).step;
-    return MeshPreparation::Coarse{tets.vertices.size(), tets.tets.size(), mesher, min_dihedral_deg(tets), step,
-                                   tissue->volume / signed_volume(made.surface)};
+    return MeshPreparation::Coarse{
+        tets.vertices.size(), tets.tets.size(), mesher, min_dihedral_deg(tets), step, tissue->volume / signed_volume(made.surface)};
 }
 
 void make_coarse_model(const PrepareOptions& options, MeshPreparation& made) {
@@ -90,17 +91,22 @@ void make_coarse_model(const PrepareOptions& options, MeshPreparation& made) {
     coarse_options.surface_triangles = options.coarse_triangles;
     coarse_options.use_cache = options.use_cache;
     const Result<CoarseMesh> coarse = make_coarse_mesh(made.surface, coarse_options);
-    if (!coarse.ok()) made.notes.push_back("no coarse model: " + coarse.error().message);
+    if (!coarse.ok())
+        made.notes.push_back("no coarse model: " + coarse.error().message);
     else {
         made.coarse = rate_coarse(coarse->tets, "tetgen", options, made);
         const Result<fem::RigidLinks> links = fem::make_surface_links(coarse->tets, made.surface);
-        if (links.ok()) made.links = {links->vertex_count(), links->degenerate, links->max_length};
-        else made.notes.push_back("no links: " + links.error().message);
+        if (links.ok())
+            made.links = {links->vertex_count(), links->degenerate, links->max_length};
+        else
+            made.notes.push_back("no links: " + links.error().message);
     }
     const std::size_t nodes = made.coarse ? made.coarse->nodes : options.coarse_triangles / 2;
     const Result<fem::LatticeMesh> lattice = fem::make_lattice_of_nodes(made.surface, nodes);
-    if (lattice.ok()) made.lattice = rate_coarse(lattice->tets, "lattice", options, made);
-    else made.notes.push_back("no coarse model by lattice: " + lattice.error().message);
+    if (lattice.ok())
+        made.lattice = rate_coarse(lattice->tets, "lattice", options, made);
+    else
+        made.notes.push_back("no coarse model by lattice: " + lattice.error().message);
 }
 
 std::string find_key(const MeshPreparation& made, const PrepareOptions& options) {
@@ -232,8 +238,12 @@ namespace {
 
 nlohmann::ordered_json coarse_json(const std::optional<MeshPreparation::Coarse>& coarse) {
     if (!coarse) return nullptr;
-    return {{"nodes", coarse->nodes}, {"tets", coarse->tets}, {"mesher", coarse->mesher}, {"min_dihedral_deg", coarse->min_dihedral_deg},
-            {"stable_step_s", coarse->stable_step_s}, {"volume_ratio", coarse->volume_ratio}};
+    return {{"nodes", coarse->nodes},
+            {"tets", coarse->tets},
+            {"mesher", coarse->mesher},
+            {"min_dihedral_deg", coarse->min_dihedral_deg},
+            {"stable_step_s", coarse->stable_step_s},
+            {"volume_ratio", coarse->volume_ratio}};
 }
 
 } // namespace

@@ -16,31 +16,31 @@
 namespace seldinger::engine {
 
 struct PrepareOptions {
-    double unit = 1.0;                     // m, of the file's coordinates
-    std::vector<Repair> repairs;           // in this order
+    double unit = 1.0;           // m, of the file's coordinates
+    std::vector<Repair> repairs; // in this order
     spheretree::WrappedOptions spheres;
-    std::size_t coarse_triangles = 800;    // of the simplified surface that is meshed
-    fem::Material material;                // the stable step depends on it
+    std::size_t coarse_triangles = 800; // of the simplified surface that is meshed
+    fem::Material material;             // the stable step depends on it
     bool use_cache = true;
 };
 
 struct MeshPreparation {
-    TriMesh surface;                       // m, repaired
+    TriMesh surface; // m, repaired
     SurfaceReport dense;
     std::size_t self_intersections = 0;
     struct Coarse {
         std::size_t nodes = 0, tets = 0;
         std::string mesher;
         double min_dihedral_deg = 0.0;
-        double stable_step_s = 0.0;       // of RK4, at rest
-        double volume_ratio = 0.0;        // to the surface's
+        double stable_step_s = 0.0; // of RK4, at rest
+        double volume_ratio = 0.0;  // to the surface's
     };
     struct Links {
         std::size_t count = 0, degenerate = 0;
         double max_length_m = 0.0;
     };
-    std::optional<Coarse> coarse;          // by TetGen; none for an open surface, or where it cannot do it: see notes
-    std::optional<Coarse> lattice;         // the same body from a lattice of about as many nodes, to choose by
+    std::optional<Coarse> coarse;  // by TetGen; none for an open surface, or where it cannot do it: see notes
+    std::optional<Coarse> lattice; // the same body from a lattice of about as many nodes, to choose by
     std::optional<Links> links;
     spheretree::SphereTree spheres;
     spheretree::TreeQuality quality;
@@ -48,7 +48,7 @@ struct MeshPreparation {
     bool spheres_from_cache = false;
     std::size_t colours = 0;
     double colour_seconds = 0.0;
-    std::vector<std::string> notes;        // repairs with counts; what could not be made and why
+    std::vector<std::string> notes; // repairs with counts; what could not be made and why
 };
 
 /// fails  the reader's own error; BadMesh with the first bad triangles and the repair or the builder that would do

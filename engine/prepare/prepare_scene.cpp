@@ -20,8 +20,8 @@ constexpr double kLargestDistanceShare = 0.2;
 /// Links of the sphere chain per rod segment: at the node and midway to the next.
 constexpr std::size_t kLinksPerSegment = 2;
 
-Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse,
-                           const PreparedScene& prepared, InstrumentModel& model) {
+Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse, const PreparedScene& prepared,
+                           InstrumentModel& model) {
     const SceneTarget& target = scene.targets[spec.follow->target];
     spheretree::PathOptions options;
     options.min_radius = model.rod.design.radius;
@@ -47,25 +47,25 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
 }
 
 /// The whole cross-section at the port, and the part that is in at the start, must lie inside the lumen.
-Result<void> check_entry(const Scene& scene, const SceneInstrument& spec, const InstrumentModel& model,
-                         const BodyModel& lumen) {
+Result<void> check_entry(const Scene& scene, const SceneInstrument& spec, const InstrumentModel& model, const BodyModel& lumen) {
     const InsideTest inside(lumen.surface);
     const auto room = [&](const Vec3& p) { return -inside.signed_distance(p); };
     const std::string key = "instruments." + spec.name;
     if (const double free = room(model.port.position); free < model.rod.design.radius)
         return scene_error(scene, key + ".entry",
-                           fmt::format("the entry has {:.3g} mm of room inside {}, the instrument's radius is {:.3g} mm",
-                                       1e3 * free, lumen.name, 1e3 * model.rod.design.radius));
+                           fmt::format("the entry has {:.3g} mm of room inside {}, the instrument's radius is {:.3g} mm", 1e3 * free,
+                                       lumen.name, 1e3 * model.rod.design.radius));
     for (double s = 0.0; s < model.inserted; s += model.rod.segment)
         if (room(model.port.position + s * model.port.direction) < model.rod.design.radius)
             return scene_error(scene, key + ".inserted",
                                fmt::format("{:.3g} mm straight ahead of the entry the instrument meets the wall of {}: "
-                                           "insert less at the start", 1e3 * s, lumen.name));
+                                           "insert less at the start",
+                                           1e3 * s, lumen.name));
     return {};
 }
 
-Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse,
-                                PatientShelf& shelf, PreparedScene& prepared) {
+Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse, PatientShelf& shelf,
+                                PreparedScene& prepared) {
     const std::string key = "instruments." + spec.name;
     const auto rod = fem::make_rod_model(spec.design);
     if (!rod.ok()) return scene_error(scene, key, rod.error().message, rod.error().code);
@@ -101,8 +101,8 @@ EffectSet make_effects(const Scene& scene) {
     effects.exact_contact = scene.effects.exact_contact;
     if (scene.effects.gravity) effects.gravity = scene.gravity;
     if (scene.effects.breathing)
-        effects.breathing = Breathing{scene.effects.breathing->amplitude, scene.effects.breathing->period,
-                                      scene.effects.breathing->direction};
+        effects.breathing =
+            Breathing{scene.effects.breathing->amplitude, scene.effects.breathing->period, scene.effects.breathing->direction};
     if (scene.effects.pulse) effects.pulse = Pulse{scene.effects.pulse->period};
     return effects;
 }
@@ -146,7 +146,9 @@ void fill_settings(const Scene& scene, SceneModel& model) {
 
 Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress) {
     const StopWatch watch;
-    const auto say = [&](const std::string& what) { if (progress) progress(what); };
+    const auto say = [&](const std::string& what) {
+        if (progress) progress(what);
+    };
     PreparedScene prepared;
     PatientShelf shelf;
     CoarseBodies coarse;

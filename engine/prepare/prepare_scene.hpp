@@ -2,8 +2,8 @@
 #pragma once
 
 #include "engine/prepare/load_surface.hpp"
-#include "engine/scene/scene.hpp"
 #include "engine/prepare/model.hpp"
+#include "engine/scene/scene.hpp"
 
 #include <functional>
 #include <string>
@@ -16,11 +16,11 @@ struct BodySummary {
     std::string name;
     std::size_t vertices = 0, triangles = 0;
     std::size_t coarse_nodes = 0, coarse_tets = 0, pinned_nodes = 0;
-    double stable_step_s = 0.0;      // deformable bodies, at rest
+    double stable_step_s = 0.0; // deformable bodies, at rest
     std::size_t links = 0, static_links = 0, degenerate_links = 0;
     double longest_link_m = 0.0;
     std::size_t tree_spheres = 0, free_balls = 0;
-    std::vector<std::string> notes;  // repairs, leniencies, warnings
+    std::vector<std::string> notes; // repairs, leniencies, warnings
 };
 
 struct PreparedScene {

@@ -21,9 +21,9 @@ namespace seldinger::engine {
 
 namespace {
 
-constexpr long kPollNanoseconds = 5'000'000;        // between two looks at the child
-constexpr rlim_t kMemoryLimit = rlim_t{8} << 30;    // bytes of address space: a runaway mesher must not take the machine
-constexpr std::streamoff kOutputTail = 4096;        // bytes of the program's last words that are kept
+constexpr long kPollNanoseconds = 5'000'000;     // between two looks at the child
+constexpr rlim_t kMemoryLimit = rlim_t{8} << 30; // bytes of address space: a runaway mesher must not take the machine
+constexpr std::streamoff kOutputTail = 4096;     // bytes of the program's last words that are kept
 constexpr const char* kLogName = "seldinger-tool.log";
 
 Error tool_failed(std::string message) { return {.code = ErrorCode::ToolFailed, .message = std::move(message)}; }
@@ -42,8 +42,7 @@ std::string read_tail(const std::filesystem::path& path) {
 }
 
 /// Starts the program in its own process group with its output in the log, or returns the system's reason.
-Result<pid_t> start(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                    const std::filesystem::path& folder) {
+Result<pid_t> start(const std::filesystem::path& program, const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
     std::vector<std::string> words{program.string()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> pointers;
@@ -88,8 +87,7 @@ std::optional<int> wait_for(pid_t child, double time_limit) {
 } // namespace
 
 Result<std::filesystem::path> find_program(const std::string& name, const std::string& package) {
-    const Error missing{.code = ErrorCode::MissingTool,
-                        .message = name + " is not installed; on Debian: apt-get install " + package};
+    const Error missing{.code = ErrorCode::MissingTool, .message = name + " is not installed; on Debian: apt-get install " + package};
     if (name.find('/') != std::string::npos) {
         if (is_program(name)) return std::filesystem::absolute(name);
         return missing;
@@ -115,7 +113,8 @@ Result<ProcessOutcome> run_process(const std::filesystem::path& program, const s
         outcome.timed_out = true;
         kill(-*child, SIGKILL);
         int ended = 0;
-        while (waitpid(*child, &ended, 0) < 0 && errno == EINTR) {}
+        while (waitpid(*child, &ended, 0) < 0 && errno == EINTR) {
+        }
         status = ended;
     }
     if (WIFEXITED(*status)) outcome.exit_code = WEXITSTATUS(*status);

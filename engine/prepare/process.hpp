@@ -11,17 +11,16 @@ namespace seldinger::engine {
 
 struct ProcessOutcome {
     bool timed_out = false;
-    int exit_code = -1;  // when it ended by itself
-    int signal = 0;      // when it was killed by one
-    std::string output;  // the last few KiB of stdout and stderr together
+    int exit_code = -1; // when it ended by itself
+    int signal = 0;     // when it was killed by one
+    std::string output; // the last few KiB of stdout and stderr together
 };
 
 /// Absolute path of a program in PATH (or of a path given as such); MissingTool otherwise.
 [[nodiscard]] Result<std::filesystem::path> find_program(const std::string& name, const std::string& package);
 
 /// Runs in `folder`; kills the whole process group at the limit. ToolFailed only when it could not be started.
-[[nodiscard]] Result<ProcessOutcome> run_process(const std::filesystem::path& program,
-                                                 const std::vector<std::string>& arguments,
+[[nodiscard]] Result<ProcessOutcome> run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                                                  const std::filesystem::path& folder, double time_limit);
 
 /// A private folder under the system's temporary one, removed with everything in it when this goes.

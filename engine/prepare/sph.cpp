@@ -34,8 +34,10 @@ Result<void> write_sph(const std::filesystem::path& path, const spheretree::Sphe
     for (const std::uint16_t count : tree.child_count) degree = std::max<std::size_t>(degree, count);
     const std::size_t places = count_places(tree.level_count(), degree);
     if (places == 0)
-        return Error{ErrorCode::BadValue, fmt::format("{} levels of {} children have more than {} places, too many for a .sph file",
-                                                      tree.level_count(), degree, kMostPlaces), path.string()};
+        return Error{ErrorCode::BadValue,
+                     fmt::format("{} levels of {} children have more than {} places, too many for a .sph file", tree.level_count(), degree,
+                                 kMostPlaces),
+                     path.string()};
     std::string text = fmt::format("{} {}\n", tree.level_count(), degree);
     std::vector<Index> row{0}; // spheres of the level's places, kNoIndex where empty
     for (std::size_t level = 0; level < tree.level_count(); ++level) {
@@ -69,8 +71,10 @@ bool read_places(Scanner& in, std::size_t levels, std::size_t degree, double sca
         for (std::size_t k = 0; k < row; ++k) {
             spheretree::Sphere sphere;
             double radius = 0.0;
-            if (in.at_end()) return in.fail(ErrorCode::BadSyntax, fmt::format("the file ends at place {} of level {}; {} levels of degree {} "
-                                                                              "have {} there", k, level, levels, degree, row));
+            if (in.at_end())
+                return in.fail(ErrorCode::BadSyntax, fmt::format("the file ends at place {} of level {}; {} levels of degree {} "
+                                                                 "have {} there",
+                                                                 k, level, levels, degree, row));
             if (!in.point(sphere.centre, k) || !in.real(radius, "a radius")) return false;
             if (!std::isfinite(radius)) return in.fail(ErrorCode::BadValue, "the radius is not finite");
             in.skip_line();

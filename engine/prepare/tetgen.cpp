@@ -20,8 +20,7 @@ constexpr std::size_t kNamedPairs = 4; // crossing pairs that a message names
 struct UnitFrame {
     Vec3 centre;
     double size;
-    explicit UnitFrame(const TriMesh& surface)
-        : centre(surface.bounds().centre()), size(surface.bounds().longest_edge()) {}
+    explicit UnitFrame(const TriMesh& surface) : centre(surface.bounds().centre()), size(surface.bounds().longest_edge()) {}
     [[nodiscard]] Vec3 to_unit(const Vec3& p) const { return (p - centre) / size; }
     [[nodiscard]] Vec3 from_unit(const Vec3& p) const { return centre + size * p; }
 };
@@ -45,8 +44,7 @@ std::string write_off(const TriMesh& surface, const UnitFrame& frame) {
         const Vec3 p = frame.to_unit(v);
         fmt::format_to(std::back_inserter(text), "{:.17g} {:.17g} {:.17g}\n", p[0], p[1], p[2]);
     }
-    for (const Triangle& t : surface.triangles)
-        fmt::format_to(std::back_inserter(text), "3 {} {} {}\n", t[0], t[1], t[2]);
+    for (const Triangle& t : surface.triangles) fmt::format_to(std::back_inserter(text), "3 {} {} {}\n", t[0], t[1], t[2]);
     return text;
 }
 
@@ -89,7 +87,8 @@ Result<TetMesh> read_result(const std::filesystem::path& file, const TriMesh& su
     const TetMeshReport report = inspect_tets(*mesh);
     if (!report.valid() || report.unreferenced_nodes > 0)
         return unusable(fmt::format("{} inverted and {} flat tets, {} nodes without a tet{}", report.inverted_tets, report.flat_tets,
-                                    report.unreferenced_nodes, report.bad_tets.empty() ? "" : fmt::format(", first tet {}", report.bad_tets[0])));
+                                    report.unreferenced_nodes,
+                                    report.bad_tets.empty() ? "" : fmt::format(", first tet {}", report.bad_tets[0])));
     return mesh;
 }
 

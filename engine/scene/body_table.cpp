@@ -14,9 +14,7 @@ std::vector<std::string_view> length_units() {
     return names;
 }
 
-FieldSpec file_unit_field() {
-    return choice_field("unit", length_units(), "Of the file's coordinates; the scene's length when absent.");
-}
+FieldSpec file_unit_field() { return choice_field("unit", length_units(), "Of the file's coordinates; the scene's length when absent."); }
 
 const ObjectSpec& material_table() {
     static const fem::Material usual{};
@@ -30,25 +28,21 @@ const ObjectSpec& material_table() {
                          "Stable neo-Hookean, corotational linear, or St. Venant-Kirchhoff.")
                 .by_default(std::string_view("neo_hookean")),
             number_field("young_modulus", Dimension::Pressure,
-                         {10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"},
-                         "Stiffness.")
+                         {10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"}, "Stiffness.")
                 .by_default(usual.young_modulus),
-            number_field("poisson_ratio", Dimension::None,
-                         {0.0, 0.4999, false, 0.0, fem::kLockingPoissonRatio,
-                          "above 0.45 linear tetrahedra lock: they bend far too little"},
-                         "0 compressible, 0.5 incompressible.")
+            number_field(
+                "poisson_ratio", Dimension::None,
+                {0.0, 0.4999, false, 0.0, fem::kLockingPoissonRatio, "above 0.45 linear tetrahedra lock: they bend far too little"},
+                "0 compressible, 0.5 incompressible.")
                 .by_default(usual.poisson_ratio),
             number_field("density", Dimension::Density,
-                         {50.0, 23000.0, false, 200.0, 2500.0,
-                          "soft tissue is 900 to 1200 kg/m^3, lung from 200, bone up to 2000"},
+                         {50.0, 23000.0, false, 200.0, 2500.0, "soft tissue is 900 to 1200 kg/m^3, lung from 200, bone up to 2000"},
                          "Mass per volume.")
                 .by_default(usual.density),
             number_field("viscosity", Dimension::Viscosity,
-                         {0.0, 1e5, false, 0.0, 1e3, "on the strain rate; large values shrink the stable step"},
-                         "Damps deformation.")
+                         {0.0, 1e5, false, 0.0, 1e3, "on the strain rate; large values shrink the stable step"}, "Damps deformation.")
                 .by_default(usual.viscosity),
-            number_field("mass_damping", Dimension::Rate, {0.0, 1e4, false, 0.0, 1e3, "drags every node towards rest"},
-                         "Damps all motion.")
+            number_field("mass_damping", Dimension::Rate, {0.0, 1e4, false, 0.0, 1e3, "drags every node towards rest"}, "Damps all motion.")
                 .by_default(usual.mass_damping),
             flag_field("cap_viscosity", "Lowers a viscosity that would cost more than a tenth of the stable step, and says so.")
                 .by_default(true),
@@ -67,9 +61,7 @@ const ObjectSpec& file_surface_table() {
             "file",
             "",
             {
-                path_field(
-                    "file",
-                    "Relative to the scene's folder; ${SELDINGER_TEST_DATA} stands for that environment variable.")
+                path_field("file", "Relative to the scene's folder; ${SELDINGER_TEST_DATA} stands for that environment variable.")
                     .required(),
                 file_unit_field(),
                 value_field("groups", list_value(text, 1), "OBJ groups to keep; everything when absent."),
@@ -90,8 +82,7 @@ const ObjectSpec& recipe_surface_table() {
         "",
         {
             path_field("recipe", "The recipe's file.").required(),
-            choice_field("part", {"liver", "lumen", "arteries"},
-                         "Which surface of the patient; lumen and arteries are the same.")
+            choice_field("part", {"liver", "lumen", "arteries"}, "Which surface of the patient; lumen and arteries are the same.")
                 .required(),
         }};
     return table;
@@ -106,15 +97,11 @@ const ObjectSpec& shape_surface_table() {
         "shape",
         {
             choice_field("shape", {"sphere", "box", "tube", "torus", "vessels"}, "Which one.").required(),
-            vector_field("centre", Dimension::Length, coordinate(), "Middle.")
-                .by_default(usual.centre)
-                .when({"sphere", "box", "torus"}),
-            number_field("radius", Dimension::Length, between(kSmallestLength, kLargestBody),
-                         "Of a sphere; of a torus' ring.")
+            vector_field("centre", Dimension::Length, coordinate(), "Middle.").by_default(usual.centre).when({"sphere", "box", "torus"}),
+            number_field("radius", Dimension::Length, between(kSmallestLength, kLargestBody), "Of a sphere; of a torus' ring.")
                 .required()
                 .when({"sphere", "torus"}),
-            number_field("tube_radius", Dimension::Length, between(kSmallestLength, kLargestBody),
-                         "Of a torus' tube, below its ring's.")
+            number_field("tube_radius", Dimension::Length, between(kSmallestLength, kLargestBody), "Of a torus' tube, below its ring's.")
                 .required()
                 .when({"torus"}),
             vector_field("extent", Dimension::Length, between(kSmallestLength, kLargestBody), "Of a box, edge to edge.")
@@ -143,15 +130,9 @@ const ObjectSpec& shape_surface_table() {
                 .by_default(usual.blend)
                 .when({"vessels"}),
             count_field("triangles", 500, 1e6, "Of vessels: aimed at.").by_default(double(usual.triangles)).when({"vessels"}),
-            count_field("subdivisions", 0, 7, "Of a sphere: 20 * 4^n triangles.")
-                .by_default(double(usual.subdivisions))
-                .when({"sphere"}),
-            count_field("cells", 1, 500, "Of a box: squares along an edge of a face.")
-                .by_default(double(usual.cells))
-                .when({"box"}),
-            count_field("sides", 3, 1000, "Vertices round a tube.")
-                .by_default(double(usual.sides))
-                .when({"tube", "torus"}),
+            count_field("subdivisions", 0, 7, "Of a sphere: 20 * 4^n triangles.").by_default(double(usual.subdivisions)).when({"sphere"}),
+            count_field("cells", 1, 500, "Of a box: squares along an edge of a face.").by_default(double(usual.cells)).when({"box"}),
+            count_field("sides", 3, 1000, "Vertices round a tube.").by_default(double(usual.sides)).when({"tube", "torus"}),
         }};
     return table;
 }
@@ -176,15 +157,14 @@ const ObjectSpec& meshed_coarse_table() {
 }
 
 const ObjectSpec& file_coarse_table() {
-    static const ObjectSpec table{
-        "file coarse",
-        "Tetrahedra from a file, in the surface's frame.",
-        "file",
-        "",
-        {
-            path_field("file", "MSH, VTK, VTU, MEDIT, TetGen or Vega, plain or .gz.").required(),
-            file_unit_field(),
-        }};
+    static const ObjectSpec table{"file coarse",
+                                  "Tetrahedra from a file, in the surface's frame.",
+                                  "file",
+                                  "",
+                                  {
+                                      path_field("file", "MSH, VTK, VTU, MEDIT, TetGen or Vega, plain or .gz.").required(),
+                                      file_unit_field(),
+                                  }};
     return table;
 }
 
@@ -195,8 +175,7 @@ const ObjectSpec& direction_region_table() {
         "direction",
         "",
         {
-            vector_field("direction", Dimension::None, {}, "Towards the part that is held; its length does not matter.")
-                .required(),
+            vector_field("direction", Dimension::None, {}, "Towards the part that is held; its length does not matter.").required(),
             number_field("fraction", Dimension::None, above(0.0, 1.0), "Of the body's extent along it.").required(),
         }};
     return table;
@@ -220,32 +199,27 @@ const ObjectSpec& box_region_table() {
 }
 
 const ObjectSpec& ball_table() {
-    static const ObjectSpec table{
-        "ball",
-        "Centre and radius of a ball.",
-        "",
-        "",
-        {
-            vector_field("centre", Dimension::Length, coordinate(), "Middle.").required(),
-            number_field("radius", Dimension::Length, above(0.0, kLargestBody), "Of the ball.").required(),
-        }};
+    static const ObjectSpec table{"ball",
+                                  "Centre and radius of a ball.",
+                                  "",
+                                  "",
+                                  {
+                                      vector_field("centre", Dimension::Length, coordinate(), "Middle.").required(),
+                                      number_field("radius", Dimension::Length, above(0.0, kLargestBody), "Of the ball.").required(),
+                                  }};
     return table;
 }
 
 const ObjectSpec& sphere_region_table() {
-    static const ObjectSpec table{"fixed sphere",
-                                  "All nodes in a ball.",
-                                  "sphere",
-                                  "",
-                                  {object_field("sphere", ball_table(), "Centre and radius.").required()}};
+    static const ObjectSpec table{
+        "fixed sphere", "All nodes in a ball.", "sphere", "", {object_field("sphere", ball_table(), "Centre and radius.").required()}};
     return table;
 }
 
 ValueSpec surface_value() {
     ValueSpec file;
     file.kind = ValueKind::Path;
-    return any_value({file, object_value(file_surface_table()), object_value(recipe_surface_table()),
-                      object_value(shape_surface_table())});
+    return any_value({file, object_value(file_surface_table()), object_value(recipe_surface_table()), object_value(shape_surface_table())});
 }
 
 } // namespace
@@ -265,20 +239,14 @@ const ObjectSpec& body_table() {
             choice_field("kind", {"deformable", "static", "kinematic"},
                          "Tissue that deforms, a surface that rests (or is carried), one that moves as told.")
                 .required(),
-            value_field("surface", surface_value(),
-                        "The dense surface: a file's name, or an object with file, recipe or shape.")
+            value_field("surface", surface_value(), "The dense surface: a file's name, or an object with file, recipe or shape.")
                 .required(),
-            number_field("scale", Dimension::None, above(0.0, 1e6), "Enlarges the surface about the origin.")
-                .by_default(usual.scale),
-            vector_field("translate", Dimension::Length, coordinate(), "Moves the surface, after the scale.")
-                .by_default(usual.translate),
-            flag_field("hollow", "The surface is a lumen: instruments are inside, contacts push inwards.")
-                .by_default(usual.hollow),
-            text_field("embedded_in", "Name of the deformable body that carries this surface where it is inside.")
-                .when({"static"}),
-            number_field(
-                "blend", Dimension::Length, above(0.0, 0.5),
-                "With embedded_in: over this distance outside the carrier the motion fades to rest; 10 mm when absent.")
+            number_field("scale", Dimension::None, above(0.0, 1e6), "Enlarges the surface about the origin.").by_default(usual.scale),
+            vector_field("translate", Dimension::Length, coordinate(), "Moves the surface, after the scale.").by_default(usual.translate),
+            flag_field("hollow", "The surface is a lumen: instruments are inside, contacts push inwards.").by_default(usual.hollow),
+            text_field("embedded_in", "Name of the deformable body that carries this surface where it is inside.").when({"static"}),
+            number_field("blend", Dimension::Length, above(0.0, 0.5),
+                         "With embedded_in: over this distance outside the carrier the motion fades to rest; 10 mm when absent.")
                 .when({"static"}),
             object_field("material", material_table(), "Of the tissue.").when({"deformable"}),
             value_field("coarse", any_value({object_value(meshed_coarse_table()), object_value(file_coarse_table())}),

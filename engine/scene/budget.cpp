@@ -17,8 +17,7 @@ constexpr std::array<std::pair<std::string_view, double>, 5> kTimeUnits = {
 /// More tests than any step could do in a year.
 constexpr std::uint64_t kMaxWorkUnits = 1'000'000'000'000'000;
 
-constexpr std::string_view kRight =
-    "a time with its unit (\"8ms\", \"250us\"), \"work:20000\" or \"exact\" would be right";
+constexpr std::string_view kRight = "a time with its unit (\"8ms\", \"250us\"), \"work:20000\" or \"exact\" would be right";
 
 Error refuse(std::string_view text, std::string_view reason) {
     return {ErrorCode::BadValue, fmt::format("budget \"{:.40}\": {}; {}", text, reason, kRight)};
@@ -28,8 +27,7 @@ Result<BudgetSpec> parse_work(std::string_view text, std::string_view digits) {
     std::uint64_t units = 0;
     const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), units);
     if (!digits.empty() && digits.front() == '-') return refuse(text, "negative");
-    if (problem == std::errc::result_out_of_range || units > kMaxWorkUnits)
-        return refuse(text, "more than 10^15 tests are no limit");
+    if (problem == std::errc::result_out_of_range || units > kMaxWorkUnits) return refuse(text, "more than 10^15 tests are no limit");
     if (problem != std::errc() || end != digits.data() + digits.size())
         return refuse(text, "a whole number of sphere-pair tests must follow work:");
     return BudgetSpec{{BudgetMode::Work, 0.0, units}};

@@ -67,16 +67,14 @@ private:
     }
 
     std::optional<Error> mismatch(const JsonNode& node, const ValueSpec& spec, const std::string& path) const {
-        return fail(node.at, path,
-                    fmt::format("found {}; {} would be right", describe(node), expected(spec, context_.units)));
+        return fail(node.at, path, fmt::format("found {}; {} would be right", describe(node), expected(spec, context_.units)));
     }
 
     std::optional<Error> unknown_key(const JsonNode& node, const ObjectSpec& spec, const std::string& path) const {
         for (const JsonNode& member : node.children) {
             if (spec.find(member.key) != nullptr) continue;
-            return fail(
-                member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
-                fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, spec.keys())));
+            return fail(member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
+                        fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, spec.keys())));
         }
         return std::nullopt;
     }
@@ -93,11 +91,9 @@ private:
         for (const JsonNode& other : node.children) {
             const std::vector<std::string_view>& used = spec.find(other.key)->used_when;
             if (used.empty() || std::find(used.begin(), used.end(), chosen) != used.end()) continue;
-            return fail(
-                other.key_at, join_key(path, other.key),
-                fmt::format(
-                    "unused key {}: {} is {} here; the key is used where it is {}; leaving it out would be right",
-                    in_quotes(other.key), spec.discriminator, in_quotes(chosen), fmt::join(used, " or ")));
+            return fail(other.key_at, join_key(path, other.key),
+                        fmt::format("unused key {}: {} is {} here; the key is used where it is {}; leaving it out would be right",
+                                    in_quotes(other.key), spec.discriminator, in_quotes(chosen), fmt::join(used, " or ")));
         }
         return std::nullopt;
     }
@@ -106,9 +102,8 @@ private:
         const JsonNode* member = spec.discriminator.empty() ? nullptr : node.find(spec.discriminator);
         for (const FieldSpec& field : spec.fields) {
             if (!field.is_required || node.find(field.key) != nullptr) continue;
-            const bool used =
-                field.used_when.empty() || member == nullptr ||
-                std::find(field.used_when.begin(), field.used_when.end(), member->text) != field.used_when.end();
+            const bool used = field.used_when.empty() || member == nullptr ||
+                              std::find(field.used_when.begin(), field.used_when.end(), member->text) != field.used_when.end();
             if (used) return missing(node, field, path);
         }
         return std::nullopt;
@@ -116,8 +111,8 @@ private:
 
     Error missing(const JsonNode& node, const FieldSpec& field, const std::string& path) const {
         return fail(node.at, join_key(path, field.key),
-                    fmt::format("the key {} is missing; {} would be right: {}", in_quotes(field.key),
-                                expected(field.value, context_.units), field.doc));
+                    fmt::format("the key {} is missing; {} would be right: {}", in_quotes(field.key), expected(field.value, context_.units),
+                                field.doc));
     }
 
     std::optional<Error> number(const JsonNode& node, const ValueSpec& spec, const std::string& path) {
@@ -126,21 +121,18 @@ private:
     }
 
     std::optional<Error> count(const JsonNode& node, const ValueSpec& spec, const std::string& path) {
-        if (node.type != JsonType::Number || node.number != std::floor(node.number) ||
-            std::abs(node.number) > kLargestCount)
+        if (node.type != JsonType::Number || node.number != std::floor(node.number) || std::abs(node.number) > kLargestCount)
             return mismatch(node, spec, path);
         return in_range(node, Dimension::None, spec.range, path);
     }
 
-    std::optional<Error> in_range(const JsonNode& node, Dimension dimension, const Range& range,
-                                  const std::string& path) {
+    std::optional<Error> in_range(const JsonNode& node, Dimension dimension, const Range& range, const std::string& path) {
         const double si = node.number * context_.units.factor(dimension);
         const bool inside = range.above_least ? si > range.least : si >= range.least;
         if (!inside || !(si <= range.most) || !std::isfinite(si))
             return fail(node.at, path, out_of_range(node, dimension, range, context_.units));
         if (si < range.usual_least || si > range.usual_most)
-            context_.questions.push_back(fmt::format("{}: {} is unusual{}{}", path,
-                                                     with_unit(si, dimension, context_.units),
+            context_.questions.push_back(fmt::format("{}: {} is unusual{}{}", path, with_unit(si, dimension, context_.units),
                                                      range.what.empty() ? "" : ": ", range.what));
         return std::nullopt;
     }
@@ -161,12 +153,10 @@ private:
     std::optional<Error> choice(const JsonNode& node, const ValueSpec& spec, const std::string& path) const {
         if (node.type != JsonType::Text) return mismatch(node, spec, path);
         if (std::find(spec.choices.begin(), spec.choices.end(), node.text) != spec.choices.end()) return std::nullopt;
-        return fail(node.at, path,
-                    fmt::format("found {}; {}", describe(node), suggest("value", node.text, spec.choices)));
+        return fail(node.at, path, fmt::format("found {}; {}", describe(node), suggest("value", node.text, spec.choices)));
     }
 
-    std::optional<Error> vector(const JsonNode& node, const ValueSpec& spec, const std::vector<Column>& columns,
-                                const std::string& path) {
+    std::optional<Error> vector(const JsonNode& node, const ValueSpec& spec, const std::vector<Column>& columns, const std::string& path) {
         if (node.type != JsonType::List || node.children.size() != columns.size()) return mismatch(node, spec, path);
         for (std::size_t i = 0; i < columns.size(); ++i) {
             const JsonNode& element = node.children[i];
@@ -195,8 +185,7 @@ private:
     std::optional<Error> list(const JsonNode& node, const ValueSpec& spec, const std::string& path) {
         if (node.type != JsonType::List || bad_length(node, spec)) return mismatch(node, spec, path);
         for (std::size_t i = 0; i < node.children.size(); ++i)
-            if (auto error = value(node.children[i], spec.alternatives.front(), fmt::format("{}[{}]", path, i)))
-                return error;
+            if (auto error = value(node.children[i], spec.alternatives.front(), fmt::format("{}[{}]", path, i))) return error;
         return std::nullopt;
     }
 
@@ -205,8 +194,8 @@ private:
         for (const JsonNode& member : node.children) {
             if (!is_name(member.key))
                 return fail(member.key_at, path,
-                            fmt::format("found the name {}; up to {} letters, digits, - and _ would be right",
-                                        in_quotes(member.key), kMaxNameLength));
+                            fmt::format("found the name {}; up to {} letters, digits, - and _ would be right", in_quotes(member.key),
+                                        kMaxNameLength));
             if (auto error = value(member, spec.alternatives.front(), join_key(path, member.key))) return error;
         }
         return std::nullopt;
@@ -228,23 +217,18 @@ private:
         for (const std::string_view marker : markers)
             if (node.find(marker) != nullptr) found.push_back(marker);
         if (found.size() > 1)
-            return fail(
-                node.find(found[1])->key_at, path,
-                fmt::format("the keys {} exclude each other; one of them would be right", fmt::join(found, " and ")));
+            return fail(node.find(found[1])->key_at, path,
+                        fmt::format("the keys {} exclude each other; one of them would be right", fmt::join(found, " and ")));
         for (const JsonNode& member : node.children)
             if (!known_in_some(member.key, spec))
-                return fail(
-                    member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
-                    fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, markers)));
-        return fail(
-            node.at, path,
-            fmt::format("found no key that says what this is; one of {} would be right", fmt::join(markers, ", ")));
+                return fail(member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
+                            fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, markers)));
+        return fail(node.at, path, fmt::format("found no key that says what this is; one of {} would be right", fmt::join(markers, ", ")));
     }
 
     static bool known_in_some(std::string_view key, const ValueSpec& spec) {
-        return std::any_of(spec.alternatives.begin(), spec.alternatives.end(), [&](const ValueSpec& one) {
-            return one.object != nullptr && one.object->find(key) != nullptr;
-        });
+        return std::any_of(spec.alternatives.begin(), spec.alternatives.end(),
+                           [&](const ValueSpec& one) { return one.object != nullptr && one.object->find(key) != nullptr; });
     }
 
     CheckContext& context_;
@@ -298,8 +282,7 @@ const ValueSpec* choose_alternative(const JsonNode& node, const ValueSpec& value
     return marked != nullptr ? marked : unmarked;
 }
 
-std::optional<Error> check_object(const JsonNode& node, const ObjectSpec& spec, const std::string& path,
-                                  CheckContext& context) {
+std::optional<Error> check_object(const JsonNode& node, const ObjectSpec& spec, const std::string& path, CheckContext& context) {
     context.positions[path] = node.at;
     return Checker(context).object(node, spec, path);
 }

@@ -48,8 +48,7 @@ struct CheckContext {
 [[nodiscard]] std::string expected(const ValueSpec& value, const Units& units);
 
 /// What is said about a number outside its range.
-[[nodiscard]] std::string out_of_range(const JsonNode& node, Dimension dimension, const Range& range,
-                                       const Units& units);
+[[nodiscard]] std::string out_of_range(const JsonNode& node, Dimension dimension, const Range& range, const Units& units);
 
 /// "0.5 mm": in the unit of the scene.
 [[nodiscard]] std::string with_unit(double si, Dimension dimension, const Units& units);

@@ -81,13 +81,11 @@ std::string expected(const ValueSpec& value, const Units& units) {
         return columns_text(value.columns, units);
     case ValueKind::Rows: {
         const bool fixed = value.least_count == value.most_count;
-        const std::string how_many =
-            fixed ? std::to_string(value.least_count) : fmt::format("at least {}", value.least_count);
+        const std::string how_many = fixed ? std::to_string(value.least_count) : fmt::format("at least {}", value.least_count);
         return fmt::format("a list of {} rows of {}", how_many, columns_text(value.columns, units));
     }
     case ValueKind::List:
-        return fmt::format("a list{} of {}",
-                           value.least_count > 0 ? fmt::format(" (at least {})", value.least_count) : "",
+        return fmt::format("a list{} of {}", value.least_count > 0 ? fmt::format(" (at least {})", value.least_count) : "",
                            expected(value.alternatives.front(), units));
     case ValueKind::Object:
         return object_text(*value.object);

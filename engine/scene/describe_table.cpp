@@ -42,8 +42,7 @@ std::string default_text(const FieldSpec& field) {
         return with_si_unit(fmt::format("{:.6g}", *number), field.value.dimension);
     if (const auto* word = std::get_if<std::string_view>(&field.otherwise)) return fmt::format("\"{}\"", *word);
     if (const Vec3* v = std::get_if<Vec3>(&field.otherwise)) {
-        const Dimension dimension =
-            field.value.columns.empty() ? Dimension::None : field.value.columns.front().dimension;
+        const Dimension dimension = field.value.columns.empty() ? Dimension::None : field.value.columns.front().dimension;
         return with_si_unit(fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v->x(), v->y(), v->z()), dimension);
     }
     return "";

@@ -18,19 +18,15 @@ Result<std::string> expand(std::string_view name) {
         text += name.substr(start, open - start);
         if (open == std::string_view::npos) return text;
         const std::size_t close = name.find('}', open);
-        const std::string_view variable =
-            name.substr(open + 2, close == std::string_view::npos ? close : close - open - 2);
+        const std::string_view variable = name.substr(open + 2, close == std::string_view::npos ? close : close - open - 2);
         if (close == std::string_view::npos || variable != kVariable)
             return Error{ErrorCode::BadValue,
-                         fmt::format("found the variable \"{:.60}\" in a file name; ${{{}}} is the only one known",
-                                     variable, kVariable)};
+                         fmt::format("found the variable \"{:.60}\" in a file name; ${{{}}} is the only one known", variable, kVariable)};
         const char* folder = std::getenv(kVariable.data());
         if (folder == nullptr || *folder == '\0')
             return Error{
                 ErrorCode::FileNotFound,
-                fmt::format(
-                    "needs the environment variable {}, which is not set; the folder of the test data would be right",
-                    kVariable)};
+                fmt::format("needs the environment variable {}, which is not set; the folder of the test data would be right", kVariable)};
         text += folder;
         start = close + 1;
     }
@@ -55,8 +51,7 @@ std::string* unit_name(Units& units, std::string_view key) {
 } // namespace
 
 Result<std::filesystem::path> resolve_file(std::string_view name, const std::filesystem::path& folder) {
-    if (name.find('\0') != std::string_view::npos)
-        return Error{ErrorCode::BadValue, "found a zero byte in a file name"};
+    if (name.find('\0') != std::string_view::npos) return Error{ErrorCode::BadValue, "found a zero byte in a file name"};
     const auto expanded = expand(name);
     if (!expanded) return expanded.error();
     const std::filesystem::path file = (folder / *expanded).lexically_normal();
@@ -66,11 +61,9 @@ Result<std::filesystem::path> resolve_file(std::string_view name, const std::fil
     const char* what = std::filesystem::is_directory(status) ? "is a folder"
                        : std::filesystem::exists(status)     ? "is no regular file"
                                                              : "does not exist";
-    return Error{
-        ErrorCode::FileNotFound,
-        fmt::format(
-            "the file \"{:.200}\" {} (looked for {:.300}); a file relative to the scene's folder would be right", name,
-            what, file.string())};
+    return Error{ErrorCode::FileNotFound,
+                 fmt::format("the file \"{:.200}\" {} (looked for {:.300}); a file relative to the scene's folder would be right", name,
+                             what, file.string())};
 }
 
 std::optional<Error> read_units(const JsonNode& root, const ObjectSpec& spec, CheckContext& context) {

@@ -17,8 +17,8 @@ const ObjectSpec& tip_table() {
         "shape",
         {
             choice_field("shape", {"J", "straight", "simmons"}, "At rest.").by_default(std::string_view("J")),
-            number_field("length", Dimension::Length,
-                         {5e-4, 0.3, false, 2e-3, 0.15, "shaped tips are 2 to 150 mm long"}, "Of the shaped part.")
+            number_field("length", Dimension::Length, {5e-4, 0.3, false, 2e-3, 0.15, "shaped tips are 2 to 150 mm long"},
+                         "Of the shaped part.")
                 .by_default(usual.tip_length)
                 .when({"J", "simmons"}),
             number_field("angle", Dimension::Angle, above(0.0, 6.3), "Total bend of the shaped part.")
@@ -58,12 +58,11 @@ const ObjectSpec& position_entry_table() {
 }
 
 const ObjectSpec& position_target_table() {
-    static const ObjectSpec table{
-        "target position",
-        "A place.",
-        "position",
-        "",
-        {vector_field("position", Dimension::Length, coordinate(), "In the lumen.").required()}};
+    static const ObjectSpec table{"target position",
+                                  "A place.",
+                                  "position",
+                                  "",
+                                  {vector_field("position", Dimension::Length, coordinate(), "In the lumen.").required()}};
     return table;
 }
 
@@ -74,38 +73,32 @@ const ObjectSpec& limits_table() {
         "",
         "",
         {
-            number_field("speed", Dimension::Speed, above(0.0, 10.0), "Of insertion and withdrawal.")
-                .by_default(kHandSpeedLimit),
-            number_field("rotation", Dimension::AngularSpeed, above(0.0, 1000.0), "Of the handle.")
-                .by_default(kHandRotationLimit),
+            number_field("speed", Dimension::Speed, above(0.0, 10.0), "Of insertion and withdrawal.").by_default(kHandSpeedLimit),
+            number_field("rotation", Dimension::AngularSpeed, above(0.0, 1000.0), "Of the handle.").by_default(kHandRotationLimit),
         }};
     return table;
 }
 
 const ObjectSpec& follow_table() {
     static const FollowSpec usual{};
-    static const ObjectSpec table{"follow",
-                                  "The script steers to a target by itself.",
-                                  "",
-                                  "",
-                                  {
-                                      text_field("target", "One of the scene's targets.").required(),
-                                      number_field("speed", Dimension::Speed, above(0.0, 10.0),
-                                                   "Of insertion where the way is straight, at most the limit.")
-                                          .by_default(usual.speed),
-                                      number_field("look_ahead", Dimension::Length, above(0.0, 0.2),
-                                                   "Of the route beyond the tip that the tip is turned to.")
-                                          .by_default(usual.look_ahead),
-                                      number_field("tolerance", Dimension::Length, above(0.0, 0.1),
-                                                   "Distance to the target that counts as arrived.")
-                                          .by_default(usual.tolerance),
-                                  }};
+    static const ObjectSpec table{
+        "follow",
+        "The script steers to a target by itself.",
+        "",
+        "",
+        {
+            text_field("target", "One of the scene's targets.").required(),
+            number_field("speed", Dimension::Speed, above(0.0, 10.0), "Of insertion where the way is straight, at most the limit.")
+                .by_default(usual.speed),
+            number_field("look_ahead", Dimension::Length, above(0.0, 0.2), "Of the route beyond the tip that the tip is turned to.")
+                .by_default(usual.look_ahead),
+            number_field("tolerance", Dimension::Length, above(0.0, 0.1), "Distance to the target that counts as arrived.")
+                .by_default(usual.tolerance),
+        }};
     return table;
 }
 
-ValueSpec entry_value() {
-    return any_value({object_value(landmark_entry_table()), object_value(position_entry_table())});
-}
+ValueSpec entry_value() { return any_value({object_value(landmark_entry_table()), object_value(position_entry_table())}); }
 
 ValueSpec path_value() {
     ValueSpec file;
@@ -120,9 +113,7 @@ ValueSpec path_value() {
 
 } // namespace
 
-ValueSpec target_value() {
-    return any_value({object_value(landmark_entry_table()), object_value(position_target_table())});
-}
+ValueSpec target_value() { return any_value({object_value(landmark_entry_table()), object_value(position_target_table())}); }
 
 const ObjectSpec& instrument_table() {
     static const fem::RodDesign usual{};
@@ -134,22 +125,20 @@ const ObjectSpec& instrument_table() {
         "",
         {
             choice_field("kind", {"rod"}, "Bending rod.").by_default(std::string_view("rod")),
-            number_field("length", Dimension::Length,
-                         {0.01, kLongestRod, false, 0.1, 4.0, "catheters and guide wires are 0.4 to 3 m long"},
+            number_field("length", Dimension::Length, {0.01, kLongestRod, false, 0.1, 4.0, "catheters and guide wires are 0.4 to 3 m long"},
                          "Of the whole instrument.")
                 .required(),
-            number_field("radius", Dimension::Length,
-                         {5e-5, 0.02, false, 1e-4, 5e-3, "guide wires from 0.1 mm, catheters up to 5 mm"}, "Outer.")
+            number_field("radius", Dimension::Length, {5e-5, 0.02, false, 1e-4, 5e-3, "guide wires from 0.1 mm, catheters up to 5 mm"},
+                         "Outer.")
                 .required(),
-            number_field(
-                "young_modulus", Dimension::Pressure,
-                {1e5, 6e11, false, 1e6, 4.2e11, "polymers are 1 MPa to 4 GPa, nitinol 30 to 80 GPa, steel 200 GPa"},
-                "Of the solid circular section.")
+            number_field("young_modulus", Dimension::Pressure,
+                         {1e5, 6e11, false, 1e6, 4.2e11, "polymers are 1 MPa to 4 GPa, nitinol 30 to 80 GPa, steel 200 GPa"},
+                         "Of the solid circular section.")
                 .by_default(usual.young_modulus),
-            number_field("density", Dimension::Density,
-                         {500.0, 23000.0, false, 800.0, 22600.0,
-                          "polymers are 900 to 2200 kg/m^3, nitinol 6450, steel 7900, platinum 21450"},
-                         "Mass per volume.")
+            number_field(
+                "density", Dimension::Density,
+                {500.0, 23000.0, false, 800.0, 22600.0, "polymers are 900 to 2200 kg/m^3, nitinol 6450, steel 7900, platinum 21450"},
+                "Mass per volume.")
                 .by_default(usual.density),
             object_field("tip", tip_table(), "Shape of the distal end."),
             number_field("friction", Dimension::None, {0.0, 2.0, false, 0.0, 1.0, "coated catheters are 0.01 to 0.3"},
@@ -158,23 +147,17 @@ const ObjectSpec& instrument_table() {
             number_field("min_bend_radius", Dimension::Length, between(0.0, 1.0),
                          "Tighter bends kink it: `plan` refuses ways that need them. 0: not stated.")
                 .by_default(instrument.min_bend_radius),
-            number_field("segment", Dimension::Length,
-                         {1e-4, 0.1, false, 2e-4, 0.02, "short against the vessels' bends"},
+            number_field("segment", Dimension::Length, {1e-4, 0.1, false, 2e-4, 0.02, "short against the vessels' bends"},
                          "Distance of the rod's nodes.")
                 .by_default(usual.segment),
-            count_field("skin_triangles", 100, 1e6, "Of the dense surface, aimed at.")
-                .by_default(double(instrument.skin_triangles)),
-            number_field("drag", Dimension::Rate, between(0.0, 1e5), "Mass-proportional damping of the rod.")
-                .by_default(usual.drag),
-            number_field("whip_drag", Dimension::Viscosity, between(0.0, 1e5),
-                         "Resistance to fast sideways motion, per length of rod.")
+            count_field("skin_triangles", 100, 1e6, "Of the dense surface, aimed at.").by_default(double(instrument.skin_triangles)),
+            number_field("drag", Dimension::Rate, between(0.0, 1e5), "Mass-proportional damping of the rod.").by_default(usual.drag),
+            number_field("whip_drag", Dimension::Viscosity, between(0.0, 1e5), "Resistance to fast sideways motion, per length of rod.")
                 .by_default(usual.whip_drag),
-            value_field("entry", entry_value(), "Where it enters the body: a landmark, or a position and a direction.")
-                .required(),
+            value_field("entry", entry_value(), "Where it enters the body: a landmark, or a position and a direction.").required(),
             text_field("lumen", "Name of the hollow body it is inside of.").required(),
-            number_field(
-                "inserted", Dimension::Length, between(0.0, kLongestRod),
-                "Beyond the entry at the start; the first row's insertion where there is a path, 0 otherwise."),
+            number_field("inserted", Dimension::Length, between(0.0, kLongestRod),
+                         "Beyond the entry at the start; the first row's insertion where there is a path, 0 otherwise."),
             object_field("limits", limits_table(), "Of the hand: 35 mm/s and 3.14 rad/s when absent."),
             value_field("path", path_value(),
                         "What the hand does: rows [t, insertion, rotation], or the name of a CSV file with such rows "

@@ -68,9 +68,7 @@ private:
     TextPosition position_{1, 1};
 };
 
-bool is_number_character(char c) {
-    return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.' || c == 'e' || c == 'E';
-}
+bool is_number_character(char c) { return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.' || c == 'e' || c == 'E'; }
 
 /// Builds the tree from the parser's callbacks. Returning false stops the parser: error_ says why.
 class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
@@ -176,14 +174,13 @@ private:
     bool has_duplicates(const JsonNode& object) {
         std::vector<const JsonNode*> members;
         for (const JsonNode& member : object.children) members.push_back(&member);
-        std::stable_sort(members.begin(), members.end(),
-                         [](const JsonNode* a, const JsonNode* b) { return a->key < b->key; });
-        const auto twice = std::adjacent_find(members.begin(), members.end(),
-                                              [](const JsonNode* a, const JsonNode* b) { return a->key == b->key; });
+        std::stable_sort(members.begin(), members.end(), [](const JsonNode* a, const JsonNode* b) { return a->key < b->key; });
+        const auto twice =
+            std::adjacent_find(members.begin(), members.end(), [](const JsonNode* a, const JsonNode* b) { return a->key == b->key; });
         if (twice == members.end()) return false;
         const JsonNode& second = **std::next(twice);
-        fail("the key \"" + shortened(second.key, kMaxQuote) + "\" was already given in line " +
-                 std::to_string((*twice)->key_at.line) + "; once would be right",
+        fail("the key \"" + shortened(second.key, kMaxQuote) + "\" was already given in line " + std::to_string((*twice)->key_at.line) +
+                 "; once would be right",
              second.key_at);
         error.key = shortened(second.key, kMaxQuote);
         return true;
@@ -244,8 +241,7 @@ Result<JsonNode> parse_json_tree(std::string_view text, std::string_view file_na
     const CountingIterator first(text.data(), &builder.reached);
     const CountingIterator last(text.data() + text.size(), &builder.reached);
     constexpr bool kStrict = true, kIgnoreComments = true;
-    if (nlohmann::json::sax_parse(first, last, &builder, nlohmann::json::input_format_t::json, kStrict,
-                                  kIgnoreComments))
+    if (nlohmann::json::sax_parse(first, last, &builder, nlohmann::json::input_format_t::json, kStrict, kIgnoreComments))
         return std::move(builder.root);
     return builder.error;
 }

@@ -26,8 +26,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
         for (std::size_t j = 1; j <= b.size(); ++j) {
             const bool same = lower(a[i - 1]) == lower(b[j - 1]);
             row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (same ? 0U : 1U)});
-            const bool swapped =
-                i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1]);
+            const bool swapped = i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1]);
             if (swapped) row[j] = std::min(row[j], before[j - 2] + 1);
         }
         std::swap(before, last);
@@ -50,10 +49,8 @@ std::string_view find_nearest(std::string_view word, std::span<const std::string
 
 std::string suggest(std::string_view kind, std::string_view word, std::span<const std::string_view> names) {
     if (names.empty()) return "there are none here";
-    std::string text =
-        "nearest known " + std::string(kind) + ": \"" + std::string(find_nearest(word, names)) + "\" (known: ";
-    for (std::size_t i = 0; i < std::min(names.size(), kMaxListed); ++i)
-        text += (i > 0 ? ", " : "") + std::string(names[i]);
+    std::string text = "nearest known " + std::string(kind) + ": \"" + std::string(find_nearest(word, names)) + "\" (known: ";
+    for (std::size_t i = 0; i < std::min(names.size(), kMaxListed); ++i) text += (i > 0 ? ", " : "") + std::string(names[i]);
     if (names.size() > kMaxListed) text += " and " + std::to_string(names.size() - kMaxListed) + " more";
     return text + ")";
 }

@@ -15,7 +15,6 @@ namespace seldinger::engine {
 [[nodiscard]] std::string_view find_nearest(std::string_view word, std::span<const std::string_view> names);
 
 /// `nearest known X: "name" (known: a, b, c)`, or `there are none` when there are none.
-[[nodiscard]] std::string suggest(std::string_view kind, std::string_view word,
-                                  std::span<const std::string_view> names);
+[[nodiscard]] std::string suggest(std::string_view kind, std::string_view word, std::span<const std::string_view> names);
 
 } // namespace seldinger::engine

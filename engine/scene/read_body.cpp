@@ -22,12 +22,13 @@ T find_choice(const std::array<std::pair<std::string_view, T>, count>& choices, 
 
 constexpr std::array<std::pair<std::string_view, BodyKind>, 3> kBodyKinds = {
     {{"deformable", BodyKind::Deformable}, {"static", BodyKind::Static}, {"kinematic", BodyKind::Kinematic}}};
-constexpr std::array<std::pair<std::string_view, ShapeKind>, 5> kShapes = {
-    {{"sphere", ShapeKind::Sphere}, {"box", ShapeKind::Box}, {"tube", ShapeKind::Tube}, {"torus", ShapeKind::Torus}, {"vessels", ShapeKind::Vessels}}};
+constexpr std::array<std::pair<std::string_view, ShapeKind>, 5> kShapes = {{{"sphere", ShapeKind::Sphere},
+                                                                            {"box", ShapeKind::Box},
+                                                                            {"tube", ShapeKind::Tube},
+                                                                            {"torus", ShapeKind::Torus},
+                                                                            {"vessels", ShapeKind::Vessels}}};
 constexpr std::array<std::pair<std::string_view, fem::MaterialLaw>, 3> kLaws = {
-    {{"neo_hookean", fem::MaterialLaw::NeoHookean},
-     {"corotational", fem::MaterialLaw::Corotational},
-     {"stvk", fem::MaterialLaw::StVK}}};
+    {{"neo_hookean", fem::MaterialLaw::NeoHookean}, {"corotational", fem::MaterialLaw::Corotational}, {"stvk", fem::MaterialLaw::StVK}}};
 
 constexpr double kSamePoint = 1e-9; // m
 
@@ -77,8 +78,7 @@ void add_rings(ShapeSpec& shape, const Vec3& point, double radius) {
 std::optional<Error> read_tube(const CheckContext& context, const Values& values, ShapeSpec& shape) {
     const std::vector<JsonNode>& rows = values.find("axis")->children;
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        const Vec3 point(values.column("axis", rows[i], 0), values.column("axis", rows[i], 1),
-                         values.column("axis", rows[i], 2));
+        const Vec3 point(values.column("axis", rows[i], 0), values.column("axis", rows[i], 1), values.column("axis", rows[i], 2));
         const double radius = values.column("axis", rows[i], 3);
         if (i > 0 && (point - shape.axis.back()).norm() < kSamePoint)
             return error_at(context, rows[i].at, fmt::format("{}[{}]", values.path("axis"), i),
@@ -148,8 +148,7 @@ std::optional<Error> read_surface(const CheckContext& context, const Values& bod
     return std::nullopt;
 }
 
-std::optional<Error> read_region(const CheckContext& context, const Values& values, const JsonNode& node,
-                                 FixedRegion& region) {
+std::optional<Error> read_region(const CheckContext& context, const Values& values, const JsonNode& node, FixedRegion& region) {
     if (node.find("direction") != nullptr) {
         region.kind = RegionKind::Direction;
         region.fraction = values.number("fraction");
@@ -169,8 +168,7 @@ std::optional<Error> read_region(const CheckContext& context, const Values& valu
         region.box.hi[static_cast<int>(i)] = values.column("box", corners[1], i);
     }
     if ((region.box.lo.array() < region.box.hi.array()).all()) return std::nullopt;
-    return fail_at(context, values, "box",
-                   "found an empty box; the lower corner first, then the upper one, would be right");
+    return fail_at(context, values, "box", "found an empty box; the lower corner first, then the upper one, would be right");
 }
 
 std::optional<Error> read_tissue(const CheckContext& context, const Values& values, SceneBody& body) {
@@ -205,8 +203,7 @@ std::optional<Error> read_tissue(const CheckContext& context, const Values& valu
 std::optional<Error> read_motion(const CheckContext& context, const Values& values, SceneBody& body) {
     for (const JsonNode& row : values.find("motion")->children) {
         KeyFrame frame{values.column("motion", row, 0), {}};
-        for (std::size_t i = 0; i < 3; ++i)
-            frame.displacement[static_cast<int>(i)] = values.column("motion", row, i + 1);
+        for (std::size_t i = 0; i < 3; ++i) frame.displacement[static_cast<int>(i)] = values.column("motion", row, i + 1);
         if (!body.motion.empty() && frame.time <= body.motion.back().time)
             return error_at(context, row.at, fmt::format("{}[{}]", values.path("motion"), body.motion.size()),
                             fmt::format("found the time {} after {}; increasing times would be right",
@@ -219,8 +216,7 @@ std::optional<Error> read_motion(const CheckContext& context, const Values& valu
 
 } // namespace
 
-Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message,
-              ErrorCode code) {
+Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message, ErrorCode code) {
     const JsonNode* member = values.find(key);
     if (member != nullptr) return error_at(context, member->at, values.path(key), std::move(message), code);
     const auto place = context.positions.find(values.path());
@@ -228,14 +224,11 @@ Error fail_at(const CheckContext& context, const Values& values, std::string_vie
     return error_at(context, at, values.path(key), std::move(message), code);
 }
 
-std::optional<Error> read_direction(const CheckContext& context, const Values& values, std::string_view key,
-                                    Vec3& direction) {
+std::optional<Error> read_direction(const CheckContext& context, const Values& values, std::string_view key, Vec3& direction) {
     direction = values.vector(key);
     const double largest = direction.cwiseAbs().maxCoeff();
-    if (!(largest > 0.0))
-        return fail_at(context, values, key, "found a direction of length 0; as in [0, 0, 1] would be right");
-    direction =
-        (direction / largest).normalized(); // scaled first: squares of tiny or huge numbers leave the range of double
+    if (!(largest > 0.0)) return fail_at(context, values, key, "found a direction of length 0; as in [0, 0, 1] would be right");
+    direction = (direction / largest).normalized(); // scaled first: squares of tiny or huge numbers leave the range of double
     return std::nullopt;
 }
 
@@ -247,16 +240,14 @@ std::optional<Error> read_body(const CheckContext& context, const Values& values
     body.hollow = values.flag("hollow");
     body.blend = values.number("blend", SceneBody{}.blend);
     if (values.has("blend") && !values.has("embedded_in"))
-        return fail_at(
-            context, values, "blend",
-            "unused key: the body is not embedded_in another; adding that or leaving this out would be right");
+        return fail_at(context, values, "blend",
+                       "unused key: the body is not embedded_in another; adding that or leaving this out would be right");
     if (body.kind == BodyKind::Deformable) return read_tissue(context, values, body);
     if (body.kind == BodyKind::Kinematic) return read_motion(context, values, body);
     return std::nullopt;
 }
 
-std::optional<Error> resolve_carrier(const CheckContext& context, const Values& values, const Scene& scene,
-                                     SceneBody& body) {
+std::optional<Error> resolve_carrier(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body) {
     if (!values.has("embedded_in")) return std::nullopt;
     const std::string name = values.text("embedded_in");
     std::vector<std::string_view> deformable;
@@ -264,9 +255,8 @@ std::optional<Error> resolve_carrier(const CheckContext& context, const Values& 
         if (other.kind == BodyKind::Deformable) deformable.push_back(other.name);
     body.embedded_in = find_body(scene, name);
     if (body.embedded_in == kNoIndex)
-        return fail_at(
-            context, values, "embedded_in",
-            fmt::format("found the unknown body \"{:.60}\"; {}", name, suggest("deformable body", name, deformable)));
+        return fail_at(context, values, "embedded_in",
+                       fmt::format("found the unknown body \"{:.60}\"; {}", name, suggest("deformable body", name, deformable)));
     if (scene.bodies[body.embedded_in].kind != BodyKind::Deformable)
         return fail_at(context, values, "embedded_in",
                        fmt::format("the body \"{}\" is not deformable, so it cannot carry another; {}", name,

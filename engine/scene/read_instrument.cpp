@@ -40,8 +40,7 @@ Index only_patient(const Scene& scene) {
 }
 
 /// preferred  body to take where none is named; kNoIndex: the scene's only patient
-std::optional<Error> read_place(const CheckContext& context, const Values& values, const Scene& scene, Index preferred,
-                                PlaceSpec& place) {
+std::optional<Error> read_place(const CheckContext& context, const Values& values, const Scene& scene, Index preferred, PlaceSpec& place) {
     place.landmark = values.text("landmark");
     const std::vector<std::string_view> known = recipe_bodies(scene);
     if (values.has("body")) {
@@ -49,23 +48,20 @@ std::optional<Error> read_place(const CheckContext& context, const Values& value
         place.body = find_body(scene, name);
         if (place.body == kNoIndex) return fail_at(context, values, "body", refuse_unknown("body", name, known));
         if (scene.bodies[place.body].surface.source != SurfaceSource::Recipe)
-            return fail_at(context, values, "body",
-                           fmt::format("the body \"{}\" comes from no recipe, so it has no landmarks; {}", name,
-                                       suggest("recipe body", name, known)));
+            return fail_at(
+                context, values, "body",
+                fmt::format("the body \"{}\" comes from no recipe, so it has no landmarks; {}", name, suggest("recipe body", name, known)));
         return std::nullopt;
     }
     const bool use_preferred = preferred != kNoIndex && scene.bodies[preferred].surface.source == SurfaceSource::Recipe;
     place.body = use_preferred ? preferred : only_patient(scene);
     if (place.body != kNoIndex) return std::nullopt;
-    return fail_at(
-        context, values, "landmark",
-        known.empty()
-            ? "no body of this scene comes from a recipe, so there are no landmarks; a position would be right"
-            : "the scene has several patients; the key \"body\" beside it would be right");
+    return fail_at(context, values, "landmark",
+                   known.empty() ? "no body of this scene comes from a recipe, so there are no landmarks; a position would be right"
+                                 : "the scene has several patients; the key \"body\" beside it would be right");
 }
 
-std::optional<Error> read_entry(const CheckContext& context, const Values& instrument, const Scene& scene, Index lumen,
-                                PlaceSpec& place) {
+std::optional<Error> read_entry(const CheckContext& context, const Values& instrument, const Scene& scene, Index lumen, PlaceSpec& place) {
     const Values values = instrument.object("entry");
     if (instrument.find("entry")->find("landmark") != nullptr) return read_place(context, values, scene, lumen, place);
     place.position = values.vector("position");
@@ -80,9 +76,9 @@ std::optional<Error> read_lumen(const CheckContext& context, const Values& value
     lumen = find_body(scene, name);
     if (lumen == kNoIndex) return fail_at(context, values, "lumen", refuse_unknown("hollow body", name, hollow));
     if (scene.bodies[lumen].hollow) return std::nullopt;
-    return fail_at(context, values, "lumen",
-                   fmt::format("the body \"{}\" is not hollow, so nothing can be inside of it; {}", name,
-                               suggest("hollow body", name, hollow)));
+    return fail_at(
+        context, values, "lumen",
+        fmt::format("the body \"{}\" is not hollow, so nothing can be inside of it; {}", name, suggest("hollow body", name, hollow)));
 }
 
 fem::TipShape to_tip_shape(std::string_view word) {
@@ -106,14 +102,13 @@ std::optional<Error> read_design(const CheckContext& context, const Values& valu
     const auto length_text = [&](double length) { return with_unit(length, Dimension::Length, context.units); };
     if (design.tip != fem::TipShape::Straight && design.tip_length > design.length)
         return fail_at(context, tip, "length",
-                       fmt::format("found {}; at most the instrument's length, {}, would be right",
-                                   length_text(design.tip_length), length_text(design.length)));
+                       fmt::format("found {}; at most the instrument's length, {}, would be right", length_text(design.tip_length),
+                                   length_text(design.length)));
     const double segments = design.length / design.segment;
     if (segments >= kLeastSegments && segments <= kMostSegments) return std::nullopt;
     return fail_at(context, values, "segment",
-                   fmt::format("found {}, which divides the length of {} into {:.0f}; {} to {} would be right",
-                               length_text(design.segment), length_text(design.length), segments,
-                               length_text(design.length / kMostSegments),
+                   fmt::format("found {}, which divides the length of {} into {:.0f}; {} to {} would be right", length_text(design.segment),
+                               length_text(design.length), segments, length_text(design.length / kMostSegments),
                                length_text(design.length / kLeastSegments)));
 }
 
@@ -123,21 +118,18 @@ struct RowProblem {
 };
 
 /// How fast the hand would have to be from one row to the next, against its limit.
-std::optional<std::string> check_speed(double from, double to, double dt, double limit, std::string_view what,
-                                       std::string_view key, Dimension distance, Dimension speed, const Units& units) {
+std::optional<std::string> check_speed(double from, double to, double dt, double limit, std::string_view what, std::string_view key,
+                                       Dimension distance, Dimension speed, const Units& units) {
     const double needed = std::abs(to - from) / dt;
     if (needed <= limit * (1.0 + kLimitTolerance)) return std::nullopt;
     return fmt::format("{} from {} to {} within {} needs {}; the hand's limit is {}: more time would be right, or "
                        "\"limits\": {{\"{}\": {:.4g}}} in the instrument",
-                       what, with_unit(from, distance, units), with_unit(to, distance, units),
-                       with_unit(dt, Dimension::Time, units), with_unit(needed, speed, units),
-                       with_unit(limit, speed, units), key, needed / units.factor(speed));
+                       what, with_unit(from, distance, units), with_unit(to, distance, units), with_unit(dt, Dimension::Time, units),
+                       with_unit(needed, speed, units), with_unit(limit, speed, units), key, needed / units.factor(speed));
 }
 
-std::optional<std::string> check_row(const PathPoint* before, const PathPoint& row, const SceneInstrument& instrument,
-                                     const Units& units) {
-    if (row.time < 0.0)
-        return fmt::format("found the time {}; 0 or more would be right", with_unit(row.time, Dimension::Time, units));
+std::optional<std::string> check_row(const PathPoint* before, const PathPoint& row, const SceneInstrument& instrument, const Units& units) {
+    if (row.time < 0.0) return fmt::format("found the time {}; 0 or more would be right", with_unit(row.time, Dimension::Time, units));
     if (row.insertion < 0.0 || row.insertion > instrument.design.length)
         return fmt::format("found the insertion {}; 0 to the instrument's length, {}, would be right",
                            with_unit(row.insertion, Dimension::Length, units),
@@ -145,38 +137,29 @@ std::optional<std::string> check_row(const PathPoint* before, const PathPoint& r
     if (before == nullptr) return std::nullopt;
     const double dt = row.time - before->time;
     if (!(dt > 0.0))
-        return fmt::format("found the time {} after {}; increasing times would be right",
-                           with_unit(row.time, Dimension::Time, units),
+        return fmt::format("found the time {} after {}; increasing times would be right", with_unit(row.time, Dimension::Time, units),
                            with_unit(before->time, Dimension::Time, units));
-    if (auto text = check_speed(before->insertion, row.insertion, dt, instrument.speed_limit, "insertion", "speed",
-                                Dimension::Length, Dimension::Speed, units))
+    if (auto text = check_speed(before->insertion, row.insertion, dt, instrument.speed_limit, "insertion", "speed", Dimension::Length,
+                                Dimension::Speed, units))
         return text;
-    return check_speed(before->rotation, row.rotation, dt, instrument.rotation_limit, "rotation", "rotation",
-                       Dimension::Angle, Dimension::AngularSpeed, units);
+    return check_speed(before->rotation, row.rotation, dt, instrument.rotation_limit, "rotation", "rotation", Dimension::Angle,
+                       Dimension::AngularSpeed, units);
 }
 
-std::optional<RowProblem> check_path(const std::vector<PathPoint>& path, const SceneInstrument& instrument,
-                                     const Units& units) {
+std::optional<RowProblem> check_path(const std::vector<PathPoint>& path, const SceneInstrument& instrument, const Units& units) {
     for (std::size_t i = 0; i < path.size(); ++i)
         if (auto text = check_row(i > 0 ? &path[i - 1] : nullptr, path[i], instrument, units))
             return RowProblem{i, fmt::format("row {}: {}", i + 1, *text)};
     return std::nullopt;
 }
 
-Result<std::vector<PathPoint>> read_csv(const Units& units, const SceneInstrument& instrument,
-                                        const std::filesystem::path& csv) {
+Result<std::vector<PathPoint>> read_csv(const Units& units, const SceneInstrument& instrument, const std::filesystem::path& csv) {
     const auto rows = read_path_csv(csv);
     if (!rows) return rows.error();
     std::vector<PathPoint> path;
-    for (const PathRow& row : *rows)
-        path.push_back({row.time * units.time, row.insertion * units.length, row.rotation * units.angle});
+    for (const PathRow& row : *rows) path.push_back({row.time * units.time, row.insertion * units.length, row.rotation * units.angle});
     if (auto problem = check_path(path, instrument, units))
-        return Error{ErrorCode::BadValue,
-                     problem->message,
-                     csv.string(),
-                     0,
-                     0,
-                     fmt::format("instruments.{}.path", instrument.name)};
+        return Error{ErrorCode::BadValue, problem->message, csv.string(), 0, 0, fmt::format("instruments.{}.path", instrument.name)};
     return path;
 }
 
@@ -192,16 +175,14 @@ std::optional<Error> read_path(const CheckContext& context, const Values& values
         return std::nullopt;
     }
     for (const JsonNode& row : node.children)
-        instrument.path.push_back(
-            {values.column("path", row, 0), values.column("path", row, 1), values.column("path", row, 2)});
+        instrument.path.push_back({values.column("path", row, 0), values.column("path", row, 1), values.column("path", row, 2)});
     const auto problem = check_path(instrument.path, instrument, context.units);
     if (!problem) return std::nullopt;
-    return error_at(context, node.children[problem->row].at, fmt::format("{}[{}]", values.path("path"), problem->row),
-                    problem->message);
+    return error_at(context, node.children[problem->row].at, fmt::format("{}[{}]", values.path("path"), problem->row), problem->message);
 }
 
-std::optional<Error> read_follow(const CheckContext& context, const Values& instrument, const Scene& scene,
-                                 double speed_limit, FollowSpec& follow) {
+std::optional<Error> read_follow(const CheckContext& context, const Values& instrument, const Scene& scene, double speed_limit,
+                                 FollowSpec& follow) {
     const Values values = instrument.object("follow");
     const std::string name = values.text("target");
     std::vector<std::string_view> known;
@@ -220,22 +201,20 @@ std::optional<Error> read_follow(const CheckContext& context, const Values& inst
 }
 
 /// Where it starts, and what moves it.
-std::optional<Error> read_script(const CheckContext& context, const Values& values, const Scene& scene,
-                                 SceneInstrument& instrument) {
+std::optional<Error> read_script(const CheckContext& context, const Values& values, const Scene& scene, SceneInstrument& instrument) {
     if (values.has("path") && values.has("follow"))
         return fail_at(context, values, "follow", "found both a path and follow; one of them would be right");
     if (values.has("path"))
         if (auto error = read_path(context, values, instrument)) return error;
     if (values.has("follow"))
-        if (auto error = read_follow(context, values, scene, instrument.speed_limit, instrument.follow.emplace()))
-            return error;
+        if (auto error = read_follow(context, values, scene, instrument.speed_limit, instrument.follow.emplace())) return error;
     const double start = instrument.path.empty() ? 0.0 : instrument.path.front().insertion;
     instrument.inserted = values.number("inserted", start);
     const auto length_text = [&](double length) { return with_unit(length, Dimension::Length, context.units); };
     if (instrument.inserted > instrument.design.length)
         return fail_at(context, values, "inserted",
-                       fmt::format("found {}; at most the instrument's length, {}, would be right",
-                                   length_text(instrument.inserted), length_text(instrument.design.length)));
+                       fmt::format("found {}; at most the instrument's length, {}, would be right", length_text(instrument.inserted),
+                                   length_text(instrument.design.length)));
     if (instrument.path.empty() || std::abs(instrument.inserted - start) <= 1e-9) return std::nullopt;
     return fail_at(context, values, "inserted",
                    fmt::format("found {}, but the path's first row begins at {}; leaving this out would be right",
@@ -244,8 +223,7 @@ std::optional<Error> read_script(const CheckContext& context, const Values& valu
 
 } // namespace
 
-std::optional<Error> read_target(const CheckContext& context, const Values& values, const Scene& scene,
-                                 SceneTarget& target) {
+std::optional<Error> read_target(const CheckContext& context, const Values& values, const Scene& scene, SceneTarget& target) {
     if (values.kind_is("target position")) {
         target.place.position = values.vector("position");
         return std::nullopt;
@@ -253,8 +231,7 @@ std::optional<Error> read_target(const CheckContext& context, const Values& valu
     return read_place(context, values, scene, kNoIndex, target.place);
 }
 
-std::optional<Error> read_instrument(const CheckContext& context, const Values& values, const Scene& scene,
-                                     SceneInstrument& instrument) {
+std::optional<Error> read_instrument(const CheckContext& context, const Values& values, const Scene& scene, SceneInstrument& instrument) {
     if (auto error = read_design(context, values, instrument.design)) return error;
     instrument.friction = values.number("friction");
     instrument.min_bend_radius = values.number("min_bend_radius");

@@ -22,19 +22,18 @@ std::optional<Error> read_time(const CheckContext& context, const Values& values
     time.step = values.number("step");
     time.duration = values.number("duration");
     const JsonNode* substeps = values.find("substeps");
-    time.substeps =
-        substeps != nullptr && substeps->type == JsonType::Number ? static_cast<unsigned>(substeps->number) : 0;
+    time.substeps = substeps != nullptr && substeps->type == JsonType::Number ? static_cast<unsigned>(substeps->number) : 0;
     time.max_substeps = values.count<unsigned>("max_substeps");
     time.integrator = values.text("integrator") == "leapfrog" ? fem::Integrator::Leapfrog : fem::Integrator::Rk4;
     const auto time_text = [&](double t) { return with_unit(t, Dimension::Time, context.units); };
     if (time.duration < time.step)
         return fail_at(context, values, "duration",
-                       fmt::format("found {}, less than a step of {}; at least one step would be right",
-                                   time_text(time.duration), time_text(time.step)));
+                       fmt::format("found {}, less than a step of {}; at least one step would be right", time_text(time.duration),
+                                   time_text(time.step)));
     if (time.duration / time.step > kMostSteps)
         return fail_at(context, values, "step",
-                       fmt::format("found {}, which makes {:.3g} steps; at most 10^9 would be right",
-                                   time_text(time.step), time.duration / time.step));
+                       fmt::format("found {}, which makes {:.3g} steps; at most 10^9 would be right", time_text(time.step),
+                                   time.duration / time.step));
     if (time.substeps <= time.max_substeps) return std::nullopt;
     return fail_at(context, values, "substeps",
                    fmt::format("found {}; at most max_substeps, {}, would be right", time.substeps, time.max_substeps));
@@ -53,8 +52,9 @@ std::optional<Error> read_budget(const CheckContext& context, const Values& scen
     const JsonNode* drop = is_object ? values.find("drop") : nullptr;
     if (drop == nullptr) return std::nullopt;
     if (budget.scope != BudgetScope::Step && !drop->children.empty())
-        return fail_at(context, values, "drop", "a budget for collision leaves the exact stage out by itself and nothing "
-                                                "else; with \"scope\": \"step\" it would be right");
+        return fail_at(context, values, "drop",
+                       "a budget for collision leaves the exact stage out by itself and nothing "
+                       "else; with \"scope\": \"step\" it would be right");
     for (std::size_t i = 0; i < drop->children.size(); ++i) {
         const Droppable effect = drop->children[i].text == "elasticity" ? Droppable::Elasticity : Droppable::ExactContact;
         if (std::find(budget.drop.begin(), budget.drop.end(), effect) != budget.drop.end())
@@ -72,11 +72,10 @@ std::optional<Error> read_gravity(CheckContext& context, const Values& values, V
     const auto text = [&](double a) { return with_unit(a, Dimension::Acceleration, context.units); };
     if (size < kLeastGravity || size > kMostGravity)
         return fail_at(context, values, "gravity",
-                       fmt::format("found a gravity of {}, that is {:.6g} m/s^2; on earth {} would be right",
-                                   text(size), size, text(kStandardGravity)));
+                       fmt::format("found a gravity of {}, that is {:.6g} m/s^2; on earth {} would be right", text(size), size,
+                                   text(kStandardGravity)));
     if (size < kUsualLeast || size > kUsualMost)
-        context.questions.push_back(
-            fmt::format("gravity: {} is unusual: on earth it is {}", text(size), text(kStandardGravity)));
+        context.questions.push_back(fmt::format("gravity: {} is unusual: on earth it is {}", text(size), text(kStandardGravity)));
     return std::nullopt;
 }
 
@@ -111,8 +110,7 @@ bool* find_effect(Effects& effects, std::string_view name, Detailed& detailed) {
     return name == "pulse" ? &detailed.pulse : &effects.fluoroscopy;
 }
 
-std::optional<Error> read_effect_list(const CheckContext& context, const JsonNode& list, Effects& effects,
-                                      Detailed& detailed) {
+std::optional<Error> read_effect_list(const CheckContext& context, const JsonNode& list, Effects& effects, Detailed& detailed) {
     for (std::size_t i = 0; i < list.children.size(); ++i) {
         const JsonNode& name = list.children[i];
         bool& on = *find_effect(effects, name.text, detailed);
@@ -156,16 +154,14 @@ std::optional<Error> read_effects(const CheckContext& context, const Values& sce
 /// Switched off is not forgotten: effects exist to be switched. A question reminds of what that leaves unused.
 void question_effects(const Scene& scene, CheckContext& context) {
     const Effects& effects = scene.effects;
-    if (!effects.gravity && scene.gravity.norm() > 0.0)
-        context.questions.push_back("gravity: given, but the effect gravity is off");
+    if (!effects.gravity && scene.gravity.norm() > 0.0) context.questions.push_back("gravity: given, but the effect gravity is off");
     for (const SceneInstrument& instrument : scene.instruments)
         if (context.positions.contains("instruments." + instrument.name + ".friction") && !effects.friction)
             context.questions.push_back(fmt::format("instruments.{}.friction: given, but the effect friction is off", instrument.name));
     for (const SceneBody& body : scene.bodies) {
         const bool damped = body.material.viscosity > 0.0 || body.material.mass_damping > 0.0;
         if (body.kind == BodyKind::Deformable && damped && !effects.damping)
-            context.questions.push_back(
-                fmt::format("bodies.{}.material: has damping, but the effect damping is off", body.name));
+            context.questions.push_back(fmt::format("bodies.{}.material: has damping, but the effect damping is off", body.name));
         if (body.kind == BodyKind::Deformable && body.fixed.empty() && effects.gravity && scene.bodies.size() == 1)
             context.questions.push_back(fmt::format("bodies.{}: nothing holds it against gravity", body.name));
     }
@@ -195,16 +191,13 @@ void spread_pictures(unsigned count, const Scene& scene, std::vector<PictureSpec
     }
 }
 
-std::optional<Error> read_picture(const CheckContext& context, const Values& values, const Scene& scene,
-                                  PictureSpec& picture) {
+std::optional<Error> read_picture(const CheckContext& context, const Values& values, const Scene& scene, PictureSpec& picture) {
     picture.view = to_view(values.text("view"));
     picture.time = values.number("time");
     if (picture.view == PictureView::Fluoroscopy && !scene.effects.fluoroscopy)
-        return fail_at(context, values, "view",
-                       "found \"fluoroscopy\", but that effect is off; adding it to the effects would be right");
+        return fail_at(context, values, "view", "found \"fluoroscopy\", but that effect is off; adding it to the effects would be right");
     if (picture.view == PictureView::Tip && scene.instruments.empty())
-        return fail_at(context, values, "view",
-                       "found \"tip\", but the scene has no instrument; \"anatomy\" would be right");
+        return fail_at(context, values, "view", "found \"tip\", but the scene has no instrument; \"anatomy\" would be right");
     if (picture.time <= scene.time.duration) return std::nullopt;
     return fail_at(context, values, "time",
                    fmt::format("found {}; at most the duration, {}, would be right",
@@ -212,25 +205,21 @@ std::optional<Error> read_picture(const CheckContext& context, const Values& val
                                with_unit(scene.time.duration, Dimension::Time, context.units)));
 }
 
-std::optional<Error> read_outputs(const CheckContext& context, const Values& root, const Scene& scene,
-                                  OutputSpec& outputs) {
+std::optional<Error> read_outputs(const CheckContext& context, const Values& root, const Scene& scene, OutputSpec& outputs) {
     const Values values = root.object("outputs");
     outputs.record_every = values.count<unsigned>("record_every");
     if (const JsonNode* size = values.find("size")) {
         for (const JsonNode& edge : size->children)
             if (edge.number != std::floor(edge.number))
-                return fail_at(context, values, "size",
-                               fmt::format("found {}; whole numbers of pixels would be right", edge.text));
+                return fail_at(context, values, "size", fmt::format("found {}; whole numbers of pixels would be right", edge.text));
         outputs.width = static_cast<unsigned>(size->children[0].number);
         outputs.height = static_cast<unsigned>(size->children[1].number);
     }
     const JsonNode* pictures = values.find("pictures");
     if (pictures == nullptr) return std::nullopt;
-    if (pictures->type == JsonType::Number)
-        spread_pictures(static_cast<unsigned>(pictures->number), scene, outputs.pictures);
+    if (pictures->type == JsonType::Number) spread_pictures(static_cast<unsigned>(pictures->number), scene, outputs.pictures);
     for (std::size_t i = 0; i < pictures->children.size(); ++i) {
-        const Values picture =
-            values.element("pictures", pictures->children[i], fmt::format("{}[{}]", values.path("pictures"), i));
+        const Values picture = values.element("pictures", pictures->children[i], fmt::format("{}[{}]", values.path("pictures"), i));
         if (auto error = read_picture(context, picture, scene, outputs.pictures.emplace_back())) return error;
     }
     return std::nullopt;
@@ -242,8 +231,7 @@ std::optional<Error> read_bodies(const CheckContext& context, const Values& root
     for (const JsonNode& member : map->children) {
         SceneBody& body = scene.bodies.emplace_back();
         body.name = member.key;
-        if (auto error = read_body(context, root.element("bodies", member, join_key("bodies", member.key)), body))
-            return error;
+        if (auto error = read_body(context, root.element("bodies", member, join_key("bodies", member.key)), body)) return error;
     }
     for (std::size_t i = 0; i < map->children.size(); ++i) {
         const JsonNode& member = map->children[i];
@@ -258,8 +246,7 @@ std::optional<Error> read_targets(const CheckContext& context, const Values& roo
     if (map == nullptr) return std::nullopt;
     for (const JsonNode& member : map->children) {
         SceneTarget target{member.key, {}};
-        if (auto error =
-                read_target(context, root.element("targets", member, join_key("targets", member.key)), scene, target))
+        if (auto error = read_target(context, root.element("targets", member, join_key("targets", member.key)), scene, target))
             return error;
         scene.targets.push_back(std::move(target));
     }
@@ -272,8 +259,8 @@ std::optional<Error> read_instruments(const CheckContext& context, const Values&
     for (const JsonNode& member : map->children) {
         SceneInstrument instrument;
         instrument.name = member.key;
-        if (auto error = read_instrument(
-                context, root.element("instruments", member, join_key("instruments", member.key)), scene, instrument))
+        if (auto error =
+                read_instrument(context, root.element("instruments", member, join_key("instruments", member.key)), scene, instrument))
             return error;
         scene.instruments.push_back(std::move(instrument));
     }
@@ -295,8 +282,7 @@ std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& 
     if (auto error = read_effects(context, root, scene.effects)) return error;
     if (auto error = check_breathing(context, scene)) return error;
     if (auto error = read_outputs(context, root, scene, scene.outputs)) return error;
-    if (scene.bodies.empty())
-        return fail_at(context, root, "bodies", "the scene is empty; at least one body would be right");
+    if (scene.bodies.empty()) return fail_at(context, root, "bodies", "the scene is empty; at least one body would be right");
     question_effects(scene, context);
     return std::nullopt;
 }

@@ -12,26 +12,23 @@
 namespace seldinger::engine {
 
 /// An error about the value of a key that is there; about the object's place where it is absent.
-[[nodiscard]] Error fail_at(const CheckContext& context, const Values& values, std::string_view key,
-                            std::string message, ErrorCode code = ErrorCode::BadValue);
+[[nodiscard]] Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message,
+                            ErrorCode code = ErrorCode::BadValue);
 
 /// A direction of any length but zero, made a unit vector.
-[[nodiscard]] std::optional<Error> read_direction(const CheckContext& context, const Values& values,
-                                                  std::string_view key, Vec3& direction);
+[[nodiscard]] std::optional<Error> read_direction(const CheckContext& context, const Values& values, std::string_view key, Vec3& direction);
 
 /// References to other bodies are left open: see resolve_carrier.
 [[nodiscard]] std::optional<Error> read_body(const CheckContext& context, const Values& values, SceneBody& body);
 
 /// embedded_in, once all bodies are known.
-[[nodiscard]] std::optional<Error> resolve_carrier(const CheckContext& context, const Values& values,
-                                                   const Scene& scene, SceneBody& body);
+[[nodiscard]] std::optional<Error> resolve_carrier(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body);
 
 /// Bodies have been read.
-[[nodiscard]] std::optional<Error> read_target(const CheckContext& context, const Values& values, const Scene& scene,
-                                               SceneTarget& target);
+[[nodiscard]] std::optional<Error> read_target(const CheckContext& context, const Values& values, const Scene& scene, SceneTarget& target);
 
 /// Bodies and targets have been read.
-[[nodiscard]] std::optional<Error> read_instrument(const CheckContext& context, const Values& values,
-                                                   const Scene& scene, SceneInstrument& instrument);
+[[nodiscard]] std::optional<Error> read_instrument(const CheckContext& context, const Values& values, const Scene& scene,
+                                                   SceneInstrument& instrument);
 
 } // namespace seldinger::engine

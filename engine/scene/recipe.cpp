@@ -27,8 +27,7 @@ FieldSpec to_field(const anatomy::RecipeField& field) {
     const double usual = anatomy::recipe_value(anatomy::Recipe{}, field);
     if (field.dimension == anatomy::RecipeDimension::Count)
         return count_field(field.name, field.least, field.most, field.doc).by_default(usual);
-    return number_field(field.name, to_dimension(field.dimension), between(field.least, field.most), field.doc)
-        .by_default(usual);
+    return number_field(field.name, to_dimension(field.dimension), between(field.least, field.most), field.doc).by_default(usual);
 }
 
 } // namespace
@@ -49,12 +48,10 @@ Result<std::string> read_json_file(const std::filesystem::path& file) {
     if (std::filesystem::is_regular_file(file, problem)) {
         const auto size = std::filesystem::file_size(file, problem);
         if (!problem && size > kMaxSceneBytes)
-            return Error{
-                ErrorCode::BadSyntax,
-                fmt::format(
-                    "found {} bytes; at most {} would be right: long paths belong in CSV files, meshes in mesh files",
-                    size, kMaxSceneBytes),
-                file.string()};
+            return Error{ErrorCode::BadSyntax,
+                         fmt::format("found {} bytes; at most {} would be right: long paths belong in CSV files, meshes in mesh files",
+                                     size, kMaxSceneBytes),
+                         file.string()};
     }
     return read_file_bytes(file);
 }
@@ -68,8 +65,7 @@ Result<anatomy::Recipe> parse_recipe(std::string_view text, const std::filesyste
     if (auto error = check_object(*tree, recipe_table(), "", context)) return *error;
     const Values values(&tree.value(), recipe_table(), context.units, "");
     anatomy::Recipe recipe;
-    for (const anatomy::RecipeField& field : anatomy::recipe_fields())
-        anatomy::set_recipe_value(recipe, field, values.number(field.name));
+    for (const anatomy::RecipeField& field : anatomy::recipe_fields()) anatomy::set_recipe_value(recipe, field, values.number(field.name));
     const auto checked = anatomy::check_recipe(recipe);
     if (checked) return recipe;
     const JsonNode* member = tree->find(checked.error().key);

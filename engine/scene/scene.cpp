@@ -26,8 +26,7 @@ const char* kind_text(BodyKind kind) {
 }
 
 std::string surface_text(const SurfaceSpec& surface) {
-    if (surface.source == SurfaceSource::Recipe)
-        return fmt::format("{} of recipe {}", surface.part, surface.file.string());
+    if (surface.source == SurfaceSource::Recipe) return fmt::format("{} of recipe {}", surface.part, surface.file.string());
     if (surface.source == SurfaceSource::Shape) {
         constexpr const char* kNames[] = {"sphere", "box", "tube", "torus", "vessels"};
         return kNames[static_cast<std::size_t>(surface.shape.kind)];
@@ -41,8 +40,8 @@ std::string surface_text(const SurfaceSpec& surface) {
 }
 
 std::string body_text(const Scene& scene, const SceneBody& body) {
-    std::string text = fmt::format("body {}: {}{}, {}\n", body.name, kind_text(body.kind),
-                                   body.hollow ? ", hollow" : "", surface_text(body.surface));
+    std::string text =
+        fmt::format("body {}: {}{}, {}\n", body.name, kind_text(body.kind), body.hollow ? ", hollow" : "", surface_text(body.surface));
     if (body.embedded_in != kNoIndex) text += fmt::format("  carried by {}\n", scene.bodies[body.embedded_in].name);
     if (body.kind != BodyKind::Deformable) return text;
     const auto unit = [&](double si, Dimension dimension) { return with_unit(si, dimension, scene.units); };
@@ -64,18 +63,15 @@ std::string instrument_text(const Scene& scene, const SceneInstrument& instrumen
     const auto unit = [&](double si, Dimension dimension) { return with_unit(si, dimension, scene.units); };
     constexpr const char* kTips[] = {"straight", "J", "Simmons"};
     const fem::RodDesign& design = instrument.design;
-    return fmt::format(
-        "instrument {}: in {}, length {}, radius {}, Young's modulus {}, {} tip, friction {:.3g}\n  moved by {}\n",
-        instrument.name, scene.bodies[instrument.lumen].name, unit(design.length, Dimension::Length),
-        unit(design.radius, Dimension::Length), unit(design.young_modulus, Dimension::Pressure),
-        kTips[static_cast<std::size_t>(design.tip)], instrument.friction, script_text(scene, instrument));
+    return fmt::format("instrument {}: in {}, length {}, radius {}, Young's modulus {}, {} tip, friction {:.3g}\n  moved by {}\n",
+                       instrument.name, scene.bodies[instrument.lumen].name, unit(design.length, Dimension::Length),
+                       unit(design.radius, Dimension::Length), unit(design.young_modulus, Dimension::Pressure),
+                       kTips[static_cast<std::size_t>(design.tip)], instrument.friction, script_text(scene, instrument));
 }
 
 } // namespace
 
-std::size_t TimeSpec::step_count() const noexcept {
-    return static_cast<std::size_t>(std::ceil(duration / step * (1.0 - kStepTolerance)));
-}
+std::size_t TimeSpec::step_count() const noexcept { return static_cast<std::size_t>(std::ceil(duration / step * (1.0 - kStepTolerance))); }
 
 std::vector<std::string> Effects::names() const {
     std::vector<std::string> all;
@@ -121,17 +117,16 @@ Index find_target(const Scene& scene, std::string_view name) noexcept {
 std::string to_text(const Scene& scene) {
     const auto unit = [&](double si, Dimension dimension) { return with_unit(si, dimension, scene.units); };
     std::string text = fmt::format("{} ({})\n", scene.name, scene.file.string());
-    text += fmt::format("{} steps of {}, {} in all; budget {} for {}\n", scene.time.step_count(),
-                        unit(scene.time.step, Dimension::Time), unit(scene.time.duration, Dimension::Time),
-                        scene.budget.to_string(),
+    text += fmt::format("{} steps of {}, {} in all; budget {} for {}\n", scene.time.step_count(), unit(scene.time.step, Dimension::Time),
+                        unit(scene.time.duration, Dimension::Time), scene.budget.to_string(),
                         scene.budget.scope == BudgetScope::Step ? "the whole step" : "collision detection");
     text += fmt::format("effects: {}\n", fmt::join(scene.effects.names(), ", "));
     if (scene.effects.gravity) text += fmt::format("gravity {}\n", unit(scene.gravity.norm(), Dimension::Acceleration));
     for (const SceneBody& body : scene.bodies) text += body_text(scene, body);
     for (const SceneInstrument& instrument : scene.instruments) text += instrument_text(scene, instrument);
     for (const SceneTarget& target : scene.targets)
-        text += fmt::format("target {}: {}\n", target.name,
-                            target.place.landmark.empty() ? "a position" : "landmark " + target.place.landmark);
+        text +=
+            fmt::format("target {}: {}\n", target.name, target.place.landmark.empty() ? "a position" : "landmark " + target.place.landmark);
     for (const std::string& question : scene.questions) text += fmt::format("note: {}\n", question);
     return text;
 }

@@ -29,18 +29,18 @@ enum class ShapeKind : std::uint8_t { Sphere, Box, Tube, Torus, Vessels };
 /// A plain closed surface (assets/anatomy/shapes.hpp and vessels.hpp make it).
 struct ShapeSpec {
     ShapeKind kind = ShapeKind::Sphere;
-    Vec3 centre = Vec3::Zero();     // m: sphere, box, torus
-    double radius = 0.0;            // m: sphere; torus: of the ring
-    double tube_radius = 0.0;       // m: torus
-    Vec3 extent = Vec3::Zero();     // m: box, edge to edge
-    std::vector<Vec3> axis;         // m: tube, at least 2 points; rings between the scene's rows are filled in
-    std::vector<double> axis_radii; // m: tube, one per axis point
+    Vec3 centre = Vec3::Zero();                  // m: sphere, box, torus
+    double radius = 0.0;                         // m: sphere; torus: of the ring
+    double tube_radius = 0.0;                    // m: torus
+    Vec3 extent = Vec3::Zero();                  // m: box, edge to edge
+    std::vector<Vec3> axis;                      // m: tube, at least 2 points; rings between the scene's rows are filled in
+    std::vector<double> axis_radii;              // m: tube, one per axis point
     std::vector<anatomy::VesselBranch> branches; // vessels
-    double blend = 2e-3;            // m: vessels, width of the fillets
-    std::size_t triangles = 20000;  // vessels, aimed at
-    int subdivisions = 4;           // sphere: 20 * 4^subdivisions triangles
-    int cells = 8;                  // box: squares along an edge of a face
-    int sides = 24;                 // tube, torus: vertices round the tube
+    double blend = 2e-3;                         // m: vessels, width of the fillets
+    std::size_t triangles = 20000;               // vessels, aimed at
+    int subdivisions = 4;                        // sphere: 20 * 4^subdivisions triangles
+    int cells = 8;                               // box: squares along an edge of a face
+    int sides = 24;                              // tube, torus: vertices round the tube
 };
 
 enum class SurfaceSource : std::uint8_t { File, Recipe, Shape };
@@ -176,8 +176,8 @@ struct ContactSpec {
     double solid_friction = 0.0;    // Coulomb mu between solid bodies, with the effect friction
     bool solid_spheres = false;     // solid bodies push by the overlap of their spheres, not by the depth of their surfaces
     spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
-    unsigned depth_cap = 2;         // level at which the order depth-capped stops
-    double assumed_depth = 5.0e-4;  // m, deepest that an untested pair may count
+    unsigned depth_cap = 2;                                                     // level at which the order depth-capped stops
+    double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
 };
 
 /// How `cost` compares the contacts of two runs.
@@ -246,7 +246,7 @@ struct Scene {
     std::vector<SceneTarget> targets;
     Effects effects;
     OutputSpec outputs;
-    std::vector<std::string> questions; // numbers that are allowed but unusual, for `explain` to show
+    std::vector<std::string> questions;                          // numbers that are allowed but unusual, for `explain` to show
     std::map<std::string, ScenePosition, std::less<>> positions; // key path, as in bodies.liver.material -> its value
 };
 
@@ -264,8 +264,7 @@ struct Scene {
 
 /// An error about a key of a scene that was read: fills in file, line and column. For what only shows later, such as a
 /// mesh that its use does not allow. Falls back to the nearest enclosing key.
-[[nodiscard]] Error scene_error(const Scene& scene, std::string key, std::string message,
-                                ErrorCode code = ErrorCode::BadValue);
+[[nodiscard]] Error scene_error(const Scene& scene, std::string key, std::string message, ErrorCode code = ErrorCode::BadValue);
 
 /// kNoIndex when there is none of that name.
 [[nodiscard]] Index find_body(const Scene& scene, std::string_view name) noexcept;

@@ -25,9 +25,8 @@ const ObjectSpec& time_table() {
         {
             number_field("step", Dimension::Time, above(0.0, 1.0), "Length of a step of the whole engine.").required(),
             number_field("duration", Dimension::Time, above(0.0, kLongestRun), "Simulated time of a run.").required(),
-            value_field(
-                "substeps", any_value({choice_value({"auto"}), count_field("", 1, 100000, "").value}),
-                "Sub-steps of the tissue's integration in a step; \"auto\" takes as many as stability asks for.")
+            value_field("substeps", any_value({choice_value({"auto"}), count_field("", 1, 100000, "").value}),
+                        "Sub-steps of the tissue's integration in a step; \"auto\" takes as many as stability asks for.")
                 .by_default(std::string_view("auto")),
             count_field("max_substeps", 1, 1e6, "A run whose tissue needs more sub-steps than this is stopped.")
                 .by_default(double(TimeSpec{}.max_substeps)),
@@ -45,11 +44,8 @@ const ObjectSpec& budget_table() {
         "",
         "",
         {
-            text_field("limit",
-                       "A time (\"8ms\", \"250us\"), a number of sphere-pair tests (\"work:20000\") or \"exact\".")
-                .required(),
-            choice_field("scope", {"collision", "step"},
-                         "What the budget pays for: collision detection, or the whole step.")
+            text_field("limit", "A time (\"8ms\", \"250us\"), a number of sphere-pair tests (\"work:20000\") or \"exact\".").required(),
+            choice_field("scope", {"collision", "step"}, "What the budget pays for: collision detection, or the whole step.")
                 .by_default(std::string_view("collision")),
             value_field("drop", list_value(choice_value({"exact_contact", "elasticity"}), 0),
                         "With the scope \"step\": what a step leaves out when its forecast does not fit, first to go "
@@ -73,17 +69,13 @@ const ObjectSpec& contact_table() {
             number_field("exact_distance", Dimension::Length, between(0.0, kLargest),
                          "Closer than this counts as touching in the exact tests.")
                 .by_default(usual.exact_distance),
-            number_field("margin", Dimension::Length, between(0.0, kLargest),
-                         "Coarse contacts are reported from this far.")
+            number_field("margin", Dimension::Length, between(0.0, kLargest), "Coarse contacts are reported from this far.")
                 .by_default(usual.margin),
-            number_field("rod_stiffness", Dimension::Stiffness, above(0.0, 1e9),
-                         "Of a wall as the instrument feels it.")
+            number_field("rod_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of a wall as the instrument feels it.")
                 .by_default(usual.rod_stiffness),
-            number_field("wall_stiffness", Dimension::Stiffness, above(0.0, 1e9),
-                         "Of an instrument as the tissue feels it.")
+            number_field("wall_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of an instrument as the tissue feels it.")
                 .by_default(usual.wall_stiffness),
-            number_field("solid_stiffness", Dimension::Stiffness, above(0.0, 1e9),
-                         "Of a place where two solid bodies touch.")
+            number_field("solid_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of a place where two solid bodies touch.")
                 .by_default(usual.solid_stiffness),
             number_field("assumed_depth", Dimension::Length, between(0.0, kLargest),
                          "Deepest that a pair the budget left untested may count.")
@@ -132,11 +124,9 @@ const ObjectSpec& breathing_table() {
         "",
         {
             number_field("amplitude", Dimension::Length, above(0.0, 0.1), "End to end.").by_default(usual.amplitude),
-            number_field("period", Dimension::Time, {0.5, 60.0, false, 2.0, 10.0, "adults at rest breathe in 3 to 6 s"},
-                         "Of a breath.")
+            number_field("period", Dimension::Time, {0.5, 60.0, false, 2.0, 10.0, "adults at rest breathe in 3 to 6 s"}, "Of a breath.")
                 .by_default(usual.period),
-            vector_field("direction", Dimension::None, {}, "Of the movement; its length does not matter.")
-                .by_default(usual.direction),
+            vector_field("direction", Dimension::None, {}, "Of the movement; its length does not matter.").by_default(usual.direction),
         }};
     return table;
 }
@@ -161,21 +151,17 @@ const ObjectSpec& outputs_table() {
     static const ObjectSpec table = [] {
         ValueSpec size;
         size.kind = ValueKind::Vector;
-        size.columns = {{"width", Dimension::None, between(16, kMostPixels)},
-                        {"height", Dimension::None, between(16, kMostPixels)}};
+        size.columns = {{"width", Dimension::None, between(16, kMostPixels)}, {"height", Dimension::None, between(16, kMostPixels)}};
         return ObjectSpec{
             "outputs",
             "What a run leaves behind besides its tables and report.",
             "",
             "",
             {
-                value_field(
-                    "pictures",
-                    any_value({count_field("", 0, 1000, "").value, list_value(object_value(picture_table()), 0)}),
-                    "How many pictures, spread evenly over the run, or a list of them; 0 when absent."),
+                value_field("pictures", any_value({count_field("", 0, 1000, "").value, list_value(object_value(picture_table()), 0)}),
+                            "How many pictures, spread evenly over the run, or a list of them; 0 when absent."),
                 value_field("size", std::move(size), "Of a picture in pixels, 1280 x 720 when absent."),
-                count_field("record_every", 0, 1e9,
-                            "Steps between recorded states; 0 records none unless the command line asks.")
+                count_field("record_every", 0, 1e9, "Steps between recorded states; 0 records none unless the command line asks.")
                     .by_default(double(usual.record_every)),
             }};
     }();
@@ -236,7 +222,8 @@ const ObjectSpec& effects_table() {
             flag_field("damping", "Viscosity and mass damping of the materials.").by_default(false),
             flag_field("coarse_contact", "Contacts by sphere trees, interrupted by the budget.").by_default(false),
             flag_field("exact_contact", "Continuous contacts, when the budget allows.").by_default(false),
-            flag_field("friction", "Coulomb friction of instruments on walls, by each instrument's key friction; the wall feels it too.").by_default(false),
+            flag_field("friction", "Coulomb friction of instruments on walls, by each instrument's key friction; the wall feels it too.")
+                .by_default(false),
             value_field("breathing", any_value({flag_field("", "").value, object_value(breathing_table())}),
                         "Respiration: true for the defaults.")
                 .by_default(false),
@@ -263,16 +250,14 @@ const ObjectSpec& scene_table() {
             value_field("budget", any_value({text_field("", "").value, object_value(budget_table())}),
                         "Of a step: a limit, or an object with limit and scope.")
                 .by_default(std::string_view("exact")),
-            vector_field("gravity", Dimension::Acceleration, gravity,
-                         "Free fall, as in [0, 0, -9810] with lengths in mm.")
+            vector_field("gravity", Dimension::Acceleration, gravity, "Free fall, as in [0, 0, -9810] with lengths in mm.")
                 .by_default(Vec3(0, 0, 0)),
             object_field("contact", contact_table(), "Contact and response."),
             object_field("cost", cost_table(), "Comparison of contacts between runs."),
             map_field("bodies", object_value(body_table()), "Organs, vessels, obstacles by name."),
             map_field("instruments", object_value(instrument_table()), "Catheters and guide wires by name."),
             map_field("targets", target_value(), "Places to reach, by name."),
-            value_field("effects",
-                        any_value({list_value(choice_value(effects_table().keys()), 0), object_value(effects_table())}),
+            value_field("effects", any_value({list_value(choice_value(effects_table().keys()), 0), object_value(effects_table())}),
                         "A list of names, or an object by name. When absent: elasticity, damping, coarse_contact and "
                         "exact_contact, and gravity where it is given."),
             object_field("outputs", outputs_table(), "Pictures and recordings."),

@@ -45,10 +45,7 @@ Json vector_schema(const ValueSpec& value) {
         one["title"] = column.name;
         columns.push_back(std::move(one));
     }
-    return {{"type", "array"},
-            {"prefixItems", columns},
-            {"minItems", value.columns.size()},
-            {"maxItems", value.columns.size()}};
+    return {{"type", "array"}, {"prefixItems", columns}, {"minItems", value.columns.size()}, {"maxItems", value.columns.size()}};
 }
 
 Json value_schema(const ValueSpec& value);
@@ -106,8 +103,7 @@ Json field_schema(const FieldSpec& field) {
     const bool has_dimension = field.value.dimension != Dimension::None && field.value.kind == ValueKind::Number;
     const std::string range = has_dimension ? range_text(field.value.range, field.value.dimension) : "";
     if (!range.empty()) text += fmt::format(" In SI: {}.", range);
-    if (const std::string otherwise = default_text(field); !otherwise.empty())
-        text += fmt::format(" Default: {}.", otherwise);
+    if (const std::string otherwise = default_text(field); !otherwise.empty()) text += fmt::format(" Default: {}.", otherwise);
     schema["description"] = text;
     return schema;
 }
@@ -120,8 +116,8 @@ Json conditions(const ObjectSpec& object) {
         const FieldSpec& discriminator = *object.find(object.discriminator);
         Json is_used{{"properties", {{object.discriminator, {{"enum", field.used_when}}}}}};
         const auto* otherwise = std::get_if<std::string_view>(&discriminator.otherwise);
-        const bool used_by_default = otherwise != nullptr && std::find(field.used_when.begin(), field.used_when.end(),
-                                                                       *otherwise) != field.used_when.end();
+        const bool used_by_default =
+            otherwise != nullptr && std::find(field.used_when.begin(), field.used_when.end(), *otherwise) != field.used_when.end();
         if (!used_by_default) is_used["required"] = {object.discriminator};
         Json condition{{"if", is_used}};
         if (field.is_required) condition["then"] = {{"required", {field.key}}};
@@ -137,8 +133,7 @@ Json object_schema(const ObjectSpec& object) {
         properties[std::string(field.key)] = field_schema(field);
         if (field.is_required && field.used_when.empty()) required.push_back(field.key);
     }
-    Json schema{
-        {"type", "object"}, {"description", object.doc}, {"properties", properties}, {"additionalProperties", false}};
+    Json schema{{"type", "object"}, {"description", object.doc}, {"properties", properties}, {"additionalProperties", false}};
     if (!required.empty()) schema["required"] = required;
     if (Json all = conditions(object); !all.empty()) schema["allOf"] = all;
     return schema;
@@ -176,16 +171,15 @@ std::string key_default(const FieldSpec& field) {
 }
 
 std::string object_page(const ObjectSpec& object) {
-    std::string page = fmt::format("\n## {}\n\n{}\n\n| key | value | default | meaning |\n| --- | --- | --- | --- |\n",
-                                   object.name, object.doc);
+    std::string page =
+        fmt::format("\n## {}\n\n{}\n\n| key | value | default | meaning |\n| --- | --- | --- | --- |\n", object.name, object.doc);
     for (const FieldSpec& field : object.fields) {
         std::string meaning(field.doc);
         if (!field.used_when.empty())
             meaning += fmt::format(" Only where `{}` is {}.", object.discriminator, fmt::join(field.used_when, " or "));
         if (field.value.kind == ValueKind::Number && !field.value.range.what.empty())
             meaning += fmt::format(" ({})", field.value.range.what);
-        page +=
-            fmt::format("| `{}` | {} | {} | {} |\n", field.key, value_page(field.value), key_default(field), meaning);
+        page += fmt::format("| `{}` | {} | {} | {} |\n", field.key, value_page(field.value), key_default(field), meaning);
     }
     return page;
 }
@@ -209,8 +203,7 @@ This page is written by the engine from the table that also checks scenes and ma
 
 Json scene_schema() {
     Json definitions = Json::object();
-    for (const ObjectSpec* object : reachable_objects(scene_table()))
-        definitions[definition_name(*object)] = object_schema(*object);
+    for (const ObjectSpec* object : reachable_objects(scene_table())) definitions[definition_name(*object)] = object_schema(*object);
     return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
             {"title", "Seldinger scene"},
             {"$ref", "#/$defs/scene"},

@@ -61,17 +61,11 @@ FieldSpec count_field(std::string_view key, double least, double most, std::stri
     return make_field(key, std::move(value), doc);
 }
 
-FieldSpec flag_field(std::string_view key, std::string_view doc) {
-    return make_field(key, plain_value(ValueKind::Flag), doc);
-}
+FieldSpec flag_field(std::string_view key, std::string_view doc) { return make_field(key, plain_value(ValueKind::Flag), doc); }
 
-FieldSpec text_field(std::string_view key, std::string_view doc) {
-    return make_field(key, plain_value(ValueKind::Text), doc);
-}
+FieldSpec text_field(std::string_view key, std::string_view doc) { return make_field(key, plain_value(ValueKind::Text), doc); }
 
-FieldSpec path_field(std::string_view key, std::string_view doc) {
-    return make_field(key, plain_value(ValueKind::Path), doc);
-}
+FieldSpec path_field(std::string_view key, std::string_view doc) { return make_field(key, plain_value(ValueKind::Path), doc); }
 
 FieldSpec choice_field(std::string_view key, std::vector<std::string_view> choices, std::string_view doc) {
     return make_field(key, choice_value(std::move(choices)), doc);
@@ -87,9 +81,7 @@ FieldSpec map_field(std::string_view key, ValueSpec element, std::string_view do
     return make_field(key, std::move(value), doc);
 }
 
-FieldSpec value_field(std::string_view key, ValueSpec value, std::string_view doc) {
-    return make_field(key, std::move(value), doc);
-}
+FieldSpec value_field(std::string_view key, ValueSpec value, std::string_view doc) { return make_field(key, std::move(value), doc); }
 
 FieldSpec vector_field(std::string_view key, Dimension dimension, Range range, std::string_view doc) {
     return make_field(key, vector_value(dimension, range), doc);

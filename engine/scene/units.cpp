@@ -11,8 +11,8 @@ constexpr std::array kTime = {UnitName{"s", 1.0}, UnitName{"ms", 1e-3}, UnitName
 constexpr std::array kAngle = {UnitName{"rad", 1.0}, UnitName{"deg", 3.14159265358979323846 / 180.0}};
 constexpr std::array kPressure = {UnitName{"Pa", 1.0},  UnitName{"kPa", 1e3},    UnitName{"MPa", 1e6},
                                   UnitName{"GPa", 1e9}, UnitName{"N/mm^2", 1e6}, UnitName{"mmHg", 133.322387415}};
-constexpr std::array kDensity = {UnitName{"kg/m^3", 1.0}, UnitName{"g/cm^3", 1e3}, UnitName{"g/mm^3", 1e6},
-                                 UnitName{"kg/mm^3", 1e9}, UnitName{"t/mm^3", 1e12}};
+constexpr std::array kDensity = {UnitName{"kg/m^3", 1.0}, UnitName{"g/cm^3", 1e3}, UnitName{"g/mm^3", 1e6}, UnitName{"kg/mm^3", 1e9},
+                                 UnitName{"t/mm^3", 1e12}};
 constexpr std::array kForce = {UnitName{"N", 1.0}, UnitName{"mN", 1e-3}, UnitName{"kN", 1e3}};
 
 } // namespace

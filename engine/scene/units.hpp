@@ -34,8 +34,7 @@ struct Units {
     double pressure = 1.0; // Pa
     double density = 1.0;  // kg/m^3
     double force = 1.0;    // N
-    std::string length_name = "m", time_name = "s", angle_name = "rad", pressure_name = "Pa", density_name = "kg/m^3",
-                force_name = "N";
+    std::string length_name = "m", time_name = "s", angle_name = "rad", pressure_name = "Pa", density_name = "kg/m^3", force_name = "N";
 
     /// SI value of one unit of this dimension.
     [[nodiscard]] double factor(Dimension dimension) const noexcept;

@@ -17,27 +17,27 @@ namespace seldinger::engine {
 
 /// Where a rod's plane presses on a wall.
 struct WallPress {
-    Index triangle = kNoIndex;                   // of the lumen's surface; kNoIndex: nowhere
+    Index triangle = kNoIndex; // of the lumen's surface; kNoIndex: nowhere
     std::array<double, 3> bary{1.0, 0.0, 0.0};
 };
 
 /// Coarse nodes that the spheres of a body hang on.
 struct SphereNodes {
-    std::vector<Index> begin;    // [sphere_count + 1]
-    std::vector<Index> node;     // [entries]
-    std::vector<double> weight;  // [entries] sum of a sphere's: 1, less where its surface stands still
+    std::vector<Index> begin;   // [sphere_count + 1]
+    std::vector<Index> node;    // [entries]
+    std::vector<double> weight; // [entries] sum of a sphere's: 1, less where its surface stands still
 };
 
 /// A pair of spheres that pushes or holds.
 struct SphereHold {
     BodyId body_a = 0, body_b = 0;
     Index sphere_a = 0, sphere_b = 0;
-    bool tested = false;             // false: the budget left it open
-    Vec3 normal = Vec3::UnitX();     // unit, from b to a; of an open pair, as it was when it was first assumed
-    double gap = 0.0;                // m, of the spheres
-    Vec3 anchor = Vec3::Zero();      // m, of an open pair: where the first stood from the second then
-    double hold = 0.0;               // m, of an open pair: how far aside it is drawn from there
-    Vec3 aside = Vec3::Zero();       // unit, from b to a, that way
+    bool tested = false;         // false: the budget left it open
+    Vec3 normal = Vec3::UnitX(); // unit, from b to a; of an open pair, as it was when it was first assumed
+    double gap = 0.0;            // m, of the spheres
+    Vec3 anchor = Vec3::Zero();  // m, of an open pair: where the first stood from the second then
+    double hold = 0.0;           // m, of an open pair: how far aside it is drawn from there
+    Vec3 aside = Vec3::Zero();   // unit, from b to a, that way
 };
 
 struct LeafPair {
@@ -61,58 +61,58 @@ struct SpringPair {
 /// Contact between solid bodies.
 struct SolidScratch {
     spheretree::SweepAndPrune sweep;
-    std::vector<Box3> boxes;                     // [body_count] of this step; empty: no solid that anything can touch
-    std::vector<std::pair<Index, Index>> near;   // bodies whose boxes overlap
+    std::vector<Box3> boxes;                   // [body_count] of this step; empty: no solid that anything can touch
+    std::vector<std::pair<Index, Index>> near; // bodies whose boxes overlap
     std::vector<LeafPair> leaf_pairs;
     std::vector<Contact> touches;                // of this step: places of surfaces, with depth
     std::vector<SphereHold> holds, holds_before; // of this step and of the last one, by key
     std::vector<Piercing> piercings[2];
-    std::vector<SpringPair> springs;             // of the last response
+    std::vector<SpringPair> springs; // of the last response
 };
 
 struct BodyScratch {
     fem::TissueState tissue_t0;
-    std::vector<Vec3> surface_t0;                // [vertex_count] m
+    std::vector<Vec3> surface_t0; // [vertex_count] m
     fem::LinkFrames frames;
     fem::RkWorkspace rk;
     fem::StableStepWorkspace stable;
-    fem::ContactSprings springs;                 // made by the last step's response
+    fem::ContactSprings springs; // made by the last step's response
     std::vector<Vec3> pinned_target;
-    std::vector<spheretree::Sphere> spheres;     // solid bodies, over the step
-    std::vector<Vec3> surface_ahead;             // [vertex_count] m, solid bodies: where the next step may take them
-    std::vector<Index> deepest;                  // [sphere_count] solid bodies, scratch of the response
-    std::vector<Vec3> vertex_normal;             // [vertex_count] area-weighted, solid bodies that touch, scratch of the response
-    std::vector<std::uint8_t> vertex_seen;       // [vertex_count] solid bodies, scratch of the response
-    SphereNodes sphere_nodes;                    // solid bodies that hang on nodes
-    spheretree::LumenState lumen;                // hollow bodies
-    collision::DopTree tree;                     // hollow bodies, swept over the step
-    std::vector<Index> moving;                   // vertices that are not static: what a refit looks at
-    InsideTest inside;                           // hollow bodies: the independent check; closed solids: depths of contacts
+    std::vector<spheretree::Sphere> spheres; // solid bodies, over the step
+    std::vector<Vec3> surface_ahead;         // [vertex_count] m, solid bodies: where the next step may take them
+    std::vector<Index> deepest;              // [sphere_count] solid bodies, scratch of the response
+    std::vector<Vec3> vertex_normal;         // [vertex_count] area-weighted, solid bodies that touch, scratch of the response
+    std::vector<std::uint8_t> vertex_seen;   // [vertex_count] solid bodies, scratch of the response
+    SphereNodes sphere_nodes;                // solid bodies that hang on nodes
+    spheretree::LumenState lumen;            // hollow bodies
+    collision::DopTree tree;                 // hollow bodies, swept over the step
+    std::vector<Index> moving;               // vertices that are not static: what a refit looks at
+    InsideTest inside;                       // hollow bodies: the independent check; closed solids: depths of contacts
 };
 
 /// Somebody holds a point of a surface and pulls it towards a place.
 struct Pull {
-    std::size_t body = 0;            // of the model
-    Index vertex = 0;                // of its surface
-    Vec3 target = Vec3::Zero();      // m
+    std::size_t body = 0;       // of the model
+    Index vertex = 0;           // of its surface
+    Vec3 target = Vec3::Zero(); // m
 };
 
 struct InstrumentScratch {
     fem::RodState rod_t0;
     std::vector<Vec3> skin_t0;
-    std::vector<Vec3> axis;                      // [node_count]
+    std::vector<Vec3> axis; // [node_count]
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
     DriveCommand command;
-    std::optional<DriveCommand> hand;            // what somebody's hand wants, in place of the script
-    bool hand_stopped = false;                   // in the last step: the motion that the hand asked for met the wall
-    Route route;                                 // where it is now
+    std::optional<DriveCommand> hand; // what somebody's hand wants, in place of the script
+    bool hand_stopped = false;        // in the last step: the motion that the hand asked for met the wall
+    Route route;                      // where it is now
     fem::LinkFrames route_frames;
     spheretree::ChainState chain;
     std::vector<spheretree::Sphere> links_t0, links_t1;
-    std::vector<fem::RodPlane> planes;           // of the last solve
-    std::vector<WallPress> presses;              // [planes]
-    collision::DopTree tree;                     // of the skin, swept over the step
+    std::vector<fem::RodPlane> planes; // of the last solve
+    std::vector<WallPress> presses;    // [planes]
+    collision::DopTree tree;           // of the skin, swept over the step
     ExactForecast forecast;
 };
 
@@ -123,9 +123,9 @@ struct StepContext {
     collision::InterruptibleSearch search;
     std::vector<Contact> coarse; // of this step
     SolidScratch solids;
-    std::vector<Contact> exact;  // of this step; the last round's
+    std::vector<Contact> exact;    // of this step; the last round's
     std::vector<Contact> contacts; // what the response pushed against: what pictures and counts show
-    std::optional<Pull> pull;    // felt in every step until it is let go
+    std::optional<Pull> pull;      // felt in every step until it is let go
     StepReport report;
 };
 

@@ -50,8 +50,7 @@ private:
     std::size_t size_ = 0;
 };
 
-collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state,
-                                     const StepContext& context) {
+collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
     const BodyModel& wall = model.bodies[body];
     const std::vector<Vec3>& now = state.bodies[body].surface;
     return {&wall.topology, wall.moves() ? context.bodies[body].surface_t0 : now, now};
@@ -67,8 +66,7 @@ Vec3 point_on(const Triangle& t, const std::array<double, 3>& bary, std::span<co
     return bary[0] * positions[t[0]] + bary[1] * positions[t[1]] + bary[2] * positions[t[2]];
 }
 
-collision::SurfaceMotion skin_motion(const SceneModel& model, std::size_t index, const State& state,
-                                     const StepContext& context) {
+collision::SurfaceMotion skin_motion(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
     return {&model.instruments[index].topology, context.instruments[index].skin_t0, state.instruments[index].skin};
 }
 
@@ -98,8 +96,7 @@ bool proven_free(const SceneModel& model, std::size_t index, Index node, double 
 /// Place on the rod of a skin vertex, and of a point between two of them.
 double rod_place(const InstrumentModel& instrument, const Index* vertices, const double* weights, int count) {
     double place = 0.0;
-    for (int k = 0; k < count; ++k)
-        place += weights[k] * static_cast<double>(instrument.skin.vertex_node[vertices[k]]);
+    for (int k = 0; k < count; ++k) place += weights[k] * static_cast<double>(instrument.skin.vertex_node[vertices[k]]);
     return place;
 }
 
@@ -112,8 +109,7 @@ WallPress press_at_vertex(const collision::SurfaceTopology& wall, Index vertex) 
 }
 
 /// A contact that the planes did not prevent becomes one more plane, exactly where it happened.
-void add_contact_plane(const SceneModel& model, std::size_t index, const Contact& contact, const State& state,
-                       StepContext& context) {
+void add_contact_plane(const SceneModel& model, std::size_t index, const Contact& contact, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     const bool skin_is_a = contact.body_a == model.bodies.size() + index;
@@ -146,8 +142,7 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
 
 /// Distance to the nearest wall triangle within reach, negative behind it; reach where there is none. Beside an edge the
 /// sign is that of one of its faces: good enough to ask for the exact stage, not to replace it.
-double room_at(const SceneModel& model, std::size_t body, const State& state, StepContext& context, const Vec3& p,
-               double reach) {
+double room_at(const SceneModel& model, std::size_t body, const State& state, StepContext& context, const Vec3& p, double reach) {
     const collision::SurfaceMotion wall = wall_motion(model, body, state, context);
     double nearest = reach;
     bool behind = false;
@@ -233,8 +228,7 @@ void build_exact_trees(const SceneModel& model, std::size_t index, const State& 
     if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, skin, kExactTree);
 }
 
-collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context,
-                                WorkBudget& budget) {
+collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context, WorkBudget& budget) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     const collision::SurfaceMotion skin = skin_motion(model, index, state, context);
@@ -261,8 +255,7 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
     return stats;
 }
 
-ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, State& state, StepContext& context,
-                                 StepBudget* budget) {
+ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, State& state, StepContext& context, StepBudget* budget) {
     InstrumentScratch& scratch = context.instruments[index];
     const std::size_t known = context.exact.size();
     plane_from_wall(model, index, state, context);
@@ -290,8 +283,7 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
             scratch.presses.resize(base_planes);
             continue;
         }
-        for (std::size_t k = known; k < context.exact.size(); ++k)
-            add_contact_plane(model, index, context.exact[k], state, context);
+        for (std::size_t k = known; k < context.exact.size(); ++k) add_contact_plane(model, index, context.exact[k], state, context);
     }
 }
 

@@ -25,20 +25,18 @@ TipView view_tip(const InstrumentModel& model, const InstrumentState& state, Ins
     // The rod is compressed most where it enters: what the hand feels.
     const std::size_t entry = std::min<std::size_t>(fem::first_inserted_node(model.rod, state.rod.insertion), last);
     const std::size_t behind = entry > 0 ? entry - 1 : 0;
-    const double shortened =
-        model.rod.segment - std::sqrt((state.rod.position[behind + 1] - state.rod.position[behind]).squaredNorm());
+    const double shortened = model.rod.segment - std::sqrt((state.rod.position[behind + 1] - state.rod.position[behind]).squaredNorm());
     const double felt = model.rod.stretch_stiffness[behind] * std::max(0.0, shortened);
     return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, scratch.axis[root],
             scratch.hand_stopped ? kBlocked : felt};
 }
 
 /// The route where the organs stand now: its carrier takes it along.
-const Route& route_now(const SceneModel& model, const InstrumentModel& instrument, const State& state,
-                       InstrumentScratch& scratch) {
+const Route& route_now(const SceneModel& model, const InstrumentModel& instrument, const State& state, InstrumentScratch& scratch) {
     if (scratch.route.points.empty()) scratch.route = *instrument.route;
     if (instrument.route_links)
-        fem::steer(*instrument.route_links, state.bodies[model.bodies[instrument.lumen].carrier].tissue.position,
-                   instrument.route->points, scratch.route_frames, scratch.route.points);
+        fem::steer(*instrument.route_links, state.bodies[model.bodies[instrument.lumen].carrier].tissue.position, instrument.route->points,
+                   scratch.route_frames, scratch.route.points);
     return scratch.route;
 }
 
@@ -71,8 +69,7 @@ DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State
     InstrumentState& now = state.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     return follow_route(route_now(model, instrument, state, scratch), instrument.follow, instrument.limits,
-                        view_tip(instrument, now, scratch), {now.rod.insertion, now.rod.rotation}, model.step_s,
-                        now.follow);
+                        view_tip(instrument, now, scratch), {now.rod.insertion, now.rod.rotation}, model.step_s, now.follow);
 }
 
 void move_hands(const SceneModel& model, State& state, StepContext& context) {
@@ -90,8 +87,7 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
         } else if (!instrument.path.empty()) {
             wanted = evaluate_path(instrument.path, state.time + model.step_s);
         }
-        wanted.insertion =
-            std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
+        wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
         scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
         scratch.hand_stopped = false;
         const double advance = scratch.command.insertion - from.insertion;
@@ -113,8 +109,7 @@ void solve_instrument(const SceneModel& model, std::size_t index, State& state, 
     drive.contact_stiffness = model.contact.rod_stiffness;
     drive.friction = instrument.friction;
     const auto substeps = static_cast<unsigned>(std::ceil(model.step_s / kRodSubstep - 1e-9));
-    scratch.rod_report = fem::solve_rod(instrument.rod, now.rod, model.step_s, std::max(1u, substeps), drive,
-                                        scratch.planes, scratch.rod);
+    scratch.rod_report = fem::solve_rod(instrument.rod, now.rod, model.step_s, std::max(1u, substeps), drive, scratch.planes, scratch.rod);
     fem::place_rod_skin(instrument.rod, instrument.skin, now.rod, instrument.port, scratch.axis, now.skin);
 }
 
@@ -146,8 +141,7 @@ void add_to_descent(const SceneModel& model, std::size_t index, StepContext& con
     const InstrumentModel& instrument = model.instruments[index];
     context.descent.add_hollow_pair(
         {static_cast<BodyId>(model.bodies.size() + index), &instrument.chain, &context.instruments[index].chain},
-        {static_cast<BodyId>(instrument.lumen), &*model.bodies[instrument.lumen].lumen,
-         &context.bodies[instrument.lumen].lumen});
+        {static_cast<BodyId>(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &context.bodies[instrument.lumen].lumen});
 }
 
 void push_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {

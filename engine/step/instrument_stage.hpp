@@ -37,15 +37,13 @@ struct ExactOutcome {
 /// become planes and the rod is solved again, up to kMaxCorrections times; when that does not help, with the hand held
 /// where it was: resistance stops it.
 /// budget    asked before every solve and before its tests; nullptr: it runs to its end whatever it costs
-ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, StepContext& context,
-                                 StepBudget* budget);
+ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, StepContext& context, StepBudget* budget);
 
 /// The hand goes no further in and does not turn; what it wants to draw back, it may: that is the way out of a jam.
 void stop_hand(InstrumentScratch& scratch);
 
 /// Does the rod, where nothing proved it free, stand closer to the wall at the end of the step than its radius?
-[[nodiscard]] bool pokes_into_wall(const SceneModel& model, std::size_t instrument, const State& state,
-                                   StepContext& context);
+[[nodiscard]] bool pokes_into_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// Continuous tests of the skin's motion as it is. Appends to context.exact.
 collision::ExactStats test_skin(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
@@ -65,8 +63,7 @@ void push_wall(const SceneModel& model, std::size_t instrument, const State& sta
 void list_presses(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// Instrument vertices outside the lumen, counted by an inside test that shares nothing with the contact stages.
-[[nodiscard]] std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t instrument, const State& state,
-                                              StepContext& context);
+[[nodiscard]] std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 inline constexpr unsigned kMaxCorrections = 3;
 /// Planes per place on the rod at most: a tube closes in from all sides with six.

@@ -44,10 +44,10 @@ void add_body(const BodyModel& body, BitHash& hash) noexcept {
 void add_instrument(const InstrumentModel& instrument, BitHash& hash) noexcept {
     hash.add_text(instrument.name);
     const fem::RodDesign& design = instrument.rod.design;
-    for (const double value : {design.length, design.radius, design.segment, design.young_modulus, design.density, design.drag,
-                               design.whip_drag, design.tip_length, design.tip_angle, design.tip_stiffness, instrument.friction,
-                               instrument.inserted, instrument.limits.speed, instrument.limits.rotation, instrument.follow.speed,
-                               instrument.follow.look_ahead, instrument.follow.tolerance})
+    for (const double value :
+         {design.length, design.radius, design.segment, design.young_modulus, design.density, design.drag, design.whip_drag,
+          design.tip_length, design.tip_angle, design.tip_stiffness, instrument.friction, instrument.inserted, instrument.limits.speed,
+          instrument.limits.rotation, instrument.follow.speed, instrument.follow.look_ahead, instrument.follow.tolerance})
         hash.add(value);
     add_count(static_cast<std::size_t>(design.tip), hash);
     add_count(instrument.lumen, hash);
@@ -68,8 +68,7 @@ std::uint64_t hash_model(const SceneModel& model) noexcept {
     add_count(static_cast<std::size_t>(model.integrator), hash);
     add_count(model.fixed_substeps, hash);
     add_count(model.max_substeps, hash);
-    for (const bool on : {model.effects.elasticity, model.effects.coarse_contact, model.effects.exact_contact})
-        add_count(on ? 1 : 0, hash);
+    for (const bool on : {model.effects.elasticity, model.effects.coarse_contact, model.effects.exact_contact}) add_count(on ? 1 : 0, hash);
     hash.add(model.effects.gravity.value_or(Vec3(Vec3::Zero())));
     if (model.effects.breathing) {
         hash.add(model.effects.breathing->amplitude);

@@ -28,8 +28,7 @@ void add_pull(const SceneModel& model, const State& state, StepContext& context)
     const double reach = std::min(distance, kMaxPull / kPullStiffness);
     const Index vertices[] = {pull.vertex};
     const double weights[] = {1.0};
-    if (!add_surface_spring(model, {pull.body, vertices, weights, way / distance, -reach, kPullStiffness}, state,
-                            context))
+    if (!add_surface_spring(model, {pull.body, vertices, weights, way / distance, -reach, kPullStiffness}, state, context))
         return; // a point of a vessel far from the organ
     context.report.pull_force_n = kPullStiffness * reach;
 }

@@ -11,40 +11,40 @@ namespace seldinger::engine {
 
 /// Wall time by stage, ms.
 struct StageTimes {
-    double script = 0.0;  // hands
-    double fem = 0.0;     // integration of the tissue and free motion of the rod
-    double steer = 0.0;   // dense surfaces follow
-    double descend = 0.0; // sphere trees
-    double exact = 0.0;   // continuous tests
-    double respond = 0.0; // contact response, without the exact tests it repeats
-    double observe = 0.0; // independent checks; not part of the step
-    double total = 0.0;   // whole step without observe
-    double budget = 0.0;  // charged to the budget's scope
+    double script = 0.0;     // hands
+    double fem = 0.0;        // integration of the tissue and free motion of the rod
+    double steer = 0.0;      // dense surfaces follow
+    double descend = 0.0;    // sphere trees
+    double exact = 0.0;      // continuous tests
+    double respond = 0.0;    // contact response, without the exact tests it repeats
+    double observe = 0.0;    // independent checks; not part of the step
+    double total = 0.0;      // whole step without observe
+    double budget = 0.0;     // charged to the budget's scope
     double budget_cpu = 0.0; // the same in this thread's own time: what the operating system gave to others is left out
 };
 
 struct StepReport {
     std::uint64_t step = 0;
-    double time_s = 0.0;                 // at the end of the step
+    double time_s = 0.0; // at the end of the step
     StageTimes ms;
     unsigned substeps = 0;
-    double stable_step_s = 0.0;          // smallest over the deformable bodies; 0: none
+    double stable_step_s = 0.0; // smallest over the deformable bodies; 0: none
 
     // coarse
     std::uint64_t pairs_tested = 0, pairs_open = 0, leaf_contacts = 0, assumed = 0;
     int level_reached = 0;
     // exact
     bool exact_ran = false;
-    bool exact_insisted = false;         // did not fit, but ran all the same: without it the rod would have left the lumen
-    bool exact_abandoned = false;        // started, but the budget ended first: its answer was thrown away
+    bool exact_insisted = false;  // did not fit, but ran all the same: without it the rod would have left the lumen
+    bool exact_abandoned = false; // started, but the budget ended first: its answer was thrown away
     std::uint64_t candidates = 0, unresolved = 0;
-    std::uint64_t exact_contacts = 0;    // places that press on a wall, and hits that no correction removed
-    unsigned corrections = 0;            // times the rod was solved again because a continuous test still hit
-    unsigned hand_limited = 0;           // instruments whose hand moved less than asked for: kHandReach in a step
-    unsigned hand_stops = 0;             // instruments whose hand was stopped in this step because its push met the wall
-    unsigned clamped_forces = 0;         // presses on a wall that were cut to kMaxPress
-    double safe_fraction = 1.0;          // < 1: the motion of this step was held back to this share
-    unsigned unproven_links = 0;         // instrument links whose freedom nothing proved in this step
+    std::uint64_t exact_contacts = 0; // places that press on a wall, and hits that no correction removed
+    unsigned corrections = 0;         // times the rod was solved again because a continuous test still hit
+    unsigned hand_limited = 0;        // instruments whose hand moved less than asked for: kHandReach in a step
+    unsigned hand_stops = 0;          // instruments whose hand was stopped in this step because its push met the wall
+    unsigned clamped_forces = 0;      // presses on a wall that were cut to kMaxPress
+    double safe_fraction = 1.0;       // < 1: the motion of this step was held back to this share
+    unsigned unproven_links = 0;      // instrument links whose freedom nothing proved in this step
 
     // state
     double min_volume_ratio = 1.0;
@@ -52,23 +52,23 @@ struct StepReport {
     double kinetic_j = 0.0, elastic_j = 0.0;
     Vec3 tip = Vec3::Zero();
     double insertion_m = 0.0, rotation_rad = 0.0;
-    double contact_force_n = 0.0;        // sum of normal forces on the walls
+    double contact_force_n = 0.0; // sum of normal forces on the walls
     double max_contact_force_n = 0.0;
-    double friction_force_n = 0.0;       // sum of friction forces on the walls
-    std::uint64_t solid_touches = 0;     // places where solid bodies' surfaces touch
-    double deepest_touch_m = 0.0;        // of the deepest of them
-    std::uint64_t held_pairs = 0;        // sphere pairs of solid bodies that push or hold for want of a surface's depth
-    double residual_n = 0.0;             // at the step's end, sum over solid contacts of what both bodies receive: 0 is balanced
-    double pull_force_n = 0.0;           // of the hand that holds a point of a surface
-    double target_distance_m = -1.0;     // tip to the followed target; negative: none
-    std::uint32_t lumen_exits = 0;       // instrument vertices outside the lumen at the end, by an independent test
+    double friction_force_n = 0.0;   // sum of friction forces on the walls
+    std::uint64_t solid_touches = 0; // places where solid bodies' surfaces touch
+    double deepest_touch_m = 0.0;    // of the deepest of them
+    std::uint64_t held_pairs = 0;    // sphere pairs of solid bodies that push or hold for want of a surface's depth
+    double residual_n = 0.0;         // at the step's end, sum over solid contacts of what both bodies receive: 0 is balanced
+    double pull_force_n = 0.0;       // of the hand that holds a point of a surface
+    double target_distance_m = -1.0; // tip to the followed target; negative: none
+    std::uint32_t lumen_exits = 0;   // instrument vertices outside the lumen at the end, by an independent test
     bool budget_kept = true;
     std::uint64_t work_units = 0;
-    unsigned dropped = 0;                // effects left out of this step so that the rest fits, a bit per Droppable
+    unsigned dropped = 0; // effects left out of this step so that the rest fits, a bit per Droppable
 
     // stop
     bool finite = true;
-    std::string failure;                 // body, element and number; empty while finite
+    std::string failure; // body, element and number; empty while finite
 };
 
 } // namespace seldinger::engine

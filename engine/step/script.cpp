@@ -3,8 +3,8 @@
 #include "base/trig.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <cmath>
+#include <limits>
 
 namespace seldinger::engine {
 
@@ -42,9 +42,7 @@ constexpr double kWaitingSpeed = 0.02;
 /// m; the tip searches the route this far behind and ahead of where it was last.
 constexpr double kSearchBack = 0.03, kSearchAhead = 0.02;
 
-double clamp_change(double from, double wanted, double limit) noexcept {
-    return from + std::clamp(wanted - from, -limit, limit);
-}
+double clamp_change(double from, double wanted, double limit) noexcept { return from + std::clamp(wanted - from, -limit, limit); }
 
 std::size_t find_point_at(const Route& route, double length) noexcept {
     const auto it = std::lower_bound(route.length.begin(), route.length.end(), length);
@@ -89,8 +87,7 @@ struct Aim {
     bool aimed;
 };
 
-Aim aim_tip(const Route& route, const FollowSettings& settings, const TipView& view, const FollowState& state,
-            double offset) noexcept {
+Aim aim_tip(const Route& route, const FollowSettings& settings, const TipView& view, const FollowState& state, double offset) noexcept {
     const Vec3 ahead = route.points[find_point_at(route, state.progress + settings.look_ahead)] - view.tip;
     const Vec3 across = ahead - ahead.dot(view.tangent) * view.tangent;
     const double lateral = std::sqrt(across.squaredNorm());
@@ -102,8 +99,7 @@ Aim aim_tip(const Route& route, const FollowSettings& settings, const TipView& v
     const double sine = view.tangent.dot(view.bend.cross(wanted));
     const double cosine = view.bend.dot(wanted);
     const double error = cosine > 0.0 ? sine : (sine >= 0.0 ? 1.0 : -1.0);
-    return {matters * std::clamp(3.0 * error, -1.0, 1.0), 1.0 - matters * 0.5 * (1.0 - cosine),
-            cosine > 0.0 && std::abs(sine) < kAimed};
+    return {matters * std::clamp(3.0 * error, -1.0, 1.0), 1.0 - matters * 0.5 * (1.0 - cosine), cosine > 0.0 && std::abs(sine) < kAimed};
 }
 
 /// Where the tip stands now, and what that means for patience.
@@ -140,8 +136,8 @@ void begin_retraction(const DriveCommand& now, FollowState& state) noexcept {
 
 bool stands_before_fork(const Progress& progress, const DriveCommand& now, const FollowState& state) noexcept {
     const double before = state.fork - kBeforeFork - kFurtherBack * static_cast<double>(state.attempts / kAnglesInARound);
-    return (progress.on_route && state.progress <= std::max(0.0, before)) ||
-           state.retract_from - now.insertion > kLongestRetraction || now.insertion <= 0.0;
+    return (progress.on_route && state.progress <= std::max(0.0, before)) || state.retract_from - now.insertion > kLongestRetraction ||
+           now.insertion <= 0.0;
 }
 
 void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) noexcept {
@@ -152,14 +148,13 @@ void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) no
 
 } // namespace
 
-DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits,
-                           double dt) noexcept {
+DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits, double dt) noexcept {
     return {clamp_change(from.insertion, wanted.insertion, limits.speed * dt),
             clamp_change(from.rotation, wanted.rotation, limits.rotation * dt)};
 }
 
-DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits,
-                          const TipView& view, const DriveCommand& now, double dt, FollowState& state) noexcept {
+DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits, const TipView& view,
+                          const DriveCommand& now, double dt, FollowState& state) noexcept {
     if (route.points.empty()) return now;
     const Progress progress = find_progress(route, view.tip, state.progress);
     note_progress(progress, now, state);
@@ -185,8 +180,10 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
         turn_to(aim);
         // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned.
         const double share = std::max(kBoldShare, aim.quality * aim.quality * aim.quality);
-        if (is_beyond_the_end(route, view.tip, state.progress)) wanted.insertion -= settings.speed * dt * share;
-        else if (!resisted) wanted.insertion += settings.speed * dt * share;
+        if (is_beyond_the_end(route, view.tip, state.progress))
+            wanted.insertion -= settings.speed * dt * share;
+        else if (!resisted)
+            wanted.insertion += settings.speed * dt * share;
         break;
     }
     case FollowMode::Retract:
@@ -207,7 +204,8 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
         if (!resisted) wanted.insertion += settings.speed * dt;
         if (progress.on_route && state.progress > state.fork + kPastFork) begin_push(FollowMode::Advance, now, state);
         break;
-    case FollowMode::Arrived: break;
+    case FollowMode::Arrived:
+        break;
     }
     return limit_command(now, wanted, limits, dt);
 }

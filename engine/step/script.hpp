@@ -20,31 +20,30 @@ enum class FollowMode : std::uint8_t {
 /// The hand's memory. Plain data: part of the state, so that a run can be repeated bit for bit.
 struct FollowState {
     FollowMode mode = FollowMode::Advance;
-    double progress = 0.0;          // m along the route of the point nearest to the tip
-    double best_progress = 0.0;     // m, furthest on the route since the last retraction
-    double best_insertion = 0.0;    // m, when best_progress last grew, or patience was last renewed
-    double astray_insertion = 0.0;  // m, where the tip was last on the route
-    double fork = 0.0;              // m along the route: where the attempt failed
-    double retract_from = 0.0;      // m of insertion
-    double turned_for = 0.0;        // s in Turn
-    double missing = 0.0;           // m, tip to the end of the route
-    unsigned attempts = 0;          // at this fork
+    double progress = 0.0;         // m along the route of the point nearest to the tip
+    double best_progress = 0.0;    // m, furthest on the route since the last retraction
+    double best_insertion = 0.0;   // m, when best_progress last grew, or patience was last renewed
+    double astray_insertion = 0.0; // m, where the tip was last on the route
+    double fork = 0.0;             // m along the route: where the attempt failed
+    double retract_from = 0.0;     // m of insertion
+    double turned_for = 0.0;       // s in Turn
+    double missing = 0.0;          // m, tip to the end of the route
+    unsigned attempts = 0;         // at this fork
 };
 
 /// What the hand sees, as on the fluoroscopy screen.
 struct TipView {
-    Vec3 tip = Vec3::Zero();        // m
-    Vec3 tangent = Vec3::UnitZ();   // unit, of the shaft where the shaped tip begins
-    Vec3 bend = Vec3::UnitX();      // unit, across the tangent: where the shaped tip points
-    double resistance = 0.0;        // N, compression of the rod at the entry: what the hand feels
+    Vec3 tip = Vec3::Zero();      // m
+    Vec3 tangent = Vec3::UnitZ(); // unit, of the shaft where the shaped tip begins
+    Vec3 bend = Vec3::UnitX();    // unit, across the tangent: where the shaped tip points
+    double resistance = 0.0;      // N, compression of the rod at the entry: what the hand feels
 };
 
 /// Turns the handle until the shaped tip points to the route ahead, and pushes when it does. When the tip enters another
 /// branch, or insertion no longer brings it forward, it pulls back to before that place, and probes it at another angle each
 /// time, beside the first to either hand, until one leads on.
 /// source   the surgeon's own rule; no planner. deviation: sees the true position of the tip.
-[[nodiscard]] DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits,
-                                        const TipView& view, const DriveCommand& now, double dt,
-                                        FollowState& state) noexcept;
+[[nodiscard]] DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits, const TipView& view,
+                                        const DriveCommand& now, double dt, FollowState& state) noexcept;
 
 } // namespace seldinger::engine

@@ -64,8 +64,7 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
 
 Simulator::Simulator(const SceneModel& model) : Simulator(model, own_clock_) {}
 
-Simulator::Simulator(const SceneModel& model, const Clock& clock)
-    : Simulator(model, clock, model.budget) {}
+Simulator::Simulator(const SceneModel& model, const Clock& clock) : Simulator(model, clock, model.budget) {}
 
 Simulator::Simulator(const SceneModel& model, const BudgetLimits& limits) : Simulator(model, own_clock_, limits) {}
 
@@ -125,8 +124,10 @@ const StepReport& Simulator::finish_step() {
     StepReport& report = context_.report;
     StopWatch total, lap;
     if (report.finite) {
-        if (!model_.budget_covers_step) budget_.resume();
-        else budget_.keep_back(budget_.forecast(StepPart::Respond).reserve_s());
+        if (!model_.budget_covers_step)
+            budget_.resume();
+        else
+            budget_.keep_back(budget_.forecast(StepPart::Respond).reserve_s());
         descend();
         report.ms.descend = lap.lap_ms();
         find_exact();
@@ -246,8 +247,10 @@ void Simulator::respond() {
         plane_from_wall(model_, i, state_, context_);
         solve_instrument(model_, i, state_, context_);
         if (!pokes_into_wall(model_, i, state_, context_)) continue;
-        if (model_.effects.exact_contact) insist_on_exact(i);
-        else retry_with_hand_stopped(i);
+        if (model_.effects.exact_contact)
+            insist_on_exact(i);
+        else
+            retry_with_hand_stopped(i);
     }
     report.exact_contacts = context_.exact.size();
     if (!report.exact_ran && model_.effects.coarse_contact)
@@ -349,8 +352,7 @@ void Simulator::scale_motion(double fraction) {
         for (Vec3& v : rod.velocity) v *= fraction;
         rod.insertion = scratch.rod_t0.insertion + fraction * (rod.insertion - scratch.rod_t0.insertion);
         rod.rotation = scratch.rod_t0.rotation + fraction * (rod.rotation - scratch.rod_t0.rotation);
-        fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis,
-                            state_.instruments[i].skin);
+        fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis, state_.instruments[i].skin);
     }
     steer_surfaces(model_, state_, context_);
 }
@@ -358,8 +360,7 @@ void Simulator::scale_motion(double fraction) {
 void Simulator::observe() {
     StepReport& report = context_.report;
     for (std::size_t i = 0; i < model_.bodies.size(); ++i)
-        if (model_.bodies[i].hollow && model_.bodies[i].moves())
-            context_.bodies[i].inside.refit(state_.bodies[i].surface);
+        if (model_.bodies[i].hollow && model_.bodies[i].moves()) context_.bodies[i].inside.refit(state_.bodies[i].surface);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
         report.lumen_exits += count_lumen_exits(model_, i, state_, context_);
         const fem::RodReport& rod = context_.instruments[i].rod_report;
@@ -376,8 +377,7 @@ void Simulator::finish_report() {
         report.insertion_m = first.rod.insertion;
         report.rotation_rad = first.rod.rotation;
         if (model_.instruments.front().route)
-            report.target_distance_m =
-                std::sqrt((context_.instruments.front().route.points.back() - report.tip).squaredNorm());
+            report.target_distance_m = std::sqrt((context_.instruments.front().route.points.back() - report.tip).squaredNorm());
     }
     if (report.finite) return;
     stopped_ = true;

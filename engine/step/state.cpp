@@ -15,8 +15,7 @@ BodyState make_body_state(const BodyModel& body) {
 
 InstrumentState make_instrument_state(const InstrumentModel& instrument) {
     InstrumentState state;
-    const DriveCommand start = instrument.path.empty() ? DriveCommand{instrument.inserted, 0.0}
-                                                       : evaluate_path(instrument.path, 0.0);
+    const DriveCommand start = instrument.path.empty() ? DriveCommand{instrument.inserted, 0.0} : evaluate_path(instrument.path, 0.0);
     fem::place_rod(instrument.rod, instrument.port, start.insertion, start.rotation, state.rod);
     state.skin.resize(instrument.skin.vertex_count());
     std::vector<Vec3> axis(instrument.rod.node_count());
@@ -30,8 +29,7 @@ InstrumentState make_instrument_state(const InstrumentModel& instrument) {
 State make_initial_state(const SceneModel& model) {
     State state;
     for (const BodyModel& body : model.bodies) state.bodies.push_back(make_body_state(body));
-    for (const InstrumentModel& instrument : model.instruments)
-        state.instruments.push_back(make_instrument_state(instrument));
+    for (const InstrumentModel& instrument : model.instruments) state.instruments.push_back(make_instrument_state(instrument));
     return state;
 }
 

@@ -9,20 +9,20 @@
 namespace seldinger::engine {
 
 struct BodyState {
-    fem::TissueState tissue;         // deformable bodies
-    std::vector<Vec3> surface;       // [vertex_count] m, at the end of the last step
+    fem::TissueState tissue;   // deformable bodies
+    std::vector<Vec3> surface; // [vertex_count] m, at the end of the last step
 };
 
 struct InstrumentState {
     fem::RodState rod;
-    std::vector<Vec3> skin;          // [skin vertex_count] m, at the end of the last step
+    std::vector<Vec3> skin; // [skin vertex_count] m, at the end of the last step
     FollowState follow;
 };
 
 struct State {
-    std::uint64_t step = 0;          // steps done
-    double time = 0.0;               // s
-    std::vector<BodyState> bodies;   // as SceneModel::bodies
+    std::uint64_t step = 0;        // steps done
+    double time = 0.0;             // s
+    std::vector<BodyState> bodies; // as SceneModel::bodies
     std::vector<InstrumentState> instruments;
 };
 

@@ -17,8 +17,8 @@ bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const 
     spring.limit = push.limit;
     spring.offset = push.gap;
     for (std::size_t k = 0; k < push.vertices.size(); ++k) {
-        const fem::LinkForces share = fem::spread_link_force(*model.bodies[push.body].links, push.vertices[k], nodes,
-                                                             push.weights[k] * push.direction);
+        const fem::LinkForces share =
+            fem::spread_link_force(*model.bodies[push.body].links, push.vertices[k], nodes, push.weights[k] * push.direction);
         for (int n = 0; n < 3; ++n) {
             if (share.node[n] == kNoIndex) continue;
             springs.entries.push_back({share.node[n], share.force[n]});

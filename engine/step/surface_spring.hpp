@@ -17,9 +17,9 @@ struct SurfacePush {
     std::span<const Index> vertices; // the place, as a mean of vertices
     std::span<const double> weights; // [vertices], sum 1
     Vec3 direction = Vec3::UnitX();
-    double gap = 0.0;       // m, now; closes and opens as the nodes carry the place along `direction`
-    double stiffness = 0.0; // N/m
-    double damping = 0.0;   // N s/m, on approach
+    double gap = 0.0;                                       // m, now; closes and opens as the nodes carry the place along `direction`
+    double stiffness = 0.0;                                 // N/m
+    double damping = 0.0;                                   // N s/m, on approach
     double limit = std::numeric_limits<double>::infinity(); // N
 };
 

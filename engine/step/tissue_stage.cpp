@@ -36,8 +36,8 @@ void find_pinned_targets(const SceneModel& model, const fem::TissueModel& tissue
     for (const Index node : tissue.pinned) target.push_back(tissue.rest_position[node] + moved);
 }
 
-fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::IntegrateInputs& inputs,
-                                BodyState& state, BodyScratch& scratch) {
+fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::IntegrateInputs& inputs, BodyState& state,
+                                BodyScratch& scratch) {
     fem::SubstepLimits limits;
     limits.max_substeps = model.max_substeps;
     limits.integrator = model.integrator;
@@ -59,16 +59,16 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
     const fem::IntegrateReport& end = done.integrate;
     if (done.refused)
         return fmt::format("{}: the stable step is {:.3g} s (tetrahedron {}), more than {} sub-steps of the step of {:g} s "
-                           "would be needed", body.name, done.tightest.step, done.tightest.worst_tet, model.max_substeps,
-                           model.step_s);
+                           "would be needed",
+                           body.name, done.tightest.step, done.tightest.worst_tet, model.max_substeps, model.step_s);
     if (!end.finite())
-        return fmt::format("{}: node {} is not finite after {} sub-steps (tetrahedron {}, smallest volume ratio {:.3g})",
-                           body.name, end.first_bad_node, end.substeps_done, end.first_bad_tet, end.min_volume_ratio);
+        return fmt::format("{}: node {} is not finite after {} sub-steps (tetrahedron {}, smallest volume ratio {:.3g})", body.name,
+                           end.first_bad_node, end.substeps_done, end.first_bad_tet, end.min_volume_ratio);
     return {};
 }
 
-void integrate_body(const SceneModel& model, const BodyModel& body, double end_time, BodyState& state,
-                    BodyScratch& scratch, StepReport& report) {
+void integrate_body(const SceneModel& model, const BodyModel& body, double end_time, BodyState& state, BodyScratch& scratch,
+                    StepReport& report) {
     find_pinned_targets(model, *body.tissue, state.tissue, end_time, scratch.pinned_target);
     fem::IntegrateInputs inputs;
     if (model.effects.gravity) inputs.gravity = *model.effects.gravity;
@@ -121,8 +121,7 @@ void integrate_bodies(const SceneModel& model, State& state, StepContext& contex
     if (!model.effects.elasticity) return;
     for (std::size_t i = 0; i < model.bodies.size() && context.report.finite; ++i)
         if (model.bodies[i].motion == Motion::Deformable)
-            integrate_body(model, model.bodies[i], state.time + model.step_s, state.bodies[i], context.bodies[i],
-                           context.report);
+            integrate_body(model, model.bodies[i], state.time + model.step_s, state.bodies[i], context.bodies[i], context.report);
 }
 
 void steer_surfaces(const SceneModel& model, State& state, StepContext& context) {

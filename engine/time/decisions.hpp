@@ -41,9 +41,12 @@ public:
     template <class AskClock>
     [[nodiscard]] std::uint64_t decide(DecisionKind kind, AskClock&& ask_clock) {
         std::uint64_t value = 0;
-        if (!replaying_) value = ask_clock();
-        else if (next_ < script_.size() && script_[next_].kind == kind) value = script_[next_++].value;
-        else left_script_ = true; // nothing is granted any more
+        if (!replaying_)
+            value = ask_clock();
+        else if (next_ < script_.size() && script_[next_].kind == kind)
+            value = script_[next_++].value;
+        else
+            left_script_ = true; // nothing is granted any more
         if (log_ != nullptr) log_->push_back({kind, value});
         return value;
     }

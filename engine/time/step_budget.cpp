@@ -101,8 +101,8 @@ unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
     const auto by_forecast = [&]() -> std::uint64_t {
         if (limits_.mode != BudgetMode::Wall) return 0;
         CostForecast& tissue = parts_[static_cast<std::size_t>(StepPart::Tissue)];
-        double need = tissue.reserve_s() + forecast(StepPart::Steer).reserve_s() + forecast(StepPart::Respond).reserve_s() +
-                      exact_.reserve_s();
+        double need =
+            tissue.reserve_s() + forecast(StepPart::Steer).reserve_s() + forecast(StepPart::Respond).reserve_s() + exact_.reserve_s();
         unsigned dropped = 0;
         for (const Droppable effect : order) {
             if (need <= left_s()) break;
@@ -126,9 +126,8 @@ std::uint64_t StepBudget::affordable_descent() const noexcept {
 
 WorkBudget StepBudget::grant_descent() {
     operation_start_ns_ = clock_->now_ns();
-    return WorkBudget(tape_.decide(DecisionKind::Descent, [&] {
-        return limits_.mode == BudgetMode::Wall ? affordable_descent() : units_left();
-    }));
+    return WorkBudget(
+        tape_.decide(DecisionKind::Descent, [&] { return limits_.mode == BudgetMode::Wall ? affordable_descent() : units_left(); }));
 }
 
 void StepBudget::settle_descent(const WorkBudget& grant) noexcept {
@@ -187,8 +186,10 @@ void StepBudget::settle_tests(const ExactForecast& forecast, const WorkBudget& g
 void StepBudget::end_exact(bool finished) noexcept {
     if (limits_.mode != BudgetMode::Wall) return;
     const double spent = seconds_between(exact_start_ns_, clock_->now_ns());
-    if (finished) exact_.learn(spent);
-    else exact_.learn(std::max(kAbandonedCost * spent, exact_.mean_s()));
+    if (finished)
+        exact_.learn(spent);
+    else
+        exact_.learn(std::max(kAbandonedCost * spent, exact_.mean_s()));
 }
 
 } // namespace seldinger::engine

@@ -60,9 +60,12 @@ void Client::read() {
 
 void Client::on_message(std::size_t size) {
     const std::string_view text(static_cast<const char*>(buffer_.data().data()), size);
-    if (!stream_.got_text()) say(error_message("binary messages mean nothing here; JSON text would be right"));
-    else if (const auto request = read_request(text, hub_.range()); !request.ok()) say(error_message(request.error().message));
-    else say(hub_.handle(number_, *request));
+    if (!stream_.got_text())
+        say(error_message("binary messages mean nothing here; JSON text would be right"));
+    else if (const auto request = read_request(text, hub_.range()); !request.ok())
+        say(error_message(request.error().message));
+    else
+        say(hub_.handle(number_, *request));
     buffer_.consume(buffer_.size());
 }
 
@@ -103,8 +106,10 @@ void Client::write(Message message) {
     const auto buffer = boost::asio::buffer(*message.bytes);
     stream_.async_write(buffer, [self = shared_from_this(), bytes = std::move(message.bytes)](beast::error_code failed, std::size_t) {
         self->writing_ = false;
-        if (failed) self->open_ = false;
-        else self->write_next();
+        if (failed)
+            self->open_ = false;
+        else
+            self->write_next();
     });
 }
 

@@ -43,9 +43,9 @@ private:
     std::shared_ptr<void> connection_;
     boost::beast::flat_buffer buffer_;
     std::deque<Message> out_;
-    unsigned number_ = 0;          // 0: not joined
-    std::uint32_t base_ = 0;       // the last frame written
-    std::uint32_t status_of_ = 0;  // the frame that was last written without its status yet
+    unsigned number_ = 0;         // 0: not joined
+    std::uint32_t base_ = 0;      // the last frame written
+    std::uint32_t status_of_ = 0; // the frame that was last written without its status yet
     std::uint64_t plot_cursor_ = 0;
     bool open_ = false, writing_ = false, frame_due_ = false, spheres_ = false, closing_ = false;
 };

@@ -37,7 +37,8 @@ public:
         http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
             if (failed == http::error::header_limit || failed == http::error::body_limit)
                 return self->answer(http::status::payload_too_large, "text/plain", "the request is too long\n");
-            if (failed && failed != http::error::end_of_stream && failed.category() == http::make_error_code(http::error::bad_method).category())
+            if (failed && failed != http::error::end_of_stream &&
+                failed.category() == http::make_error_code(http::error::bad_method).category())
                 return self->answer(http::status::bad_request, "text/plain", "this is no HTTP request\n");
             if (!failed) self->route(self->parser_->release());
         });
@@ -54,11 +55,13 @@ private:
         if (!hub_.gate().accepts_host(host)) return refuse("this name does not belong to the page's server");
         if (!hub_.gate().accepts_origin(view(request[http::field::origin]), host)) return refuse("another site's page may not come in");
         if (!hub_.gate().knows(target.token)) return refuse("the address lacks the token that `seldinger view` printed");
-        if (request.method() != http::verb::get && !is_head_) return answer(http::status::method_not_allowed, "text/plain", "GET would be right\n");
+        if (request.method() != http::verb::get && !is_head_)
+            return answer(http::status::method_not_allowed, "text/plain", "GET would be right\n");
         if (target.path == "/") return answer(http::status::ok, "text/html; charset=utf-8", hub_.page());
         if (target.path == "/recording.csv") return send_recording();
         if (target.path != "/ws") return answer(http::status::not_found, "text/plain", "there is no such page\n");
-        if (!beast::websocket::is_upgrade(request)) return answer(http::status::upgrade_required, "text/plain", "a WebSocket would be right\n");
+        if (!beast::websocket::is_upgrade(request))
+            return answer(http::status::upgrade_required, "text/plain", "a WebSocket would be right\n");
         if (!hub_.has_room()) return answer(http::status::service_unavailable, "text/plain", "there are too many viewers\n");
         std::make_shared<Client>(hub_, std::move(stream_), std::move(counted_))->start(request);
     }

@@ -112,8 +112,10 @@ std::string encode_tail(const Snapshot& snapshot) {
 QuantisedPart quantise(const std::vector<Point>& surface, const QuantisedPart* before) {
     QuantisedPart part;
     const Limits limits = limits_of(surface);
-    if (before != nullptr && holds(*before, limits)) part.low = before->low, part.unit = before->unit;
-    else make_box(limits, part);
+    if (before != nullptr && holds(*before, limits))
+        part.low = before->low, part.unit = before->unit;
+    else
+        make_box(limits, part);
     part.numbers.resize(3 * surface.size());
     const Point per_unit{1.0f / part.unit[0], 1.0f / part.unit[1], 1.0f / part.unit[2]};
     for (std::size_t v = 0; v < surface.size(); ++v)
@@ -130,8 +132,10 @@ void FrameStore::add(const Snapshot& snapshot) {
     frame.id = next_id_++;
     for (std::size_t k = 0; k < snapshot.surfaces.size(); ++k) {
         const bool known = last != nullptr && k < last->parts.size();
-        if (known && !snapshot.moves[k]) frame.parts.push_back(last->parts[k]);
-        else frame.parts.push_back(std::make_shared<QuantisedPart>(quantise(snapshot.surfaces[k], known ? last->parts[k].get() : nullptr)));
+        if (known && !snapshot.moves[k])
+            frame.parts.push_back(last->parts[k]);
+        else
+            frame.parts.push_back(std::make_shared<QuantisedPart>(quantise(snapshot.surfaces[k], known ? last->parts[k].get() : nullptr)));
     }
     frames_.push_back(std::move(frame));
     if (frames_.size() > kKept) frames_.pop_front();
@@ -165,7 +169,8 @@ std::shared_ptr<const std::string> FrameStore::encode(std::uint32_t base) {
     put(*message, time_s_);
     put(*message, spheres_);
     put(*message, rod_points_);
-    for (std::size_t k = 0; k < now.parts.size(); ++k) put_part(*message, *now.parts[k], before == nullptr ? nullptr : before->parts[k].get());
+    for (std::size_t k = 0; k < now.parts.size(); ++k)
+        put_part(*message, *now.parts[k], before == nullptr ? nullptr : before->parts[k].get());
     *message += tail_;
     return encoded_[base] = std::move(message);
 }

@@ -25,8 +25,8 @@ inline constexpr std::size_t kBlockVertices = 512;
 
 /// Numbers of one surface: low + unit * number.
 struct QuantisedPart {
-    Point low{}, unit{};                   // m
-    std::vector<std::uint16_t> numbers;    // [3 vertex_count]
+    Point low{}, unit{};                // m
+    std::vector<std::uint16_t> numbers; // [3 vertex_count]
 };
 
 /// Where the surface is, in a box that stays while it holds it: a quarter wider than the surface when it was made. Vertices
@@ -51,10 +51,10 @@ private:
     };
     [[nodiscard]] const Frame* find(std::uint32_t id) const noexcept;
 
-    std::deque<Frame> frames_;   // ascending ids
+    std::deque<Frame> frames_; // ascending ids
     std::uint32_t next_id_ = 1;
-    double time_s_ = 0.0;        // of the latest
-    std::string tail_;           // dots, rod and spheres of the latest
+    double time_s_ = 0.0; // of the latest
+    std::string tail_;    // dots, rod and spheres of the latest
     std::uint32_t dots_ = 0, spheres_ = 0, rod_points_ = 0;
     std::map<std::uint32_t, std::shared_ptr<const std::string>> encoded_; // by base
 };

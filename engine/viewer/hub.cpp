@@ -130,13 +130,15 @@ std::string Hub::handle(unsigned client, const Request& request) {
         if (const auto asking = clients_[client].lock()) asking->show_spheres(show->on);
         update_wishes();
     } else if (std::holds_alternative<TakeSeat>(request)) {
-        if (driver_ != 0 && driver_ != client) return notice_message(fmt::format("viewer {} drives; the seat is free when they leave it", driver_));
+        if (driver_ != 0 && driver_ != client)
+            return notice_message(fmt::format("viewer {} drives; the seat is free when they leave it", driver_));
         driver_ = client;
     } else if (std::holds_alternative<LeaveSeat>(request) && driver_ == client) {
         driver_ = 0;
         stop_hand();
         (void)exchange_.commands.push(LetGo{});
-    } else if (const auto* ping = std::get_if<Ping>(&request)) return pong_message(ping->number);
+    } else if (const auto* ping = std::get_if<Ping>(&request))
+        return pong_message(ping->number);
     return {};
 }
 

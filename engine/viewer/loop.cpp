@@ -62,8 +62,10 @@ private:
     bool take_commands() {
         bool any = false;
         for (Command command; exchange_.commands.pop(command); any = true) {
-            if (std::holds_alternative<Seal>(command)) seal();
-            else session_.apply(command);
+            if (std::holds_alternative<Seal>(command))
+                seal();
+            else
+                session_.apply(command);
         }
         return any;
     }
@@ -96,8 +98,11 @@ private:
         const double limit = limit_ms(session_.status().budget);
         meter_.add(session_.model().step_s, monotonic_ns());
         if (tally_.steps < kTallySteps) tally_.add(report, limit);
-        const PlotPoint point{report.step, static_cast<float>(report.ms.total), static_cast<float>(report.ms.budget),
-                              std::isfinite(limit) ? static_cast<float>(limit) : 0.0f, static_cast<std::int16_t>(report.level_reached),
+        const PlotPoint point{report.step,
+                              static_cast<float>(report.ms.total),
+                              static_cast<float>(report.ms.budget),
+                              std::isfinite(limit) ? static_cast<float>(limit) : 0.0f,
+                              static_cast<std::int16_t>(report.level_reached),
                               report.budget_kept};
         if (exchange_.viewers.load(std::memory_order_relaxed) > 0 && !exchange_.steps.push(point))
             exchange_.steps_not_shown.fetch_add(1, std::memory_order_relaxed);

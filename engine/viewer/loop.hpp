@@ -25,7 +25,7 @@ struct PlotPoint {
 
 /// A recording as it stood when somebody asked for it.
 struct Sealed {
-    std::uint64_t count = 0;      // answers so far
+    std::uint64_t count = 0; // answers so far
     std::shared_ptr<const Recording> recording;
     std::size_t steps = 0;
     std::uint64_t state_hash = 0; // after so many steps
@@ -33,19 +33,19 @@ struct Sealed {
 
 /// What the two threads share.
 struct Exchange {
-    boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<256>> commands;  // network -> simulation
-    boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps;  // simulation -> network
-    std::atomic<std::uint64_t> steps_not_shown{0};                                  // the queue was full
+    boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<256>> commands; // network -> simulation
+    boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps; // simulation -> network
+    std::atomic<std::uint64_t> steps_not_shown{0};                                 // the queue was full
     Latest<Snapshot> snapshot;
-    Latest<Sealed> sealed;                                                          // answers to Seal
-    std::atomic<unsigned> viewers{0};                                               // nobody looks: nothing is copied
-    std::atomic<bool> spheres{false};                                               // somebody wants them
+    Latest<Sealed> sealed;            // answers to Seal
+    std::atomic<unsigned> viewers{0}; // nobody looks: nothing is copied
+    std::atomic<bool> spheres{false}; // somebody wants them
     std::atomic<bool> stop{false};
 };
 
 struct LoopOptions {
-    std::uint64_t steps = 0;   // 0: until stopped
-    bool paced = true;         // false: as fast as it goes, for measurements
+    std::uint64_t steps = 0; // 0: until stopped
+    bool paced = true;       // false: as fast as it goes, for measurements
 };
 
 /// Before the threads start: sizes what they share, and shows the session as it is.

@@ -29,12 +29,20 @@ Json describe_parts(const SceneModel& model) {
     Json parts = Json::array();
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
-        parts.push_back({{"name", body.name}, {"kind", kind_of(body)}, {"moves", body.moves()}, {"pullable", can_be_pulled(model, i)},
-                         {"vertices", body.surface.vertices.size()}, {"triangles", body.surface.triangles.size()}});
+        parts.push_back({{"name", body.name},
+                         {"kind", kind_of(body)},
+                         {"moves", body.moves()},
+                         {"pullable", can_be_pulled(model, i)},
+                         {"vertices", body.surface.vertices.size()},
+                         {"triangles", body.surface.triangles.size()}});
     }
     for (const InstrumentModel& instrument : model.instruments)
-        parts.push_back({{"name", instrument.name}, {"kind", "instrument"}, {"moves", true}, {"pullable", false},
-                         {"vertices", instrument.skin.vertex_count()}, {"triangles", instrument.skin.triangles.size()}});
+        parts.push_back({{"name", instrument.name},
+                         {"kind", "instrument"},
+                         {"moves", true},
+                         {"pullable", false},
+                         {"vertices", instrument.skin.vertex_count()},
+                         {"triangles", instrument.skin.triangles.size()}});
     return parts;
 }
 
@@ -126,24 +134,54 @@ std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const 
                            std::uint64_t not_shown, std::uint64_t& cursor) {
     const StepReport& report = snapshot.report;
     const SessionStatus& status = snapshot.status;
-    Json message{{"type", "status"}, {"frame", frame}, {"you", seats.you}, {"driver", seats.driver}, {"viewers", seats.viewers},
-                 {"run", snapshot.run}, {"step", report.step}, {"time_s", report.time_s}, {"paused", status.paused},
-                 {"script", status.script}, {"grabbed", status.grabbed}, {"pace", snapshot.pace}, {"pace_wanted", status.pace},
-                 {"drive", {status.drive.insertion, status.drive.rotation}}, {"budget", describe_budget(status.budget)}};
+    Json message{{"type", "status"},
+                 {"frame", frame},
+                 {"you", seats.you},
+                 {"driver", seats.driver},
+                 {"viewers", seats.viewers},
+                 {"run", snapshot.run},
+                 {"step", report.step},
+                 {"time_s", report.time_s},
+                 {"paused", status.paused},
+                 {"script", status.script},
+                 {"grabbed", status.grabbed},
+                 {"pace", snapshot.pace},
+                 {"pace_wanted", status.pace},
+                 {"drive", {status.drive.insertion, status.drive.rotation}},
+                 {"budget", describe_budget(status.budget)}};
     Json& effects = message["effects"] = Json::object();
     for (std::size_t i = 0; i < kEffectCount; ++i) effects[effect_name(static_cast<Effect>(i))] = status.effects[i];
-    message.update({{"total_ms", report.ms.total}, {"charged_ms", report.ms.budget}, {"kept", report.budget_kept},
+    message.update({{"total_ms", report.ms.total},
+                    {"charged_ms", report.ms.budget},
+                    {"kept", report.budget_kept},
                     {"stages_ms", {report.ms.fem, report.ms.steer, report.ms.descend, report.ms.exact, report.ms.respond}},
-                    {"level", report.level_reached}, {"pairs_tested", report.pairs_tested}, {"pairs_open", report.pairs_open},
-                    {"assumed", report.assumed}, {"error_m", snapshot.assumed_error_m}, {"exact_ran", report.exact_ran},
-                    {"exact_insisted", report.exact_insisted}, {"exact_contacts", report.exact_contacts},
-                    {"unproven", report.unproven_links}, {"dropped", report.dropped}});
-    message.update({{"force_n", report.contact_force_n}, {"max_force_n", report.max_contact_force_n}, {"pull_n", report.pull_force_n},
-                    {"safe_fraction", report.safe_fraction}, {"hand_stops", report.hand_stops}, {"lumen_exits", report.lumen_exits},
-                    {"insertion_m", report.insertion_m}, {"rotation_rad", report.rotation_rad}, {"tip", point(report.tip)},
-                    {"target_m", report.target_distance_m}, {"substeps", report.substeps}, {"failure", report.failure},
-                    {"dots_left_out", snapshot.contacts_left_out}, {"spheres_left_out", snapshot.spheres_left_out},
-                    {"recorded", snapshot.recorded_steps}, {"repeatable", snapshot.repeatable}, {"not_shown", not_shown}});
+                    {"level", report.level_reached},
+                    {"pairs_tested", report.pairs_tested},
+                    {"pairs_open", report.pairs_open},
+                    {"assumed", report.assumed},
+                    {"error_m", snapshot.assumed_error_m},
+                    {"exact_ran", report.exact_ran},
+                    {"exact_insisted", report.exact_insisted},
+                    {"exact_contacts", report.exact_contacts},
+                    {"unproven", report.unproven_links},
+                    {"dropped", report.dropped}});
+    message.update({{"force_n", report.contact_force_n},
+                    {"max_force_n", report.max_contact_force_n},
+                    {"pull_n", report.pull_force_n},
+                    {"safe_fraction", report.safe_fraction},
+                    {"hand_stops", report.hand_stops},
+                    {"lumen_exits", report.lumen_exits},
+                    {"insertion_m", report.insertion_m},
+                    {"rotation_rad", report.rotation_rad},
+                    {"tip", point(report.tip)},
+                    {"target_m", report.target_distance_m},
+                    {"substeps", report.substeps},
+                    {"failure", report.failure},
+                    {"dots_left_out", snapshot.contacts_left_out},
+                    {"spheres_left_out", snapshot.spheres_left_out},
+                    {"recorded", snapshot.recorded_steps},
+                    {"repeatable", snapshot.repeatable},
+                    {"not_shown", not_shown}});
     message["steps"] = describe_steps(plot, cursor);
     return dump(message);
 }

@@ -101,8 +101,10 @@ Request read_budget(Members& members) {
     } else if (mode == "work") {
         set.limits.mode = BudgetMode::Work;
         set.limits.work_units = members.whole("units", kLeastWork, kMostWork);
-    } else if (mode == "exact") set.limits.mode = BudgetMode::Exact;
-    else members.complain(fmt::format("\"mode\" is \"{}\"; wall, work or exact would be right", shown(mode)));
+    } else if (mode == "exact")
+        set.limits.mode = BudgetMode::Exact;
+    else
+        members.complain(fmt::format("\"mode\" is \"{}\"; wall, work or exact would be right", shown(mode)));
     return Command{set};
 }
 
@@ -113,14 +115,17 @@ Request read_effect(Members& members) {
     const auto found = std::find(kEffectNames.begin(), kEffectNames.end(), name);
     if (found == kEffectNames.end())
         members.complain(fmt::format("\"name\" is \"{}\"; {} would be right", shown(name), fmt::join(kEffectNames, ", ")));
-    else set.effect = static_cast<Effect>(found - kEffectNames.begin());
+    else
+        set.effect = static_cast<Effect>(found - kEffectNames.begin());
     return Command{set};
 }
 
 Request read_grab(Members& members, const CommandRange& range) {
     Grab grab;
-    if (range.vertices.empty()) members.complain("the scene has no body");
-    else grab.body = static_cast<std::uint32_t>(members.whole("body", 0, range.vertices.size() - 1));
+    if (range.vertices.empty())
+        members.complain("the scene has no body");
+    else
+        grab.body = static_cast<std::uint32_t>(members.whole("body", 0, range.vertices.size() - 1));
     const std::size_t vertices = range.vertices.empty() ? 0 : range.vertices[grab.body];
     if (vertices > 0) grab.vertex = static_cast<std::uint32_t>(members.whole("vertex", 0, vertices - 1));
     grab.target = members.point("target");
@@ -132,7 +137,8 @@ using Reader = std::function<Request(Members&, const CommandRange&)>;
 
 const std::map<std::string, Reader, std::less<>>& readers() {
     static const std::map<std::string, Reader, std::less<>> kReaders = {
-        {"drive", [](Members& m, const CommandRange&) -> Request {
+        {"drive",
+         [](Members& m, const CommandRange&) -> Request {
              return Command{Drive{m.number("insertion", -1.0, 1.0), m.number("rotation", -1.0, 1.0)}};
          }},
         {"script", [](Members& m, const CommandRange&) -> Request { return Command{FollowScript{m.flag("on")}}; }},

@@ -29,7 +29,9 @@ Recording::Recording(const Units& units, const DriveCommand& start, const Budget
     if (limits.mode == BudgetMode::Wall) spoil(Spoiler::WallBudget);
 }
 
-DriveCommand Recording::position_of(const PathRow& row) const noexcept { return {row.insertion * length_unit_, row.rotation * angle_unit_}; }
+DriveCommand Recording::position_of(const PathRow& row) const noexcept {
+    return {row.insertion * length_unit_, row.rotation * angle_unit_};
+}
 
 PathRow Recording::row_of(double time, const DriveCommand& position) const noexcept {
     PathRow row{time / time_unit_, position.insertion / length_unit_, position.rotation / angle_unit_};

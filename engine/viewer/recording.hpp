@@ -29,7 +29,9 @@ public:
     /// that reads this recording says then. Full: `wanted` as it is, and the run is spoiled.
     DriveCommand add(double time, const DriveCommand& wanted) noexcept;
     void spoil(Spoiler by) noexcept { spoilers_.fetch_or(1u << static_cast<unsigned>(by), std::memory_order_relaxed); }
-    [[nodiscard]] bool spoiled(Spoiler by) const noexcept { return (spoilers_.load(std::memory_order_relaxed) >> static_cast<unsigned>(by)) & 1u; }
+    [[nodiscard]] bool spoiled(Spoiler by) const noexcept {
+        return (spoilers_.load(std::memory_order_relaxed) >> static_cast<unsigned>(by)) & 1u;
+    }
     [[nodiscard]] bool repeatable() const noexcept { return spoilers_.load(std::memory_order_relaxed) == 0; }
 
     [[nodiscard]] DriveCommand start() const noexcept { return position_of(rows_.front()); }
@@ -47,7 +49,7 @@ private:
 
     double time_unit_, length_unit_, angle_unit_; // SI value of the scene's
     BudgetLimits limits_;
-    std::vector<PathRow> rows_;                   // [kCapacity + 1] in the scene's units, the first at time 0
+    std::vector<PathRow> rows_; // [kCapacity + 1] in the scene's units, the first at time 0
     std::atomic<std::size_t> count_;
     std::atomic<unsigned> spoilers_{0};
 };

@@ -24,7 +24,12 @@ struct Server::Parts {
 namespace {
 
 Error refuse(const ServerOptions& options, const boost::system::error_code& why) {
-    return {ErrorCode::BadUsage, fmt::format("cannot listen at {} port {}: {}", options.address, options.port, why.message()), {}, 0, 0, "--port"};
+    return {ErrorCode::BadUsage,
+            fmt::format("cannot listen at {} port {}: {}", options.address, options.port, why.message()),
+            {},
+            0,
+            0,
+            "--port"};
 }
 
 boost::system::error_code listen(Tcp::acceptor& acceptor, const Tcp::endpoint& at) {
@@ -52,8 +57,12 @@ Result<std::unique_ptr<Server>> Server::open(const Scene& scene, const PreparedS
     boost::system::error_code failed;
     const auto address = boost::asio::ip::make_address(options.address, failed);
     if (failed)
-        return Error{ErrorCode::BadUsage, fmt::format("\"{:.60}\" is no address; 127.0.0.1, which only this machine reaches, would be right",
-                                                      options.address), {}, 0, 0, "--address"};
+        return Error{ErrorCode::BadUsage,
+                     fmt::format("\"{:.60}\" is no address; 127.0.0.1, which only this machine reaches, would be right", options.address),
+                     {},
+                     0,
+                     0,
+                     "--address"};
     auto parts = std::make_unique<Parts>(scene, prepared, session, exchange, options.page);
     if (const auto refused = listen(parts->acceptor, {address, options.port})) return refuse(options, refused);
     parts->port = parts->acceptor.local_endpoint().port();

@@ -11,8 +11,8 @@ namespace seldinger::engine::viewer {
 
 struct ServerOptions {
     std::string address = "127.0.0.1";
-    unsigned short port = 0;          // 0: a free one
-    std::string page;                 // HTML
+    unsigned short port = 0; // 0: a free one
+    std::string page;        // HTML
 };
 
 class Server {

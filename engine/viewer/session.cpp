@@ -22,11 +22,13 @@ struct Overloaded : Ts... {
 
 } // namespace
 
-Session::Session(const Scene& scene, const PreparedScene& prepared) : scene_(scene), model_(prepared.model), scene_effects_(prepared.model.effects) {
+Session::Session(const Scene& scene, const PreparedScene& prepared)
+    : scene_(scene), model_(prepared.model), scene_effects_(prepared.model.effects) {
     const auto permit = [this](Effect effect, bool in_scene) {
         permitted_[static_cast<std::size_t>(effect)] = status_.effects[static_cast<std::size_t>(effect)] = in_scene;
     };
-    const bool tissue = std::any_of(model_.bodies.begin(), model_.bodies.end(), [](const BodyModel& body) { return body.tissue.has_value(); });
+    const bool tissue =
+        std::any_of(model_.bodies.begin(), model_.bodies.end(), [](const BodyModel& body) { return body.tissue.has_value(); });
     permit(Effect::Elasticity, scene_effects_.elasticity && tissue);
     permit(Effect::Gravity, scene_effects_.gravity.has_value());
     permit(Effect::CoarseContact, scene_effects_.coarse_contact);
@@ -80,8 +82,10 @@ void Session::apply(const Command& command) {
                    [&](const SetBudget& set) {
                        status_.budget = set.limits;
                        simulator_->set_budget(set.limits);
-                       if (has_instrument() && simulator_->state().step == 0) recording_ = begin_recording();
-                       else spoil(Spoiler::BudgetChanged);
+                       if (has_instrument() && simulator_->state().step == 0)
+                           recording_ = begin_recording();
+                       else
+                           spoil(Spoiler::BudgetChanged);
                    },
                    [&](const Pause& pause) {
                        status_.paused = pause.on;
@@ -100,8 +104,7 @@ void Session::apply(const Command& command) {
                        simulator_->set_pull(std::nullopt);
                        status_.grabbed = false;
                    },
-                   [&](const Restart&) { begin_run(); },
-                   [&](const Seal&) {}, // the loop's
+                   [&](const Restart&) { begin_run(); }, [&](const Seal&) {}, // the loop's
                },
                command);
 }
@@ -111,11 +114,20 @@ void Session::switch_effect(Effect effect, bool on) {
     status_.effects[static_cast<std::size_t>(effect)] = on;
     if (recording_) recording_->spoil(Spoiler::EffectSwitched);
     switch (effect) {
-    case Effect::Elasticity: model_.effects.elasticity = on; break;
-    case Effect::Gravity: model_.effects.gravity = on ? scene_effects_.gravity : std::nullopt; break;
-    case Effect::CoarseContact: model_.effects.coarse_contact = on; break;
-    case Effect::ExactContact: model_.effects.exact_contact = on; break;
-    case Effect::Breathing: break; // fades
+    case Effect::Elasticity:
+        model_.effects.elasticity = on;
+        break;
+    case Effect::Gravity:
+        model_.effects.gravity = on ? scene_effects_.gravity : std::nullopt;
+        break;
+    case Effect::CoarseContact:
+        model_.effects.coarse_contact = on;
+        break;
+    case Effect::ExactContact:
+        model_.effects.exact_contact = on;
+        break;
+    case Effect::Breathing:
+        break; // fades
     }
     if (effect == Effect::Elasticity && !on) apply(LetGo{});
     simulator_->effects_changed();

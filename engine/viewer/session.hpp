@@ -2,8 +2,8 @@
 // follows from the commands and the steps between which they came.
 #pragma once
 
-#include "engine/step/simulator.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/step/simulator.hpp"
 #include "engine/viewer/command.hpp"
 #include "engine/viewer/recording.hpp"
 
@@ -18,7 +18,7 @@ inline constexpr std::size_t kEffectCount = 5;
 /// What the page shows beside the step's report.
 struct SessionStatus {
     bool paused = false;
-    bool script = false;                      // the scene's own script holds the hand
+    bool script = false; // the scene's own script holds the hand
     bool grabbed = false;
     double pace = 1.0;
     Drive drive;
@@ -61,16 +61,16 @@ private:
     void breathe();
 
     const Scene& scene_;
-    SceneModel model_;                        // the scene's, with the effects as they are switched
+    SceneModel model_; // the scene's, with the effects as they are switched
     EffectSet scene_effects_;
-    std::vector<DriveRow> script_;            // of the first instrument
+    std::vector<DriveRow> script_; // of the first instrument
     bool has_script_ = false;
     std::array<bool, kEffectCount> permitted_{};
     std::optional<Simulator> simulator_;
     std::shared_ptr<Recording> recording_;
     SessionStatus status_;
-    DriveCommand hand_;                       // where the hand was in the last step
-    double breath_share_ = 1.0;               // of the amplitude: it comes and goes within a second
+    DriveCommand hand_;         // where the hand was in the last step
+    double breath_share_ = 1.0; // of the amplitude: it comes and goes within a second
     unsigned single_steps_ = 0;
     std::uint64_t run_ = 0;
 };

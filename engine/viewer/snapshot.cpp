@@ -34,7 +34,8 @@ void add_sphere(const spheretree::Sphere& sphere, SphereKind kind, Snapshot& sna
     if (!(sphere.radius > 0.0)) return; // nothing of it is inserted
     if (snapshot.spheres.size() < kMostSpheres)
         snapshot.spheres.push_back({to_point(sphere.centre), static_cast<float>(sphere.radius), kind});
-    else ++snapshot.spheres_left_out;
+    else
+        ++snapshot.spheres_left_out;
 }
 
 /// The level of a tree at which a descent that reached `level` stopped.

@@ -31,9 +31,9 @@ struct Snapshot {
     std::vector<Point> rod;                   // nodes of the first instrument, the inserted ones
     std::size_t contacts_left_out = 0, spheres_left_out = 0;
     SessionStatus status;
-    StepReport report;                        // of the last step; its failure is what stopped the run
+    StepReport report; // of the last step; its failure is what stopped the run
     double assumed_error_m = 0.0;
-    double pace = 1.0;                        // simulated s per s, over the last second
+    double pace = 1.0; // simulated s per s, over the last second
     std::uint64_t run = 0;
     std::size_t recorded_steps = 0;
     bool repeatable = false;

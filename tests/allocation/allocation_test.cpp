@@ -82,7 +82,8 @@ TEST_P(StepLoop, AllocatesNothingOnceWarm) {
 INSTANTIATE_TEST_SUITE_P(, StepLoop,
                          ::testing::Values(Case{"WithAStaticTube", {35, "exact", R"("coarse_contact", "exact_contact", "friction")", ""}},
                                            Case{"WithSpheresAlone", {35, "exact", R"("coarse_contact")", ""}},
-                                           Case{"UnderAWorkBudget", {35, "work:500", R"("coarse_contact", "exact_contact", "friction")", ""}},
+                                           Case{"UnderAWorkBudget",
+                                                {35, "work:500", R"("coarse_contact", "exact_contact", "friction")", ""}},
                                            Case{"WithTissue", {35, "exact", kAllEffects, test::kOrgan}}),
                          [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 

@@ -16,8 +16,8 @@ inline constexpr std::array<std::string_view, 6> kRooms{"base", "fem", "spheretr
 
 /// Wings of engine/, lowest first: each may include those before it. So io knows no other wing, and step knows nothing of
 /// gpu, observe, viewer and cli.
-inline constexpr std::array<std::string_view, 10> kWings{"io",   "time",    "scene",  "prepare", "step",
-                                                        "gpu",  "observe", "bench", "viewer", "cli"};
+inline constexpr std::array<std::string_view, 10> kWings{"io",  "time",    "scene", "prepare", "step",
+                                                         "gpu", "observe", "bench", "viewer",  "cli"};
 
 struct Place {
     std::string room; // empty: not one of ours
@@ -56,9 +56,12 @@ inline std::string strip_comments_and_strings(const std::string& text) {
             continue;
         }
         if (c == '\n') out += c;
-        if (quote != 0 && c == '\\') ++i;
-        else if (quote != 0 && c == quote) quote = 0, out += c;
-        else if (block_comment && c == '*' && next == '/') block_comment = false, ++i;
+        if (quote != 0 && c == '\\')
+            ++i;
+        else if (quote != 0 && c == quote)
+            quote = 0, out += c;
+        else if (block_comment && c == '*' && next == '/')
+            block_comment = false, ++i;
     }
     return out;
 }
@@ -75,8 +78,7 @@ inline std::optional<std::string> complaint_about_include(const std::string& fil
     const Place from = place_of(file), to = place_of(included);
     if (to.room.empty() || from.room.empty()) return std::nullopt;
     const auto complaint = [&](const std::string& why) { return file + " includes " + included + ": " + why; };
-    if (from.room != to.room && to.room != "base" && from.room != "engine")
-        return complaint(from.room + " may include base only");
+    if (from.room != to.room && to.room != "base" && from.room != "engine") return complaint(from.room + " may include base only");
     if (to.room == "engine" && from.wing != to.wing && !from.wing.empty()) {
         const auto low = std::find(kWings.begin(), kWings.end(), to.wing), high = std::find(kWings.begin(), kWings.end(), from.wing);
         if (high == kWings.end()) return complaint("engine/" + from.wing + " is no known wing");

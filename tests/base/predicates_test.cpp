@@ -39,8 +39,8 @@ TEST(Orient3d, AgreesWithIntegersOnNearlyCoplanarPoints) {
         const int u = static_cast<int>(random.engine() % 5), v = static_cast<int>(random.engine() % 5);
         for (int axis = 0; axis < 3; ++axis) { // d near the plane of a, b, c, or on it
             const long nudge = static_cast<long>(random.engine() % 3) - 1;
-            exact[3][axis] = exact[0][axis] + (u * (exact[1][axis] - exact[0][axis]) + v * (exact[2][axis] - exact[0][axis])) / 2 +
-                             (trial % 2) * nudge;
+            exact[3][axis] =
+                exact[0][axis] + (u * (exact[1][axis] - exact[0][axis]) + v * (exact[2][axis] - exact[0][axis])) / 2 + (trial % 2) * nudge;
         }
         for (int i = 0; i < 4; ++i)
             for (int axis = 0; axis < 3; ++axis) p[i][axis] = static_cast<double>(exact[i][axis]) * 0x1p-20; // exact scaling

@@ -238,7 +238,9 @@ TEST(DropInnerShells, PeelsADoubleShellThatIsOneSurface) {
     // a thin bowl, nearly closed: outer and inner spheres joined round an opening at the top
     const TriMesh sphere = make_sphere(5);
     TriMesh outer = sphere, inner = flipped(make_sphere(5, 0.98));
-    const auto in_cap = [&sphere](const Triangle& t) { return sphere.vertices[t[0]][2] + sphere.vertices[t[1]][2] + sphere.vertices[t[2]][2] > 2.7; };
+    const auto in_cap = [&sphere](const Triangle& t) {
+        return sphere.vertices[t[0]][2] + sphere.vertices[t[1]][2] + sphere.vertices[t[2]][2] > 2.7;
+    };
     std::erase_if(outer.triangles, in_cap);
     std::erase_if(inner.triangles, in_cap);
     const auto offset = static_cast<Index>(outer.vertices.size());

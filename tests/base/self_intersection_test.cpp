@@ -64,10 +64,11 @@ TEST(SelfIntersections, TwoSpheresCrossAndOneDoesNot) {
     std::size_t brute = 0;
     for (Index a = 0; a < two.triangles.size(); ++a)
         for (Index b = a + 1; b < two.triangles.size(); ++b) {
-            const auto corners = [&](Index t) { return Corners{two.vertices[two.triangles[t][0]], two.vertices[two.triangles[t][1]], two.vertices[two.triangles[t][2]]}; };
-            const bool shared = std::any_of(two.triangles[a].begin(), two.triangles[a].end(), [&](Index v) {
-                return std::count(two.triangles[b].begin(), two.triangles[b].end(), v) > 0;
-            });
+            const auto corners = [&](Index t) {
+                return Corners{two.vertices[two.triangles[t][0]], two.vertices[two.triangles[t][1]], two.vertices[two.triangles[t][2]]};
+            };
+            const bool shared = std::any_of(two.triangles[a].begin(), two.triangles[a].end(),
+                                            [&](Index v) { return std::count(two.triangles[b].begin(), two.triangles[b].end(), v) > 0; });
             brute += !shared && triangles_cross(corners(a), corners(b), Crossing::Proper);
         }
     EXPECT_EQ(all.count, brute);
@@ -83,9 +84,9 @@ TEST(SelfIntersections, CubesFaceToFaceTouchButDoNotCross) {
 }
 
 TEST(SelfIntersections, RealMeshesHaveTheManifestsCounts) {
-    for (const auto& [name, count] : {std::pair{"vessels/hra_vhf_arteries_101k.obj.gz", 91u}, std::pair{"cow/cow_viewpoint_5.8k.obj.gz", 75u},
-                                      std::pair{"cow/spot_23k.obj.gz", 0u}, std::pair{"organs/sofa_liver-smooth.obj", 5u},
-                                      std::pair{"stanford/armadillo_25k_sofa.obj.gz", 1u}}) {
+    for (const auto& [name, count] : {std::pair{"vessels/hra_vhf_arteries_101k.obj.gz", 91u},
+                                      std::pair{"cow/cow_viewpoint_5.8k.obj.gz", 75u}, std::pair{"cow/spot_23k.obj.gz", 0u},
+                                      std::pair{"organs/sofa_liver-smooth.obj", 5u}, std::pair{"stanford/armadillo_25k_sofa.obj.gz", 1u}}) {
         SCOPED_TRACE(name);
         SELDINGER_LOAD_OR_SKIP(mesh, name);
         ASSERT_TRUE(apply_repair(mesh, Repair::Weld, {.weld_tolerance = 1e-12 * mesh.bounds().longest_edge()}).ok());

@@ -132,6 +132,6 @@ inline TriMesh load_obj(const std::string& name) {
 
 } // namespace seldinger::test
 
-#define SELDINGER_LOAD_OR_SKIP(mesh, name)                                                                                \
-    TriMesh mesh = seldinger::test::load_obj(name);                                                                       \
+#define SELDINGER_LOAD_OR_SKIP(mesh, name)                                                                                                 \
+    TriMesh mesh = seldinger::test::load_obj(name);                                                                                        \
     if (mesh.triangles.empty()) GTEST_SKIP() << "set SELDINGER_TEST_DATA to the folder that holds " << name

@@ -148,10 +148,10 @@ TEST(RealMeshes, ReportsMatchTheManifest) {
         std::size_t boundary, nonmanifold, components;
         double volume;
     };
-    for (const Row& row : {Row{"vessels/hra_vhf_arteries_101k.obj.gz", 628, 0, 7, 0.0001783},
-                           Row{"organs/hra_vhf_liver_capsule_30k.obj.gz", 230, 0, 1, 0.001421},
-                           Row{"organs/hra_vhm_liver_capsule_28k.obj.gz", 0, 0, 1, 7.444e-05},
-                           Row{"cow/spot_23k.obj.gz", 0, 0, 1, 0.688}}) {
+    for (const Row& row :
+         {Row{"vessels/hra_vhf_arteries_101k.obj.gz", 628, 0, 7, 0.0001783},
+          Row{"organs/hra_vhf_liver_capsule_30k.obj.gz", 230, 0, 1, 0.001421},
+          Row{"organs/hra_vhm_liver_capsule_28k.obj.gz", 0, 0, 1, 7.444e-05}, Row{"cow/spot_23k.obj.gz", 0, 0, 1, 0.688}}) {
         SCOPED_TRACE(row.name);
         SELDINGER_LOAD_OR_SKIP(mesh, row.name);
         ASSERT_TRUE(apply_repair(mesh, Repair::Weld).ok()); // the manifest counts welded files

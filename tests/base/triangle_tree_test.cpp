@@ -19,7 +19,8 @@ TEST(TriangleTree, ClosestPointEqualsBruteForceBeforeAndAfterARefit) {
             const Vec3 p = random.point(1.6);
             double least_sq = std::numeric_limits<double>::infinity();
             for (const Triangle& t : mesh.triangles)
-                least_sq = std::min(least_sq, closest_on_triangle(p, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]).distance_sq);
+                least_sq =
+                    std::min(least_sq, closest_on_triangle(p, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]).distance_sq);
             const auto hit = tree.closest(p);
             ASSERT_TRUE(hit);
             EXPECT_EQ(hit->distance, std::sqrt(least_sq));

@@ -83,7 +83,8 @@ std::vector<fs::path> nasty_files(const char* data) {
 
 std::string surface_scene(const fs::path& mesh, const std::string& body, const std::string& effects) {
     return R"({"units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 0.03},
-        "bodies": {"thing": {)" + body + R"(, "surface": {"file": ")" + mesh.string() + R"("}}}, "effects": [)" + effects + "]}";
+        "bodies": {"thing": {)" +
+           body + R"(, "surface": {"file": ")" + mesh.string() + R"("}}}, "effects": [)" + effects + "]}";
 }
 
 /// Exit 0 or exit 2 with a message that names the file or the key.
@@ -139,8 +140,8 @@ TEST_F(NastyMesh, KnownDefectsAreNamed) {
     if (data == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
     const auto refusal = [&](const char* file, const std::string& piece) {
         const fs::path mesh = fs::path(data) / "nasty/synthetic" / file;
-        const fs::path scene = write("nasty.json", surface_scene(mesh, R"("kind": "deformable", "material": {"young_modulus": 5})",
-                                                                 R"("elasticity")"));
+        const fs::path scene =
+            write("nasty.json", surface_scene(mesh, R"("kind": "deformable", "material": {"young_modulus": 5})", R"("elasticity")"));
         return refuses(run(scene), piece);
     };
     EXPECT_TRUE(refusal("cube_nan_vertex.obj", "cube_nan_vertex.obj"));

@@ -100,7 +100,8 @@ TEST_F(Grants, OfAnotherSceneOrPathAreRefused) {
     const fs::path scene = write("tube.json", kTube), grants = folder / "grants.txt";
     ASSERT_TRUE(ended_with(run(scene, {"--budget", "1ms", "-n", "5", "--record-grants", grants}), 0));
     EXPECT_TRUE(refuses(run(write("ball.json", kBall), {"--replay", grants, "--force"}), "another scene"));
-    EXPECT_TRUE(refuses(run(write("thick.json", with(kTube, "\"radius\": 0.5", "\"radius\": 0.6")), {"--replay", grants, "--force"}), "another scene"));
+    EXPECT_TRUE(refuses(run(write("thick.json", with(kTube, "\"radius\": 0.5", "\"radius\": 0.6")), {"--replay", grants, "--force"}),
+                        "another scene"));
     EXPECT_TRUE(refuses(run(scene, {"--replay", grants, "--force", "--path", write("path.csv", "0,20,0\n0.2,25,0\n")}), "another scene"));
     EXPECT_TRUE(refuses(run(scene, {"--replay", grants, "-n", "6", "--force"}), "5 steps"));
     EXPECT_TRUE(refuses(run(scene, {"--replay", grants, "--budget", "1ms", "--force"}), "--budget"));

@@ -28,7 +28,8 @@ protected:
     fs::path stats() const { return folder / "stats.json"; }
     Ended contacts(std::vector<std::string> arguments) const {
         arguments.insert(arguments.begin(), "contacts");
-        for (const std::string& more : {std::string("--out"), csv().string(), std::string("--stats"), stats().string()}) arguments.push_back(more);
+        for (const std::string& more : {std::string("--out"), csv().string(), std::string("--stats"), stats().string()})
+            arguments.push_back(more);
         return call(arguments);
     }
     std::vector<std::vector<std::string>> rows() const {
@@ -40,8 +41,10 @@ protected:
         while (std::getline(in, line)) {
             std::vector<std::string>& row = out.emplace_back(1);
             for (const char c : line) {
-                if (c == ',') row.emplace_back();
-                else row.back() += c;
+                if (c == ',')
+                    row.emplace_back();
+                else
+                    row.back() += c;
             }
         }
         return out;
@@ -82,7 +85,8 @@ TEST_F(Contacts, OfAVertexThatFallsThroughATriangle) {
     EXPECT_NEAR(std::stod(row[14]), 1.0, 1e-12);
     EXPECT_EQ(json()["hits_vf"], 1);
     EXPECT_EQ(json()["hits_ee"], 0);
-    for (const char* key : {"candidates_vf", "candidates_ee", "unresolved", "build_ms", "refit_ms", "broad_ms", "cull_ms", "narrow_ms", "total_ms", "method", "colours"})
+    for (const char* key : {"candidates_vf", "candidates_ee", "unresolved", "build_ms", "refit_ms", "broad_ms", "cull_ms", "narrow_ms",
+                            "total_ms", "method", "colours"})
         EXPECT_TRUE(json().contains(key)) << key;
 }
 
@@ -145,8 +149,10 @@ TEST_F(Contacts, OfASequenceAreWrittenStepByStep) {
 }
 
 TEST_F(Contacts, RefuseWhatIsNoStepOfOneMesh) {
-    const std::string a = write("a.obj", triangle(0)), b = write("b.obj", spike(0)), nan = write("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    const std::string turned = write("turned.obj", "v 0 0 0\nv 4 0 0\nv 0 4 0\nf 1 3 2\n"), more = write("more.obj", triangle(0) + "v 1 1 1\n");
+    const std::string a = write("a.obj", triangle(0)), b = write("b.obj", spike(0)),
+                      nan = write("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::string turned = write("turned.obj", "v 0 0 0\nv 4 0 0\nv 0 4 0\nf 1 3 2\n"),
+                      more = write("more.obj", triangle(0) + "v 1 1 1\n");
     const std::string two = write("two.obj", triangle(0) + "f 1 2 3\n");
     EXPECT_TRUE(refuses(contacts({a}), "1 meshes"));
     EXPECT_TRUE(refuses(contacts({a, a, b}), "3 meshes"));
@@ -181,7 +187,8 @@ TEST_F(Contacts, RefuseBrokenFrames) {
     std::string triangles = text_of(at / "tris.i32");
     triangles[0] = 9;
     spoil("tris.i32", triangles, "triangle 0 names vertex 9");
-    for (const char* meta : {"", "nV 6\nnT 2\n", "nV 6\nnT 2\nframes 1\n", "nV -6\nnT 2\nframes 3\n", "nV 99999999999\nnT 2\nframes 3\n"}) spoil("meta.txt", meta, "meta.txt");
+    for (const char* meta : {"", "nV 6\nnT 2\n", "nV 6\nnT 2\nframes 1\n", "nV -6\nnT 2\nframes 3\n", "nV 99999999999\nnT 2\nframes 3\n"})
+        spoil("meta.txt", meta, "meta.txt");
     EXPECT_TRUE(refuses(contacts({"--frames", folder / "none"}), "meta.txt"));
 }
 
@@ -191,7 +198,9 @@ class Ccd : public Program {};
 std::string falling_query(bool truth) {
     const std::string answer = truth ? ",1\n" : ",0\n";
     std::string text;
-    for (const char* row : {"1,1,1,1,6,2", "0,1,0,1,0,1", "4,1,0,1,0,1", "0,1,4,1,0,1", "1,1,1,1,-2,2", "0,1,0,1,0,1", "4,1,0,1,0,1", "0,1,4,1,0,1"}) text += row + answer;
+    for (const char* row :
+         {"1,1,1,1,6,2", "0,1,0,1,0,1", "4,1,0,1,0,1", "0,1,4,1,0,1", "1,1,1,1,-2,2", "0,1,0,1,0,1", "4,1,0,1,0,1", "0,1,4,1,0,1"})
+        text += row + answer;
     return text;
 }
 

@@ -32,9 +32,9 @@ TEST_F(Output, SummaryHasEveryKeyOfTheContractWithItsType) {
     ASSERT_TRUE(json.is_object());
     for (const char* key : {"scene", "mode", "budget", "budget_scope", "state_hash"})
         EXPECT_TRUE(json.contains(key) && json[key].is_string()) << key;
-    for (const char* key : {"steps", "simulated_s", "wall_s", "realtime_factor", "budget_kept", "worst_overrun_ms", "substeps",
-                            "stable_step_s", "min_volume_ratio", "inverted_tets_max", "exact_steps", "contacts_total",
-                            "unresolved_total", "assumed_total", "lumen_exits"})
+    for (const char* key :
+         {"steps", "simulated_s", "wall_s", "realtime_factor", "budget_kept", "worst_overrun_ms", "substeps", "stable_step_s",
+          "min_volume_ratio", "inverted_tets_max", "exact_steps", "contacts_total", "unresolved_total", "assumed_total", "lumen_exits"})
         EXPECT_TRUE(json.contains(key) && json[key].is_number()) << key;
     for (const char* key : {"step_ms", "collision_ms"})
         for (const char* part : {"p50", "p95", "p99", "max"})
@@ -69,8 +69,7 @@ TEST_F(Output, AnInterruptedRunEndsWith130AndAReadableSummary) {
             std::error_code none;
             bool started = false;
             for (const auto& entry : fs::directory_iterator(out(), none))
-                started = started || (entry.path().filename().string().find("steps") != std::string::npos &&
-                                      entry.file_size(none) > 2000);
+                started = started || (entry.path().filename().string().find("steps") != std::string::npos && entry.file_size(none) > 2000);
             if (started) break;
         }
         ASSERT_EQ(kill(child, signal), 0);

@@ -83,8 +83,10 @@ TEST_F(PlanCommand, LeadsTheCentrelineFromTheEntryToTheTarget) {
 TEST_F(PlanCommand, NamesTheTargetsThatThereAre) {
     const fs::path scene = write("bend.json", kBend);
     EXPECT_TRUE(refuses(plan(scene, "heart"), "known: end, near"));
-    EXPECT_TRUE(refuses(plan(write("none.json", with(kBend, R"("targets": {"end": {"position": [50, 0, 60]}, "near": {"position": [0, 0, 35]}},)", "")), "end"),
-                        "names none"));
+    EXPECT_TRUE(refuses(
+        plan(write("none.json", with(kBend, R"("targets": {"end": {"position": [50, 0, 60]}, "near": {"position": [0, 0, 35]}},)", "")),
+             "end"),
+        "names none"));
     EXPECT_TRUE(refuses(call({"plan", scene.string()}), "--to"));
     EXPECT_FALSE(fs::exists(out())) << "nothing is left behind";
 }

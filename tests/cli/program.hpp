@@ -110,9 +110,7 @@ protected:
         return ended;
     }
 
-    Ended call(const std::vector<std::string>& arguments, double limit_s = kPatience) const {
-        return wait_for(start(arguments), limit_s);
-    }
+    Ended call(const std::vector<std::string>& arguments, double limit_s = kPatience) const { return wait_for(start(arguments), limit_s); }
 
     /// `run` into out/, without pictures.
     Ended run(const fs::path& scene, std::vector<std::string> more = {}) const {
@@ -122,9 +120,7 @@ protected:
     }
 
     [[nodiscard]] fs::path out() const { return folder / "out"; }
-    [[nodiscard]] Json summary() const {
-        return Json::parse(text_of(out() / "summary.json"), nullptr, false);
-    }
+    [[nodiscard]] Json summary() const { return Json::parse(text_of(out() / "summary.json"), nullptr, false); }
 
     fs::path folder;
 };

@@ -47,8 +47,7 @@ TEST_F(Run, EndsWithZeroAndSaysWhatItDid) {
     EXPECT_TRUE(ended.says("real-time factor")) << ended;
     EXPECT_TRUE(ended.says("p50/p95/p99/max")) << ended;
     EXPECT_TRUE(ended.says("budget kept in 100")) << ended;
-    for (const char* name : {"summary.json", "steps.csv", "report.html"})
-        EXPECT_TRUE(fs::exists(out() / name)) << name;
+    for (const char* name : {"summary.json", "steps.csv", "report.html"}) EXPECT_TRUE(fs::exists(out() / name)) << name;
 }
 
 TEST_F(Run, TakesAsManyStepsAsAskedOnAnyScene) {
@@ -121,8 +120,8 @@ TEST_F(Run, RecordsStatesForParaView) {
 
 TEST_F(Budget, ThatIsNoneIsRefusedWithWhatWouldBeRight) {
     const fs::path scene = write("tube.json", kTube);
-    for (const char* budget : {"-1ms", "5", "1e300s", "9999999h", "nan", "nanms", "inf", "infs", "-0.5us", "work:-1", "work:",
-                               "work:1.5", "work:99999999999999999999", "soon", "8 parsecs", "ms", "1ms2", "exactly"}) {
+    for (const char* budget : {"-1ms", "5", "1e300s", "9999999h", "nan", "nanms", "inf", "infs", "-0.5us", "work:-1", "work:", "work:1.5",
+                               "work:99999999999999999999", "soon", "8 parsecs", "ms", "1ms2", "exactly"}) {
         const Ended ended = run(scene, {std::string("--budget=") + budget});
         EXPECT_TRUE(refuses(ended, "--budget")) << budget;
         EXPECT_TRUE(ended.says("work:20000")) << budget << ": " << ended;
@@ -132,9 +131,14 @@ TEST_F(Budget, ThatIsNoneIsRefusedWithWhatWouldBeRight) {
 
 TEST_F(Budget, OfAnySizeRunsAndShowsInTheSummary) {
     const fs::path scene = write("tube.json", kTube);
-    for (const auto& [budget, mode] : std::vector<std::pair<std::string, std::string>>{
-             {"1ms", "wall"}, {"250us", "wall"}, {"0ms", "wall"}, {"2s", "wall"}, {"work:0", "work"},
-             {"work:1", "work"}, {"work:20000", "work"}, {"exact", "exact"}}) {
+    for (const auto& [budget, mode] : std::vector<std::pair<std::string, std::string>>{{"1ms", "wall"},
+                                                                                       {"250us", "wall"},
+                                                                                       {"0ms", "wall"},
+                                                                                       {"2s", "wall"},
+                                                                                       {"work:0", "work"},
+                                                                                       {"work:1", "work"},
+                                                                                       {"work:20000", "work"},
+                                                                                       {"exact", "exact"}}) {
         ASSERT_TRUE(ended_with(run(scene, {"--budget", budget, "--force"}), 0)) << budget;
         EXPECT_EQ(summary()["mode"], mode) << budget;
         EXPECT_EQ(summary()["lumen_exits"], 0) << budget;
@@ -188,12 +192,10 @@ TEST_F(Explain, SaysWhatRunsAndWhatDoesNot) {
     ASSERT_TRUE(ended_with(ended, 0));
     const std::size_t not_simulated = ended.out.find("not simulated");
     ASSERT_NE(not_simulated, std::string::npos) << ended;
-    for (const char* name : {"coarse_contact", "exact_contact"})
-        EXPECT_LT(ended.out.find(name), not_simulated) << name << " runs";
+    for (const char* name : {"coarse_contact", "exact_contact"}) EXPECT_LT(ended.out.find(name), not_simulated) << name << " runs";
     for (const char* name : {"elasticity", "gravity", "breathing", "fluoroscopy"})
         EXPECT_GT(ended.out.find(name), not_simulated) << name << " does not";
-    for (const char* word : {"wire", "tube", "memory", "predicted", "budget", "sub-steps"})
-        EXPECT_TRUE(ended.says(word)) << word;
+    for (const char* word : {"wire", "tube", "memory", "predicted", "budget", "sub-steps"}) EXPECT_TRUE(ended.says(word)) << word;
 }
 
 TEST_F(Schema, IsJsonAndTheOneInTheAssets) {

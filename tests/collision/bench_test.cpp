@@ -77,9 +77,12 @@ TEST(Bench, SkinInALumen) {
             refit.push_back(middle - start);
             find.push_back(now_ms() - middle);
         }
-        std::printf("distance %3.0f um: refit %.2f ms, find %.2f ms (best %.2f, worst %.2f); box tests %lu, cluster pairs %lu, VF %lu -> %lu, "
-                    "EE %lu -> %lu, unresolved %lu\n", 1e6 * distance, median(refit), median(find), *std::min_element(find.begin(), find.end()), *std::max_element(find.begin(), find.end()),
-                    stats.box_tests, stats.cluster_pairs, stats.candidates_vf, stats.hits_vf, stats.candidates_ee, stats.hits_ee, stats.unresolved);
+        std::printf(
+            "distance %3.0f um: refit %.2f ms, find %.2f ms (best %.2f, worst %.2f); box tests %lu, cluster pairs %lu, VF %lu -> %lu, "
+            "EE %lu -> %lu, unresolved %lu\n",
+            1e6 * distance, median(refit), median(find), *std::min_element(find.begin(), find.end()),
+            *std::max_element(find.begin(), find.end()), stats.box_tests, stats.cluster_pairs, stats.candidates_vf, stats.hits_vf,
+            stats.candidates_ee, stats.hits_ee, stats.unresolved);
         EXPECT_LT(median(refit) + median(find), 1000.0);
     }
 }

@@ -1,6 +1,6 @@
 #include "collision/chromatic_culler.hpp"
-#include "collision/interruptible_search.hpp"
 #include "collision/cull_twin.hpp"
+#include "collision/interruptible_search.hpp"
 #include "shapes.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,8 @@ using Hit = std::tuple<int, Index, Index>; // 0 vertex of a and face of b, 1 the
 bool holds(const Triangle& t, Index v) { return t[0] == v || t[1] == v || t[2] == v; }
 
 /// The hits among these pairs, each at most once (a second time fails the test).
-void add_hits(int kind, const SurfaceMotion& a, const SurfaceMotion& b, const std::vector<FeaturePair>& pairs, const SweepLimits& limits, std::set<Hit>& hits) {
+void add_hits(int kind, const SurfaceMotion& a, const SurfaceMotion& b, const std::vector<FeaturePair>& pairs, const SweepLimits& limits,
+              std::set<Hit>& hits) {
     std::vector<Sweep> sweeps(pairs.size());
     if (kind == 2) {
         sweep_edge_edges(a, b, pairs, limits, sweeps);
@@ -39,7 +40,8 @@ std::set<Hit> find_self_hits_by_brute_force(const Surface& s, const SweepLimits&
     const auto& edges = s.topology.edges;
     for (Index e = 0; e < edges.size(); ++e)
         for (Index f = e + 1; f < edges.size(); ++f)
-            if (edges[e][0] != edges[f][0] && edges[e][0] != edges[f][1] && edges[e][1] != edges[f][0] && edges[e][1] != edges[f][1]) ee.push_back({e, f});
+            if (edges[e][0] != edges[f][0] && edges[e][0] != edges[f][1] && edges[e][1] != edges[f][0] && edges[e][1] != edges[f][1])
+                ee.push_back({e, f});
     std::set<Hit> hits;
     add_hits(0, s.motion(), s.motion(), vf, limits, hits);
     add_hits(2, s.motion(), s.motion(), ee, limits, hits);
@@ -145,7 +147,8 @@ TEST(ChromaticCuller, FindsEveryContactOfTriangleSoups) {
     Random random(3);
     for (int round = 0; round < 8; ++round) {
         SCOPED_TRACE(::testing::Message() << "seed 3, round " << round);
-        expect_the_same_hits(testing::make_triangle_soup(random, 60, 1.0, 0.3, round % 2 == 0 ? 0.3 : 0.0), {.distance = round % 3 == 0 ? 0.05 : 0.0}, 0);
+        expect_the_same_hits(testing::make_triangle_soup(random, 60, 1.0, 0.3, round % 2 == 0 ? 0.3 : 0.0),
+                             {.distance = round % 3 == 0 ? 0.05 : 0.0}, 0);
     }
 }
 
@@ -233,7 +236,8 @@ TEST(ChromaticCuller, TwoBodiesKeepTheirContacts) {
     Random random(10);
     for (int round = 0; round < 6; ++round) {
         SCOPED_TRACE(::testing::Message() << "seed 10, round " << round);
-        const Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.4, 0.2), b = testing::make_triangle_soup(random, 50, 1.0, 0.3, 0.2);
+        const Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.4, 0.2),
+                      b = testing::make_triangle_soup(random, 50, 1.0, 0.3, 0.2);
         const SweepLimits limits{.distance = round % 2 == 0 ? 0.0 : 0.05};
         const auto truth = find_hits_by_brute_force(a, b, limits);
         EXPECT_GT(truth.size(), 10u);
@@ -278,8 +282,14 @@ TEST(CullTwin, OnlyIntervalsSeeThatSomethingLiesBetweenTwoWalls) {
     const CullFrame frame = make_cull_frame(view_along_axis(2, false), prisms, 0.01, 64, 64);
     std::vector<Footprint> footprints;
     for (const SweptCorners& prism : prisms) footprints.push_back(make_footprint(frame, prism));
-    CullJob job{.width = 64, .height = 64, .footprints = footprints, .corners = corners, .set_begin = set_begin, .set_members = members,
-                .questions = questions, .question_begin = question_begin};
+    CullJob job{.width = 64,
+                .height = 64,
+                .footprints = footprints,
+                .corners = corners,
+                .set_begin = set_begin,
+                .set_members = members,
+                .questions = questions,
+                .question_begin = question_begin};
     CpuCullBackend twin;
     std::uint8_t hit = 7;
     job.memory = CullMemory::Fronts;
@@ -300,8 +310,9 @@ TEST(ChromaticCuller, FoldedClothLosesPairsInStageTwo) {
         const Answer culled = find_self_hits(cloth, limits, &plan);
         EXPECT_EQ(culled.hits, plain.hits);
         EXPECT_LT(culled.counts.left_pairs, plain.counts.near_pairs);
-        std::printf("folded cloth, %s: %zu pairs of %zu left, %zu triangles of %zu, %d views\n", memory == CullMemory::Fronts ? "fronts" : "intervals",
-                    culled.counts.left_pairs, plain.counts.near_pairs, culled.counts.left_triangles, plain.counts.near_triangles, culled.counts.pictures.views);
+        std::printf("folded cloth, %s: %zu pairs of %zu left, %zu triangles of %zu, %d views\n",
+                    memory == CullMemory::Fronts ? "fronts" : "intervals", culled.counts.left_pairs, plain.counts.near_pairs,
+                    culled.counts.left_triangles, plain.counts.near_triangles, culled.counts.pictures.views);
     }
 }
 

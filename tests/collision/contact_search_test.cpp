@@ -121,7 +121,8 @@ TEST(ContactSearch, FindsWhatRationalArithmeticFindsOfEveryPair) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        const Surface a = testing::make_triangle_soup(random, 14, 1.0, 0.7, 0.7), b = testing::make_triangle_soup(random, 12, 1.0, 0.7, 0.7);
+        const Surface a = testing::make_triangle_soup(random, 14, 1.0, 0.7, 0.7),
+                      b = testing::make_triangle_soup(random, 12, 1.0, 0.7, 0.7);
         const std::array<const Surface*, 2> surfaces{&a, &b};
         Truth truth;
         truth.add_vertex_face(a, 0, b, 1);

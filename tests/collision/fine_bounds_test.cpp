@@ -33,12 +33,10 @@ TEST(FineBounds, HoldEveryVertexAtEveryTimeAndScale) {
             for (std::size_t s = 0; s < kFineSlabs; ++s) {
                 const auto& n = kCornerDirections[3 + s];
                 for (const Vec3& p : {t0[v], t1[v]}) {
-                    const long double at = static_cast<long double>(n[0]) * p[0] +
-                                           static_cast<long double>(n[1]) * p[1] +
+                    const long double at = static_cast<long double>(n[0]) * p[0] + static_cast<long double>(n[1]) * p[1] +
                                            static_cast<long double>(n[2]) * p[2];
                     EXPECT_LE(rows[v].row[s], at) << "seed " << kSeed << " scale " << scale << " vertex " << v;
-                    EXPECT_LE(rows[v].row[kFineSlabs + s], -at)
-                        << "seed " << kSeed << " scale " << scale << " vertex " << v;
+                    EXPECT_LE(rows[v].row[kFineSlabs + s], -at) << "seed " << kSeed << " scale " << scale << " vertex " << v;
                     EXPECT_LE(together.row[s], at) << "seed " << kSeed << " scale " << scale;
                     EXPECT_LE(together.row[kFineSlabs + s], -at) << "seed " << kSeed << " scale " << scale;
                 }
@@ -70,8 +68,7 @@ TEST(NearFeatures, TheKernelAndItsPlainTwinGiveTheSameLanes) {
     std::size_t near = 0;
     for (const std::size_t slabs : {3, 7, 9, 13})
         for (int trial = 0; trial < 200; ++trial) {
-            std::vector<float> box(2 * slabs), block(2 * slabs * 16),
-                reach(slabs, static_cast<float>(random.real(0.0, 0.3)));
+            std::vector<float> box(2 * slabs), block(2 * slabs * 16), reach(slabs, static_cast<float>(random.real(0.0, 0.3)));
             for (std::size_t s = 0; s < slabs; ++s) {
                 box[s] = static_cast<float>(random.real(-1.0, 1.0));
                 box[slabs + s] = -box[s] - 0.5f;

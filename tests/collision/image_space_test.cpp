@@ -18,8 +18,8 @@ std::vector<TrianglePair> crossings_by_tree(const std::vector<Triangle>& triangl
     return pairs;
 }
 
-std::vector<TrianglePair> crossings_by_pictures(const std::vector<Triangle>& triangles, const std::vector<Vec3>& positions, const ImageSpacePlan& plan,
-                                                std::size_t* left = nullptr) {
+std::vector<TrianglePair> crossings_by_pictures(const std::vector<Triangle>& triangles, const std::vector<Vec3>& positions,
+                                                const ImageSpacePlan& plan, std::size_t* left = nullptr) {
     ImageSpaceCuller culler(triangles, positions.size());
     CpuCullBackend twin;
     const auto ids = culler.find_colliding_set(positions, plan, twin);
@@ -35,7 +35,8 @@ TEST(ImageSpace, NoCrossingOfATriangleSoupIsLostAtAnyResolution) {
             const auto soup = testing::make_triangle_soup(random, 300, 1.0, size, 0.0);
             SCOPED_TRACE(::testing::Message() << "seed 21, resolution " << resolution << ", size " << size);
             for (const CullMemory memory : {CullMemory::Fronts, CullMemory::Intervals})
-                EXPECT_EQ(crossings_by_pictures(soup.triangles, soup.t0, {.memory = memory, .resolution = resolution}), crossings_by_tree(soup.triangles, soup.t0));
+                EXPECT_EQ(crossings_by_pictures(soup.triangles, soup.t0, {.memory = memory, .resolution = resolution}),
+                          crossings_by_tree(soup.triangles, soup.t0));
         }
 }
 
@@ -71,8 +72,9 @@ TEST(ImageSpace, ASheetWithoutAFoldIsPrunedWhole) {
 
 TEST(ImageSpace, EdgeOnAndSubPixelTrianglesAreNotPrunedWhileTheyCross) {
     // a plate seen edge-on along two axes, pierced by a needle far thinner than a pixel; a big triangle far away makes pixels coarse
-    const std::vector<Vec3> positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, -0.5}, {0.3, 0.3, 0.5}, {0.3 + 1e-9, 0.3, 0.5},
-                                         {1e4, 1e4, 1e4}, {1e4 + 1, 1e4, 1e4}, {1e4, 1e4 + 1, 1e4}};
+    const std::vector<Vec3> positions = {{0, 0, 0},        {1, 0, 0},           {0, 1, 0},
+                                         {0.3, 0.3, -0.5}, {0.3, 0.3, 0.5},     {0.3 + 1e-9, 0.3, 0.5},
+                                         {1e4, 1e4, 1e4},  {1e4 + 1, 1e4, 1e4}, {1e4, 1e4 + 1, 1e4}};
     const std::vector<Triangle> triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
     for (const int resolution : {2, 100, 512})
         EXPECT_EQ(crossings_by_pictures(triangles, positions, {.resolution = resolution}), (std::vector<TrianglePair>{{0, 1}}));

@@ -62,8 +62,8 @@ Found find_between(const Surface& a, const Surface& b, const Options& options, W
     DopTree tree_a = make_tree(a, options.tree), tree_b = make_tree(b, options.tree);
     InterruptibleSearch search;
     Found found;
-    found.stats = search.find({options.body_a, &tree_a, a.motion()}, {options.body_b, &tree_b, b.motion()},
-                              options.pair, budget, found.contacts);
+    found.stats =
+        search.find({options.body_a, &tree_a, a.motion()}, {options.body_b, &tree_b, b.motion()}, options.pair, budget, found.contacts);
     return found;
 }
 
@@ -80,15 +80,14 @@ Found find_within(const Surface& a, const Options& options) {
 SweptPoint swept(const Surface& s, Index v) { return {s.t0[v], s.t1[v]}; }
 
 /// Every pair of features, no tree.
-void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, BodyId body_b, const PairOptions& options,
-                          bool self, std::multiset<Key>& keys) {
+void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, BodyId body_b, const PairOptions& options, bool self,
+                          std::multiset<Key>& keys) {
     const SweepLimits limits{.distance = options.distance, .tolerance = options.tolerance};
     for (Index v = 0; v < a.t0.size(); ++v)
         for (const Triangle& t : b.triangles) {
             if (self && (t[0] == v || t[1] == v || t[2] == v)) continue;
             const std::array<SweptPoint, 3> face{swept(b, t[0]), swept(b, t[1]), swept(b, t[2])};
-            if (!(options.distance > 0.0 ? sweep_vertex_face(swept(a, v), face, limits).hit()
-                                         : meet_vertex_face(swept(a, v), face).meets))
+            if (!(options.distance > 0.0 ? sweep_vertex_face(swept(a, v), face, limits).hit() : meet_vertex_face(swept(a, v), face).meets))
                 continue;
             Contact c{.body_a = body_a, .body_b = body_b};
             c.feature_a[0] = v;
@@ -107,11 +106,8 @@ std::multiset<Key> brute_force(const Surface& a, const Surface& b, const Options
         for (Index k = self ? i + 1 : 0; k < b.topology.edges.size(); ++k) {
             const Edge &e = a.topology.edges[i], &f = b.topology.edges[k];
             if (self && (e[0] == f[0] || e[0] == f[1] || e[1] == f[0] || e[1] == f[1])) continue;
-            const std::array<SweptPoint, 2> edge_a{swept(a, e[0]), swept(a, e[1])},
-                edge_b{swept(b, f[0]), swept(b, f[1])};
-            if (!(limits.distance > 0.0 ? sweep_edge_edge(edge_a, edge_b, limits).hit()
-                                        : meet_edge_edge(edge_a, edge_b).meets))
-                continue;
+            const std::array<SweptPoint, 2> edge_a{swept(a, e[0]), swept(a, e[1])}, edge_b{swept(b, f[0]), swept(b, f[1])};
+            if (!(limits.distance > 0.0 ? sweep_edge_edge(edge_a, edge_b, limits).hit() : meet_edge_edge(edge_a, edge_b).meets)) continue;
             Contact c{.body_a = options.body_a, .body_b = body_b};
             std::copy(e.begin(), e.end(), c.feature_a);
             std::copy(f.begin(), f.end(), c.feature_b);
@@ -180,8 +176,7 @@ TEST(InterruptibleSearch, FindsWithinOneSurfaceWhatEveryPairTestedByItselfFinds)
 
 TEST(InterruptibleSearch, TellsTheFeaturesThatContactsStandOn) {
     Random random(31);
-    const Surface a = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2),
-                  b = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2);
+    const Surface a = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2);
     const Options options{.body_a = 4, .body_b = 7, .pair = {.distance = 0.05, .tolerance = 1e-4}};
     for (const Contact& c : find_between(a, b, options).contacts) {
         const Surface& body_a = c.body_a == 4 ? a : b;
@@ -198,8 +193,7 @@ TEST(InterruptibleSearch, TellsTheFeaturesThatContactsStandOn) {
             EXPECT_NEAR(sum, 1.0, 1e-12);
             return p;
         };
-        const Vec3 on_a = place(body_a, c.feature_a, c.bary_a, 2, c.time),
-                   on_b = place(body_b, c.feature_b, c.bary_b, 3, c.time);
+        const Vec3 on_a = place(body_a, c.feature_a, c.bary_a, 2, c.time), on_b = place(body_b, c.feature_b, c.bary_b, 3, c.time);
         EXPECT_NEAR((on_b - c.point).norm(), 0.0, 1e-12);
         EXPECT_LE((on_a - on_b).norm(), 0.0501 + 1e-9);
         EXPECT_NEAR((on_a - on_b).normalized().dot(c.normal), 1.0, 1e-6);
@@ -210,8 +204,7 @@ TEST(InterruptibleSearch, TellsTheFeaturesThatContactsStandOn) {
 
 TEST(InterruptibleSearch, SaysWhenItWasInterrupted) {
     Random random(32);
-    const Surface a = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2),
-                  b = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2);
+    const Surface a = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 100, 1.0, 0.3, 0.2);
     const Found whole = find_between(a, b, {});
     const std::uint64_t cost = whole.stats.cluster_pairs + whole.stats.candidates_vf + whole.stats.candidates_ee;
     for (const std::uint64_t units : {std::uint64_t{0}, std::uint64_t{1}, cost / 2, cost - 1}) {
@@ -246,8 +239,7 @@ TEST(InterruptibleSearch, TakesEmptyAndTinyBodies) {
 TEST(InterruptibleSearch, AVertexThatIsNotFiniteHidesNothing) {
     const Options options{.pair = {.distance = 1e-3}};
     Random random(33);
-    Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2),
-            b = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2);
+    Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 40, 1.0, 0.3, 0.2);
     const auto before = keys_of(find_between(a, b, options).contacts);
     a.t1[7][1] = std::numeric_limits<double>::quiet_NaN();
     const auto after = keys_of(find_between(a, b, options).contacts);
@@ -323,8 +315,7 @@ TEST(InterruptibleSearch, TheSafeFractionLetsNothingThroughAThinWall) {
 /// Phase by phase or all at once: the same contacts with the same bits.
 TEST(InterruptibleSearch, GivesTheBitsOfContactSearch) {
     Random random(38);
-    const Surface a = testing::make_triangle_soup(random, 200, 1.0, 0.2, 0.2),
-                  b = testing::make_triangle_soup(random, 250, 1.0, 0.2, 0.2);
+    const Surface a = testing::make_triangle_soup(random, 200, 1.0, 0.2, 0.2), b = testing::make_triangle_soup(random, 250, 1.0, 0.2, 0.2);
     for (const double distance : {0.0, 0.02}) {
         SearchOptions options;
         options.distance = distance;

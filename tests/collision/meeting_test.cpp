@@ -38,7 +38,8 @@ struct Pair {
 
 Vec3 whole_vector(Random& random, int reach) {
     Vec3 v;
-    for (int axis = 0; axis < 3; ++axis) v[axis] = static_cast<double>(static_cast<int>(random.bits() % static_cast<unsigned>(2 * reach + 1)) - reach);
+    for (int axis = 0; axis < 3; ++axis)
+        v[axis] = static_cast<double>(static_cast<int>(random.bits() % static_cast<unsigned>(2 * reach + 1)) - reach);
     return v;
 }
 
@@ -62,7 +63,8 @@ Pair nearly_touching_pair(Random& random) {
     const auto weight = [&] { return random.bits() % 3 == 0 ? 0.0 : random.bits() % 3 == 0 ? 1.0 : random.real(0.0, 1.0); };
     const double w1 = weight(), w2 = pair.vertex_face ? weight() * (1.0 - w1) : weight();
     const Vec3 on_a = pair.vertex_face ? middle(0) : Vec3((1.0 - w1) * middle(0) + w1 * middle(1));
-    const Vec3 on_b = pair.vertex_face ? Vec3((1.0 - w1 - w2) * middle(1) + w1 * middle(2) + w2 * middle(3)) : Vec3((1.0 - w2) * middle(2) + w2 * middle(3));
+    const Vec3 on_b = pair.vertex_face ? Vec3((1.0 - w1 - w2) * middle(1) + w1 * middle(2) + w2 * middle(3))
+                                       : Vec3((1.0 - w2) * middle(2) + w2 * middle(3));
     const Vec3 shift = on_b - on_a + random.vector(random.bits() % 2 == 0 ? 0.0 : 3e-16);
     for (std::size_t i = 0; i < (pair.vertex_face ? 1u : 2u); ++i) pair.p[i] = {pair.p[i].t0 + shift, pair.p[i].t1 + shift};
     return pair;
@@ -76,9 +78,12 @@ void compare(const Pair& pair, Counts& counts, std::uint64_t seed, std::size_t t
     const Meeting meeting = pair.meet();
     counts.exact += meeting.decided_by == Decision::Exact;
     const Verdict truth = RationalPair(pair.vertex_face, pair.p).verdict();
-    if (truth == Verdict::Unknown) ++counts.unknown;
-    else if (truth == Verdict::Meets) ++counts.meets;
-    else ++counts.apart;
+    if (truth == Verdict::Unknown)
+        ++counts.unknown;
+    else if (truth == Verdict::Meets)
+        ++counts.meets;
+    else
+        ++counts.apart;
     if (truth == Verdict::Unknown) return;
     EXPECT_EQ(meeting.meets, truth == Verdict::Meets) << "seed " << seed << " trial " << trial;
 }
@@ -91,14 +96,16 @@ std::size_t trials(std::size_t usual) {
 }
 
 void print(const char* what, const Counts& c) {
-    std::printf("%s: %zu meet, %zu apart, %zu not known to the rational test; %zu decided in whole numbers\n", what, c.meets, c.apart, c.unknown, c.exact);
+    std::printf("%s: %zu meet, %zu apart, %zu not known to the rational test; %zu decided in whole numbers\n", what, c.meets, c.apart,
+                c.unknown, c.exact);
 }
 
 TEST(Meeting, AgreesWithRationalArithmeticOnSmallWholeNumbers) {
     constexpr std::uint64_t kSeed = 31;
     Random random(kSeed);
     Counts counts;
-    for (std::size_t trial = 0; trial < trials(1200); ++trial) compare(whole_pair(random, 1 + static_cast<int>(trial % 4)), counts, kSeed, trial);
+    for (std::size_t trial = 0; trial < trials(1200); ++trial)
+        compare(whole_pair(random, 1 + static_cast<int>(trial % 4)), counts, kSeed, trial);
     print("whole numbers", counts);
     EXPECT_GT(counts.meets, counts.unknown);
     EXPECT_GT(counts.apart, counts.unknown);
@@ -150,7 +157,8 @@ TEST(Meeting, TellsTimePlaceAndNormal) {
         std::array<Vec3, 4> x;
         for (std::size_t i = 0; i < 4; ++i) x[i] = (1.0 - m.time) * pair.p[i].t0 + m.time * pair.p[i].t1;
         const Vec3 a = pair.vertex_face ? x[0] : Vec3((1.0 - m.bary[0]) * x[0] + m.bary[0] * x[1]);
-        const Vec3 b = pair.vertex_face ? Vec3(m.bary[0] * x[1] + m.bary[1] * x[2] + m.bary[2] * x[3]) : Vec3((1.0 - m.bary[1]) * x[2] + m.bary[1] * x[3]);
+        const Vec3 b = pair.vertex_face ? Vec3(m.bary[0] * x[1] + m.bary[1] * x[2] + m.bary[2] * x[3])
+                                        : Vec3((1.0 - m.bary[1]) * x[2] + m.bary[1] * x[3]);
         EXPECT_LT((a - b).norm(), 1e-8) << "seed " << kSeed << " trial " << trial;
         EXPECT_NEAR(m.normal.norm(), 1.0, 1e-12) << "seed " << kSeed << " trial " << trial;
         for (const double w : m.bary) EXPECT_TRUE(w >= -1e-12 && w <= 1.0 + 1e-12) << "seed " << kSeed << " trial " << trial;

@@ -167,9 +167,12 @@ inline Verdict RationalPair::verdict() const {
             if (value(p, root) == 0) continue;
         }
         const auto inside = margin(i.lo);
-        if (!inside || abs(*inside) < sure) unknown = true;
-        else if (*inside > 0 && value(p, i.lo) * value(p, i.hi) < 0) return Verdict::Meets;
-        else if (*inside > 0) unknown = true; // a double root, or none at all so near
+        if (!inside || abs(*inside) < sure)
+            unknown = true;
+        else if (*inside > 0 && value(p, i.lo) * value(p, i.hi) < 0)
+            return Verdict::Meets;
+        else if (*inside > 0)
+            unknown = true; // a double root, or none at all so near
     }
     return unknown ? Verdict::Unknown : Verdict::Apart;
 }

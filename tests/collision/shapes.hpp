@@ -44,11 +44,12 @@ inline Surface make_bent_tube(double length, double radius, std::size_t rings, s
     for (std::size_t i = 0; i < rings; ++i) {
         const double along = length * static_cast<double>(i) / static_cast<double>(rings - 1);
         const double turn = curvature * along;
-        const Vec3 centre = curvature == 0.0 ? Vec3(0.0, 0.0, along)
-                                             : Vec3(0.0, (1.0 - std::cos(turn)) / curvature, std::sin(turn) / curvature);
+        const Vec3 centre =
+            curvature == 0.0 ? Vec3(0.0, 0.0, along) : Vec3(0.0, (1.0 - std::cos(turn)) / curvature, std::sin(turn) / curvature);
         const Vec3 across(0.0, std::cos(turn), -std::sin(turn));
         for (std::size_t k = 0; k < sides; ++k) {
-            const double angle = 2.0 * 3.14159265358979 * (static_cast<double>(k) + 0.5 * static_cast<double>(i % 2)) / static_cast<double>(sides);
+            const double angle =
+                2.0 * 3.14159265358979 * (static_cast<double>(k) + 0.5 * static_cast<double>(i % 2)) / static_cast<double>(sides);
             s.t0.push_back(centre + radius * (std::cos(angle) * Vec3::UnitX() + std::sin(angle) * across));
         }
     }

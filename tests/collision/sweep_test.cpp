@@ -71,8 +71,8 @@ Pair crossing_pair(Random& random, bool vertex_face, double w1, double w2) {
     pair.vertex_face = vertex_face;
     const auto middle = [&pair](int i) { return Vec3(0.5 * (pair.p[i].t0 + pair.p[i].t1)); };
     const Vec3 on_a = vertex_face ? middle(0) : Vec3((1.0 - w1) * middle(0) + w1 * middle(1));
-    const Vec3 on_b = vertex_face ? Vec3((1.0 - w1 - w2) * middle(1) + w1 * middle(2) + w2 * middle(3))
-                                  : Vec3((1.0 - w2) * middle(2) + w2 * middle(3));
+    const Vec3 on_b =
+        vertex_face ? Vec3((1.0 - w1 - w2) * middle(1) + w1 * middle(2) + w2 * middle(3)) : Vec3((1.0 - w2) * middle(2) + w2 * middle(3));
     for (int i = 0; i < (vertex_face ? 1 : 2); ++i) pair.p[i] = {pair.p[i].t0 + on_b - on_a, pair.p[i].t1 + on_b - on_a};
     return pair;
 }
@@ -160,21 +160,28 @@ TEST(Sweep, FindsDegenerateContactsInEveryOrderScaleAndDirectionOfTime) {
         {"slides in the plane, into the face", against_face({-4, 1, 0}, {4, 1, 0})},
         {"slides in the plane, through a corner", against_face({-4, 0, 0}, {8, 0, 0})},
         {"grazes an edge in the plane", against_face({-2, 6, 0}, {6, -2, 0})},
-        {"parabola tangent to the face: both move", whole(true, {{{1, 1, 1}, {0, 0, 0}, {4, 0, 0}, {0, 4, 0}}},
-                                                             {{{1, 1, 1}, {0, 0, 2}, {4, 0, 2}, {0, 4, 2}}})},
+        {"parabola tangent to the face: both move",
+         whole(true, {{{1, 1, 1}, {0, 0, 0}, {4, 0, 0}, {0, 4, 0}}}, {{{1, 1, 1}, {0, 0, 2}, {4, 0, 2}, {0, 4, 2}}})},
         {"face is a segment", whole(true, {{{1, 0, 2}, {0, 0, 0}, {4, 0, 0}, {2, 0, 0}}}, {{{1, 0, -2}, {0, 0, 0}, {4, 0, 0}, {2, 0, 0}}})},
         {"face is a point", whole(true, {{{0, 0, 2}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}}}, {{{0, 0, -2}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}}})},
-        {"face opens from a point over the vertex", whole(true, {{{1, 1, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}}},
-                                                             {{{1, 1, 0}, {0, 0, 0}, {4, 0, 0}, {0, 4, 0}}})},
+        {"face opens from a point over the vertex",
+         whole(true, {{{1, 1, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}}}, {{{1, 1, 0}, {0, 0, 0}, {4, 0, 0}, {0, 4, 0}}})},
         {"motion of ten thousand edges", against_face({1, 1, 40000}, {1, 1, -40000})},
         {"edges cross", whole(false, {{{-2, 0, 2}, {2, 0, 2}, {0, -2, 0}, {0, 2, 0}}}, {{{-2, 0, -2}, {2, 0, -2}, {0, -2, 0}, {0, 2, 0}}})},
-        {"edges touch at their ends", whole(false, {{{0, 0, 2}, {2, 0, 2}, {0, 0, 0}, {0, 2, 0}}}, {{{0, 0, 0}, {2, 0, 0}, {0, 0, 0}, {0, 2, 0}}})},
-        {"parallel edges meet", whole(false, {{{0, 0, 2}, {4, 0, 2}, {2, 0, 0}, {6, 0, 0}}}, {{{0, 0, -2}, {4, 0, -2}, {2, 0, 0}, {6, 0, 0}}})},
-        {"collinear edges run into each other", whole(false, {{{0, 0, 0}, {2, 0, 0}, {4, 0, 0}, {6, 0, 0}}}, {{{4, 0, 0}, {6, 0, 0}, {4, 0, 0}, {6, 0, 0}}})},
-        {"parallel edges slide along each other", whole(false, {{{0, 0, 0}, {4, 0, 0}, {4, 0, 0}, {8, 0, 0}}}, {{{2, 0, 0}, {6, 0, 0}, {4, 0, 0}, {8, 0, 0}}})},
-        {"coplanar edges sweep across", whole(false, {{{-2, 0, 0}, {-2, 4, 0}, {0, 1, 0}, {4, 1, 0}}}, {{{2, 0, 0}, {2, 4, 0}, {0, 1, 0}, {4, 1, 0}}})},
-        {"both edges are points", whole(false, {{{0, 0, 2}, {0, 0, 2}, {0, 0, 0}, {0, 0, 0}}}, {{{0, 0, -2}, {0, 0, -2}, {0, 0, 0}, {0, 0, 0}}})},
-        {"nothing moves, edges cross", whole(false, {{{-2, 0, 0}, {2, 0, 0}, {0, -2, 0}, {0, 2, 0}}}, {{{-2, 0, 0}, {2, 0, 0}, {0, -2, 0}, {0, 2, 0}}})},
+        {"edges touch at their ends",
+         whole(false, {{{0, 0, 2}, {2, 0, 2}, {0, 0, 0}, {0, 2, 0}}}, {{{0, 0, 0}, {2, 0, 0}, {0, 0, 0}, {0, 2, 0}}})},
+        {"parallel edges meet",
+         whole(false, {{{0, 0, 2}, {4, 0, 2}, {2, 0, 0}, {6, 0, 0}}}, {{{0, 0, -2}, {4, 0, -2}, {2, 0, 0}, {6, 0, 0}}})},
+        {"collinear edges run into each other",
+         whole(false, {{{0, 0, 0}, {2, 0, 0}, {4, 0, 0}, {6, 0, 0}}}, {{{4, 0, 0}, {6, 0, 0}, {4, 0, 0}, {6, 0, 0}}})},
+        {"parallel edges slide along each other",
+         whole(false, {{{0, 0, 0}, {4, 0, 0}, {4, 0, 0}, {8, 0, 0}}}, {{{2, 0, 0}, {6, 0, 0}, {4, 0, 0}, {8, 0, 0}}})},
+        {"coplanar edges sweep across",
+         whole(false, {{{-2, 0, 0}, {-2, 4, 0}, {0, 1, 0}, {4, 1, 0}}}, {{{2, 0, 0}, {2, 4, 0}, {0, 1, 0}, {4, 1, 0}}})},
+        {"both edges are points",
+         whole(false, {{{0, 0, 2}, {0, 0, 2}, {0, 0, 0}, {0, 0, 0}}}, {{{0, 0, -2}, {0, 0, -2}, {0, 0, 0}, {0, 0, 0}}})},
+        {"nothing moves, edges cross",
+         whole(false, {{{-2, 0, 0}, {2, 0, 0}, {0, -2, 0}, {0, 2, 0}}}, {{{-2, 0, 0}, {2, 0, 0}, {0, -2, 0}, {0, 2, 0}}})},
     };
     for (const auto& [name, pair] : cases) {
         const bool expected = std::string_view(name).substr(0, 8) != "parabola";
@@ -263,7 +270,8 @@ TEST(Sweep, FourAtATimeAnswerAsOneAtATime) {
     SCOPED_TRACE(kSeed);
     Random random(kSeed);
     for (const double distance : {0.0, 0.02, 0.2}) {
-        const testing::Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.5, 0.4), b = testing::make_triangle_soup(random, 41, 1.0, 0.5, 0.4);
+        const testing::Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.5, 0.4),
+                               b = testing::make_triangle_soup(random, 41, 1.0, 0.5, 0.4);
         const SweepLimits limits{.distance = distance, .tolerance = 0.01 * distance};
         std::vector<FeaturePair> pairs;
         for (Index i = 0; i < 120; ++i)

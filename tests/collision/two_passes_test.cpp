@@ -30,8 +30,15 @@ TEST(TwoPasses, OneViewGivesTheBitsOfTheOrderFreeForm) {
             for (Index prism = 0; prism < prisms.size(); ++prism) questions.push_back({prism, set});
             question_begin.push_back(questions.size());
         }
-        const CullJob job{.width = 96, .height = 80, .footprints = footprints, .corners = s.triangles, .set_begin = sets.begin, .set_members = sets.members,
-                          .questions = questions, .question_begin = question_begin, .memory = CullMemory::Fronts};
+        const CullJob job{.width = 96,
+                          .height = 80,
+                          .footprints = footprints,
+                          .corners = s.triangles,
+                          .set_begin = sets.begin,
+                          .set_members = sets.members,
+                          .questions = questions,
+                          .question_begin = question_begin,
+                          .memory = CullMemory::Fronts};
         std::vector<std::uint8_t> reference(questions.size(), 7), hits(questions.size(), 7);
         CpuCanvas canvas;
         EXPECT_EQ(find_hits_in_two_passes(job, canvas, reference), 2 * prisms.size() * sets.count());

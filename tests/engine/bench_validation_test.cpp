@@ -48,7 +48,8 @@ TEST(BenchFem, QuickHasABarBesideItsTargetsAndTheCostOverMeshSize) {
         options.threads = threads;
         const auto table = bench->run(options);
         ASSERT_TRUE(table.ok());
-        const auto scaling = std::count_if(table->rows.begin(), table->rows.end(), [](const BenchRow& row) { return row["name"] == "scaling"; });
+        const auto scaling =
+            std::count_if(table->rows.begin(), table->rows.end(), [](const BenchRow& row) { return row["name"] == "scaling"; });
         EXPECT_EQ(scaling, 3 * 2 * static_cast<long>(threads)); // sizes, laws, thread counts
         ASSERT_EQ(table->sketches.size(), 1u);
         const std::string page = bench_page(*bench, *table);

@@ -21,7 +21,8 @@ std::vector<std::filesystem::path> surfaces_of(const std::filesystem::path& fold
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
         for (const char* kind : {".obj", ".ply", ".stl", ".STL", ".off"})
-            if (entry.is_regular_file() && name.find(kind) != std::string::npos && entry.file_size() < 2'000'000) files.push_back(entry.path());
+            if (entry.is_regular_file() && name.find(kind) != std::string::npos && entry.file_size() < 2'000'000)
+                files.push_back(entry.path());
     }
     std::sort(files.begin(), files.end());
     return files;
@@ -55,8 +56,8 @@ TEST(ChromaticData, AnOrdinaryMeshTakesAboutTwentySetsAndAGridEighteen) {
     ASSERT_TRUE(bunny.ok() && cloth.ok());
     const auto of_bunny = report_chromatic(bunny->triangles, bunny->vertices.size());
     const auto of_cloth = report_chromatic(cloth->triangles, cloth->vertices.size());
-    std::printf("bunny %zu triangles: %u sets in %.3f s; cloth %zu: %u in %.3f s\n", bunny->triangles.size(), of_bunny.colours, of_bunny.seconds,
-                cloth->triangles.size(), of_cloth.colours, of_cloth.seconds);
+    std::printf("bunny %zu triangles: %u sets in %.3f s; cloth %zu: %u in %.3f s\n", bunny->triangles.size(), of_bunny.colours,
+                of_bunny.seconds, cloth->triangles.size(), of_cloth.colours, of_cloth.seconds);
     EXPECT_LE(of_bunny.colours, 28u);
     EXPECT_EQ(of_cloth.colours, 18u);
     EXPECT_TRUE(of_cloth.from_grid);
@@ -69,7 +70,8 @@ TEST(ChromaticData, ImageSpaceLosesNoneOfTheKnownCrossings) {
         const char* file;
         std::size_t crossings; // as the data's manifest counts them
     };
-    for (const Known& known : {Known{"cloth/ipc_two-cubes-intersecting.ply", 96}, Known{"cloth/ipc_two-cubes-close.ply", 0}, Known{"stanford/armadillo_25k_sofa.obj.gz", 1}}) {
+    for (const Known& known : {Known{"cloth/ipc_two-cubes-intersecting.ply", 96}, Known{"cloth/ipc_two-cubes-close.ply", 0},
+                               Known{"stanford/armadillo_25k_sofa.obj.gz", 1}}) {
         const auto mesh = read_surface(std::filesystem::path(data) / known.file);
         ASSERT_TRUE(mesh.ok());
         collision::ImageSpaceCuller culler(mesh->triangles, mesh->vertices.size());

@@ -73,8 +73,10 @@ TEST(ClothContacts, ExplainEveryPairOfTrianglesThatCameToCrossOrCeasedTo) {
     Hits hits;
     for (const collision::SearchContact& c : contacts) {
         const Contact& k = c.contact;
-        if (k.origin == ContactOrigin::ExactVF) hits.insert({feature({k.feature_a[0]}), feature({k.feature_b[0], k.feature_b[1], k.feature_b[2]})});
-        else hits.insert({feature({k.feature_a[0], k.feature_a[1]}), feature({k.feature_b[0], k.feature_b[1]})});
+        if (k.origin == ContactOrigin::ExactVF)
+            hits.insert({feature({k.feature_a[0]}), feature({k.feature_b[0], k.feature_b[1], k.feature_b[2]})});
+        else
+            hits.insert({feature({k.feature_a[0], k.feature_a[1]}), feature({k.feature_b[0], k.feature_b[1]})});
     }
     const auto before = read_pairs(folder / "cloth_ball92.selfpairs.txt.gz"), after = read_pairs(folder / "cloth_ball93.selfpairs.txt.gz");
     std::vector<TrianglePair> changed;
@@ -82,7 +84,8 @@ TEST(ClothContacts, ExplainEveryPairOfTrianglesThatCameToCrossOrCeasedTo) {
     EXPECT_GT(changed.size(), 10000u);
     std::size_t unexplained = 0;
     for (const TrianglePair& pair : changed) unexplained += !any_contact(t0->triangles[pair[0]], t0->triangles[pair[1]], hits);
-    std::printf("%zu contacts, %zu pairs of triangles changed, %zu of them without a contact\n", contacts.size(), changed.size(), unexplained);
+    std::printf("%zu contacts, %zu pairs of triangles changed, %zu of them without a contact\n", contacts.size(), changed.size(),
+                unexplained);
     EXPECT_EQ(unexplained, 0u);
 }
 

@@ -52,7 +52,8 @@ struct WholeView {
     std::vector<std::size_t> question_begin{0};
     CullJob job;
 
-    WholeView(std::span<const SweptCorners> prisms, std::span<const Triangle> corners, const ChromaticSets& sets, int axis, bool reversed, int size) {
+    WholeView(std::span<const SweptCorners> prisms, std::span<const Triangle> corners, const ChromaticSets& sets, int axis, bool reversed,
+              int size) {
         const CullFrame frame = make_cull_frame(view_along_axis(axis, reversed), prisms, 0.01, size, size);
         for (const SweptCorners& prism : prisms) footprints.push_back(make_footprint(frame, prism));
         for (Index set = 0; set < sets.count(); ++set) {
@@ -61,14 +62,21 @@ struct WholeView {
             for (Index prism = 0; prism < prisms.size(); ++prism) questions.push_back({prism, set});
             question_begin.push_back(questions.size());
         }
-        job = {.width = size, .height = size, .footprints = footprints, .corners = corners, .set_begin = set_begin, .set_members = members,
-               .questions = questions, .question_begin = question_begin};
+        job = {.width = size,
+               .height = size,
+               .footprints = footprints,
+               .corners = corners,
+               .set_begin = set_begin,
+               .set_members = members,
+               .questions = questions,
+               .question_begin = question_begin};
     }
 };
 
 std::vector<SweptCorners> prisms_of(const Cloth& c) {
     std::vector<SweptCorners> prisms;
-    for (const Triangle& t : c.topology.triangles) prisms.push_back({c.t0[t[0]], c.t0[t[1]], c.t0[t[2]], c.t1[t[0]], c.t1[t[1]], c.t1[t[2]]});
+    for (const Triangle& t : c.topology.triangles)
+        prisms.push_back({c.t0[t[0]], c.t0[t[1]], c.t0[t[2]], c.t1[t[0]], c.t1[t[1]], c.t1[t[2]]});
     return prisms;
 }
 
@@ -180,7 +188,13 @@ TEST(GpuCull, AskingNothingIsAnsweredWithNothing) {
     if (!backend.ok()) GTEST_SKIP() << backend.error().message;
     const std::vector<Index> set_begin = {0};
     const std::vector<std::size_t> question_begin = {0};
-    const CullJob job{.width = 8, .height = 8, .footprints = {}, .corners = {}, .set_begin = set_begin, .set_members = {}, .questions = {},
+    const CullJob job{.width = 8,
+                      .height = 8,
+                      .footprints = {},
+                      .corners = {},
+                      .set_begin = set_begin,
+                      .set_members = {},
+                      .questions = {},
                       .question_begin = question_begin};
     EXPECT_TRUE((*backend)->find_hits(job, {}).ok());
 }

@@ -31,7 +31,10 @@ TEST(FrameCamera, ShowsEveryPointAndFillsThePictureToTheMargin) {
         for (Vec3& p : points) p = Vec3(0.3 * uniform(random), 0.1 * uniform(random), 0.2 * uniform(random)) + Vec3(1.0, 2.0, -3.0);
         const Framing framing = {.direction = Vec3(uniform(random), uniform(random), uniform(random)),
                                  .up = Vec3(uniform(random), uniform(random), uniform(random)),
-                                 .aspect = 1.5, .field_of_view_rad = 0.6, .orthographic = trial % 2 == 1, .margin = 0.1};
+                                 .aspect = 1.5,
+                                 .field_of_view_rad = 0.6,
+                                 .orthographic = trial % 2 == 1,
+                                 .margin = 0.1};
         Box3 bounds;
         for (const Vec3& p : points) bounds.add(p);
         const Projection view = make_projection(frame_camera(points, framing), bounds, 600, 400);
@@ -65,7 +68,8 @@ TEST(Projection, MatricesAndPixelsAgree) {
         Box3 bounds;
         bounds.add(Vec3(-0.1, -0.2, -0.3));
         bounds.add(Vec3(0.4, 0.2, 0.3));
-        const Projection view = make_projection(frame_camera(bounds, {.direction = Vec3(1, 2, -0.5), .orthographic = orthographic}), bounds, 300, 200);
+        const Projection view =
+            make_projection(frame_camera(bounds, {.direction = Vec3(1, 2, -0.5), .orthographic = orthographic}), bounds, 300, 200);
         const Vec3 point(0.3, -0.1, 0.2);
         const Eigen::Vector3f relative = (point - view.origin).cast<float>();
         const Eigen::Vector4f clip = view.clip_from_view * (view.view_from_origin * relative.homogeneous());

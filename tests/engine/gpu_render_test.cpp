@@ -113,8 +113,8 @@ TEST(Shaded, ManyLayersInOnePlaceAreAllThere) {
     RenderScene scene;
     for (std::size_t i = 0; i < sheets.size(); ++i) {
         for (Vec3& v : sheets[i].vertices) v.y() += 0.001 * static_cast<double>(i);
-        scene.surfaces.push_back({.vertices = sheets[i].vertices, .triangles = sheets[i].triangles, .colour = Vec3(0.1, 0.1, 0.1),
-                                  .opacity = 0.01});
+        scene.surfaces.push_back(
+            {.vertices = sheets[i].vertices, .triangles = sheets[i].triangles, .colour = Vec3(0.1, 0.1, 0.1), .opacity = 0.01});
     }
     const auto picture = renderer->shaded(scene, frame_camera(sheet.bounds(), {.aspect = 4.0 / 3.0, .margin = -0.2}), 64, 48);
     ASSERT_TRUE(picture.ok()) << picture.error().message;

@@ -18,11 +18,16 @@ struct SmallScene {
         return {.vertices = organ.vertices, .triangles = organ.triangles, .colour = palette::kLiver, .opacity = 0.3};
     }
     [[nodiscard]] RenderSurface vessel_surface() const {
-        return {.vertices = vessel.vertices, .triangles = vessel.triangles, .colour = palette::kArtery, .opacity = 0.4,
+        return {.vertices = vessel.vertices,
+                .triangles = vessel.triangles,
+                .colour = palette::kArtery,
+                .opacity = 0.4,
                 .attenuation = palette::kContrastAttenuation};
     }
     [[nodiscard]] RenderSurface rod_surface() const {
-        return {.vertices = rod.vertices, .triangles = rod.triangles, .colour = palette::kInstrument,
+        return {.vertices = rod.vertices,
+                .triangles = rod.triangles,
+                .colour = palette::kInstrument,
                 .attenuation = palette::kInstrumentAttenuation};
     }
     [[nodiscard]] RenderScene scene() const {
@@ -60,6 +65,6 @@ struct Difference {
 
 } // namespace seldinger::engine::test
 
-#define REQUIRE_RENDERER(name)                                                                                         \
-    const auto name = ::seldinger::engine::test::any_renderer();                                                       \
+#define REQUIRE_RENDERER(name)                                                                                                             \
+    const auto name = ::seldinger::engine::test::any_renderer();                                                                           \
     if (name == nullptr) GTEST_SKIP() << "no OpenGL 4.5 on this machine: install libegl1 libgl1-mesa-dri"

@@ -57,8 +57,7 @@ class FolderTest : public testing::Test {
 protected:
     void SetUp() override {
         const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-        folder_ = std::filesystem::temp_directory_path() /
-                  ("seldinger-" + std::string(info->name()) + "-" + std::to_string(::getpid()));
+        folder_ = std::filesystem::temp_directory_path() / ("seldinger-" + std::string(info->name()) + "-" + std::to_string(::getpid()));
         std::filesystem::create_directories(folder_);
     }
     void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -115,7 +114,8 @@ inline std::string binary_msh4() {
 }
 
 inline std::string vtk_binary(bool five) {
-    std::string b = "# vtk DataFile Version " + std::string(five ? "5.1" : "3.0") + "\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n";
+    std::string b =
+        "# vtk DataFile Version " + std::string(five ? "5.1" : "3.0") + "\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n";
     for (const double c : {0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1.}) put(b, c, true);
     if (five) {
         b += "\nMETADATA\nINFORMATION 0\n\nCELLS 2 4\nOFFSETS vtktypeint64\n";
@@ -145,10 +145,12 @@ inline std::string vtu(VtuEncoding encoding, bool big) {
         if (encoding == VtuEncoding::Compressed) {
             const std::string a = deflate_bytes(data.substr(0, data.size() / 2), 15), c = deflate_bytes(data.substr(data.size() / 2), 15);
             if (data.size() < 2) { // a single block
-                for (const std::uint64_t v : {std::uint64_t{1}, std::uint64_t{data.size()}, std::uint64_t{0}, std::uint64_t{c.size()}}) put(head, v, big);
+                for (const std::uint64_t v : {std::uint64_t{1}, std::uint64_t{data.size()}, std::uint64_t{0}, std::uint64_t{c.size()}})
+                    put(head, v, big);
                 return base64(head) + base64(c);
             }
-            for (const std::uint64_t v : {std::uint64_t{2}, std::uint64_t{data.size() / 2}, std::uint64_t{0}, std::uint64_t{a.size()}, std::uint64_t{c.size()}})
+            for (const std::uint64_t v :
+                 {std::uint64_t{2}, std::uint64_t{data.size() / 2}, std::uint64_t{0}, std::uint64_t{a.size()}, std::uint64_t{c.size()}})
                 put(head, v, big);
             return base64(head) + base64(a + c);
         }
@@ -168,39 +170,47 @@ inline std::string vtu(VtuEncoding encoding, bool big) {
     xml += big ? "BigEndian\"" : "LittleEndian\"";
     if (encoding == VtuEncoding::Compressed) xml += " compressor=\"vtkZLibDataCompressor\"";
     xml += ">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">\n<Points>\n" + array("Float32", "Points", points);
-    xml += "</Points>\n<Cells>\n" + array("Int32", "connectivity", connectivity) + array("Int64", "offsets", ends) + array("UInt8", "types", types);
+    xml += "</Points>\n<Cells>\n" + array("Int32", "connectivity", connectivity) + array("Int64", "offsets", ends) +
+           array("UInt8", "types", types);
     xml += "</Cells>\n</Piece>\n</UnstructuredGrid>\n";
     if (is_appended)
-        xml += std::string("<AppendedData encoding=\"") + (encoding == VtuEncoding::AppendedRaw ? "raw" : "base64") + "\">\n_" + appended + "\n</AppendedData>\n";
+        xml += std::string("<AppendedData encoding=\"") + (encoding == VtuEncoding::AppendedRaw ? "raw" : "base64") + "\">\n_" + appended +
+               "\n</AppendedData>\n";
     return xml + "</VTKFile>\n";
 }
 
 inline std::vector<Sample> tet_samples() {
     return {
         {"gmsh1.msh", "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n2\n1 2 1 1 3 1 2 3\n2 4 1 1 4 1 2 3 4\n$ENDELM\n"},
-        {"gmsh2.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \"liver\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n"
-                      "3 0 1 0\n400 0 0 1\n$EndNodes\n$Elements\n2\n1 15 2 0 1 1\n2 4 2 0 1 1 2 3 400\n$EndElements\n"},
+        {"gmsh2.msh",
+         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \"liver\"\n$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n"
+         "3 0 1 0\n400 0 0 1\n$EndNodes\n$Elements\n2\n1 15 2 0 1 1\n2 4 2 0 1 1 2 3 400\n$EndElements\n"},
         {"gmsh2_binary.msh", binary_msh2()},
-        {"gmsh4.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n2 4 1 4\n2 1 1 1\n1\n0 0 0 0.5 0.5\n3 1 0 3\n2\n3\n4\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n"
+        {"gmsh4.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n2 4 1 4\n2 1 1 1\n1\n0 0 0 0.5 0.5\n3 1 0 3\n2\n3\n4\n1 0 0\n0 1 0\n0 "
+                      "0 1\n$EndNodes\n"
                       "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n"},
         {"gmsh4_binary.msh", binary_msh4()},
-        {"legacy.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTIME 1 1 double\n0.5\nPOINTS 4 float\n"
-                       "0 0 0 1 0 0\n0 1 0 0 0 1\nCELLS 2 7\n4 0 1 2 3\n1 0\nCELL_TYPES 2\n10 1\n"},
+        {"legacy.vtk",
+         "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTIME 1 1 double\n0.5\nPOINTS 4 float\n"
+         "0 0 0 1 0 0\n0 1 0 0 0 1\nCELLS 2 7\n4 0 1 2 3\n1 0\nCELL_TYPES 2\n10 1\n"},
         {"legacy_binary.vtk", vtk_binary(false)},
         {"legacy5_binary.vtk", vtk_binary(true)},
-        {"text.vtu", "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" NumberOfCells=\"1\"><Points>\n"
-                     "<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points><Cells>"
-                     "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray>"
-                     "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">4</DataArray>"
-                     "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>"},
+        {"text.vtu",
+         "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"4\" NumberOfCells=\"1\"><Points>\n"
+         "<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points><Cells>"
+         "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray>"
+         "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">4</DataArray>"
+         "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>"},
         {"inline.vtu", vtu(VtuEncoding::Inline, false)},
         {"inline_big.vtu", vtu(VtuEncoding::Inline, true)},
         {"inline_apart.vtu", vtu(VtuEncoding::InlineApart, false)},
         {"compressed.vtu", vtu(VtuEncoding::Compressed, false)},
         {"appended64.vtu", vtu(VtuEncoding::AppendedBase64, false)},
         {"appended_raw.vtu", vtu(VtuEncoding::AppendedRaw, true)},
-        {"medit.mesh", "MeshVersionFormatted 2\nDimension\n3\n# corners\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTriangles\n1\n1 2 3 9\nTetrahedra\n1\n1 2 3 4 0\nEnd\n"},
-        {"vega.veg", "# Vega\n*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n*MATERIAL m\nENU, 1000, 1e7, 0.45\n"},
+        {"medit.mesh", "MeshVersionFormatted 2\nDimension\n3\n# corners\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTriangles\n1\n1 "
+                       "2 3 9\nTetrahedra\n1\n1 2 3 4 0\nEnd\n"},
+        {"vega.veg", "# Vega\n*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n*MATERIAL m\nENU, "
+                     "1000, 1e7, 0.45\n"},
     };
 }
 
@@ -250,23 +260,27 @@ inline std::string binary_ply(bool big) {
 inline std::vector<Sample> surface_samples() {
     return {
         {"plain.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"},
-        {"rich.obj", "# c\r\nmtllib x.mtl\r\no tet\r\nv 0 0 0 1 nan nan\r\nv +1.0 0 0\r\nv 0 1e0 0\r\nv 0 -0 1\r\nvt 0 0\r\nvn 0 0 1\r\nusemtl m\r\ns off\r\n"
+        {"rich.obj", "# c\r\nmtllib x.mtl\r\no tet\r\nv 0 0 0 1 nan nan\r\nv +1.0 0 0\r\nv 0 1e0 0\r\nv 0 -0 1\r\nvt 0 0\r\nvn 0 0 "
+                     "1\r\nusemtl m\r\ns off\r\n"
                      "f 1/1/1 3/1/1 2/1/1\r\nf -4//1 -3//1 \\\r\n -1//1\r\nf 1/1 4/1 3/1\r\nf 2// 3// 4//\r\nl 1 2\r\n"},
-        {"text.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar int extra\n"
-                     "element edge 1\nproperty int a\nelement face 4\nproperty list uchar int vertex_index\nend_header\n"
-                     "0 0 0 0\n1 0 0 2 7 8\n0 1 0 0\n0 0 1 0\n5\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"},
+        {"text.ply",
+         "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar int extra\n"
+         "element edge 1\nproperty int a\nelement face 4\nproperty list uchar int vertex_index\nend_header\n"
+         "0 0 0 0\n1 0 0 2 7 8\n0 1 0 0\n0 0 1 0\n5\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"},
         {"little.ply", binary_ply(false)},
         {"big.ply", binary_ply(true)},
         {"text.stl", text_stl()},
         {"binary.STL", binary_stl()},
         {"plain.off", "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3 255 0 0\n3 0 3 2\n3 1 2 3"},
-        {"colour.off", "COFF 4 4 0 # counts\n\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n0 1 0 1 1 1 1\n0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"},
+        {"colour.off",
+         "COFF 4 4 0 # counts\n\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n0 1 0 1 1 1 1\n0 0 1 1 1 1 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"},
         {"poly.vtk", "# vtk DataFile Version 4.2\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\nLINES 1 3\n2 0 1\n"
                      "POLYGONS 2 8\n3 0 2 1\n3 0 1 3\nTRIANGLE_STRIPS 1 5\n4 0 3 2 1\nCELL_DATA 3\n"},
-        {"text.vtp", "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"4\" NumberOfPolys=\"4\"><Points>"
-                     "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points>"
-                     "<Polys><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 2 1 0 1 3 0 3 2 1 2 3</DataArray>"
-                     "<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">3 6 9 12</DataArray></Polys></Piece></PolyData></VTKFile>"},
+        {"text.vtp",
+         "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"4\" NumberOfPolys=\"4\"><Points>"
+         "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points>"
+         "<Polys><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">0 2 1 0 1 3 0 3 2 1 2 3</DataArray>"
+         "<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">3 6 9 12</DataArray></Polys></Piece></PolyData></VTKFile>"},
     };
 }
 

@@ -70,7 +70,8 @@ TEST_F(Formats, ATetGenPairIsFoundFromEitherFile) {
 }
 
 TEST_F(Formats, AFileOfTheOtherOrientationIsTurnedRoundAsAWhole) {
-    const std::string head = "MeshVersionFormatted 1\nDimension 3\nVertices\n5\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 1 1 0\nTetrahedra\n2\n";
+    const std::string head =
+        "MeshVersionFormatted 1\nDimension 3\nVertices\n5\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 1 1 0\nTetrahedra\n2\n";
     const Result<TetMesh> turned = read_tets(write("negative.mesh", head + "2 1 3 4 0\n2 4 3 5 0\nEnd\n"));
     ASSERT_TRUE(turned.ok());
     EXPECT_TRUE(inspect_tets(*turned).valid());
@@ -85,16 +86,17 @@ TEST_F(Formats, PiecesOfAVtuKeepTheirOwnPoints) {
                               "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray>"
                               "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">4</DataArray>"
                               "<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">10</DataArray></Cells></Piece>";
-    const Result<TetMesh> mesh = read_tets(write(
-        "pieces.vtu", "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>" + piece + piece + "</UnstructuredGrid></VTKFile>"));
+    const Result<TetMesh> mesh = read_tets(
+        write("pieces.vtu", "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>" + piece + piece + "</UnstructuredGrid></VTKFile>"));
     ASSERT_TRUE(mesh.ok()) << mesh.error().to_string();
     EXPECT_EQ(mesh->vertices.size(), 8u);
     EXPECT_EQ(inspect_tets(*mesh).components, 2u);
 }
 
 TEST_F(Formats, ObjGroupsKeepTheirFacesAndVertices) {
-    const std::filesystem::path path = write("groups.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nv 6 5 5\nv 5 6 5\no body\ng aorta wall\nf 1 2 3\n"
-                                                           "g coeliac\nf 4 5 6\ng empty\n");
+    const std::filesystem::path path =
+        write("groups.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nv 6 5 5\nv 5 6 5\no body\ng aorta wall\nf 1 2 3\n"
+                            "g coeliac\nf 4 5 6\ng empty\n");
     const Result<TriMesh> one = read_surface(path, {.groups = {"coeliac"}});
     ASSERT_TRUE(one.ok()) << one.error().to_string();
     EXPECT_EQ(one->triangles, (std::vector<Triangle>{{0, 1, 2}}));

@@ -21,7 +21,7 @@ const std::string kName = "some/mesh";
 
 /// What holds for every outcome; true for a mesh.
 template <class Mesh, class Cells>
-bool is_sound(const Result<Mesh>& mesh, Cells Mesh::* cells) {
+bool is_sound(const Result<Mesh>& mesh, Cells Mesh::*cells) {
     if (!mesh.ok()) {
         EXPECT_EQ(mesh.error().file, kName);
         EXPECT_FALSE(mesh.error().message.empty());
@@ -65,8 +65,7 @@ TEST_F(HostileFiles, CutOffAnywhereAnErrorOrASmallerMeshComesBack) {
     for (const Sample& sample : all_samples()) {
         SCOPED_TRACE(sample.name);
         EXPECT_TRUE(parse_is_sound(sample.name, sample.bytes));
-        for (std::size_t size = 0; size < sample.bytes.size(); ++size)
-            parse_is_sound(sample.name, sample.bytes.substr(0, size));
+        for (std::size_t size = 0; size < sample.bytes.size(); ++size) parse_is_sound(sample.name, sample.bytes.substr(0, size));
     }
 }
 
@@ -90,8 +89,10 @@ TEST_F(HostileFiles, RandomDamageNeverCrashes) {
             std::string bytes = sample.bytes;
             for (unsigned hits = 1 + random() % 4; hits > 0; --hits) {
                 const std::size_t at = random() % bytes.size();
-                if (random() % 3 == 0) bytes.replace(at, 1, "99999999999999");
-                else bytes[at] = static_cast<char>(random());
+                if (random() % 3 == 0)
+                    bytes.replace(at, 1, "99999999999999");
+                else
+                    bytes[at] = static_cast<char>(random());
             }
             parse_is_sound(sample.name, bytes);
         }
@@ -104,10 +105,13 @@ TEST_F(HostileFiles, HugeCountsAreRefusedBeforeAnythingIsAllocated) {
         {"a.off", "OFF\n" + huge + " 1 0\n0 0 0\n"},
         {"b.off", "OFF\n3 " + huge + " 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"},
         {"c.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n" + huge + " 0 1 2\n"},
-        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n"},
-        {"b.ply", "ply\nformat ascii 1.0\nelement nothing " + huge + "\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-                  "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n"},
-        {"c.ply", "ply\nformat binary_little_endian 1.0\nelement face 4000000000\nproperty list uchar int vertex_indices\nelement vertex 1\nproperty uchar x\n"
+        {"a.ply",
+         "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n"},
+        {"b.ply", "ply\nformat ascii 1.0\nelement nothing " + huge +
+                      "\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                      "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n"},
+        {"c.ply", "ply\nformat binary_little_endian 1.0\nelement face 4000000000\nproperty list uchar int vertex_indices\nelement vertex "
+                  "1\nproperty uchar x\n"
                   "property uchar y\nproperty uchar z\nend_header\n\x01"},
         {"a.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n" + huge + "\n1 0 0 0\n"},
         {"b.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 " + huge + " 1 1\n3 1 0 " + huge + "\n1\n0 0 0\n"},
@@ -115,7 +119,8 @@ TEST_F(HostileFiles, HugeCountsAreRefusedBeforeAnythingIsAllocated) {
         {"a.vtk", "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 4000000000 double\n0"},
         {"b.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 double\n0 0 0\nCELLS " + huge + " 2\n1 0\n"},
         {"c.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nFIELD f 1\na " + huge + " " + huge + " double\n0\n"},
-        {"d.vtk", "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 double\n0 0 0\nCELLS " + huge + " 2\nOFFSETS vtktypeint64\n0 1\n"},
+        {"d.vtk", "# vtk DataFile Version 5.1\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 double\n0 0 0\nCELLS " + huge +
+                      " 2\nOFFSETS vtktypeint64\n0 1\n"},
         {"a.mesh", "MeshVersionFormatted 1\nDimension 3\nVertices\n" + huge + "\n0 0 0 0\n"},
         {"a.veg", "*VERTICES\n" + huge + " 3 0 0\n1 0 0 0\n"},
     };
@@ -166,7 +171,11 @@ TEST_F(HostileFiles, DamagedGzipIsAnError) {
 }
 
 TEST_F(HostileFiles, ErrorsNameFileAndLine) {
-    struct Case { Sample sample; std::size_t line; const char* word; };
+    struct Case {
+        Sample sample;
+        std::size_t line;
+        const char* word;
+    };
     const Case cases[] = {
         {{"nan.obj", "v 0 0 0\n# c\nv nan 0 0\nv 0 1 0\nf 1 2 3\n"}, 3, "not finite"},
         {{"range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n\nf 1 2 100\nf 1 2 3\n"}, 6, "vertex index 100"},
@@ -175,11 +184,18 @@ TEST_F(HostileFiles, ErrorsNameFileAndLine) {
         {{"short.obj", "v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n"}, 3, "'v' is not a number"},
         {{"comma.off", "OFF\n3 1 0\n0,5 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"}, 3, "'0,5'"},
         {{"inf.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-                     "property list uchar int vertex_indices\nend_header\n0 0 0\n1 inf 0\n0 1 0\n3 0 1 2\n"}, 11, "not finite"},
-        {{"loop.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n"}, 6, "facet with 2"},
+                     "property list uchar int vertex_indices\nend_header\n0 0 0\n1 inf 0\n0 1 0\n3 0 1 2\n"},
+         11,
+         "not finite"},
+        {{"loop.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\nendsolid\n"},
+         6,
+         "facet with 2"},
         {{"tail.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 1 1 2\n$ENDELM\n"}, 7, "node 2"},
-        {{"text.vtu", "<VTKFile type=\"UnstructuredGrid\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"1\" NumberOfCells=\"0\">\n<Points>\n"
-                      "<DataArray type=\"Float64\" format=\"ascii\">\n0 0\nzero\n</DataArray></Points></Piece></UnstructuredGrid></VTKFile>"}, 7, "'zero'"},
+        {{"text.vtu",
+          "<VTKFile type=\"UnstructuredGrid\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"1\" NumberOfCells=\"0\">\n<Points>\n"
+          "<DataArray type=\"Float64\" format=\"ascii\">\n0 0\nzero\n</DataArray></Points></Piece></UnstructuredGrid></VTKFile>"},
+         7,
+         "'zero'"},
     };
     for (const Case& c : cases) {
         SCOPED_TRACE(c.sample.name);

@@ -21,7 +21,11 @@ TEST(PathCsv, HeaderCommentsAndBlankLinesAreOptional) {
 }
 
 TEST(PathCsv, WhatIsWrongIsNamedWithLineAndColumn) {
-    struct Case { const char* text; std::size_t line, column; const char* word; };
+    struct Case {
+        const char* text;
+        std::size_t line, column;
+        const char* word;
+    };
     const Case cases[] = {
         {"", 0, 0, "no row"},
         {"t,insertion,rotation\n# nothing\n", 0, 0, "no row"},

@@ -75,8 +75,8 @@ TEST(SurfaceDistance, IsThatOfEveryVertexAgainstEveryTriangle) {
     for (const double size : {1e-6, 1e-3, 0.05}) {
         std::vector<Vec3> moved = ball.vertices;
         for (Vec3& v : moved) v += size * Vec3(random(), random(), random()) + Vec3(2.0 * size, 0.0, 0.0);
-        EXPECT_NEAR(measure_distance(ball.triangles, ball.vertices, moved).hausdorff,
-                    hausdorff_by_brute_force(ball, ball.vertices, moved), 1e-12)
+        EXPECT_NEAR(measure_distance(ball.triangles, ball.vertices, moved).hausdorff, hausdorff_by_brute_force(ball, ball.vertices, moved),
+                    1e-12)
             << "seed 12345, size " << size;
     }
 }
@@ -113,7 +113,9 @@ TEST(Patches, OfABallOnATableAreWhereItTouches) {
     double deepest = 0.0;
     for (const PatchContact& contact : near) deepest = std::max(deepest, contact.depth);
     EXPECT_NEAR(deepest, 0.5e-3 + 0.3e-3, 0.05e-3) << "half a millimetre in, and the tolerance";
-    const auto of_body = [&](BodyId body) { return std::count_if(near.begin(), near.end(), [&](const auto& c) { return c.patch.body == body; }); };
+    const auto of_body = [&](BodyId body) {
+        return std::count_if(near.begin(), near.end(), [&](const auto& c) { return c.patch.body == body; });
+    };
     EXPECT_GT(of_body(0), 0);
     EXPECT_GT(of_body(1), 0);
     EXPECT_LT(of_body(1), 10) << "of some 300 patches of the table";

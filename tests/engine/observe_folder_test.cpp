@@ -4,10 +4,10 @@
 
 #include <csignal>
 
+#include <fcntl.h>
 #include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <fcntl.h>
 #include <unistd.h>
 
 namespace seldinger::engine::test {
@@ -31,10 +31,12 @@ TEST_F(OutputFolders, WithFilesInThemAreRefusedAndLeftAsTheyWere) {
 }
 
 TEST_F(OutputFolders, LoseOnlyOldOutputsWhenForced) {
-    for (const char* ours : {"steps.csv", "steps.csv.partial", "summary.json", "report.html", "anatomy_01_t04.20s.png", "fluoro_12_t100.00s.png",
-                             ".steps.csv.123.0.part", "record/00_liver_000010.vtp", "record/states.pvd", "last_good_state/00_liver_coarse.vtu"})
+    for (const char* ours :
+         {"steps.csv", "steps.csv.partial", "summary.json", "report.html", "anatomy_01_t04.20s.png", "fluoro_12_t100.00s.png",
+          ".steps.csv.123.0.part", "record/00_liver_000010.vtp", "record/states.pvd", "last_good_state/00_liver_coarse.vtu"})
         write(ours, "old");
-    for (const char* theirs : {"notes.txt", "anatomy.png", "my_steps.csv", "record/measurements.xlsx", "data/steps.csv"}) write(theirs, "mine");
+    for (const char* theirs : {"notes.txt", "anatomy.png", "my_steps.csv", "record/measurements.xlsx", "data/steps.csv"})
+        write(theirs, "mine");
     const Result<OutputFolder> folder = OutputFolder::open(out, true);
     ASSERT_TRUE(folder.ok()) << folder.error().to_string();
     EXPECT_EQ(names(), (std::vector<std::string>{".seldinger.lock", "anatomy.png", "data", "my_steps.csv", "notes.txt", "record"}));

@@ -94,7 +94,9 @@ TEST_F(Regression, TheFirstDifferenceIsNamedByStepPartNodeAndSize) {
     other.samples[12].parts[0].points[2].x() += 1e-2;
     other.state_hash ^= 1;
     const std::string words = first_difference(trace, other, 0.0);
-    EXPECT_NE(words.find(fmt::format("step {}, organ, node {}", trace.samples[10].step, trace.samples[10].parts[0].ids[2])), std::string::npos) << words;
+    EXPECT_NE(words.find(fmt::format("step {}, organ, node {}", trace.samples[10].step, trace.samples[10].parts[0].ids[2])),
+              std::string::npos)
+        << words;
     EXPECT_NE(words.find("1e-05 m"), std::string::npos) << words;
     EXPECT_NE(first_difference(trace, other, 1e-4).find(fmt::format("step {}", trace.samples[12].step)), std::string::npos);
     EXPECT_EQ(first_difference(trace, other, 0.05), "");

@@ -93,7 +93,7 @@ TEST_F(Report, ComesWithATableAndANoticeWhereGnuplotIsNot) {
 
 TEST_F(Report, ShowsThePicturesThatTheSceneAsksFor) {
     const TinyRun run(changed({{R"("effects": ["coarse_contact", "exact_contact"])",
-                            R"("effects": ["coarse_contact", "exact_contact", "fluoroscopy"],
+                                R"("effects": ["coarse_contact", "exact_contact", "fluoroscopy"],
                                "outputs": {"size": [160, 96], "pictures": [{"view": "anatomy", "time": 0}, {"view": "tip", "time": 0.05},
                                            {"view": "anatomy", "time": 0.2}, {"view": "anatomy", "time": 0.19}]})"}}));
     std::vector<std::string> notices;
@@ -108,7 +108,8 @@ TEST_F(Report, ShowsThePicturesThatTheSceneAsksFor) {
     for (const std::string name : expected) EXPECT_EQ(text_of(name).substr(1, 3), "PNG") << name;
     const std::string page = text_of("report.html");
     std::size_t images = 0;
-    for (std::size_t at = page.find("data:image/png;base64,"); at != std::string::npos; at = page.find("data:image/png;base64,", at + 1)) ++images;
+    for (std::size_t at = page.find("data:image/png;base64,"); at != std::string::npos; at = page.find("data:image/png;base64,", at + 1))
+        ++images;
     EXPECT_EQ(images, 4u);
 }
 
@@ -151,12 +152,13 @@ TEST(Html, MakesEveryTextHarmless) {
     EXPECT_EQ(escape_html("a<b>&\"c'"), "a&lt;b&gt;&amp;&quot;c&#39;");
     EXPECT_EQ(escape_html("h\xC3\xA9patique \xE8\x82\x9D"), "h\xC3\xA9patique \xE8\x82\x9D");
     EXPECT_EQ(escape_html("\xFF\x01"), "\xEF\xBF\xBD\xEF\xBF\xBD");
-    EXPECT_EQ(escape_html("\xC3"), "\xEF\xBF\xBD");             // cut off
-    EXPECT_EQ(escape_html("\xED\xA0\x80").size(), 9u);          // a surrogate, three bad bytes
+    EXPECT_EQ(escape_html("\xC3"), "\xEF\xBF\xBD");    // cut off
+    EXPECT_EQ(escape_html("\xED\xA0\x80").size(), 9u); // a surrogate, three bad bytes
 }
 
 TEST(Base64, AgreesWithTheStandardsExamples) {
-    const char* const examples[][2] = {{"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"foobar", "Zm9vYmFy"}};
+    const char* const examples[][2] = {{"", ""},        {"f", "Zg=="},        {"fo", "Zm8="},
+                                       {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"foobar", "Zm9vYmFy"}};
     for (const auto& [plain, coded] : examples) EXPECT_EQ(encode_base64(plain), coded);
     EXPECT_EQ(encode_base64("\xFF\xFE"), "//4=");
 }

@@ -30,8 +30,10 @@ const char* const kContractColumns =
 std::vector<std::string> fields_of(const std::string& line) {
     std::vector<std::string> fields(1);
     for (const char c : line) {
-        if (c == ',') fields.emplace_back();
-        else fields.back() += c;
+        if (c == ',')
+            fields.emplace_back();
+        else
+            fields.back() += c;
     }
     return fields;
 }
@@ -62,9 +64,31 @@ TEST_F(RunFolder, HoldsASummaryWithEveryKeyOfTheContract) {
     const auto done = tube_run().into(out, 20);
     ASSERT_TRUE(done.ok());
     const nlohmann::json json = summary();
-    for (const char* key : {"scene", "steps", "mode", "budget", "budget_scope", "simulated_s", "wall_s", "realtime_factor", "step_ms", "collision_ms",
-                            "budget_kept", "worst_overrun_ms", "substeps", "stable_step_s", "min_volume_ratio", "inverted_tets_max", "exact_steps",
-                            "contacts_total", "unresolved_total", "assumed_total", "lumen_exits", "energy_j", "stages_ms", "effects", "state_hash"})
+    for (const char* key : {"scene",
+                            "steps",
+                            "mode",
+                            "budget",
+                            "budget_scope",
+                            "simulated_s",
+                            "wall_s",
+                            "realtime_factor",
+                            "step_ms",
+                            "collision_ms",
+                            "budget_kept",
+                            "worst_overrun_ms",
+                            "substeps",
+                            "stable_step_s",
+                            "min_volume_ratio",
+                            "inverted_tets_max",
+                            "exact_steps",
+                            "contacts_total",
+                            "unresolved_total",
+                            "assumed_total",
+                            "lumen_exits",
+                            "energy_j",
+                            "stages_ms",
+                            "effects",
+                            "state_hash"})
         EXPECT_TRUE(json.contains(key)) << key;
     for (const char* series : {"step_ms", "collision_ms"}) {
         const nlohmann::json& p = json[series];
@@ -91,7 +115,8 @@ TEST_F(RunFolder, HoldsASummaryWithEveryKeyOfTheContract) {
 TEST_F(RunFolder, SaysTheSameTwiceExceptForTimes) {
     const auto clean = [&] {
         nlohmann::json json = summary();
-        for (const char* timing : {"wall_s", "realtime_factor", "step_ms", "collision_ms", "stages_ms", "observe_s", "prepare_s"}) json.erase(timing);
+        for (const char* timing : {"wall_s", "realtime_factor", "step_ms", "collision_ms", "stages_ms", "observe_s", "prepare_s"})
+            json.erase(timing);
         return json;
     };
     ASSERT_TRUE(tube_run().into(out, 15).ok());

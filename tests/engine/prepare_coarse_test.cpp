@@ -25,8 +25,10 @@ public:
         setenv("SELDINGER_CACHE", folder_.path().c_str(), 1);
     }
     ~PrivateCache() {
-        if (before_.empty()) unsetenv("SELDINGER_CACHE");
-        else setenv("SELDINGER_CACHE", before_.c_str(), 1);
+        if (before_.empty())
+            unsetenv("SELDINGER_CACHE");
+        else
+            setenv("SELDINGER_CACHE", before_.c_str(), 1);
     }
     PrivateCache(const PrivateCache&) = delete;
     PrivateCache& operator=(const PrivateCache&) = delete;
@@ -60,7 +62,8 @@ TriMesh make_bumpy_ball(int rounds) {
     return mesh;
 }
 
-#define NEED_TETGEN() if (!find_program("tetgen", "tetgen").ok()) GTEST_SKIP() << "tetgen is not installed"
+#define NEED_TETGEN()                                                                                                                      \
+    if (!find_program("tetgen", "tetgen").ok()) GTEST_SKIP() << "tetgen is not installed"
 
 } // namespace
 
@@ -156,7 +159,10 @@ TEST(Coarse, LatticeOfTheBunnyBearsFiveTimesTetGensStepAtItsNodeCount) {
         fem::StableStepWorkspace workspace;
         return fem::find_stable_step(*model, model->rest_position, nullptr, workspace).step;
     };
-    struct Asked { std::size_t triangles; double times; }; // 642 nodes are too few for cells inside the ears: 4.2 times there
+    struct Asked {
+        std::size_t triangles;
+        double times;
+    }; // 642 nodes are too few for cells inside the ears: 4.2 times there
     for (const auto& [triangles, times] : {Asked{800, 4.0}, Asked{1400, 5.0}, Asked{3000, 5.0}}) {
         const auto tetgen = make_coarse_mesh(surface, {.surface_triangles = triangles, .use_cache = false});
         ASSERT_TRUE(tetgen.ok()) << tetgen.error().to_string();

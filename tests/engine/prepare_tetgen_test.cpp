@@ -43,7 +43,8 @@ TriMesh make_ball(Index rings, Index spokes, double radius, const Vec3& centre =
 
 bool have_tetgen() { return find_program("tetgen", "tetgen").ok(); }
 
-#define NEED_TETGEN() if (!have_tetgen()) GTEST_SKIP() << "tetgen is not installed"
+#define NEED_TETGEN()                                                                                                                      \
+    if (!have_tetgen()) GTEST_SKIP() << "tetgen is not installed"
 
 double volume_of(const TetMesh& mesh) { return inspect_tets(mesh).volume; }
 

@@ -144,8 +144,8 @@ TEST(HostileScenes, RandomDamageNeverCrashes) {
 }
 
 TEST(HostileScenes, PositionsOfAllKindsOfValuesAreExact) {
-    const auto tree = parse_json_tree(
-        "{\n \"a\\\"\\\\\" : \"x\\\\\",\n  \"b\": -1.5e3 , \"c\":[true,\nfalse, null,12], // ,\n\"d\": {}}", "t");
+    const auto tree =
+        parse_json_tree("{\n \"a\\\"\\\\\" : \"x\\\\\",\n  \"b\": -1.5e3 , \"c\":[true,\nfalse, null,12], // ,\n\"d\": {}}", "t");
     ASSERT_TRUE(tree.ok()) << tree.error().to_string();
     const auto expect = [](const JsonNode& node, std::size_t line, std::size_t column) {
         EXPECT_EQ(node.at.line, line) << describe(node);

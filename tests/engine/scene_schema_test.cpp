@@ -42,13 +42,10 @@ private:
         return "";
     }
 
-    std::string check_word(const Json& value, const Json& schema, const std::string& word, const Json& rule,
-                           const std::string& at) const {
+    std::string check_word(const Json& value, const Json& schema, const std::string& word, const Json& rule, const std::string& at) const {
         if (word == "$ref") return check(value, root_.at(Json::json_pointer(rule.get<std::string>().substr(1))), at);
-        if (word == "type")
-            return has_type(value, rule.get<std::string>()) ? "" : at + " is not of type " + rule.get<std::string>();
-        if (word == "enum")
-            return std::find(rule.begin(), rule.end(), value) != rule.end() ? "" : at + " is none of " + rule.dump();
+        if (word == "type") return has_type(value, rule.get<std::string>()) ? "" : at + " is not of type " + rule.get<std::string>();
+        if (word == "enum") return std::find(rule.begin(), rule.end(), value) != rule.end() ? "" : at + " is none of " + rule.dump();
         if (word == "anyOf") return check_any(value, rule, at);
         if (word == "allOf") {
             for (const Json& one : rule)
@@ -86,8 +83,7 @@ private:
         if (word == "properties")
             for (const auto& [key, sub] : rule.items())
                 if (value.contains(key))
-                    if (std::string violation = check(value.at(key), sub, at + "." + key); !violation.empty())
-                        return violation;
+                    if (std::string violation = check(value.at(key), sub, at + "." + key); !violation.empty()) return violation;
         if (word == "additionalProperties")
             for (const auto& [key, sub] : value.items())
                 if (!schema.contains("properties") || !schema.at("properties").contains(key))
@@ -95,8 +91,7 @@ private:
         return "";
     }
 
-    std::string check_array_word(const Json& value, const std::string& word, const Json& rule,
-                                 const std::string& at) const {
+    std::string check_array_word(const Json& value, const std::string& word, const Json& rule, const std::string& at) const {
         if (word == "minItems" && value.size() < rule.get<std::size_t>()) return at + " has too few items";
         if (word == "maxItems" && value.size() > rule.get<std::size_t>()) return at + " has too many items";
         for (std::size_t i = 0; i < value.size(); ++i) {
@@ -109,8 +104,7 @@ private:
         return "";
     }
 
-    static std::string check_number_word(double value, const std::string& word, const Json& rule,
-                                         const std::string& at) {
+    static std::string check_number_word(double value, const std::string& word, const Json& rule, const std::string& at) {
         if (word == "minimum" && value < rule.get<double>()) return at + " is too small";
         if (word == "exclusiveMinimum" && value <= rule.get<double>()) return at + " is too small";
         if (word == "maximum" && value > rule.get<double>()) return at + " is too large";
@@ -139,13 +133,9 @@ std::vector<std::filesystem::path> json_files(const std::filesystem::path& folde
     return files;
 }
 
-TEST(Published, SchemaIsTheTables) {
-    expect_published(source_root() / "assets/scene.schema.json", scene_schema_text());
-}
+TEST(Published, SchemaIsTheTables) { expect_published(source_root() / "assets/scene.schema.json", scene_schema_text()); }
 
-TEST(Published, ReferencePageIsTheTables) {
-    expect_published(source_root() / "docs/scene.md", scene_reference_markdown());
-}
+TEST(Published, ReferencePageIsTheTables) { expect_published(source_root() / "docs/scene.md", scene_reference_markdown()); }
 
 TEST(Published, EveryShippedSceneIsAcceptedByReaderAndSchema) {
     const Validator validator(scene_schema());
@@ -195,8 +185,7 @@ TEST(Schema, RefusesWhatTheTableRefuses) {
         {"\"fraction\": 0.2", "\"fraction\": 15"},
         {"\"sphere\", \"radius\": 50", "\"sphere\""},
     };
-    for (const auto& [piece, other] : spoilt)
-        EXPECT_NE(validator.first_violation(with_comments(spoil(piece, other))), "") << other;
+    for (const auto& [piece, other] : spoilt) EXPECT_NE(validator.first_violation(with_comments(spoil(piece, other))), "") << other;
 }
 
 TEST(Schema, EveryKeyIsExplained) {

@@ -84,8 +84,7 @@ TEST(Scenes, EffectsAsAListOrByNameAreTheSame) {
                                         "{\"elasticity\": true, \"damping\": true, \"gravity\": false, "
                                         "\"coarse_contact\": true, \"exact_contact\": true}"));
     EXPECT_EQ(list.effects.names(), object.effects.names());
-    EXPECT_EQ(list.effects.names(),
-              (std::vector<std::string>{"elasticity", "damping", "coarse_contact", "exact_contact"}));
+    EXPECT_EQ(list.effects.names(), (std::vector<std::string>{"elasticity", "damping", "coarse_contact", "exact_contact"}));
 }
 
 TEST(Scenes, WithoutEffectsTheUsualOnesAreOn) {
@@ -98,8 +97,7 @@ TEST(Scenes, WithoutEffectsTheUsualOnesAreOn) {
 }
 
 TEST(Scenes, BreathingHasDefaultsOrItsOwnNumbers) {
-    EXPECT_DOUBLE_EQ(accepted(spoil("\"damping\"", "\"breathing\"")).effects.breathing->amplitude,
-                     BreathingSpec{}.amplitude);
+    EXPECT_DOUBLE_EQ(accepted(spoil("\"damping\"", "\"breathing\"")).effects.breathing->amplitude, BreathingSpec{}.amplitude);
     const Scene scene = accepted(spoil("[\"elasticity\", \"damping\", \"coarse_contact\", \"exact_contact\"]",
                                        "{\"breathing\": {\"amplitude\": 8, \"direction\": [0, 0, -3]}}"));
     EXPECT_DOUBLE_EQ(scene.effects.breathing->amplitude, 0.008);
@@ -108,8 +106,7 @@ TEST(Scenes, BreathingHasDefaultsOrItsOwnNumbers) {
 }
 
 TEST(Scenes, APictureCountIsSpreadOverTheRun) {
-    const Scene scene =
-        accepted(spoil("\"effects\": [", "\"outputs\": {\"pictures\": 2}, \"effects\": [\"fluoroscopy\", "));
+    const Scene scene = accepted(spoil("\"effects\": [", "\"outputs\": {\"pictures\": 2}, \"effects\": [\"fluoroscopy\", "));
     ASSERT_EQ(scene.outputs.pictures.size(), 4U);
     EXPECT_DOUBLE_EQ(scene.outputs.pictures[0].time, 0.5);
     EXPECT_EQ(scene.outputs.pictures[3].view, PictureView::Fluoroscopy);
@@ -120,8 +117,7 @@ TEST(Scenes, UnusualNumbersAreQuestionedNotRefused) {
     EXPECT_TRUE(accepted(kSoundScene).questions.empty());
     const Scene scene = accepted(spoil("1060", "4000, \"poisson_ratio\": 0.49"));
     ASSERT_EQ(scene.questions.size(), 2U);
-    EXPECT_NE(scene.questions[0].find("bodies.organ.material.density: 4000 kg/m^3 is unusual"), std::string::npos)
-        << scene.questions[0];
+    EXPECT_NE(scene.questions[0].find("bodies.organ.material.density: 4000 kg/m^3 is unusual"), std::string::npos) << scene.questions[0];
     EXPECT_NE(scene.questions[1].find("lock"), std::string::npos) << scene.questions[1];
 }
 
@@ -152,8 +148,8 @@ TEST(Scenes, ACsvPathIsReadInTheScenesUnits) {
 TEST(Scenes, AMistakeInARecipeIsShownInTheRecipe) {
     const TemporaryFolder folder;
     (void)folder.write("patient.json", "{\"units\": {\"length\": \"mm\"},\n \"terminls\": 3}");
-    const auto file = folder.write("scene.json", spoil("{\"shape\": \"sphere\", \"radius\": 50}",
-                                                       "{\"recipe\": \"patient.json\", \"part\": \"liver\"}"));
+    const auto file =
+        folder.write("scene.json", spoil("{\"shape\": \"sphere\", \"radius\": 50}", "{\"recipe\": \"patient.json\", \"part\": \"liver\"}"));
     const auto scene = read_scene(file);
     ASSERT_FALSE(scene.ok());
     EXPECT_TRUE(says(scene.error(), "patient.json:2:2: terminls: unknown key"));
@@ -184,8 +180,7 @@ TEST(Budgets, AreReadAndWritten) {
     }
     EXPECT_EQ(parse_budget("work:20000")->limits.work_units, 20000U);
     EXPECT_EQ(parse_budget("exact")->limits.mode, BudgetMode::Exact);
-    for (const char* text : {"8ms", "250us", "work:20000", "exact", "0ms"})
-        EXPECT_EQ(parse_budget(text)->to_string(), text);
+    for (const char* text : {"8ms", "250us", "work:20000", "exact", "0ms"}) EXPECT_EQ(parse_budget(text)->to_string(), text);
 }
 
 TEST(Budgets, NonsenseIsRefused) {

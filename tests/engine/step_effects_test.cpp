@@ -21,7 +21,8 @@ Sliding slide(const char* effects) {
         const StepReport& report = simulator.step();
         EXPECT_EQ(report.lumen_exits, 0u);
         seen.largest_drag = std::max(seen.largest_drag, report.friction_force_n);
-        if (report.contact_force_n > 0.0) seen.largest_share = std::max(seen.largest_share, report.friction_force_n / report.contact_force_n);
+        if (report.contact_force_n > 0.0)
+            seen.largest_share = std::max(seen.largest_share, report.friction_force_n / report.contact_force_n);
     }
     const std::vector<Vec3>& rest = prepared.model.bodies[0].tissue->rest_position;
     for (std::size_t n = 0; n < rest.size(); ++n)
@@ -74,7 +75,8 @@ std::string pulsing_tube(const char* effects) {
     "instruments": {{"wire": {{"length": 120, "radius": 0.5, "young_modulus": 60000, "segment": 2.5, "skin_triangles": 800,
         "lumen": "tube", "entry": {{"position": [0, 0, 10], "direction": [0, 0, 1]}}, "path": [[0, 20, 0], [1, 50, 0], [2, 60, 3]]}}}},
     "effects": {{"coarse_contact": true, "exact_contact": true{}}}
-}})", effects);
+}})",
+                       effects);
 }
 
 double mean_radius(const std::vector<Vec3>& surface) {

@@ -28,17 +28,17 @@ inline std::string bent_axis(double bend_radius, double radius) {
     constexpr int kParts = 12;
     for (int i = 1; i <= kParts; ++i) {
         const double angle = 0.5 * 3.14159265358979 * i / kParts;
-        rows += fmt::format(", [{:.9f}, 0, {:.9f}, {}]", bend_radius * (1.0 - std::cos(angle)),
-                            50.0 + bend_radius * std::sin(angle), radius);
+        rows +=
+            fmt::format(", [{:.9f}, 0, {:.9f}, {}]", bend_radius * (1.0 - std::cos(angle)), 50.0 + bend_radius * std::sin(angle), radius);
     }
     return rows + fmt::format(", [{}, 0, {}, {}]", bend_radius + 60.0, 50.0 + bend_radius, radius);
 }
 
 struct BentTube {
-    double speed = 35.0;            // mm/s, of the hand
+    double speed = 35.0; // mm/s, of the hand
     std::string budget = "exact";
     std::string effects = R"("coarse_contact", "exact_contact", "friction")";
-    std::string carrier = {};       // further bodies; embeds the tube in "organ" when not empty
+    std::string carrier = {}; // further bodies; embeds the tube in "organ" when not empty
 };
 
 /// A wire of 0.5 mm is pushed 120 mm into a tube of 3 mm, through the bend, turning on its way.
@@ -60,7 +60,8 @@ inline std::string bent_tube_scene(const BentTube& options = {}) {
         "limits": {{"speed": {speed}, "rotation": {turn}}},
         "path": [[0, 20, 0], [{time:.6f}, 140, 2]]}}}},
     "effects": [{effects}]
-}})", fmt::arg("time", time), fmt::arg("budget", options.budget), fmt::arg("carrier", options.carrier),
+}})",
+                       fmt::arg("time", time), fmt::arg("budget", options.budget), fmt::arg("carrier", options.carrier),
                        fmt::arg("embedded", options.carrier.empty() ? "" : R"(, "embedded_in": "organ", "blend": 5)"),
                        fmt::arg("axis", bent_axis(25.0, 3.0)), fmt::arg("speed", options.speed),
                        fmt::arg("turn", 3.14 * options.speed / 35.0), fmt::arg("effects", options.effects));
@@ -81,9 +82,9 @@ struct Tally {
 };
 
 inline std::ostream& operator<<(std::ostream& os, const Tally& t) {
-    return os << t.steps << " steps, " << t.exact_steps << " exact, " << t.held_back << " held back, " << t.lumen_exits
-              << " lumen exits, " << t.open << " open pairs, " << t.assumed << " assumed, " << t.unproven
-              << " unproven links, inserted " << 1e3 * t.insertion << " mm, " << t.largest_force << " N; " << t.last.failure;
+    return os << t.steps << " steps, " << t.exact_steps << " exact, " << t.held_back << " held back, " << t.lumen_exits << " lumen exits, "
+              << t.open << " open pairs, " << t.assumed << " assumed, " << t.unproven << " unproven links, inserted " << 1e3 * t.insertion
+              << " mm, " << t.largest_force << " N; " << t.last.failure;
 }
 
 inline Tally run_steps(Simulator& simulator, std::uint64_t steps) {

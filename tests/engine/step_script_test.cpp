@@ -59,8 +59,7 @@ TEST(Steering, WhereTheWayIsStraightItPushesAtFullSpeedAndLeavesTheHandleAlone) 
     const Route route = make_bent_route(Vec3::UnitX());
     FollowState state;
     const DriveCommand now{0.05, 0.3};
-    const DriveCommand next =
-        follow_route(route, kSettings, kLimits, {{0, 0, 0.02}, Vec3::UnitZ(), Vec3::UnitX()}, now, kDt, state);
+    const DriveCommand next = follow_route(route, kSettings, kLimits, {{0, 0, 0.02}, Vec3::UnitZ(), Vec3::UnitX()}, now, kDt, state);
     EXPECT_DOUBLE_EQ(next.insertion, 0.05 + 0.025 * kDt);
     EXPECT_DOUBLE_EQ(next.rotation, 0.3);
     EXPECT_EQ(state.mode, FollowMode::Advance);
@@ -84,8 +83,7 @@ TEST(Steering, PushesMoreSlowlyWhileTheTipLooksElsewhere) {
     const auto push_for = [&](const Vec3& bend) {
         FollowState state;
         state.progress = 0.096;
-        return follow_route(route, kSettings, kLimits, {{0, 0, 0.096}, Vec3::UnitZ(), bend}, {0.1, 0.0}, kDt, state).insertion -
-               0.1;
+        return follow_route(route, kSettings, kLimits, {{0, 0, 0.096}, Vec3::UnitZ(), bend}, {0.1, 0.0}, kDt, state).insertion - 0.1;
     };
     EXPECT_GT(push_for(Vec3::UnitX()), push_for(-Vec3::UnitX()));
     EXPECT_GT(push_for(-Vec3::UnitX()), 0.0);
@@ -174,7 +172,7 @@ TEST(Steering, OnARouteWithoutPointsDoesNothing) {
 }
 
 TEST(Steering, ATipThatOnlyTakesTheForkAtOneAngleGetsToTheEnd) {
-    for (int start = 0; start < 8; ++start)      // any first angle of the handle
+    for (int start = 0; start < 8; ++start)       // any first angle of the handle
         for (int opens = 0; opens < 8; ++opens) { // and whatever angle it is that leads on
             const Route route = make_bent_route(Vec3::UnitX());
             const double opening = opens * std::numbers::pi / 4.0;
@@ -187,8 +185,7 @@ TEST(Steering, ATipThatOnlyTakesTheForkAtOneAngleGetsToTheEnd) {
                 const Vec3 tangent = ahead ? Vec3::UnitZ() : Vec3::UnitX();
                 const Vec3 bend = ahead ? Vec3(std::cos(now.rotation), std::sin(now.rotation), 0.0) : Vec3(Vec3::UnitY());
                 const std::size_t at = static_cast<std::size_t>(std::llround(1e3 * tip));
-                const DriveCommand next =
-                    follow_route(route, kSettings, kLimits, {route.points[at], tangent, bend}, now, kDt, state);
+                const DriveCommand next = follow_route(route, kSettings, kLimits, {route.points[at], tangent, bend}, now, kDt, state);
                 const double reach = std::clamp(next.insertion - blocked_at, 0.0, 0.16);
                 const bool taken = !ahead || reach < 0.1 || std::cos(now.rotation - opening) > 0.88;
                 if (!taken) blocked_at = std::max(0.0, next.insertion - 0.0995); // it buckles instead

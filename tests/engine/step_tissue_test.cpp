@@ -22,7 +22,8 @@ std::string ball_scene(const std::string& effects, const std::string& ball_extra
         "table": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -5], "extent": [120, 120, 10], "cells": 48}}}}
     }},
     "effects": [{}]
-}})", budget, ball_extra, effects);
+}})",
+                       budget, ball_extra, effects);
 }
 
 double lowest(const std::vector<Vec3>& points) {
@@ -74,8 +75,7 @@ TEST(FallingBall, ComesToRestOnTheTableAndGainsNoEnergy) {
 
 TEST(FallingBall, UnderATinyBudgetIsNotThrownAway) {
     for (const char* budget : {"work:0", "work:1", "work:50"}) {
-        const PreparedScene prepared =
-            test::prepare(ball_scene(R"("elasticity", "gravity", "damping", "coarse_contact")", "", budget));
+        const PreparedScene prepared = test::prepare(ball_scene(R"("elasticity", "gravity", "damping", "coarse_contact")", "", budget));
         Simulator simulator(prepared.model);
         const Tally tally = test::run_steps(simulator, 200);
         EXPECT_EQ(tally.steps, 200u) << budget << ": " << tally.last.failure;
@@ -89,8 +89,7 @@ TEST(FallingBall, UnderATinyBudgetIsNotThrownAway) {
 }
 
 TEST(FallingBall, UnderAWorkBudgetFallsTheSameWayTwice) {
-    const PreparedScene prepared =
-        test::prepare(ball_scene(R"("elasticity", "gravity", "damping", "coarse_contact")", "", "work:2000"));
+    const PreparedScene prepared = test::prepare(ball_scene(R"("elasticity", "gravity", "damping", "coarse_contact")", "", "work:2000"));
     Simulator a(prepared.model), b(prepared.model);
     (void)test::run_steps(a, 100);
     (void)test::run_steps(b, 100);
@@ -103,8 +102,7 @@ TEST(Effects, LeftOutGravityLeavesTheBallWhereItIs) {
     const std::vector<Vec3> start = simulator.state().bodies[0].surface;
     const Tally tally = test::run_steps(simulator, 50);
     EXPECT_LT(tally.largest_energy, 1e-12);
-    for (std::size_t v = 0; v < start.size(); ++v)
-        ASSERT_LT((simulator.state().bodies[0].surface[v] - start[v]).norm(), 1e-9);
+    for (std::size_t v = 0; v < start.size(); ++v) ASSERT_LT((simulator.state().bodies[0].surface[v] - start[v]).norm(), 1e-9);
 }
 
 TEST(Effects, LeftOutElasticityKeepsTissueAtRestWhateverPulls) {

@@ -35,15 +35,13 @@ constexpr const char* kBoth = R"("coarse_contact", "exact_contact", "friction")"
 
 INSTANTIATE_TEST_SUITE_P(
     , WireInABentTube,
-    ::testing::Values(Case{"Exact", {35, "exact", kBoth, ""}}, Case{"ExactAlone", {35, "exact", kExact, ""}},
-                      Case{"CoarseOnly", {35, "exact", kCoarse, ""}}, Case{"WorkOf500", {35, "work:500", kBoth, ""}},
-                      Case{"WorkOf20000", {35, "work:20000", kBoth, ""}},
-                      Case{"ExactAtAHundredTimesTheSpeed", {3500, "exact", kBoth, ""}, 0.05},
-                      Case{"WorkOf500AtAHundredTimesTheSpeed", {3500, "work:500", kBoth, ""}, 0.05},
-                      Case{"ExactInAnOrgan", {35, "exact", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
-                                              test::kOrgan}, 0.06},
-                      Case{"WorkOf500InAnOrgan", {35, "work:500", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
-                                                  test::kOrgan}, 0.06}),
+    ::testing::Values(
+        Case{"Exact", {35, "exact", kBoth, ""}}, Case{"ExactAlone", {35, "exact", kExact, ""}},
+        Case{"CoarseOnly", {35, "exact", kCoarse, ""}}, Case{"WorkOf500", {35, "work:500", kBoth, ""}},
+        Case{"WorkOf20000", {35, "work:20000", kBoth, ""}}, Case{"ExactAtAHundredTimesTheSpeed", {3500, "exact", kBoth, ""}, 0.05},
+        Case{"WorkOf500AtAHundredTimesTheSpeed", {3500, "work:500", kBoth, ""}, 0.05},
+        Case{"ExactInAnOrgan", {35, "exact", R"("elasticity", "damping", "coarse_contact", "exact_contact")", test::kOrgan}, 0.06},
+        Case{"WorkOf500InAnOrgan", {35, "work:500", R"("elasticity", "damping", "coarse_contact", "exact_contact")", test::kOrgan}, 0.06}),
     [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
 /// A straight tube of 3 mm, closed at 100 mm, that `tube` may move, and a wire that `path` drives.
@@ -59,7 +57,8 @@ std::string straight_tube_scene(const std::string& tube, const std::string& path
         "tip": {{"shape": "J", "length": 12, "angle": 0.8}}, "lumen": "tube",
         "entry": {{"position": [0, 0, 10], "direction": [0, 0, 1]}}, "path": {}}}}},
     "effects": ["coarse_contact", "exact_contact"]
-}})", budget, tube, path);
+}})",
+                       budget, tube, path);
 }
 
 TEST(Wire, AWallThatSweepsPastItInOneStepTakesItAlong) {
@@ -89,9 +88,8 @@ TEST(Wire, AfterADeadEndItComesOutAgain) {
 }
 
 TEST(Wire, RunsUnderAWorkBudgetGiveTheSameBitsTwice) {
-    const PreparedScene prepared =
-        test::prepare(test::bent_tube_scene({35, "work:3000", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
-                                             test::kOrgan}));
+    const PreparedScene prepared = test::prepare(
+        test::bent_tube_scene({35, "work:3000", R"("elasticity", "damping", "coarse_contact", "exact_contact")", test::kOrgan}));
     std::uint64_t first = 0;
     for (int run = 0; run < 2; ++run) {
         Simulator simulator(prepared.model);
@@ -102,9 +100,8 @@ TEST(Wire, RunsUnderAWorkBudgetGiveTheSameBitsTwice) {
         if (run == 0) first = hash;
         EXPECT_EQ(hash, first);
     }
-    const PreparedScene again =
-        test::prepare(test::bent_tube_scene({35, "work:3000", R"("elasticity", "damping", "coarse_contact", "exact_contact")",
-                                             test::kOrgan}));
+    const PreparedScene again = test::prepare(
+        test::bent_tube_scene({35, "work:3000", R"("elasticity", "damping", "coarse_contact", "exact_contact")", test::kOrgan}));
     Simulator simulator(again.model);
     (void)test::run_steps(simulator, 150);
     EXPECT_EQ(hash_state(simulator.state()), first) << "preparation gives the same model twice";

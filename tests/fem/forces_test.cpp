@@ -117,8 +117,7 @@ TEST_P(EveryLaw, AgreesWithHookeAtSmallStrain) {
     const double nu = 0.37, e = 1e-6;
     const auto model = make_model(make_bar(1, 1, 1, 1.0), make_material(GetParam(), nu));
     std::vector<Vec3> position;
-    for (const Vec3& x : model.rest_position)
-        position.push_back(Vec3((1 + e) * x[0], (1 - nu * e) * x[1], (1 - nu * e) * x[2]));
+    for (const Vec3& x : model.rest_position) position.push_back(Vec3((1 + e) * x[0], (1 - nu * e) * x[1], (1 - nu * e) * x[2]));
     const auto force = forces_at(model, position);
     Vec3 pull = Vec3::Zero(), side = Vec3::Zero();
     for (std::size_t node = 0; node < force.size(); ++node) {
@@ -224,8 +223,7 @@ TEST_P(EveryLaw, OddLastTetGivesTheSameBitsAsInAPair) {
         for (Vec3& x : position) x = Vec3(1.1 * x[0] + 0.1 * x[1], 0.9 * x[1], 1.05 * x[2] - 0.2 * x[0]);
         return position;
     };
-    const auto pair = make_model(strip(two), material), first = make_model(strip(other), material),
-               last = make_model(strip(one), material);
+    const auto pair = make_model(strip(two), material), first = make_model(strip(other), material), last = make_model(strip(one), material);
     const TetReport a = measure_tets(first, deform(first)), b = measure_tets(last, deform(last));
     EXPECT_EQ(measure_tets(pair, deform(pair)).elastic_energy, a.elastic_energy + b.elastic_energy);
     const auto f_pair = forces_at(pair, deform(pair)), f_last = forces_at(last, deform(last));
@@ -233,7 +231,9 @@ TEST_P(EveryLaw, OddLastTetGivesTheSameBitsAsInAPair) {
         for (std::size_t k = 0; k < last.node_count(); ++k) {
             if (pair.rest_position[node] != last.rest_position[k]) continue;
             const bool shared = std::find(pair.tet_nodes[0].begin(), pair.tet_nodes[0].end(), node) != pair.tet_nodes[0].end();
-            if (!shared) { EXPECT_EQ(f_pair[node], f_last[k]); }
+            if (!shared) {
+                EXPECT_EQ(f_pair[node], f_last[k]);
+            }
         }
 }
 

@@ -147,10 +147,10 @@ TEST(Integrate, NeoHookeanRecoversFromPlanesPointsTwistsAndChaos) {
         for (std::size_t node = 0; node < model.node_count(); ++node) {
             Vec3& x = state.position[node];
             if (model.inv_mass[node] == 0.0) continue;
-            if (kind == 0) x[2] = 0.0;                                  // a plane
-            if (kind == 1) x = Vec3(0.015, 0.015, 0.01);                // a point
-            if (kind == 2) x = Vec3(0.03 - x[0], 0.03 - x[1], -x[2]);   // inside out
-            if (kind == 3) x += random_vec(random, 0.02); // twice the cell: most tets inverted
+            if (kind == 0) x[2] = 0.0;                                // a plane
+            if (kind == 1) x = Vec3(0.015, 0.015, 0.01);              // a point
+            if (kind == 2) x = Vec3(0.03 - x[0], 0.03 - x[1], -x[2]); // inside out
+            if (kind == 3) x += random_vec(random, 0.02);             // twice the cell: most tets inverted
             x += random_vec(random, 1e-6);
         }
         return state;
@@ -195,8 +195,12 @@ TEST(Integrate, SlabUnderSuddenGravityCollapsesWithStVKAndSaysSo) {
             inverted = std::max(inverted, report.inverted);
             least = std::min(least, report.min_volume_ratio);
         }
-        if (load < 0.2) { EXPECT_GT(least, 0.4); }
-        if (load > 0.2) { EXPECT_GT(inverted, 0U) << least; }
+        if (load < 0.2) {
+            EXPECT_GT(least, 0.4);
+        }
+        if (load > 0.2) {
+            EXPECT_GT(inverted, 0U) << least;
+        }
     }
 }
 
@@ -286,17 +290,27 @@ TEST(TissueModel, RefusesBrokenMeshesByTetAndNode) {
     };
     EXPECT_NE(message([](TetMesh& m) { std::swap(m.tets[3][0], m.tets[3][1]); }).find("tet 3 (nodes"), std::string::npos);
     EXPECT_NE(message([](TetMesh& m) { std::swap(m.tets[3][0], m.tets[3][1]); }).find("inverted"), std::string::npos);
-    EXPECT_NE(message([](TetMesh& m) { for (Vec3& v : m.vertices) v[2] = 0; }).find("tet 0 (nodes 0, 1, 3, 7) is flat"), std::string::npos);
+    EXPECT_NE(message([](TetMesh& m) {
+                  for (Vec3& v : m.vertices) v[2] = 0;
+              }).find("tet 0 (nodes 0, 1, 3, 7) is flat"),
+              std::string::npos);
     EXPECT_NE(message([](TetMesh& m) { m.tets[2][1] = 99; }).find("tet 2"), std::string::npos);
     EXPECT_NE(message([](TetMesh& m) { m.tets[2][1] = m.tets[2][0]; }).find("twice"), std::string::npos);
     EXPECT_NE(message([](TetMesh& m) { m.vertices[5][0] = std::nan(""); }).find("node 5 is not finite"), std::string::npos);
     EXPECT_NE(message([](TetMesh& m) { m.vertices.emplace_back(1, 1, 1); }).find("node 8 belongs to no tet"), std::string::npos);
-    EXPECT_NE(message([](TetMesh& m) { m.tets.push_back({m.tets[4][1], m.tets[4][2], m.tets[4][0], m.tets[4][3]}); }).find("tet 6"), std::string::npos);
-    EXPECT_NE(message([](TetMesh& m) { m.tets.push_back({m.tets[4][1], m.tets[4][2], m.tets[4][0], m.tets[4][3]}); }).find("is there already, as tet 4"), std::string::npos);
     EXPECT_NE(message([](TetMesh& m) {
-        for (const Vec3& v : {Vec3(5, 5, 5), Vec3(6, 5, 5), Vec3(5, 6, 5), Vec3(5, 5, 6)}) m.vertices.push_back(v);
-        m.tets.push_back({8, 9, 10, 11});
-    }).find("tet 6 (nodes 8, 9, 10, 11) belongs to a part that shares no node"), std::string::npos);
+                  m.tets.push_back({m.tets[4][1], m.tets[4][2], m.tets[4][0], m.tets[4][3]});
+              }).find("tet 6"),
+              std::string::npos);
+    EXPECT_NE(message([](TetMesh& m) {
+                  m.tets.push_back({m.tets[4][1], m.tets[4][2], m.tets[4][0], m.tets[4][3]});
+              }).find("is there already, as tet 4"),
+              std::string::npos);
+    EXPECT_NE(message([](TetMesh& m) {
+                  for (const Vec3& v : {Vec3(5, 5, 5), Vec3(6, 5, 5), Vec3(5, 6, 5), Vec3(5, 5, 6)}) m.vertices.push_back(v);
+                  m.tets.push_back({8, 9, 10, 11});
+              }).find("tet 6 (nodes 8, 9, 10, 11) belongs to a part that shares no node"),
+              std::string::npos);
     EXPECT_EQ(message([](TetMesh& m) { m.tets.clear(); }), "the mesh has no tetrahedra");
     const std::vector<Index> pins{3, 1, 3, 400};
     EXPECT_NE(make_tissue_model(good, material, pins).error().message.find("400"), std::string::npos);

@@ -1,6 +1,6 @@
 // The vectorised kernels: the same bits on every instruction set, for any number of threads, in any order of nodes and tets.
-#include "fem/integrate.hpp"
 #include "fem/bar_mesh.hpp"
+#include "fem/integrate.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <cstring>

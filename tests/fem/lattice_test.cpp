@@ -56,7 +56,8 @@ TEST(Lattice, FillsABallWithoutSliversInOnePiece) {
     for (const Tet& t : mesh->tets.tets) {
         const Vec3 &o = mesh->tets.vertices[t[0]], a = mesh->tets.vertices[t[1]] - o, b = mesh->tets.vertices[t[2]] - o,
                    c = mesh->tets.vertices[t[3]] - o;
-        const double face = std::sqrt(std::max({a.cross(b).squaredNorm(), a.cross(c).squaredNorm(), b.cross(c).squaredNorm(), (b - a).cross(c - a).squaredNorm()}));
+        const double face = std::sqrt(
+            std::max({a.cross(b).squaredNorm(), a.cross(c).squaredNorm(), b.cross(c).squaredNorm(), (b - a).cross(c - a).squaredNorm()}));
         EXPECT_GE(a.dot(b.cross(c)) / face, 0.7 * cell / std::sqrt(2.0)); // altitude, against an undeformed tet's
     }
 }

@@ -1,7 +1,7 @@
+#include "base/topology.hpp"
 #include "fem/kernels.hpp"
 #include "fem/links.hpp"
 #include "fem/tet_locator.hpp"
-#include "base/topology.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <Eigen/Dense>
@@ -72,8 +72,7 @@ TEST(Links, FollowARigidMotionOfTheBody) {
     auto nodes = f.coarse.vertices;
     for (Vec3& x : nodes) x = turn * x + Vec3(0.2, 0.1, -0.4);
     const auto out = steered(f.links, nodes, f.dense.vertices);
-    for (std::size_t v = 0; v < out.size(); ++v)
-        EXPECT_LT((out[v] - (turn * f.dense.vertices[v] + Vec3(0.2, 0.1, -0.4))).norm(), 1e-14);
+    for (std::size_t v = 0; v < out.size(); ++v) EXPECT_LT((out[v] - (turn * f.dense.vertices[v] + Vec3(0.2, 0.1, -0.4))).norm(), 1e-14);
 }
 
 TEST(Links, KeepTheirLengthWhateverTheBodyDoes) {
@@ -151,7 +150,10 @@ TEST(Links, SteeringHasTheSameBitsOnEveryInstructionSetAndThreadCount) {
     auto nodes = deform(coarse.vertices, 17, 0.002);
     for (const std::size_t frame : {std::size_t{3}, std::size_t{700}}) // and two that have no area
         for (const Index node : links.frame_nodes[frame]) nodes[node] = nodes[links.frame_nodes[frame][0]];
-    struct Steered { std::vector<Vec3> out; SteerReport report; };
+    struct Steered {
+        std::vector<Vec3> out;
+        SteerReport report;
+    };
     const auto run = [&](const char* isa, unsigned threads) {
         choose_isa(isa);
         LinkFrames frames;
@@ -226,8 +228,7 @@ TEST(EmbeddedLinks, InsideHangOnAFaceOfTheirTetAndFollowTheStrain) {
     const TetLocator locator(coarse);
     for (Index v = 0; v < inside.size(); ++v) {
         const Tet& tet = coarse.tets[locator.find(inside[v])];
-        for (const Index node : links->frame_nodes[links->vertex_frame[v]])
-            EXPECT_NE(std::find(tet.begin(), tet.end(), node), tet.end());
+        for (const Index node : links->frame_nodes[links->vertex_frame[v]]) EXPECT_NE(std::find(tet.begin(), tet.end(), node), tet.end());
     }
     Mat3 strain;
     strain << 1.05, 0.02, 0, 0, 0.97, 0.01, 0.01, 0, 1.02;
@@ -246,9 +247,15 @@ TEST(EmbeddedLinks, BlendFallsWithoutAJumpFromTheSurfaceToStatic) {
     ASSERT_TRUE(links.ok());
     for (std::size_t i = 0; i < line.size(); ++i) {
         const double outside = line[i][0] - 0.04;
-        if (outside <= 0.0) { EXPECT_EQ(links->vertex_blend[i], 1.0); }
-        if (outside >= 0.012) { EXPECT_EQ(links->vertex_blend[i], 0.0); }
-        if (i > 0) { EXPECT_LT(std::abs(links->vertex_blend[i] - links->vertex_blend[i - 1]), 1.6e-5 / 0.012); }
+        if (outside <= 0.0) {
+            EXPECT_EQ(links->vertex_blend[i], 1.0);
+        }
+        if (outside >= 0.012) {
+            EXPECT_EQ(links->vertex_blend[i], 0.0);
+        }
+        if (i > 0) {
+            EXPECT_LT(std::abs(links->vertex_blend[i] - links->vertex_blend[i - 1]), 1.6e-5 / 0.012);
+        }
     }
     EXPECT_GT(links->static_count, 900U);
     auto nodes = coarse.vertices; // the smooth motion of a breathing organ

@@ -21,8 +21,7 @@ RodDesign straight_design() {
 }
 
 /// Lets the rod come to rest under constant drive.
-RodReport settle(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes,
-                 double seconds = 2.0) {
+RodReport settle(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double seconds = 2.0) {
     RodWorkspace workspace;
     RodReport report;
     for (int i = 0; i < 100; ++i) report = solve_rod(model, state, seconds / 100, 2, drive, planes, workspace);

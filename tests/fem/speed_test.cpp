@@ -14,9 +14,12 @@ using namespace test;
 
 namespace {
 
-struct Times { double median, p99, worst; }; // s
+struct Times {
+    double median, p99, worst;
+}; // s
 
-template <class Work> Times measure(int rounds, Work&& work) {
+template <class Work>
+Times measure(int rounds, Work&& work) {
     std::vector<double> times;
     for (int round = 0; round < rounds; ++round) {
         const auto begin = std::chrono::steady_clock::now();
@@ -28,8 +31,8 @@ template <class Work> Times measure(int rounds, Work&& work) {
 }
 
 void print(const char* what, const Times& t, double count, const char* unit) {
-    std::printf("%-44s median %8.1f ns, p99 %8.1f ns, worst %8.1f ns per %s\n", what, t.median / count * 1e9,
-                t.p99 / count * 1e9, t.worst / count * 1e9, unit);
+    std::printf("%-44s median %8.1f ns, p99 %8.1f ns, worst %8.1f ns per %s\n", what, t.median / count * 1e9, t.p99 / count * 1e9,
+                t.worst / count * 1e9, unit);
 }
 
 } // namespace
@@ -59,9 +62,16 @@ TEST(Speed, OfForcesStepsAndLinksIsPrinted) {
     TissueState state{position, velocity};
     RkWorkspace workspace;
     print("RK4 sub-step, neo_hookean", measure(100, [&] { (void)integrate_rk4(model, state, 1e-5, 1, {}, workspace); }), tets, "tet");
-    print("RK4 frame of 8 sub-steps, neo_hookean", measure(30, [&] { (void)integrate_rk4(model, state, 8e-5, 8, {}, workspace); }), 8 * tets, "tet and sub-step");
+    print("RK4 frame of 8 sub-steps, neo_hookean", measure(30, [&] { (void)integrate_rk4(model, state, 8e-5, 8, {}, workspace); }),
+          8 * tets, "tet and sub-step");
     StableStepWorkspace stable;
-    print("stable step, cold", measure(5, [&] { stable.warm = false; (void)find_stable_step(model, position, nullptr, stable); }), tets, "tet");
+    print("stable step, cold",
+          measure(5,
+                  [&] {
+                      stable.warm = false;
+                      (void)find_stable_step(model, position, nullptr, stable);
+                  }),
+          tets, "tet");
     print("stable step, warm", measure(50, [&] { (void)find_stable_step(model, position, nullptr, stable); }), tets, "tet");
 
     std::vector<Vec3> dense, out;

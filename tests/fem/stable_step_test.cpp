@@ -33,7 +33,9 @@ double true_omega(const TissueModel& model, const std::vector<Vec3>& position, c
         for (Eigen::Index j = 0; j < size; ++j)
             k(i, j) *= std::sqrt(model.inv_mass[static_cast<std::size_t>(i) / 3] * model.inv_mass[static_cast<std::size_t>(j) / 3]);
     return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose()), Eigen::EigenvaluesOnly)
-                         .eigenvalues().cwiseAbs().maxCoeff());
+                         .eigenvalues()
+                         .cwiseAbs()
+                         .maxCoeff());
 }
 
 TetMesh make_rough_bar(std::uint64_t seed) {
@@ -66,7 +68,8 @@ double energy_growth(const TissueModel& model, double step, int steps) {
 TEST(StableStep, EstimateIsWithinFourPercentBelowTheTrueFrequency) {
     for (const MaterialLaw law : kLaws)
         for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-            const auto model = make_model(make_rough_bar(seed), make_material(law, 0.45), seed % 2 ? std::vector<Index>{0, 3, 9} : std::vector<Index>{});
+            const auto model =
+                make_model(make_rough_bar(seed), make_material(law, 0.45), seed % 2 ? std::vector<Index>{0, 3, 9} : std::vector<Index>{});
             const double ratio = cold_step(model, model.rest_position).tissue_omega / true_omega(model, model.rest_position);
             EXPECT_GT(ratio, 0.96) << "law " << static_cast<int>(law) << ", seed " << seed;
             EXPECT_LT(ratio, 1.0 + 1e-9);
@@ -130,7 +133,10 @@ TEST(StableStep, WorstTetIsTheSliver) {
     const Index apex = 21; // an inner node, pushed almost onto a face of one of its tets
     const Tet* sliver = nullptr;
     for (const Tet& t : mesh.tets)
-        if (std::find(t.begin(), t.end(), apex) != t.end()) { sliver = &t; break; }
+        if (std::find(t.begin(), t.end(), apex) != t.end()) {
+            sliver = &t;
+            break;
+        }
     Vec3 foot = Vec3::Zero();
     for (const Index node : *sliver)
         if (node != apex) foot += mesh.vertices[node] / 3.0;

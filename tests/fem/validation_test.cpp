@@ -34,7 +34,8 @@ double leapfrog_growth(const TissueModel& model, double step, int steps) {
     for (Vec3& v : state.velocity) v = random_vec(random, 1e-7);
     RkWorkspace workspace;
     double first = 0.0;
-    for (std::size_t node = 0; node < state.velocity.size(); ++node) first += 0.5 * model.node_mass[node] * state.velocity[node].squaredNorm();
+    for (std::size_t node = 0; node < state.velocity.size(); ++node)
+        first += 0.5 * model.node_mass[node] * state.velocity[node].squaredNorm();
     const IntegrateReport report = integrate_leapfrog(model, state, steps * step, static_cast<unsigned>(steps), {}, workspace);
     return report.finite() ? (report.kinetic_j + report.elastic_j) / first : 1e300;
 }
@@ -148,7 +149,8 @@ TEST(Leapfrog, ViscousBodiesAreBoundedAtTheirStep) {
 TEST(Leapfrog, KeepsTheEnergyOfAFreeBarWithinAThousandthForTenSeconds) {
     const auto model = make_model(make_bar(6, 2, 2, 0.01), make_material(MaterialLaw::NeoHookean, 0.3));
     TissueState state = make_rest_state(model);
-    for (std::size_t node = 0; node < model.node_count(); ++node) state.velocity[node] = Vec3(0, 0, 2.0 * model.rest_position[node][0]).cross(Vec3::UnitX());
+    for (std::size_t node = 0; node < model.node_count(); ++node)
+        state.velocity[node] = Vec3(0, 0, 2.0 * model.rest_position[node][0]).cross(Vec3::UnitX());
     RkWorkspace workspace;
     const auto substeps = static_cast<unsigned>(0.01 / (0.25 * stable_step(model, Integrator::Leapfrog))) + 1;
     double first = 0.0, least = 1e300, most = 0.0;
@@ -168,8 +170,10 @@ TEST(Leapfrog, IsOfOrderTwoInTheStep) {
         TissueState state = make_rest_state(model);
         RkWorkspace workspace;
         const IntegrateInputs inputs{.gravity = Vec3(0, 0, -9.81)};
-        if (rk4) (void)integrate_rk4(model, state, 0.05, substeps, inputs, workspace);
-        else (void)integrate_leapfrog(model, state, 0.05, substeps, inputs, workspace);
+        if (rk4)
+            (void)integrate_rk4(model, state, 0.05, substeps, inputs, workspace);
+        else
+            (void)integrate_leapfrog(model, state, 0.05, substeps, inputs, workspace);
         return state.position;
     };
     const unsigned coarse = 4 * static_cast<unsigned>(0.05 / stable_step(model, Integrator::Leapfrog)) + 2;
@@ -177,7 +181,8 @@ TEST(Leapfrog, IsOfOrderTwoInTheStep) {
     double error[2] = {0.0, 0.0};
     for (unsigned level = 0; level < 2; ++level) {
         const auto position = run(coarse << level, false);
-        for (std::size_t node = 0; node < position.size(); ++node) error[level] = std::max(error[level], (position[node] - exact[node]).norm());
+        for (std::size_t node = 0; node < position.size(); ++node)
+            error[level] = std::max(error[level], (position[node] - exact[node]).norm());
     }
     EXPECT_NEAR(std::log2(error[0] / error[1]), 2.0, 0.15) << error[0] << " " << error[1];
 }
@@ -198,7 +203,8 @@ TEST(Viscosity, CappedCostsATenthOfTheStepAndNoMore) {
         material.viscosity *= 0.5;
         model = make_model(mesh, material);
         workspace.warm = false;
-        EXPECT_EQ(cap_viscosity(model, find_stable_step(model, model.rest_position, nullptr, workspace, integrator), integrator), material.viscosity);
+        EXPECT_EQ(cap_viscosity(model, find_stable_step(model, model.rest_position, nullptr, workspace, integrator), integrator),
+                  material.viscosity);
     }
 }
 

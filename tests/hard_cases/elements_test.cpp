@@ -46,7 +46,8 @@ Material damped(MaterialLaw law) {
 }
 
 /// A cube of 3 x 3 x 3 cells held at its bottom, deformed by f(position, whether the node is free).
-template <class Change> TissueState deform_free(const TissueModel& model, Change&& change) {
+template <class Change>
+TissueState deform_free(const TissueModel& model, Change&& change) {
     TissueState state = make_rest_state(model);
     for (std::size_t node = 0; node < model.node_count(); ++node)
         if (model.inv_mass[node] > 0.0) change(state.position[node]);
@@ -122,7 +123,10 @@ TEST(HardElements, NeoHookeanRecoversFromPlanePointInsideOutAndChaos) {
         EXPECT_EQ(end.inverted, 0u) << what;
         EXPECT_LT(farthest_from_rest(model, state), 1e-3) << what; // a tenth of a cell
     };
-    run("cube squashed to a plane: farthest from rest after 3 s", [&](Vec3& x) { x[2] = 0.0; x += random_vec(random, 1e-6); });
+    run("cube squashed to a plane: farthest from rest after 3 s", [&](Vec3& x) {
+        x[2] = 0.0;
+        x += random_vec(random, 1e-6);
+    });
     run("cube squashed to a point", [&](Vec3& x) { x = Vec3(0.015, 0.015, 0.01) + random_vec(random, 1e-6); });
     run("cube inside out", [&](Vec3& x) { x = Vec3(0.03 - x[0], 0.03 - x[1], -x[2]) + random_vec(random, 1e-6); });
     run("nodes at random within two cells", [&](Vec3& x) { x += random_vec(random, 0.02); });
@@ -179,7 +183,10 @@ TEST(HardElements, StVKPeaksAtOneFifthOfYoungsModulusAndCollapsesThere) {
         for (std::size_t node = 0; node < force.size(); ++node)
             if (model.rest_position[node][0] > 0.5 * kCell) pull += force[node][0];
         const double stress = pull / (kCell * kCell) / model.material.young_modulus;
-        if (stress > peak) { peak = stress; at = stretch; }
+        if (stress > peak) {
+            peak = stress;
+            at = stretch;
+        }
     }
     print_margin("StVK: peak of uniaxial stress over E", peak, "~", 0.19245);
     print_margin("StVK: stretch at that peak", at, "~", 0.57735);
@@ -215,7 +222,10 @@ TEST(HardElements, StVKPeaksAtOneFifthOfYoungsModulusAndCollapsesThere) {
 
 TEST(HardElements, UnlikeNeighboursInOneBodyAreStableAtTheirDerivedStep) {
     const TetMesh mesh = make_bar(6, 2, 2, kCell);
-    struct Contrast { const char* what; double stiffness, density; };
+    struct Contrast {
+        const char* what;
+        double stiffness, density;
+    };
     for (const Contrast& c : {Contrast{"modulus contrast 1:10^6", 1e6, 1.0}, Contrast{"density contrast 1:1000", 1.0, 1e3},
                               Contrast{"stiff and light beside soft and heavy, 1:10^6 and 1:1000", 1e6, 1e-3}}) {
         std::vector<double> stiffness(mesh.tets.size(), 1.0), density(mesh.tets.size(), 1.0);
@@ -224,7 +234,8 @@ TEST(HardElements, UnlikeNeighboursInOneBodyAreStableAtTheirDerivedStep) {
             for (const Index node : mesh.tets[tet]) x += 0.25 * mesh.vertices[node][0];
             if (x > 0.04) stiffness[tet] = c.stiffness, density[tet] = c.density;
         }
-        const auto made = make_tissue_model(mesh, make_material(MaterialLaw::NeoHookean, 0.45), nodes_at(mesh, 0, 0.0), {stiffness, density});
+        const auto made =
+            make_tissue_model(mesh, make_material(MaterialLaw::NeoHookean, 0.45), nodes_at(mesh, 0, 0.0), {stiffness, density});
         ASSERT_TRUE(made.ok()) << made.error().to_string();
         TissueState state = make_rest_state(*made);
         std::mt19937_64 random(4);
@@ -233,7 +244,8 @@ TEST(HardElements, UnlikeNeighboursInOneBodyAreStableAtTheirDerivedStep) {
         RkWorkspace workspace;
         StableStepWorkspace stable;
         double first = 0.0, most = 0.0;
-        for (std::size_t node = 0; node < made->node_count(); ++node) first += 0.5 * made->node_mass[node] * state.velocity[node].squaredNorm();
+        for (std::size_t node = 0; node < made->node_count(); ++node)
+            first += 0.5 * made->node_mass[node] * state.velocity[node].squaredNorm();
         for (int frame = 0; frame < 20; ++frame) {
             const auto done = advance(*made, state, 5e-4, {}, {.max_substeps = 100000}, workspace, stable);
             ASSERT_TRUE(done.integrate.finite() && !done.refused) << c.what;

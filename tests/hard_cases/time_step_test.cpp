@@ -61,8 +61,10 @@ double altitude_step(const TissueModel& model) {
             Vec3 g = Vec3::Zero(); // gradient of a corner's shape function: its length is 1 / altitude
             for (int row = 0; row < 3; ++row) {
                 const Vec3 r(shape.inverse[3 * row], shape.inverse[3 * row + 1], shape.inverse[3 * row + 2]);
-                if (k == 3) g -= r;
-                else if (row == k) g = r;
+                if (k == 3)
+                    g -= r;
+                else if (row == k)
+                    g = r;
             }
             least = std::min(least, 1.0 / g.norm());
         }
@@ -82,7 +84,8 @@ TetMesh make_graded_bar(double contrast) {
 }
 
 /// Most energy after any of 1000 frames over that after the first: a free bar that bends back and forth, in derived steps.
-template <class FrameOf> double energy_gain(Integrator integrator, FrameOf&& frame_of) {
+template <class FrameOf>
+double energy_gain(Integrator integrator, FrameOf&& frame_of) {
     const auto model = make_model(make_bar(6, 2, 2, 0.01), make_material(MaterialLaw::NeoHookean, 0.45));
     TissueState state = make_rest_state(model);
     for (std::size_t node = 0; node < model.node_count(); ++node)
@@ -104,7 +107,8 @@ template <class FrameOf> double energy_gain(Integrator integrator, FrameOf&& fra
 TEST(HardSteps, Rk4IsBoundedAtItsLimitGrowsTwoPercentBeyondAndIsGoneAtFive) {
     const auto model = make_model(make_bar(2, 2, 1, 0.01), make_material(MaterialLaw::NeoHookean, 0.3));
     const double edge = 2.0 * std::sqrt(2.0) / true_omega(model, model.rest_position);
-    const double at = rk4_growth(model, 0.9999 * edge, 4000), beyond = rk4_growth(model, 1.02 * edge, 1000), far = rk4_growth(model, 1.05 * edge, 1000);
+    const double at = rk4_growth(model, 0.9999 * edge, 4000), beyond = rk4_growth(model, 1.02 * edge, 1000),
+                 far = rk4_growth(model, 1.05 * edge, 1000);
     print_margin("energy after 4000 RK4 steps at 1.00 of the limit over the first", at, "<", 1.5);
     print_margin("the same after 1000 at 1.02", beyond, ">", 10.0);
     print_margin("the same after 1000 at 1.05", far, ">", 1e6);
@@ -114,8 +118,11 @@ TEST(HardSteps, Rk4IsBoundedAtItsLimitGrowsTwoPercentBeyondAndIsGoneAtFive) {
 }
 
 TEST(HardSteps, Rk4LimitsOverTheDampingRatioAreTheKnownOnesAndTheBoundUsedIsBelow) {
-    struct Known { double ratio, limit; };
-    for (const Known& k : {Known{0.0, 2.828}, Known{0.1, 2.95}, Known{0.5, 2.62}, Known{1.0, 2.786}, Known{2.0, 0.747}, Known{5.0, 0.282}}) {
+    struct Known {
+        double ratio, limit;
+    };
+    for (const Known& k :
+         {Known{0.0, 2.828}, Known{0.1, 2.95}, Known{0.5, 2.62}, Known{1.0, 2.786}, Known{2.0, 0.747}, Known{5.0, 0.282}}) {
         const double limit = rk4_limit(k.ratio);
         EXPECT_NEAR(limit, k.limit, 0.006) << k.ratio; // the table's digits
         const double used = k.ratio <= 1.0 ? kRk4CircleLimit : std::min(kRk4CircleLimit, kRk4RealLimit / (2.0 * k.ratio));
@@ -143,7 +150,12 @@ TEST(HardSteps, DerivedStepIsBelowTheLimitOnLatticesWhereAltitudeOverWaveSpeedIs
 
 TEST(HardSteps, KeptStepStaysBelowTheTrueLimitWhileTheBodySwingsAndStretches) {
     // Sampled at the end of every frame: length of the last sub-step over the limit of the body as it is then.
-    struct Case { const char* what; MaterialLaw law; Integrator integrator; double gravity; };
+    struct Case {
+        const char* what;
+        MaterialLaw law;
+        Integrator integrator;
+        double gravity;
+    };
     for (const Case& c : {Case{"RK4, hanging bar, neo-Hookean", MaterialLaw::NeoHookean, Integrator::Rk4, 9.81},
                           Case{"leapfrog, hanging bar, neo-Hookean", MaterialLaw::NeoHookean, Integrator::Leapfrog, 9.81},
                           Case{"RK4, swinging bar, StVK", MaterialLaw::StVK, Integrator::Rk4, 3.0},
@@ -159,7 +171,8 @@ TEST(HardSteps, KeptStepStaysBelowTheTrueLimitWhileTheBodySwingsAndStretches) {
         double worst = 0.0;
         unsigned substeps = 0, estimates = 0;
         for (int frame = 0; frame < 100; ++frame) {
-            const auto done = advance(model, state, 0.01, {.gravity = Vec3(0, 0, -c.gravity)}, {.integrator = c.integrator}, workspace, stable);
+            const auto done =
+                advance(model, state, 0.01, {.gravity = Vec3(0, 0, -c.gravity)}, {.integrator = c.integrator}, workspace, stable);
             ASSERT_TRUE(done.integrate.finite() && !done.refused) << c.what << ", frame " << frame;
             const double limit = c.integrator == Integrator::Rk4 ? 2.0 * std::sqrt(2.0) : kLeapfrogLimit;
             worst = std::max(worst, done.last_substep * true_omega(model, state.position) / limit);
@@ -265,8 +278,10 @@ TEST(HardSteps, LeapfrogRecoversNeoHookeanFromAPlaneAndFromRandomPlaces) {
         TissueState state = make_rest_state(model);
         for (std::size_t node = 0; node < model.node_count(); ++node) {
             if (model.inv_mass[node] == 0.0) continue;
-            if (flat) state.position[node][2] = 0.0;
-            else state.position[node] = 0.03 * random_vec(random, 1.0);
+            if (flat)
+                state.position[node][2] = 0.0;
+            else
+                state.position[node] = 0.03 * random_vec(random, 1.0);
         }
         RkWorkspace workspace;
         StableStepWorkspace stable;

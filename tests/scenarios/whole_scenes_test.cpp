@@ -43,8 +43,8 @@ Outcome run(const SceneModel& model, int steps) {
         outcome.insertion = report.insertion_m;
     }
     outcome.hash = hash_state(simulator.state());
-    std::cout << outcome.steps << " steps, inserted " << 1e3 * outcome.insertion << " mm, exact in " << outcome.exact_steps
-              << ", contacts " << outcome.contacts << "\n";
+    std::cout << outcome.steps << " steps, inserted " << 1e3 * outcome.insertion << " mm, exact in " << outcome.exact_steps << ", contacts "
+              << outcome.contacts << "\n";
     return outcome;
 }
 

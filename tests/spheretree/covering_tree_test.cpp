@@ -38,8 +38,7 @@ void expect_sound_layout(const SphereTree& tree, std::size_t items) {
 }
 
 /// Every sphere holds every triangle beneath it: then each level, with the leaves above it, covers the whole surface.
-void expect_covers(const CoveringTree& covering, std::span<const Sphere> spheres, const TriMesh& mesh,
-                   std::span<const Vec3> position) {
+void expect_covers(const CoveringTree& covering, std::span<const Sphere> spheres, const TriMesh& mesh, std::span<const Vec3> position) {
     for (Index s = 0; s < covering.tree.sphere_count(); ++s)
         for (const Index t : covering.tree.items_of(s))
             for (const Index v : mesh.triangles[t])

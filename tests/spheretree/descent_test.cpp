@@ -1,5 +1,5 @@
-#include "shapes.hpp"
 #include "base/inside.hpp"
+#include "shapes.hpp"
 #include "spheretree/covering_tree.hpp"
 #include "spheretree/descent.hpp"
 
@@ -39,8 +39,7 @@ struct SolidPairFixture {
         for (Index i = 0; i < a.tree.sphere_count(); ++i)
             for (Index k = 0; k < b.tree.sphere_count(); ++k) {
                 const Sphere &s = spheres_a[i], &t = spheres_b[k];
-                if (a.tree.is_leaf(i) && b.tree.is_leaf(k) && (s.centre - t.centre).norm() <= s.radius + t.radius)
-                    pairs.emplace(i, k);
+                if (a.tree.is_leaf(i) && b.tree.is_leaf(k) && (s.centre - t.centre).norm() <= s.radius + t.radius) pairs.emplace(i, k);
             }
         return pairs;
     }
@@ -95,7 +94,8 @@ TEST(Descent, EveryOrderKnowsEveryTrueContactAtAnyBudgetAndEndsWithTheSameOnes) 
     const auto expected = f.brute_force();
     for (const DescentOrder order : {DescentOrder::Breadth, DescentOrder::Deepest, DescentOrder::Depth, DescentOrder::DepthCapped}) {
         for (const std::uint64_t units : {0U, 1U, 3U, 9U, 100U, 101U, 1500U, 4000U})
-            for (const auto& pair : expected) ASSERT_TRUE(is_known(f, f.run(units, nullptr, order), pair)) << int(order) << ", budget " << units;
+            for (const auto& pair : expected)
+                ASSERT_TRUE(is_known(f, f.run(units, nullptr, order), pair)) << int(order) << ", budget " << units;
         std::set<std::pair<Index, Index>> found;
         DescentStats stats;
         for (const Contact& c : f.run(WorkBudget::kUnlimited, &stats, order)) found.emplace(c.feature_a[0], c.feature_b[0]);
@@ -147,10 +147,12 @@ TEST(Descent, MoreBudgetIsNeverCoarser) {
     for (std::uint64_t units = 50; units < 4000; units += 250) {
         const std::vector<Contact> fine = f.run(units);
         for (const Contact& c : fine) // every pair seen now lies beneath one seen before
-            ASSERT_TRUE(std::any_of(coarse.begin(), coarse.end(), [&](const Contact& o) {
-                return is_beneath(f.a.tree, c.feature_a[0], o.feature_a[0]) &&
-                       is_beneath(f.b.tree, c.feature_b[0], o.feature_b[0]);
-            })) << "budget " << units;
+            ASSERT_TRUE(std::any_of(coarse.begin(), coarse.end(),
+                                    [&](const Contact& o) {
+                                        return is_beneath(f.a.tree, c.feature_a[0], o.feature_a[0]) &&
+                                               is_beneath(f.b.tree, c.feature_b[0], o.feature_b[0]);
+                                    }))
+                << "budget " << units;
         coarse = fine;
     }
 }
@@ -305,7 +307,8 @@ TEST(Descent, BodiesInsideOneAnotherCoincidentCentresAndZeroRadiiAreReportedWith
     EXPECT_GE(run(f.spheres_a, f.spheres_a, WorkBudget::kUnlimited).size(), leaves) << "every leaf meets itself";
     EXPECT_EQ(run(f.spheres_a, small, 0).size(), 1u) << "inside: assumed until the leaves are seen to be apart";
     EXPECT_EQ(run(f.spheres_a, small, WorkBudget::kUnlimited).size(), 0u) << "surfaces that do not meet, whatever is inside what";
-    EXPECT_EQ(run(points, points, WorkBudget::kUnlimited).size(), 0u) << "roots of no size at the same place meet, their children nowhere else";
+    EXPECT_EQ(run(points, points, WorkBudget::kUnlimited).size(), 0u)
+        << "roots of no size at the same place meet, their children nowhere else";
     EXPECT_EQ(run(one, one, WorkBudget::kUnlimited).size(), leaves * leaves) << "all at one place: every pair touches";
 }
 
@@ -439,8 +442,7 @@ TEST(HollowDescent, HintsAndGrantsChangeTheWorkNotTheResult) {
     for (const auto& other : {second, third})
         for (const Contact& c : other)
             EXPECT_TRUE(std::any_of(first.begin(), first.end(), [&](const Contact& o) {
-                return o.feature_a[0] == c.feature_a[0] && o.feature_b[0] == c.feature_b[0] && o.gap == c.gap &&
-                       o.normal == c.normal;
+                return o.feature_a[0] == c.feature_a[0] && o.feature_b[0] == c.feature_b[0] && o.gap == c.gap && o.normal == c.normal;
             }));
 }
 
@@ -473,8 +475,8 @@ TEST(HollowDescent, MovesWithTheWall) {
     moved.run(b, WorkBudget::kUnlimited, travelling);
     ASSERT_GE(travelling.size(), still.size());
     for (const Contact& c : still) { // radii of moving balls are measured to 1 %
-        const auto same = std::find_if(travelling.begin(), travelling.end(),
-                                       [&](const Contact& o) { return o.feature_a[0] == c.feature_a[0]; });
+        const auto same =
+            std::find_if(travelling.begin(), travelling.end(), [&](const Contact& o) { return o.feature_a[0] == c.feature_a[0]; });
         ASSERT_NE(same, travelling.end());
         EXPECT_LE(same->gap, c.gap + 1e-9);
         EXPECT_GE(same->gap, c.gap - 0.02 * 6e-3);

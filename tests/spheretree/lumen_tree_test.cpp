@@ -1,5 +1,5 @@
-#include "shapes.hpp"
 #include "base/inside.hpp"
+#include "shapes.hpp"
 #include "spheretree/lumen_path.hpp"
 #include "spheretree/lumen_state.hpp"
 #include "spheretree/union_room.hpp"

@@ -66,8 +66,10 @@ TriMesh make_icosphere(const Vec3& centre, double radius, unsigned levels) {
             for (Index c = b + 1; c < 12; ++c) {
                 const Vec3 &p = mesh.vertices[a], &q = mesh.vertices[b], &r = mesh.vertices[c];
                 if (std::max({(p - q).norm(), (q - r).norm(), (r - p).norm()}) > 2.1) continue;
-                if ((q - p).cross(r - p).dot(p + q + r) > 0) mesh.triangles.push_back({a, b, c});
-                else mesh.triangles.push_back({a, c, b});
+                if ((q - p).cross(r - p).dot(p + q + r) > 0)
+                    mesh.triangles.push_back({a, b, c});
+                else
+                    mesh.triangles.push_back({a, c, b});
             }
     for (unsigned level = 0; level < levels; ++level) {
         std::map<std::pair<Index, Index>, Index> middle;
@@ -80,8 +82,8 @@ TriMesh make_icosphere(const Vec3& centre, double radius, unsigned levels) {
                 if (added) mesh.vertices.emplace_back(mesh.vertices[edge.first] + mesh.vertices[edge.second]);
                 m[e] = place->second;
             }
-            for (const Triangle& part : {Triangle{t[0], m[0], m[2]}, Triangle{m[0], t[1], m[1]}, Triangle{m[2], m[1], t[2]},
-                                         Triangle{m[0], m[1], m[2]}})
+            for (const Triangle& part :
+                 {Triangle{t[0], m[0], m[2]}, Triangle{m[0], t[1], m[1]}, Triangle{m[2], m[1], t[2]}, Triangle{m[0], m[1], m[2]}})
                 finer.push_back(part);
         }
         mesh.triangles = std::move(finer);
@@ -107,13 +109,11 @@ std::optional<TriMesh> read_test_obj(const std::string& name, double scale) {
         } else if (word == "f") {
             std::vector<Index> corners;
             while (words >> word) corners.push_back(static_cast<Index>(std::stoul(word) - 1));
-            for (std::size_t k = 2; k < corners.size(); ++k)
-                mesh.triangles.push_back({corners[0], corners[k - 1], corners[k]});
+            for (std::size_t k = 2; k < corners.size(); ++k) mesh.triangles.push_back({corners[0], corners[k - 1], corners[k]});
         }
     }
     double volume = 0.0;
-    for (const Triangle& t : mesh.triangles)
-        volume += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
+    for (const Triangle& t : mesh.triangles) volume += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
     if (volume < 0.0)
         for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
     return mesh;

@@ -10,8 +10,8 @@
 namespace seldinger::spheretree::test {
 
 struct TubeShape {
-    std::function<Vec3(double)> axis;      // parameter [0, 1] to m
-    std::function<double(double)> radius;  // parameter [0, 1] to m
+    std::function<Vec3(double)> axis;     // parameter [0, 1] to m
+    std::function<double(double)> radius; // parameter [0, 1] to m
     unsigned sides = 24, rings = 40;
 };
 

@@ -1,6 +1,6 @@
-#include "shapes.hpp"
 #include "base/repair.hpp"
 #include "base/topology.hpp"
+#include "shapes.hpp"
 #include "spheretree/tree_quality.hpp"
 #include "spheretree/wrapped_tree.hpp"
 
@@ -70,12 +70,13 @@ void expect_wrapped(const TriMesh& mesh, const WrappedOptions& options, std::uin
 
 TEST(WrappedTree, EveryLevelHoldsTheSurfaceAndIsReachedWhateverTheBuilder) {
     const TriMesh shapes[] = {make_icosphere(Vec3(1, 2, 3), 0.05, 2), make_straight_tube(0.01, 0.2), make_box(Vec3(0.1, 0.2, 0.3)),
-                              make_box(Vec3(0.3, 0.3, 1e-4)), join(make_icosphere(Vec3::Zero(), 0.05, 2), make_icosphere(Vec3(0.3, 0, 0), 0.01, 2))};
+                              make_box(Vec3(0.3, 0.3, 1e-4)),
+                              join(make_icosphere(Vec3::Zero(), 0.05, 2), make_icosphere(Vec3(0.3, 0, 0), 0.01, 2))};
     for (std::size_t i = 0; i < std::size(shapes); ++i)
         for (const Builder builder : kBuilders)
             for (const auto& [branching, depth] : {std::pair(8U, 2U), std::pair(3U, 2U)}) {
-                SCOPED_TRACE("shape " + std::to_string(i) + " " + std::string(builder_name(builder)) + " " + std::to_string(branching) + "^" +
-                             std::to_string(depth));
+                SCOPED_TRACE("shape " + std::to_string(i) + " " + std::string(builder_name(builder)) + " " + std::to_string(branching) +
+                             "^" + std::to_string(depth));
                 expect_wrapped(shapes[i], {builder, builder == Builder::Octree ? 8U : branching, depth}, 17 + i);
             }
 }

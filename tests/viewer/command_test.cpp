@@ -55,28 +55,29 @@ void PrintTo(const Refused& refused, std::ostream* os) { *os << refused.text; }
 class ViewerMessage : public ::testing::TestWithParam<Refused> {};
 TEST_P(ViewerMessage, IsRefusedWithWhatWouldBeRight) { EXPECT_THAT(complaint(GetParam().text), HasSubstr(GetParam().because)); }
 
-INSTANTIATE_TEST_SUITE_P(, ViewerMessage, ::testing::Values(
-    Refused{"", "no JSON object"}, Refused{"hello", "no JSON object"}, Refused{"[1,2]", "no JSON object"}, Refused{"{", "no JSON object"},
-    Refused{"{}", "\"type\" is missing"}, Refused{R"({"type":3})", "\"type\" is missing"},
-    Refused{R"({"type":"shutdown"})", "unknown"}, Refused{R"({"type":"drive"})", "\"insertion\" is missing"},
-    Refused{R"({"type":"drive","insertion":1.5,"rotation":0})", "from -1 to 1"},
-    Refused{R"({"type":"drive","insertion":1e999,"rotation":0})", "no JSON object"},
-    Refused{R"({"type":"drive","insertion":null,"rotation":0})", "from -1 to 1"},
-    Refused{R"({"type":"drive","insertion":"1","rotation":0})", "from -1 to 1"},
-    Refused{R"({"type":"drive","insertion":0,"rotation":0,"speed":9})", "\"speed\" means nothing here"},
-    Refused{R"({"type":"budget","mode":"wall","ms":0.09})", "from 0.1 to 33"},
-    Refused{R"({"type":"budget","mode":"wall","ms":34})", "from 0.1 to 33"},
-    Refused{R"({"type":"budget","mode":"work","units":-1})", "whole number"},
-    Refused{R"({"type":"budget","mode":"work","units":100.5})", "whole number"},
-    Refused{R"({"type":"budget","mode":"lots"})", "wall, work or exact"},
-    Refused{R"({"type":"budget","mode":"exact","ms":3})", "means nothing here"},
-    Refused{R"({"type":"pause","on":1})", "true or false"}, Refused{R"({"type":"pace","factor":0})", "from 0.05 to 1"},
-    Refused{R"({"type":"effect","name":"magic","on":true})", "elasticity, gravity"},
-    Refused{R"({"type":"grab","body":2,"vertex":0,"target":[0,0,0]})", "from 0 to 1"},
-    Refused{R"({"type":"grab","body":0,"vertex":100,"target":[0,0,0]})", "from 0 to 99"},
-    Refused{R"({"type":"grab","body":1,"vertex":0,"target":[0,0,0]})", "no tissue carries it"},
-    Refused{R"({"type":"grab","body":0,"vertex":0,"target":[0,0]})", "three numbers"},
-    Refused{R"({"type":"grab","body":0,"vertex":0,"target":[0,0,1e9]})", "three numbers"}),
+INSTANTIATE_TEST_SUITE_P(
+    , ViewerMessage,
+    ::testing::Values(Refused{"", "no JSON object"}, Refused{"hello", "no JSON object"}, Refused{"[1,2]", "no JSON object"},
+                      Refused{"{", "no JSON object"}, Refused{"{}", "\"type\" is missing"}, Refused{R"({"type":3})", "\"type\" is missing"},
+                      Refused{R"({"type":"shutdown"})", "unknown"}, Refused{R"({"type":"drive"})", "\"insertion\" is missing"},
+                      Refused{R"({"type":"drive","insertion":1.5,"rotation":0})", "from -1 to 1"},
+                      Refused{R"({"type":"drive","insertion":1e999,"rotation":0})", "no JSON object"},
+                      Refused{R"({"type":"drive","insertion":null,"rotation":0})", "from -1 to 1"},
+                      Refused{R"({"type":"drive","insertion":"1","rotation":0})", "from -1 to 1"},
+                      Refused{R"({"type":"drive","insertion":0,"rotation":0,"speed":9})", "\"speed\" means nothing here"},
+                      Refused{R"({"type":"budget","mode":"wall","ms":0.09})", "from 0.1 to 33"},
+                      Refused{R"({"type":"budget","mode":"wall","ms":34})", "from 0.1 to 33"},
+                      Refused{R"({"type":"budget","mode":"work","units":-1})", "whole number"},
+                      Refused{R"({"type":"budget","mode":"work","units":100.5})", "whole number"},
+                      Refused{R"({"type":"budget","mode":"lots"})", "wall, work or exact"},
+                      Refused{R"({"type":"budget","mode":"exact","ms":3})", "means nothing here"},
+                      Refused{R"({"type":"pause","on":1})", "true or false"}, Refused{R"({"type":"pace","factor":0})", "from 0.05 to 1"},
+                      Refused{R"({"type":"effect","name":"magic","on":true})", "elasticity, gravity"},
+                      Refused{R"({"type":"grab","body":2,"vertex":0,"target":[0,0,0]})", "from 0 to 1"},
+                      Refused{R"({"type":"grab","body":0,"vertex":100,"target":[0,0,0]})", "from 0 to 99"},
+                      Refused{R"({"type":"grab","body":1,"vertex":0,"target":[0,0,0]})", "no tissue carries it"},
+                      Refused{R"({"type":"grab","body":0,"vertex":0,"target":[0,0]})", "three numbers"},
+                      Refused{R"({"type":"grab","body":0,"vertex":0,"target":[0,0,1e9]})", "three numbers"}),
     [](const auto& tested) { return "Number" + std::to_string(tested.index); });
 
 TEST(ViewerMessages, ThatAreTooLongAreRefusedByTheirLength) {
@@ -105,10 +106,18 @@ TEST(ViewerMessages, GarbageNeverBreaksTheReader) {
         for (std::size_t change = pick(4); change > 0 && !text.empty(); --change) {
             const std::size_t at = pick(text.size());
             switch (pick(4)) {
-            case 0: text[at] = static_cast<char>(random()); break;
-            case 1: text.erase(at, 1 + pick(5)); break;
-            case 2: text.insert(at, text.substr(pick(text.size()), pick(12))); break;
-            default: text[at] = "{}[]\",:0123456789-eE"[pick(20)]; break;
+            case 0:
+                text[at] = static_cast<char>(random());
+                break;
+            case 1:
+                text.erase(at, 1 + pick(5));
+                break;
+            case 2:
+                text.insert(at, text.substr(pick(text.size()), pick(12)));
+                break;
+            default:
+                text[at] = "{}[]\",:0123456789-eE"[pick(20)];
+                break;
             }
         }
         const Result<Request> request = read_request(text, kRange);

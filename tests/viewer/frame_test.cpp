@@ -66,8 +66,10 @@ private:
                 std::copy(whole.begin(), whole.end(), part.numbers.begin() + static_cast<std::ptrdiff_t>(begin));
             } else if (codings[block] == 2) {
                 const auto differences = many<std::int8_t>(count);
-                for (std::size_t k = 0; k < count; ++k) part.numbers[begin + k] = static_cast<std::uint16_t>(part.numbers[begin + k] + differences[k]);
-            } else EXPECT_EQ(codings[block], 0);
+                for (std::size_t k = 0; k < count; ++k)
+                    part.numbers[begin + k] = static_cast<std::uint16_t>(part.numbers[begin + k] + differences[k]);
+            } else
+                EXPECT_EQ(codings[block], 0);
             align();
         }
     }

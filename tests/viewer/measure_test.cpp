@@ -72,7 +72,8 @@ TEST(DISABLED_ViewerMeasured, StepsWithAndWithoutAViewer) {
             latency.insert(latency.end(), seen.latency_ms.begin(), seen.latency_ms.end());
             rate.push_back(static_cast<double>(seen.frames) / seconds);
             size.push_back(static_cast<double>(seen.bytes) / static_cast<double>(std::max<std::size_t>(1, seen.frames)));
-        } else wait_until_ns(monotonic_ns() + static_cast<std::int64_t>(1e9 * kSeconds));
+        } else
+            wait_until_ns(monotonic_ns() + static_cast<std::int64_t>(1e9 * kSeconds));
         live.stop();
         const Percentiles step = find_percentiles(live.tally.total_ms);
         p50[watched].push_back(step.p50);
@@ -80,10 +81,11 @@ TEST(DISABLED_ViewerMeasured, StepsWithAndWithoutAViewer) {
         fmt::print("{}: {} steps, p50 {:.3f} ms, p95 {:.3f} ms, p99 {:.3f} ms\n", watched ? "one viewer" : "no viewer ", live.tally.steps,
                    step.p50, step.p95, step.p99);
     }
-    fmt::print("step p50 {:.3f} ms without, {:.3f} ms with a viewer ({:+.1f} %); p99 {:.3f} and {:.3f} ms\n", middle(p50[0]), middle(p50[1]),
-               100.0 * (middle(p50[1]) / middle(p50[0]) - 1.0), middle(p99[0]), middle(p99[1]));
-    fmt::print("command to the frame that shows it: median {:.1f} ms, worst {:.1f} ms of {}; {:.0f} frames a second of {:.0f} KB\n", middle(latency),
-               latency.empty() ? 0.0 : *std::max_element(latency.begin(), latency.end()), latency.size(), middle(rate), middle(size) / 1e3);
+    fmt::print("step p50 {:.3f} ms without, {:.3f} ms with a viewer ({:+.1f} %); p99 {:.3f} and {:.3f} ms\n", middle(p50[0]),
+               middle(p50[1]), 100.0 * (middle(p50[1]) / middle(p50[0]) - 1.0), middle(p99[0]), middle(p99[1]));
+    fmt::print("command to the frame that shows it: median {:.1f} ms, worst {:.1f} ms of {}; {:.0f} frames a second of {:.0f} KB\n",
+               middle(latency), latency.empty() ? 0.0 : *std::max_element(latency.begin(), latency.end()), latency.size(), middle(rate),
+               middle(size) / 1e3);
 }
 
 } // namespace

@@ -40,7 +40,8 @@ TEST(ViewerServer, ShowsItsPageToWhoeverHasTheToken) {
 TEST(ViewerServer, KeepsStrangersOut) {
     const Live live;
     const std::string token = live.server->token(), host = fmt::format("127.0.0.1:{}", live.server->port());
-    for (const std::string& wrong : std::vector<std::string>{"", "0", token.substr(1), token + "0", std::string(token.size(), 'f'), "%00"}) {
+    for (const std::string& wrong :
+         std::vector<std::string>{"", "0", token.substr(1), token + "0", std::string(token.size(), 'f'), "%00"}) {
         EXPECT_EQ(get(live, "/?token=" + wrong).status, 403u) << wrong;
         EXPECT_EQ(get(live, "/recording.csv?token=" + wrong).status, 403u) << wrong;
     }
@@ -121,8 +122,8 @@ TEST(ViewerServer, AHandOfWhichNothingIsHeardIsLetGo) {
     const Live live;
     Viewer driver(live);
     EXPECT_FALSE(drive_until(driver, R"({"type":"drive","insertion":1,"rotation":0})", [](const Json& status) {
-        return status["drive"][0] == 1.0;
-    }).is_null());
+                     return status["drive"][0] == 1.0;
+                 }).is_null());
     EXPECT_FALSE(driver.await_status([](const Json& status) { return status["drive"][0] == 0.0; }).is_null());
 }
 
@@ -164,13 +165,15 @@ TEST(ViewerServer, ClosesOnAMessageBeyondAllMeasure) {
     Viewer viewer(live);
     (void)viewer.await_type("status");
     viewer.send(std::string(70'000, 'x')); // one that the system takes whole: the reason comes back
-    while (viewer.read()) {}
+    while (viewer.read()) {
+    }
     EXPECT_EQ(viewer.reason().code, websocket::close_code::too_big);
     Viewer flood(live);
     EXPECT_THROW( // cut off while it sends, or when it has
         {
             flood.send(std::string(50'000'000, 'x'));
-            while (flood.read()) {}
+            while (flood.read()) {
+            }
             throw boost::system::system_error(flood.ended());
         },
         boost::system::system_error);
@@ -189,8 +192,10 @@ TEST(ViewerServer, FuzzedMessagesNeverStopIt) {
             for (int k = 0; k < 50; ++k) {
                 std::string text(random() % 200, ' ');
                 for (char& c : text) c = static_cast<char>(round % 2 == 0 ? 32 + random() % 95 : random());
-                if (random() % 3 == 0) viewer.send_bytes(text);
-                else viewer.send(text); // bytes that are no UTF-8 end the connection, as they should
+                if (random() % 3 == 0)
+                    viewer.send_bytes(text);
+                else
+                    viewer.send(text); // bytes that are no UTF-8 end the connection, as they should
                 if (k % 10 == 0) (void)viewer.read();
             }
         } catch (const boost::system::system_error&) {

@@ -31,7 +31,8 @@ Loaded load(const std::string& text) {
 }
 
 test::BentTube bent(std::string budget, std::string carrier = {}) {
-    return {35, std::move(budget), carrier.empty() ? R"("coarse_contact", "exact_contact")" : R"("elasticity", "damping", "coarse_contact", "exact_contact")",
+    return {35, std::move(budget),
+            carrier.empty() ? R"("coarse_contact", "exact_contact")" : R"("elasticity", "damping", "coarse_contact", "exact_contact")",
             std::move(carrier)};
 }
 
@@ -106,13 +107,15 @@ TEST_P(Recorded, RunRepeatsBitForBit) {
     EXPECT_NE(hash_of_run(tested.scene, csv, tested.limits, recording->steps() - 1), hash);
 }
 
-INSTANTIATE_TEST_SUITE_P(, Recorded,
-                         ::testing::Values(Replayed{"OfABendUnderWork", test::bent_tube_scene(bent("work:20000")), {BudgetMode::Work, 0, 20'000}, 400},
-                                           Replayed{"OfABendUnderLittleWork", test::bent_tube_scene(bent("exact")), {BudgetMode::Work, 0, 150}, 400},
-                                           Replayed{"OfABendInTissue", test::bent_tube_scene(bent("work:50000", test::kOrgan)), {BudgetMode::Work, 0, 50'000}, 200},
-                                           Replayed{"OfExactSteps", test::bent_tube_scene(bent("exact")), {}, 200},
-                                           Replayed{"InOddUnits", kOddUnits, {BudgetMode::Work, 0, 5000}, 300}),
-                         [](const ::testing::TestParamInfo<Replayed>& tested) { return tested.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    , Recorded,
+    ::testing::Values(Replayed{"OfABendUnderWork", test::bent_tube_scene(bent("work:20000")), {BudgetMode::Work, 0, 20'000}, 400},
+                      Replayed{"OfABendUnderLittleWork", test::bent_tube_scene(bent("exact")), {BudgetMode::Work, 0, 150}, 400},
+                      Replayed{
+                          "OfABendInTissue", test::bent_tube_scene(bent("work:50000", test::kOrgan)), {BudgetMode::Work, 0, 50'000}, 200},
+                      Replayed{"OfExactSteps", test::bent_tube_scene(bent("exact")), {}, 200},
+                      Replayed{"InOddUnits", kOddUnits, {BudgetMode::Work, 0, 5000}, 300}),
+    [](const ::testing::TestParamInfo<Replayed>& tested) { return tested.param.name; });
 
 TEST(ViewerSession, SaysWhyARecordingDoesNotRepeat) {
     const std::string text = test::bent_tube_scene(bent("work:5000", test::kOrgan));
@@ -266,7 +269,8 @@ TEST(ViewerSession, ShowsSpheresOfTheLevelReached) {
     session.step();
     fill_snapshot(session, true, snapshot);
     EXPECT_LT(snapshot.spheres.size(), leaves);
-    EXPECT_TRUE(std::any_of(snapshot.spheres.begin(), snapshot.spheres.end(), [](const ShownSphere& s) { return s.kind == SphereKind::Assumed; }));
+    EXPECT_TRUE(
+        std::any_of(snapshot.spheres.begin(), snapshot.spheres.end(), [](const ShownSphere& s) { return s.kind == SphereKind::Assumed; }));
     fill_snapshot(session, false, snapshot);
     EXPECT_TRUE(snapshot.spheres.empty());
 }

@@ -25,7 +25,8 @@ struct Traits {
 /// Boxes of at most this many are compared one by one; the library's default of 10 is slower on these scenes.
 constexpr std::ptrdiff_t kCutoff = 100;
 
-void number(const std::vector<peer::Box>& from, std::size_t first_id, std::vector<NumberedBox>& boxes, std::vector<const NumberedBox*>& pointers) {
+void number(const std::vector<peer::Box>& from, std::size_t first_id, std::vector<NumberedBox>& boxes,
+            std::vector<const NumberedBox*>& pointers) {
     boxes.resize(from.size());
     pointers.resize(from.size());
     for (std::size_t i = 0; i < from.size(); ++i) {

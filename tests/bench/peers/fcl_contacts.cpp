@@ -50,7 +50,8 @@ void expand(const peer::Frames& f, const peer::StepBoxes& boxes, const std::vect
     for (const auto& [a, b] : triangles) {
         for (const auto& [face, other] : {Pair{a, b}, Pair{b, a}})
             for (const peer::Id v : f.triangle[index(other)])
-                if (!peer::holds(f.triangle[index(face)], v) && boxes.vertex[index(v)].overlaps(boxes.face[index(face)])) vertex_face.emplace_back(v, face);
+                if (!peer::holds(f.triangle[index(face)], v) && boxes.vertex[index(v)].overlaps(boxes.face[index(face)]))
+                    vertex_face.emplace_back(v, face);
         for (peer::Id x : f.triangle_edges[index(a)])
             for (peer::Id y : f.triangle_edges[index(b)])
                 if (x != y && !peer::share(f.edge[index(x)], f.edge[index(y)]) && boxes.edge[index(x)].overlaps(boxes.edge[index(y)]))
@@ -73,7 +74,8 @@ std::size_t count_hits(const peer::Frames& f, std::size_t step, const std::vecto
     }
     for (const auto& [x, y] : edge_edge) {
         const peer::Ends &a = f.edge[static_cast<std::size_t>(x)], &b = f.edge[static_cast<std::size_t>(y)];
-        hits += Test::intersect_EE(begin(a[0]), begin(a[1]), begin(b[0]), begin(b[1]), end(a[0]), end(a[1]), end(b[0]), end(b[1]), &time, &point);
+        hits += Test::intersect_EE(begin(a[0]), begin(a[1]), begin(b[0]), begin(b[1]), end(a[0]), end(a[1]), end(b[0]), end(b[1]), &time,
+                                   &point);
     }
     return hits;
 }
@@ -121,6 +123,8 @@ void run(const peer::Frames& frames, const char* method) {
 int main(int argc, char** argv) {
     if (argc < 2) return 2;
     const peer::Frames frames = peer::read_frames(argv[1]);
-    if (argc > 2 && std::string(argv[2]) == "kdop18") run<fcl::KDOP<double, 18>>(frames, "fcl-kdop18-cubic");
-    else run<fcl::AABB<double>>(frames, "fcl-aabb-cubic");
+    if (argc > 2 && std::string(argv[2]) == "kdop18")
+        run<fcl::KDOP<double, 18>>(frames, "fcl-kdop18-cubic");
+    else
+        run<fcl::AABB<double>>(frames, "fcl-aabb-cubic");
 }
