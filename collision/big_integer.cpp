@@ -59,11 +59,13 @@ std::size_t BigInteger::bits() const noexcept {
 }
 
 double BigInteger::to_double(int shift) const noexcept {
+    if (count_ == 0) return 0.0;
     const auto limb = limbs();
-    double value = 0.0;
-    int left = 3; // limbs that can matter to 53 bits
-    for (std::size_t i = count_; i-- > 0 && left-- > 0;)
-        value += std::ldexp(static_cast<double>(limb[i] & ~std::uint64_t{0x7ff}), static_cast<int>(i) * kLimbBits - shift);
+    const int empty = std::countl_zero(limb[count_ - 1]);
+    std::uint64_t highest = limb[count_ - 1] << empty; // the 64 highest bits
+    if (empty > 0 && count_ > 1) highest |= limb[count_ - 2] >> (kLimbBits - empty);
+    constexpr std::uint64_t kBeyond53 = 0x7ff;
+    const double value = std::ldexp(static_cast<double>(highest & ~kBeyond53), static_cast<int>(bits()) - kLimbBits - shift);
     return negative_ ? -value : value;
 }
 

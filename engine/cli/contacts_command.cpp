@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 
 namespace seldinger::engine {
@@ -92,7 +93,9 @@ Result<Input> read_input(const Request& request) {
     if (!request.frames.empty()) {
         auto frames = read_frames(request.frames);
         if (!frames) return frames.error();
-        if (const auto sized = check_size(frames->positions, request.frames); !sized) return sized.error();
+        for (std::size_t frame = 0; frame < frames->frame_count; ++frame)
+            if (const auto sized = check_size(frames->frame(frame), fmt::format("{}/pos.f64, frame {}", request.frames, frame)); !sized)
+                return sized.error();
         input.sequence = std::move(*frames);
         input.surfaces.push_back(collision::make_topology(input.sequence.triangles, input.sequence.vertex_count()));
         return input;
@@ -102,6 +105,24 @@ Result<Input> read_input(const Request& request) {
     return input;
 }
 
+/// What is written must not be what is read, nor one another.
+Result<void> check_outputs(const Request& request) {
+    std::vector<std::filesystem::path> taken(request.meshes.begin(), request.meshes.end());
+    if (!request.frames.empty())
+        for (const char* name : {"meta.txt", "tris.i32", "obj.i32", "pos.f64"}) taken.push_back(std::filesystem::path(request.frames) / name);
+    const std::pair<const char*, const std::string&> outputs[] = {{"--out", request.out}, {"--stats", request.stats}, {"--dump", request.dump}};
+    for (const auto& [option, file] : outputs) {
+        if (file.empty()) continue;
+        for (const std::filesystem::path& other : taken) {
+            std::error_code unknown; // a file that is not there yet is like none
+            if (std::filesystem::equivalent(file, other, unknown) || std::filesystem::path(file).lexically_normal() == other.lexically_normal())
+                return bad_usage(fmt::format("{} is read, or written by another option; another file is wanted", file), option);
+        }
+        taken.emplace_back(file);
+    }
+    return {};
+}
+
 Result<void> check_usage(const Request& request) {
     const std::size_t meshes = request.meshes.size();
     if (!request.frames.empty() && meshes > 0) return bad_usage("--frames stands for meshes; give one or the other", "--frames");
@@ -109,6 +130,7 @@ Result<void> check_usage(const Request& request) {
         return bad_usage(
             fmt::format("{} meshes; two frames of one mesh (A0 A1) or of two (A0 A1 B0 B1) are wanted, or --frames DIR", meshes));
     if (!request.dump.empty() && request.frames.empty()) return bad_usage("goes with --frames", "--dump");
+    if (const auto apart = check_outputs(request); !apart) return apart;
     if (!(request.distance >= 0.0 && request.distance <= kLargestCoordinate))
         return bad_usage("a number from 0 up is wanted", "--distance");
     return {};

@@ -3,13 +3,22 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
+#include <system_error>
 
 namespace seldinger::engine {
 
 int report_error(const Error& error) {
-    fmt::print(stderr, "error: {}\n", error.to_string());
+    std::fputs(fmt::format("error: {}\n", error.to_string()).c_str(), stderr); // fmt::print throws where nobody can read it
     return kExitBadInput;
+}
+
+/// What was printed must have arrived: an answer that is lost is no answer.
+static int end_output(int code) {
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+    const int failed = report_error({ErrorCode::CannotWrite, "the standard output cannot be written"});
+    return code == kExitFine ? failed : code;
 }
 
 int run_program(int argc, char** argv) {
@@ -29,8 +38,13 @@ int run_program(int argc, char** argv) {
         const int code = app.exit(error);
         return code == 0 ? kExitFine : kExitBadInput; // help and version end with 0
     }
-    for (const Command& command : commands)
-        if (command.app->parsed()) return command.run();
+    std::signal(SIGXFSZ, SIG_IGN); // a file beyond the system's limit is then an error of its write
+    try {
+        for (const Command& command : commands)
+            if (command.app->parsed()) return end_output(command.run());
+    } catch (const std::system_error& error) { // of fmt::print
+        return report_error({ErrorCode::CannotWrite, fmt::format("an output stream cannot be written: {}", error.what())});
+    }
     return kExitBadInput;
 }
 

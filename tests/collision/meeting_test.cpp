@@ -1,6 +1,7 @@
 // Exact verdicts against rational arithmetic, on pairs that are made to be hard.
 #include "collision/meeting.hpp"
 
+#include "base/closest_point.hpp"
 #include "tests/collision/rational.hpp"
 #include "tests/collision/shapes.hpp"
 
@@ -110,6 +111,31 @@ TEST(Meeting, AgreesWithRationalArithmeticOnSmallWholeNumbers) {
     EXPECT_GT(counts.meets, counts.unknown);
     EXPECT_GT(counts.apart, counts.unknown);
     EXPECT_GT(counts.exact, 100u);
+}
+
+/// At the time that whole numbers give, the features are together; before it they never are.
+TEST(Meeting, WholeNumbersTellTheFirstTime) {
+    constexpr std::uint64_t kSeed = 36;
+    Random random(kSeed);
+    const auto gap = [](const Pair& pair, double time) {
+        std::array<Vec3, 4> x;
+        for (std::size_t i = 0; i < 4; ++i) x[i] = (1.0 - time) * pair.p[i].t0 + time * pair.p[i].t1;
+        return std::sqrt(pair.vertex_face ? closest_on_triangle(x[0], x[1], x[2], x[3]).distance_sq
+                                          : closest_on_segments({x[0], x[1]}, {x[2], x[3]}).distance_sq);
+    };
+    std::size_t decided = 0, later = 0;
+    for (std::size_t trial = 0; trial < 6000; ++trial) {
+        const Pair pair = whole_pair(random, 1 + static_cast<int>(trial % 4));
+        const Meeting m = pair.meet();
+        if (!m.meets || m.decided_by != Decision::Exact) continue;
+        ++decided;
+        later += m.time > 0.0;
+        EXPECT_LT(gap(pair, m.time), 1e-6) << "seed " << kSeed << " trial " << trial << " time " << m.time;
+        for (double time = 0.0; time < m.time - 1e-3; time += 1.0 / 256.0)
+            EXPECT_GT(gap(pair, time), 1e-9) << "seed " << kSeed << " trial " << trial << " time " << m.time << " at " << time;
+    }
+    EXPECT_GT(decided, 500u);
+    EXPECT_GT(later, 200u);
 }
 
 TEST(Meeting, AgreesWithRationalArithmeticAFewUlpsFromTouching) {
