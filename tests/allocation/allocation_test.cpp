@@ -60,11 +60,7 @@ void PrintTo(const Case& tested, std::ostream* os) { *os << tested.name; }
 
 class StepLoop : public ::testing::TestWithParam<Case> {};
 
-TEST_P(StepLoop, AllocatesNothingOnceWarm) {
-    const PreparedScene prepared = test::prepare(test::bent_tube_scene(GetParam().tube));
-    ASSERT_EQ(prepared.model.instruments.size(), 1u);
-    Simulator simulator(prepared.model);
-    (void)test::run_steps(simulator, 50);
+void expect_no_allocation(Simulator& simulator) {
     std::uint64_t steps_that_did = 0, all = 0;
     for (int k = 0; k < 100; ++k) {
         count = 0;
@@ -79,6 +75,14 @@ TEST_P(StepLoop, AllocatesNothingOnceWarm) {
     if (all > 0) backtrace_symbols_fd(first_places, first_depth, 2);
 }
 
+TEST_P(StepLoop, AllocatesNothingOnceWarm) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene(GetParam().tube));
+    ASSERT_EQ(prepared.model.instruments.size(), 1u);
+    Simulator simulator(prepared.model);
+    (void)test::run_steps(simulator, 50);
+    expect_no_allocation(simulator);
+}
+
 INSTANTIATE_TEST_SUITE_P(, StepLoop,
                          ::testing::Values(Case{"WithAStaticTube", {35, "exact", R"("coarse_contact", "exact_contact", "friction")", ""}},
                                            Case{"WithSpheresAlone", {35, "exact", R"("coarse_contact")", ""}},
@@ -88,6 +92,27 @@ INSTANTIATE_TEST_SUITE_P(, StepLoop,
                          [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
 /// A person's hand, a pull at the tissue, a viewer that looks: between two steps nothing is allocated either.
+/// Tested contacts of a ball that has settled, and pairs that a small budget leaves open and holds.
+TEST(Solids, AllocateNothingOnceWarm) {
+    for (const auto& [budget, warm] : {std::pair{"exact", 600}, std::pair{"work:200", 50}}) {
+        SCOPED_TRACE(budget);
+        const PreparedScene prepared = test::prepare(fmt::format(R"({{
+            "name": "ball", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.005, "duration": 4}},
+            "gravity": [0, 0, -9810], "budget": "{}", "contact": {{"solid_friction": 0.3}},
+            "bodies": {{
+                "ball": {{"kind": "deformable", "surface": {{"shape": "sphere", "centre": [0, 0, 32], "radius": 30, "subdivisions": 2}},
+                    "material": {{"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000, "mass_damping": 3}}, "coarse": {{"surface_triangles": 80}}}},
+                "table": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -5], "extent": [200, 200, 10], "cells": 8}}}}}},
+            "effects": ["elasticity", "gravity", "damping", "coarse_contact"]}})",
+                                                                 budget));
+        Simulator simulator(prepared.model);
+        (void)test::run_steps(simulator, warm);
+        const StepReport& report = simulator.context().report;
+        EXPECT_GT(report.solid_touches + report.held_pairs, 0u) << "they touch";
+        expect_no_allocation(simulator);
+    }
+}
+
 TEST(ViewerSession, AllocatesNothingOnceWarm) {
     const test::BentTube tube{35, "work:20000", kAllEffects, test::kOrgan};
     Result<Scene> scene = parse_scene(test::bent_tube_scene(tube), "scenes/viewer.json");
