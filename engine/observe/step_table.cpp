@@ -103,6 +103,7 @@ constexpr Column kColumns[] = {
     SELDINGER_COLUMN("deepest_touch_m", row.r.deepest_touch_m),
     SELDINGER_COLUMN("held_pairs", row.r.held_pairs),
     SELDINGER_COLUMN("residual_n", row.r.residual_n),
+    SELDINGER_COLUMN("probe_tests", row.r.probe_tests),
 };
 #undef SELDINGER_COLUMN
 

@@ -11,6 +11,7 @@
 #include "spheretree/descent.hpp"
 #include "spheretree/sweep_and_prune.hpp"
 
+#include <limits>
 #include <optional>
 
 namespace seldinger::engine {
@@ -40,9 +41,17 @@ struct SphereHold {
     Vec3 aside = Vec3::Zero();   // unit, from b to a, that way
 };
 
+/// Leaves of two closed bodies beneath which surfaces are looked at.
 struct LeafPair {
-    std::size_t a = 0, b = 0;
+    std::size_t a = 0, b = 0; // a < b
     Index leaf_a = 0, leaf_b = 0;
+    double gap = std::numeric_limits<double>::infinity(); // m, of the deepest touch that came from it
+};
+
+/// A sphere of one body and what its distance to another body's surface promises.
+struct ProbedSphere {
+    double bound = 0.0;                    // m, no place beneath lies deeper
+    Index sphere = 0, triangle = kNoIndex; // of the other body, nearest to the sphere's centre
 };
 
 /// An edge passes through a triangle of the other body.
@@ -64,6 +73,9 @@ struct SolidScratch {
     std::vector<Box3> boxes;                   // [body_count] of this step; empty: no solid that anything can touch
     std::vector<std::pair<Index, Index>> near; // bodies whose boxes overlap
     std::vector<LeafPair> leaf_pairs;
+    std::vector<LeafPair> remembered;                 // those of the last step that touched, by key
+    std::vector<std::pair<Index, Index>> open_bodies; // with open sphere pairs, whose depth the surfaces decide
+    std::vector<ProbedSphere> heap;
     std::vector<Contact> touches;                // of this step: places of surfaces, with depth
     std::vector<SphereHold> holds, holds_before; // of this step and of the last one, by key
     std::vector<Piercing> piercings[2];
@@ -83,6 +95,8 @@ struct BodyScratch {
     std::vector<Index> deepest;              // [sphere_count] solid bodies, scratch of the response
     std::vector<Vec3> vertex_normal;         // [vertex_count] area-weighted, solid bodies that touch, scratch of the response
     std::vector<std::uint8_t> vertex_seen;   // [vertex_count] solid bodies, scratch of the response
+    std::vector<Index> leaf_of_triangle;     // [triangle_count] solid bodies that are closed
+    bool surface_is_fresh = false;           // inside and vertex_normal are those of this step
     SphereNodes sphere_nodes;                // solid bodies that hang on nodes
     spheretree::LumenState lumen;            // hollow bodies
     collision::DopTree tree;                 // hollow bodies, swept over the step

@@ -58,6 +58,7 @@ struct StepReport {
     std::uint64_t solid_touches = 0; // places where solid bodies' surfaces touch
     double deepest_touch_m = 0.0;    // of the deepest of them
     std::uint64_t held_pairs = 0;    // sphere pairs of solid bodies that push or hold for want of a surface's depth
+    std::uint64_t probe_tests = 0;   // closest-point queries that stood in for sphere pairs which the budget left open
     double residual_n = 0.0;         // at the step's end, sum over solid contacts of what both bodies receive: 0 is balanced
     double pull_force_n = 0.0;       // of the hand that holds a point of a surface
     double target_distance_m = -1.0; // tip to the followed target; negative: none

@@ -95,7 +95,7 @@ void choose_pairs(const SceneModel& model, StepContext& context) {
     };
     const auto counts = [&](const Contact& contact) {
         if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size() || !(contact.gap < 0.0)) return false;
-        return !is_leaf_pair(model, contact) || !meet_by_surface(model, contact.body_a, contact.body_b);
+        return !meet_by_surface(model, contact.body_a, contact.body_b);
     };
     for (Index k = 0; k < context.coarse.size(); ++k)
         if (counts(context.coarse[k]))

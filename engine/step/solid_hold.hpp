@@ -1,5 +1,5 @@
-// Forces between spheres of solid bodies: the paper's penalty along the line of centres, and the hold that stands for pairs
-// which the budget left untested.
+// Forces between spheres of solid bodies, where no surface decides: the paper's penalty along the line of centres, and beside it
+// the hold of open surfaces, which stands for pairs that the budget left untested.
 #pragma once
 
 #include "engine/step/context.hpp"

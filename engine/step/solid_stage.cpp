@@ -106,6 +106,11 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
         if (!model.bodies[i].closed || model.contact.solid_response != SolidResponse::Surface) continue;
         context.bodies[i].inside = InsideTest(model.bodies[i].surface);
         context.bodies[i].inside.refit(state.bodies[i].surface);
+        const spheretree::SphereTree& tree = model.bodies[i].covering.tree;
+        context.bodies[i].leaf_of_triangle.assign(model.bodies[i].surface.triangles.size(), kNoIndex);
+        for (Index s = 0; s < tree.sphere_count(); ++s)
+            if (tree.is_leaf(s))
+                for (const Index t : tree.items_of(s)) context.bodies[i].leaf_of_triangle[t] = s;
     }
 }
 

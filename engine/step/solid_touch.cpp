@@ -1,5 +1,7 @@
 #include "engine/step/solid_touch.hpp"
 
+#include "engine/step/solid_probe.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -55,17 +57,24 @@ Vec3 face_normal(const std::vector<Vec3>& surface, const Triangle& t) {
     return spheretree::direction_of((surface[t[1]] - surface[t[0]]).cross(surface[t[2]] - surface[t[0]]));
 }
 
-/// True if the place lies inside.
-bool add_touch(const OneWay& way, const Probe& probe, double slack) {
+/// What add_touch saw; vertex_seen holds it once a vertex was looked at.
+enum Seen : std::uint8_t { kNotSeen = 0, kFar, kNear, kInside };
+
+struct Look {
+    Seen seen = kFar;
+    double gap = std::numeric_limits<double>::infinity(); // m, of the touch that was listed
+};
+
+Look add_touch(const OneWay& way, const Probe& probe, double slack) {
     const InsideTest& against = way.context.bodies[way.other].inside;
     const Vec3 place = probe.at(way.surface(way.own));
     const double own_way = (place - probe.at(way.surface_t0(way.own))).norm();
     Box3 bounds = against.tree().bounds();
     bounds.inflate(slack + own_way);
-    if (!bounds.contains(place)) return false;
+    if (!bounds.contains(place)) return {};
     const bool inside = against.inside(place);
     const auto hit = inside ? against.tree().closest(place) : against.tree().closest(place, slack + own_way);
-    if (!hit) return false;
+    if (!hit) return {};
     const Triangle& face = way.model.bodies[way.other].surface.triangles[hit->triangle];
     Contact touch;
     touch.body_a = static_cast<BodyId>(way.own);
@@ -78,10 +87,10 @@ bool add_touch(const OneWay& way, const Probe& probe, double slack) {
     for (int k = 0; k < 2; ++k) touch.feature_a[k] = probe.vertex[k], touch.bary_a[k] = probe.weight[k];
     for (std::size_t k = 0; k < 3; ++k) touch.feature_b[k] = face[k], touch.bary_b[k] = hit->bary[k];
     const Vec3 now = corner_sum(way.surface(way.other), face, hit->bary), before = corner_sum(way.surface_t0(way.other), face, hit->bary);
-    if (touch.gap > way.model.contact.margin + own_way + (now - before).norm()) return inside;
-    if (!inside && touch.normal.dot(probe.at(way.context.bodies[way.own].vertex_normal)) > kFacing) return inside;
+    if (touch.gap > way.model.contact.margin + own_way + (now - before).norm()) return {inside ? kInside : kFar};
+    if (!inside && touch.normal.dot(probe.at(way.context.bodies[way.own].vertex_normal)) > kFacing) return {};
     way.context.solids.touches.push_back(touch);
-    return inside;
+    return {inside ? kInside : kNear, touch.gap};
 }
 
 /// m, the farthest that any vertex of the body moved in the step.
@@ -93,17 +102,18 @@ double farthest_way(const OneWay& way, std::size_t body) {
     return std::sqrt(farthest_sq);
 }
 
-void probe_vertices(const OneWay& way, std::span<const LeafPair> pairs, bool own_is_a) {
+void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a) {
     BodyScratch& scratch = way.context.bodies[way.own];
     const BodyModel& body = way.model.bodies[way.own];
-    scratch.vertex_seen.assign(way.surface(way.own).size(), 0);
+    scratch.vertex_seen.assign(way.surface(way.own).size(), kNotSeen);
     const double slack = way.model.contact.margin + farthest_way(way, way.other);
-    for (const LeafPair& pair : pairs)
+    for (LeafPair& pair : pairs)
         for (const Index triangle : body.covering.tree.items_of(own_is_a ? pair.leaf_a : pair.leaf_b))
             for (const Index v : body.surface.triangles[triangle]) {
-                if (scratch.vertex_seen[v] != 0) continue;
-                const bool inside = add_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, slack);
-                scratch.vertex_seen[v] = inside ? 2 : 1;
+                if (scratch.vertex_seen[v] != kNotSeen) continue;
+                const Look look = add_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, slack);
+                scratch.vertex_seen[v] = look.seen;
+                pair.gap = std::min(pair.gap, look.gap);
             }
 }
 
@@ -111,7 +121,7 @@ bool any_inside(const OneWay& way, Index leaf) {
     const BodyModel& body = way.model.bodies[way.own];
     for (const Index triangle : body.covering.tree.items_of(leaf))
         for (const Index v : body.surface.triangles[triangle])
-            if (way.context.bodies[way.own].vertex_seen[v] == 2) return true;
+            if (way.context.bodies[way.own].vertex_seen[v] == kInside) return true;
     return false;
 }
 
@@ -127,7 +137,9 @@ double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
     return s;
 }
 
-void list_piercings(const OneWay& way, Index leaf, Index other_leaf, std::vector<Piercing>& out) {
+/// False: there are none.
+bool list_piercings(const OneWay& way, Index leaf, Index other_leaf, std::vector<Piercing>& out) {
+    const std::size_t before = out.size();
     const BodyModel &own = way.model.bodies[way.own], &other = way.model.bodies[way.other];
     const spheretree::Sphere& bound = way.context.bodies[way.other].spheres[other_leaf];
     for (const Index triangle : own.covering.tree.items_of(leaf))
@@ -142,6 +154,7 @@ void list_piercings(const OneWay& way, Index leaf, Index other_leaf, std::vector
                 if (const double s = pierce(p, q, {at[f[0]], at[f[1]], at[f[2]]}); s >= 0.0) out.push_back({v0, v1, s});
             }
         }
+    return out.size() > before;
 }
 
 /// Edges that go through the other body with both ends outside: the middle of what lies inside.
@@ -157,25 +170,30 @@ void probe_edges(const OneWay& way, std::vector<Piercing>& piercings) {
     }
 }
 
-void touch_bodies(const SceneModel& model, const State& state, std::span<const LeafPair> pairs, StepContext& context) {
+/// Depths and vertex normals of this step, once for all bodies that one meets.
+void refresh(const SceneModel& model, const State& state, std::size_t body, StepContext& context) {
+    BodyScratch& scratch = context.bodies[body];
+    if (scratch.surface_is_fresh) return;
+    scratch.surface_is_fresh = true;
+    if (model.bodies[body].moves()) scratch.inside.refit(state.bodies[body].surface);
+    if (model.bodies[body].moves() || scratch.vertex_normal.empty())
+        find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, scratch.vertex_normal);
+}
+
+void touch_bodies(const SceneModel& model, const State& state, std::span<LeafPair> pairs, StepContext& context) {
     const std::size_t a = pairs.front().a, b = pairs.front().b;
     const OneWay from_a{model, state, context, a, b}, from_b{model, state, context, b, a};
-    for (const std::size_t body : {a, b}) {
-        if (model.bodies[body].moves()) context.bodies[body].inside.refit(state.bodies[body].surface);
-        std::vector<Vec3>& normals = context.bodies[body].vertex_normal;
-        if (model.bodies[body].moves() || normals.empty())
-            find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, normals);
-    }
     probe_vertices(from_a, pairs, true);
     probe_vertices(from_b, pairs, false);
     std::vector<Piercing>&of_a = context.solids.piercings[0], &of_b = context.solids.piercings[1];
     of_a.clear();
     of_b.clear();
-    for (const LeafPair& pair : pairs) {
+    for (LeafPair& pair : pairs) {
         if (!model.bodies[a].covering.tree.is_leaf(pair.leaf_a) || !model.bodies[b].covering.tree.is_leaf(pair.leaf_b)) continue;
         if (any_inside(from_a, pair.leaf_a) || any_inside(from_b, pair.leaf_b)) continue; // they push already
-        list_piercings(from_a, pair.leaf_a, pair.leaf_b, of_a);
-        list_piercings(from_b, pair.leaf_b, pair.leaf_a, of_b);
+        const bool through_b = list_piercings(from_a, pair.leaf_a, pair.leaf_b, of_a);
+        const bool through_a = list_piercings(from_b, pair.leaf_b, pair.leaf_a, of_b);
+        if (through_a || through_b) pair.gap = std::min(pair.gap, 0.0);
     }
     probe_edges(from_a, of_a);
     probe_edges(from_b, of_b);
@@ -197,18 +215,26 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
     std::vector<LeafPair>& pairs = context.solids.leaf_pairs;
     context.solids.touches.clear();
     pairs.clear();
-    for (const Contact& contact : context.coarse)
-        if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() && is_leaf_pair(model, contact) &&
-            meet_by_surface(model, contact.body_a, contact.body_b))
-            pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
+    for (BodyScratch& body : context.bodies) body.surface_is_fresh = false;
+    for (const Contact& contact : context.coarse) {
+        if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size()) continue; // an instrument's
+        if (!meet_by_surface(model, contact.body_a, contact.body_b)) continue;
+        refresh(model, state, contact.body_a, context);
+        refresh(model, state, contact.body_b, context);
+        if (is_leaf_pair(model, contact)) pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
+    }
+    probe_open_pairs(model, context);
     const auto key = [](const LeafPair& p) { return std::tie(p.a, p.b, p.leaf_a, p.leaf_b); };
     std::sort(pairs.begin(), pairs.end(), [&](const LeafPair& x, const LeafPair& y) { return key(x) < key(y); });
+    pairs.erase(std::unique(pairs.begin(), pairs.end(), [&](const LeafPair& x, const LeafPair& y) { return key(x) == key(y); }),
+                pairs.end());
     for (std::size_t begin = 0; begin < pairs.size();) {
         std::size_t end = begin + 1;
         while (end < pairs.size() && pairs[end].a == pairs[begin].a && pairs[end].b == pairs[begin].b) ++end;
         touch_bodies(model, state, std::span(pairs).subspan(begin, end - begin), context);
         begin = end;
     }
+    remember_touching(context);
 }
 
 } // namespace seldinger::engine

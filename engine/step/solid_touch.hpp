@@ -11,7 +11,8 @@ namespace seldinger::engine {
 /// A pair of spheres with nothing left to refine, tested, or assumed and overlapping.
 [[nodiscard]] bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept;
 
-/// Fills context.solids.touches from the leaf pairs of context.coarse: vertices of either body against the other's surface,
+/// Fills context.solids.touches from the leaf pairs of context.coarse, and from those that stand for its open pairs
+/// (probe_open_pairs): vertices of either body against the other's surface,
 /// and the middles of what lies inside of edges that pierce it where no corner does. Contact::feature_a is a vertex or the
 /// two of an edge, feature_b a triangle, the gap the signed distance of the place at the end of the step. Places outside are
 /// listed as far as they may come in the next step: the margin and what they moved in this one.
