@@ -166,7 +166,8 @@ Sphere deform_sphere(const DeformingTree& tree, Index sphere, const NodePose& po
     return update == SphereUpdate::Conservative ? deform_conservatively(tree, sphere, pose) : deform_as_the_paper(tree, sphere, pose);
 }
 
-void DeformingSpheres::begin(const DeformingTree& tree, SphereUpdate update, const NodePose& pose_t1, const NodePose& pose_t0) {
+void DeformingSpheres::begin(const DeformingTree& tree, SphereUpdate update, const NodePose& pose_t1, const NodePose& pose_t0,
+                             double reach) {
     if (tree_ != &tree || known_.size() != tree.tree.sphere_count()) {
         spheres_.assign(tree.tree.sphere_count(), Sphere{});
         known_.assign(tree.tree.sphere_count(), 0);
@@ -176,6 +177,7 @@ void DeformingSpheres::begin(const DeformingTree& tree, SphereUpdate update, con
     update_ = update;
     t0_ = pose_t0;
     t1_ = pose_t1;
+    reach_ = reach;
     updated_ = 0;
     if (++step_ == 0) { // wrapped round
         std::fill(known_.begin(), known_.end(), 0u);
@@ -190,6 +192,7 @@ void DeformingSpheres::ensure(Index first, Index count) noexcept {
         ++updated_;
         spheres_[s] = deform_sphere(*tree_, s, t1_, update_);
         if (!t0_.position.empty()) spheres_[s] = enclose_two(deform_sphere(*tree_, s, t0_, update_), spheres_[s]);
+        if (spheres_[s].radius >= 0.0) spheres_[s].radius += reach_;
     }
 }
 

@@ -77,15 +77,18 @@ class DeformingSpheres final : public LazySpheres {
 public:
     /// Forgets all spheres. They are to hold their surface from pose_t0 to pose_t1 and on the straight ways between (Heuristic: to
     /// hold the spheres of both); without pose_t0 at one instant. The tree and the poses are looked at until the next begin.
-    void begin(const DeformingTree& tree, SphereUpdate update, const NodePose& pose_t1, const NodePose& pose_t0 = {});
+    /// reach  m, all spheres grow by this: how far the surface may have gone on since
+    void begin(const DeformingTree& tree, SphereUpdate update, const NodePose& pose_t1, const NodePose& pose_t0 = {}, double reach = 0.0);
     void ensure(Index first, Index count) noexcept override;
     [[nodiscard]] std::span<const Sphere> spheres() const noexcept { return spheres_; } // [sphere_count] those ensured are valid
-    [[nodiscard]] std::uint64_t updated() const noexcept { return updated_; }           // in this step
+    [[nodiscard]] bool knows(Index sphere) const noexcept { return known_[sphere] == step_; }
+    [[nodiscard]] std::uint64_t updated() const noexcept { return updated_; } // in this step
 
 private:
     const DeformingTree* tree_ = nullptr;
     SphereUpdate update_ = SphereUpdate::Conservative;
     NodePose t0_, t1_;
+    double reach_ = 0.0;
     std::vector<Sphere> spheres_;
     std::vector<std::uint32_t> known_; // [sphere_count] step in which the sphere was found
     std::uint32_t step_ = 0;

@@ -34,7 +34,7 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
         tets += body.coarse_tets;
     }
     const Effects& e = scene.effects;
-    const bool instruments = !scene.instruments.empty();
+    const bool instruments = !scene.instruments.empty(), rough = scene.contact.solid_friction > 0.0;
     const auto listed = [](bool on, std::string why) { return on ? std::move(why) : std::string("not among the scene's effects"); };
     return {
         {"elasticity", e.elasticity && deformable > 0,
@@ -47,12 +47,17 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
          listed(e.breathing.has_value(),
                 e.breathing ? fmt::format("{:g} mm every {:g} s, on the fixed nodes", 1e3 * e.breathing->amplitude, e.breathing->period)
                             : "")},
-        {"coarse_contact", e.coarse_contact, listed(e.coarse_contact, "sphere trees, breadth first, under the budget")},
+        {"coarse_contact", e.coarse_contact,
+         listed(e.coarse_contact, fmt::format("{} sphere trees of solids, order {}, under the budget", scene.contact.sphere_trees,
+                                              spheretree::order_name(scene.contact.descent_order)))},
         {"exact_contact", e.exact_contact && instruments,
          !instruments ? "no instrument"
                       : listed(e.exact_contact, "continuous tests of the skin against the wall, when they fit in the budget")},
-        {"friction", e.friction && instruments,
-         !instruments ? "no instrument" : listed(e.friction, "Coulomb's, between instruments and walls, felt by both")},
+        {"friction", e.friction && (instruments || rough),
+         !instruments && !rough
+             ? "no instrument, and \"solid_friction\" is 0"
+             : listed(e.friction, !rough ? "Coulomb's, between instruments and walls, felt by both"
+                                         : fmt::format("Coulomb's; {:g} between solid bodies", scene.contact.solid_friction))},
         {"pulse", e.pulse.has_value(),
          listed(e.pulse.has_value(),
                 e.pulse ? fmt::format("walls widen by {:g} % of their radius every {:g} s", 100.0 * e.pulse->amplitude, e.pulse->period)

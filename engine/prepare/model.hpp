@@ -11,6 +11,7 @@
 #include "fem/tissue.hpp"
 #include "spheretree/chain_tree.hpp"
 #include "spheretree/covering_tree.hpp"
+#include "spheretree/deforming_tree.hpp"
 #include "spheretree/descent_order.hpp"
 #include "spheretree/lumen_tree.hpp"
 
@@ -39,9 +40,10 @@ struct BodyModel {
     std::optional<fem::RigidLinks> links;   // surface on its own tissue, or on the carrier's
     std::vector<MotionRow> path;            // kinematic bodies
     collision::SurfaceTopology topology;
-    std::vector<Vec3> pulse_reach;              // [vertex_count] m, to the systole's place; hollow bodies under the effect pulse
-    spheretree::CoveringTree covering;          // solid bodies
-    std::optional<spheretree::LumenTree> lumen; // hollow bodies
+    std::vector<Vec3> pulse_reach;                    // [vertex_count] m, to the systole's place; hollow bodies under the effect pulse
+    spheretree::CoveringTree covering;                // solid bodies; of a wrapped tree the tree alone
+    std::optional<spheretree::DeformingTree> wrapped; // solid bodies on coarse nodes, unless SphereTrees::Covering
+    std::optional<spheretree::LumenTree> lumen;       // hollow bodies
 
     [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || carrier != SIZE_MAX || !pulse_reach.empty(); }
 };
@@ -91,6 +93,13 @@ enum class SolidResponse : std::uint8_t {
     Spheres, // by the overlap of the spheres, as the paper
 };
 
+/// Which spheres solid bodies have.
+enum class SphereTrees : std::uint8_t {
+    Covering,  // around groups of triangles, all of them fitted to the surface's corners in every step
+    Wrapped,   // from the medial axis, each found from the coarse nodes when it is asked for; they hold their surface whatever it does
+    Heuristic, // the same, as the paper moves them: they may lose surface
+};
+
 struct ContactSettings {
     double clearance = 1.0e-4;      // m, room that the response keeps between skin and wall: ten times the exact tests' distance
     double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
@@ -102,6 +111,7 @@ struct ContactSettings {
     double solid_damping = 0.0;     // N s/m per place, on approach
     double solid_friction = 0.0;    // Coulomb mu between solid bodies; 0 without the effect friction
     SolidResponse solid_response = SolidResponse::Surface;
+    SphereTrees sphere_trees = SphereTrees::Covering;
     spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
     int depth_cap = 2;                                                          // level at which DepthCapped stops
     double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count

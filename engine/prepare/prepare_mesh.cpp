@@ -5,6 +5,7 @@
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/cache.hpp"
 #include "engine/prepare/coarse.hpp"
+#include "engine/prepare/payload.hpp"
 #include "engine/time/clock.hpp"
 #include "fem/lattice.hpp"
 #include "fem/links.hpp"
@@ -15,7 +16,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 
 #include <sys/resource.h>
@@ -119,45 +119,9 @@ std::string find_key(const MeshPreparation& made, const PrepareOptions& options)
     return hash.hex();
 }
 
-/// A tree and its quality as plain bytes, all of one machine.
-class Payload {
-public:
-    Payload() = default;
-    explicit Payload(std::string bytes) : bytes_(std::move(bytes)) {}
-    template <class T>
-    void put(const std::vector<T>& values) {
-        const std::uint64_t count = values.size();
-        bytes_.append(reinterpret_cast<const char*>(&count), sizeof count);
-        bytes_.append(reinterpret_cast<const char*>(values.data()), count * sizeof(T));
-    }
-    template <class T>
-    bool get(std::vector<T>& values) {
-        std::uint64_t count = 0;
-        if (bytes_.size() - at_ < sizeof count) return false;
-        std::memcpy(&count, bytes_.data() + at_, sizeof count);
-        at_ += sizeof count;
-        if (count > (bytes_.size() - at_) / sizeof(T)) return false;
-        values.resize(count);
-        std::memcpy(static_cast<void*>(values.data()), bytes_.data() + at_, count * sizeof(T));
-        at_ += count * sizeof(T);
-        return true;
-    }
-    [[nodiscard]] const std::string& bytes() const noexcept { return bytes_; }
-
-private:
-    std::string bytes_;
-    std::size_t at_ = 0;
-};
-
 std::string pack(const MeshPreparation& made) {
     Payload payload;
-    const spheretree::SphereTree& tree = made.spheres;
-    payload.put(tree.spheres);
-    payload.put(tree.parent);
-    payload.put(tree.first_child);
-    payload.put(tree.child_count);
-    payload.put(tree.level);
-    payload.put(tree.level_begin);
+    payload.put_tree(made.spheres);
     payload.put(made.quality.levels);
     payload.put(std::vector<double>{made.quality.volume_ratio, made.sphere_seconds, made.sphere_peak_mb});
     return payload.bytes();
@@ -167,10 +131,7 @@ bool unpack(std::string bytes, MeshPreparation& made) {
     Payload payload(std::move(bytes));
     spheretree::SphereTree tree;
     std::vector<double> numbers;
-    if (!payload.get(tree.spheres) || !payload.get(tree.parent) || !payload.get(tree.first_child) || !payload.get(tree.child_count) ||
-        !payload.get(tree.level) || !payload.get(tree.level_begin) || !payload.get(made.quality.levels) || !payload.get(numbers) ||
-        numbers.size() != 3)
-        return false;
+    if (!payload.get_tree(tree) || !payload.get(made.quality.levels) || !payload.get(numbers) || numbers.size() != 3) return false;
     made.spheres = std::move(tree);
     made.quality.volume_ratio = numbers[0];
     made.sphere_seconds = numbers[1];

@@ -2,6 +2,7 @@
 
 #include "base/inside.hpp"
 #include "engine/prepare/prepare_body.hpp"
+#include "engine/prepare/wrap_solids.hpp"
 #include "engine/time/clock.hpp"
 #include "spheretree/lumen_path.hpp"
 
@@ -107,6 +108,11 @@ EffectSet make_effects(const Scene& scene) {
     return effects;
 }
 
+SphereTrees find_sphere_trees(const Scene& scene) {
+    if (scene.contact.sphere_trees == "wrapped") return SphereTrees::Wrapped;
+    return scene.contact.sphere_trees == "heuristic" ? SphereTrees::Heuristic : SphereTrees::Covering;
+}
+
 ContactSettings make_contact(const Scene& scene) {
     ContactSettings contact;
     contact.margin = scene.contact.margin;
@@ -117,6 +123,7 @@ ContactSettings make_contact(const Scene& scene) {
     contact.solid_damping = scene.contact.solid_damping;
     contact.solid_friction = scene.effects.friction ? scene.contact.solid_friction : 0.0;
     contact.solid_response = scene.contact.solid_spheres ? SolidResponse::Spheres : SolidResponse::Surface;
+    contact.sphere_trees = find_sphere_trees(scene);
     contact.descent_order = scene.contact.descent_order;
     contact.depth_cap = static_cast<int>(scene.contact.depth_cap);
     contact.clearance = scene.contact.clearance;
@@ -162,6 +169,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress
         const Result<void> done = link_to_carrier(scene, i, coarse, prepared);
         if (!done.ok()) return done.error();
     }
+    if (const Result<void> wrapped = wrap_solids(scene, prepared); !wrapped.ok()) return wrapped.error();
     for (const SceneTarget& target : scene.targets) {
         const auto place = find_place(scene, target.place, "targets." + target.name, shelf);
         if (!place.ok()) return place.error();

@@ -89,6 +89,7 @@ void read_contact(const Values& values, ContactSpec& contact) {
     contact.assumed_depth = values.number("assumed_depth");
     contact.solid_damping = values.number("solid_damping");
     contact.solid_friction = values.number("solid_friction");
+    contact.sphere_trees = values.text("sphere_trees");
     contact.solid_spheres = values.text("solid_response") == "spheres";
     contact.descent_order = *spheretree::find_order(values.text("descent_order"));
     contact.depth_cap = static_cast<unsigned>(values.number("depth_cap"));

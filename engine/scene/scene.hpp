@@ -166,15 +166,16 @@ struct TimeSpec {
 
 /// Parameters of contact and response, the same for all pairs.
 struct ContactSpec {
-    double clearance = 1.0e-4;      // m, room that the response keeps between an instrument's skin and a wall
-    double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
-    double margin = 3.0e-4;         // m, coarse contacts are reported from this far
-    double rod_stiffness = 2.0e4;   // N/m, of a wall as the instrument feels it
-    double wall_stiffness = 2000.0; // N/m, of an instrument as the tissue feels it
-    double solid_stiffness = 200.0; // N/m per place where solid bodies touch
-    double solid_damping = 0.0;     // N s/m per such place, on approach
-    double solid_friction = 0.0;    // Coulomb mu between solid bodies, with the effect friction
-    bool solid_spheres = false;     // solid bodies push by the overlap of their spheres, not by the depth of their surfaces
+    double clearance = 1.0e-4;             // m, room that the response keeps between an instrument's skin and a wall
+    double exact_distance = 1.0e-5;        // m, closer than this counts as touching in the exact tests
+    double margin = 3.0e-4;                // m, coarse contacts are reported from this far
+    double rod_stiffness = 2.0e4;          // N/m, of a wall as the instrument feels it
+    double wall_stiffness = 2000.0;        // N/m, of an instrument as the tissue feels it
+    double solid_stiffness = 200.0;        // N/m per place where solid bodies touch
+    double solid_damping = 0.0;            // N s/m per such place, on approach
+    double solid_friction = 0.0;           // Coulomb mu between solid bodies, with the effect friction
+    std::string sphere_trees = "covering"; // of solid bodies: covering, wrapped, heuristic
+    bool solid_spheres = false;            // solid bodies push by the overlap of their spheres, not by the depth of their surfaces
     spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
     unsigned depth_cap = 2;                                                     // level at which the order depth-capped stops
     double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count

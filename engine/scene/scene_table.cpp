@@ -90,6 +90,12 @@ const ObjectSpec& contact_table() {
                          "Solid bodies push by the depth of their surfaces beneath the leaf spheres that meet, or by the overlap of the "
                          "spheres.")
                 .by_default(std::string_view("surface")),
+            choice_field(
+                "sphere_trees", {"covering", "wrapped", "heuristic"},
+                "Spheres of solid bodies: around groups of triangles, fitted anew in every step; or from the medial axis, following "
+                "the coarse nodes sphere by sphere as they are asked for, so that they hold their surface whatever it does; or "
+                "the same as the paper moves them, which may lose surface.")
+                .by_default(std::string_view("covering")),
             choice_field("descent_order", {"breadth", "deepest", "depth", "depth-capped"},
                          "In which order pairs of solid bodies' spheres are tested; the last two are there to be compared.")
                 .by_default(std::string_view("breadth")),

@@ -91,10 +91,14 @@ struct BodyScratch {
     fem::ContactSprings springs; // made by the last step's response
     std::vector<Vec3> pinned_target;
     std::vector<spheretree::Sphere> spheres; // solid bodies, over the step
+    spheretree::DeformingSpheres wrapped;    // the same, of solid bodies whose tree follows sphere by sphere
+    bool is_wrapped = false;                 // wrapped has spheres, not `spheres`
+    std::vector<Mat3> turn_t0, turn_t1;      // [frame_count] A' - A of their links
     std::vector<Vec3> surface_ahead;         // [vertex_count] m, solid bodies: where the next step may take them
     std::vector<Index> deepest;              // [sphere_count] solid bodies, scratch of the response
     std::vector<Vec3> vertex_normal;         // [vertex_count] area-weighted, solid bodies that touch, scratch of the response
     std::vector<std::uint8_t> vertex_seen;   // [vertex_count] solid bodies, scratch of the response
+    std::vector<std::uint8_t> sphere_seen;   // [sphere_count] the same
     std::vector<Index> leaf_of_triangle;     // [triangle_count] solid bodies that are closed
     bool surface_is_fresh = false;           // inside and vertex_normal are those of this step
     SphereNodes sphere_nodes;                // solid bodies that hang on nodes

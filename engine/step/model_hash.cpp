@@ -80,7 +80,8 @@ std::uint64_t hash_model(const SceneModel& model) noexcept {
     for (const double value : {contact.clearance, contact.exact_distance, contact.margin, contact.rod_stiffness, contact.wall_stiffness,
                                contact.solid_stiffness, contact.assumed_depth, contact.solid_damping, contact.solid_friction})
         hash.add(value);
-    for (const int choice : {static_cast<int>(contact.solid_response), static_cast<int>(contact.descent_order), contact.depth_cap})
+    for (const int choice : {static_cast<int>(contact.solid_response), static_cast<int>(contact.sphere_trees),
+                             static_cast<int>(contact.descent_order), contact.depth_cap})
         add_count(static_cast<std::size_t>(choice), hash);
     for (const BodyModel& body : model.bodies) add_body(body, hash);
     for (const InstrumentModel& instrument : model.instruments) add_instrument(instrument, hash);

@@ -5,6 +5,7 @@
 #include "engine/step/pull_stage.hpp"
 #include "engine/step/solid_stage.hpp"
 #include "engine/step/solid_touch.hpp"
+#include "engine/step/solid_trees.hpp"
 #include "engine/step/tissue_stage.hpp"
 
 #include <fmt/format.h>
@@ -166,11 +167,15 @@ void Simulator::join_step(const Simulator& other) {
         to.surface_t0 = from.surface_t0;
         to.springs = from.springs;
         to.spheres = from.spheres;
+        to.is_wrapped = from.is_wrapped;
+        to.turn_t0 = from.turn_t0;
+        to.turn_t1 = from.turn_t1;
         to.lumen = from.lumen; // goes on looking at the other's wall
     }
     context_.instruments = other.context_.instruments;
     context_.solids = other.context_.solids;
     context_.report = other.context_.report;
+    rejoin_trees(model_, state_, context_);
     stopped_ = other.stopped_;
     dropped_ = other.dropped_;
     budget_.begin();

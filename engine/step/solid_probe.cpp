@@ -1,6 +1,7 @@
 #include "engine/step/solid_probe.hpp"
 
 #include "engine/step/solid_touch.hpp"
+#include "engine/step/solid_trees.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -39,7 +40,7 @@ struct Probe {
 
     /// No place beneath the sphere has a signed distance below distance(centre) - radius: it changes by no more than the way.
     void look_at(Index sphere) {
-        const spheretree::Sphere& bound = context.bodies[own].spheres[sphere];
+        const spheretree::Sphere& bound = sphere_of(own, sphere, context);
         if (bound.radius < 0.0 || tests_left == 0) return;
         --tests_left;
         ++context.report.probe_tests;

@@ -2,6 +2,7 @@
 
 #include "engine/step/solid_hold.hpp"
 #include "engine/step/solid_touch.hpp"
+#include "engine/step/solid_trees.hpp"
 #include "engine/step/surface_spring.hpp"
 
 #include <algorithm>
@@ -14,10 +15,6 @@ namespace {
 /// m/s; below this slip friction fades with it, so that a force which is fixed for a step does not turn the slip round:
 /// mu g step stays below it up to mu = 0.4 at 5 ms. What rests on a slope creeps, at most at this speed.
 constexpr double kSlip = 0.02;
-
-spheretree::SolidView view_of(const SceneModel& model, std::size_t body, const StepContext& context) {
-    return {static_cast<BodyId>(body), &model.bodies[body].covering.tree, context.bodies[body].spheres};
-}
 
 bool can_touch_any(const SceneModel& model, std::size_t body) {
     for (std::size_t other = 0; other < model.bodies.size(); ++other)
@@ -103,6 +100,12 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!can_touch_any(model, i)) continue;
         context.bodies[i].sphere_nodes = make_sphere_nodes(model, i);
+        if (model.bodies[i].wrapped) { // the frames as they stand: the first step starts from there
+            BodyScratch& scratch = context.bodies[i];
+            scratch.surface_ahead.resize(model.bodies[i].surface.vertices.size());
+            (void)fem::steer(*model.bodies[i].links, state.bodies[owner_of(model, i)].tissue.position, model.bodies[i].surface.vertices,
+                             scratch.frames, scratch.surface_ahead);
+        }
         if (!model.bodies[i].closed || model.contact.solid_response != SolidResponse::Surface) continue;
         context.bodies[i].inside = InsideTest(model.bodies[i].surface);
         context.bodies[i].inside.refit(state.bodies[i].surface);
@@ -114,31 +117,19 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
     }
 }
 
-void update_solid_trees(const SceneModel& model, const State& state, StepContext& context) {
-    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        const BodyModel& body = model.bodies[i];
-        BodyScratch& scratch = context.bodies[i];
-        if (!can_touch_any(model, i) || (!body.moves() && !scratch.spheres.empty())) continue;
-        const std::vector<Vec3>& now = state.bodies[i].surface;
-        const std::vector<Vec3>& before = body.moves() ? scratch.surface_t0 : now;
-        scratch.surface_ahead.resize(now.size());
-        for (std::size_t v = 0; v < now.size(); ++v) scratch.surface_ahead[v] = now[v] + (now[v] - before[v]);
-        spheretree::update_covering_spheres(body.covering, before, scratch.surface_ahead, scratch.spheres);
-    }
-}
-
 void add_solid_pairs(const SceneModel& model, StepContext& context) {
     SolidScratch& solids = context.solids;
     solids.boxes.assign(model.bodies.size(), Box3{});
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (context.bodies[i].spheres.empty() || context.bodies[i].spheres.front().radius < 0.0) continue;
-        const spheretree::Sphere& root = context.bodies[i].spheres.front();
+        if (!has_spheres(context, i)) continue;
+        const spheretree::Sphere& root = sphere_of(i, 0, context);
+        if (root.radius < 0.0) continue;
         solids.boxes[i].add(root.centre);
         solids.boxes[i].inflate(root.radius + model.contact.margin);
     }
     solids.sweep.find_pairs(solids.boxes, solids.near);
     for (const auto& [i, j] : solids.near)
-        if (are_solid_pair(model, i, j)) context.descent.add_solid_pair(view_of(model, i, context), view_of(model, j, context));
+        if (are_solid_pair(model, i, j)) context.descent.add_solid_pair(view_solid(model, i, context), view_solid(model, j, context));
 }
 
 void push_solids(const SceneModel& model, const State& state, StepContext& context) {

@@ -11,10 +11,6 @@ namespace seldinger::engine {
 /// What the response of solid bodies needs beside the model: the nodes beneath spheres, and depths of closed surfaces.
 void prepare_solids(const SceneModel& model, const State& state, StepContext& context);
 
-/// Sphere trees of solid bodies that something can touch follow their surfaces over the step, and as far again: a spring
-/// is needed before the surfaces meet, which may be within the next step.
-void update_solid_trees(const SceneModel& model, const State& state, StepContext& context);
-
 /// Adds every pair of solid bodies that can touch, and whose boxes do, to the descent.
 void add_solid_pairs(const SceneModel& model, StepContext& context);
 

@@ -1,6 +1,7 @@
 #include "engine/step/solid_touch.hpp"
 
 #include "engine/step/solid_probe.hpp"
+#include "engine/step/solid_trees.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -117,14 +118,6 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
             }
 }
 
-bool any_inside(const OneWay& way, Index leaf) {
-    const BodyModel& body = way.model.bodies[way.own];
-    for (const Index triangle : body.covering.tree.items_of(leaf))
-        for (const Index v : body.surface.triangles[triangle])
-            if (way.context.bodies[way.own].vertex_seen[v] == kInside) return true;
-    return false;
-}
-
 /// [0, 1] where the segment from p to q passes through the triangle; negative: it does not.
 double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
     const Vec3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
@@ -137,24 +130,41 @@ double pierce(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t) {
     return s;
 }
 
-/// False: there are none.
-bool list_piercings(const OneWay& way, Index leaf, Index other_leaf, std::vector<Piercing>& out) {
+/// Where edges beneath a sphere pass through the other surface, unless an end of theirs or a corner there lies inside and pushes
+/// already. False: nowhere.
+bool list_piercings(const OneWay& way, Index sphere, std::vector<Piercing>& out) {
     const std::size_t before = out.size();
     const BodyModel &own = way.model.bodies[way.own], &other = way.model.bodies[way.other];
-    const spheretree::Sphere& bound = way.context.bodies[way.other].spheres[other_leaf];
-    for (const Index triangle : own.covering.tree.items_of(leaf))
+    const std::vector<Vec3>&at = way.surface(way.own), &faces = way.surface(way.other);
+    const std::vector<std::uint8_t>&seen = way.context.bodies[way.own].vertex_seen, &seen_there = way.context.bodies[way.other].vertex_seen;
+    for (const Index triangle : own.covering.tree.items_of(sphere))
         for (std::size_t k = 0; k < 3; ++k) {
             const Triangle& t = own.surface.triangles[triangle];
             const Index v0 = std::min(t[k], t[(k + 1) % 3]), v1 = std::max(t[k], t[(k + 1) % 3]);
-            const Vec3 &p = way.surface(way.own)[v0], &q = way.surface(way.own)[v1];
-            if (closest_on_segment(bound.centre, {p, q}).distance_sq > bound.radius * bound.radius) continue;
-            for (const Index face : other.covering.tree.items_of(other_leaf)) {
+            if (seen[v0] == kInside || seen[v1] == kInside) continue;
+            Box3 box;
+            box.add(at[v0]);
+            box.add(at[v1]);
+            way.context.bodies[way.other].inside.tree().for_each_overlapping(box, [&](Index face) {
                 const Triangle& f = other.surface.triangles[face];
-                const std::vector<Vec3>& at = way.surface(way.other);
-                if (const double s = pierce(p, q, {at[f[0]], at[f[1]], at[f[2]]}); s >= 0.0) out.push_back({v0, v1, s});
-            }
+                if (seen_there[f[0]] == kInside || seen_there[f[1]] == kInside || seen_there[f[2]] == kInside) return;
+                if (const double s = pierce(at[v0], at[v1], {faces[f[0]], faces[f[1]], faces[f[2]]}); s >= 0.0) out.push_back({v0, v1, s});
+            });
         }
     return out.size() > before;
+}
+
+/// Of all spheres of one body in the pairs, each once; the pair in which one comes first keeps the place.
+void list_all_piercings(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a, std::vector<Piercing>& out) {
+    std::vector<std::uint8_t>& seen = way.context.bodies[way.own].sphere_seen;
+    seen.assign(way.model.bodies[way.own].covering.tree.sphere_count(), 0);
+    out.clear();
+    for (LeafPair& pair : pairs) {
+        const Index sphere = own_is_a ? pair.leaf_a : pair.leaf_b;
+        if (seen[sphere] != 0) continue;
+        seen[sphere] = 1;
+        if (list_piercings(way, sphere, out)) pair.gap = std::min(pair.gap, 0.0);
+    }
 }
 
 /// Edges that go through the other body with both ends outside: the middle of what lies inside.
@@ -186,15 +196,8 @@ void touch_bodies(const SceneModel& model, const State& state, std::span<LeafPai
     probe_vertices(from_a, pairs, true);
     probe_vertices(from_b, pairs, false);
     std::vector<Piercing>&of_a = context.solids.piercings[0], &of_b = context.solids.piercings[1];
-    of_a.clear();
-    of_b.clear();
-    for (LeafPair& pair : pairs) {
-        if (!model.bodies[a].covering.tree.is_leaf(pair.leaf_a) || !model.bodies[b].covering.tree.is_leaf(pair.leaf_b)) continue;
-        if (any_inside(from_a, pair.leaf_a) || any_inside(from_b, pair.leaf_b)) continue; // they push already
-        const bool through_b = list_piercings(from_a, pair.leaf_a, pair.leaf_b, of_a);
-        const bool through_a = list_piercings(from_b, pair.leaf_b, pair.leaf_a, of_b);
-        if (through_a || through_b) pair.gap = std::min(pair.gap, 0.0);
-    }
+    list_all_piercings(from_a, pairs, true, of_a);
+    list_all_piercings(from_b, pairs, false, of_b);
     probe_edges(from_a, of_a);
     probe_edges(from_b, of_b);
 }

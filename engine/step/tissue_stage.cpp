@@ -1,6 +1,7 @@
 #include "engine/step/tissue_stage.hpp"
 
 #include "base/trig.hpp"
+#include "engine/step/solid_trees.hpp"
 #include "engine/step/surface_spring.hpp"
 
 #include <fmt/format.h>
@@ -110,6 +111,7 @@ void keep_start(const SceneModel& model, const State& state, StepContext& contex
         if (!model.bodies[i].moves()) continue;
         context.bodies[i].tissue_t0 = state.bodies[i].tissue;
         context.bodies[i].surface_t0 = state.bodies[i].surface;
+        keep_turns(model, i, context);
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         context.instruments[i].rod_t0 = state.instruments[i].rod;

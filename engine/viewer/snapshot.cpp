@@ -1,5 +1,7 @@
 #include "engine/viewer/snapshot.hpp"
 
+#include "engine/step/solid_trees.hpp"
+
 #include <algorithm>
 
 namespace seldinger::engine::viewer {
@@ -68,9 +70,10 @@ void list_spheres(const Session& session, Snapshot& snapshot) {
             add_sphere(context.instruments[i].chain.spheres[sphere], kind_of_group(chain, sphere, status), snapshot);
     }
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (context.bodies[i].spheres.empty() || !model.instruments.empty()) continue; // solids meet solids only
+        if (!has_spheres(context, i) || !model.instruments.empty()) continue; // solids meet solids only
         const auto [begin, end] = spheres_of_level(model.bodies[i].covering.tree, level);
-        for (Index sphere = begin; sphere < end; ++sphere) add_sphere(context.bodies[i].spheres[sphere], SphereKind::Free, snapshot);
+        for (Index sphere = begin; sphere < end; ++sphere)
+            if (const spheretree::Sphere* known = known_sphere(i, sphere, context)) add_sphere(*known, SphereKind::Free, snapshot);
     }
 }
 

@@ -1,0 +1,65 @@
+#include "engine/prepare/wrap_solids.hpp"
+
+#include "engine/prepare/cache.hpp"
+#include "engine/prepare/payload.hpp"
+#include "spheretree/wrapped_tree.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace seldinger::engine {
+
+namespace {
+
+constexpr std::string_view kKind = "wrapped";
+
+Result<spheretree::SphereTree> make_tree(const TriMesh& surface, const spheretree::WrappedOptions& options) {
+    ContentHash hash;
+    hash.feed(maker_version());
+    hash.feed(surface);
+    hash.feed(spheretree::builder_name(options.builder));
+    const std::string key = hash.hex();
+    spheretree::SphereTree tree;
+    if (auto bytes = read_cache(kKind, key); bytes && Payload(std::move(*bytes)).get_tree(tree)) return tree;
+    Result<spheretree::WrappedTree> built = spheretree::build_wrapped_tree(surface, options);
+    if (!built.ok()) return built.error();
+    Payload payload;
+    payload.put_tree(built->tree);
+    write_cache(kKind, key, payload.bytes());
+    return std::move(built->tree);
+}
+
+/// By the medial axis where the surface has an inside.
+Result<spheretree::SphereTree> wrap(const TriMesh& surface, BodySummary& summary) {
+    const Result<void> medial = spheretree::check_surface_for(surface, spheretree::Builder::Medial);
+    if (!medial.ok()) summary.notes.push_back("sphere tree of shell balls: " + medial.error().message);
+    return make_tree(surface, {.builder = medial.ok() ? spheretree::Builder::Medial : spheretree::Builder::Shell});
+}
+
+} // namespace
+
+Result<void> wrap_solids(const Scene& scene, PreparedScene& prepared) {
+    SceneModel& model = prepared.model;
+    const auto solids = std::count_if(model.bodies.begin(), model.bodies.end(), [](const BodyModel& body) { return !body.hollow; });
+    if (model.contact.sphere_trees == SphereTrees::Covering || !model.effects.coarse_contact || solids < 2) return {};
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        BodyModel& body = model.bodies[i];
+        if (body.hollow || body.surface.triangles.empty()) continue;
+        Result<spheretree::SphereTree> tree = wrap(body.surface, prepared.bodies[i]);
+        if (!tree.ok())
+            return scene_error(scene, "bodies." + body.name + ".surface",
+                               "no wrapped sphere tree (\"sphere_trees\"): " + tree.error().message, tree.error().code);
+        body.covering = {};
+        body.covering.tree = std::move(*tree);
+        prepared.bodies[i].tree_spheres = body.covering.tree.sphere_count();
+        if (!body.links) continue;
+        const fem::RigidLinks& links = *body.links;
+        body.wrapped = spheretree::make_deforming_tree(
+            body.covering.tree, body.surface,
+            {links.frame_nodes, links.frame_rest, links.vertex_frame, links.vertex_projection, links.vertex_blend, links.node_rest});
+    }
+    return {};
+}
+
+} // namespace seldinger::engine

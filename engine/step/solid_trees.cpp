@@ -1,0 +1,118 @@
+#include "engine/step/solid_trees.hpp"
+
+#include "engine/step/solid_stage.hpp"
+#include "engine/step/surface_spring.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+bool can_touch_any(const SceneModel& model, std::size_t body) {
+    for (std::size_t other = 0; other < model.bodies.size(); ++other)
+        if (other != body && are_solid_pair(model, body, other)) return true;
+    return false;
+}
+
+void read_turns(const fem::LinkFrames& frames, std::vector<Mat3>& turns) {
+    turns.resize(frames.frame.size());
+    for (std::size_t f = 0; f < turns.size(); ++f)
+        for (Eigen::Index column = 0; column < 3; ++column)
+            for (Eigen::Index row = 0; row < 3; ++row) turns[f](row, column) = frames.frame[f].turn[column][row];
+}
+
+/// m; the farthest that a vertex came in the step.
+double longest_way(std::span<const Vec3> before, std::span<const Vec3> now) {
+    double longest_sq = 0.0;
+    for (std::size_t v = 0; v < now.size(); ++v) longest_sq = std::max(longest_sq, (now[v] - before[v]).squaredNorm());
+    return std::sqrt(longest_sq) * (1.0 + 0x1p-50);
+}
+
+void follow_wrapped(const SceneModel& model, std::size_t i, const State& state, StepContext& context) {
+    const BodyModel& body = model.bodies[i];
+    BodyScratch& scratch = context.bodies[i];
+    const std::size_t owner = owner_of(model, i);
+    const spheretree::SphereUpdate update =
+        model.contact.sphere_trees == SphereTrees::Heuristic ? spheretree::SphereUpdate::Heuristic : spheretree::SphereUpdate::Conservative;
+    scratch.wrapped.begin(*body.wrapped, update, {state.bodies[owner].tissue.position, scratch.turn_t1},
+                          {context.bodies[owner].tissue_t0.position, scratch.turn_t0},
+                          longest_way(scratch.surface_t0, state.bodies[i].surface));
+}
+
+/// Wrapped trees of bodies without coarse nodes go where the body is carried, as a whole.
+void carry_wrapped(const BodyModel& body, std::span<const Vec3> before, std::span<const Vec3> now,
+                   std::vector<spheretree::Sphere>& spheres) {
+    spheres = body.covering.tree.spheres;
+    if (now.empty()) return;
+    const Vec3 moved = now.front() - body.surface.vertices.front();
+    const double way = 2.0 * (now.front() - before.front()).norm() + 0x1p-48 * moved.norm(); // there, and as far again
+    for (spheretree::Sphere& s : spheres) {
+        s.centre += moved;
+        if (s.radius >= 0.0) s.radius += way;
+    }
+}
+
+void follow_corners(const BodyModel& body, std::span<const Vec3> before, std::span<const Vec3> now, BodyScratch& scratch) {
+    scratch.surface_ahead.resize(now.size());
+    for (std::size_t v = 0; v < now.size(); ++v) scratch.surface_ahead[v] = now[v] + (now[v] - before[v]);
+    spheretree::update_covering_spheres(body.covering, before, scratch.surface_ahead, scratch.spheres);
+}
+
+} // namespace
+
+void update_solid_trees(const SceneModel& model, const State& state, StepContext& context) {
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        const BodyModel& body = model.bodies[i];
+        BodyScratch& scratch = context.bodies[i];
+        if (!can_touch_any(model, i) || (!body.moves() && !scratch.spheres.empty())) continue;
+        const std::vector<Vec3>& now = state.bodies[i].surface;
+        const std::vector<Vec3>& before = body.moves() ? scratch.surface_t0 : now;
+        if (body.wrapped) {
+            read_turns(scratch.frames, scratch.turn_t1);
+            follow_wrapped(model, i, state, context);
+            scratch.is_wrapped = true;
+        } else if (model.contact.sphere_trees != SphereTrees::Covering) {
+            carry_wrapped(body, before, now, scratch.spheres);
+        } else {
+            follow_corners(body, before, now, scratch);
+        }
+    }
+}
+
+bool has_spheres(const StepContext& context, std::size_t body) noexcept {
+    return context.bodies[body].is_wrapped || !context.bodies[body].spheres.empty();
+}
+
+spheretree::SolidView view_solid(const SceneModel& model, std::size_t body, StepContext& context) noexcept {
+    BodyScratch& scratch = context.bodies[body];
+    const auto id = static_cast<BodyId>(body);
+    const spheretree::SphereTree* tree = &model.bodies[body].covering.tree;
+    if (scratch.is_wrapped) return {id, tree, scratch.wrapped.spheres(), &scratch.wrapped};
+    return {id, tree, scratch.spheres};
+}
+
+const spheretree::Sphere& sphere_of(std::size_t body, Index sphere, StepContext& context) noexcept {
+    BodyScratch& scratch = context.bodies[body];
+    if (!scratch.is_wrapped) return scratch.spheres[sphere];
+    scratch.wrapped.ensure(sphere, 1);
+    return scratch.wrapped.spheres()[sphere];
+}
+
+const spheretree::Sphere* known_sphere(std::size_t body, Index sphere, const StepContext& context) noexcept {
+    const BodyScratch& scratch = context.bodies[body];
+    if (!scratch.is_wrapped) return &scratch.spheres[sphere];
+    return scratch.wrapped.knows(sphere) ? &scratch.wrapped.spheres()[sphere] : nullptr;
+}
+
+void keep_turns(const SceneModel& model, std::size_t body, StepContext& context) {
+    if (model.bodies[body].wrapped) read_turns(context.bodies[body].frames, context.bodies[body].turn_t0);
+}
+
+void rejoin_trees(const SceneModel& model, const State& state, StepContext& context) {
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (context.bodies[i].is_wrapped) follow_wrapped(model, i, state, context);
+}
+
+} // namespace seldinger::engine
