@@ -2,6 +2,7 @@
 #include "spheretree/bounding.hpp"
 #include "spheretree/level_cover.hpp"
 #include "spheretree/medial_axis.hpp"
+#include "spheretree/trim_balls.hpp"
 #include "spheretree/wrapped_nodes.hpp"
 
 #include <tbb/parallel_for.h>
@@ -19,7 +20,9 @@ constexpr double kPointsAcross = 3.6; // cuts of a leaf's patch: fewer, and bord
 constexpr std::size_t kMostCandidates = 40'000, kLeastCandidates = 1'500;
 constexpr std::size_t kStarts[] = {768, 512, 1024, 1536, 640};
 constexpr double kSecondWeight = 2.5; // spheres of the second level may reach outside 0.4 times as far as those of the first
+constexpr double kWorstLeaf = 3.0, kWorstInner = 1.0;     // of LevelTask
 constexpr double kCutToRelax = 0.02, kCutForGood = 0.015; // smallest pieces, of the ball's radius
+constexpr std::size_t kShellPoints = 128;                 // a leaf: volumes of its outside to a few per cent
 constexpr unsigned kLastRelax = 6, kLastFit = 24;
 
 double area_of(const PieceSet& set, const Piece& piece) {
@@ -49,6 +52,7 @@ public:
         make_levels();
         share_out();
         make_nodes();
+        trim_leaves();
         return std::move(out_);
     }
 
@@ -94,10 +98,12 @@ private:
 
     /// Level k beneath `levels`.
     [[nodiscard]] LevelBalls cover(const LevelPoints& points, std::span<const LevelBalls> levels, unsigned k, std::size_t samples) const {
-        const LevelAim aim = k == options_.depth ? LevelAim::LeastVolume : LevelAim::LeastOverhang;
+        const bool leaves = k == options_.depth, above_leaves = k > 1 && k + 1 == options_.depth;
+        const LevelAim aim = leaves || above_leaves ? LevelAim::LeastVolume : LevelAim::LeastOverhang;
         const std::vector<Index> root(k == 1 ? points.size() : 0, 0);
         const std::size_t parents = k == 1 ? 1 : levels[k - 2].balls.size();
-        return cover_level({points, candidates_, parents, options_.branching, aim, samples}, k == 1 ? root : levels[k - 2].owner, body_);
+        return cover_level({points, candidates_, parents, options_.branching, aim, samples, leaves ? kWorstLeaf : kWorstInner},
+                           k == 1 ? root : levels[k - 2].owner, body_);
     }
 
     /// The first two levels from several starts, side by side: a good first level is one that can be refined.
@@ -142,7 +148,9 @@ private:
         leaves.owner.clear();
         for (const Index id : ids_) leaves.owner.push_back(owner_of[id]);
         const std::size_t parents = levels_.size() > 1 ? levels_[levels_.size() - 2].balls.size() : 1;
-        relax_level({dense, candidates_, parents, options_.branching, LevelAim::LeastVolume}, body_, kLastRelax, leaves);
+        const LevelTask task{dense, candidates_, parents, options_.branching, LevelAim::LeastVolume, kStarts[0], kWorstLeaf};
+        relax_level(task, body_, kLastRelax, leaves);
+        fill_level(task, body_, leaves);
     }
 
     /// Every ball as far outside as the worst of its level: what a parent holds, its children may share with others' children.
@@ -170,6 +178,26 @@ private:
         for (Ball& b : levels_.back().balls) b.radius *= kRoundOut;
         shares_ = share_pieces(pieces_, levels_.back().balls, out_.set, above, kCutForGood);
         for (std::size_t k = 0; k < above.levels.size(); ++k) levels_[levels_.size() - 2 - k].balls = above.levels[k];
+    }
+
+    /// Leaves that hold what they are left with: less of them outside.
+    void trim_leaves() {
+        if (!body_.solid() || options_.depth == 0) return;
+        std::vector<Ball> balls;
+        std::vector<std::vector<Index>> holds;
+        std::vector<std::size_t> nodes;
+        std::vector<Piece> all;
+        for (std::size_t n = 0; n < out_.nodes.size(); ++n) {
+            const WrappedNode& node = out_.nodes[n];
+            if (node.pieces.empty()) continue;
+            nodes.push_back(n);
+            balls.push_back(node.ball);
+            holds.push_back(corners_of(node.pieces));
+            all.insert(all.end(), node.pieces.begin(), node.pieces.end());
+        }
+        const ShellPoints shell(all, out_.set, body_, largest_overhang(balls), kShellPoints * balls.size());
+        trim_balls(shell, holds, out_.set, body_, balls);
+        for (std::size_t k = 0; k < nodes.size(); ++k) out_.nodes[nodes[k]].ball = balls[k];
     }
 
     [[nodiscard]] Ball fit(const Ball& start, std::span<const Index> ids) const {

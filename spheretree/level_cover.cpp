@@ -17,7 +17,6 @@ constexpr unsigned kRoundsPerSplit = 2, kLastRounds = 10, kFitSteps = 8;
 constexpr std::size_t kPatience = 64;  // splits tried in vain
 constexpr std::size_t kMoveShare = 16; // one ball of so many is moved at a time
 constexpr unsigned kMoveTries = 16;
-constexpr double kWorst = 6.0; // of the mean overhang: leaves beyond it are split first, whatever their area
 
 struct Shares {
     std::vector<Index> begin; // [balls + 1]
@@ -177,6 +176,67 @@ Index find_parent(const LevelTask& task, std::span<const Index> ids, Index prese
     return best;
 }
 
+/// Children that change to another parent that holds all of theirs, so that a full parent can have one more.
+class Exchange {
+public:
+    Exchange(const LevelTask& task, const Shares& shares, LevelBalls& level, std::vector<unsigned>& children)
+        : task_(task), shares_(shares), level_(level), children_(children), known_(level.balls.size(), 0),
+          masks_(level.balls.size() * words()) {}
+
+    /// The nearest parent with room, child by child from there to here. False: there is no way.
+    bool make_room(Index parent) {
+        if (words() == 0) return false;
+        std::vector<std::size_t> via(task_.parents, SIZE_MAX); // the ball that came to each parent
+        std::vector<Index> queue{parent};
+        std::vector<char> seen(task_.parents, 0);
+        seen[parent] = 1;
+        for (std::size_t head = 0; head < queue.size(); ++head) {
+            const Index from = queue[head];
+            if (children_[from] < task_.branching) {
+                take_over(from, via);
+                return true;
+            }
+            for (std::size_t ball = 0; ball < known_.size(); ++ball) {
+                if (level_.parent[ball] != from) continue;
+                const std::uint64_t* mask = mask_of(ball);
+                for (Index to = 0; to < task_.parents; ++to)
+                    if (seen[to] == 0 && ((mask[to / 64] >> (to % 64)) & 1U) != 0) {
+                        seen[to] = 1;
+                        via[to] = ball;
+                        queue.push_back(to);
+                    }
+            }
+        }
+        return false;
+    }
+
+private:
+    [[nodiscard]] std::size_t words() const noexcept { return task_.points.words(); }
+    const std::uint64_t* mask_of(std::size_t ball) {
+        std::uint64_t* mask = masks_.data() + ball * words();
+        if (known_[ball] == 0) task_.points.find_common_parents(shares_.of(ball), mask);
+        known_[ball] = 1;
+        return mask;
+    }
+    void take_over(Index to, const std::vector<std::size_t>& via) {
+        while (via[to] != SIZE_MAX) {
+            const std::size_t ball = via[to];
+            const Index from = level_.parent[ball];
+            level_.parent[ball] = to;
+            ++children_[to];
+            --children_[from];
+            to = from;
+        }
+    }
+
+    const LevelTask& task_;
+    const Shares& shares_;
+    LevelBalls& level_;
+    std::vector<unsigned>& children_;
+    std::vector<char> known_;
+    std::vector<std::uint64_t> masks_; // [ball][word]
+};
+
 /// Splits the worst balls that can be split, but for the first `skipped`. Returns how many.
 std::size_t split_worst(const LevelTask& task, const Shares& shares, LevelBalls& level, std::size_t count, std::size_t skipped) {
     double mean = 0.0;
@@ -185,7 +245,7 @@ std::size_t split_worst(const LevelTask& task, const Shares& shares, LevelBalls&
     for (std::size_t i = 0; i < level.balls.size(); ++i) {
         const double overhang = level.balls[i].overhang();
         if (shares.of(i).size() < 2 || !(overhang > 0.0)) continue;
-        const double worse = overhang / (kWorst * mean);
+        const double worse = overhang / (task.worst * mean);
         const double weight =
             task.aim == LevelAim::LeastOverhang ? 1.0 : area_of(task, shares.of(i)) * (1.0 + worse * worse * worse * worse);
         order.emplace_back(-weight * overhang, i);
@@ -193,12 +253,14 @@ std::size_t split_worst(const LevelTask& task, const Shares& shares, LevelBalls&
     std::sort(order.begin(), order.end());
     std::vector<unsigned> children(task.parents, 0);
     for (const Index parent : level.parent) ++children[parent];
+    Exchange exchange(task, shares, level, children);
     std::size_t added = 0;
     for (const auto& [key, i] : order) {
         if (added == count) break;
         Index far = kNoIndex;
         const std::vector<Index> half = far_half(task, level.balls[i], shares.of(i), far);
-        const Index parent = find_parent(task, half, level.parent[i], children);
+        Index parent = find_parent(task, half, level.parent[i], children);
+        if (parent == kNoIndex && exchange.make_room(level.parent[i])) parent = find_parent(task, half, level.parent[i], children);
         if (parent == kNoIndex) continue;
         if (skipped > 0) {
             --skipped;
@@ -367,9 +429,7 @@ void relax_level(const LevelTask& task, const BodyDepth& body, unsigned rounds, 
     level = std::move(best);
 }
 
-LevelBalls cover_level(const LevelTask& task, std::span<const Index> above, const BodyDepth& body) {
-    LevelBalls level = first_balls(task, above, body);
-    relax_level(task, body, kRoundsPerSplit, level);
+void fill_level(const LevelTask& task, const BodyDepth& body, LevelBalls& level) {
     const std::size_t most = task.parents * task.branching;
     std::size_t skipped = 0; // splits that led to nothing: the new ball lost its points again
     while (level.balls.size() < most && skipped < kPatience) {
@@ -386,7 +446,14 @@ LevelBalls cover_level(const LevelTask& task, std::span<const Index> above, cons
             skipped += added;
         }
     }
+}
+
+LevelBalls cover_level(const LevelTask& task, std::span<const Index> above, const BodyDepth& body) {
+    LevelBalls level = first_balls(task, above, body);
+    relax_level(task, body, kRoundsPerSplit, level);
+    fill_level(task, body, level);
     move_balls(task, body, level);
+    fill_level(task, body, level);
     relax_level(task, body, kLastRounds, level);
     return level;
 }

@@ -10,6 +10,8 @@
 #include "spheretree/ball_fit.hpp"
 #include "spheretree/point_tree.hpp"
 
+#include <algorithm>
+
 namespace seldinger::spheretree {
 
 /// Surface points, and which balls of the level above hold them (with all of their own ancestors).
@@ -33,6 +35,14 @@ public:
         return words_ == 0 || ((bits_[point * words_ + parent / 64] >> (parent % 64)) & 1U) != 0;
     }
 
+    [[nodiscard]] std::size_t words() const noexcept { return words_; }
+    /// A bit for each ball of the level above that all of these points are allowed to.     mask  [words()] out
+    void find_common_parents(std::span<const Index> points, std::uint64_t* mask) const noexcept {
+        std::fill_n(mask, words_, ~std::uint64_t{0});
+        for (const Index point : points)
+            for (std::size_t w = 0; w < words_; ++w) mask[w] &= bits_[point * words_ + w];
+    }
+
 private:
     std::vector<Vec3> points_;
     std::vector<double> areas_;
@@ -49,8 +59,8 @@ struct LevelBalls {
 };
 
 enum class LevelAim : std::uint8_t {
-    LeastOverhang, // the largest overhang counts: inner levels
-    LeastVolume,   // overhang times area counts: leaves
+    LeastOverhang, // the largest overhang counts
+    LeastVolume,   // overhang times area counts: leaves, and the level above them, which says how many leaves a place can have
 };
 
 struct LevelTask {
@@ -60,10 +70,14 @@ struct LevelTask {
     unsigned branching = 8;           // children of a parent at most
     LevelAim aim = LevelAim::LeastOverhang;
     std::size_t samples = 768; // of CoverTask: another number is another start
+    double worst = 3.0;        // LeastVolume: of the mean overhang; balls beyond it are split first, whatever their area
 };
 
 /// above  [points] owner of each point on the level above
 [[nodiscard]] LevelBalls cover_level(const LevelTask& task, std::span<const Index> above, const BodyDepth& body);
+
+/// Splits the worst balls as long as there is room beneath a parent, and relaxes in between.
+void fill_level(const LevelTask& task, const BodyDepth& body, LevelBalls& level);
 
 [[nodiscard]] double largest_overhang(std::span<const Ball> balls) noexcept;
 
