@@ -94,6 +94,13 @@ void Descent::add_solid_pair(const SolidView& a, const SolidView& b) {
     leaf_depth_ = std::max({leaf_depth_, a.tree->leaf_depth(), b.tree->leaf_depth()});
 }
 
+void Descent::add_self_pair(const SolidView& body) {
+    if (body.spheres.empty() || body.tree->is_leaf(0)) return;
+    solids_.push_back({body, body, true});
+    open({static_cast<Index>(solids_.size() - 1), 0, 0, 1, false, false, 0.0F});
+    leaf_depth_ = std::max(leaf_depth_, body.tree->leaf_depth());
+}
+
 void Descent::add_hollow_pair(const ChainView& instrument, const LumenView& lumen) {
     if (hollow_count_ == hollows_.size()) hollows_.emplace_back();
     HollowPair& pair = hollows_[hollow_count_];
@@ -172,6 +179,10 @@ bool Descent::step_group(const Entry& group, WorkBudget& budget) {
     if (other.radius < 0.0) return true; // empty: touches nothing
     const double reach = other.radius + margin_;
     for (Index s = group.first; s < group.first + tests; ++s) {
+        if (pair.self && s == group.second) {
+            refine_self(group, s, *first.tree);
+            continue;
+        }
         const Sphere& sphere = first.spheres[s];
         const double dx = sphere.centre[0] - other.centre[0], dy = sphere.centre[1] - other.centre[1],
                      dz = sphere.centre[2] - other.centre[2];
@@ -183,11 +194,27 @@ bool Descent::step_group(const Entry& group, WorkBudget& budget) {
     return true;
 }
 
+bool Descent::lay_apart(const SphereTree& tree, Index s, Index t) const noexcept {
+    const Sphere &a = tree.spheres[s], &b = tree.spheres[t];
+    const double touch = a.radius + b.radius + margin_;
+    return (a.centre - b.centre).squaredNorm() > touch * touch;
+}
+
+/// A sphere against itself: each of its children against itself, and against the ones after it.
+void Descent::refine_self(const Entry& group, Index s, const SphereTree& tree) {
+    const Index begin = tree.first_child[s], end = begin + tree.child_count[s];
+    for (Index c = begin; c < end; ++c) {
+        if (!tree.is_leaf(c)) open({group.pair, c, c, 1, false, group.swapped, 0.0F});
+        if (c + 1 < end) open({group.pair, c + 1, c, static_cast<std::uint16_t>(end - c - 1), false, group.swapped, 0.0F});
+    }
+}
+
 /// Spheres that overlap: the children of the second against the first, roles swapped; leaves collide.
 void Descent::refine(const Entry& group, Index s, const SolidView& first, const SolidView& second, float depth) {
     const bool leaf_1 = first.tree->is_leaf(s), leaf_2 = second.tree->is_leaf(group.second);
     const bool capped = order_ == DescentOrder::DepthCapped && first.tree->level[s] >= cap_ && second.tree->level[group.second] >= cap_;
     if ((leaf_1 && leaf_2) || capped) {
+        if (solids_[group.pair].self && !lay_apart(*first.tree, s, group.second)) return;
         add_solid_contact({group.pair, s, group.second, 1, false, group.swapped, depth}, collisions_);
         ++stats_.leaf_contacts;
     } else if (!leaf_2) {

@@ -52,6 +52,9 @@ public:
     /// cap    level at which DepthCapped stops
     void begin(double margin, DescentOrder order = DescentOrder::Breadth, int cap = 0);
     void add_solid_pair(const SolidView& a, const SolidView& b);
+    /// A body against itself: pairs of leaves whose spheres (with the margin) lay apart at rest. Neighbours on the surface always
+    /// overlap and are not looked at, nor what lies beneath one leaf. An open pair may be a sphere with itself.
+    void add_self_pair(const SolidView& body);
     /// One lumen per chain: the chain's hints and link states belong to it.
     void add_hollow_pair(const ChainView& instrument, const LumenView& lumen);
 
@@ -84,6 +87,7 @@ private:
     };
     struct SolidPair {
         SolidView a, b;
+        bool self = false;
     };
     struct HollowPair {
         ChainView chain;
@@ -97,6 +101,8 @@ private:
 
     [[nodiscard]] bool is_depth_first() const noexcept { return order_ == DescentOrder::Depth || order_ == DescentOrder::DepthCapped; }
     bool step_group(const Entry& group, WorkBudget& budget);
+    void refine_self(const Entry& group, Index s, const SphereTree& tree);
+    [[nodiscard]] bool lay_apart(const SphereTree& tree, Index s, Index t) const noexcept;
     void refine(const Entry& group, Index s, const SolidView& first, const SolidView& second, float depth);
     bool step_hollow_entry(const Entry& entry, WorkBudget& budget);
     void drop() noexcept;

@@ -50,6 +50,10 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
         {"coarse_contact", e.coarse_contact,
          listed(e.coarse_contact, fmt::format("{} sphere trees of solids, order {}, under the budget", scene.contact.sphere_trees,
                                               spheretree::order_name(scene.contact.descent_order)))},
+        {"self_contact", e.self_contact && e.coarse_contact && deformable > 0,
+         deformable == 0     ? "no body deforms"
+         : !e.coarse_contact ? "needs the effect coarse_contact"
+                             : listed(e.self_contact, "deformable bodies against themselves, by their sphere trees")},
         {"exact_contact", e.exact_contact && instruments,
          !instruments ? "no instrument"
                       : listed(e.exact_contact, "continuous tests of the skin against the wall, when they fit in the budget")},

@@ -38,6 +38,7 @@ struct BodyModel {
     std::optional<fem::TissueModel> tissue; // deformable bodies
     std::size_t carrier = SIZE_MAX;         // deformable body that carries this surface; SIZE_MAX: none
     std::optional<fem::RigidLinks> links;   // surface on its own tissue, or on the carrier's
+    bool self_contact = true;               // where the scene has that effect
     std::vector<MotionRow> path;            // kinematic bodies
     collision::SurfaceTopology topology;
     std::vector<Vec3> pulse_reach;                    // [vertex_count] m, to the systole's place; hollow bodies under the effect pulse
@@ -81,6 +82,7 @@ struct Pulse {
 struct EffectSet {
     bool elasticity = true;      // off: deformable bodies stay at rest
     bool coarse_contact = true;  // sphere trees
+    bool self_contact = false;   // solid bodies against themselves
     bool exact_contact = true;   // continuous tests, when the budget allows
     std::optional<Vec3> gravity; // m/s^2
     std::optional<Breathing> breathing;

@@ -192,6 +192,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     model.motion = motion_of(body.kind);
     model.surface = std::move(surface->mesh);
     model.hollow = body.hollow;
+    model.self_contact = body.self_contact;
     for (const KeyFrame& frame : body.motion) model.path.push_back({frame.time, frame.displacement});
     coarse.meshes.emplace_back();
     if (model.motion == Motion::Deformable) {

@@ -100,6 +100,7 @@ EffectSet make_effects(const Scene& scene) {
     effects.elasticity = scene.effects.elasticity;
     effects.coarse_contact = scene.effects.coarse_contact;
     effects.exact_contact = scene.effects.exact_contact;
+    effects.self_contact = scene.effects.self_contact && scene.effects.coarse_contact;
     if (scene.effects.gravity) effects.gravity = scene.gravity;
     if (scene.effects.breathing)
         effects.breathing =

@@ -252,6 +252,9 @@ const ObjectSpec& body_table() {
             value_field("coarse", any_value({object_value(meshed_coarse_table()), object_value(file_coarse_table())}),
                         "The tetrahedra that deform; TetGen's when absent.")
                 .when({"deformable"}),
+            flag_field("self_contact", "Whether the body touches itself, where the scene has that effect.")
+                .by_default(true)
+                .when({"deformable"}),
             value_field("fixed",
                         list_value(any_value({object_value(direction_region_table()), object_value(box_region_table()),
                                               object_value(sphere_region_table())}),

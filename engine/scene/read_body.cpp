@@ -238,6 +238,7 @@ std::optional<Error> read_body(const CheckContext& context, const Values& values
     body.scale = values.number("scale");
     body.translate = values.vector("translate");
     body.hollow = values.flag("hollow");
+    body.self_contact = body.kind != BodyKind::Deformable || values.flag("self_contact");
     body.blend = values.number("blend", SceneBody{}.blend);
     if (values.has("blend") && !values.has("embedded_in"))
         return fail_at(context, values, "blend",

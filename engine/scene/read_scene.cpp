@@ -107,6 +107,7 @@ bool* find_effect(Effects& effects, std::string_view name, Detailed& detailed) {
     if (name == "coarse_contact") return &effects.coarse_contact;
     if (name == "exact_contact") return &effects.exact_contact;
     if (name == "friction") return &effects.friction;
+    if (name == "self_contact") return &effects.self_contact;
     if (name == "breathing") return &detailed.breathing;
     return name == "pulse" ? &detailed.pulse : &effects.fluoroscopy;
 }

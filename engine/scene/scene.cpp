@@ -83,6 +83,7 @@ std::vector<std::string> Effects::names() const {
     if (friction) all.emplace_back("friction");
     if (breathing) all.emplace_back("breathing");
     if (pulse) all.emplace_back("pulse");
+    if (self_contact) all.emplace_back("self_contact");
     if (fluoroscopy) all.emplace_back("fluoroscopy");
     return all;
 }

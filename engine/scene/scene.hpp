@@ -102,6 +102,7 @@ struct SceneBody {
     bool cap_viscosity = true;      // Deformable: viscosity may cost a tenth of the stable step, no more
     CoarseSpec coarse;              // Deformable
     std::vector<FixedRegion> fixed; // Deformable; empty: floats freely
+    bool self_contact = true;       // Deformable, with that effect
     std::vector<KeyFrame> motion;   // Kinematic, at least one
 };
 
@@ -210,7 +211,8 @@ struct Effects {
     bool friction = false; // of instruments on walls, felt by both
     std::optional<BreathingSpec> breathing;
     std::optional<PulseSpec> pulse;
-    bool fluoroscopy = false; // X-ray pictures beside the shaded ones
+    bool self_contact = false; // of deformable bodies with themselves
+    bool fluoroscopy = false;  // X-ray pictures beside the shaded ones
 
     /// As a scene lists them.
     [[nodiscard]] std::vector<std::string> names() const;

@@ -236,6 +236,8 @@ const ObjectSpec& effects_table() {
             value_field("pulse", any_value({flag_field("", "").value, object_value(pulse_table())}),
                         "Arterial pulse: true for the defaults.")
                 .by_default(false),
+            flag_field("self_contact", "Solid bodies against themselves, where their leaf spheres lay apart at rest; needs coarse_contact.")
+                .by_default(false),
             flag_field("fluoroscopy", "X-ray pictures.").by_default(false),
         }};
     return table;

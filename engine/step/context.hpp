@@ -60,6 +60,14 @@ struct Piercing {
     double s = 0.0;       // [0, 1] from v0
 };
 
+/// What a vertex meets of its own surface.
+struct SelfNear {
+    Index triangle = kNoIndex;
+    double gap = 0.0; // m
+    std::array<double, 3> bary{1.0, 0.0, 0.0};
+    Vec3 normal = Vec3::UnitZ(), point = Vec3::Zero();
+};
+
 /// The two springs of one contact: what the first body receives, the second should with the opposite sign.
 struct SpringPair {
     std::size_t body_a = 0, body_b = 0;
@@ -76,6 +84,7 @@ struct SolidScratch {
     std::vector<LeafPair> remembered;                 // those of the last step that touched, by key
     std::vector<std::pair<Index, Index>> open_bodies; // with open sphere pairs, whose depth the surfaces decide
     std::vector<ProbedSphere> heap;
+    std::vector<Index> self_vertices;            // of the body in hand that meet its own surface
     std::vector<Contact> touches;                // of this step: places of surfaces, with depth
     std::vector<SphereHold> holds, holds_before; // of this step and of the last one, by key
     std::vector<Piercing> piercings[2];
@@ -100,6 +109,7 @@ struct BodyScratch {
     std::vector<std::uint8_t> vertex_seen;   // [vertex_count] solid bodies, scratch of the response
     std::vector<std::uint8_t> sphere_seen;   // [sphere_count] the same
     std::vector<Index> leaf_of_triangle;     // [triangle_count] solid bodies that are closed
+    std::vector<SelfNear> self_near;         // [vertex_count] bodies that touch themselves, scratch of the response
     bool surface_is_fresh = false;           // inside and vertex_normal are those of this step
     SphereNodes sphere_nodes;                // solid bodies that hang on nodes
     spheretree::LumenState lumen;            // hollow bodies

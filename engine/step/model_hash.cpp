@@ -68,7 +68,8 @@ std::uint64_t hash_model(const SceneModel& model) noexcept {
     add_count(static_cast<std::size_t>(model.integrator), hash);
     add_count(model.fixed_substeps, hash);
     add_count(model.max_substeps, hash);
-    for (const bool on : {model.effects.elasticity, model.effects.coarse_contact, model.effects.exact_contact}) add_count(on ? 1 : 0, hash);
+    for (const bool on : {model.effects.elasticity, model.effects.coarse_contact, model.effects.exact_contact, model.effects.self_contact})
+        add_count(on ? 1 : 0, hash);
     hash.add(model.effects.gravity.value_or(Vec3(Vec3::Zero())));
     if (model.effects.breathing) {
         hash.add(model.effects.breathing->amplitude);

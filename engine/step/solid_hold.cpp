@@ -95,6 +95,7 @@ void choose_pairs(const SceneModel& model, StepContext& context) {
     };
     const auto counts = [&](const Contact& contact) {
         if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size() || !(contact.gap < 0.0)) return false;
+        if (contact.body_a == contact.body_b && contact.feature_a[0] == contact.feature_b[0]) return false; // a sphere with itself
         return !meet_by_surface(model, contact.body_a, contact.body_b);
     };
     for (Index k = 0; k < context.coarse.size(); ++k)

@@ -21,6 +21,7 @@ void list_open_bodies(const SceneModel& model, StepContext& context) {
     for (const Contact& contact : context.coarse) {
         if (contact.origin != ContactOrigin::AssumedSpheres) continue;
         if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size()) continue; // an instrument's
+        if (contact.body_a == contact.body_b) continue;                                               // not looked for
         const std::pair<Index, Index> bodies{contact.body_a, contact.body_b};
         if (!open.empty() && open.back() == bodies) continue;
         if (meet_by_surface(model, contact.body_a, contact.body_b)) open.push_back(bodies);
@@ -77,16 +78,16 @@ struct Probe {
 void probe_open_pairs(const SceneModel& model, StepContext& context) {
     list_open_bodies(model, context);
     SolidScratch& solids = context.solids;
+    for (const LeafPair& pair : solids.remembered)
+        if (pair.a == pair.b || std::binary_search(solids.open_bodies.begin(), solids.open_bodies.end(),
+                                                   std::pair{static_cast<Index>(pair.a), static_cast<Index>(pair.b)}))
+            solids.leaf_pairs.push_back(pair);
     if (solids.open_bodies.empty()) return;
     const std::size_t share = std::max(kLeastProbes, kProbeTests / (2 * solids.open_bodies.size()));
     for (const auto& [a, b] : solids.open_bodies) {
         Probe{model, context, a, b, share}.run();
         Probe{model, context, b, a, share}.run();
     }
-    for (const LeafPair& pair : solids.remembered)
-        if (std::binary_search(solids.open_bodies.begin(), solids.open_bodies.end(),
-                               std::pair{static_cast<Index>(pair.a), static_cast<Index>(pair.b)}))
-            solids.leaf_pairs.push_back(pair);
 }
 
 void remember_touching(StepContext& context) {

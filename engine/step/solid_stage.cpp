@@ -1,5 +1,6 @@
 #include "engine/step/solid_stage.hpp"
 
+#include "engine/step/self_touch.hpp"
 #include "engine/step/solid_hold.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/solid_trees.hpp"
@@ -15,12 +16,6 @@ namespace {
 /// m/s; below this slip friction fades with it, so that a force which is fixed for a step does not turn the slip round:
 /// mu g step stays below it up to mu = 0.4 at 5 ms. What rests on a slope creeps, at most at this speed.
 constexpr double kSlip = 0.02;
-
-bool can_touch_any(const SceneModel& model, std::size_t body) {
-    for (std::size_t other = 0; other < model.bodies.size(); ++other)
-        if (other != body && are_solid_pair(model, body, other)) return true;
-    return false;
-}
 
 /// A place of a contact's first or second body.
 struct Place {
@@ -96,6 +91,12 @@ bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexc
     return a.carrier != j && b.carrier != i;
 }
 
+bool can_touch_any(const SceneModel& model, std::size_t body) noexcept {
+    for (std::size_t other = 0; other < model.bodies.size(); ++other)
+        if (other != body && are_solid_pair(model, body, other)) return true;
+    return touches_itself(model, body);
+}
+
 void prepare_solids(const SceneModel& model, const State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!can_touch_any(model, i)) continue;
@@ -130,6 +131,8 @@ void add_solid_pairs(const SceneModel& model, StepContext& context) {
     solids.sweep.find_pairs(solids.boxes, solids.near);
     for (const auto& [i, j] : solids.near)
         if (are_solid_pair(model, i, j)) context.descent.add_solid_pair(view_solid(model, i, context), view_solid(model, j, context));
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (touches_itself(model, i)) context.descent.add_self_pair(view_solid(model, i, context));
 }
 
 void push_solids(const SceneModel& model, const State& state, StepContext& context) {

@@ -8,10 +8,13 @@ namespace seldinger::engine {
 /// Can these two bodies touch? Both are solid, one moves, and neither carries the other: those are one body.
 [[nodiscard]] bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexcept;
 
+/// Is there anything that this body can touch, itself included?
+[[nodiscard]] bool can_touch_any(const SceneModel& model, std::size_t body) noexcept;
+
 /// What the response of solid bodies needs beside the model: the nodes beneath spheres, and depths of closed surfaces.
 void prepare_solids(const SceneModel& model, const State& state, StepContext& context);
 
-/// Adds every pair of solid bodies that can touch, and whose boxes do, to the descent.
+/// Adds every pair of solid bodies that can touch, and whose boxes do, to the descent; and those with themselves that may.
 void add_solid_pairs(const SceneModel& model, StepContext& context);
 
 /// Contacts of solid pairs in context.coarse become springs on both bodies, equal and opposite, evaluated in every stage of

@@ -1,5 +1,6 @@
 #include "engine/step/solid_touch.hpp"
 
+#include "engine/step/self_touch.hpp"
 #include "engine/step/solid_probe.hpp"
 #include "engine/step/solid_trees.hpp"
 
@@ -234,7 +235,11 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
     for (std::size_t begin = 0; begin < pairs.size();) {
         std::size_t end = begin + 1;
         while (end < pairs.size() && pairs[end].a == pairs[begin].a && pairs[end].b == pairs[begin].b) ++end;
-        touch_bodies(model, state, std::span(pairs).subspan(begin, end - begin), context);
+        const std::span<LeafPair> of_these = std::span(pairs).subspan(begin, end - begin);
+        if (pairs[begin].a == pairs[begin].b)
+            touch_self(model, state, of_these, context);
+        else
+            touch_bodies(model, state, of_these, context);
         begin = end;
     }
     remember_touching(context);

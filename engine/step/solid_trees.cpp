@@ -10,12 +10,6 @@ namespace seldinger::engine {
 
 namespace {
 
-bool can_touch_any(const SceneModel& model, std::size_t body) {
-    for (std::size_t other = 0; other < model.bodies.size(); ++other)
-        if (other != body && are_solid_pair(model, body, other)) return true;
-    return false;
-}
-
 void read_turns(const fem::LinkFrames& frames, std::vector<Mat3>& turns) {
     turns.resize(frames.frame.size());
     for (std::size_t f = 0; f < turns.size(); ++f)

@@ -1,4 +1,5 @@
 // Contact between solid bodies: where they rest, what a tight budget does to them, what one receives and the other gives.
+#include "engine/io/write_mesh.hpp"
 #include "engine/step/solid_stage.hpp"
 #include "engine/step/solid_trees.hpp"
 #include "step_fixture.hpp"
@@ -309,6 +310,74 @@ TEST(SolidContact, OnWrappedTreesABallRestsAsOnCoveringOnes) {
             EXPECT_LT(std::abs(lowest(simulator.state().bodies[0].surface)), 1e-3);
             EXPECT_LT(simulator.context().report.kinetic_j, 2e-5) << "slower than 20 mm/s";
         }
+}
+
+/// A square section of 8 mm along a hairpin: a lower prong, half a circle, an upper prong 8 mm above the lower one.
+TriMesh hairpin() {
+    struct Station {
+        double x, z, angle; // mm, rad: the section's up is (sin, cos) of it
+    };
+    std::vector<Station> stations;
+    for (int k = 0; k < 16; ++k) stations.push_back({60.0 - 3.75 * k, 0.0, 0.0});
+    for (int k = 0; k <= 12; ++k) {
+        const double a = 3.14159265358979 * k / 12.0;
+        stations.push_back({-8.0 * std::sin(a), 8.0 - 8.0 * std::cos(a), -a});
+    }
+    for (int k = 1; k <= 16; ++k) stations.push_back({3.75 * k, 16.0, -3.14159265358979});
+    TriMesh mesh;
+    for (const Station& s : stations)
+        for (int corner = 0; corner < 4; ++corner) {
+            const double y = corner == 0 || corner == 3 ? -4.0 : 4.0, up = corner < 2 ? -4.0 : 4.0;
+            mesh.vertices.push_back(1e-3 * Vec3(s.x - up * std::sin(s.angle), y, s.z + up * std::cos(s.angle)));
+        }
+    const auto quad = [&](Index a, Index b, Index c, Index d) {
+        mesh.triangles.push_back({a, b, c});
+        mesh.triangles.push_back({a, c, d});
+    };
+    const auto count = static_cast<Index>(stations.size());
+    for (Index k = 0; k + 1 < count; ++k)
+        for (Index c = 0; c < 4; ++c) quad(4 * k + c, 4 * k + 4 + c, 4 * k + 4 + (c + 1) % 4, 4 * k + (c + 1) % 4);
+    quad(0, 1, 2, 3);
+    const Index last = 4 * (count - 1);
+    quad(last + 3, last + 2, last + 1, last);
+    return mesh;
+}
+
+double lowest_of_the_upper_prong(const std::vector<Vec3>& rest, const std::vector<Vec3>& surface) {
+    double z = 1.0;
+    for (std::size_t v = 0; v < surface.size(); ++v)
+        if (rest[v].z() > 11.9e-3 && rest[v].x() > 10e-3) z = std::min(z, surface[v].z());
+    return z;
+}
+
+TEST(SolidContact, AHairpinUnderItsOwnWeightLiesOnItselfWhereTheSceneHasSelfContact) {
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "hairpin.obj";
+    ASSERT_TRUE(write_obj(file, hairpin()).ok());
+    double height[3] = {};
+    for (int k = 0; k < 3; ++k) { // with, without, with but not for this body
+        const std::string text =
+            fmt::format(R"({{"units": {{"length": "m", "pressure": "kPa"}}, "time": {{"step": 0.005, "duration": 2}},
+            "gravity": [0, 0, -9.81], "contact": {{"solid_stiffness": 50, "solid_damping": 0.05}}, "bodies": {{"pin": {{"kind": "deformable",
+            "surface": "{}"{}, "coarse": {{"surface_triangles": 368}}, "fixed": [{{"box": [[-1, -1, -1], [1, 1, -0.003]]}}],
+            "material": {{"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.005, "mass_damping": 5}}}}}},
+            "effects": ["elasticity", "gravity", "damping", "coarse_contact"{}]}})",
+                        file.string(), k == 2 ? R"(, "self_contact": false)" : "", k == 1 ? "" : R"(, "self_contact")");
+        const PreparedScene prepared = test::prepare(text);
+        ASSERT_EQ(prepared.model.bodies.size(), 1u);
+        Simulator simulator(prepared.model);
+        double deepest = 0.0;
+        for (int step = 0; step < 300; ++step) {
+            ASSERT_TRUE(simulator.step().finite);
+            deepest = std::max(deepest, simulator.context().report.deepest_touch_m);
+        }
+        height[k] = lowest_of_the_upper_prong(prepared.model.bodies[0].surface.vertices, simulator.state().bodies[0].surface);
+        EXPECT_EQ(simulator.context().report.solid_touches > 0, k == 0);
+        EXPECT_EQ(simulator.context().report.pairs_tested > 0, k == 0) << "left out, it costs nothing";
+        if (k == 0) EXPECT_LT(deepest, 1e-3);
+    }
+    EXPECT_GT(height[0], 2.5e-3) << "the lower prong's upper side is at 4 mm";
+    EXPECT_LT(height[1], 0.0) << "without, the upper prong falls through the lower one";
+    EXPECT_EQ(height[1], height[2]);
 }
 
 TEST(SolidContact, TheOrderOfTheDescentIsTheScenes) {

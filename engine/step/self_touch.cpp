@@ -1,0 +1,112 @@
+#include "engine/step/self_touch.hpp"
+
+#include "base/closest_point.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// Cosine between the normals of a vertex and of what it meets: sheets that meet look at each other.
+constexpr double kFacing = -0.2;
+
+/// Cosine between a triangle's normal and the way from it to a vertex: beside a triangle its plane says nothing.
+constexpr double kOver = 0.7;
+
+/// Of the leaf's radius: what lay behind a triangle nearer than that at rest is the other side of the same flesh.
+constexpr double kThickness = 4.0;
+
+struct Own {
+    const SceneModel& model;
+    const State& state;
+    StepContext& context;
+    std::size_t body;
+
+    [[nodiscard]] const TriMesh& mesh() const { return model.bodies[body].surface; }
+    [[nodiscard]] const std::vector<Vec3>& at() const { return state.bodies[body].surface; }
+    [[nodiscard]] const std::vector<Vec3>& at_t0() const { return context.bodies[body].surface_t0; }
+};
+
+bool is_other_side(const Own& own, Index v, const Triangle& t, double reach) {
+    const std::vector<Vec3>& rest = own.mesh().vertices;
+    const Vec3 normal = (rest[t[1]] - rest[t[0]]).cross(rest[t[2]] - rest[t[0]]);
+    if (!(normal.dot(rest[v] - rest[t[0]]) < 0.0)) return false;
+    return closest_on_triangle(rest[v], rest[t[0]], rest[t[1]], rest[t[2]]).distance_sq < reach * reach;
+}
+
+bool look_at(const Own& own, Index v, Index triangle, double deepest) {
+    const Triangle& t = own.mesh().triangles[triangle];
+    if (t[0] == v || t[1] == v || t[2] == v) return false;
+    const std::vector<Vec3>& at = own.at();
+    const std::array<Vec3, 3> corners{at[t[0]], at[t[1]], at[t[2]]};
+    const Vec3 normal = spheretree::direction_of((corners[1] - corners[0]).cross(corners[2] - corners[0]));
+    if (!(own.context.bodies[own.body].vertex_normal[v].dot(normal) < kFacing)) return false;
+    const auto hit = closest_on_triangle(at[v], corners[0], corners[1], corners[2]);
+    const double distance = std::sqrt(hit.distance_sq);
+    const double height = normal.dot(at[v] - hit.point);
+    if (!(std::abs(height) >= kOver * distance)) return false;
+    const bool behind = height < 0.0;
+    if (behind && (distance > deepest || is_other_side(own, v, t, kThickness * deepest))) return false;
+    const Vec3 before = hit.bary[0] * own.at_t0()[t[0]] + hit.bary[1] * own.at_t0()[t[1]] + hit.bary[2] * own.at_t0()[t[2]];
+    const double way = (at[v] - own.at_t0()[v]).norm() + (hit.point - before).norm();
+    if (!behind && distance > own.model.contact.margin + way) return false;
+    SelfNear& near = own.context.bodies[own.body].self_near[v];
+    if (near.triangle == kNoIndex) own.context.solids.self_vertices.push_back(v);
+    if (near.triangle != kNoIndex && !(distance < std::abs(near.gap))) return true;
+    near = {triangle, behind ? -distance : distance, hit.bary, normal, hit.point};
+    return true;
+}
+
+/// Vertices beneath one leaf against the triangles of the other.
+bool look_one_way(const Own& own, Index leaf, Index other) {
+    const spheretree::SphereTree& tree = own.model.bodies[own.body].covering.tree;
+    const double deepest = tree.spheres[other].radius;
+    bool touched = false;
+    for (const Index mine : tree.items_of(leaf))
+        for (const Index v : own.mesh().triangles[mine])
+            for (const Index triangle : tree.items_of(other)) touched = look_at(own, v, triangle, deepest) || touched;
+    return touched;
+}
+
+Contact make_touch(const Own& own, Index v) {
+    const SelfNear& near = own.context.bodies[own.body].self_near[v];
+    const Triangle& t = own.mesh().triangles[near.triangle];
+    Contact touch;
+    touch.body_a = touch.body_b = static_cast<BodyId>(own.body);
+    touch.origin = ContactOrigin::Proximity;
+    touch.point = near.point;
+    touch.gap = near.gap;
+    touch.normal = near.normal;
+    touch.feature_a[0] = v;
+    touch.bary_a[0] = 1.0;
+    for (std::size_t k = 0; k < 3; ++k) touch.feature_b[k] = t[k], touch.bary_b[k] = near.bary[k];
+    return touch;
+}
+
+} // namespace
+
+bool touches_itself(const SceneModel& model, std::size_t body) noexcept {
+    const BodyModel& own = model.bodies[body];
+    return model.effects.self_contact && own.self_contact && own.links && !own.hollow;
+}
+
+void touch_self(const SceneModel& model, const State& state, std::span<LeafPair> pairs, StepContext& context) {
+    const Own own{model, state, context, pairs.front().a};
+    std::vector<SelfNear>& near = context.bodies[own.body].self_near;
+    near.resize(own.at().size());
+    std::vector<Index>& found = context.solids.self_vertices;
+    found.clear();
+    for (LeafPair& pair : pairs) {
+        const bool there = look_one_way(own, pair.leaf_a, pair.leaf_b), back = look_one_way(own, pair.leaf_b, pair.leaf_a);
+        if (there || back) pair.gap = 0.0;
+    }
+    std::sort(found.begin(), found.end());
+    for (const Index v : found) {
+        context.solids.touches.push_back(make_touch(own, v));
+        near[v] = {};
+    }
+}
+
+} // namespace seldinger::engine
