@@ -59,14 +59,26 @@ bool look_at(const Own& own, Index v, Index triangle, double deepest) {
     return true;
 }
 
-/// Vertices beneath one leaf against the triangles of the other.
-bool look_one_way(const Own& own, Index leaf, Index other) {
+/// Vertices beneath one leaf against the triangles near them of leaves that lay apart from it at rest.
+bool look_beneath(const Own& own, Index leaf) {
+    BodyScratch& scratch = own.context.bodies[own.body];
     const spheretree::SphereTree& tree = own.model.bodies[own.body].covering.tree;
-    const double deepest = tree.spheres[other].radius;
+    const spheretree::Sphere& sphere = tree.spheres[leaf];
     bool touched = false;
     for (const Index mine : tree.items_of(leaf))
-        for (const Index v : own.mesh().triangles[mine])
-            for (const Index triangle : tree.items_of(other)) touched = look_at(own, v, triangle, deepest) || touched;
+        for (const Index v : own.mesh().triangles[mine]) {
+            if (scratch.vertex_seen[v] != 0) continue;
+            scratch.vertex_seen[v] = 1;
+            Box3 box;
+            box.add(own.at()[v]);
+            box.inflate(sphere.radius + own.model.contact.margin + (own.at()[v] - own.at_t0()[v]).norm());
+            scratch.inside.tree().for_each_overlapping(box, [&](Index triangle) {
+                const spheretree::Sphere& other = tree.spheres[scratch.leaf_of_triangle[triangle]];
+                const double apart = sphere.radius + other.radius + own.model.contact.margin;
+                if ((sphere.centre - other.centre).squaredNorm() <= apart * apart) return;
+                touched = look_at(own, v, triangle, sphere.radius) || touched;
+            });
+        }
     return touched;
 }
 
@@ -98,10 +110,15 @@ void touch_self(const SceneModel& model, const State& state, std::span<LeafPair>
     near.resize(own.at().size());
     std::vector<Index>& found = context.solids.self_vertices;
     found.clear();
-    for (LeafPair& pair : pairs) {
-        const bool there = look_one_way(own, pair.leaf_a, pair.leaf_b), back = look_one_way(own, pair.leaf_b, pair.leaf_a);
-        if (there || back) pair.gap = 0.0;
-    }
+    BodyScratch& scratch = context.bodies[own.body];
+    scratch.vertex_seen.assign(own.at().size(), 0);
+    scratch.sphere_seen.assign(model.bodies[own.body].covering.tree.sphere_count(), 0);
+    for (LeafPair& pair : pairs)
+        for (const Index leaf : {pair.leaf_a, pair.leaf_b}) {
+            if (scratch.sphere_seen[leaf] != 0) continue;
+            scratch.sphere_seen[leaf] = 1;
+            if (look_beneath(own, leaf)) pair.gap = 0.0;
+        }
     std::sort(found.begin(), found.end());
     for (const Index v : found) {
         context.solids.touches.push_back(make_touch(own, v));

@@ -9,9 +9,10 @@ namespace seldinger::engine {
 [[nodiscard]] bool touches_itself(const SceneModel& model, std::size_t body) noexcept;
 
 /// Appends to context.solids.touches the vertices beneath these leaf pairs of one body that lie behind, or shortly before, a triangle
-/// of the other leaf that faces them; each vertex once, with the nearest such triangle. Which side is out is the triangle's
-/// to say: a winding number does not know where a surface passes through itself. A vertex counts as behind no deeper than the leaf's
-/// radius at rest, and not where it lay close behind at rest: that is the other side of the same flesh. pairs: touched ones get their gap.
+/// that faces them and whose leaf lay apart from theirs at rest; each vertex once, with the nearest such triangle. Which side is
+/// out is the triangle's to say: a winding number does not know where a surface passes through itself. A vertex counts as behind
+/// no deeper than its leaf's radius at rest, and not where it lay close behind at rest: that is the other side of the same flesh.
+/// pairs   the first of a leaf that touched gets its gap
 void touch_self(const SceneModel& model, const State& state, std::span<LeafPair> pairs, StepContext& context);
 
 } // namespace seldinger::engine
