@@ -47,7 +47,7 @@ inline constexpr double kConeRounding = 1e-11;
     if (reach_sin >= 0.0 && reach_cos >= wide.cosine) return wide;
     // twice the new half angle: reach + wide, below pi
     const double twice_cos = reach_cos * wide.cosine - reach_sin * wide.sine, twice_sin = reach_sin * wide.cosine + reach_cos * wide.sine;
-    if (reach_sin < 0.0 || twice_sin <= 0.0 || 1.0 + twice_cos <= 2.0 * kWidestCosine * kWidestCosine) return Cone::everything();
+    if (reach_sin < 0.0 || twice_sin < 0.0 || 1.0 + twice_cos <= 2.0 * kWidestCosine * kWidestCosine) return Cone::everything();
     // the axis turns towards the slim one by half of reach - wide, which is below pi/2
     const double turn2_cos = reach_cos * wide.cosine + reach_sin * wide.sine, turn2_sin = reach_sin * wide.cosine - reach_cos * wide.sine;
     Cone joined{.kind = Cone::Kind::Some};
@@ -65,9 +65,11 @@ inline constexpr double kConeRounding = 1e-11;
         joined.sine = wide.sine + 2e-7 * wide.cosine;
         joined.cosine = cosine;
     }
-    const double cosine = joined.cosine - kConeRounding * joined.sine;
-    joined.sine += kConeRounding * joined.cosine;
-    joined.cosine = cosine;
+    const double cosine = joined.cosine - kConeRounding * joined.sine, sine = joined.sine + kConeRounding * joined.cosine;
+    // kept on the circle: 1 + cos would make much of a drift where the cone is wide
+    const double scale = 1.0 / std::sqrt(cosine * cosine + sine * sine);
+    joined.cosine = cosine * scale;
+    joined.sine = sine * scale;
     return joined.cosine >= kWidestCosine ? joined : Cone::everything();
 }
 

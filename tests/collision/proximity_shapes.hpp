@@ -13,6 +13,7 @@ struct Sequence {
     std::string name;
     std::vector<SurfaceTopology> surfaces;
     std::vector<std::vector<std::vector<Vec3>>> frames;
+    bool smooth = true; // its normals turn slowly along it
 
     [[nodiscard]] std::size_t steps() const { return frames.size() - 1; }
     [[nodiscard]] std::vector<SurfaceMotion> motions(std::size_t step) const {
@@ -84,7 +85,7 @@ inline Sequence make_rolling_sheet(std::uint64_t seed, Index n, std::size_t step
 
 /// Loose triangles of two bodies that fly about.
 inline Sequence make_flying_soups(std::uint64_t seed, std::size_t triangles, double speed, std::size_t steps) {
-    Sequence s{.name = "flying soups", .surfaces = {}, .frames = {}};
+    Sequence s{.name = "flying soups", .surfaces = {}, .frames = {}, .smooth = false};
     Random random(seed);
     std::vector<std::vector<Vec3>> at;
     for (int i = 0; i < 2; ++i) {
