@@ -54,6 +54,11 @@ void ConeTree::build(const SurfaceTopology& topology, std::span<const Vec3> posi
     arity_ = options.arity;
     slabs_ = options.dop / 2;
     self_ = self;
+    const Directions directions = directions_of(options.dop);
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+        lengths_[i] = direction_length(directions[i]);
+        units_[i] = Vec3(directions[i][0], directions[i][1], directions[i][2]) / lengths_[i];
+    }
     oriented_ = options.during_step && (options.inflation == Inflation::OrientedPaper || options.inflation == Inflation::OrientedSafe);
     keeps_velocities_ = oriented_ || options.coherence == Coherence::VelocityCones;
     keeps_normals_ = self && options.normal_cones != NormalCones::Off;
@@ -63,8 +68,7 @@ void ConeTree::build(const SurfaceTopology& topology, std::span<const Vec3> posi
     std::iota(faces_.begin(), faces_.end(), Index{0});
     children_.assign(arity_, kNoIndex);
     face_range_.assign(arity_, {});
-    build_slot({items, topology.triangles, positions, directions_of(options.dop), TreeBuilder::Middle},
-               {0, static_cast<Index>(faces_.size())}, kRoot);
+    build_slot({items, topology.triangles, positions, directions, TreeBuilder::Middle}, {0, static_cast<Index>(faces_.size())}, kRoot);
     const std::size_t slots = children_.size();
     bounds_.assign(slots * 2 * slabs_, kNothing);
     if (oriented_) raw_ = bounds_;
@@ -254,12 +258,9 @@ void ConeTree::finish_bounds(Index slot) {
         const float *raw_lo = raw_.data() + at, *raw_minus_hi = raw_lo + Slabs * Arity;
         const VelocityCone& cone = velocity_[slot];
         for (std::size_t s = 0; s < Slabs; ++s) {
-            const auto& n = directions[s];
-            const double length = direction_length(n);
-            const Vec3& axis = cone.heading.axis;
-            const Reach reach = oriented_reach(cone, (n[0] * axis[0] + n[1] * axis[1] + n[2] * axis[2]) / length, options_.inflation);
-            lo[s * Arity] = round_down(raw_lo[s * Arity] - length * reach.behind);
-            minus_hi[s * Arity] = round_down(raw_minus_hi[s * Arity] - length * reach.ahead);
+            const Reach reach = oriented_reach(cone, units_[s].dot(cone.heading.axis), options_.inflation);
+            lo[s * Arity] = round_down(raw_lo[s * Arity] - lengths_[s] * reach.behind);
+            minus_hi[s * Arity] = round_down(raw_minus_hi[s * Arity] - lengths_[s] * reach.ahead);
         }
     }
     float longest = 0.0f;

@@ -97,6 +97,8 @@ private:
     const SurfaceTopology* topology_ = nullptr;
     ProximityOptions options_;
     std::size_t arity_ = 0, slabs_ = 0;
+    std::array<double, kMaxSlabs> lengths_{}; // of the directions, not below the true ones
+    std::array<Vec3, kMaxSlabs> units_{};     // the directions
     bool self_ = false, oriented_ = false, keeps_velocities_ = false, keeps_normals_ = false;
 
     std::vector<Index> children_;            // [slot_count]

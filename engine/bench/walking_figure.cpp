@@ -12,7 +12,7 @@ namespace seldinger::engine {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kWarmUp = 1.0;                          // s before time 0
+constexpr double kWarmUp = -WalkingFigure::kStanding;    // s before time 0
 constexpr double kCadence = 1.1;                         // s per two steps
 constexpr double kSpeed = 1.2;                           // m/s
 constexpr double kHipHeight = 0.92;                      // m
@@ -158,7 +158,7 @@ Vec3 waist_point(Index ring, Index side, const Vec3& pelvis) {
 
 } // namespace
 
-Trousers::Trousers() : time_(-kWarmUp) {
+Trousers::Trousers(bool walks) : time_(WalkingFigure::kStanding), walks_(walks) {
     sew();
     add_springs();
     before_ = now_;
@@ -254,7 +254,8 @@ void Trousers::advance() {
 /// source   Mueller, Heidelberger, Hennix, Ratcliff, "Position based dynamics" (2007)
 void Trousers::advance_part(double from, double to) {
     const double dt = to - from;
-    const FigurePose pose_from = WalkingFigure::pose(from), pose_to = WalkingFigure::pose(to);
+    const FigurePose pose_from = WalkingFigure::pose(walks_ ? from : WalkingFigure::kStanding),
+                     pose_to = WalkingFigure::pose(walks_ ? to : WalkingFigure::kStanding);
     start_ = now_;
     for (std::size_t v = 0; v < now_.size(); ++v) now_[v] += 0.998 * (now_[v] - before_[v]) - Vec3(0.0, 0.0, 9.81 * dt * dt);
     before_ = start_;

@@ -35,7 +35,8 @@ struct FigurePose {
 
 class WalkingFigure {
 public:
-    static constexpr double kStep = 0.01; // s, the paper's
+    static constexpr double kStep = 0.01;     // s, the paper's
+    static constexpr double kStanding = -1.0; // s, until then it stands
 
     WalkingFigure();
     [[nodiscard]] const std::vector<Triangle>& triangles() const noexcept { return triangles_; }
@@ -54,7 +55,8 @@ private:
 class Trousers {
 public:
     /// Worn by the figure as it stands, then hanged on it for the time before 0.
-    Trousers();
+    /// walks   false: it stands all the time
+    explicit Trousers(bool walks = true);
     [[nodiscard]] const std::vector<Triangle>& triangles() const noexcept { return triangles_; }
     [[nodiscard]] std::span<const Vec3> positions() const noexcept { return now_; }
     /// One step of WalkingFigure::kStep.
@@ -76,6 +78,7 @@ private:
     std::vector<Spring> springs_;
     std::vector<Index> waist_; // hangs on the pelvis
     double time_;
+    bool walks_;
 };
 
 } // namespace seldinger::engine
