@@ -2,6 +2,8 @@
 // "Hierarchical techniques in collision detection for cloth animation" (Mezger, Kimmerle, Etzmuss 2003), sections 3 to 5.
 // It shares its directions, its rounding, its cuts and the overlap test of a box against all children of a node with DopTree, whose
 // leaves are clusters with blocks of features for the exact search; here a leaf has its own cones, so it is one face.
+// Deviates from section 4.2: where a cut leaves one side empty (the paper gives every face a node of its own if all are cut), the
+// faces are halved by count, so that a node never has more than `arity` children.
 //
 // Every child of a node is a slot: node * arity + place. Bounds stand in rows over a node's slots, as near_children wants them.
 #pragma once

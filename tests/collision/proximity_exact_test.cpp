@@ -1,7 +1,10 @@
 // Every switch that is called exact, on or off, gives what testing all faces against all others gives, to the bit.
+#include "collision/contact_search.hpp"
 #include "proximity_shapes.hpp"
 
 #include <gtest/gtest.h>
+
+#include <set>
 
 namespace seldinger::collision {
 namespace {
@@ -104,6 +107,63 @@ TEST(Proximity, EveryExactSwitchGivesWhatBruteForceGivesOnSoups) {
         EXPECT_GT(expect_brute_force(sequence, {.distance = 0.04}), 30u);
         EXPECT_GT(expect_brute_force(sequence, {.distance = 0.05, .self_distance = 0.05, .normal_cones = NormalCones::Off}), 30u);
     }
+}
+
+using FacePair = std::array<Index, 2>;
+
+bool holds(const Triangle& t, Index v) { return t[0] == v || t[1] == v || t[2] == v; }
+
+/// Faces of one surface whose corners hold all these vertices.
+std::vector<Index> faces_around(const SurfaceTopology& surface, std::span<const Index> vertices) {
+    std::vector<Index> faces;
+    for (Index f = 0; f < surface.triangles.size(); ++f)
+        if (std::all_of(vertices.begin(), vertices.end(), [&](Index v) { return holds(surface.triangles[f], v); })) faces.push_back(f);
+    return faces;
+}
+
+/// The other exact search of this project works on features, by another tree and another broad phase.
+TEST(Proximity, FacesThatMeetAreThoseWhoseFeaturesTheContactSearchFinds) {
+    const Sequence sequence = testing::make_rolling_sheet(8, 10, 8);
+    const SurfaceTopology& surface = sequence.surfaces[0];
+    ContactSearch contacts;
+    const SurfaceTopology* surfaces[] = {&surface};
+    const std::span<const Vec3> positions[] = {sequence.frames[0][0]};
+    contacts.build(surfaces, positions, {});
+    ProximitySearch search;
+    ASSERT_TRUE(sequence.build(search, {}).ok());
+    std::vector<SearchContact> features;
+    std::vector<Proximity> faces;
+    std::size_t both = 0;
+    for (std::size_t k = 0; k < sequence.steps(); ++k) {
+        SCOPED_TRACE(::testing::Message() << "seed 8, step " << k);
+        const auto motions = sequence.motions(k);
+        contacts.refit(motions);
+        contacts.find_candidates();
+        contacts.decide(features);
+        ASSERT_TRUE(search.refit(motions).ok());
+        search.find(faces);
+        std::set<FacePair> found, explained;
+        for (const Proximity& p : faces) found.insert({p.face_a, p.face_b});
+        for (const SearchContact& c : features) {
+            const bool vertex_face = c.contact.origin == ContactOrigin::ExactVF;
+            const auto around_a =
+                faces_around(surface, vertex_face ? std::span(&c.id_a, 1) : std::span<const Index>(surface.edges[c.id_a]));
+            const auto around_b = vertex_face ? std::vector<Index>{c.id_b} : faces_around(surface, surface.edges[c.id_b]);
+            for (const Index a : around_a)
+                for (const Index b : around_b) {
+                    const Triangle &ta = surface.triangles[a], &tb = surface.triangles[b];
+                    if (holds(tb, ta[0]) || holds(tb, ta[1]) || holds(tb, ta[2])) continue;
+                    explained.insert({std::min(a, b), std::max(a, b)});
+                }
+        }
+        for (const FacePair& pair : explained) EXPECT_TRUE(found.contains(pair)) << pair[0] << ' ' << pair[1];
+        for (const Proximity& p : faces)
+            if (p.found.time > 0.0) {
+                EXPECT_TRUE(explained.contains({p.face_a, p.face_b})) << p.face_a << ' ' << p.face_b;
+            }
+        both += explained.size();
+    }
+    EXPECT_GT(both, 30u);
 }
 
 } // namespace

@@ -217,6 +217,23 @@ TEST(ProximityHardCases, DegenerateAndRepeatedFacesAndFarAwayCoordinates) {
     expect_exact(s, {.distance = 2e4});
 }
 
+TEST(ProximityHardCases, FacesAtAllScalesFromTheSmallestToTheLargest) {
+    Sequence s{.name = "all scales", .surfaces = {}, .frames = {}};
+    std::vector<Triangle> triangles;
+    std::vector<Vec3> at;
+    for (double scale = 1e-30; scale < 1e30; scale *= 2.0) { // each cut through the middle splits off one face
+        const auto first = static_cast<Index>(at.size());
+        for (const Vec3& corner : {Vec3(1.0, 0.0, 0.0), Vec3(1.0, 0.3, 0.0), Vec3(1.0, 0.0, 0.3)}) at.push_back(scale * corner);
+        triangles.push_back({first, first + 1, first + 2});
+    }
+    for (int i = 0; i < 2; ++i) s.surfaces.push_back(make_topology(triangles, at.size()));
+    std::vector<Vec3> moved = at;
+    for (Vec3& p : moved) p[1] += 0.1 * p[0];
+    s.frames = {{at, moved}, {moved, at}, {at, at}};
+    expect_exact(s, {.distance = 1e-3, .within = 0});
+    expect_exact(s, {.distance = 1e20, .within = 0});
+}
+
 TEST(ProximityHardCases, NothingAndOneFace) {
     Sequence s{.name = "nothing", .surfaces = {make_topology({}, 0), make_topology(std::vector<Triangle>{{0, 1, 2}}, 3)}, .frames = {}};
     s.frames.assign(2, {{}, {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}});
