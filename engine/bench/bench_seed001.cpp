@@ -292,7 +292,7 @@ BenchRow make_row(const Setup& setup, const Totals& totals, const std::vector<Ke
 Result<BenchTable> bench_seed001(const BenchOptions& options) {
     BenchTable table;
     options.progress("trousers: hanging them on the figure");
-    const std::size_t steps = options.quick ? 5 : 600;
+    const std::size_t steps = options.quick ? 3 : 600;
     Walk walking(steps, true), standing(steps, false);
     std::array<std::vector<Keys>, std::size(kSceneNames)> truth;
     for (const Setup& setup : make_setups()) {
