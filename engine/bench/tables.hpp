@@ -14,6 +14,7 @@ namespace seldinger::engine {
 [[nodiscard]] Result<BenchTable> bench_contacts(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_chromatic(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_image_space(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_seed001(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_validation(const BenchOptions& options);
 
 inline constexpr std::array kBenches{
@@ -29,6 +30,8 @@ inline constexpr std::array kBenches{
           bench_contacts},
     Bench{"chromatic", "set-based culling on cloth, curtains and a catheter: stages, what each leaves, beside an AABB hierarchy",
           bench_chromatic},
+    Bench{"seed001", "a walking figure in trousers: k-DOPs, arity, inflation, cones, coherence, each switch's time and loss",
+          bench_seed001},
     Bench{"image-space", "image-space culling of a bunny and two cows: time per pass, share pruned", bench_image_space},
 };
 
