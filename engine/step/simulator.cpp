@@ -125,10 +125,7 @@ const StepReport& Simulator::finish_step() {
     StepReport& report = context_.report;
     StopWatch total, lap;
     if (report.finite) {
-        if (!model_.budget_covers_step)
-            budget_.resume();
-        else
-            budget_.keep_back(budget_.forecast(StepPart::Respond).reserve_s());
+        if (!model_.budget_covers_step) budget_.resume();
         descend();
         report.ms.descend = lap.lap_ms();
         find_exact();
@@ -195,7 +192,10 @@ void Simulator::effects_changed() {
 
 void Simulator::descend() {
     context_.coarse.clear();
+    const double after = model_.budget_covers_step ? budget_.forecast(StepPart::Respond).reserve_s() : 0.0;
+    budget_.keep_back(after);
     if (!model_.effects.coarse_contact) return;
+    budget_.keep_back(after + budget_.forecast(StepPart::List).reserve_s());
     context_.descent.begin(model_.contact.margin, model_.contact.descent_order, model_.contact.depth_cap);
     add_solid_pairs(model_, context_);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, context_);
@@ -206,7 +206,10 @@ void Simulator::descend() {
         budget_.settle_descent(grant);
         if (grant.spent() == 0) break; // nothing could be afforded
     }
+    budget_.begin_part();
     context_.descent.add_contacts(context_.coarse);
+    budget_.end_part(StepPart::List);
+    budget_.keep_back(after);
     const spheretree::DescentStats& stats = context_.descent.stats();
     StepReport& report = context_.report;
     report.pairs_tested = stats.pairs_tested;

@@ -32,9 +32,10 @@ enum class Droppable : std::uint8_t { ExactContact, Elasticity };
 enum class StepPart : std::uint8_t {
     Tissue,  // integration
     Steer,   // surfaces, sphere trees and the free motion of instruments
+    List,    // the descent's answer, pair by pair: what it left open takes time to name, and there is more of it the more it tested
     Respond, // what follows the descent when there is no exact answer
 };
-inline constexpr std::size_t kStepPartCount = 3;
+inline constexpr std::size_t kStepPartCount = 4;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
 /// machine changes an answer: from measurements of the main scene (a pair test ~10 ns, a candidate ~60 ns, a triangle's
@@ -112,7 +113,7 @@ private:
     std::int64_t part_start_ns_ = 0, operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
     double descent_s_per_unit_ = 100e-9; // s, replaced by the first measurement
     double tests_s_per_unit_ = 15e-9;    // s per work unit of the continuous tests, likewise
-    std::array<CostForecast, kStepPartCount> parts_{};
+    std::array<CostForecast, kStepPartCount> parts_{CostForecast{}, CostForecast{}, CostForecast{0.1e-3}, CostForecast{}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
 };
