@@ -1,0 +1,355 @@
+#include "collision/coherent_search.hpp"
+
+#include "collision/session_bounds.hpp"
+#include "collision/swept_box.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+#include <string>
+
+namespace seldinger::collision {
+namespace {
+
+/// A sum of drifts, rounded up.
+double add_drift(double sum, double drift) noexcept { return (sum + drift) * (1.0 + 0x1p-50); }
+
+/// Share of the clusters beyond which a new session is cheaper than catching up with all that dangle.
+constexpr std::size_t kMostDangling = 4;
+/// Below this share of the clusters each is traversed alone.
+constexpr std::size_t kFewDangling = 64;
+/// A list of features must serve for that many steps to be worth its making.
+constexpr double kListSteps = 2.0;
+
+/// Nanoseconds or so: only their ratios count.
+constexpr std::uint64_t kBoxTestWork = 15, kNewPairWork = 30, kWaitingPairWork = 5;
+
+Error bad_value(std::string message) { return {.code = ErrorCode::BadValue, .message = std::move(message)}; }
+
+SweptBox box_of(const SurfaceMotion& motion, std::span<const Index> vertices) noexcept {
+    SweptBox box = make_swept_box(motion.t0[vertices[0]], motion.t1[vertices[0]]);
+    for (const Index v : vertices.subspan(1)) box.add(make_swept_box(motion.t0[v], motion.t1[v]));
+    return box;
+}
+
+/// What the boxes of the hierarchy say of a pair, with their very bits.
+bool boxes_are_near(PairKind kind, Index a, Index b, const SurfaceMotion& x, const SurfaceMotion& y, float distance) noexcept {
+    if (kind == PairKind::EdgeEdge) return are_near(box_of(x, x.topology->edges[a]), box_of(y, y.topology->edges[b]), distance);
+    const SurfaceMotion &vertices = kind == PairKind::VertexFace ? x : y, &faces = kind == PairKind::VertexFace ? y : x;
+    return are_near(make_swept_box(vertices.t0[a], vertices.t1[a]), box_of(faces, faces.topology->triangles[b]), distance);
+}
+
+bool same_bits(std::span<const Vec3> a, std::span<const Vec3> b) noexcept {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0;
+}
+
+/// First vertex with a coordinate that is not finite, or the count.
+std::size_t find_not_finite(std::span<const Vec3> positions) noexcept {
+    double sum = 0.0;
+    for (const Vec3& p : positions) sum += 0.0 * p[0] + 0.0 * p[1] + 0.0 * p[2];
+    if (sum == 0.0) return positions.size();
+    return static_cast<std::size_t>(std::find_if(positions.begin(), positions.end(), [](const Vec3& p) { return !is_finite(p); }) -
+                                    positions.begin());
+}
+
+} // namespace
+
+Result<void> CoherentSearch::build(std::span<const SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
+                                   const CoherentOptions& options) {
+    assert(surfaces.size() == positions.size());
+    if (options.tree.dop != 6 || options.tree.fine)
+        return bad_value("sessions keep boxes: dop6 without fine is wanted, not dop" + std::to_string(options.tree.dop) +
+                         (options.tree.fine ? " with fine" : ""));
+    *this = CoherentSearch();
+    options_ = options;
+    contact_ = (options.distance + options.tolerance) * (1.0 + 0x1p-40);
+    surfaces_.assign(surfaces.begin(), surfaces.end());
+    for (BodyId s = 0; s < surfaces.size(); ++s) {
+        triangles_.push_back(surfaces[s]->triangles);
+        last_.emplace_back(positions[s].size());
+        add_parts(s, *surfaces[s], positions[s], parts_);
+    }
+    build_trees(parts_, positions, options.tree);
+    volumes_.build(parts_);
+    features_.build(parts_);
+    lengths_ = SessionLength(options.skipping ? options.session_length : 1);
+    drifts_.resize(volumes_.cluster_count());
+    strays_.resize(volumes_.cluster_count());
+    predicted_.resize(volumes_.cluster_count());
+    dangling_.assign(volumes_.cluster_count(), 0);
+    no_trees_.resize(surfaces.size());
+    for (BodyId a = 0; a < surfaces.size(); ++a)
+        for (BodyId b = 0; b < surfaces.size(); ++b) jobs_.push_back({a, b, {}});
+    return {};
+}
+
+Result<void> CoherentSearch::check(std::span<const SurfaceMotion> motions) const {
+    if (motions.size() != surfaces_.size())
+        return bad_value(std::to_string(motions.size()) + " surfaces move, " + std::to_string(surfaces_.size()) + " were built");
+    for (std::size_t s = 0; s < motions.size(); ++s) {
+        const SurfaceMotion& motion = motions[s];
+        const std::string name = "surface " + std::to_string(s);
+        if (motion.topology != surfaces_[s] || motion.topology->triangles != triangles_[s])
+            return bad_value(name + ": its triangles are not those that the search was built for; build it anew");
+        for (const auto& positions : {motion.t0, motion.t1}) {
+            if (positions.size() != last_[s].size())
+                return bad_value(name + ": " + std::to_string(positions.size()) + " vertices move, " + std::to_string(last_[s].size()) +
+                                 " were built");
+            if (const std::size_t v = find_not_finite(positions); v < positions.size())
+                return Error{.code = ErrorCode::NotFinite, .message = name + ": vertex " + std::to_string(v) + " is not finite"};
+        }
+    }
+    return {};
+}
+
+void CoherentSearch::find_drifts(std::span<const std::span<const Vec3>> from, std::span<const std::span<const Vec3>> to) {
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+        const SurfacePart& part = parts_[p];
+        const Index first = volumes_.first_cluster(p), count = volumes_.first_cluster(p + 1) - first;
+        for (Index c = 0; c < count; ++c) drifts_[first + c] = find_drift(from[part.surface], to[part.surface], part.touched_by(c));
+    }
+}
+
+/// The step begins elsewhere than the last one ended: everything has drifted there meanwhile.
+void CoherentSearch::jump(std::span<const SurfaceMotion> motions) {
+    from_.assign(last_.begin(), last_.end());
+    to_.clear();
+    for (const SurfaceMotion& motion : motions) to_.push_back(motion.t0);
+    find_drifts(from_, to_);
+    for (KeptClusters& kept : pairs_.all())
+        kept.drift = add_drift(kept.drift, relative_drift(drifts_[kept.clusters.a], drifts_[kept.clusters.b]));
+    for (std::size_t c = 0; c < strays_.size(); ++c) {
+        strays_[c].move += drifts_[c].move;
+        strays_[c].spread += drifts_[c].spread;
+        dangling_[c] = left_volume(static_cast<Index>(c));
+    }
+}
+
+Result<void> CoherentSearch::start_step(std::span<const SurfaceMotion> motions) {
+    if (auto checked = check(motions); !checked) return checked;
+    motions_.assign(motions.begin(), motions.end());
+    std::fill(dangling_.begin(), dangling_.end(), std::uint8_t{0});
+    bool jumps = false;
+    for (std::size_t s = 0; s < motions.size() && has_last_; ++s) jumps = jumps || !same_bits(motions[s].t0, last_[s]);
+    if (jumps) jump(motions);
+    from_.clear();
+    to_.clear();
+    for (std::size_t s = 0; s < motions.size(); ++s) {
+        from_.push_back(motions[s].t0);
+        to_.push_back(motions[s].t1);
+        std::copy(motions[s].t1.begin(), motions[s].t1.end(), last_[s].begin());
+    }
+    find_drifts(from_, to_);
+    has_last_ = true;
+    return {};
+}
+
+SessionFeatures::Place CoherentSearch::place_of(Index cluster) const noexcept {
+    const std::size_t part = volumes_.part_of(cluster);
+    return {part, cluster - volumes_.first_cluster(part)};
+}
+
+/// Volume of a cluster from the step under way on.
+void CoherentSearch::predict(Index cluster, double begin) noexcept {
+    const ClusterDrift& drift = drifts_[cluster];
+    const SurfacePart& part = parts_[volumes_.part_of(cluster)];
+    const double steps = static_cast<double>(length_) - begin;
+    const bool paper = options_.inflation == Inflation::Paper;
+    PredictedMotion& motion = predicted_[cluster];
+    motion.speed = paper ? Vec3(Vec3::Zero()) : drift.move;
+    const double speed = drift.spread + (paper ? drift.move.norm() * kDriftRounding : 0.0) + options_.speed_slack;
+    motion.inflation = steps * speed * kDriftRounding + (options_.skipping ? options_.slack * part.edge_length : 0.0);
+    strays_[cluster] = {Vec3::Zero(), 0.0};
+    volumes_.set_volume(cluster, motions_[part.surface].t0, motion, begin, length_);
+}
+
+bool CoherentSearch::left_volume(Index cluster) const noexcept {
+    const ClusterDrift& stray = strays_[cluster];
+    return !((stray.move.norm() + stray.spread) * kDriftRounding <= predicted_[cluster].inflation); // infinite: left
+}
+
+void CoherentSearch::start_session() {
+    coherence_.began_session = true;
+    length_ = lengths_.start_session();
+    session_step_ = 1;
+    for (Index c = 0; c < volumes_.cluster_count(); ++c) {
+        predict(c, 0.0);
+        strays_[c] = {drifts_[c].move - predicted_[c].speed, drifts_[c].spread};
+    }
+    volumes_.refit_nodes();
+    found_.clear();
+    volumes_.traverse(contact_, options_.within, options_.between, {}, found_);
+    pairs_.replace(found_);
+}
+
+/// One step more. Who has left its volume, at the beginning of the step or at its end, gets a new one for the rest of the session.
+void CoherentSearch::continue_session() {
+    ++session_step_;
+    dangling_list_.clear();
+    for (Index c = 0; c < volumes_.cluster_count(); ++c) {
+        strays_[c].move += drifts_[c].move - predicted_[c].speed;
+        strays_[c].spread += drifts_[c].spread;
+        dangling_[c] = dangling_[c] || left_volume(c);
+        if (dangling_[c]) dangling_list_.push_back(c);
+    }
+    coherence_.dangling = dangling_list_.size();
+    if (dangling_list_.empty()) return;
+    if (dangling_list_.size() * kMostDangling > volumes_.cluster_count()) return start_session();
+    for (const Index c : dangling_list_) {
+        predict(c, session_step_ - 1.0);
+        strays_[c] = {drifts_[c].move - predicted_[c].speed, drifts_[c].spread};
+    }
+    volumes_.refit_nodes();
+    found_.clear();
+    const bool alone = options_.dangling == DanglingTraversal::Alone ||
+                       (options_.dangling == DanglingTraversal::Adaptive && dangling_list_.size() * kFewDangling < volumes_.cluster_count());
+    if (alone)
+        for (const Index c : dangling_list_) volumes_.traverse_alone(c, contact_, options_.within, options_.between, found_);
+    else
+        volumes_.traverse(contact_, options_.within, options_.between, dangling_, found_);
+    pairs_.add(found_);
+}
+
+void CoherentSearch::find_candidates() {
+    stats_ = {};
+    coherence_ = {};
+    for (Job& job : jobs_) job.candidates.clear();
+    features_.start_step(motions_);
+    const std::uint64_t tests_before = volumes_.box_tests();
+    if (session_step_ >= length_)
+        start_session();
+    else
+        continue_session();
+    for (KeptClusters& kept : pairs_.all()) {
+        const double step = relative_drift(drifts_[kept.clusters.a], drifts_[kept.clusters.b]), drift = add_drift(kept.drift, step);
+        if (drift <= kept.wake)
+            kept.drift = drift;
+        else
+            look_at(kept, step);
+    }
+    coherence_.session_length = length_;
+    coherence_.kept_clusters = pairs_.all().size();
+    coherence_.kept_features = pairs_.feature_count();
+    stats_.box_tests = volumes_.box_tests() - tests_before;
+    stats_.cluster_pairs = coherence_.awake;
+    for (const Job& job : jobs_) {
+        stats_.candidates_vf += job.candidates.vertex_face.size() + job.candidates.face_vertex.size();
+        stats_.candidates_ee += job.candidates.edge_edge.size();
+    }
+    lengths_.note_step(kBoxTestWork * stats_.box_tests + kNewPairWork * (coherence_.began_session ? coherence_.kept_clusters : 0) +
+                       kWaitingPairWork * coherence_.kept_clusters);
+}
+
+/// drift   m, of this step
+void CoherentSearch::look_at(KeptClusters& kept, double drift) {
+    ++coherence_.awake;
+    if (!options_.skipping) return look_anew(kept);
+    if (add_drift(kept.drift, drift) <= kept.complete) return look_at_list(kept, drift);
+    const double gap = features_.gap_at_start(place_of(kept.clusters.a), place_of(kept.clusters.b)) - contact_;
+    if (gap > drift) { // none of their features can meet before they have drifted that far
+        pairs_.store(kept, {});
+        kept.wake = kept.complete = gap;
+        kept.drift = drift;
+        return;
+    }
+    const SurfacePart &a = parts_[volumes_.part_of(kept.clusters.a)], &b = parts_[volumes_.part_of(kept.clusters.b)];
+    const double reach = options_.reach * 0.5 * (a.edge_length + b.edge_length);
+    if (kListSteps * drift > reach) return look_anew(kept);
+    list_.clear();
+    for (auto& list : collected_) list.clear();
+    features_.collect(place_of(kept.clusters.a), place_of(kept.clusters.b), BoxTime::Start, (contact_ + reach) * kDriftRounding, options_.simd,
+                      collected_);
+    kept.complete = reach;
+    make_list(kept, drift);
+}
+
+double CoherentSearch::bound_of(const KeptFeatures& pair, BodyId a, BodyId b) noexcept {
+    ++coherence_.bounds;
+    return distance_bound(pair.kind, pair.a, pair.b, *surfaces_[a], *surfaces_[b], motions_[a].t0, motions_[b].t0) - contact_;
+}
+
+void CoherentSearch::give(Job& job, const KeptFeatures& pair) {
+    if (!boxes_are_near(pair.kind, pair.a, pair.b, motions_[job.a], motions_[job.b], round_up(options_.distance))) return;
+    auto& lists = job.candidates;
+    (pair.kind == PairKind::VertexFace   ? lists.vertex_face
+     : pair.kind == PairKind::FaceVertex ? lists.face_vertex
+                                         : lists.edge_edge)
+        .push_back({pair.a, pair.b});
+}
+
+/// All of the collected pairs that are not farther apart than the reach.
+void CoherentSearch::make_list(KeptClusters& kept, double drift) {
+    ++coherence_.relisted;
+    const BodyId a = parts_[volumes_.part_of(kept.clusters.a)].surface, b = parts_[volumes_.part_of(kept.clusters.b)].surface;
+    Job& job = job_of(a, b);
+    double wake = kept.complete;
+    for (const PairKind kind : kPairKinds)
+        for (const FeaturePair& at : collected_[static_cast<std::size_t>(kind)]) {
+            KeptFeatures pair{0.0f, at.a, at.b, kind};
+            pair.bound = options_.front_end ? round_down(bound_of(pair, a, b)) : -SweptBox::kNothing;
+            if (pair.bound > kept.complete) continue;
+            list_.push_back(pair);
+            wake = std::min(wake, static_cast<double>(pair.bound));
+            if (pair.bound <= drift) give(job, pair);
+        }
+    pairs_.store(kept, list_);
+    kept.wake = wake;
+    kept.drift = drift;
+}
+
+/// Bounds that the drift has used up are computed anew, for where the features are at the start of the step.
+void CoherentSearch::look_at_list(KeptClusters& kept, double drift) {
+    const BodyId a = parts_[volumes_.part_of(kept.clusters.a)].surface, b = parts_[volumes_.part_of(kept.clusters.b)].surface;
+    Job& job = job_of(a, b);
+    const double now = kept.drift, end = add_drift(kept.drift, drift);
+    kept.drift = end;
+    kept.wake = kept.complete;
+    for (KeptFeatures& pair : pairs_.features(kept)) {
+        if (pair.bound <= end) {
+            if (options_.front_end) pair.bound = round_down(bound_of(pair, a, b) + now);
+            if (pair.bound <= end) give(job, pair);
+        }
+        kept.wake = std::min(kept.wake, static_cast<double>(pair.bound));
+    }
+}
+
+/// Their boxes over this step, as every step does it where nothing is kept.
+void CoherentSearch::look_anew(KeptClusters& kept) {
+    ++coherence_.anew;
+    pairs_.store(kept, {});
+    kept.drift = 0.0;
+    kept.wake = kept.complete = -1.0;
+    const SessionFeatures::Place a = place_of(kept.clusters.a), b = place_of(kept.clusters.b);
+    Job& job = job_of(parts_[a.part].surface, parts_[b.part].surface);
+    std::swap(collected_[0], job.candidates.vertex_face);
+    std::swap(collected_[1], job.candidates.face_vertex);
+    std::swap(collected_[2], job.candidates.edge_edge);
+    features_.collect(a, b, BoxTime::Step, options_.distance, options_.simd, collected_);
+    std::swap(collected_[0], job.candidates.vertex_face);
+    std::swap(collected_[1], job.candidates.face_vertex);
+    std::swap(collected_[2], job.candidates.edge_edge);
+}
+
+void CoherentSearch::decide(std::vector<SearchContact>& contacts) {
+    contacts.clear();
+    for (Job& job : jobs_) {
+        if (job.candidates.size() == 0) continue;
+        const SurfacePair pair({job.a, &no_trees_[job.a], motions_[job.a]}, {job.b, &no_trees_[job.b], motions_[job.b]}, options_);
+        pair.decide(job.candidates, contacts, stats_);
+    }
+    std::sort(contacts.begin(), contacts.end(), comes_before);
+}
+
+std::size_t CoherentSearch::memory() const noexcept {
+    const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+    std::size_t sum = volumes_.memory() + features_.memory() + pairs_.memory() + bytes(drifts_) + bytes(strays_) + bytes(predicted_) +
+                      bytes(found_) + bytes(list_);
+    for (const SurfacePart& part : parts_) sum += part.memory();
+    for (const auto& list : last_) sum += bytes(list);
+    for (const auto& list : triangles_) sum += bytes(list);
+    for (const auto& list : collected_) sum += bytes(list);
+    for (const Job& job : jobs_) sum += bytes(job.candidates.vertex_face) + bytes(job.candidates.face_vertex) + bytes(job.candidates.edge_edge);
+    return sum;
+}
+
+} // namespace seldinger::collision
