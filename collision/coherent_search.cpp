@@ -18,11 +18,18 @@ double add_drift(double sum, double drift) noexcept { return (sum + drift) * (1.
 constexpr std::size_t kMostDangling = 4;
 /// Below this share of the clusters each is traversed alone.
 constexpr std::size_t kFewDangling = 64;
+/// Beyond this share of two edges, a step's drift leaves few pairs of features whose boxes come near for bounds to take away.
+constexpr double kUsefulDrift = 0.25;
 /// A list of features must serve for that many steps to be worth its making.
 constexpr double kListSteps = 2.0;
 
 /// Nanoseconds or so: only their ratios count.
-constexpr std::uint64_t kBoxTestWork = 15, kNewPairWork = 30, kWaitingPairWork = 5;
+constexpr std::uint64_t kBoxTestWork = 30, kNewPairWork = 100, kGapWork = 100, kWaitingPairWork = 20;
+constexpr float kListWork = 3000.0f, kCollectedWork = 15.0f, kLookWork = 100.0f, kListedWork = 1.0f, kBoundWork = 12.0f;
+/// Of a pair of clusters that is looked at anew in a step; a list that costs more is given up.
+constexpr float kAnewWork = 1000.0f;
+/// Steps before a list is tried again.
+constexpr std::uint8_t kPatience = 12;
 
 Error bad_value(std::string message) { return {.code = ErrorCode::BadValue, .message = std::move(message)}; }
 
@@ -201,8 +208,8 @@ void CoherentSearch::continue_session() {
     }
     volumes_.refit_nodes();
     found_.clear();
-    const bool alone = options_.dangling == DanglingTraversal::Alone ||
-                       (options_.dangling == DanglingTraversal::Adaptive && dangling_list_.size() * kFewDangling < volumes_.cluster_count());
+    const bool alone = options_.dangling == DanglingTraversal::Alone || (options_.dangling == DanglingTraversal::Adaptive &&
+                                                                         dangling_list_.size() * kFewDangling < volumes_.cluster_count());
     if (alone)
         for (const Index c : dangling_list_) volumes_.traverse_alone(c, contact_, options_.within, options_.between, found_);
     else
@@ -222,6 +229,7 @@ void CoherentSearch::find_candidates() {
         continue_session();
     for (KeptClusters& kept : pairs_.all()) {
         const double step = relative_drift(drifts_[kept.clusters.a], drifts_[kept.clusters.b]), drift = add_drift(kept.drift, step);
+        kept.steps += kept.steps < UINT16_MAX;
         if (drift <= kept.wake)
             kept.drift = drift;
         else
@@ -237,97 +245,132 @@ void CoherentSearch::find_candidates() {
         stats_.candidates_ee += job.candidates.edge_edge.size();
     }
     lengths_.note_step(kBoxTestWork * stats_.box_tests + kNewPairWork * (coherence_.began_session ? coherence_.kept_clusters : 0) +
-                       kWaitingPairWork * coherence_.kept_clusters);
+                       kGapWork * coherence_.gaps + kWaitingPairWork * coherence_.kept_clusters);
 }
 
 /// drift   m, of this step
 void CoherentSearch::look_at(KeptClusters& kept, double drift) {
     ++coherence_.awake;
-    if (!options_.skipping) return look_anew(kept);
+    if (!options_.skipping) return look_anew(kept, drift);
     if (add_drift(kept.drift, drift) <= kept.complete) return look_at_list(kept, drift);
+    if (kept.list_size > 0) give_list_up(kept);
     const double gap = features_.gap_at_start(place_of(kept.clusters.a), place_of(kept.clusters.b)) - contact_;
     if (gap > drift) { // none of their features can meet before they have drifted that far
+        ++coherence_.gaps;
         pairs_.store(kept, {});
         kept.wake = kept.complete = gap;
         kept.drift = drift;
         return;
     }
+    if (kept.patience > 0) {
+        --kept.patience;
+        return look_anew(kept, drift);
+    }
     const SurfacePart &a = parts_[volumes_.part_of(kept.clusters.a)], &b = parts_[volumes_.part_of(kept.clusters.b)];
     const double reach = options_.reach * 0.5 * (a.edge_length + b.edge_length);
-    if (kListSteps * drift > reach) return look_anew(kept);
-    list_.clear();
-    for (auto& list : collected_) list.clear();
-    features_.collect(place_of(kept.clusters.a), place_of(kept.clusters.b), BoxTime::Start, (contact_ + reach) * kDriftRounding, options_.simd,
-                      collected_);
-    kept.complete = reach;
-    make_list(kept, drift);
+    if (kListSteps * drift > reach) return look_anew(kept, drift);
+    make_list(kept, drift, reach);
 }
 
-double CoherentSearch::bound_of(const KeptFeatures& pair, BodyId a, BodyId b) noexcept {
-    ++coherence_.bounds;
-    return distance_bound(pair.kind, pair.a, pair.b, *surfaces_[a], *surfaces_[b], motions_[a].t0, motions_[b].t0) - contact_;
+/// Into bounds_, for where the features are at the start of the step: what they are apart beyond the contact distance.
+void CoherentSearch::find_bounds(const Job& job, PairKind kind, std::span<const FeaturePair> pairs) {
+    coherence_.bounds += pairs.size();
+    bounds_.resize(pairs.size());
+    const SurfaceMotion &a = motions_[job.a], &b = motions_[job.b];
+    if (kind == PairKind::VertexFace) bound_vertex_faces(a, b, pairs, bounds_);
+    if (kind == PairKind::FaceVertex) bound_vertex_faces(b, a, pairs, bounds_);
+    if (kind == PairKind::EdgeEdge) bound_edge_edges(a, b, pairs, bounds_);
+    for (double& bound : bounds_) bound -= contact_;
 }
 
-void CoherentSearch::give(Job& job, const KeptFeatures& pair) {
-    if (!boxes_are_near(pair.kind, pair.a, pair.b, motions_[job.a], motions_[job.b], round_up(options_.distance))) return;
-    auto& lists = job.candidates;
-    (pair.kind == PairKind::VertexFace   ? lists.vertex_face
-     : pair.kind == PairKind::FaceVertex ? lists.face_vertex
-                                         : lists.edge_edge)
-        .push_back({pair.a, pair.b});
+void CoherentSearch::give(Job& job, PairKind kind, FeaturePair pair) {
+    if (!boxes_are_near(kind, pair.a, pair.b, motions_[job.a], motions_[job.b], round_up(options_.distance))) return;
+    list_of(job.candidates, kind).push_back(pair);
 }
 
-/// All of the collected pairs that are not farther apart than the reach.
-void CoherentSearch::make_list(KeptClusters& kept, double drift) {
+/// All pairs of features that are not farther apart than the reach.
+void CoherentSearch::make_list(KeptClusters& kept, double drift, double reach) {
     ++coherence_.relisted;
-    const BodyId a = parts_[volumes_.part_of(kept.clusters.a)].surface, b = parts_[volumes_.part_of(kept.clusters.b)].surface;
-    Job& job = job_of(a, b);
-    double wake = kept.complete;
-    for (const PairKind kind : kPairKinds)
-        for (const FeaturePair& at : collected_[static_cast<std::size_t>(kind)]) {
-            KeptFeatures pair{0.0f, at.a, at.b, kind};
-            pair.bound = options_.front_end ? round_down(bound_of(pair, a, b)) : -SweptBox::kNothing;
-            if (pair.bound > kept.complete) continue;
-            list_.push_back(pair);
-            wake = std::min(wake, static_cast<double>(pair.bound));
-            if (pair.bound <= drift) give(job, pair);
+    collected_.clear();
+    features_.collect(place_of(kept.clusters.a), place_of(kept.clusters.b), BoxTime::Start, (contact_ + reach) * kDriftRounding,
+                      options_.simd, collected_);
+    Job& job = job_of(kept);
+    list_.clear();
+    double wake = reach;
+    for (const PairKind kind : kPairKinds) {
+        const std::vector<FeaturePair>& pairs = list_of(collected_, kind);
+        if (options_.front_end) find_bounds(job, kind, pairs);
+        for (std::size_t i = 0; i < pairs.size(); ++i) {
+            const float bound = options_.front_end ? round_down(bounds_[i]) : -SweptBox::kNothing;
+            if (bound > reach) continue;
+            list_.push_back({bound, pairs[i].a, pairs[i].b, kind});
+            wake = std::min(wake, static_cast<double>(bound));
+            if (bound <= drift) give(job, kind, pairs[i]);
         }
+    }
     pairs_.store(kept, list_);
+    kept.complete = reach;
     kept.wake = wake;
     kept.drift = drift;
+    kept.work = kListWork + kCollectedWork * static_cast<float>(collected_.size());
+    kept.steps = 1;
 }
 
-/// Bounds that the drift has used up are computed anew, for where the features are at the start of the step.
+/// Bounds that the drift has used up are computed anew.
 void CoherentSearch::look_at_list(KeptClusters& kept, double drift) {
-    const BodyId a = parts_[volumes_.part_of(kept.clusters.a)].surface, b = parts_[volumes_.part_of(kept.clusters.b)].surface;
-    Job& job = job_of(a, b);
-    const double now = kept.drift, end = add_drift(kept.drift, drift);
+    Job& job = job_of(kept);
+    const double now = kept.drift, end = add_drift(now, drift);
     kept.drift = end;
     kept.wake = kept.complete;
-    for (KeptFeatures& pair : pairs_.features(kept)) {
-        if (pair.bound <= end) {
-            if (options_.front_end) pair.bound = round_down(bound_of(pair, a, b) + now);
-            if (pair.bound <= end) give(job, pair);
+    const std::span<KeptFeatures> list = pairs_.features(kept);
+    kept.work += kLookWork + kListedWork * static_cast<float>(list.size());
+    for (std::size_t i = 0; i < list.size();) {
+        const PairKind kind = list[i].kind; // a list comes by kind
+        asked_.clear();
+        asked_at_.clear();
+        for (; i < list.size() && list[i].kind == kind; ++i) {
+            if (list[i].bound > end) {
+                kept.wake = std::min(kept.wake, static_cast<double>(list[i].bound));
+                continue;
+            }
+            asked_.push_back({list[i].a, list[i].b});
+            asked_at_.push_back(static_cast<Index>(i));
         }
-        kept.wake = std::min(kept.wake, static_cast<double>(pair.bound));
+        kept.work += kBoundWork * static_cast<float>(asked_.size());
+        if (options_.front_end) find_bounds(job, kind, asked_);
+        for (std::size_t k = 0; k < asked_.size(); ++k) {
+            KeptFeatures& pair = list[asked_at_[k]];
+            if (options_.front_end) pair.bound = round_down(bounds_[k] + now);
+            if (pair.bound <= end) give(job, kind, asked_[k]);
+            kept.wake = std::min(kept.wake, static_cast<double>(pair.bound));
+        }
     }
 }
 
-/// Their boxes over this step, as every step does it where nothing is kept.
-void CoherentSearch::look_anew(KeptClusters& kept) {
+/// A list that has served its time: was it worth it?
+void CoherentSearch::give_list_up(KeptClusters& kept) noexcept {
+    if (kept.work > kAnewWork * static_cast<float>(kept.steps)) kept.patience = kPatience;
+}
+
+/// Their boxes over this step, as every step does it where nothing is kept; of what comes near then, what the drift can bring together.
+void CoherentSearch::look_anew(KeptClusters& kept, double drift) {
     ++coherence_.anew;
     pairs_.store(kept, {});
     kept.drift = 0.0;
     kept.wake = kept.complete = -1.0;
     const SessionFeatures::Place a = place_of(kept.clusters.a), b = place_of(kept.clusters.b);
-    Job& job = job_of(parts_[a.part].surface, parts_[b.part].surface);
-    std::swap(collected_[0], job.candidates.vertex_face);
-    std::swap(collected_[1], job.candidates.face_vertex);
-    std::swap(collected_[2], job.candidates.edge_edge);
+    Job& job = job_of(kept);
+    const double edges = parts_[a.part].edge_length + parts_[b.part].edge_length;
+    if (!options_.front_end || !options_.skipping || drift > kUsefulDrift * edges)
+        return features_.collect(a, b, BoxTime::Step, options_.distance, options_.simd, job.candidates);
+    collected_.clear();
     features_.collect(a, b, BoxTime::Step, options_.distance, options_.simd, collected_);
-    std::swap(collected_[0], job.candidates.vertex_face);
-    std::swap(collected_[1], job.candidates.face_vertex);
-    std::swap(collected_[2], job.candidates.edge_edge);
+    for (const PairKind kind : kPairKinds) {
+        const std::vector<FeaturePair>& pairs = list_of(collected_, kind);
+        find_bounds(job, kind, pairs);
+        for (std::size_t i = 0; i < pairs.size(); ++i)
+            if (bounds_[i] <= drift) list_of(job.candidates, kind).push_back(pairs[i]);
+    }
 }
 
 void CoherentSearch::decide(std::vector<SearchContact>& contacts) {
@@ -347,8 +390,9 @@ std::size_t CoherentSearch::memory() const noexcept {
     for (const SurfacePart& part : parts_) sum += part.memory();
     for (const auto& list : last_) sum += bytes(list);
     for (const auto& list : triangles_) sum += bytes(list);
-    for (const auto& list : collected_) sum += bytes(list);
-    for (const Job& job : jobs_) sum += bytes(job.candidates.vertex_face) + bytes(job.candidates.face_vertex) + bytes(job.candidates.edge_edge);
+    const auto lists = [&](const CandidateLists& of) { return bytes(of.vertex_face) + bytes(of.face_vertex) + bytes(of.edge_edge); };
+    sum += lists(collected_) + bytes(asked_) + bytes(asked_at_) + bytes(bounds_);
+    for (const Job& job : jobs_) sum += lists(job.candidates);
     return sum;
 }
 

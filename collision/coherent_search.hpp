@@ -45,9 +45,9 @@ struct CoherentOptions : PairOptions {
     Inflation inflation = Inflation::Predicted;
     DanglingTraversal dangling = DanglingTraversal::Adaptive;
     unsigned session_length = 0; // steps; 0: adapts
-    double slack = 0.5;          // l, in mean edge lengths of the part
+    double slack = 0.25;         // l, in mean edge lengths of the part
     double speed_slack = 0.0;    // v_slack, m per step
-    double reach = 0.5;          // in mean edge lengths: of the kept pairs of features
+    double reach = 0.35;         // in mean edge lengths: of the kept pairs of features
     /// Heuristic: regions of low curvature, by continuous normal cones, are not tested against themselves. Loses contacts where a
     /// region's outline folds over; exact answers keep it off.
     bool normal_cones = false;
@@ -56,17 +56,21 @@ struct CoherentOptions : PairOptions {
 /// Of the last step; sizes at its end.
 struct CoherenceStats {
     bool began_session = false;
-    unsigned session_length = 0;         // steps, of the session that runs
-    std::uint64_t dangling = 0;          // clusters that left their volumes
-    std::uint64_t kept_clusters = 0;     // pairs of clusters
-    std::uint64_t kept_features = 0;     // pairs of features
-    std::uint64_t awake = 0;             // pairs of clusters that were looked at
-    std::uint64_t relisted = 0, anew = 0; // of them: got a new list; are not worth one
-    std::uint64_t bounds = 0;            // lower bounds computed
+    unsigned session_length = 0;                    // steps, of the session that runs
+    std::uint64_t dangling = 0;                     // clusters that left their volumes
+    std::uint64_t kept_clusters = 0;                // pairs of clusters
+    std::uint64_t kept_features = 0;                // pairs of features
+    std::uint64_t awake = 0;                        // pairs of clusters that were looked at
+    std::uint64_t gaps = 0, relisted = 0, anew = 0; // of them: far apart; got a new list; are not worth one
+    std::uint64_t bounds = 0;                       // lower bounds computed
 };
 
 class CoherentSearch {
 public:
+    CoherentSearch() = default;
+    CoherentSearch(CoherentSearch&&) = default;
+    CoherentSearch& operator=(CoherentSearch&&) = default;
+
     /// surfaces   their topologies must outlive the search; body ids are their places in this list
     /// positions  [surface][vertex] shape of the trees
     /// fails      where the tree's bounds are not boxes (dop 6 without `fine`)
@@ -92,7 +96,10 @@ private:
         CandidateLists candidates;
     };
     [[nodiscard]] Result<void> check(std::span<const SurfaceMotion> motions) const;
-    [[nodiscard]] Job& job_of(BodyId a, BodyId b) noexcept { return jobs_[a * surfaces_.size() + b]; }
+    [[nodiscard]] Job& job_of(const KeptClusters& kept) noexcept {
+        return jobs_[parts_[volumes_.part_of(kept.clusters.a)].surface * surfaces_.size() +
+                     parts_[volumes_.part_of(kept.clusters.b)].surface];
+    }
     [[nodiscard]] SessionFeatures::Place place_of(Index cluster) const noexcept;
     void find_drifts(std::span<const std::span<const Vec3>> from, std::span<const std::span<const Vec3>> to);
     void jump(std::span<const SurfaceMotion> motions);
@@ -102,10 +109,11 @@ private:
     void continue_session();
     void look_at(KeptClusters& kept, double drift);
     void look_at_list(KeptClusters& kept, double drift);
-    void make_list(KeptClusters& kept, double drift);
-    void look_anew(KeptClusters& kept);
-    [[nodiscard]] double bound_of(const KeptFeatures& pair, BodyId a, BodyId b) noexcept;
-    void give(Job& job, const KeptFeatures& pair);
+    void make_list(KeptClusters& kept, double drift, double reach);
+    void look_anew(KeptClusters& kept, double drift);
+    void find_bounds(const Job& job, PairKind kind, std::span<const FeaturePair> pairs);
+    void give(Job& job, PairKind kind, FeaturePair pair);
+    void give_list_up(KeptClusters& kept) noexcept;
 
     CoherentOptions options_;
     double contact_ = 0.0; // m, distance at which an elementary test may answer
@@ -121,15 +129,18 @@ private:
     SessionFeatures features_;
     SessionPairs pairs_;
     SessionLength lengths_;
-    std::vector<ClusterDrift> drifts_, strays_;     // [cluster] of the step; from the predicted motion, since the volume was made
-    std::vector<PredictedMotion> predicted_;        // [cluster]
-    std::vector<std::uint8_t> dangling_;            // [cluster]
+    std::vector<ClusterDrift> drifts_, strays_; // [cluster] of the step; from the predicted motion, since the volume was made
+    std::vector<PredictedMotion> predicted_;    // [cluster]
+    std::vector<std::uint8_t> dangling_;        // [cluster]
     std::vector<Index> dangling_list_;
     std::vector<SessionPair> found_;
     unsigned length_ = 0, session_step_ = 0; // of the session; steps of it that are done or under way
 
-    std::array<std::vector<FeaturePair>, 3> collected_; // by PairKind
+    CandidateLists collected_;
     std::vector<KeptFeatures> list_;
+    std::vector<FeaturePair> asked_; // whose bounds are wanted
+    std::vector<Index> asked_at_;    // where they stand in their list
+    std::vector<double> bounds_;
     std::vector<Job> jobs_; // [surface][surface], the first not behind the second
     std::vector<DopTree> no_trees_;
     ExactStats stats_;

@@ -1,37 +1,71 @@
 #include "collision/session_bounds.hpp"
 
-#include "collision/nearest.hpp"
+#include "collision/clones.hpp"
+#include "collision/nearest_lanes.hpp"
+
+#include <algorithm>
+#include <limits>
 
 namespace seldinger::collision {
 namespace {
 
 /// n is taken as exact: any direction proves what it proves. A product n . q is off by less than 4.01 u |n|_1 M (separation.hpp),
-/// u = 2^-53, and |n|_1 <= 2 |n|; the root and the quotient are within a few u of themselves.
+/// u = 2^-53, and |n|_1 <= 2 |n|; the root and the quotient are within a few u of themselves. Squares of a shorter n than 2^-400 lose
+/// digits, so it proves nothing; nor does NaN.
 template <std::size_t Count>
-double bound_of(const std::array<Vec3, Count>& corner) noexcept {
-    const Vec3 n = find_nearest(corner).offset;
-    const double length = n.norm();
-    double least = std::numeric_limits<double>::infinity(), size = 0.0;
-    for (const Vec3& q : corner) {
-        least = std::min(least, n.dot(q));
-        size = std::max(size, q.cwiseAbs().maxCoeff());
+SELDINGER_LANES_INLINE Lanes bound_of(const std::array<Lanes3, Count>& corner) noexcept {
+    const LaneNearest nearest = find_nearest(corner);
+    Lanes least = all(std::numeric_limits<double>::max()), size = all(0.0);
+    for (const Lanes3& q : corner) {
+        least = smaller(least, dot(nearest.offset, q));
+        size = larger(size, larger(magnitude(q.x), larger(magnitude(q.y), magnitude(q.z))));
     }
-    const double bound = least / length * (1.0 - 0x1p-40) - 0x1p-38 * size;
-    return bound > 0.0 && length > 0x1p-400 && std::isfinite(bound) ? bound : 0.0; // NaN is not
+    const Lanes bound = least / nearest.distance * (1.0 - 0x1p-40) - 0x1p-38 * size;
+    const Mask proven = (bound > 0.0) & (bound < 1e100) & (nearest.distance > 0x1p-400);
+    return proven ? bound : all(0.0);
 }
 
-double vertex_face(const Vec3& p, const Triangle& t, std::span<const Vec3> faces) noexcept {
-    return bound_of<3>({p - faces[t[0]], p - faces[t[1]], p - faces[t[2]]});
+SELDINGER_LANES_INLINE FeaturePair lane_pair(std::span<const FeaturePair> pairs, int lane) noexcept {
+    return pairs[static_cast<std::size_t>(lane) < pairs.size() ? static_cast<std::size_t>(lane) : 0];
+}
+
+SELDINGER_LANES_INLINE void write(Lanes bound, std::span<double> out) noexcept {
+    for (std::size_t k = 0; k < std::min<std::size_t>(kLanes, out.size()); ++k) out[k] = bound[static_cast<int>(k)];
 }
 
 } // namespace
 
-double distance_bound(PairKind kind, Index a, Index b, const SurfaceTopology& topology_a, const SurfaceTopology& topology_b,
-                      std::span<const Vec3> x, std::span<const Vec3> y) noexcept {
-    if (kind == PairKind::VertexFace) return vertex_face(x[a], topology_b.triangles[b], y);
-    if (kind == PairKind::FaceVertex) return vertex_face(y[a], topology_a.triangles[b], x);
-    const Edge &e = topology_a.edges[a], &f = topology_b.edges[b];
-    return bound_of<4>({x[e[0]] - y[f[0]], x[e[0]] - y[f[1]], x[e[1]] - y[f[0]], x[e[1]] - y[f[1]]});
+SELDINGER_CLONES
+void bound_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
+                        std::span<double> bounds) noexcept {
+    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
+        Lanes3 p;
+        std::array<Lanes3, 3> f;
+        for (int lane = 0; lane < kLanes; ++lane) {
+            const FeaturePair pair = lane_pair(pairs.subspan(first), lane);
+            const Triangle& t = faces.topology->triangles[pair.b];
+            p.set(lane, vertices.t0[pair.a]);
+            for (std::size_t k = 0; k < 3; ++k) f[k].set(lane, faces.t0[t[k]]);
+        }
+        write(bound_of<3>({p - f[0], p - f[1], p - f[2]}), bounds.subspan(first));
+    }
+}
+
+SELDINGER_CLONES
+void bound_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs,
+                      std::span<double> bounds) noexcept {
+    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
+        std::array<Lanes3, 2> x, y;
+        for (int lane = 0; lane < kLanes; ++lane) {
+            const FeaturePair pair = lane_pair(pairs.subspan(first), lane);
+            const Edge &e = a.topology->edges[pair.a], &f = b.topology->edges[pair.b];
+            for (std::size_t k = 0; k < 2; ++k) {
+                x[k].set(lane, a.t0[e[k]]);
+                y[k].set(lane, b.t0[f[k]]);
+            }
+        }
+        write(bound_of<4>({x[0] - y[0], x[0] - y[1], x[1] - y[0], x[1] - y[1]}), bounds.subspan(first));
+    }
 }
 
 } // namespace seldinger::collision

@@ -10,27 +10,35 @@ namespace {
 constexpr std::size_t kLanes = DopTree::kLanes;
 constexpr std::size_t kMostPairs = 9 * DopTree::kMaxClusterSize * DopTree::kMaxClusterSize; // all edges of two clusters
 
+bool boxes_near(const std::array<float, 6>& a, const std::array<float, 6>& b, float reach) noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (a[axis] + b[axis + 3] > reach || a[axis + 3] + b[axis] > reach) return false;
+    return true;
+}
+
 } // namespace
 
 void SessionFeatures::build(std::span<const SurfacePart> parts) {
     parts_ = parts;
     step_ = 0;
-    filled_ = 0;
     found_.resize(kMostPairs);
     boxes_.assign(parts.size(), {});
     local_.assign(parts.size(), {});
     for (std::size_t p = 0; p < parts.size(); ++p) {
         const SurfacePart& part = parts[p];
         std::size_t blocks = 0;
-        for (const DopTree::Cluster& c : part.tree.clusters()) blocks = std::max({blocks, std::size_t{c.faces.end}, std::size_t{c.edges.end}, std::size_t{c.vertices.end}});
+        for (const DopTree::Cluster& c : part.tree.clusters())
+            blocks = std::max({blocks, std::size_t{c.faces.end}, std::size_t{c.edges.end}, std::size_t{c.vertices.end}});
         for (Boxes& boxes : boxes_[p].at) {
             boxes.vertices.assign(part.vertex_of.size() * kRow, SweptBox::kNothing);
             boxes.blocks.assign(blocks * kRow * kLanes, SweptBox::kNothing);
             boxes.clusters.resize(part.tree.clusters().size());
-            boxes.step.assign(part.tree.clusters().size(), 0);
+            boxes.boxed.assign(part.tree.clusters().size(), 0);
+            boxes.filled.assign(part.tree.clusters().size(), 0);
         }
         for (const Index v : part.touched)
-            local_[p].push_back(static_cast<Index>(std::lower_bound(part.vertex_of.begin(), part.vertex_of.end(), v) - part.vertex_of.begin()));
+            local_[p].push_back(
+                static_cast<Index>(std::lower_bound(part.vertex_of.begin(), part.vertex_of.end(), v) - part.vertex_of.begin()));
     }
 }
 
@@ -73,23 +81,29 @@ void SessionFeatures::fill_blocks(const DopTree& tree, const DopTree::BlockRange
     }
 }
 
+const std::array<float, SessionFeatures::kRow>& SessionFeatures::box_of(Place place, BoxTime time) noexcept {
+    Boxes& boxes = boxes_[place.part].at[static_cast<std::size_t>(time)];
+    if (boxes.boxed[place.cluster] != step_) fill_vertices(parts_[place.part], place.cluster, time, boxes);
+    boxes.boxed[place.cluster] = step_;
+    return boxes.clusters[place.cluster];
+}
+
 const SessionFeatures::Boxes& SessionFeatures::fill(Place place, BoxTime time) noexcept {
     Boxes& boxes = boxes_[place.part].at[static_cast<std::size_t>(time)];
-    if (boxes.step[place.cluster] == step_) return boxes;
-    boxes.step[place.cluster] = step_;
-    ++filled_;
-    const SurfacePart& part = parts_[place.part];
-    const DopTree::Cluster& cluster = part.tree.clusters()[place.cluster];
-    fill_vertices(part, place.cluster, time, boxes);
-    fill_blocks<3>(part.tree, cluster.faces, boxes);
-    fill_blocks<2>(part.tree, cluster.edges, boxes);
-    fill_blocks<1>(part.tree, cluster.vertices, boxes);
+    if (boxes.filled[place.cluster] == step_) return boxes;
+    static_cast<void>(box_of(place, time));
+    boxes.filled[place.cluster] = step_;
+    const DopTree& tree = parts_[place.part].tree;
+    const DopTree::Cluster& cluster = tree.clusters()[place.cluster];
+    fill_blocks<3>(tree, cluster.faces, boxes);
+    fill_blocks<2>(tree, cluster.edges, boxes);
+    fill_blocks<1>(tree, cluster.vertices, boxes);
     return boxes;
 }
 
 /// Floats hold the boxes outwards, so their gap, computed in doubles without error but the last root, is not above the true one.
 double SessionFeatures::gap_at_start(Place a, Place b) noexcept {
-    const auto &box_a = fill(a, BoxTime::Start).clusters[a.cluster], &box_b = fill(b, BoxTime::Start).clusters[b.cluster];
+    const auto &box_a = box_of(a, BoxTime::Start), &box_b = box_of(b, BoxTime::Start);
     double sum = 0.0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double ab = static_cast<double>(box_a[axis]) + box_b[axis + 3], ba = static_cast<double>(box_b[axis]) + box_a[axis + 3];
@@ -99,7 +113,8 @@ double SessionFeatures::gap_at_start(Place a, Place b) noexcept {
     return std::sqrt(sum) * (1.0 - 0x1p-40);
 }
 
-void SessionFeatures::append(const SurfacePart& a, const SurfacePart& b, PairKind kind, std::size_t count, std::vector<FeaturePair>& out) const {
+void SessionFeatures::append(const SurfacePart& a, const SurfacePart& b, PairKind kind, std::size_t count,
+                             std::vector<FeaturePair>& out) const {
     const bool edges = kind == PairKind::EdgeEdge, within = a.surface == b.surface;
     const std::vector<Index>&of_a = edges ? a.edge_of : a.vertex_of, &of_b = edges ? b.edge_of : b.face_of;
     for (std::size_t i = 0; i < count; ++i) {
@@ -109,41 +124,48 @@ void SessionFeatures::append(const SurfacePart& a, const SurfacePart& b, PairKin
     }
 }
 
-void SessionFeatures::collect(Place a, Place b, BoxTime time, double reach, bool simd, std::array<std::vector<FeaturePair>, 3>& out) noexcept {
+void SessionFeatures::collect(Place a, Place b, BoxTime time, double reach, bool simd, CandidateLists& out) noexcept {
+    const float limit = round_up(reach);
+    if (!boxes_near(box_of(a, time), box_of(b, time), limit)) return;
     const Boxes &boxes_a = fill(a, time), &boxes_b = fill(b, time);
     const SurfacePart &part_a = parts_[a.part], &part_b = parts_[b.part];
     const DopTree::Cluster &cluster_a = part_a.tree.clusters()[a.cluster], &cluster_b = part_b.tree.clusters()[b.cluster];
-    const float limit = round_up(reach);
     const std::array<float, 3> distance{limit, limit, limit};
     const bool same_part = a.part == b.part, same = same_part && a.cluster == b.cluster;
     const auto run_of = [](const SurfacePart& part, const Boxes& boxes, const DopTree::BlockRange& range, int corners) -> BlockRun {
         if (range.count == 0) return {};
-        return {boxes.blocks.data() + range.begin * kRow * kLanes, part.tree.block_ids(range.begin), part.tree.block_corners(range.begin), range.count, corners};
+        return {boxes.blocks.data() + range.begin * kRow * kLanes, part.tree.block_ids(range.begin), part.tree.block_corners(range.begin),
+                range.count, corners};
     };
     const auto find = [&](const BlockRun& run_a, const BlockRun& run_b, bool swapped, bool same_run) -> std::size_t {
         if (run_a.count == 0 || run_b.count == 0) return 0;
         const float *box_a = boxes_a.clusters[a.cluster].data(), *box_b = boxes_b.clusters[b.cluster].data();
-        const NearTest test{.slabs = 3, .distance = distance.data(), .box_a = swapped ? box_b : box_a, .box_b = swapped ? box_a : box_b,
-                            .skip_shared = same_part, .same_run = same_run};
+        const NearTest test{.slabs = 3,
+                            .distance = distance.data(),
+                            .box_a = swapped ? box_b : box_a,
+                            .box_b = swapped ? box_a : box_b,
+                            .skip_shared = same_part,
+                            .same_run = same_run};
         return simd ? near_pairs(run_a, run_b, test, found_.data()) : near_pairs_plain(run_a, run_b, test, found_.data());
     };
     const bool within = part_a.surface == part_b.surface;
-    auto& [vertex_face, face_vertex, edge_edge] = out;
     append(part_a, part_b, PairKind::VertexFace,
-           find(run_of(part_a, boxes_a, cluster_a.vertices, 1), run_of(part_b, boxes_b, cluster_b.faces, 3), false, false), vertex_face);
+           find(run_of(part_a, boxes_a, cluster_a.vertices, 1), run_of(part_b, boxes_b, cluster_b.faces, 3), false, false),
+           out.vertex_face);
     append(part_a, part_b, PairKind::EdgeEdge,
-           find(run_of(part_a, boxes_a, cluster_a.edges, 2), run_of(part_b, boxes_b, cluster_b.edges, 2), false, same), edge_edge);
+           find(run_of(part_a, boxes_a, cluster_a.edges, 2), run_of(part_b, boxes_b, cluster_b.edges, 2), false, same), out.edge_edge);
     if (same) return;
     append(part_b, part_a, PairKind::VertexFace,
            find(run_of(part_b, boxes_b, cluster_b.vertices, 1), run_of(part_a, boxes_a, cluster_a.faces, 3), true, false),
-           within ? vertex_face : face_vertex);
+           within ? out.vertex_face : out.face_vertex);
 }
 
 std::size_t SessionFeatures::memory() const noexcept {
     const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     std::size_t sum = bytes(found_);
     for (const PartBoxes& part : boxes_)
-        for (const Boxes& boxes : part.at) sum += bytes(boxes.vertices) + bytes(boxes.blocks) + bytes(boxes.clusters) + bytes(boxes.step);
+        for (const Boxes& boxes : part.at)
+            sum += bytes(boxes.vertices) + bytes(boxes.blocks) + bytes(boxes.clusters) + bytes(boxes.boxed) + bytes(boxes.filled);
     for (const auto& list : local_) sum += bytes(list);
     return sum;
 }

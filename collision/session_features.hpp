@@ -4,6 +4,7 @@
 
 #include "collision/near_pairs.hpp"
 #include "collision/session_parts.hpp"
+#include "collision/surface_pair.hpp"
 
 #include <array>
 #include <vector>
@@ -17,6 +18,9 @@ enum class PairKind : std::uint8_t {
     EdgeEdge,   // within one surface the smaller id comes first
 };
 inline constexpr std::array kPairKinds{PairKind::VertexFace, PairKind::FaceVertex, PairKind::EdgeEdge};
+[[nodiscard]] inline std::vector<FeaturePair>& list_of(CandidateLists& lists, PairKind kind) noexcept {
+    return kind == PairKind::VertexFace ? lists.vertex_face : kind == PairKind::FaceVertex ? lists.face_vertex : lists.edge_edge;
+}
 
 /// At one instant, or over a step.
 enum class BoxTime : std::uint8_t { Start, Step };
@@ -36,9 +40,8 @@ public:
     /// A distance that the clusters keep at least at the start of the step: between their boxes, never above the true one.
     [[nodiscard]] double gap_at_start(Place a, Place b) noexcept;
     /// Pairs whose boxes come within reach, appended by kind; a's surface is not behind b's.
-    void collect(Place a, Place b, BoxTime time, double reach, bool simd, std::array<std::vector<FeaturePair>, 3>& out) noexcept;
+    void collect(Place a, Place b, BoxTime time, double reach, bool simd, CandidateLists& out) noexcept;
 
-    [[nodiscard]] std::uint64_t filled_clusters() const noexcept { return filled_; } // since build
     [[nodiscard]] std::size_t memory() const noexcept;
 
 private:
@@ -47,11 +50,12 @@ private:
         std::vector<float> vertices;       // [vertex_count][kRow]
         std::vector<float> blocks;         // [block_count][kRow][DopTree::kLanes]
         std::vector<std::array<float, kRow>> clusters;
-        std::vector<std::uint32_t> step; // [cluster_count] in which they were filled
+        std::vector<std::uint32_t> boxed, filled; // [cluster_count] step in which the cluster's box was made, and its blocks
     };
     struct PartBoxes {
         std::array<Boxes, 2> at;
     };
+    const std::array<float, kRow>& box_of(Place place, BoxTime time) noexcept;
     const Boxes& fill(Place place, BoxTime time) noexcept;
     void fill_vertices(const SurfacePart& part, Index cluster, BoxTime time, Boxes& boxes) const noexcept;
     template <std::size_t Corners>
@@ -64,7 +68,6 @@ private:
     std::vector<std::vector<Index>> local_; // [part] as SurfacePart::touched, ids of the part
     std::vector<FeaturePair> found_;
     std::uint32_t step_ = 0;
-    std::uint64_t filled_ = 0;
 };
 
 } // namespace seldinger::collision

@@ -24,7 +24,7 @@ public:
     [[nodiscard]] unsigned start_session() noexcept;
 
 private:
-    static constexpr unsigned kFirst = 8;
+    static constexpr unsigned kFirst = 4;
 
     unsigned fixed_, length_;
     bool longer_ = true;

@@ -22,11 +22,14 @@ struct KeptFeatures {
 
 struct KeptClusters {
     SessionPair clusters{};
-    double drift = 0.0;    // m, since the list was made
-    double wake = -1.0;    // m, drift below which no kept pair can be in contact; negative: look at it
-    double complete = -1.0; // m, drift up to which the list lacks nothing; negative: there is none
+    double drift = 0.0;            // m, since the list was made
+    double wake = -1.0;            // m, drift below which no kept pair can be in contact; negative: look at it
+    double complete = -1.0;        // m, drift up to which the list lacks nothing; negative: there is none
     Index list = 0, list_size = 0; // in the pool
     std::uint8_t room = 0;         // the list has room for 2^(room + 2) pairs; 0: for none
+    std::uint8_t patience = 0;     // steps that are still looked at anew before a list is tried again
+    std::uint16_t steps = 0;       // since the list was made
+    float work = 0.0f;             // on the list, its making included
 };
 
 class SessionPairs {
@@ -35,7 +38,9 @@ public:
 
     [[nodiscard]] std::span<KeptClusters> all() noexcept { return kept_; }
     [[nodiscard]] std::span<const KeptClusters> all() const noexcept { return kept_; }
-    [[nodiscard]] std::span<KeptFeatures> features(const KeptClusters& kept) noexcept { return std::span(pool_).subspan(kept.list, kept.list_size); }
+    [[nodiscard]] std::span<KeptFeatures> features(const KeptClusters& kept) noexcept {
+        return std::span(pool_).subspan(kept.list, kept.list_size);
+    }
 
     /// Pairs of a new session: those that were kept before bring their lists along, the others of before are forgotten.
     void replace(std::span<const SessionPair> pairs);

@@ -99,8 +99,7 @@ void add_parts(BodyId surface, const SurfaceTopology& topology, std::span<const 
             part.edge_of.push_back(static_cast<Index>(at - topology.edges.begin()));
         }
         double length = 0.0;
-        for (const Index edge : part.edge_of)
-            length += (positions[topology.edges[edge][1]] - positions[topology.edges[edge][0]]).norm();
+        for (const Index edge : part.edge_of) length += (positions[topology.edges[edge][1]] - positions[topology.edges[edge][0]]).norm();
         if (!part.edge_of.empty()) part.edge_length = length / static_cast<double>(part.edge_of.size());
     }
 }
