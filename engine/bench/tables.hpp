@@ -14,6 +14,7 @@ namespace seldinger::engine {
 [[nodiscard]] Result<BenchTable> bench_contacts(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_chromatic(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_image_space(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_seed004(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_validation(const BenchOptions& options);
 
 inline constexpr std::array kBenches{
@@ -30,6 +31,8 @@ inline constexpr std::array kBenches{
     Bench{"chromatic", "set-based culling on cloth, curtains and a catheter: stages, what each leaves, beside an AABB hierarchy",
           bench_chromatic},
     Bench{"image-space", "image-space culling of a bunny and two cows: time per pass, share pruned", bench_image_space},
+    Bench{"seed004", "cloth on solids, step by step: no duplicates, representative triangles, without and with skipping frame sessions",
+          bench_seed004},
 };
 
 } // namespace seldinger::engine
