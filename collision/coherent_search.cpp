@@ -18,18 +18,19 @@ double add_drift(double sum, double drift) noexcept { return (sum + drift) * (1.
 constexpr std::size_t kMostDangling = 4;
 /// Below this share of the clusters each is traversed alone.
 constexpr std::size_t kFewDangling = 64;
-/// Beyond this share of two edges, a step's drift leaves few pairs of features whose boxes come near for bounds to take away.
-constexpr double kUsefulDrift = 0.25;
 /// A list of features must serve for that many steps to be worth its making.
 constexpr double kListSteps = 2.0;
 
 /// Nanoseconds or so: only their ratios count.
 constexpr std::uint64_t kBoxTestWork = 30, kNewPairWork = 100, kGapWork = 100, kWaitingPairWork = 20;
-constexpr float kListWork = 3000.0f, kCollectedWork = 15.0f, kLookWork = 100.0f, kListedWork = 1.0f, kBoundWork = 12.0f;
-/// Of a pair of clusters that is looked at anew in a step; a list that costs more is given up.
-constexpr float kAnewWork = 1000.0f;
+constexpr float kListWork = 2200.0f, kCollectedWork = 45.0f, kLookWork = 150.0f, kListedWork = 1.5f, kBoundWork = 45.0f, kTestWork = 40.0f;
+/// Of a pair of clusters that is looked at anew in a step: itself, and for each pair of features that would be collected for a list. A
+/// list that costs more is given up.
+constexpr float kAnewWork = 900.0f, kAnewCollectedWork = 8.0f;
+/// Bounds of features that were close in the step before are computed anew in one of so many steps; in the others they are just tested.
+constexpr unsigned kBoundTurn = 4;
 /// Steps before a list is tried again.
-constexpr std::uint8_t kPatience = 12;
+constexpr std::uint8_t kPatience = 24;
 
 Error bad_value(std::string message) { return {.code = ErrorCode::BadValue, .message = std::move(message)}; }
 
@@ -251,9 +252,13 @@ void CoherentSearch::find_candidates() {
 /// drift   m, of this step
 void CoherentSearch::look_at(KeptClusters& kept, double drift) {
     ++coherence_.awake;
-    if (!options_.skipping) return look_anew(kept, drift);
+    if (!options_.skipping) return look_anew(kept);
     if (add_drift(kept.drift, drift) <= kept.complete) return look_at_list(kept, drift);
     if (kept.list_size > 0) give_list_up(kept);
+    if (kept.patience > 0) {
+        --kept.patience;
+        return look_anew(kept);
+    }
     const double gap = features_.gap_at_start(place_of(kept.clusters.a), place_of(kept.clusters.b)) - contact_;
     if (gap > drift) { // none of their features can meet before they have drifted that far
         ++coherence_.gaps;
@@ -262,13 +267,9 @@ void CoherentSearch::look_at(KeptClusters& kept, double drift) {
         kept.drift = drift;
         return;
     }
-    if (kept.patience > 0) {
-        --kept.patience;
-        return look_anew(kept, drift);
-    }
     const SurfacePart &a = parts_[volumes_.part_of(kept.clusters.a)], &b = parts_[volumes_.part_of(kept.clusters.b)];
     const double reach = options_.reach * 0.5 * (a.edge_length + b.edge_length);
-    if (kListSteps * drift > reach) return look_anew(kept, drift);
+    if (kListSteps * drift > reach) return look_anew(kept);
     make_list(kept, drift, reach);
 }
 
@@ -313,6 +314,7 @@ void CoherentSearch::make_list(KeptClusters& kept, double drift, double reach) {
     kept.wake = wake;
     kept.drift = drift;
     kept.work = kListWork + kCollectedWork * static_cast<float>(collected_.size());
+    kept.anew_work = kAnewWork + kAnewCollectedWork * static_cast<float>(collected_.size());
     kept.steps = 1;
 }
 
@@ -333,6 +335,12 @@ void CoherentSearch::look_at_list(KeptClusters& kept, double drift) {
                 kept.wake = std::min(kept.wake, static_cast<double>(list[i].bound));
                 continue;
             }
+            if (list[i].bound <= now && kept.steps % kBoundTurn != 0) {
+                give(job, kind, {list[i].a, list[i].b});
+                kept.wake = std::min(kept.wake, static_cast<double>(list[i].bound));
+                kept.work += kTestWork;
+                continue;
+            }
             asked_.push_back({list[i].a, list[i].b});
             asked_at_.push_back(static_cast<Index>(i));
         }
@@ -349,28 +357,17 @@ void CoherentSearch::look_at_list(KeptClusters& kept, double drift) {
 
 /// A list that has served its time: was it worth it?
 void CoherentSearch::give_list_up(KeptClusters& kept) noexcept {
-    if (kept.work > kAnewWork * static_cast<float>(kept.steps)) kept.patience = kPatience;
+    if (kept.work > kept.anew_work * static_cast<float>(kept.steps)) kept.patience = kPatience;
 }
 
-/// Their boxes over this step, as every step does it where nothing is kept; of what comes near then, what the drift can bring together.
-void CoherentSearch::look_anew(KeptClusters& kept, double drift) {
+/// Their boxes over this step, as every step does it where nothing is kept.
+void CoherentSearch::look_anew(KeptClusters& kept) {
     ++coherence_.anew;
     pairs_.store(kept, {});
     kept.drift = 0.0;
     kept.wake = kept.complete = -1.0;
-    const SessionFeatures::Place a = place_of(kept.clusters.a), b = place_of(kept.clusters.b);
-    Job& job = job_of(kept);
-    const double edges = parts_[a.part].edge_length + parts_[b.part].edge_length;
-    if (!options_.front_end || !options_.skipping || drift > kUsefulDrift * edges)
-        return features_.collect(a, b, BoxTime::Step, options_.distance, options_.simd, job.candidates);
-    collected_.clear();
-    features_.collect(a, b, BoxTime::Step, options_.distance, options_.simd, collected_);
-    for (const PairKind kind : kPairKinds) {
-        const std::vector<FeaturePair>& pairs = list_of(collected_, kind);
-        find_bounds(job, kind, pairs);
-        for (std::size_t i = 0; i < pairs.size(); ++i)
-            if (bounds_[i] <= drift) list_of(job.candidates, kind).push_back(pairs[i]);
-    }
+    features_.collect(place_of(kept.clusters.a), place_of(kept.clusters.b), BoxTime::Step, options_.distance, options_.simd,
+                      job_of(kept).candidates);
 }
 
 void CoherentSearch::decide(std::vector<SearchContact>& contacts) {

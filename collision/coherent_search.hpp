@@ -110,7 +110,7 @@ private:
     void look_at(KeptClusters& kept, double drift);
     void look_at_list(KeptClusters& kept, double drift);
     void make_list(KeptClusters& kept, double drift, double reach);
-    void look_anew(KeptClusters& kept, double drift);
+    void look_anew(KeptClusters& kept);
     void find_bounds(const Job& job, PairKind kind, std::span<const FeaturePair> pairs);
     void give(Job& job, PairKind kind, FeaturePair pair);
     void give_list_up(KeptClusters& kept) noexcept;

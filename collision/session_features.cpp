@@ -1,5 +1,7 @@
 #include "collision/session_features.hpp"
 
+#include "collision/clones.hpp"
+#include "collision/lanes.hpp"
 #include "collision/swept_box.hpp"
 
 #include <algorithm>
@@ -7,13 +9,57 @@
 namespace seldinger::collision {
 namespace {
 
-constexpr std::size_t kLanes = DopTree::kLanes;
+constexpr std::size_t kBlock = DopTree::kLanes;
+constexpr std::size_t kRow = 6;                                                             // lo, then minus_hi
 constexpr std::size_t kMostPairs = 9 * DopTree::kMaxClusterSize * DopTree::kMaxClusterSize; // all edges of two clusters
 
 bool boxes_near(const std::array<float, 6>& a, const std::array<float, 6>& b, float reach) noexcept {
     for (std::size_t axis = 0; axis < 3; ++axis)
         if (a[axis] + b[axis + 3] > reach || a[axis + 3] + b[axis] > reach) return false;
     return true;
+}
+
+using FloatLanes = float __attribute__((vector_size(4 * kLanes)));
+
+/// round_down, lane by lane.
+SELDINGER_LANES_INLINE FloatLanes round_down(Lanes x) noexcept {
+    return __builtin_convertvector(x - 0x1p-23 * magnitude(x) - 0x1p-148, FloatLanes);
+}
+
+/// The boxes of some vertices, four at a time, and the one around all: make_swept_box's numbers.
+/// places   of their rows
+SELDINGER_CLONES
+void box_vertices(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> ids, std::span<const Index> places,
+                  std::span<float> rows, std::array<float, kRow>& all_of_them) noexcept {
+    std::array<float, kRow> joined;
+    joined.fill(SweptBox::kNothing);
+    for (std::size_t first = 0; first < ids.size(); first += kLanes) {
+        const std::size_t count = std::min<std::size_t>(kLanes, ids.size() - first);
+        Lanes3 p0{all(0.0), all(0.0), all(0.0)}, p1 = p0;
+        for (int lane = 0; lane < kLanes; ++lane) { // a short group repeats its last vertex
+            const Index v = ids[first + std::min(static_cast<std::size_t>(lane), count - 1)];
+            p0.set(lane, t0[v]);
+            p1.set(lane, t1[v]);
+        }
+        const Lanes start[3] = {p0.x, p0.y, p0.z}, end[3] = {p1.x, p1.y, p1.z};
+        FloatLanes row[kRow];
+        Mask fits = {-1, -1, -1, -1};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const Mask rises = start[axis] < end[axis];
+            row[axis] = round_down(rises ? start[axis] : end[axis]);
+            row[axis + 3] = round_down(rises ? -end[axis] : -start[axis]);
+            fits &= (magnitude(start[axis]) <= kLargestCoordinate) & (magnitude(end[axis]) <= kLargestCoordinate);
+        }
+        float numbers[kRow][kLanes];
+        for (std::size_t r = 0; r < kRow; ++r)
+            for (int lane = 0; lane < kLanes; ++lane) {
+                numbers[r][lane] = fits[lane] != 0 ? row[r][lane] : -SweptBox::kNothing;
+                joined[r] = numbers[r][lane] < joined[r] ? numbers[r][lane] : joined[r];
+            }
+        for (std::size_t k = 0; k < count; ++k)
+            for (std::size_t r = 0; r < kRow; ++r) rows[places[first + k] * kRow + r] = numbers[r][k];
+    }
+    all_of_them = joined;
 }
 
 } // namespace
@@ -31,7 +77,7 @@ void SessionFeatures::build(std::span<const SurfacePart> parts) {
             blocks = std::max({blocks, std::size_t{c.faces.end}, std::size_t{c.edges.end}, std::size_t{c.vertices.end}});
         for (Boxes& boxes : boxes_[p].at) {
             boxes.vertices.assign(part.vertex_of.size() * kRow, SweptBox::kNothing);
-            boxes.blocks.assign(blocks * kRow * kLanes, SweptBox::kNothing);
+            boxes.blocks.assign(blocks * kRow * kBlock, SweptBox::kNothing);
             boxes.clusters.resize(part.tree.clusters().size());
             boxes.boxed.assign(part.tree.clusters().size(), 0);
             boxes.filled.assign(part.tree.clusters().size(), 0);
@@ -49,34 +95,24 @@ void SessionFeatures::start_step(std::span<const SurfaceMotion> motions) noexcep
 
 void SessionFeatures::fill_vertices(const SurfacePart& part, Index cluster, BoxTime time, Boxes& boxes) const noexcept {
     const SurfaceMotion& motion = motions_[part.surface];
-    const auto ids = part.touched_by(cluster);
     const std::vector<Index>& local = local_[static_cast<std::size_t>(&part - parts_.data())];
-    auto& all = boxes.clusters[cluster];
-    all.fill(SweptBox::kNothing);
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-        const Vec3 &t0 = motion.t0[ids[i]], &t1 = time == BoxTime::Start ? t0 : motion.t1[ids[i]];
-        const SweptBox box = make_swept_box(t0, t1);
-        float* row = boxes.vertices.data() + local[part.touched_begin[cluster] + i] * kRow;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            row[axis] = box.lo[axis];
-            row[axis + 3] = box.minus_hi[axis];
-        }
-        for (std::size_t r = 0; r < kRow; ++r) all[r] = std::min(all[r], row[r]);
-    }
+    const auto ids = part.touched_by(cluster);
+    box_vertices(motion.t0, time == BoxTime::Start ? motion.t0 : motion.t1, ids,
+                 std::span(local).subspan(part.touched_begin[cluster], ids.size()), boxes.vertices, boxes.clusters[cluster]);
 }
 
 template <std::size_t Corners>
 void SessionFeatures::fill_blocks(const DopTree& tree, const DopTree::BlockRange& range, Boxes& boxes) const noexcept {
     for (Index i = 0; i < range.count; ++i) {
-        const std::size_t block = range.begin + i / kLanes, lane = i % kLanes;
+        const std::size_t block = range.begin + i / kBlock, lane = i % kBlock;
         const Index* corner = tree.block_corners(static_cast<Index>(block)) + lane;
         const float* rows[Corners];
-        for (std::size_t k = 0; k < Corners; ++k) rows[k] = boxes.vertices.data() + corner[k * kLanes] * kRow;
-        float* out = boxes.blocks.data() + block * kRow * kLanes + lane;
+        for (std::size_t k = 0; k < Corners; ++k) rows[k] = boxes.vertices.data() + corner[k * kBlock] * kRow;
+        float* out = boxes.blocks.data() + block * kRow * kBlock + lane;
         for (std::size_t r = 0; r < kRow; ++r) {
             float joined = rows[0][r];
             for (std::size_t k = 1; k < Corners; ++k) joined = rows[k][r] < joined ? rows[k][r] : joined;
-            out[r * kLanes] = joined;
+            out[r * kBlock] = joined;
         }
     }
 }
@@ -134,7 +170,7 @@ void SessionFeatures::collect(Place a, Place b, BoxTime time, double reach, bool
     const bool same_part = a.part == b.part, same = same_part && a.cluster == b.cluster;
     const auto run_of = [](const SurfacePart& part, const Boxes& boxes, const DopTree::BlockRange& range, int corners) -> BlockRun {
         if (range.count == 0) return {};
-        return {boxes.blocks.data() + range.begin * kRow * kLanes, part.tree.block_ids(range.begin), part.tree.block_corners(range.begin),
+        return {boxes.blocks.data() + range.begin * kRow * kBlock, part.tree.block_ids(range.begin), part.tree.block_corners(range.begin),
                 range.count, corners};
     };
     const auto find = [&](const BlockRun& run_a, const BlockRun& run_b, bool swapped, bool same_run) -> std::size_t {

@@ -30,6 +30,7 @@ struct KeptClusters {
     std::uint8_t patience = 0;     // steps that are still looked at anew before a list is tried again
     std::uint16_t steps = 0;       // since the list was made
     float work = 0.0f;             // on the list, its making included
+    float anew_work = 0.0f;        // what a step without a list would have taken, about
 };
 
 class SessionPairs {
