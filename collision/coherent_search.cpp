@@ -1,6 +1,7 @@
 #include "collision/coherent_search.hpp"
 
 #include "collision/session_bounds.hpp"
+#include "collision/session_cones.hpp"
 #include "collision/swept_box.hpp"
 
 #include <algorithm>
@@ -187,7 +188,21 @@ void CoherentSearch::start_session() {
     volumes_.refit_nodes();
     found_.clear();
     volumes_.traverse(contact_, options_.within, options_.between, {}, found_);
+    if (options_.normal_cones) leave_out_flat_regions();
     pairs_.replace(found_);
+}
+
+/// Of the pairs that were found, those of two clusters in one region.
+void CoherentSearch::leave_out_flat_regions() {
+    if (session_step_ == 1) {
+        Index next = 0;
+        regions_.resize(volumes_.cluster_count());
+        for (std::size_t p = 0; p < parts_.size(); ++p) {
+            const Index first = volumes_.first_cluster(p), count = volumes_.first_cluster(p + 1) - first;
+            next = find_flat_regions(parts_[p], motions_[parts_[p].surface], next, std::span(regions_).subspan(first, count));
+        }
+    }
+    std::erase_if(found_, [&](const SessionPair& pair) { return regions_[pair.a] != kNoIndex && regions_[pair.a] == regions_[pair.b]; });
 }
 
 /// One step more. Who has left its volume, at the beginning of the step or at its end, gets a new one for the rest of the session.
@@ -215,6 +230,7 @@ void CoherentSearch::continue_session() {
         for (const Index c : dangling_list_) volumes_.traverse_alone(c, contact_, options_.within, options_.between, found_);
     else
         volumes_.traverse(contact_, options_.within, options_.between, dangling_, found_);
+    if (options_.normal_cones) leave_out_flat_regions();
     pairs_.add(found_);
 }
 

@@ -48,8 +48,8 @@ struct CoherentOptions : PairOptions {
     double slack = 0.25;         // l, in mean edge lengths of the part
     double speed_slack = 0.0;    // v_slack, m per step
     double reach = 0.35;         // in mean edge lengths: of the kept pairs of features
-    /// Heuristic: regions of low curvature, by continuous normal cones, are not tested against themselves. Loses contacts where a
-    /// region's outline folds over; exact answers keep it off.
+    /// Heuristic: regions of low curvature, by continuous normal cones at the session's start, are not tested against themselves
+    /// (session_cones.hpp). Loses contacts where a region's outline folds over; exact answers keep it off.
     bool normal_cones = false;
 };
 
@@ -103,6 +103,7 @@ private:
     [[nodiscard]] SessionFeatures::Place place_of(Index cluster) const noexcept;
     void find_drifts(std::span<const std::span<const Vec3>> from, std::span<const std::span<const Vec3>> to);
     void jump(std::span<const SurfaceMotion> motions);
+    void leave_out_flat_regions();
     void predict(Index cluster, double begin) noexcept;
     [[nodiscard]] bool left_volume(Index cluster) const noexcept;
     void start_session();
@@ -134,6 +135,7 @@ private:
     std::vector<std::uint8_t> dangling_;        // [cluster]
     std::vector<Index> dangling_list_;
     std::vector<SessionPair> found_;
+    std::vector<Index> regions_;             // [cluster] with normal_cones: of low curvature
     unsigned length_ = 0, session_step_ = 0; // of the session; steps of it that are done or under way
 
     CandidateLists collected_;

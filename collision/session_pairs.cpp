@@ -21,6 +21,7 @@ void SessionPairs::clear() {
     table_.clear();
     pool_.clear();
     for (auto& list : free_) list.clear();
+    made_.fill(0);
     feature_count_ = 0;
 }
 
@@ -84,6 +85,7 @@ void SessionPairs::store(KeptClusters& kept, std::span<const KeptFeatures> list)
             kept.list = free_[room].back();
             free_[room].pop_back();
         } else if (room > 0) {
+            if (free_[room].capacity() < ++made_[room]) free_[room].reserve(2 * made_[room]); // giving back asks for nothing
             kept.list = static_cast<Index>(pool_.size());
             pool_.resize(pool_.size() + capacity_of(room));
         }

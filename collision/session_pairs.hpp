@@ -62,6 +62,7 @@ private:
     std::vector<Index> table_; // [2^n] kept_'s places by a hash of the clusters, kNoIndex: free
     std::vector<KeptFeatures> pool_;
     std::array<std::vector<Index>, 32> free_; // [room] lists in the pool that nobody uses
+    std::array<std::size_t, 32> made_{};      // [room] lists that there are
     std::size_t feature_count_ = 0;
 };
 

@@ -3,6 +3,7 @@
 
 #include "base/closest_point.hpp"
 #include "collision/contact_search.hpp"
+#include "collision/contact_track.hpp"
 #include "collision/session_bounds.hpp"
 #include "tests/collision/allocations.hpp"
 #include "tests/collision/shapes.hpp"
@@ -190,7 +191,7 @@ TEST(CoherentSearch, FindsTheContactsOfEveryStepOfClothAndCatheter) {
         SCOPED_TRACE(distance);
         const Totals sheet = compare(make_rolling_sheet(24), options_at(distance));
         EXPECT_GT(sheet.contacts, 200u);
-        EXPECT_LT(sheet.tests, sheet.tests_anew / 2);
+        EXPECT_LT(3 * sheet.tests, 2 * sheet.tests_anew);
         EXPECT_LT(sheet.sessions, 20u);
         for (const bool merged : {false, true}) {
             const Totals catheter = compare(make_catheter(24, merged), options_at(distance));
@@ -451,9 +452,61 @@ TEST(FeatureBounds, AreBelowTheDistanceAndCloseToIt) {
     }
 }
 
+/// The heuristic may lose contacts, and only that; on a sheet that is rolled up it finds those of its layers.
+TEST(CoherentSearch, NormalConesInventNoContact) {
+    const Sequence q = make_rolling_sheet(16);
+    CoherentOptions options = options_at(0.0);
+    CoherentSearch exact, heuristic;
+    build(exact, q, options);
+    options.normal_cones = true;
+    build(heuristic, q, options);
+    std::vector<SearchContact> all, some;
+    std::size_t found = 0, kept = 0;
+    std::uint64_t pairs = 0, pairs_left = 0;
+    for (std::size_t k = 0; k < q.step_count(); ++k) {
+        for (auto* search : {&exact, &heuristic}) {
+            ASSERT_TRUE(search->start_step(q.step(k)).ok());
+            search->find_candidates();
+            search->decide(search == &exact ? all : some);
+        }
+        ASSERT_TRUE(std::includes(all.begin(), all.end(), some.begin(), some.end(), comes_before));
+        found += all.size();
+        kept += some.size();
+        pairs += exact.coherence().kept_clusters;
+        pairs_left += heuristic.coherence().kept_clusters;
+    }
+    std::printf("%zu contacts of %zu\n", kept, found);
+    EXPECT_GT(2 * kept, found);
+    EXPECT_LT(4 * pairs_left, 3 * pairs);
+}
+
+TEST(ContactTrack, CountsTheStepsOfEveryPairInContact) {
+    const auto contact = [](Index a, Index b) {
+        SearchContact c;
+        c.contact.origin = ContactOrigin::ExactVF;
+        c.contact.feature_a[0] = c.id_a = a;
+        c.id_b = b;
+        return c;
+    };
+    const std::vector<SearchContact> steps[] = {{contact(1, 1), contact(2, 7)}, {contact(0, 4), contact(2, 7)}, {}, {contact(2, 7)}};
+    ContactTrack track;
+    const std::size_t began[] = {2, 1, 0, 1}, ended[] = {0, 1, 2, 0};
+    for (std::size_t k = 0; k < 4; ++k) {
+        track.follow(steps[k]);
+        ASSERT_EQ(track.contacts().size(), steps[k].size());
+        EXPECT_EQ(track.began(), began[k]);
+        EXPECT_EQ(track.ended(), ended[k]);
+        if (k == 1) {
+            EXPECT_EQ(track.contacts()[0].steps, 1u);
+            EXPECT_EQ(track.contacts()[1].steps, 2u);
+        }
+    }
+    EXPECT_EQ(track.contacts()[0].steps, 1u); // a pair that parted counts anew
+}
+
 TEST(CoherentSearch, AsksForNoMemoryOnceItHasSeenTheMotion) {
     Sequence q = make_catheter(12, false);
-    for (std::size_t round = 0; round < 3; ++round) // to and fro
+    for (std::size_t round = 0; round < 8; ++round) // over and over
         for (std::size_t k = 0; k < 12; ++k) q.starts.push_back(k);
     CoherentOptions options = options_at(0.002);
     options.session_length = 4; // the same sessions in every round
@@ -464,7 +517,7 @@ TEST(CoherentSearch, AsksForNoMemoryOnceItHasSeenTheMotion) {
     for (std::size_t k = 0; k < q.step_count(); ++k) motions.push_back(q.step(k));
     std::size_t before = 0;
     for (std::size_t k = 0; k < q.step_count(); ++k) {
-        if (k == 24) before = testing::allocation_count();
+        if (k == 72) before = testing::allocation_count();
         ASSERT_TRUE(search.start_step(motions[k]).ok());
         search.find_candidates();
         search.decide(found);
