@@ -29,6 +29,8 @@ SELDINGER_LANES_INLINE FeaturePair lane_pair(std::span<const FeaturePair> pairs,
     return pairs[static_cast<std::size_t>(lane) < pairs.size() ? static_cast<std::size_t>(lane) : 0];
 }
 
+SELDINGER_LANES_INLINE Lanes3 nought() noexcept { return {all(0.0), all(0.0), all(0.0)}; }
+
 SELDINGER_LANES_INLINE void write(Lanes bound, std::span<double> out) noexcept {
     for (std::size_t k = 0; k < std::min<std::size_t>(kLanes, out.size()); ++k) out[k] = bound[static_cast<int>(k)];
 }
@@ -39,8 +41,8 @@ SELDINGER_CLONES
 void bound_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
                         std::span<double> bounds) noexcept {
     for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
-        Lanes3 p;
-        std::array<Lanes3, 3> f;
+        Lanes3 p = nought();
+        std::array<Lanes3, 3> f{p, p, p};
         for (int lane = 0; lane < kLanes; ++lane) {
             const FeaturePair pair = lane_pair(pairs.subspan(first), lane);
             const Triangle& t = faces.topology->triangles[pair.b];
@@ -55,7 +57,7 @@ SELDINGER_CLONES
 void bound_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs,
                       std::span<double> bounds) noexcept {
     for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
-        std::array<Lanes3, 2> x, y;
+        std::array<Lanes3, 2> x{nought(), nought()}, y = x;
         for (int lane = 0; lane < kLanes; ++lane) {
             const FeaturePair pair = lane_pair(pairs.subspan(first), lane);
             const Edge &e = a.topology->edges[pair.a], &f = b.topology->edges[pair.b];
