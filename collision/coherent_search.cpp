@@ -49,7 +49,7 @@ bool boxes_are_near(PairKind kind, Index a, Index b, const SurfaceMotion& x, con
 }
 
 bool same_bits(std::span<const Vec3> a, std::span<const Vec3> b) noexcept {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0;
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0);
 }
 
 /// First vertex with a coordinate that is not finite, or the count.
