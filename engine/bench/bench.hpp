@@ -19,6 +19,7 @@ namespace seldinger::engine {
 
 struct BenchOptions {
     bool quick = false;                        // a small part of every table, for tests: same columns, fewer rows
+    bool large = false;                        // the paper's large models as well, where a table has them
     unsigned threads = 0;                      // 0: one row set with 1 thread and one with every core
     std::filesystem::path json;                // empty: printed only
     std::filesystem::path page;                // empty: none; a page with the table and its plots

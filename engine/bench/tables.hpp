@@ -15,6 +15,7 @@ namespace seldinger::engine {
 [[nodiscard]] Result<BenchTable> bench_chromatic(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_image_space(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_seed001(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_seed004(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_validation(const BenchOptions& options);
 
 inline constexpr std::array kBenches{
@@ -33,6 +34,8 @@ inline constexpr std::array kBenches{
     Bench{"seed001", "a walking figure in trousers: k-DOPs, arity, inflation, cones, coherence, each switch's time and loss",
           bench_seed001},
     Bench{"image-space", "image-space culling of a bunny and two cows: time per pass, share pruned", bench_image_space},
+    Bench{"seed004", "cloth on solids, step by step: no duplicates, representative triangles, without and with skipping frame sessions",
+          bench_seed004},
 };
 
 } // namespace seldinger::engine

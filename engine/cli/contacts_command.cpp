@@ -1,4 +1,5 @@
 // `contacts`: the exact contacts of one step between two frames of one or two meshes, or of every step of a sequence of frames.
+#include "collision/coherent_search.hpp"
 #include "collision/contact_search.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/contact_method.hpp"
@@ -30,7 +31,7 @@ using collision::SurfaceTopology;
 struct Request {
     std::vector<std::string> meshes;
     std::string frames, method = "exact", out, stats, dump;
-    bool self = false;
+    bool self = false, coherent = false;
     double distance = 0.0;
     unsigned threads = 1;
 };
@@ -109,13 +110,16 @@ Result<Input> read_input(const Request& request) {
 Result<void> check_outputs(const Request& request) {
     std::vector<std::filesystem::path> taken(request.meshes.begin(), request.meshes.end());
     if (!request.frames.empty())
-        for (const char* name : {"meta.txt", "tris.i32", "obj.i32", "pos.f64"}) taken.push_back(std::filesystem::path(request.frames) / name);
-    const std::pair<const char*, const std::string&> outputs[] = {{"--out", request.out}, {"--stats", request.stats}, {"--dump", request.dump}};
+        for (const char* name : {"meta.txt", "tris.i32", "obj.i32", "pos.f64"})
+            taken.push_back(std::filesystem::path(request.frames) / name);
+    const std::pair<const char*, const std::string&> outputs[] = {
+        {"--out", request.out}, {"--stats", request.stats}, {"--dump", request.dump}};
     for (const auto& [option, file] : outputs) {
         if (file.empty()) continue;
         for (const std::filesystem::path& other : taken) {
             std::error_code unknown; // a file that is not there yet is like none
-            if (std::filesystem::equivalent(file, other, unknown) || std::filesystem::path(file).lexically_normal() == other.lexically_normal())
+            if (std::filesystem::equivalent(file, other, unknown) ||
+                std::filesystem::path(file).lexically_normal() == other.lexically_normal())
                 return bad_usage(fmt::format("{} is read, or written by another option; another file is wanted", file), option);
         }
         taken.emplace_back(file);
@@ -130,6 +134,8 @@ Result<void> check_usage(const Request& request) {
         return bad_usage(
             fmt::format("{} meshes; two frames of one mesh (A0 A1) or of two (A0 A1 B0 B1) are wanted, or --frames DIR", meshes));
     if (!request.dump.empty() && request.frames.empty()) return bad_usage("goes with --frames", "--dump");
+    if (request.coherent && request.frames.empty()) return bad_usage("goes with --frames: one step has none before it", "--coherent");
+    if (request.coherent && request.threads > 1) return bad_usage("runs on one thread", "--coherent");
     if (const auto apart = check_outputs(request); !apart) return apart;
     if (!(request.distance >= 0.0 && request.distance <= kLargestCoordinate))
         return bad_usage("a number from 0 up is wanted", "--distance");
@@ -155,6 +161,7 @@ struct StepRow {
     collision::ExactStats stats;
     double refit_ms = 0.0, broad_ms = 0.0, cull_ms = 0.0, narrow_ms = 0.0;
     std::size_t near_pairs = 0, left_pairs = 0; // of triangles, before and after culling by sets
+    collision::CoherenceStats coherence;        // with --coherent
     [[nodiscard]] double total_ms() const noexcept { return refit_ms + broad_ms + cull_ms + narrow_ms; }
 };
 
@@ -197,12 +204,12 @@ public:
             return report_error(bad_usage(
                 fmt::format("brute would decide {:.3g} pairs; at most {:g} are tried", pair_count(input_, options_), kMostBrutePairs),
                 "--method"));
-        build();
+        if (const auto built = build(); !built) return report_error(built.error());
         const std::size_t steps = input_.is_sequence() ? input_.sequence.frame_count - 1 : 1;
         ProgressLine progress(true);
         for (std::size_t k = 0; k < steps; ++k) {
             if (steps > 1) progress.show(fmt::format("step {} of {}", k + 1, steps));
-            step(k);
+            if (const auto done = step(k); !done) return report_error(done.error());
         }
         progress.clear();
         if (const auto written = write(); !written) return report_error(written.error());
@@ -218,7 +225,7 @@ private:
         return out;
     }
 
-    void build() {
+    Result<void> build() {
         StopWatch watch;
         std::vector<const SurfaceTopology*> surfaces;
         std::vector<std::span<const Vec3>> positions;
@@ -226,7 +233,11 @@ private:
             surfaces.push_back(motion.topology);
             positions.push_back(motion.t0);
         }
-        search_.build(surfaces, positions, options_);
+        if (request_.coherent) {
+            if (const auto built = build_coherent(surfaces, positions); !built) return built;
+        } else {
+            search_.build(surfaces, positions, options_);
+        }
         if (method_.culling)
             culled_ = std::make_unique<CulledSearch>(surfaces, positions,
                                                      CulledSearch::Options{.method = *method_.culling,
@@ -237,6 +248,33 @@ private:
                                                                            .plan = {},
                                                                            .contexts = {}});
         build_ms_ = watch.lap_ms();
+        return {};
+    }
+
+    Result<void> build_coherent(std::span<const SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions) {
+        if (method_.culling || method_.brute)
+            return bad_usage(fmt::format("keeps what the hierarchy finds; it does not go with --method {}", request_.method), "--coherent");
+        collision::CoherentOptions options;
+        static_cast<collision::PairOptions&>(options) = options_;
+        options.between = options_.between;
+        options.within = options_.within;
+        options.tree = options_.tree;
+        coherent_ = std::make_unique<collision::CoherentSearch>();
+        auto built = coherent_->build(surfaces, positions, options);
+        if (!built) return bad_usage(built.error().message, "--coherent");
+        return {};
+    }
+
+    Result<void> step_coherently(std::span<const SurfaceMotion> motions, StepRow& row, StopWatch& watch) {
+        if (auto started = coherent_->start_step(motions); !started) return started;
+        row.refit_ms = watch.lap_ms();
+        coherent_->find_candidates();
+        row.broad_ms = watch.lap_ms();
+        coherent_->decide(found_);
+        row.narrow_ms = watch.lap_ms();
+        row.stats = coherent_->stats();
+        row.coherence = coherent_->coherence();
+        return {};
     }
 
     /// The candidates of a step, by sets: what the hierarchy would find and more is culled.
@@ -253,15 +291,12 @@ private:
         row.cull_ms = times.look_ms;
     }
 
-    void step(std::size_t k) {
-        StopWatch watch;
-        StepRow row;
-        row.frame = k;
+    void step_anew(std::span<const SurfaceMotion> motions, StepRow& row, StopWatch& watch) {
         if (culled_) {
-            cull(motions(k), row);
+            cull(motions, row);
             [[maybe_unused]] const double culled_ms = watch.lap_ms();
         } else {
-            search_.refit(motions(k));
+            search_.refit(motions);
             row.refit_ms = watch.lap_ms();
             search_.find_candidates();
             row.broad_ms = watch.lap_ms();
@@ -270,16 +305,28 @@ private:
         row.narrow_ms = watch.lap_ms();
         if (culled_) culled_->note_tests(row.narrow_ms);
         row.stats = search_.stats();
+    }
+
+    Result<void> step(std::size_t k) {
+        const std::vector<SurfaceMotion> moved = motions(k);
+        StopWatch watch;
+        StepRow row;
+        row.frame = k;
+        if (!coherent_)
+            step_anew(moved, row, watch);
+        else if (auto done = step_coherently(moved, row, watch); !done)
+            return done;
         rows_.push_back(row);
         if (!request_.out.empty()) {
             ContactStep contacts{k, {}};
             for (const SearchContact& found : found_) contacts.rows.push_back(row_of(found, input_.sequence.objects));
             contacts_.push_back(std::move(contacts));
         }
-        if (request_.dump.empty()) return;
+        if (request_.dump.empty()) return {};
         for (const SearchContact& found : found_)
             hits_.push_back({static_cast<std::int32_t>(k), found.contact.origin == ContactOrigin::ExactVF ? 0 : 1,
                              static_cast<std::int32_t>(found.id_a), static_cast<std::int32_t>(found.id_b), found.contact.time});
+        return {};
     }
 
     template <class Of>
@@ -290,11 +337,18 @@ private:
         return values[values.size() / 2];
     }
 
+    std::string method_name() const { return method_.name() + (coherent_ ? "-coherent" : ""); }
+
+    std::size_t session_count() const {
+        return static_cast<std::size_t>(
+            std::count_if(rows_.begin(), rows_.end(), [](const StepRow& r) { return r.coherence.began_session; }));
+    }
+
     nlohmann::ordered_json stats_json() const {
         nlohmann::ordered_json json;
         const auto count = [&](auto member) { return median([member](const StepRow& r) { return r.stats.*member; }); };
         using Stats = collision::ExactStats;
-        json["method"] = method_.name();
+        json["method"] = method_name();
         json["candidates_vf"] = count(&Stats::candidates_vf);
         json["candidates_ee"] = count(&Stats::candidates_ee);
         json["hits_vf"] = count(&Stats::hits_vf);
@@ -319,6 +373,13 @@ private:
         json["threads"] = request_.threads;
         std::size_t memory = 0;
         for (const collision::DopTree& tree : search_.trees()) memory += tree.memory();
+        if (coherent_) {
+            memory = coherent_->memory();
+            json["kept_cluster_pairs"] = median([](const StepRow& r) { return r.coherence.kept_clusters; });
+            json["kept_feature_pairs"] = median([](const StepRow& r) { return r.coherence.kept_features; });
+            json["looked_at"] = median([](const StepRow& r) { return r.coherence.awake; });
+            json["sessions"] = session_count();
+        }
         json["tree_bytes"] = memory;
         if (!input_.is_sequence()) return json;
         for (const StepRow& r : rows_)
@@ -357,7 +418,7 @@ private:
         }
         const char* per_step = rows_.size() > 1 ? ", medians of a step" : "";
         const auto json = stats_json();
-        fmt::print("{}: {} candidates VF, {} EE{}\n", method_.name(), json["candidates_vf"].get<std::uint64_t>(),
+        fmt::print("{}: {} candidates VF, {} EE{}\n", method_name(), json["candidates_vf"].get<std::uint64_t>(),
                    json["candidates_ee"].get<std::uint64_t>(), per_step);
         fmt::print("build {:.2f} ms, refit {:.2f}, broad {:.2f}, narrow {:.2f}, total {:.2f} ms without the build{}\n", build_ms_,
                    json["refit_ms"].get<double>(), json["broad_ms"].get<double>(), json["narrow_ms"].get<double>(),
@@ -368,6 +429,10 @@ private:
                        json["cull_ms"].get<double>(), per_step);
             for (const std::string& note : culled_->notes()) fmt::print("note: {}\n", note);
         }
+        if (coherent_)
+            fmt::print("{} sessions; kept: {} pairs of clusters, {} of features{}; {:.1f} MB\n", session_count(),
+                       json["kept_cluster_pairs"].get<std::uint64_t>(), json["kept_feature_pairs"].get<std::uint64_t>(), per_step,
+                       1e-6 * json["tree_bytes"].get<double>());
         fmt::print("{} steps, {} contacts: {} VF, {} EE; {} candidates decided in whole numbers, {} unresolved\n", rows_.size(), vf + ee,
                    vf, ee, exact, unresolved);
     }
@@ -377,7 +442,8 @@ private:
     Input input_;
     collision::SearchOptions options_;
     ContactSearch search_;
-    std::unique_ptr<CulledSearch> culled_; // by chromatic sets, if the method says so
+    std::unique_ptr<CulledSearch> culled_;                // by chromatic sets, if the method says so
+    std::unique_ptr<collision::CoherentSearch> coherent_; // instead of search_, with --coherent
     double build_ms_ = 0.0;
     std::vector<StepRow> rows_;
     std::vector<SearchContact> found_;
@@ -459,6 +525,8 @@ Command add_contacts_command(CLI::App& app) {
     command->add_option("--frames", request->frames,
                         "a folder with meta.txt, tris.i32, obj.i32, pos.f64 instead: every step of a sequence");
     command->add_flag("--self", request->self, "with two meshes: each against itself as well (one mesh alone always is)");
+    command->add_flag("--coherent", request->coherent,
+                      "with --frames: keep from step to step what cannot have changed; the same contacts, in less time");
     command->add_option("--distance", request->distance,
                         "contact means no farther apart than this, in the files' unit; up to 1e-9 of it more may be reported");
     command->add_option("--method", request->method, kMethodWords);

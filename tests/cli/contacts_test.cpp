@@ -133,6 +133,20 @@ TEST_F(Contacts, AreTheSameByEveryMethod) {
         for (std::size_t k = 0; k < 8; ++k) EXPECT_EQ(reversed[i][k], truth[i][k]);
 }
 
+TEST_F(Contacts, KeptFromStepToStepAreTheSame) {
+    const std::string frames = write_frames();
+    ASSERT_TRUE(ended_with(contacts({"--frames", frames}), 0));
+    const std::string anew = text_of(csv());
+    ASSERT_TRUE(ended_with(contacts({"--frames", frames, "--coherent"}), 0));
+    EXPECT_EQ(text_of(csv()), anew);
+    EXPECT_EQ(json()["method"], "exact-dop6-arity8-sah-cluster32-coherent");
+    EXPECT_GE(json()["sessions"], 1);
+    EXPECT_TRUE(refuses(contacts({"--frames", frames, "--coherent", "--method", "dop14"}), "dop6"));
+    EXPECT_TRUE(refuses(contacts({"--frames", frames, "--coherent", "--method", "brute"}), "--coherent"));
+    EXPECT_TRUE(refuses(contacts({"--frames", frames, "--coherent", "--threads", "2"}), "one thread"));
+    EXPECT_TRUE(refuses(contacts({"a.obj", "b.obj", "--coherent"}), "--frames"));
+}
+
 TEST_F(Contacts, OfASequenceAreWrittenStepByStep) {
     const fs::path dump = folder / "hits.bin";
     ASSERT_TRUE(ended_with(contacts({"--frames", write_frames(), "--dump", dump}), 0));
