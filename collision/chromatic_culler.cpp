@@ -111,7 +111,9 @@ std::size_t ChromaticCuller::count_triangles() const {
     return static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 1));
 }
 
-Result<void> ChromaticCuller::look(const CullPlan& plan, CullBackend& backend) {
+/// cull(problem, pairs of its prisms): takes out what it proves apart.
+template <class Cull>
+Result<void> ChromaticCuller::cull_pairs(Cull&& cull) {
     const Side &a = sides_.front(), &b = side_b();
     const Index count_a = static_cast<Index>(a.topology->triangles.size()), shift = self() ? 0 : count_a;
     const Index vertex_shift = self() ? 0 : static_cast<Index>(a.topology->vertex_count());
@@ -129,15 +131,31 @@ Result<void> ChromaticCuller::look(const CullPlan& plan, CullBackend& backend) {
     std::vector<TrianglePair> asked, kept;
     for (const auto& [ta, tb] : pairs_) (visible(ta) && visible(tb + shift) ? asked : kept).push_back({ta, tb + shift});
     const CullProblem problem{prisms, corners, set_of, set_count(), reach_};
-    auto report = culler_.cull(problem, plan, backend, asked);
+    auto done = cull(problem, asked);
     pairs_.clear();
     for (const auto* list : {&asked, &kept})
         for (const auto& [ta, tb] : *list) pairs_.push_back({ta, tb - shift});
     counts_.left_pairs = pairs_.size();
     counts_.left_triangles = count_triangles();
-    if (!report.ok()) return report.error();
-    counts_.pictures = *report;
-    return {};
+    return done;
+}
+
+Result<void> ChromaticCuller::look(const CullPlan& plan, CullBackend& backend) {
+    return cull_pairs([&](const CullProblem& problem, std::vector<TrianglePair>& pairs) -> Result<void> {
+        auto report = culler_.cull(problem, plan, backend, pairs);
+        if (!report.ok()) return report.error();
+        counts_.pictures = *report;
+        return {};
+    });
+}
+
+Result<void> ChromaticCuller::look(const QueryPlan& plan, VisibilityCanvas& canvas) {
+    return cull_pairs([&](const CullProblem& problem, std::vector<TrianglePair>& pairs) -> Result<void> {
+        auto report = query_culler_.cull(problem, plan, canvas, pairs);
+        if (!report.ok()) return report.error();
+        counts_.queries = *report;
+        return {};
+    });
 }
 
 /// Of all triangles that hold the vertex and are not adjacent to the face, is this the first? If that pair was culled, so is the contact.

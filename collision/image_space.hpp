@@ -25,6 +25,8 @@ struct ImageSpacePass {
     Vec3 direction;
     std::size_t triangles = 0, triangles_left = 0; // drawn; not yet free of everything
     std::size_t questions = 0;                     // (triangle, set) asked
+    int resolution = 0;                            // pixels a side
+    unsigned lowered_for_memory = 0;               // as CullReport
 };
 
 class ImageSpaceCuller {
@@ -42,13 +44,14 @@ public:
 
 private:
     [[nodiscard]] Vec3 direction_of(int pass, std::span<const Vec3> positions) const noexcept;
-    [[nodiscard]] Result<void> look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan, int resolution,
+    [[nodiscard]] Result<void> look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan,
                                     CullBackend& backend);
 
     std::vector<Triangle> triangles_;
     ChromaticSets sets_;
     std::vector<std::vector<Index>> asking_; // [set] triangles not yet free of it, ascending
-    std::vector<Index> live_;                // triangles with a question left, ascending
+    CullView view_;
+    std::vector<Index> live_; // triangles with a question left, ascending
     std::vector<ImageSpacePass> passes_;
 };
 
