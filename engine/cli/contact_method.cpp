@@ -52,8 +52,9 @@ struct SetMethod {
     bool image_space;
 };
 constexpr SetMethod kSetMethods[] = {
-    {"chromatic", CullMethod::Auto, false},      {"chromatic-cpu", CullMethod::Cpu, false}, {"chromatic-gl", CullMethod::Gl, false},
-    {"chromatic-none", CullMethod::None, false}, {"image-space", CullMethod::Cpu, true},    {"image-space-gl", CullMethod::Gl, true},
+    {"chromatic", CullMethod::Auto, false},      {"chromatic-cpu", CullMethod::Cpu, false},     {"chromatic-gl", CullMethod::Gl, false},
+    {"chromatic-none", CullMethod::None, false}, {"chromatic-query", CullMethod::Query, false}, {"image-space", CullMethod::Cpu, true},
+    {"image-space-gl", CullMethod::Gl, true},
 };
 
 } // namespace

@@ -17,7 +17,8 @@ inline constexpr const char* kMethodWords =
     "of a 26-DOP); plain (no SIMD in the broad phase); "
     "brute (every pair of features, no tree). Or one of: chromatic (sets of non-adjacent triangles, looked at where that is predicted to "
     "pay), "
-    "chromatic-cpu, chromatic-gl (always looked at, by the CPU or by OpenGL), chromatic-none (never looked at), "
+    "chromatic-cpu, chromatic-gl (always looked at, by the CPU or by OpenGL), chromatic-none (never looked at), chromatic-query (looked "
+    "at as the paper does, by OpenGL's occlusion queries), "
     "image-space, image-space-gl (triangles of meshes that stand still)";
 
 struct ContactMethod {

@@ -1,8 +1,11 @@
 #include "engine/gpu/culled_search.hpp"
 
 #include "collision/cull_twin.hpp"
+#include "engine/gpu/gl_canvas.hpp"
 #include "engine/gpu/gl_cull_backend.hpp"
 #include "engine/time/clock.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -56,6 +59,15 @@ CulledSearch::CulledSearch(std::span<const collision::SurfaceTopology* const> su
         else
             notes_.push_back("culling on the CPU instead of OpenGL: " + gl.error().message);
     }
+    if (options.method == CullMethod::Query) {
+        auto gl = GlCanvas::make(options.contexts);
+        if (gl.ok())
+            canvas_ = std::move(gl).value();
+        else
+            notes_.push_back("queries by the CPU instead of OpenGL: " + gl.error().message);
+        if (!canvas_) canvas_ = std::make_unique<collision::CpuCanvas>();
+        return;
+    }
     if (!backend_ && options.method != CullMethod::None) backend_ = std::make_unique<collision::CpuCullBackend>();
 }
 
@@ -72,8 +84,25 @@ void CulledSearch::note_tests(double ms) noexcept {
     cost_.note_tests(pairs, ms);
 }
 
+std::string CulledSearch::backend() const { return canvas_ ? canvas_->name() : backend_ ? backend_->name() : "none"; }
+
+void CulledSearch::note_memory(const collision::CullReport& report) {
+    if (report.lowered_for_memory == 0) return;
+    notes_.push_back(fmt::format("{} has no memory for larger pictures: {} x {} pixels", backend(), report.resolution, report.resolution));
+}
+
+void CulledSearch::look_by_queries(collision::ChromaticCuller& culler) {
+    auto done = culler.look(options_.queries, *canvas_);
+    if (done.ok()) return;
+    notes_.push_back("queries by the CPU from here on: " + done.error().message);
+    canvas_ = std::make_unique<collision::CpuCanvas>();
+    done = culler.look(options_.queries, *canvas_); // cannot fail
+}
+
 void CulledSearch::look(collision::ChromaticCuller& culler) {
+    if (canvas_) return look_by_queries(culler);
     auto done = culler.look(options_.plan, *backend_);
+    note_memory(culler.counts().pictures);
     if (done.ok()) return;
     notes_.push_back("culling on the CPU from here on: " + done.error().message);
     backend_ = std::make_unique<collision::CpuCullBackend>();
@@ -91,7 +120,7 @@ CullTimes CulledSearch::find_candidates(std::span<const collision::SurfaceMotion
         near += job.culler->counts().near_pairs;
     }
     times.near_ms = watch.lap_ms();
-    looked_ = backend_ && (options_.method != CullMethod::Auto || cost_.pays(near));
+    looked_ = canvas_ || (backend_ && (options_.method != CullMethod::Auto || cost_.pays(near)));
     if (looked_)
         for (Job& job : jobs_) {
             look(*job.culler);

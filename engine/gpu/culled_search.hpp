@@ -12,10 +12,11 @@
 namespace seldinger::engine {
 
 enum class CullMethod : std::uint8_t {
-    None, // stages I, III and IV
-    Cpu,  // stage II by the CPU twin
-    Gl,   // stage II by OpenGL
-    Auto, // by the CPU twin, in steps where it is predicted to pay
+    None,  // stages I, III and IV
+    Cpu,   // stage II by the CPU twin
+    Gl,    // stage II by OpenGL
+    Query, // stage II in the paper's order, by OpenGL's occlusion queries
+    Auto,  // by the CPU twin, in steps where it is predicted to pay
 };
 
 struct CullTimes {
@@ -44,6 +45,7 @@ public:
         bool within = true, between = true;
         double distance = 0.0, tolerance = 0.0; // m
         collision::CullPlan plan;
+        collision::QueryPlan queries = {};
         ContextOptions contexts;
     };
     /// surfaces, positions   as for ContactSearch::build; the topologies must outlive this
@@ -62,17 +64,20 @@ public:
 
     [[nodiscard]] std::span<const Job> jobs() const noexcept { return jobs_; }
     [[nodiscard]] Index colours() const noexcept; // sets of the surface that has most
-    [[nodiscard]] std::string backend() const { return backend_ ? backend_->name() : "none"; }
+    [[nodiscard]] std::string backend() const;
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
     [[nodiscard]] bool looked() const noexcept { return looked_; } // did stage II run in the last step?
 
 private:
     void look(collision::ChromaticCuller& culler);
+    void look_by_queries(collision::ChromaticCuller& culler);
+    void note_memory(const collision::CullReport& report);
 
     Options options_;
     std::vector<collision::BoxTree> trees_;
     std::vector<Job> jobs_;
     std::unique_ptr<collision::CullBackend> backend_;
+    std::unique_ptr<collision::VisibilityCanvas> canvas_; // CullMethod::Query
     CullCostModel cost_;
     std::vector<std::string> notes_;
     bool looked_ = false;
