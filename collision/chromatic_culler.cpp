@@ -11,9 +11,6 @@ namespace {
 /// Pairs of adjacent triangles, per triangle, up to which orphans are listed once and for all; an ordinary mesh has about ten.
 constexpr std::size_t kMostAdjacent = 64;
 
-/// What the elementary tests may report beyond distance and tolerance, relative to the features' extent: see SweepLimits.tolerance.
-constexpr double kTestRounding = 1e-12;
-
 bool holds(const Triangle& t, Index vertex) noexcept { return t[0] == vertex || t[1] == vertex || t[2] == vertex; }
 bool share_vertex(const Edge& a, const Edge& b) noexcept { return a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]; }
 /// A degenerate triangle names a corner or an edge twice.
@@ -93,7 +90,7 @@ void ChromaticCuller::find_near(const SurfaceMotion& a, BoxTree& tree_a, const S
                 if (is_bounded(p)) box.add(p);
         extent = std::max(extent, box.longest_edge());
     }
-    reach_ = 0.5 * (distance + tolerance + kTestRounding * extent);
+    reach_ = reach_of_contact(distance, tolerance, extent);
     if (self()) {
         near_.find_self(tree_a, round_up(distance), pairs_, orphans_listed_ ? nullptr : &adjacent_);
     } else {

@@ -18,7 +18,19 @@ const Vec3 kDiagonals[] = {{1.0, 1.0, 1.0}, {1.0, -1.0, 1.0}, {-1.0, 1.0, 1.0}, 
 ImageSpaceCuller::ImageSpaceCuller(std::span<const Triangle> triangles, std::size_t vertex_count)
     : triangles_(triangles.begin(), triangles.end()), sets_(make_chromatic_sets(triangles, vertex_count)) {}
 
-Vec3 ImageSpaceCuller::direction_of(int pass, std::span<const Vec3> positions) const noexcept {
+/// Which views pruned most of what was left when they came?
+void ImageSpaceCuller::remember_views() {
+    std::vector<ImageSpacePass> order = passes_;
+    const auto share = [](const ImageSpacePass& p) {
+        return p.triangles == 0 ? 0.0 : static_cast<double>(p.triangles - p.triangles_left) / static_cast<double>(p.triangles);
+    };
+    std::stable_sort(order.begin(), order.end(), [&](const auto& x, const auto& y) { return share(x) > share(y); });
+    best_views_.clear();
+    for (const ImageSpacePass& pass : order) best_views_.push_back(pass.direction);
+}
+
+Vec3 ImageSpaceCuller::direction_of(int pass, std::span<const Vec3> positions, const ImageSpacePlan& plan) const noexcept {
+    if (plan.coherent_views && static_cast<std::size_t>(pass) < best_views_.size()) return best_views_[static_cast<std::size_t>(pass)];
     if (pass < kAxisPasses) return Vec3::Unit(pass);
     if (pass > kAxisPasses) return kDiagonals[static_cast<std::size_t>(pass - kAxisPasses - 1) % std::size(kDiagonals)];
     Vec3 sum = Vec3::Zero();
@@ -82,12 +94,14 @@ Result<std::vector<Index>> ImageSpaceCuller::find_colliding_set(std::span<const 
         if (std::all_of(triangles_[t].begin(), triangles_[t].end(), bounded)) live_.push_back(t);
     asking_.assign(sets_.count(), live_);
     for (int pass = 0; pass < plan.max_passes && !live_.empty(); ++pass) {
-        auto looked = look(positions, direction_of(pass, positions), plan, backend);
+        auto looked = look(positions, direction_of(pass, positions, plan), plan, backend);
         if (!looked.ok()) return looked.error();
         const ImageSpacePass& last = passes_.back();
+        if (pass + 1 < kAxisPasses) continue;
         const auto pruned = static_cast<double>(last.triangles - last.triangles_left);
-        if (pass + 1 >= kAxisPasses && pruned < plan.worthwhile * static_cast<double>(last.triangles)) break;
+        if (!(plan.go_on ? plan.go_on(last) : pruned >= plan.worthwhile * static_cast<double>(last.triangles))) break;
     }
+    remember_views();
     return live_;
 }
 

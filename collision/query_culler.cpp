@@ -164,7 +164,9 @@ Result<void> QueryCuller::look(const QueryPlan& plan, const ViewDirection& direc
     }
     report.resolution = report.views == 0 ? resolution : std::min(report.resolution, resolution);
     ++report.views;
-    CullJob job{.width = resolution, .height = resolution, .footprints = footprints};
+    CullJob job;
+    job.width = job.height = resolution;
+    job.footprints = footprints;
     if (auto ready = canvas.start(job); !ready.ok()) return ready;
 
     std::vector<Asked> asked;

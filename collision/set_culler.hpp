@@ -26,6 +26,15 @@ struct CullReport {
     unsigned lowered_for_memory = 0; // times that the device had no memory for a picture, and a smaller one was taken
 };
 
+/// By how much prisms must grow, m, so that pictures tell apart only what the elementary tests would not report.
+/// distance    m, between surfaces that count as in contact
+/// tolerance   m, by which the elementary tests may report more; their rounding, relative to the features' extent, is added here: see
+///             SweepLimits.tolerance
+[[nodiscard]] constexpr double reach_of_contact(double distance, double tolerance, double extent) noexcept {
+    constexpr double kTestRounding = 1e-12;
+    return 0.5 * (distance + tolerance + kTestRounding * extent);
+}
+
 /// The prisms of one problem by index; corners and set_of beside them.
 struct CullProblem {
     std::span<const SweptCorners> prisms; // finite

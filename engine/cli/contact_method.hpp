@@ -19,7 +19,7 @@ inline constexpr const char* kMethodWords =
     "pay), "
     "chromatic-cpu, chromatic-gl (always looked at, by the CPU or by OpenGL), chromatic-none (never looked at), chromatic-query (looked "
     "at as the paper does, by OpenGL's occlusion queries), "
-    "image-space, image-space-gl (triangles of meshes that stand still)";
+    "image-space, image-space-gl (triangles of meshes that stand still), image-space-paper (as its paper: loses crossings below a pixel)";
 
 struct ContactMethod {
     collision::TreeOptions tree;
@@ -27,6 +27,7 @@ struct ContactMethod {
     bool brute = false;
     std::optional<CullMethod> culling; // by chromatic sets; the words above do not go with it
     bool image_space = false;          // pairs of triangles, of meshes that stand still; culled as `culling` says
+    bool as_paper = false;             // of image_space: by pixel centres, which can lose crossings
 
     /// The name with everything spelled out, as the statistics give it.
     [[nodiscard]] std::string name() const;

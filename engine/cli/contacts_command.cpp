@@ -109,13 +109,16 @@ Result<Input> read_input(const Request& request) {
 Result<void> check_outputs(const Request& request) {
     std::vector<std::filesystem::path> taken(request.meshes.begin(), request.meshes.end());
     if (!request.frames.empty())
-        for (const char* name : {"meta.txt", "tris.i32", "obj.i32", "pos.f64"}) taken.push_back(std::filesystem::path(request.frames) / name);
-    const std::pair<const char*, const std::string&> outputs[] = {{"--out", request.out}, {"--stats", request.stats}, {"--dump", request.dump}};
+        for (const char* name : {"meta.txt", "tris.i32", "obj.i32", "pos.f64"})
+            taken.push_back(std::filesystem::path(request.frames) / name);
+    const std::pair<const char*, const std::string&> outputs[] = {
+        {"--out", request.out}, {"--stats", request.stats}, {"--dump", request.dump}};
     for (const auto& [option, file] : outputs) {
         if (file.empty()) continue;
         for (const std::filesystem::path& other : taken) {
             std::error_code unknown; // a file that is not there yet is like none
-            if (std::filesystem::equivalent(file, other, unknown) || std::filesystem::path(file).lexically_normal() == other.lexically_normal())
+            if (std::filesystem::equivalent(file, other, unknown) ||
+                std::filesystem::path(file).lexically_normal() == other.lexically_normal())
                 return bad_usage(fmt::format("{} is read, or written by another option; another file is wanted", file), option);
         }
         taken.emplace_back(file);
@@ -423,7 +426,8 @@ int find_crossings_of(const Request& request, const ContactMethod& method, const
                                       request.meshes[2 * i], request.meshes[2 * i + 1]),
                           "--method"));
     const CrossingAnswer answer =
-        find_crossing_triangles(input.surfaces, input.t0, {.culling = *method.culling, .within = request.self || input.t0.size() == 1});
+        find_crossing_triangles(input.surfaces, input.t0,
+                                {.culling = *method.culling, .within = request.self || input.t0.size() == 1, .as_paper = method.as_paper});
     if (!request.out.empty())
         if (const auto written = write_file_atomically(request.out, contact_csv(std::array{ContactStep{0, answer.rows}}, false)); !written)
             return report_error(written.error());

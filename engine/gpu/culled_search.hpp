@@ -5,6 +5,7 @@
 
 #include "collision/chromatic_culler.hpp"
 #include "engine/gpu/context.hpp"
+#include "engine/time/cull_cost.hpp"
 
 #include <memory>
 #include <string>
@@ -23,30 +24,15 @@ struct CullTimes {
     double refit_ms = 0.0, near_ms = 0.0, look_ms = 0.0, collect_ms = 0.0; // trees; stages I; II; what III and IV will test
 };
 
-/// Does stage II pay in this step? From measured rates: what a pair of triangles costs to be looked at, what the elementary tests of
-/// a pair cost that it would drop, and what share it dropped when it last looked.
-class CullCostModel {
-public:
-    /// pairs   after stage I
-    [[nodiscard]] bool pays(std::size_t pairs) const noexcept;
-    void note_look(std::size_t pairs, std::size_t left, double ms) noexcept;
-    void note_tests(std::size_t pairs, double ms) noexcept;
-
-private:
-    double look_ms_ = -1.0, test_ms_ = -1.0; // per pair; negative: not measured yet
-    double dropped_ = 0.0;                   // share
-    mutable int passed_over_ = 0;            // steps since the last look
-};
-
 class CulledSearch {
 public:
     struct Options {
         CullMethod method = CullMethod::Cpu;
         bool within = true, between = true;
         double distance = 0.0, tolerance = 0.0; // m
-        collision::CullPlan plan;
+        collision::CullPlan plan = {};
         collision::QueryPlan queries = {};
-        ContextOptions contexts;
+        ContextOptions contexts = {};
     };
     /// surfaces, positions   as for ContactSearch::build; the topologies must outlive this
     CulledSearch(std::span<const collision::SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
@@ -78,7 +64,8 @@ private:
     std::vector<Job> jobs_;
     std::unique_ptr<collision::CullBackend> backend_;
     std::unique_ptr<collision::VisibilityCanvas> canvas_; // CullMethod::Query
-    CullCostModel cost_;
+    CullCostModel cost_{{}}; // nothing declared: the first step is looked at, so that there is something to predict from
+    bool measured_ = false;
     std::vector<std::string> notes_;
     bool looked_ = false;
 };
