@@ -7,6 +7,13 @@
 
 namespace seldinger::engine {
 
+namespace {
+
+/// Of the fold: pleats touch from the middle on.
+constexpr std::size_t kFirstStep = 2 * kFoldSteps / 3;
+
+} // namespace
+
 std::vector<collision::SurfaceMotion> CullScene::motions(std::size_t step) const {
     std::vector<collision::SurfaceMotion> all;
     for (const auto& surface : surfaces) all.push_back({&surface, frames.frame(step), frames.frame(step + 1)});
@@ -35,11 +42,11 @@ CullScene make_cull_scene(std::string name, FrameSequence frames) {
 }
 
 CullScene make_cloth_scene(std::string name, std::size_t columns, std::size_t rows, std::size_t steps) {
-    return make_cull_scene(std::move(name), make_folding_cloth(columns, rows, {kFoldSteps / 2, steps}));
+    return make_cull_scene(std::move(name), make_folding_cloth(columns, rows, {kFirstStep, steps}));
 }
 
 CullScene make_curtains_scene(std::size_t columns, std::size_t rows, std::size_t steps) {
-    const FrameSequence one = make_folding_cloth(columns, rows, {kFoldSteps / 2, steps});
+    const FrameSequence one = make_folding_cloth(columns, rows, {kFirstStep, steps});
     Box3 box;
     for (const Vec3& p : one.frame(0)) box.add(p);
     Vec3 extent = box.extent();

@@ -26,7 +26,7 @@ struct CullScene {
 /// Surfaces that are one object each; `name` and the rest are the caller's.
 [[nodiscard]] CullScene make_cull_scene(std::string name, FrameSequence frames);
 
-/// The last folds of a cloth of about this many triangles.
+/// Steps of a fold in which pleats press into each other.
 [[nodiscard]] CullScene make_cloth_scene(std::string name, std::size_t columns, std::size_t rows, std::size_t steps);
 /// Two curtains, the second one a copy that overlaps the first along its edge.
 [[nodiscard]] CullScene make_curtains_scene(std::size_t columns, std::size_t rows, std::size_t steps);
