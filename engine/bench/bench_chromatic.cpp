@@ -209,6 +209,7 @@ private:
         const std::vector<std::span<const Vec3>> positions(topologies.size(), scene_->frames.frame(0));
         collision::SearchOptions options;
         options.within = scene_->within;
+        options.between = scene_->between;
         search.build(topologies, positions, options);
     }
 
@@ -311,7 +312,7 @@ Result<BenchTable> bench_chromatic(const BenchOptions& options) {
         result.notes.push_back("OpenGL is drawn by software here: its rows are for the answers, and on the smallest scenes alone");
     const std::size_t steps = options.quick ? 1 : 5;
 
-    CullScene skirt = options.quick ? make_cloth_scene("skirt 2K", 33, 32, steps) : make_cloth_scene("skirt 13K", 81, 80, steps);
+    CullScene skirt = options.quick ? make_cloth_scene("skirt 3K", 40, 40, steps) : make_cloth_scene("skirt 13K", 81, 80, steps);
     skirt.paper_ms = "400-500";
     compare_methods(table, skirt, true);
     const CullScene small = make_cloth_scene("cloth 2K", 33, 32, options.quick ? 2 : 5);

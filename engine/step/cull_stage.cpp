@@ -1,6 +1,7 @@
 #include "engine/step/cull_stage.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace seldinger::engine {
 
@@ -9,6 +10,39 @@ CullStage::CullStage(Culling choice) noexcept : choice_(choice), cost_(kTwinRate
 void CullStage::set_device(std::unique_ptr<collision::CullBackend> device) {
     worker_ = std::make_unique<CullWorker>(std::move(device));
     cost_ = CullCostModel(kDeviceRates);
+    collision::CullSnapshot first;
+    first.prisms.assign(2, {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY()});
+    first.corners = {{0, 1, 2}, {3, 4, 5}};
+    first.set_of = {0, 1};
+    first.pairs = {{0, 1}};
+    worker_->start(first, {.resolution = kCullResolution});
+    worker_->wait();
+    double seconds = 0.0;
+    if (const auto looked = worker_->take(first, seconds); !looked.ok()) give_up_device(looked.error());
+}
+
+void CullStage::give_up_device(const Error& error) {
+    notes_.push_back("culling by the CPU twin from here on: " + error.message);
+    worker_.reset();
+    cost_ = CullCostModel(kTwinRates);
+    late_items_ = 0;
+}
+
+/// Still at a look whose answer was dropped? What that cost is learnt as soon as it has ended.
+bool CullStage::device_is_busy() {
+    if (!worker_ || late_items_ == 0) return false;
+    if (worker_->busy()) {
+        if (mode_ == BudgetMode::Wall) return true;
+        worker_->wait();
+    }
+    double seconds = 0.0;
+    const auto looked = worker_->take(snapshot_, seconds);
+    const std::size_t items = std::exchange(late_items_, 0);
+    if (!looked.ok())
+        give_up_device(looked.error());
+    else
+        cost_.note_late_look(items, seconds);
+    return false;
 }
 
 bool CullStage::wanted(std::size_t items, StepBudget* budget) {
@@ -31,9 +65,7 @@ void CullStage::begin(const collision::SurfacePair& pair, const collision::Candi
     look_s_ = 0.0;
     since_begin_ = StopWatch();
     if (items_ == 0) return;
-    const bool busy = worker_ && worker_->busy(); // still at a look whose answer was dropped
-    if (busy && mode_ != BudgetMode::Wall) worker_->wait();
-    if ((busy && mode_ == BudgetMode::Wall) || (mode_ == BudgetMode::Work && !budget.spend(kTestsPerCulledItem * items_))) {
+    if (device_is_busy() || (mode_ == BudgetMode::Work && !budget.spend(kTestsPerCulledItem * items_))) {
         ++tally_.left_out;
         return;
     }
@@ -66,9 +98,7 @@ void CullStage::take_answer() {
         note_answer(seconds);
         return;
     }
-    notes_.push_back("culling by the CPU twin from here on: " + looked.error().message);
-    worker_.reset();
-    cost_ = CullCostModel(kTwinRates);
+    give_up_device(looked.error());
     if (mode_ != BudgetMode::Wall) look_by_twin(); // as if it had been asked: the same answer on every machine
 }
 
@@ -90,6 +120,7 @@ bool CullStage::is_apart(std::size_t candidate) const noexcept {
 
 void CullStage::end() {
     tally_.late += waiting_;
+    if (waiting_) late_items_ = items_;
     waiting_ = false;
     if (mode_ == BudgetMode::Wall) cost_.note_tests(items_ - apart_, 1e-3 * since_begin_.elapsed_ms() - look_s_);
 }

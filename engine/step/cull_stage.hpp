@@ -29,7 +29,8 @@ class CullStage final : public collision::StageTwo {
 public:
     explicit CullStage(Culling choice) noexcept;
 
-    /// A device in place of the CPU twin. It gets a thread of its own.
+    /// A device in place of the CPU twin. It gets a thread of its own, and looks at something once: the first look makes a driver
+    /// translate its shaders.
     void set_device(std::unique_ptr<collision::CullBackend> device);
 
     /// Shall the next search be in two stages? Forced by the scene, or predicted to pay and to fit.
@@ -52,6 +53,8 @@ private:
     void look_by_twin();
     void take_answer();
     void note_answer(double seconds);
+    void give_up_device(const Error& error);
+    [[nodiscard]] bool device_is_busy();
 
     Culling choice_;
     std::vector<std::string> notes_;
@@ -61,11 +64,12 @@ private:
     std::unique_ptr<CullWorker> worker_;
     CullCostModel cost_;
     BudgetMode mode_ = BudgetMode::Exact;
-    bool waiting_ = false;  // for the device
-    bool answered_ = false; // snapshot_.apart holds
-    std::size_t items_ = 0; // candidates of the search at hand
-    std::size_t apart_ = 0; // of them
-    double look_s_ = 0.0;   // of the twin, within the search at hand
+    bool waiting_ = false;       // for the device
+    bool answered_ = false;      // snapshot_.apart holds
+    std::size_t late_items_ = 0; // of a look whose answer was dropped and whose cost is not known yet
+    std::size_t items_ = 0;      // candidates of the search at hand
+    std::size_t apart_ = 0;      // of them
+    double look_s_ = 0.0;        // of the twin, within the search at hand
     StopWatch since_begin_;
 
     struct Tally {

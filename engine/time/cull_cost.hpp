@@ -50,6 +50,8 @@ public:
     }
     [[nodiscard]] bool pays(std::size_t items) const noexcept { return items > 0 && look_s(items) < saved_s(items); }
 
+    /// A look whose answer nobody took any more.
+    void note_late_look(std::size_t items, double seconds) noexcept { look_.add(static_cast<double>(items), seconds); }
     void note_look(std::size_t items, std::size_t left, double seconds) noexcept {
         if (items == 0) return;
         look_.add(static_cast<double>(items), seconds);
