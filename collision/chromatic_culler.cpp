@@ -11,9 +11,6 @@ namespace {
 /// Pairs of adjacent triangles, per triangle, up to which orphans are listed once and for all; an ordinary mesh has about ten.
 constexpr std::size_t kMostAdjacent = 64;
 
-/// What the elementary tests may report beyond distance and tolerance, relative to the features' extent: see SweepLimits.tolerance.
-constexpr double kTestRounding = 1e-12;
-
 bool holds(const Triangle& t, Index vertex) noexcept { return t[0] == vertex || t[1] == vertex || t[2] == vertex; }
 bool share_vertex(const Edge& a, const Edge& b) noexcept { return a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1]; }
 /// A degenerate triangle names a corner or an edge twice.
@@ -93,7 +90,7 @@ void ChromaticCuller::find_near(const SurfaceMotion& a, BoxTree& tree_a, const S
                 if (is_bounded(p)) box.add(p);
         extent = std::max(extent, box.longest_edge());
     }
-    reach_ = 0.5 * (distance + tolerance + kTestRounding * extent);
+    reach_ = reach_of_contact(distance, tolerance, extent);
     if (self()) {
         near_.find_self(tree_a, round_up(distance), pairs_, orphans_listed_ ? nullptr : &adjacent_);
     } else {
@@ -111,7 +108,9 @@ std::size_t ChromaticCuller::count_triangles() const {
     return static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 1));
 }
 
-Result<void> ChromaticCuller::look(const CullPlan& plan, CullBackend& backend) {
+/// cull(problem, pairs of its prisms): takes out what it proves apart.
+template <class Cull>
+Result<void> ChromaticCuller::cull_pairs(Cull&& cull) {
     const Side &a = sides_.front(), &b = side_b();
     const Index count_a = static_cast<Index>(a.topology->triangles.size()), shift = self() ? 0 : count_a;
     const Index vertex_shift = self() ? 0 : static_cast<Index>(a.topology->vertex_count());
@@ -129,15 +128,31 @@ Result<void> ChromaticCuller::look(const CullPlan& plan, CullBackend& backend) {
     std::vector<TrianglePair> asked, kept;
     for (const auto& [ta, tb] : pairs_) (visible(ta) && visible(tb + shift) ? asked : kept).push_back({ta, tb + shift});
     const CullProblem problem{prisms, corners, set_of, set_count(), reach_};
-    auto report = culler_.cull(problem, plan, backend, asked);
+    auto done = cull(problem, asked);
     pairs_.clear();
     for (const auto* list : {&asked, &kept})
         for (const auto& [ta, tb] : *list) pairs_.push_back({ta, tb - shift});
     counts_.left_pairs = pairs_.size();
     counts_.left_triangles = count_triangles();
-    if (!report.ok()) return report.error();
-    counts_.pictures = *report;
-    return {};
+    return done;
+}
+
+Result<void> ChromaticCuller::look(const CullPlan& plan, CullBackend& backend) {
+    return cull_pairs([&](const CullProblem& problem, std::vector<TrianglePair>& pairs) -> Result<void> {
+        auto report = culler_.cull(problem, plan, backend, pairs);
+        if (!report.ok()) return report.error();
+        counts_.pictures = *report;
+        return {};
+    });
+}
+
+Result<void> ChromaticCuller::look(const QueryPlan& plan, VisibilityCanvas& canvas) {
+    return cull_pairs([&](const CullProblem& problem, std::vector<TrianglePair>& pairs) -> Result<void> {
+        auto report = query_culler_.cull(problem, plan, canvas, pairs);
+        if (!report.ok()) return report.error();
+        counts_.queries = *report;
+        return {};
+    });
 }
 
 /// Of all triangles that hold the vertex and are not adjacent to the face, is this the first? If that pair was culled, so is the contact.

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "collision/chromatic_sets.hpp"
+#include "collision/query_culler.hpp"
 #include "collision/set_culler.hpp"
 #include "collision/sweep_batch.hpp"
 
@@ -30,7 +31,8 @@ struct CullCounts {
     std::size_t left_pairs = 0, left_triangles = 0; // after stage II
     std::size_t orphan_pairs = 0;                   // pairs of features that stage IV added
     std::uint64_t box_tests = 0;
-    CullReport pictures;
+    CullReport pictures; // of the order-free form
+    QueryReport queries; // of the paper's
 };
 
 /// Stages are called one after the other, so that whoever holds a clock can time them.
@@ -48,6 +50,8 @@ public:
     /// Stage II. Leave it out where few pairs are near. Pairs with a coordinate that is not finite stay.
     /// fails   as the backend does; the candidates are then more than they could be, and complete
     [[nodiscard]] Result<void> look(const CullPlan& plan, CullBackend& backend);
+    /// The same in the paper's order, by visibility queries.
+    [[nodiscard]] Result<void> look(const QueryPlan& plan, VisibilityCanvas& canvas);
     /// Stages III and IV.
     void find_candidates(CulledCandidates& out);
 
@@ -73,6 +77,8 @@ private:
     };
     [[nodiscard]] bool self() const noexcept { return sides_.size() == 1; }
     [[nodiscard]] const Side& side_b() const noexcept { return sides_.back(); }
+    template <class Cull>
+    [[nodiscard]] Result<void> cull_pairs(Cull&& cull);
     [[nodiscard]] bool speaks_for_vertex(const Side& side, Index vertex, Index triangle, Index face) const noexcept;
     [[nodiscard]] bool speaks_for_edges(Index edge_a, Index edge_b, const TrianglePair& pair) const noexcept;
     void add_features(const TrianglePair& pair, CulledCandidates& out) const;
@@ -93,6 +99,7 @@ private:
     std::vector<FeaturePair> orphan_vertex_face_, orphan_edge_edge_;
     NearTriangles near_;
     SetCuller culler_;
+    QueryCuller query_culler_;
     CullCounts counts_;
 };
 

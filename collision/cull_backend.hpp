@@ -55,8 +55,11 @@ public:
     [[nodiscard]] virtual std::string name() const = 0;
     /// Pixels a side that pay for themselves here.
     [[nodiscard]] virtual int preferred_resolution() const noexcept = 0;
+    /// Pixels a side of the largest picture that fits; shrinks when the device turns out to have less memory.
+    [[nodiscard]] virtual int largest_resolution() const noexcept { return kLargestPicture; }
     /// hits   [question_count] written: 0 only if the prism is proven free of the set in this view
-    /// fails  ToolFailed where the device does: lost context, out of memory; hits are then worth nothing
+    /// fails  ToolFailed where the device does: lost context, out of memory; hits are then worth nothing. Where a smaller picture
+    ///        would help, largest_resolution() is below the job's from then on
     [[nodiscard]] virtual Result<void> find_hits(const CullJob& job, std::span<std::uint8_t> hits) = 0;
 };
 

@@ -18,7 +18,19 @@ const Vec3 kDiagonals[] = {{1.0, 1.0, 1.0}, {1.0, -1.0, 1.0}, {-1.0, 1.0, 1.0}, 
 ImageSpaceCuller::ImageSpaceCuller(std::span<const Triangle> triangles, std::size_t vertex_count)
     : triangles_(triangles.begin(), triangles.end()), sets_(make_chromatic_sets(triangles, vertex_count)) {}
 
-Vec3 ImageSpaceCuller::direction_of(int pass, std::span<const Vec3> positions) const noexcept {
+/// Which views pruned most of what was left when they came?
+void ImageSpaceCuller::remember_views() {
+    std::vector<ImageSpacePass> order = passes_;
+    const auto share = [](const ImageSpacePass& p) {
+        return p.triangles == 0 ? 0.0 : static_cast<double>(p.triangles - p.triangles_left) / static_cast<double>(p.triangles);
+    };
+    std::stable_sort(order.begin(), order.end(), [&](const auto& x, const auto& y) { return share(x) > share(y); });
+    best_views_.clear();
+    for (const ImageSpacePass& pass : order) best_views_.push_back(pass.direction);
+}
+
+Vec3 ImageSpaceCuller::direction_of(int pass, std::span<const Vec3> positions, const ImageSpacePlan& plan) const noexcept {
+    if (plan.coherent_views && static_cast<std::size_t>(pass) < best_views_.size()) return best_views_[static_cast<std::size_t>(pass)];
     if (pass < kAxisPasses) return Vec3::Unit(pass);
     if (pass > kAxisPasses) return kDiagonals[static_cast<std::size_t>(pass - kAxisPasses - 1) % std::size(kDiagonals)];
     Vec3 sum = Vec3::Zero();
@@ -30,61 +42,47 @@ Vec3 ImageSpaceCuller::direction_of(int pass, std::span<const Vec3> positions) c
     return sum.allFinite() && sum.norm() > 0.0 ? sum : Vec3(1.0, 1.0, 1.0);
 }
 
-Result<void> ImageSpaceCuller::look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan, int resolution,
+Result<void> ImageSpaceCuller::look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan,
                                     CullBackend& backend) {
     std::vector<Index> place(triangles_.size(), kNoIndex);
-    std::vector<SweptCorners> prisms;
-    std::vector<Triangle> corners;
+    view_.prisms.clear();
+    view_.corners.clear();
     for (const Index t : live_) {
-        place[t] = static_cast<Index>(prisms.size());
+        place[t] = static_cast<Index>(view_.prisms.size());
         const Triangle& c = triangles_[t];
-        prisms.push_back({positions[c[0]], positions[c[1]], positions[c[2]], positions[c[0]], positions[c[1]], positions[c[2]]});
-        corners.push_back(c);
+        view_.prisms.push_back({positions[c[0]], positions[c[1]], positions[c[2]], positions[c[0]], positions[c[1]], positions[c[2]]});
+        view_.corners.push_back(c);
     }
-    std::vector<Index> set_begin{0}, members;
-    std::vector<CullQuestion> questions;
-    std::vector<std::size_t> question_begin{0};
+    view_.set_begin.assign(1, 0);
+    view_.set_members.clear();
+    view_.questions.clear();
+    view_.question_begin.assign(1, 0);
     for (Index set = 0; set < sets_.count(); ++set) {
         for (const Index t : sets_.set(set))
-            if (place[t] != kNoIndex) members.push_back(place[t]);
-        if (members.size() > set_begin.back()) // nobody left to meet: all are free of it
+            if (place[t] != kNoIndex) view_.set_members.push_back(place[t]);
+        if (view_.set_members.size() > view_.set_begin.back()) // nobody left to meet: all are free of it
             for (const Index t : asking_[set])
-                if (place[t] != kNoIndex) questions.push_back({place[t], set});
-        set_begin.push_back(static_cast<Index>(members.size()));
-        question_begin.push_back(questions.size());
+                if (place[t] != kNoIndex) view_.questions.push_back({place[t], set});
+        view_.set_begin.push_back(static_cast<Index>(view_.set_members.size()));
+        view_.question_begin.push_back(view_.questions.size());
     }
-    std::vector<Footprint> footprints(prisms.size());
-    for (;; resolution /= 2) {
-        const CullFrame frame = make_cull_frame(view_along(direction), prisms, 0.0, resolution, resolution);
-        for (std::size_t p = 0; p < prisms.size(); ++p) footprints[p] = make_footprint(frame, prisms[p]);
-        if (resolution < 2 || are_small_enough(footprints, questions)) break;
-    }
-    std::vector<std::uint8_t> hits(questions.size(), 1);
-    const CullJob job{.width = resolution,
-                      .height = resolution,
-                      .footprints = footprints,
-                      .corners = corners,
-                      .set_begin = set_begin,
-                      .set_members = members,
-                      .questions = questions,
-                      .question_begin = question_begin,
-                      .memory = plan.memory};
-    auto done = backend.find_hits(job, hits);
-    if (!done.ok()) return done;
-    passes_.push_back({direction, live_.size(), 0, questions.size()});
+    const auto outcome = view_.look(view_along(direction), {.resolution = plan.resolution, .memory = plan.memory}, backend);
+    if (!outcome.ok()) return outcome.error();
+    passes_.push_back({direction, live_.size(), 0, view_.questions.size(), outcome->resolution, outcome->lowered_for_memory});
     for (auto& list : asking_) list.clear();
-    std::vector<std::uint8_t> left(prisms.size(), 0);
-    for (std::size_t q = 0; q < questions.size(); ++q) {
-        if (!hits[q]) continue;
-        asking_[questions[q].set].push_back(live_[questions[q].prism]);
-        left[questions[q].prism] = 1;
+    std::vector<std::uint8_t> left(live_.size(), 0);
+    for (std::size_t q = 0; q < view_.questions.size(); ++q) {
+        if (!view_.hits[q]) continue;
+        const auto [prism, set] = view_.questions[q];
+        asking_[set].push_back(live_[prism]);
+        left[prism] = 1;
     }
     std::size_t kept = 0;
     for (std::size_t p = 0; p < left.size(); ++p)
         if (left[p]) live_[kept++] = live_[p];
     live_.resize(kept);
     passes_.back().triangles_left = kept;
-    return done;
+    return {};
 }
 
 Result<std::vector<Index>> ImageSpaceCuller::find_colliding_set(std::span<const Vec3> positions, const ImageSpacePlan& plan,
@@ -95,14 +93,15 @@ Result<std::vector<Index>> ImageSpaceCuller::find_colliding_set(std::span<const 
     for (Index t = 0; t < triangles_.size(); ++t)
         if (std::all_of(triangles_[t].begin(), triangles_[t].end(), bounded)) live_.push_back(t);
     asking_.assign(sets_.count(), live_);
-    const int resolution = std::clamp(plan.resolution > 0 ? plan.resolution : backend.preferred_resolution(), 1, kLargestPicture);
     for (int pass = 0; pass < plan.max_passes && !live_.empty(); ++pass) {
-        auto looked = look(positions, direction_of(pass, positions), plan, resolution, backend);
+        auto looked = look(positions, direction_of(pass, positions, plan), plan, backend);
         if (!looked.ok()) return looked.error();
         const ImageSpacePass& last = passes_.back();
+        if (pass + 1 < kAxisPasses) continue;
         const auto pruned = static_cast<double>(last.triangles - last.triangles_left);
-        if (pass + 1 >= kAxisPasses && pruned < plan.worthwhile * static_cast<double>(last.triangles)) break;
+        if (!(plan.go_on ? plan.go_on(last) : pruned >= plan.worthwhile * static_cast<double>(last.triangles))) break;
     }
+    remember_views();
     return live_;
 }
 

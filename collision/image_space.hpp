@@ -9,22 +9,28 @@
 #include "collision/chromatic_sets.hpp"
 #include "collision/set_culler.hpp"
 
+#include <functional>
 #include <vector>
 
 namespace seldinger::collision {
-
-struct ImageSpacePlan {
-    CullMemory memory = CullMemory::Intervals;
-    int resolution = 0;       // pixels a side; 0: what the backend prefers
-    int max_passes = 9;       // views
-    double worthwhile = 0.03; // the CPU takes over after a pass that pruned less than this share of what was left
-};
 
 /// One view.
 struct ImageSpacePass {
     Vec3 direction;
     std::size_t triangles = 0, triangles_left = 0; // drawn; not yet free of everything
     std::size_t questions = 0;                     // (triangle, set) asked
+    int resolution = 0;                            // pixels a side
+    unsigned lowered_for_memory = 0;               // as CullReport
+};
+
+struct ImageSpacePlan {
+    CullMemory memory = CullMemory::Intervals;
+    int resolution = 0;       // pixels a side; 0: what the backend prefers
+    int max_passes = 9;       // views
+    double worthwhile = 0.03; // the CPU takes over after a pass that pruned less than this share of what was left
+    /// In its place, for whoever has a clock: shall there be another pass after this one? Asked from the third one on.
+    std::function<bool(const ImageSpacePass&)> go_on = {};
+    bool coherent_views = true; // directions that pruned most in the last call come first in this one
 };
 
 class ImageSpaceCuller {
@@ -41,15 +47,18 @@ public:
     [[nodiscard]] const ChromaticSets& sets() const noexcept { return sets_; }
 
 private:
-    [[nodiscard]] Vec3 direction_of(int pass, std::span<const Vec3> positions) const noexcept;
-    [[nodiscard]] Result<void> look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan, int resolution,
+    [[nodiscard]] Vec3 direction_of(int pass, std::span<const Vec3> positions, const ImageSpacePlan& plan) const noexcept;
+    void remember_views();
+    [[nodiscard]] Result<void> look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan,
                                     CullBackend& backend);
 
     std::vector<Triangle> triangles_;
     ChromaticSets sets_;
     std::vector<std::vector<Index>> asking_; // [set] triangles not yet free of it, ascending
-    std::vector<Index> live_;                // triangles with a question left, ascending
+    CullView view_;
+    std::vector<Index> live_; // triangles with a question left, ascending
     std::vector<ImageSpacePass> passes_;
+    std::vector<Vec3> best_views_; // of the last call, most pruned first
 };
 
 /// Pairs of the given triangles that properly cross and share no vertex: lower id first, sorted. Exact.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/work_budget.hpp"
+#include "collision/candidate_culler.hpp"
 #include "collision/cluster_traversal.hpp"
 
 #include <vector>
@@ -21,12 +22,23 @@ public:
     /// per pair of clusters and one per elementary test
     ExactStats find(const SearchSide& a, const SearchSide& b, const PairOptions& options, WorkBudget& budget, std::vector<Contact>& out);
 
+    /// The same contacts of two different surfaces: all candidates first, then those that `stage` does not know to be apart are decided.
+    /// Memory grows with the candidates. Interrupted, it has decided nothing. budget   as above, skipped tests included, and what
+    /// the stage spends
+    ExactStats find(const SearchSide& a, const SearchSide& b, const PairOptions& options, StageTwo& stage, WorkBudget& budget,
+                    std::vector<Contact>& out);
+    [[nodiscard]] std::uint64_t skipped() const noexcept { return skipped_; } // candidates of the last search that were apart
+
 private:
-    void collect(const SurfacePair& pair, std::span<const ClusterPair> clusters);
+    void collect(const SurfacePair& pair, std::span<const ClusterPair> clusters, CandidateLists& out);
+    void decide_all(const SurfacePair& pair, StageTwo& stage, ExactStats& stats);
+    void put_out(std::vector<Contact>& out);
 
     ClusterTraversal traversal_;
     std::vector<ClusterPair> cluster_pairs_;
     CandidateLists candidates_;
+    CandidateLists all_; // of a whole search in two stages
+    std::uint64_t skipped_ = 0;
     std::vector<SearchContact> found_;
 };
 

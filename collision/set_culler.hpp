@@ -4,7 +4,7 @@
 // occlusion query per triangle; both passes come from the same view (the paper's may come from two).
 #pragma once
 
-#include "collision/cull_backend.hpp"
+#include "collision/cull_view.hpp"
 #include "collision/near_triangles.hpp"
 
 namespace seldinger::collision {
@@ -20,10 +20,20 @@ struct CullPlan {
 
 struct CullReport {
     int views = 0, rounds = 0;
-    std::uint64_t questions = 0; // 2.5D tests
-    std::uint64_t drawn = 0;     // prisms, over all views
-    int resolution = 0;          // the least that a view was given
+    std::uint64_t questions = 0;     // 2.5D tests
+    std::uint64_t drawn = 0;         // prisms, over all views
+    int resolution = 0;              // the least that a view was given
+    unsigned lowered_for_memory = 0; // times that the device had no memory for a picture, and a smaller one was taken
 };
+
+/// By how much prisms must grow, m, so that pictures tell apart only what the elementary tests would not report.
+/// distance    m, between surfaces that count as in contact
+/// tolerance   m, by which the elementary tests may report more; their rounding, relative to the features' extent, is added here: see
+///             SweepLimits.tolerance
+[[nodiscard]] constexpr double reach_of_contact(double distance, double tolerance, double extent) noexcept {
+    constexpr double kTestRounding = 1e-12;
+    return 0.5 * (distance + tolerance + kTestRounding * extent);
+}
 
 /// The prisms of one problem by index; corners and set_of beside them.
 struct CullProblem {
@@ -44,21 +54,16 @@ public:
 private:
     void gather_live(const CullProblem& problem, std::span<const TrianglePair> pairs);
     void gather_questions(std::span<const TrianglePair> pairs, Index set_count);
-    [[nodiscard]] Result<void> look(const CullProblem& problem, const ViewDirection& view, const CullPlan& plan, int resolution,
-                                    CullBackend& backend, std::vector<TrianglePair>& pairs, CullReport& report);
+    [[nodiscard]] Result<void> look(const CullProblem& problem, const ViewDirection& direction, const CullPlan& plan, CullBackend& backend,
+                                    std::vector<TrianglePair>& pairs, CullReport& report);
 
     // of the view at hand
-    std::vector<Index> live_, place_; // prisms with a pair left; prism to its place among them
-    std::vector<SweptCorners> live_prisms_;
-    std::vector<Triangle> live_corners_;
+    CullView view_;
+    std::vector<Index> place_; // prism to its place among those with a pair left
     std::vector<Index> live_set_;
-    std::vector<Footprint> footprints_;
-    std::vector<Index> set_begin_, set_members_;
-    std::vector<CullQuestion> questions_;
-    std::vector<std::size_t> question_begin_, entry_begin_;
-    std::vector<std::size_t> entries_, entry_question_; // entry 2 i + side of pair i
-    std::vector<std::pair<Index, std::size_t>> asked_;  // of a prism: set it was last asked for, and the question
-    std::vector<std::uint8_t> hits_;
+    std::vector<std::size_t> entry_begin_;
+    std::vector<std::size_t> entries_, entry_question_, next_; // entry 2 i + side of pair i
+    std::vector<std::pair<Index, std::size_t>> asked_;         // of a prism: set it was last asked for, and the question
 };
 
 } // namespace seldinger::collision

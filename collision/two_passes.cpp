@@ -32,46 +32,61 @@ ChromaticSets sets_of(const CullJob& job) {
 
 } // namespace
 
-void CpuCanvas::start(const CullJob& job) {
-    job_ = &job;
+Result<void> CpuCanvas::start(const CullJob& job) {
+    job_ = job;
+    behind_.clear();
     depth_.assign(static_cast<std::size_t>(job.width) * static_cast<std::size_t>(job.height), kFar);
+    return {};
 }
 
 void CpuCanvas::clear() { std::fill(depth_.begin(), depth_.end(), kFar); }
 
-bool CpuCanvas::is_behind(Index prism) {
+void CpuCanvas::ask(Index prism) {
     bool behind = false;
-    for_each_pixel(job_->footprints[prism], job_->width, [&](std::size_t at, DepthInterval d) { behind = behind || d.back >= depth_[at]; });
-    return behind;
+    for_each_pixel(job_.footprints[prism], job_.width, [&](std::size_t at, DepthInterval d) { behind = behind || d.back >= depth_[at]; });
+    behind_.push_back(behind);
 }
 
 void CpuCanvas::draw(Index prism) {
-    for_each_pixel(job_->footprints[prism], job_->width,
+    for_each_pixel(job_.footprints[prism], job_.width,
                    [&](std::size_t at, DepthInterval d) { depth_[at] = std::min(depth_[at], d.front); });
 }
 
-std::uint64_t find_hits_in_two_passes(const CullJob& job, VisibilityCanvas& canvas, std::span<std::uint8_t> hits) {
+Result<void> CpuCanvas::answer(std::vector<std::uint8_t>& behind) {
+    behind.assign(behind_.begin(), behind_.end());
+    behind_.clear();
+    return {};
+}
+
+Result<std::uint64_t> find_hits_in_two_passes(const CullJob& job, VisibilityCanvas& canvas, std::span<std::uint8_t> hits) {
     const ChromaticSets sets = sets_of(job);
     Index vertices = 0;
     for (const Triangle& t : job.corners) vertices = std::max({vertices, t[0] + 1, t[1] + 1, t[2] + 1});
     const TriangleStars stars(job.corners, vertices);
     std::uint64_t queries = 0;
-    std::vector<std::uint8_t> behind(job.corners.size());
-    canvas.start(job);
+    std::vector<std::uint8_t> behind(job.corners.size()), answers;
+    std::vector<Index> asked;
+    if (auto ready = canvas.start(job); !ready.ok()) return ready.error();
     for (Index j = 0; j < job.set_count(); ++j) {
-        std::fill(behind.begin(), behind.end(), std::uint8_t{0});
+        asked.clear();
         for (Index i = 0; i < job.set_count(); ++i) {
             std::vector<SetSlot> slots = pair_sets(sets, job.corners, stars, i, j);
             for (int pass = 0; pass < 2; ++pass) { // from the last to the first, then from the first to the last
                 std::reverse(slots.begin(), slots.end());
                 canvas.clear();
                 for (const SetSlot& slot : slots) {
-                    if (slot.of_i != kNoIndex && canvas.is_behind(slot.of_i)) behind[slot.of_i] = 1;
+                    if (slot.of_i != kNoIndex) {
+                        canvas.ask(slot.of_i);
+                        asked.push_back(slot.of_i);
+                    }
                     if (slot.of_j != kNoIndex) canvas.draw(slot.of_j);
-                    queries += slot.of_i != kNoIndex;
                 }
             }
         }
+        if (auto answered = canvas.answer(answers); !answered.ok()) return answered.error();
+        queries += asked.size();
+        std::fill(behind.begin(), behind.end(), std::uint8_t{0});
+        for (std::size_t k = 0; k < asked.size(); ++k) behind[asked[k]] |= answers[k];
         for (std::size_t q = job.question_begin[j]; q < job.question_begin[j + 1]; ++q) hits[q] = behind[job.questions[q].prism];
     }
     return queries;

@@ -50,17 +50,20 @@ struct SetMethod {
     std::string_view name;
     CullMethod culling;
     bool image_space;
+    bool as_paper = false; // of image_space: the paper's form, which can lose crossings
 };
 constexpr SetMethod kSetMethods[] = {
-    {"chromatic", CullMethod::Auto, false},      {"chromatic-cpu", CullMethod::Cpu, false}, {"chromatic-gl", CullMethod::Gl, false},
-    {"chromatic-none", CullMethod::None, false}, {"image-space", CullMethod::Cpu, true},    {"image-space-gl", CullMethod::Gl, true},
+    {"chromatic", CullMethod::Auto, false},        {"chromatic-cpu", CullMethod::Cpu, false},
+    {"chromatic-gl", CullMethod::Gl, false},       {"chromatic-none", CullMethod::None, false},
+    {"chromatic-query", CullMethod::Query, false}, {"image-space", CullMethod::Cpu, true},
+    {"image-space-gl", CullMethod::Gl, true},      {"image-space-paper", CullMethod::Cpu, true, true},
 };
 
 } // namespace
 
 std::string ContactMethod::name() const {
     for (const SetMethod& known : kSetMethods)
-        if (culling == known.culling && image_space == known.image_space) return std::string(known.name);
+        if (culling == known.culling && image_space == known.image_space && as_paper == known.as_paper) return std::string(known.name);
     if (brute) return "exact-brute";
     const char* builder = tree.builder == collision::TreeBuilder::Sah      ? "sah"
                           : tree.builder == collision::TreeBuilder::Median ? "median"
@@ -75,6 +78,7 @@ Result<ContactMethod> parse_contact_method(const std::string& text) {
         if (text == known.name) {
             method.culling = known.culling;
             method.image_space = known.image_space;
+            method.as_paper = known.as_paper;
             return method;
         }
     std::string_view rest = text;

@@ -17,8 +17,9 @@ inline constexpr const char* kMethodWords =
     "of a 26-DOP); plain (no SIMD in the broad phase); "
     "brute (every pair of features, no tree). Or one of: chromatic (sets of non-adjacent triangles, looked at where that is predicted to "
     "pay), "
-    "chromatic-cpu, chromatic-gl (always looked at, by the CPU or by OpenGL), chromatic-none (never looked at), "
-    "image-space, image-space-gl (triangles of meshes that stand still)";
+    "chromatic-cpu, chromatic-gl (always looked at, by the CPU or by OpenGL), chromatic-none (never looked at), chromatic-query (looked "
+    "at as the paper does, by OpenGL's occlusion queries), "
+    "image-space, image-space-gl (triangles of meshes that stand still), image-space-paper (as its paper: loses crossings below a pixel)";
 
 struct ContactMethod {
     collision::TreeOptions tree;
@@ -26,6 +27,7 @@ struct ContactMethod {
     bool brute = false;
     std::optional<CullMethod> culling; // by chromatic sets; the words above do not go with it
     bool image_space = false;          // pairs of triangles, of meshes that stand still; culled as `culling` says
+    bool as_paper = false;             // of image_space: by pixel centres, which can lose crossings
 
     /// The name with everything spelled out, as the statistics give it.
     [[nodiscard]] std::string name() const;

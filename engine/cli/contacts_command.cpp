@@ -489,7 +489,8 @@ int find_crossings_of(const Request& request, const ContactMethod& method, const
                                       request.meshes[2 * i], request.meshes[2 * i + 1]),
                           "--method"));
     const CrossingAnswer answer =
-        find_crossing_triangles(input.surfaces, input.t0, {.culling = *method.culling, .within = request.self || input.t0.size() == 1});
+        find_crossing_triangles(input.surfaces, input.t0,
+                                {.culling = *method.culling, .within = request.self || input.t0.size() == 1, .as_paper = method.as_paper});
     if (!request.out.empty())
         if (const auto written = write_file_atomically(request.out, contact_csv(std::array{ContactStep{0, answer.rows}}, false)); !written)
             return report_error(written.error());

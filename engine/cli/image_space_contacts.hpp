@@ -11,6 +11,7 @@ struct CrossingOptions {
     CullMethod culling = CullMethod::Cpu;
     bool within = true, between = true; // which crossings count, of two meshes
     collision::ImageSpacePlan plan = {};
+    bool as_paper = false; // patches at the centres of pixels: loses crossings below a pixel
     ContextOptions contexts = {};
 };
 

@@ -1,6 +1,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/interrupt.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/gpu/attach_culler.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/observe/grant_record.hpp"
 #include "engine/observe/observer.hpp"
@@ -176,6 +177,7 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
 
     catch_interrupts();
     Simulator simulator(prepared.model);
+    if (const std::string culler = attach_culler(simulator); !culler.empty()) fmt::print(stderr, "notice: {}\n", culler);
     GrantRecord record;
     StepTrace trace;
     const Grants grants{options.record_grants.empty() ? nullptr : &record, replay, options.trace ? &trace : nullptr};
@@ -191,6 +193,7 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     if (!options.record_grants.empty())
         if (const auto written = write_record(options, prepared, simulator, record); !written.ok()) return report_error(written.error());
     for (const std::string& notice : (*observer)->notices()) fmt::print(stderr, "notice: {}\n", notice);
+    for (const std::string& note : simulator.cull_notes()) fmt::print(stderr, "notice: {}\n", note);
     print_summary(*summary, prepared, observe.out);
     if (replay != nullptr)
         if (const int code = judge_replay(options, *replay, *taken, *summary); code != kExitFine) return code;

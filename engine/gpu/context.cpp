@@ -20,6 +20,12 @@ const char* name_of(ContextKind kind) noexcept {
 
 GlContext::GlContext(ContextKind kind) : kind_(kind), api_(new GlApi, [](GlApi* api) { delete api; }) {}
 
+bool GlContext::is_software() const noexcept {
+    for (const char* name : {"llvmpipe", "softpipe", "swrast"})
+        if (renderer_name_.find(name) != std::string::npos) return true;
+    return false;
+}
+
 void* open_library(const std::string& name, std::string& reason) {
     void* library = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (library == nullptr) {
@@ -59,6 +65,7 @@ Result<std::unique_ptr<GlContext>> make_context(const ContextOptions& options) {
         attempts.push_back({kind, outcome.reason});
         if (!outcome.context) continue;
         ContextBuilder::set_attempts(*outcome.context, std::move(attempts));
+        if (options.adjust) options.adjust(ContextBuilder::api(*outcome.context));
         return std::move(outcome.context);
     }
     std::string tried;

@@ -5,6 +5,7 @@
 #include "base/result.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,6 +24,9 @@ struct ContextOptions {
     std::vector<ContextKind> order = {ContextKind::EglDevice, ContextKind::EglSurfaceless, ContextKind::OsMesa};
     std::string egl_library = "libEGL.so.1";
     std::string osmesa_library = "libOSMesa.so.8";
+    /// Sees the entry points of the context that was taken before anything is drawn, and may put others in their place: who wants to
+    /// count calls, or to see what happens when a driver refuses one.
+    std::function<void(GlApi&)> adjust = {};
 };
 
 /// One way in that was tried: `reason` says why it was not taken; empty: it was.
@@ -42,6 +46,7 @@ public:
     [[nodiscard]] ContextKind kind() const noexcept { return kind_; }
     [[nodiscard]] const std::string& renderer_name() const noexcept { return renderer_name_; } // as the driver calls itself
     [[nodiscard]] const std::string& version() const noexcept { return version_; }
+    [[nodiscard]] bool is_software() const noexcept; // drawn by the CPU: llvmpipe, softpipe, swrast
     [[nodiscard]] const std::vector<ContextAttempt>& attempts() const noexcept { return attempts_; }
     [[nodiscard]] const GlApi& api() const noexcept { return *api_; } // valid while the context is current
 

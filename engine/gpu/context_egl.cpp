@@ -92,10 +92,20 @@ private:
             return {nullptr, "no configuration for OpenGL"};
         config = EGL_NO_CONFIG_KHR;
     }
-    const std::array<EGLint, 7> version = {
-        EGL_CONTEXT_MAJOR_VERSION_KHR,           kGlMajor, EGL_CONTEXT_MINOR_VERSION_KHR, kGlMinor, EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR,
-        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR, EGL_NONE};
-    const EGLContext raw = egl.CreateContext(display, config, EGL_NO_CONTEXT, version.data());
+    // With notification of resets, so that a lost context is an error and not a wrong answer; without where the driver has none.
+    const std::array<EGLint, 9> version = {EGL_CONTEXT_MAJOR_VERSION_KHR,
+                                           kGlMajor,
+                                           EGL_CONTEXT_MINOR_VERSION_KHR,
+                                           kGlMinor,
+                                           EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR,
+                                           EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR,
+                                           EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY_KHR,
+                                           EGL_LOSE_CONTEXT_ON_RESET_KHR,
+                                           EGL_NONE};
+    std::array<EGLint, 9> plain = version;
+    plain[6] = EGL_NONE;
+    EGLContext raw = egl.CreateContext(display, config, EGL_NO_CONTEXT, version.data());
+    if (raw == EGL_NO_CONTEXT) raw = egl.CreateContext(display, config, EGL_NO_CONTEXT, plain.data());
     if (raw == EGL_NO_CONTEXT) return {nullptr, fmt::format("no OpenGL {}.{} core (EGL error {:#x})", kGlMajor, kGlMinor, egl.GetError())};
     auto context = std::make_unique<EglContext>(kind, egl, display, raw);
     std::string reason =

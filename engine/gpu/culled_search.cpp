@@ -1,40 +1,15 @@
 #include "engine/gpu/culled_search.hpp"
 
 #include "collision/cull_twin.hpp"
+#include "engine/gpu/gl_canvas.hpp"
 #include "engine/gpu/gl_cull_backend.hpp"
 #include "engine/time/clock.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 
 namespace seldinger::engine {
-
-namespace {
-
-/// Steps without a look after which one is taken anyway: what it drops may have changed.
-constexpr int kLookAgain = 50;
-/// Weight of the newest measurement.
-constexpr double kNewest = 0.25;
-
-void follow(double& mean, double value) noexcept { mean = mean < 0.0 ? value : mean + kNewest * (value - mean); }
-
-} // namespace
-
-bool CullCostModel::pays(std::size_t pairs) const noexcept {
-    if (pairs == 0) return false;
-    if (look_ms_ < 0.0 || test_ms_ < 0.0 || ++passed_over_ >= kLookAgain) return true;
-    return look_ms_ < dropped_ * test_ms_;
-}
-
-void CullCostModel::note_look(std::size_t pairs, std::size_t left, double ms) noexcept {
-    if (pairs == 0) return;
-    passed_over_ = 0;
-    follow(look_ms_, ms / static_cast<double>(pairs));
-    dropped_ = 1.0 - static_cast<double>(left) / static_cast<double>(pairs);
-}
-
-void CullCostModel::note_tests(std::size_t pairs, double ms) noexcept {
-    if (pairs > 0) follow(test_ms_, ms / static_cast<double>(pairs));
-}
 
 CulledSearch::CulledSearch(std::span<const collision::SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
                            const Options& options)
@@ -56,6 +31,15 @@ CulledSearch::CulledSearch(std::span<const collision::SurfaceTopology* const> su
         else
             notes_.push_back("culling on the CPU instead of OpenGL: " + gl.error().message);
     }
+    if (options.method == CullMethod::Query) {
+        auto gl = GlCanvas::make(options.contexts);
+        if (gl.ok())
+            canvas_ = std::move(gl).value();
+        else
+            notes_.push_back("queries by the CPU instead of OpenGL: " + gl.error().message);
+        if (!canvas_) canvas_ = std::make_unique<collision::CpuCanvas>();
+        return;
+    }
     if (!backend_ && options.method != CullMethod::None) backend_ = std::make_unique<collision::CpuCullBackend>();
 }
 
@@ -69,11 +53,28 @@ Index CulledSearch::colours() const noexcept {
 void CulledSearch::note_tests(double ms) noexcept {
     std::size_t pairs = 0;
     for (const Job& job : jobs_) pairs += job.culler->counts().left_pairs;
-    cost_.note_tests(pairs, ms);
+    cost_.note_tests(pairs, 1e-3 * ms);
+}
+
+std::string CulledSearch::backend() const { return canvas_ ? canvas_->name() : backend_ ? backend_->name() : "none"; }
+
+void CulledSearch::note_memory(const collision::CullReport& report) {
+    if (report.lowered_for_memory == 0) return;
+    notes_.push_back(fmt::format("{} has no memory for larger pictures: {} x {} pixels", backend(), report.resolution, report.resolution));
+}
+
+void CulledSearch::look_by_queries(collision::ChromaticCuller& culler) {
+    auto done = culler.look(options_.queries, *canvas_);
+    if (done.ok()) return;
+    notes_.push_back("queries by the CPU from here on: " + done.error().message);
+    canvas_ = std::make_unique<collision::CpuCanvas>();
+    done = culler.look(options_.queries, *canvas_); // cannot fail
 }
 
 void CulledSearch::look(collision::ChromaticCuller& culler) {
+    if (canvas_) return look_by_queries(culler);
     auto done = culler.look(options_.plan, *backend_);
+    note_memory(culler.counts().pictures);
     if (done.ok()) return;
     notes_.push_back("culling on the CPU from here on: " + done.error().message);
     backend_ = std::make_unique<collision::CpuCullBackend>();
@@ -91,14 +92,19 @@ CullTimes CulledSearch::find_candidates(std::span<const collision::SurfaceMotion
         near += job.culler->counts().near_pairs;
     }
     times.near_ms = watch.lap_ms();
-    looked_ = backend_ && (options_.method != CullMethod::Auto || cost_.pays(near));
+    looked_ = canvas_ || (backend_ && (options_.method != CullMethod::Auto || !measured_ || cost_.pays(near)));
     if (looked_)
         for (Job& job : jobs_) {
             look(*job.culler);
             left += job.culler->counts().left_pairs;
         }
     times.look_ms = watch.lap_ms();
-    if (looked_) cost_.note_look(near, left, times.look_ms);
+    if (looked_) {
+        cost_.note_look(near, left, 1e-3 * times.look_ms);
+        measured_ = measured_ || near > 0;
+    } else {
+        cost_.pass_over();
+    }
     for (Job& job : jobs_) job.culler->find_candidates(job.candidates);
     times.collect_ms = watch.lap_ms();
     return times;

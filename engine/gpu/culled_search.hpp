@@ -5,6 +5,7 @@
 
 #include "collision/chromatic_culler.hpp"
 #include "engine/gpu/context.hpp"
+#include "engine/time/cull_cost.hpp"
 
 #include <memory>
 #include <string>
@@ -12,29 +13,15 @@
 namespace seldinger::engine {
 
 enum class CullMethod : std::uint8_t {
-    None, // stages I, III and IV
-    Cpu,  // stage II by the CPU twin
-    Gl,   // stage II by OpenGL
-    Auto, // by the CPU twin, in steps where it is predicted to pay
+    None,  // stages I, III and IV
+    Cpu,   // stage II by the CPU twin
+    Gl,    // stage II by OpenGL
+    Query, // stage II in the paper's order, by OpenGL's occlusion queries
+    Auto,  // by the CPU twin, in steps where it is predicted to pay
 };
 
 struct CullTimes {
     double refit_ms = 0.0, near_ms = 0.0, look_ms = 0.0, collect_ms = 0.0; // trees; stages I; II; what III and IV will test
-};
-
-/// Does stage II pay in this step? From measured rates: what a pair of triangles costs to be looked at, what the elementary tests of
-/// a pair cost that it would drop, and what share it dropped when it last looked.
-class CullCostModel {
-public:
-    /// pairs   after stage I
-    [[nodiscard]] bool pays(std::size_t pairs) const noexcept;
-    void note_look(std::size_t pairs, std::size_t left, double ms) noexcept;
-    void note_tests(std::size_t pairs, double ms) noexcept;
-
-private:
-    double look_ms_ = -1.0, test_ms_ = -1.0; // per pair; negative: not measured yet
-    double dropped_ = 0.0;                   // share
-    mutable int passed_over_ = 0;            // steps since the last look
 };
 
 class CulledSearch {
@@ -43,8 +30,9 @@ public:
         CullMethod method = CullMethod::Cpu;
         bool within = true, between = true;
         double distance = 0.0, tolerance = 0.0; // m
-        collision::CullPlan plan;
-        ContextOptions contexts;
+        collision::CullPlan plan = {};
+        collision::QueryPlan queries = {};
+        ContextOptions contexts = {};
     };
     /// surfaces, positions   as for ContactSearch::build; the topologies must outlive this
     CulledSearch(std::span<const collision::SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
@@ -62,18 +50,22 @@ public:
 
     [[nodiscard]] std::span<const Job> jobs() const noexcept { return jobs_; }
     [[nodiscard]] Index colours() const noexcept; // sets of the surface that has most
-    [[nodiscard]] std::string backend() const { return backend_ ? backend_->name() : "none"; }
+    [[nodiscard]] std::string backend() const;
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
     [[nodiscard]] bool looked() const noexcept { return looked_; } // did stage II run in the last step?
 
 private:
     void look(collision::ChromaticCuller& culler);
+    void look_by_queries(collision::ChromaticCuller& culler);
+    void note_memory(const collision::CullReport& report);
 
     Options options_;
     std::vector<collision::BoxTree> trees_;
     std::vector<Job> jobs_;
     std::unique_ptr<collision::CullBackend> backend_;
-    CullCostModel cost_;
+    std::unique_ptr<collision::VisibilityCanvas> canvas_; // CullMethod::Query
+    CullCostModel cost_{{}}; // nothing declared: the first step is looked at, so that there is something to predict from
+    bool measured_ = false;
     std::vector<std::string> notes_;
     bool looked_ = false;
 };

@@ -47,6 +47,7 @@ namespace seldinger::engine {
     X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)                                                                                    \
     X(ENDQUERY, EndQuery)                                                                                                                  \
     X(GETERROR, GetError)                                                                                                                  \
+    X(GETGRAPHICSRESETSTATUS, GetGraphicsResetStatus)                                                                                      \
     X(GETINTEGERV, GetIntegerv)                                                                                                            \
     X(GETNAMEDBUFFERSUBDATA, GetNamedBufferSubData)                                                                                        \
     X(GETPROGRAMINFOLOG, GetProgramInfoLog)                                                                                                \

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <string_view>
 
 namespace seldinger::engine {
@@ -84,6 +83,11 @@ struct GlCullBackend::Resources {
         gl.NamedFramebufferDrawBuffer(draw_nothing.name(), GL_NONE);
         gl.NamedFramebufferReadBuffer(draw_nothing.name(), GL_NONE);
     }
+    [[nodiscard]] bool targets_are_complete() const {
+        return std::ranges::all_of(std::array{&draw_first, &draw_second, &draw_third}, [&](const GlFramebuffer* framebuffer) {
+            return gl.CheckNamedFramebufferStatus(framebuffer->name(), GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+        });
+    }
     void use(GLuint program, Index first_set) const {
         gl.UseProgram(program);
         gl.Uniform2f(gl.GetUniformLocation(program, "picture"), static_cast<float>(width), static_cast<float>(height));
@@ -104,6 +108,7 @@ struct GlCullBackend::Resources {
 GlCullBackend::GlCullBackend(std::unique_ptr<GlContext> context) : context_(std::move(context)) {}
 
 GlCullBackend::~GlCullBackend() {
+    if (!resources_) return;
     const CurrentContext current(*context_);
     resources_.reset();
 }
@@ -128,19 +133,16 @@ Result<std::unique_ptr<GlCullBackend>> GlCullBackend::make(const ContextOptions&
          {Wanted{r.first, "cull_draw.vert.glsl", "cull_first.frag.glsl"}, Wanted{r.second, "cull_draw.vert.glsl", "cull_second.frag.glsl"},
           Wanted{r.third, "cull_draw.vert.glsl", "cull_third.frag.glsl"}, Wanted{r.ask, "cull_ask.vert.glsl", "cull_ask.frag.glsl"}}) {
         const auto program = make_program(gl, w.vertex, w.fragment);
-        if (!program.ok()) return program.error();
+        if (!program.ok()) {
+            backend->resources_.reset(); // while the context is current
+            return program.error();
+        }
         w.program = *program;
     }
     return backend;
 }
 
 std::string GlCullBackend::name() const { return fmt::format("{}: {}", name_of(context_->kind()), context_->renderer_name()); }
-
-bool GlCullBackend::is_software() const noexcept {
-    const std::string& name = context_->renderer_name();
-    return name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos ||
-           name.find("swrast") != std::string::npos;
-}
 
 int GlCullBackend::preferred_resolution() const noexcept { return is_software() ? 256 : 1024; }
 
@@ -161,13 +163,11 @@ Result<void> GlCullBackend::prepare_targets(const CullJob& job) {
         while (r.gl.GetError() != GL_NO_ERROR) {
         }
         r.make_targets(layers);
-        if (r.gl.GetError() == GL_NO_ERROR &&
-            r.gl.CheckNamedFramebufferStatus(r.draw_second.name(), GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE)
-            break;
-        if (layers <= 1)
-            return Error{ErrorCode::ToolFailed,
-                         fmt::format("{} has no memory for one layer of {} x {} pixels; a smaller resolution may fit", name(), job.width,
-                                     job.height)};
+        if (r.gl.GetError() == GL_NO_ERROR && r.targets_are_complete()) break;
+        if (layers > 1) continue;
+        const int side = std::max(job.width, job.height);
+        if (side > 1) largest_resolution_ = side / 2;
+        return Error{ErrorCode::ToolFailed, fmt::format("{} has no memory for one layer of {} x {} pixels", name(), job.width, job.height)};
     }
     r.capacity = layers_ = layers;
     return {};
@@ -217,6 +217,26 @@ void GlCullBackend::draw_sets(const CullJob& job, Index first, Index last) {
     for (GLuint unit = 0; unit < 5; ++unit) gl.BindTextureUnit(unit, 0);
 }
 
+/// Fills `hits`; what was not read back, as from a lost context, is an error and never a hit that is missing.
+Result<void> GlCullBackend::read_hits(std::span<std::uint8_t> hits) {
+    Resources& r = *resources_;
+    constexpr std::uint32_t kNotRead = 0xdeadbeefu;
+    std::fill(r.hit_words.begin(), r.hit_words.end(), kNotRead);
+    r.gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    r.gl.GetNamedBufferSubData(r.hits.name(), 0, static_cast<GLsizeiptr>(4 * r.hit_words.size()), r.hit_words.data());
+    const GLenum lost = r.gl.GetGraphicsResetStatus(), error = r.gl.GetError();
+    const bool unread = std::find(r.hit_words.begin(), r.hit_words.end(), kNotRead) != r.hit_words.end();
+    if (lost == GL_NO_ERROR && error == GL_NO_ERROR && !unread) {
+        for (std::size_t q = 0; q < hits.size(); ++q) hits[q] = r.hit_words[q] != 0;
+        return {};
+    }
+    r.capacity = 0;
+    if (lost != GL_NO_ERROR)
+        return Error{ErrorCode::ToolFailed, fmt::format("{}: the context was lost (reset status {:#x})", name(), lost)};
+    if (error == GL_NO_ERROR) return Error{ErrorCode::ToolFailed, name() + ": the answers could not be read back"};
+    return Error{ErrorCode::ToolFailed, fmt::format("{}: OpenGL error {:#x} while culling", name(), error)};
+}
+
 Result<void> GlCullBackend::find_hits(const CullJob& job, std::span<std::uint8_t> hits) {
     if (job.questions.empty()) return {};
     const CurrentContext current(*context_);
@@ -230,14 +250,7 @@ Result<void> GlCullBackend::find_hits(const CullJob& job, std::span<std::uint8_t
     r.gl.Viewport(0, 0, job.width, job.height);
     for (Index first = 0; first < job.set_count(); first += static_cast<Index>(layers_))
         draw_sets(job, first, std::min(job.set_count(), first + static_cast<Index>(layers_)));
-    r.gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    r.gl.GetNamedBufferSubData(r.hits.name(), 0, static_cast<GLsizeiptr>(4 * r.hit_words.size()), r.hit_words.data());
-    if (const GLenum error = r.gl.GetError(); error != GL_NO_ERROR) {
-        r.capacity = 0;
-        return Error{ErrorCode::ToolFailed, fmt::format("{}: OpenGL error {:#x} while culling", name(), error)};
-    }
-    for (std::size_t q = 0; q < hits.size(); ++q) hits[q] = r.hit_words[q] != 0;
-    return {};
+    return read_hits(hits);
 }
 
 } // namespace seldinger::engine

@@ -104,6 +104,11 @@ constexpr Column kColumns[] = {
     SELDINGER_COLUMN("held_pairs", row.r.held_pairs),
     SELDINGER_COLUMN("residual_n", row.r.residual_n),
     SELDINGER_COLUMN("probe_tests", row.r.probe_tests),
+    SELDINGER_COLUMN("culled_by", row.r.culled_by), // 0 nobody, 1 the CPU twin, 2 OpenGL
+    SELDINGER_COLUMN("cull_items", row.r.cull_items),
+    SELDINGER_COLUMN("cull_apart", row.r.cull_apart),
+    SELDINGER_COLUMN("cull_late", row.r.cull_late),
+    SELDINGER_COLUMN("cull_left_out", row.r.cull_left_out),
 };
 #undef SELDINGER_COLUMN
 

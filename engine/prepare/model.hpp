@@ -102,6 +102,14 @@ enum class SphereTrees : std::uint8_t {
     Heuristic, // the same, as the paper moves them: they may lose surface
 };
 
+/// Whether the exact stage looks at its candidates by pictures before it tests them.
+enum class Culling : std::uint8_t {
+    Auto, // where that is predicted to pay: on a graphics card if there is one, on the CPU otherwise
+    Never,
+    Cpu,    // always, by the CPU twin
+    OpenGl, // always, by OpenGL, whatever draws it; by the CPU twin where there is none
+};
+
 struct ContactSettings {
     double clearance = 1.0e-4;      // m, room that the response keeps between skin and wall: ten times the exact tests' distance
     double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
@@ -117,6 +125,7 @@ struct ContactSettings {
     spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
     int depth_cap = 2;                                                          // level at which DepthCapped stops
     double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
+    Culling culling = Culling::Auto;                                            // of the exact stage's candidates
 };
 
 struct SceneModel {

@@ -127,6 +127,10 @@ ContactSettings make_contact(const Scene& scene) {
     contact.sphere_trees = find_sphere_trees(scene);
     contact.descent_order = scene.contact.descent_order;
     contact.depth_cap = static_cast<int>(scene.contact.depth_cap);
+    contact.culling = scene.contact.culling == "never"    ? Culling::Never
+                      : scene.contact.culling == "cpu"    ? Culling::Cpu
+                      : scene.contact.culling == "opengl" ? Culling::OpenGl
+                                                          : Culling::Auto;
     contact.clearance = scene.contact.clearance;
     contact.exact_distance = scene.contact.exact_distance;
     for (const SceneInstrument& instrument : scene.instruments)

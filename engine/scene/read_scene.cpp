@@ -93,6 +93,7 @@ void read_contact(const Values& values, ContactSpec& contact) {
     contact.solid_spheres = values.text("solid_response") == "spheres";
     contact.descent_order = *spheretree::find_order(values.text("descent_order"));
     contact.depth_cap = static_cast<unsigned>(values.number("depth_cap"));
+    contact.culling = values.text("culling");
 }
 
 /// Effects that have details of their own: on or not.

@@ -180,6 +180,7 @@ struct ContactSpec {
     spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
     unsigned depth_cap = 2;                                                     // level at which the order depth-capped stops
     double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
+    std::string culling = "auto"; // of the exact stage's candidates by pictures: auto, never, cpu, opengl
 };
 
 /// How `cost` compares the contacts of two runs.

@@ -100,6 +100,11 @@ const ObjectSpec& contact_table() {
                          "In which order pairs of solid bodies' spheres are tested; the last two are there to be compared.")
                 .by_default(std::string_view("breadth")),
             count_field("depth_cap", 0, 8, "Level at which the order depth-capped stops.").by_default(double(usual.depth_cap)),
+            choice_field(
+                "culling", {"auto", "never", "cpu", "opengl"},
+                "Whether the exact stage looks at its candidates by pictures before it tests them: where that is predicted to pay, "
+                "never, or always, by the CPU or by OpenGL. The contacts are the same.")
+                .by_default(std::string_view("auto")),
         }};
     return table;
 }

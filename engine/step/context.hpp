@@ -4,6 +4,7 @@
 
 #include "base/inside.hpp"
 #include "collision/interruptible_search.hpp"
+#include "engine/step/cull_stage.hpp"
 #include "engine/step/report.hpp"
 #include "engine/step/state.hpp"
 #include "fem/integrate.hpp"
@@ -149,7 +150,8 @@ struct StepContext {
     std::vector<InstrumentScratch> instruments;
     spheretree::Descent descent;
     collision::InterruptibleSearch search;
-    std::vector<Contact> coarse; // of this step
+    std::unique_ptr<CullStage> cull; // with instruments
+    std::vector<Contact> coarse;     // of this step
     SolidScratch solids;
     std::vector<Contact> exact;    // of this step; the last round's
     std::vector<Contact> contacts; // what the response pushed against: what pictures and counts show

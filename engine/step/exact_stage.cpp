@@ -228,7 +228,8 @@ void build_exact_trees(const SceneModel& model, std::size_t index, const State& 
     if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, skin, kExactTree);
 }
 
-collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context, WorkBudget& budget) {
+collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context, WorkBudget& budget,
+                                bool culled) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     const collision::SurfaceMotion skin = skin_motion(model, index, state, context);
@@ -237,6 +238,7 @@ collision::ExactStats test_skin(const SceneModel& model, std::size_t index, cons
     const collision::PairOptions options{.distance = model.contact.exact_distance, .tolerance = 0.1 * model.contact.exact_distance};
     const collision::SearchSide skin_side{static_cast<BodyId>(model.bodies.size() + index), &scratch.tree, skin};
     const collision::SearchSide wall_side{static_cast<BodyId>(instrument.lumen), &context.bodies[instrument.lumen].tree, wall};
+    if (culled) return context.search.find(skin_side, wall_side, options, *context.cull, budget, context.exact);
     return context.search.find(skin_side, wall_side, options, budget, context.exact);
 }
 
@@ -250,7 +252,8 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
     }
     solve_instrument(model, index, state, context);
     WorkBudget grant = budget != nullptr ? budget->grant_tests(forecast) : WorkBudget();
-    stats = test_skin(model, index, state, context, grant);
+    const bool culled = context.cull->wanted(context.instruments[index].forecast.candidates, budget);
+    stats = test_skin(model, index, state, context, grant, culled);
     if (budget != nullptr) budget->settle_tests(forecast, grant);
     return stats;
 }

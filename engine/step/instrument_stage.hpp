@@ -46,8 +46,9 @@ void stop_hand(InstrumentScratch& scratch);
 [[nodiscard]] bool pokes_into_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// Continuous tests of the skin's motion as it is. Appends to context.exact.
+/// culled   candidates are looked at by pictures first
 collision::ExactStats test_skin(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
-                                WorkBudget& budget);
+                                WorkBudget& budget, bool culled = false);
 
 /// Trees of wall and skin, built before the first step so that no step pays for them. Nothing when the scene has no
 /// contacts.

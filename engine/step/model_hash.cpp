@@ -84,6 +84,7 @@ std::uint64_t hash_model(const SceneModel& model) noexcept {
     for (const int choice : {static_cast<int>(contact.solid_response), static_cast<int>(contact.sphere_trees),
                              static_cast<int>(contact.descent_order), contact.depth_cap})
         add_count(static_cast<std::size_t>(choice), hash);
+    if (contact.culling != Culling::Auto) add_count(static_cast<std::size_t>(contact.culling), hash); // what it spends, under `work`
     for (const BodyModel& body : model.bodies) add_body(body, hash);
     for (const InstrumentModel& instrument : model.instruments) add_instrument(instrument, hash);
     return hash.value();

@@ -39,6 +39,11 @@ struct StepReport {
     bool exact_abandoned = false; // started, but the budget ended first: its answer was thrown away
     std::uint64_t candidates = 0, unresolved = 0;
     std::uint64_t exact_contacts = 0; // places that press on a wall, and hits that no correction removed
+    unsigned culled_by = 0;           // who looked at candidates by pictures (CulledBy): 0 nobody, 1 the CPU twin, 2 OpenGL
+    std::uint64_t cull_items = 0;     // candidates looked at
+    std::uint64_t cull_apart = 0;     // of them proven apart
+    unsigned cull_late = 0;           // looks whose answer came after the tests and was dropped
+    unsigned cull_left_out = 0;       // looks that the scene asks for and the budget had no room for, or that found the device busy
     unsigned corrections = 0;         // times the rod was solved again because a continuous test still hit
     unsigned hand_limited = 0;        // instruments whose hand moved less than asked for: kHandReach in a step
     unsigned hand_stops = 0;          // instruments whose hand was stopped in this step because its push met the wall

@@ -47,6 +47,7 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
             if (body.links) context.bodies[i].lumen.mark_still(*body.lumen, body.links->vertex_blend);
         }
     prepare_solids(model, state, context);
+    if (!model.instruments.empty()) context.cull = std::make_unique<CullStage>(model.contact.culling);
     context.coarse.reserve(kReservedContacts);
     context.exact.reserve(kReservedContacts);
     context.contacts.reserve(kReservedContacts);
@@ -245,6 +246,15 @@ void Simulator::find_exact() {
         context_.exact.clear();
     }
     report.exact_contacts = context_.exact.size();
+    if (context_.cull) context_.cull->tell(report);
+}
+
+void Simulator::set_cull_device(std::unique_ptr<collision::CullBackend> device) {
+    if (context_.cull) context_.cull->set_device(std::move(device));
+}
+
+std::span<const std::string> Simulator::cull_notes() const noexcept {
+    return context_.cull ? std::span<const std::string>(context_.cull->notes()) : std::span<const std::string>();
 }
 
 void Simulator::respond() {
@@ -307,6 +317,7 @@ void Simulator::insist_on_exact(std::size_t instrument) {
     context_.report.safe_fraction = std::min(context_.report.safe_fraction, outcome.safe_fraction);
     context_.report.exact_ran = true;
     context_.report.exact_insisted = true;
+    if (context_.cull) context_.cull->tell(context_.report);
     if (!model_.budget_covers_step) budget_.pause();
 }
 

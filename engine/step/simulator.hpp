@@ -39,6 +39,11 @@ public:
     /// The model's owner has switched effects: what was kept from step to step is found afresh.
     void effects_changed();
 
+    /// What looks at the exact stage's candidates in place of the CPU twin, on a thread of its own; see ContactSettings::culling.
+    void set_cull_device(std::unique_ptr<collision::CullBackend> device);
+    /// Why a device was given up, if one was.
+    [[nodiscard]] std::span<const std::string> cull_notes() const noexcept;
+
     /// Every decision of the clock: recorded from the next step on, or replayed in it (see DecisionTape).
     [[nodiscard]] DecisionTape& tape() noexcept { return budget_.tape(); }
 

@@ -183,6 +183,11 @@ void StepBudget::settle_tests(const ExactForecast& forecast, const WorkBudget& g
     learn(tests_s_per_unit_, seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(units));
 }
 
+bool StepBudget::choose_cull(double look_s, bool pays) {
+    if (limits_.mode != BudgetMode::Wall) return pays;
+    return tape_.decide(DecisionKind::Cull, [&]() -> std::uint64_t { return pays && look_s <= left_s(); }) != 0;
+}
+
 void StepBudget::end_exact(bool finished) noexcept {
     if (limits_.mode != BudgetMode::Wall) return;
     const double spent = seconds_between(exact_start_ns_, clock_->now_ns());

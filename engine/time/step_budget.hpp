@@ -83,6 +83,8 @@ public:
     /// The solve is done: the grant for its continuous tests. They end early when that runs out.
     [[nodiscard]] WorkBudget grant_tests(const ExactForecast& forecast);
     void settle_tests(const ExactForecast& forecast, const WorkBudget& grant) noexcept;
+    /// Are the candidates of the next tests looked at by pictures first? Only where that pays, and fits into what is left.
+    [[nodiscard]] bool choose_cull(double look_s, bool pays);
     /// finished  false: abandoned, so the cost is not known, only that it is more than what was spent
     void end_exact(bool finished) noexcept;
 

@@ -1,6 +1,8 @@
 // `bench`: the tables of the sphere trees come out whole, and what they promise stands in them.
 #include "program.hpp"
 
+#include <map>
+
 namespace seldinger::cli_test {
 namespace {
 
@@ -49,6 +51,28 @@ TEST_F(BenchCommand, EveryTreeCoversItsSurface) {
     }
     EXPECT_GE(trees, 2);
     EXPECT_GT(table["rows"].back()["million_tests_per_s"].get<double>(), 0.0);
+}
+
+TEST_F(BenchCommand, SetBasedCullingFindsWhatTheHierarchyFindsAndTestsLess) {
+    const Json table = measure("chromatic");
+    ASSERT_TRUE(table.contains("rows"));
+    std::map<std::string, double> hits, tests; // of the hierarchy, by scene
+    int compared = 0;
+    for (const Json& row : table["rows"]) {
+        if (!row.contains("hits")) continue; // trees tested pair by pair count pairs of features more than once
+        const std::string scene = row["scene"];
+        if (row["method"] == "this library's hierarchy") {
+            hits[scene] = row["hits"];
+            tests[scene] = row["tests"];
+            EXPECT_GT(row["hits"].get<double>(), 0.0) << row;
+        } else if (hits.count(scene) > 0) {
+            ++compared;
+            EXPECT_EQ(row["hits"], hits[scene]) << row;
+            EXPECT_LE(row["tests"].get<double>(), tests[scene]) << row;
+            EXPECT_LE(row["pcs_after_II"].get<double>(), row["pcs_after_I"].get<double>()) << row;
+        }
+    }
+    EXPECT_GE(compared, 6);
 }
 
 TEST_F(BenchCommand, AnUnknownNameIsRefusedWithTheKnownOnes) {

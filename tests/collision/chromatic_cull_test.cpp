@@ -68,15 +68,25 @@ struct Answer {
     CullCounts counts;
 };
 
+bool look(ChromaticCuller& culler, const CullPlan& plan) {
+    CpuCullBackend twin;
+    return culler.look(plan, twin).ok();
+}
+bool look(ChromaticCuller& culler, const QueryPlan& plan) {
+    CpuCanvas canvas;
+    return culler.look(plan, canvas).ok();
+}
+constexpr const CullPlan* kNoLook = nullptr;
+
 /// plan   none: stages I, III and IV alone
-Answer find_self_hits(const Surface& s, const SweepLimits& limits, const CullPlan* plan) {
+template <class Plan>
+Answer find_self_hits(const Surface& s, const SweepLimits& limits, const Plan* plan) {
     BoxTree tree;
     tree.build(s.topology, s.t0);
     tree.refit(s.motion());
     ChromaticCuller culler(s.topology);
     culler.find_near(s.motion(), tree, s.motion(), tree, limits.distance, limits.tolerance);
-    CpuCullBackend twin;
-    EXPECT_TRUE(plan == nullptr || culler.look(*plan, twin).ok());
+    EXPECT_TRUE(plan == nullptr || look(culler, *plan));
     CulledCandidates found;
     culler.find_candidates(found);
     Answer answer{{}, culler.counts()};
@@ -86,7 +96,8 @@ Answer find_self_hits(const Surface& s, const SweepLimits& limits, const CullPla
     return answer;
 }
 
-Answer find_hits(const Surface& a, const Surface& b, const SweepLimits& limits, const CullPlan* plan) {
+template <class Plan>
+Answer find_hits(const Surface& a, const Surface& b, const SweepLimits& limits, const Plan* plan) {
     BoxTree tree_a, tree_b;
     tree_a.build(a.topology, a.t0);
     tree_b.build(b.topology, b.t0);
@@ -94,8 +105,7 @@ Answer find_hits(const Surface& a, const Surface& b, const SweepLimits& limits, 
     tree_b.refit(b.motion());
     ChromaticCuller culler(a.topology, b.topology);
     culler.find_near(a.motion(), tree_a, b.motion(), tree_b, limits.distance, limits.tolerance);
-    CpuCullBackend twin;
-    EXPECT_TRUE(plan == nullptr || culler.look(*plan, twin).ok());
+    EXPECT_TRUE(plan == nullptr || look(culler, *plan));
     CulledCandidates found;
     culler.find_candidates(found);
     Answer answer{{}, culler.counts()};
@@ -115,11 +125,19 @@ const std::vector<CullPlan> kPlans = {
     {.memory = CullMemory::Intervals, .resolution = 40, .max_rounds = 1, .adapt_resolution = false},
 };
 
+const std::vector<QueryPlan> kQueryPlans = {
+    {.resolution = 96},
+    {.resolution = 48, .views = 6, .axis_tests = false},
+    {.resolution = 33, .adapt_resolution = false, .max_rounds = 1, .view_coherence = false},
+};
+
 void expect_the_same_hits(const Surface& s, const SweepLimits& limits, std::size_t at_least = 1) {
     const std::set<Hit> truth = find_self_hits_by_brute_force(s, limits);
     EXPECT_GE(truth.size(), at_least);
-    EXPECT_EQ(find_self_hits(s, limits, nullptr).hits, truth) << "without stage II";
+    EXPECT_EQ(find_self_hits(s, limits, kNoLook).hits, truth) << "without stage II";
     for (std::size_t k = 0; k < kPlans.size(); ++k) EXPECT_EQ(find_self_hits(s, limits, &kPlans[k]).hits, truth) << "plan " << k;
+    for (std::size_t k = 0; k < kQueryPlans.size(); ++k)
+        EXPECT_EQ(find_self_hits(s, limits, &kQueryPlans[k]).hits, truth) << "queries, plan " << k;
 }
 
 /// A sheet folded over itself, wrinkled: every fold comes near the one below.
@@ -241,8 +259,9 @@ TEST(ChromaticCuller, TwoBodiesKeepTheirContacts) {
         const SweepLimits limits{.distance = round % 2 == 0 ? 0.0 : 0.05};
         const auto truth = find_hits_by_brute_force(a, b, limits);
         EXPECT_GT(truth.size(), 10u);
-        EXPECT_EQ(find_hits(a, b, limits, nullptr).hits, truth);
+        EXPECT_EQ(find_hits(a, b, limits, kNoLook).hits, truth);
         for (const CullPlan& plan : kPlans) EXPECT_EQ(find_hits(a, b, limits, &plan).hits, truth);
+        for (const QueryPlan& plan : kQueryPlans) EXPECT_EQ(find_hits(a, b, limits, &plan).hits, truth);
     }
 }
 
@@ -261,11 +280,23 @@ TEST(ChromaticCuller, InsideAVesselEveryMemoryKeepsTheContacts) {
                               {.memory = CullMemory::Fronts, .resolution = 512, .reversed_views = true},
                               {.memory = CullMemory::Intervals, .resolution = 512}};
     const SweepLimits limits{.distance = 0.002};
-    const auto plain = find_hits(catheter, vessel, limits, nullptr);
+    const auto plain = find_hits(catheter, vessel, limits, kNoLook);
     for (const CullPlan& plan : plans) {
         const Answer answer = find_hits(catheter, vessel, limits, &plan);
         EXPECT_EQ(answer.hits, plain.hits);
         EXPECT_LT(answer.counts.left_pairs, plain.counts.near_pairs / 2);
+        std::printf("catheter in its vessel, %s: %zu pairs of %zu left\n",
+                    plan.memory == CullMemory::Intervals ? "intervals"
+                    : plan.reversed_views                ? "fronts, reversed views too"
+                                                         : "fronts",
+                    answer.counts.left_pairs, plain.counts.near_pairs);
+    }
+    for (const int views : {3, 6}) {
+        const QueryPlan plan{.resolution = 512, .views = views};
+        const Answer answer = find_hits(catheter, vessel, limits, &plan);
+        EXPECT_EQ(answer.hits, plain.hits);
+        std::printf("catheter in its vessel, queries in %d views: %zu pairs of %zu left after %llu queries\n", views,
+                    answer.counts.left_pairs, plain.counts.near_pairs, static_cast<unsigned long long>(answer.counts.queries.queries));
     }
 }
 
@@ -304,7 +335,7 @@ TEST(ChromaticCuller, FoldedClothLosesPairsInStageTwo) {
     Random random(12);
     const Surface cloth = make_folded_sheet(60, 20, 0.9, random);
     const SweepLimits limits{.distance = 0.01};
-    const Answer plain = find_self_hits(cloth, limits, nullptr);
+    const Answer plain = find_self_hits(cloth, limits, kNoLook);
     for (const CullMemory memory : {CullMemory::Fronts, CullMemory::Intervals}) {
         const CullPlan plan{.memory = memory, .resolution = 512};
         const Answer culled = find_self_hits(cloth, limits, &plan);

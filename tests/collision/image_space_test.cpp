@@ -1,5 +1,6 @@
 #include "base/self_intersection.hpp"
 #include "collision/cull_twin.hpp"
+#include "collision/cullide.hpp"
 #include "collision/image_space.hpp"
 #include "shapes.hpp"
 
@@ -86,6 +87,126 @@ TEST(ImageSpace, NothingAndNotANumberAreNoTrap) {
     const std::vector<Vec3> positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {nan, 0.3, -0.5}, {0.3, 0.3, 0.5}, {0.4, 0.3, 0.5}};
     EXPECT_TRUE(crossings_by_pictures({{0, 1, 2}, {3, 4, 5}}, positions, {}).empty());
     EXPECT_TRUE(crossings_by_pictures({{0, 0, 0}, {1, 1, 2}}, positions, {}).empty());
+}
+
+struct TwoTubes {
+    std::vector<Triangle> triangles;
+    std::vector<Vec3> positions;
+    TwoTubes() {
+        const auto tube = testing::make_bent_tube(1.0, 0.08, 60, 24, 2.0), other = testing::make_bent_tube(1.0, 0.07, 50, 20, -1.0);
+        positions = tube.t0;
+        triangles = tube.triangles;
+        const auto shift = static_cast<Index>(positions.size());
+        for (const Vec3& p : other.t0) positions.push_back(p + Vec3(0.03, 0.1, 0.2));
+        for (const Triangle& t : other.triangles) triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
+    }
+};
+
+TEST(ImageSpace, ViewsThatPrunedMostComeFirstNextTimeAndLoseNothing) {
+    const TwoTubes tubes;
+    ImageSpaceCuller culler(tubes.triangles, tubes.positions.size());
+    CpuCullBackend twin;
+    const auto truth = crossings_by_tree(tubes.triangles, tubes.positions);
+    std::size_t first_pass_left[2];
+    for (std::size_t& left : first_pass_left) {
+        const auto ids = culler.find_colliding_set(tubes.positions, {.resolution = 300}, twin);
+        ASSERT_TRUE(ids.ok());
+        EXPECT_EQ(find_crossings(tubes.triangles, tubes.positions, *ids), truth);
+        left = culler.passes().front().triangles_left;
+    }
+    EXPECT_LE(first_pass_left[1], first_pass_left[0]);
+}
+
+TEST(ImageSpace, WhoeverHasAClockDecidesWhenTheCpuTakesOver) {
+    const TwoTubes tubes;
+    ImageSpaceCuller culler(tubes.triangles, tubes.positions.size());
+    CpuCullBackend twin;
+    for (const std::size_t wanted : {3u, 5u}) {
+        std::size_t asked = 0;
+        ImageSpacePlan plan{.resolution = 200, .coherent_views = false};
+        plan.go_on = [&](const ImageSpacePass& pass) {
+            EXPECT_GE(pass.triangles, pass.triangles_left);
+            ++asked;
+            return culler.passes().size() < wanted;
+        };
+        ASSERT_TRUE(culler.find_colliding_set(tubes.positions, plan, twin).ok());
+        EXPECT_EQ(culler.passes().size(), wanted);
+        EXPECT_EQ(asked, wanted - 2);
+    }
+}
+
+TEST(PatchHierarchy, HoldsEveryTriangleOnceAndPatchesOfAConnectedMeshAreFew) {
+    const TwoTubes tubes;
+    const PatchHierarchy h = make_patch_hierarchy(tubes.triangles, tubes.positions.size());
+    std::vector<Index> sorted = h.order;
+    std::sort(sorted.begin(), sorted.end());
+    for (Index t = 0; t < sorted.size(); ++t) ASSERT_EQ(sorted[t], t);
+    EXPECT_EQ(sorted.size(), tubes.triangles.size());
+    EXPECT_EQ(h.patches.size(), 2 * tubes.triangles.size() - 1);
+    std::size_t pieces = 0, patches = 0;
+    for (const auto& patch : h.patches) {
+        ASSERT_LT(patch.begin, patch.end);
+        if (patch.left == kNoIndex) {
+            ASSERT_EQ(patch.end - patch.begin, 1u);
+            continue;
+        }
+        const auto &l = h.patches[patch.left], &r = h.patches[patch.left + 1];
+        ASSERT_TRUE(l.begin == patch.begin && l.end == r.begin && r.end == patch.end);
+        std::vector<Index> left(h.order.begin() + patch.begin, h.order.begin() + patch.end);
+        ++patches;
+        while (!left.empty()) { // pieces by brute force over shared vertices
+            ++pieces;
+            std::vector<Index> piece{left.back()};
+            left.pop_back();
+            for (std::size_t k = 0; k < piece.size() && !left.empty(); ++k)
+                for (std::size_t i = 0; i < left.size();)
+                    if (are_adjacent(tubes.triangles[piece[k]], tubes.triangles[left[i]])) {
+                        piece.push_back(left[i]);
+                        left[i] = left.back();
+                        left.pop_back();
+                    } else {
+                        ++i;
+                    }
+        }
+    }
+    std::printf("%zu patches in %zu pieces\n", patches, pieces);
+    EXPECT_LT(static_cast<double>(pieces), 1.2 * static_cast<double>(patches));
+    EXPECT_TRUE(make_patch_hierarchy({}, 0).patches.empty());
+    EXPECT_EQ(make_patch_hierarchy(std::vector<Triangle>{{0, 0, 0}}, 1).patches.size(), 1u);
+}
+
+TEST(Cullide, FindsWhatPenetratesAndAConnectedHierarchyDrawsLessThanARandomOne) {
+    const TwoTubes tubes;
+    const auto truth = crossings_by_tree(tubes.triangles, tubes.positions);
+    std::size_t queries[2];
+    for (const bool random : {false, true}) {
+        Cullide cullide(tubes.triangles, random ? make_random_hierarchy(tubes.triangles.size(), 7)
+                                                : make_patch_hierarchy(tubes.triangles, tubes.positions.size()));
+        const auto ids = cullide.find_colliding_set(tubes.positions, {.resolution = 500});
+        queries[random] = 0;
+        for (const CullidePass& pass : cullide.passes()) queries[random] += pass.queries;
+        const auto found = find_crossings(tubes.triangles, tubes.positions, ids);
+        std::printf("%s: %zu triangles of %zu left, %zu of %zu crossings, %zu passes, %zu queries\n", random ? "random" : "connected",
+                    ids.size(), tubes.triangles.size(), found.size(), truth.size(), cullide.passes().size(), queries[random]);
+        EXPECT_LT(ids.size(), tubes.triangles.size() / 2);
+        EXPECT_GT(static_cast<double>(found.size()), 0.5 * static_cast<double>(truth.size()));
+        EXPECT_TRUE(std::ranges::includes(truth, found,
+                                          [](const TrianglePair& x, const TrianglePair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; }));
+    }
+    EXPECT_LT(queries[0], queries[1]);
+}
+
+TEST(Cullide, LosesWhatItsPaperSaysItLosesAndTheSafeFormDoesNot) {
+    // a needle thinner than a pixel through a plate
+    const std::vector<Vec3> positions = {{0, 0, 0},         {1, 0, 0},      {0, 1, 0},     {0.3, 0.3, -0.5}, {0.3, 0.3, 0.5},
+                                         {0.301, 0.3, 0.5}, {-20, -20, -1}, {20, -20, -1}, {0, 20, -1}};
+    const std::vector<Triangle> triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
+    Cullide cullide(triangles, make_patch_hierarchy(triangles, positions.size()));
+    const auto ids = cullide.find_colliding_set(positions, {.resolution = 50});
+    EXPECT_TRUE(find_crossings(triangles, positions, ids).empty());
+    EXPECT_EQ(crossings_by_pictures(triangles, positions, {.resolution = 50}), (std::vector<TrianglePair>{{0, 1}}));
+    Cullide nothing({}, make_patch_hierarchy({}, 0));
+    EXPECT_TRUE(nothing.find_colliding_set({}, {}).empty());
 }
 
 } // namespace

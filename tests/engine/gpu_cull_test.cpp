@@ -1,9 +1,11 @@
 // Stage II on OpenGL against its twin on the CPU: the same bits in every view, the same contacts whoever culls.
-#include "assets/anatomy/random.hpp"
+#include "../collision/hard_prisms.hpp"
 #include "collision/chromatic_culler.hpp"
 #include "collision/cull_twin.hpp"
 #include "engine/gpu/describe_graphics.hpp"
+#include "engine/gpu/gl_canvas.hpp"
 #include "engine/gpu/gl_cull_backend.hpp"
+#include "gpu_fixture.hpp"
 
 #include <gmock/gmock.h>
 
@@ -13,72 +15,11 @@ namespace seldinger::engine {
 namespace {
 
 using namespace collision;
+using test::Cloth;
+using test::make_cloth;
+using test::WholeView;
 
 constexpr ContextKind kAllKinds[] = {ContextKind::EglDevice, ContextKind::EglSurfaceless, ContextKind::OsMesa};
-
-struct Cloth {
-    std::vector<Vec3> t0, t1;
-    SurfaceTopology topology;
-    [[nodiscard]] SurfaceMotion motion() const { return {&topology, t0, t1}; }
-};
-
-/// A sheet in four folds.
-Cloth make_cloth(Index columns, Index rows, std::uint64_t seed) {
-    anatomy::Random random(seed);
-    Cloth cloth;
-    const Index fold = columns / 4;
-    for (Index y = 0; y <= rows; ++y)
-        for (Index x = 0; x <= columns; ++x) {
-            const double along = (x / fold) % 2 == 0 ? x % fold : fold - x % fold;
-            cloth.t0.push_back(Vec3(along, y, 0.5 * (x / fold)) + 0.1 * random.cube());
-            cloth.t1.push_back(cloth.t0.back() + 0.2 * random.cube());
-        }
-    std::vector<Triangle> triangles;
-    for (Index y = 0; y < rows; ++y)
-        for (Index x = 0; x < columns; ++x) {
-            const Index a = y * (columns + 1) + x, b = a + 1, c = a + columns + 1, d = c + 1;
-            triangles.push_back({a, b, c});
-            triangles.push_back({b, d, c});
-        }
-    cloth.topology = make_topology(triangles, cloth.t0.size());
-    return cloth;
-}
-
-/// One view of everything: all prisms drawn, every prism asks every set.
-struct WholeView {
-    std::vector<Footprint> footprints;
-    std::vector<Index> set_begin{0}, members;
-    std::vector<CullQuestion> questions;
-    std::vector<std::size_t> question_begin{0};
-    CullJob job;
-
-    WholeView(std::span<const SweptCorners> prisms, std::span<const Triangle> corners, const ChromaticSets& sets, int axis, bool reversed,
-              int size) {
-        const CullFrame frame = make_cull_frame(view_along_axis(axis, reversed), prisms, 0.01, size, size);
-        for (const SweptCorners& prism : prisms) footprints.push_back(make_footprint(frame, prism));
-        for (Index set = 0; set < sets.count(); ++set) {
-            for (const Index t : sets.set(set)) members.push_back(t);
-            set_begin.push_back(static_cast<Index>(members.size()));
-            for (Index prism = 0; prism < prisms.size(); ++prism) questions.push_back({prism, set});
-            question_begin.push_back(questions.size());
-        }
-        job = {.width = size,
-               .height = size,
-               .footprints = footprints,
-               .corners = corners,
-               .set_begin = set_begin,
-               .set_members = members,
-               .questions = questions,
-               .question_begin = question_begin};
-    }
-};
-
-std::vector<SweptCorners> prisms_of(const Cloth& c) {
-    std::vector<SweptCorners> prisms;
-    for (const Triangle& t : c.topology.triangles)
-        prisms.push_back({c.t0[t[0]], c.t0[t[1]], c.t0[t[2]], c.t1[t[0]], c.t1[t[1]], c.t1[t[2]]});
-    return prisms;
-}
 
 std::vector<std::unique_ptr<GlCullBackend>> all_backends() {
     std::vector<std::unique_ptr<GlCullBackend>> backends;
@@ -98,7 +39,7 @@ TEST(GpuCull, EveryContextAnswersAsTheTwinDoesBitForBit) {
     const auto backends = all_backends();
     if (backends.empty()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
     const Cloth cloth = make_cloth(16, 8, 1);
-    const auto prisms = prisms_of(cloth);
+    const auto prisms = cloth.prisms();
     const ChromaticSets sets = make_chromatic_sets(cloth.topology.triangles, cloth.t0.size());
     for (const CullMemory memory : {CullMemory::Fronts, CullMemory::Intervals})
         for (int view = 0; view < 4; ++view) {
@@ -115,6 +56,62 @@ TEST(GpuCull, EveryContextAnswersAsTheTwinDoesBitForBit) {
                 EXPECT_EQ(hits, expected) << backend->name() << ", view " << view;
             }
         }
+}
+
+/// Another way to the random numbers of the collision tests.
+struct Numbers {
+    anatomy::Random random;
+    double real(double from, double to) { return from + (to - from) * 0.5 * (random.cube().x() + 1.0); }
+    std::uint64_t bits() { return static_cast<std::uint64_t>(real(0.0, 1e9)); }
+};
+
+TEST(GpuCull, OcclusionQueriesGiveTheBitsOfTheOrderFreeForm) {
+    const Cloth cloth = make_cloth(8, 5, 4);
+    const auto prisms = cloth.prisms();
+    const ChromaticSets sets = make_chromatic_sets(cloth.topology.triangles, cloth.t0.size());
+    int tried = 0;
+    for (const ContextKind kind : kAllKinds) {
+        auto canvas = GlCanvas::make({.order = {kind}});
+        if (!canvas.ok()) {
+            std::printf("%s is not there: %s\n", name_of(kind), canvas.error().message.c_str());
+            continue;
+        }
+        ++tried;
+        WholeView whole(prisms, cloth.topology.triangles, sets, tried % 3, tried == 2, 75);
+        whole.job.memory = CullMemory::Fronts;
+        std::vector<std::uint8_t> expected(whole.questions.size(), 7), hits(whole.questions.size(), 7);
+        CpuCullBackend twin;
+        ASSERT_TRUE(twin.find_hits(whole.job, expected).ok());
+        const auto queries = find_hits_in_two_passes(whole.job, **canvas, hits);
+        ASSERT_TRUE(queries.ok()) << queries.error().message;
+        std::printf("%s: %llu queries\n", (*canvas)->name().c_str(), static_cast<unsigned long long>(*queries));
+        EXPECT_EQ(hits, expected) << (*canvas)->name();
+        EXPECT_GT(std::count(hits.begin(), hits.end(), 0), 50);
+        EXPECT_GT(std::count(hits.begin(), hits.end(), 1), 50);
+    }
+    if (tried == 0) GTEST_SKIP() << "no OpenGL 4.5 on this machine";
+}
+
+TEST(GpuCull, HardPrismsThatTouchAreNeverFreeAndTheTwinAgrees) {
+    auto backend = GlCullBackend::make();
+    if (!backend.ok()) GTEST_SKIP() << backend.error().message;
+    for (const int size : {1, 2, 7, 64, 256})
+        for (int view = 0; view < 3; ++view) {
+            SCOPED_TRACE(::testing::Message() << "seed 62, size " << size << ", view " << view);
+            Numbers numbers{anatomy::Random(62)};
+            const ViewDirection direction = view < 2 ? view_along_axis(view, view == 1) : view_along(Vec3(-1.0, 0.7, 2.0));
+            const collision::testing::HardPrisms hard(numbers, direction, size, 150);
+            std::vector<std::uint8_t> expected(hard.questions.size()), hits(hard.questions.size());
+            for (const CullMemory memory : {CullMemory::Fronts, CullMemory::Intervals}) {
+                const auto done = (*backend)->find_hits(hard.job(size, memory), hits);
+                ASSERT_TRUE(done.ok()) << done.error().message;
+                EXPECT_EQ(collision::testing::count_lost(hard, hits), 0u);
+                CpuCullBackend twin;
+                ASSERT_TRUE(twin.find_hits(hard.job(size, memory), expected).ok());
+                EXPECT_EQ(hits, expected);
+            }
+        }
+    EXPECT_GT(collision::testing::HardPrisms::kSets, 32u);
 }
 
 TEST(GpuCull, MoreSetsThanLayersFitAreDrawnInTurns) {
@@ -169,7 +166,7 @@ TEST(GpuCull, TheSamePairsAreLeftWhoeverCulls) {
 TEST(GpuCull, WithoutOpenGlTheReasonIsSaid) {
     const auto backend = GlCullBackend::make({.egl_library = "libNoSuchEgl.so.1", .osmesa_library = "libNoSuchMesa.so.8"});
     ASSERT_FALSE(backend.ok());
-    EXPECT_THAT(backend.error().message, testing::HasSubstr("libNoSuchEgl.so.1"));
+    EXPECT_THAT(backend.error().message, ::testing::HasSubstr("libNoSuchEgl.so.1"));
 }
 
 TEST(GpuCull, WhatThisMachineCanIsSaidInWords) {
@@ -180,7 +177,7 @@ TEST(GpuCull, WhatThisMachineCanIsSaidInWords) {
     const auto nothing = describe_graphics({.order = {}});
     ASSERT_EQ(nothing.size(), 2u);
     EXPECT_EQ(nothing[0].what, "none");
-    EXPECT_THAT(nothing[1].how, testing::HasSubstr("CPU twin"));
+    EXPECT_THAT(nothing[1].how, ::testing::HasSubstr("CPU twin"));
 }
 
 TEST(GpuCull, AskingNothingIsAnsweredWithNothing) {

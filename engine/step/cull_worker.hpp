@@ -1,0 +1,48 @@
+// A device that looks at pictures, on a thread of its own: a draw that was sent cannot be recalled, so nobody waits for it who need not.
+// What it looks at is a snapshot; an answer that comes too late is dropped.
+#pragma once
+
+#include "collision/candidate_culler.hpp"
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+namespace seldinger::engine {
+
+class CullWorker {
+public:
+    explicit CullWorker(std::unique_ptr<collision::CullBackend> backend);
+    /// Waits for the look under way.
+    ~CullWorker();
+    CullWorker(const CullWorker&) = delete;
+    CullWorker& operator=(const CullWorker&) = delete;
+
+    [[nodiscard]] const std::string& name() const noexcept { return name_; }
+    /// Still at a look, perhaps one that was dropped.
+    [[nodiscard]] bool busy();
+    /// Takes the snapshot, and leaves the room of an earlier one in its place. Must not be busy.
+    void start(collision::CullSnapshot& snapshot, const collision::CullPlan& plan);
+    void wait();
+    /// The answer of the last look, which must be finished. seconds   s, that it took
+    /// fails   as the device did
+    [[nodiscard]] Result<void> take(collision::CullSnapshot& snapshot, double& seconds);
+
+private:
+    void work();
+
+    std::unique_ptr<collision::CullBackend> backend_; // the thread's alone
+    const std::string name_;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    bool busy_ = false, stopping_ = false;
+    collision::CullSnapshot snapshot_; // the thread's while busy
+    collision::CullPlan plan_;
+    Result<void> result_;
+    double seconds_ = 0.0;
+    std::thread thread_; // last: it uses all of the above
+};
+
+} // namespace seldinger::engine

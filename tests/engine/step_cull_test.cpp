@@ -1,0 +1,199 @@
+// Stage II inside the engine's exact stage: whoever looks, the run is the same run; what was chosen is told.
+#include "collision/cull_twin.hpp"
+#include "engine/gpu/attach_culler.hpp"
+#include "engine/step/cull_stage.hpp"
+#include "step_fixture.hpp"
+
+#include <gmock/gmock.h>
+
+#include <atomic>
+
+namespace seldinger::engine {
+namespace {
+
+constexpr std::uint64_t kSteps = 60;
+
+struct Outcome {
+    std::uint64_t hash = 0, items = 0, apart = 0, late = 0, left_out = 0, candidates = 0;
+    unsigned by = 0;
+    std::vector<std::uint64_t> units; // of every step
+};
+
+Outcome run(Simulator& simulator) {
+    Outcome outcome;
+    for (std::uint64_t k = 0; k < kSteps; ++k) {
+        const StepReport& report = simulator.step();
+        EXPECT_TRUE(report.finite) << report.failure;
+        EXPECT_EQ(report.lumen_exits, 0u);
+        outcome.items += report.cull_items;
+        outcome.apart += report.cull_apart;
+        outcome.late += report.cull_late;
+        outcome.left_out += report.cull_left_out;
+        outcome.candidates += report.candidates;
+        outcome.by = std::max(outcome.by, report.culled_by);
+        outcome.units.push_back(report.work_units);
+    }
+    outcome.hash = hash_state(simulator.state());
+    return outcome;
+}
+
+PreparedScene prepare(const std::string& budget, Culling culling) {
+    PreparedScene prepared = test::prepare(test::bent_tube_scene({.budget = budget}));
+    prepared.model.contact.culling = culling;
+    prepared.model.contact.exact_distance = 0.9 * prepared.model.contact.clearance; // many come near
+    return prepared;
+}
+
+/// The CPU twin on the thread of a device; slow, or one that is lost after some looks.
+class TestDevice final : public collision::CullBackend {
+public:
+    std::atomic<int>* gate = nullptr; // looks that may pass; nullptr: all
+    int finds_until_lost = 1 << 30;
+    [[nodiscard]] std::string name() const override { return "a device for tests"; }
+    [[nodiscard]] int preferred_resolution() const noexcept override { return 64; }
+    [[nodiscard]] Result<void> find_hits(const collision::CullJob& job, std::span<std::uint8_t> hits) override {
+        if (gate != nullptr) {
+            gate->wait(0);
+            --*gate;
+        }
+        if (--finds_until_lost < 0) return Error{ErrorCode::ToolFailed, "a device for tests: the context was lost"};
+        return twin_.find_hits(job, hits);
+    }
+
+private:
+    collision::CpuCullBackend twin_;
+};
+
+TEST(CullStage, WhoeverLooksTheRunHasTheSameBits) {
+    const PreparedScene plain = prepare("exact", Culling::Never), automatic = prepare("exact", Culling::Auto),
+                        twin = prepare("exact", Culling::Cpu), device = prepare("exact", Culling::OpenGl);
+    Simulator without(plain.model), chosen(automatic.model), by_twin(twin.model), by_device(device.model);
+    by_device.set_cull_device(std::make_unique<TestDevice>());
+    const Outcome expected = run(without), a = run(chosen), t = run(by_twin), d = run(by_device);
+    EXPECT_EQ(expected.by, 0u);
+    EXPECT_EQ(a.hash, expected.hash);
+    EXPECT_EQ(t.hash, expected.hash);
+    EXPECT_EQ(d.hash, expected.hash);
+    EXPECT_EQ(t.candidates, expected.candidates);
+    EXPECT_EQ(t.by, static_cast<unsigned>(CulledBy::CpuTwin));
+    EXPECT_EQ(d.by, static_cast<unsigned>(CulledBy::Device));
+    EXPECT_EQ(t.apart, d.apart); // without a clock every answer is waited for
+    EXPECT_EQ(t.items, d.items);
+    EXPECT_GT(t.apart, t.items / 10);
+    std::printf("%llu of %llu candidates proven apart\n", static_cast<unsigned long long>(t.apart),
+                static_cast<unsigned long long>(t.items));
+}
+
+TEST(CullStage, ByOpenGlTheSame) {
+    const PreparedScene plain = prepare("exact", Culling::Cpu), prepared = prepare("exact", Culling::OpenGl);
+    Simulator twin(plain.model), simulator(prepared.model);
+    const std::string words = attach_culler(simulator);
+    std::printf("%s\n", words.c_str());
+    const Outcome expected = run(twin), outcome = run(simulator);
+    EXPECT_EQ(outcome.hash, expected.hash);
+    EXPECT_EQ(outcome.apart, expected.apart);
+    const bool there = words.find("instead of OpenGL") == std::string::npos;
+    EXPECT_EQ(outcome.by, static_cast<unsigned>(there ? CulledBy::Device : CulledBy::CpuTwin));
+    Simulator nothing(prepared.model);
+    EXPECT_THAT(attach_culler(nothing, {.egl_library = "libNoSuchEgl.so.1", .osmesa_library = "libNoSuchMesa.so.8"}),
+                ::testing::HasSubstr("CPU twin instead of OpenGL"));
+}
+
+TEST(CullStage, UnderABudgetOfWorkNoClockHasASay) {
+    const PreparedScene twin = prepare("work:400000", Culling::Cpu), device = prepare("work:400000", Culling::OpenGl);
+    Simulator first(twin.model), again(twin.model), other(device.model);
+    other.set_cull_device(std::make_unique<TestDevice>());
+    const Outcome a = run(first), b = run(again), c = run(other);
+    EXPECT_EQ(a.hash, b.hash);
+    EXPECT_EQ(a.hash, c.hash);
+    EXPECT_EQ(a.units, b.units);
+    EXPECT_EQ(a.units, c.units);
+    EXPECT_EQ(a.apart, c.apart);
+    EXPECT_GT(a.items, 0u);
+    const PreparedScene poor = prepare("work:3000", Culling::Cpu);
+    Simulator tight(poor.model);
+    EXPECT_GT(run(tight).left_out, 0u); // a look that the budget does not hold is left out, and said
+}
+
+TEST(CullStage, ALateAnswerIsDroppedAndNobodyWaitsForIt) {
+    const PreparedScene plain = prepare("1000s", Culling::Never), prepared = prepare("1000s", Culling::OpenGl);
+    std::atomic<int> gate{3}; // the three views of its first look, then the device never answers; outlives its thread
+    Simulator without(plain.model), simulator(prepared.model);
+    auto device = std::make_unique<TestDevice>();
+    device->gate = &gate;
+    simulator.set_cull_device(std::move(device));
+    const Outcome expected = run(without), outcome = run(simulator);
+    gate = 1 << 20; // lets the device's thread end
+    gate.notify_all();
+    EXPECT_EQ(outcome.hash, expected.hash);
+    EXPECT_EQ(outcome.late, 1u);
+    EXPECT_GT(outcome.left_out, 0u); // it was busy from then on
+    EXPECT_EQ(outcome.apart, 0u);
+    EXPECT_EQ(outcome.by, static_cast<unsigned>(CulledBy::Nobody));
+}
+
+TEST(CullStage, ALostDeviceIsGivenUpForTheTwinAndSaid) {
+    const PreparedScene plain = prepare("exact", Culling::Cpu), prepared = prepare("exact", Culling::OpenGl);
+    Simulator twin(plain.model), simulator(prepared.model);
+    auto device = std::make_unique<TestDevice>();
+    device->finds_until_lost = 20;
+    simulator.set_cull_device(std::move(device));
+    const Outcome expected = run(twin), outcome = run(simulator);
+    EXPECT_EQ(outcome.hash, expected.hash);
+    EXPECT_EQ(outcome.apart, expected.apart);
+    ASSERT_EQ(simulator.cull_notes().size(), 1u);
+    EXPECT_THAT(simulator.cull_notes()[0], ::testing::HasSubstr("context was lost"));
+}
+
+TEST(CullStage, AReplayOfAWallRunThatWasCulledHasItsBits) {
+    const PreparedScene prepared = prepare("20ms", Culling::Cpu);
+    std::vector<std::vector<Decision>> decisions(kSteps);
+    Simulator simulator(prepared.model);
+    bool looked = false;
+    for (auto& step : decisions) {
+        simulator.tape().record_into(&step);
+        looked = simulator.step().culled_by > 0 || looked;
+        for (const Decision& d : step) looked = looked || d == Decision{DecisionKind::Cull, 1};
+    }
+    EXPECT_TRUE(looked);
+    Simulator again(prepared.model);
+    for (const auto& step : decisions) {
+        again.tape().replay(step);
+        again.step();
+        ASSERT_FALSE(again.tape().left_script());
+    }
+    EXPECT_EQ(hash_state(again.state()), hash_state(simulator.state()));
+}
+
+TEST(CullCost, LooksWhereThatIsPredictedToPay) {
+    CullCostModel cost({.look_s = 1e-3, .look_s_per_item = 1e-6, .test_s_per_item = 1e-5, .dropped = 0.5});
+    EXPECT_FALSE(cost.pays(0));
+    EXPECT_FALSE(cost.pays(200)); // 1.2 ms against 1 ms
+    EXPECT_TRUE(cost.pays(1000)); // 2 ms against 5 ms
+    for (int k = 0; k < 20; ++k) {
+        cost.note_look(1000, 990, 2e-3); // it drops next to nothing
+        cost.note_tests(990, 9.9e-3);
+    }
+    EXPECT_FALSE(cost.pays(1000));
+    EXPECT_NEAR(cost.look_s(1000), 2e-3, 1e-9);
+    int steps = 0;
+    for (; !cost.pays(1000) && steps < 1000; ++steps) cost.pass_over();
+    EXPECT_GT(steps, 5); // tried again, not at once
+    EXPECT_LT(steps, 1000);
+}
+
+TEST(CullCost, ALineThroughMeasurementsTellsStartAndSlope) {
+    LineFit fit;
+    for (int k = 0; k < 200; ++k) {
+        const double x = 100.0 * (1 + k % 7);
+        fit.add(x, 3e-3 + 2e-6 * x);
+    }
+    EXPECT_NEAR(fit.at(0.0), 3e-3, 1e-8);
+    EXPECT_NEAR(fit.at(2000.0), 7e-3, 1e-7);
+    LineFit one;
+    one.add(50.0, 1e-3);
+    EXPECT_NEAR(one.at(100.0), 2e-3, 1e-9);
+}
+
+} // namespace
+} // namespace seldinger::engine
