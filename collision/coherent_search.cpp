@@ -163,7 +163,7 @@ void CoherentSearch::predict(Index cluster, double begin) noexcept {
     const ClusterDrift& drift = drifts_[cluster];
     const SurfacePart& part = parts_[volumes_.part_of(cluster)];
     const double steps = static_cast<double>(length_) - begin;
-    const bool paper = options_.inflation == Inflation::Paper;
+    const bool paper = options_.inflation == VolumeInflation::Paper;
     PredictedMotion& motion = predicted_[cluster];
     motion.speed = paper ? Vec3(Vec3::Zero()) : drift.move;
     const double speed = drift.spread + (paper ? drift.move.norm() * kDriftRounding : 0.0) + options_.speed_slack;

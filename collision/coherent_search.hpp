@@ -24,7 +24,7 @@
 
 namespace seldinger::collision {
 
-enum class Inflation : std::uint8_t {
+enum class VolumeInflation : std::uint8_t {
     Predicted, // along the cluster's motion, and by what its vertices stray from it
     Paper,     // to all sides: (|v| + v_slack) dt + l, dt the length of the session
 };
@@ -42,7 +42,7 @@ struct CoherentOptions : PairOptions {
 
     bool skipping = true;  // exact; false: every step anew ("without skipping")
     bool front_end = true; // exact; false: all features within reach are tested in every step
-    Inflation inflation = Inflation::Predicted;
+    VolumeInflation inflation = VolumeInflation::Predicted;
     DanglingTraversal dangling = DanglingTraversal::Adaptive;
     unsigned session_length = 0; // steps; 0: adapts
     double slack = 0.25;         // l, in mean edge lengths of the part

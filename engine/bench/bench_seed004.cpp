@@ -195,7 +195,7 @@ void add_methods(const Workload& workload, const Animation& animation, const Ben
     CoherentOptions skipping, without, paper, alone, partial, no_front_end, cones;
     cones.normal_cones = true;
     without.skipping = false;
-    paper.inflation = collision::Inflation::Paper;
+    paper.inflation = collision::VolumeInflation::Paper;
     alone.dangling = collision::DanglingTraversal::Alone;
     partial.dangling = collision::DanglingTraversal::Partial;
     no_front_end.front_end = false;

@@ -219,9 +219,9 @@ TEST(CoherentSearch, NoExactSwitchChangesAContact) {
     const std::vector<std::pair<const char*, CoherentOptions>> all{
         {"without skipping", with([](auto& o) { o.skipping = false; })},
         {"no front end", with([](auto& o) { o.front_end = false; })},
-        {"the paper's inflation", with([](auto& o) { o.inflation = Inflation::Paper; })},
+        {"the paper's inflation", with([](auto& o) { o.inflation = VolumeInflation::Paper; })},
         {"the paper's inflation, slack speed", with([](auto& o) {
-             o.inflation = Inflation::Paper;
+             o.inflation = VolumeInflation::Paper;
              o.speed_slack = 0.001;
          })},
         {"alone", with([](auto& o) {
