@@ -18,12 +18,12 @@ namespace {
 constexpr std::size_t kMostLeaves = 65'536;
 constexpr double kPointsAcross = 3.6; // cuts of a leaf's patch: fewer, and borders cannot move
 constexpr std::size_t kMostCandidates = 40'000, kLeastCandidates = 1'500;
-constexpr std::size_t kStarts[] = {768, 512, 1024, 1536, 640};
+constexpr std::size_t kStarts[] = {768, 512, 1024, 1536};
 constexpr double kSecondWeight = 2.5; // spheres of the second level may reach outside 0.4 times as far as those of the first
 constexpr double kWorstLeaf = 3.0, kWorstInner = 1.0;     // of LevelTask
 constexpr double kCutToRelax = 0.02, kCutForGood = 0.015; // smallest pieces, of the ball's radius
-constexpr std::size_t kShellPoints = 128;                 // a leaf: volumes of its outside to a few per cent
-constexpr unsigned kLastRelax = 6, kLastFit = 24;
+constexpr std::size_t kShellPoints = 96;                  // a leaf: volumes of its outside to a few per cent
+constexpr unsigned kLastRelax = 4, kLastFit = 24;
 
 double area_of(const PieceSet& set, const Piece& piece) {
     const Vec3& a = set.point(piece.corners[0]);

@@ -16,7 +16,8 @@ constexpr double kSplitShare = 0.12; // of the balls are split at a time
 constexpr unsigned kRoundsPerSplit = 2, kLastRounds = 10, kFitSteps = 8;
 constexpr std::size_t kPatience = 64;  // splits tried in vain
 constexpr std::size_t kMoveShare = 16; // one ball of so many is moved at a time
-constexpr unsigned kMoveTries = 16;
+constexpr unsigned kMoveTries = 8;
+constexpr std::size_t kClaimGroups = 8, kClaimBalls = 32; // of share_out: fewer balls than that are not worth a thread
 
 struct Shares {
     std::vector<Index> begin; // [balls + 1]
@@ -37,22 +38,42 @@ Shares list_shares(std::span<const Index> owner, std::size_t balls) {
     return shares;
 }
 
-/// Owners anew. A point stays with its owner where no other allowed ball needs less.
+/// What some of the balls would take over.
+struct Claims {
+    std::vector<double> need; // [points] m, least so far
+    std::vector<Index> ball;  // [points] kNoIndex: none of these needs less than the owner
+};
+
+/// Owners anew. A point stays with its owner where no other allowed ball needs less; of equal ones the first gets it. Groups of balls
+/// claim side by side, and the first group with the least need wins: the same for any number of groups.
 void share_out(const LevelTask& task, LevelBalls& level) {
     const std::vector<Vec3>& points = task.points.points();
     std::vector<double> least(points.size()), most;
     for (Index p = 0; p < points.size(); ++p) least[p] = need_of(level.balls[level.owner[p]], points[p]);
     task.points.tree().find_most(least, most);
-    for (Index i = 0; i < level.balls.size(); ++i) {
-        const Ball& ball = level.balls[i];
-        task.points.tree().for_each_below(ball.centre, ball.depth, most, [&](Index p, double distance_sq) {
-            const double need = std::sqrt(distance_sq) - ball.depth;
-            if (need < least[p] && task.points.allowed(p, level.parent[i])) {
-                least[p] = need;
-                level.owner[p] = i;
+    std::vector<Claims> groups(std::min<std::size_t>(kClaimGroups, level.balls.size() / kClaimBalls + 1));
+    tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
+        Claims& claims = groups[g];
+        claims.need = least;
+        claims.ball.assign(points.size(), kNoIndex);
+        const std::size_t end = level.balls.size() * (g + 1) / groups.size();
+        for (auto i = static_cast<Index>(level.balls.size() * g / groups.size()); i < end; ++i) {
+            const Ball& ball = level.balls[i];
+            task.points.tree().for_each_below(ball.centre, ball.depth, most, [&](Index p, double distance_sq) {
+                const double need = std::sqrt(distance_sq) - ball.depth;
+                if (need < claims.need[p] && task.points.allowed(p, level.parent[i])) {
+                    claims.need[p] = need;
+                    claims.ball[p] = i;
+                }
+            });
+        }
+    });
+    for (const Claims& claims : groups)
+        for (Index p = 0; p < points.size(); ++p)
+            if (claims.ball[p] != kNoIndex && claims.need[p] < least[p]) {
+                least[p] = claims.need[p];
+                level.owner[p] = claims.ball[p];
             }
-        });
-    }
 }
 
 /// Radii that hold the shares; balls without a point go.
@@ -61,14 +82,17 @@ Shares settle(const LevelTask& task, LevelBalls& level) {
     share_out(task, level);
     Shares shares = list_shares(level.owner, level.balls.size());
     const std::vector<Vec3>& points = task.points.points();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, level.balls.size(), kClaimBalls), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            double radius_sq = 0.0;
+            for (const Index id : shares.of(i)) radius_sq = std::max(radius_sq, (points[id] - level.balls[i].centre).squaredNorm());
+            level.balls[i].radius = std::sqrt(radius_sq);
+        }
+    });
     std::vector<Index> renumbered(level.balls.size(), kNoIndex);
     Index kept = 0;
     for (std::size_t i = 0; i < level.balls.size(); ++i) {
-        const auto ids = shares.of(i);
-        if (ids.empty()) continue;
-        double radius_sq = 0.0;
-        for (const Index id : ids) radius_sq = std::max(radius_sq, (points[id] - level.balls[i].centre).squaredNorm());
-        level.balls[i].radius = std::sqrt(radius_sq);
+        if (shares.of(i).empty()) continue;
         level.balls[kept] = level.balls[i];
         level.parent[kept] = level.parent[i];
         level.fitted[kept] = level.fitted[i];

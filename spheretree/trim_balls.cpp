@@ -12,7 +12,7 @@ namespace seldinger::spheretree {
 
 namespace {
 
-constexpr unsigned kRounds = 3, kSteps = 4;
+constexpr unsigned kRounds = 2, kSteps = 3;
 constexpr double kFirstStep = 0.5; // of a ball's reach outside
 constexpr double kGain = 1.0 - 1e-9;
 
