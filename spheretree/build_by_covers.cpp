@@ -149,8 +149,9 @@ private:
         for (const Index id : ids_) leaves.owner.push_back(owner_of[id]);
         const std::size_t parents = levels_.size() > 1 ? levels_[levels_.size() - 2].balls.size() : 1;
         const LevelTask task{dense, candidates_, parents, options_.branching, LevelAim::LeastVolume, kStarts[0], kWorstLeaf};
+        const std::size_t before = leaves.balls.size();
         relax_level(task, body_, kLastRelax, leaves);
-        fill_level(task, body_, leaves);
+        if (leaves.balls.size() < before) fill_level(task, body_, leaves); // balls that lost all of theirs
     }
 
     /// Every ball as far outside as the worst of its level: what a parent holds, its children may share with others' children.

@@ -14,7 +14,9 @@ namespace {
 constexpr double kFirstShare = 0.3;  // of a parent's children are found by its own greedy cover, the rest by splitting
 constexpr double kSplitShare = 0.12; // of the balls are split at a time
 constexpr unsigned kRoundsPerSplit = 2, kLastRounds = 10, kFitSteps = 8;
-constexpr std::size_t kPatience = 64;  // splits tried in vain
+constexpr double kGain = 0.995;
+constexpr unsigned kRoundsWithoutGain = 6;
+constexpr std::size_t kPatience = 24;  // splits tried in vain
 constexpr std::size_t kMoveShare = 16; // one ball of so many is moved at a time
 constexpr unsigned kMoveTries = 8;
 constexpr std::size_t kClaimGroups = 8, kClaimBalls = 32; // of share_out: fewer balls than that are not worth a thread
@@ -453,31 +455,38 @@ void relax_level(const LevelTask& task, const BodyDepth& body, unsigned rounds, 
     level = std::move(best);
 }
 
-void fill_level(const LevelTask& task, const BodyDepth& body, LevelBalls& level) {
+bool fill_level(const LevelTask& task, const BodyDepth& body, LevelBalls& level) {
     const std::size_t most = task.parents * task.branching;
-    std::size_t skipped = 0; // splits that led to nothing: the new ball lost its points again
-    while (level.balls.size() < most && skipped < kPatience) {
+    Score best = judge(task, list_shares(level.owner, level.balls.size()), level.balls);
+    std::size_t skipped = 0;   // splits that led to nothing: the new ball lost its points again
+    unsigned without_gain = 0; // rounds of splits: a ball is not made of smaller balls
+    while (level.balls.size() < most && skipped < kPatience && without_gain < kRoundsWithoutGain) {
         const auto wanted = static_cast<std::size_t>(kSplitShare * static_cast<double>(level.balls.size())) + 1;
         const Shares shares = list_shares(level.owner, level.balls.size());
         LevelBalls split = level;
         const std::size_t added = split_worst(task, shares, split, std::min(wanted, most - level.balls.size()), skipped);
         if (added == 0) break;
         relax_level(task, body, kRoundsPerSplit, split);
-        if (split.balls.size() > level.balls.size()) {
-            level = std::move(split);
-            skipped = 0;
-        } else {
+        if (split.balls.size() <= level.balls.size()) {
             skipped += added;
+            continue;
         }
+        level = std::move(split);
+        skipped = 0;
+        const Score now = judge(task, list_shares(level.owner, level.balls.size()), level.balls);
+        const bool gained = now.first < kGain * best.first || now.second < kGain * best.second;
+        without_gain = gained ? 0 : without_gain + 1;
+        best = {std::min(best.first, now.first), std::min(best.second, now.second)};
     }
+    return level.balls.size() == most;
 }
 
 LevelBalls cover_level(const LevelTask& task, std::span<const Index> above, const BodyDepth& body) {
     LevelBalls level = first_balls(task, above, body);
     relax_level(task, body, kRoundsPerSplit, level);
-    fill_level(task, body, level);
+    const bool full = fill_level(task, body, level);
     move_balls(task, body, level);
-    fill_level(task, body, level);
+    if (full) fill_level(task, body, level);
     relax_level(task, body, kLastRounds, level);
     return level;
 }
