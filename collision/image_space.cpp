@@ -97,6 +97,7 @@ Result<std::vector<Index>> ImageSpaceCuller::find_colliding_set(std::span<const 
         auto looked = look(positions, direction_of(pass, positions, plan), plan, backend);
         if (!looked.ok()) return looked.error();
         const ImageSpacePass& last = passes_.back();
+        if (plan.watch) plan.watch(last);
         if (pass + 1 < kAxisPasses) continue;
         const auto pruned = static_cast<double>(last.triangles - last.triangles_left);
         if (!(plan.go_on ? plan.go_on(last) : pruned >= plan.worthwhile * static_cast<double>(last.triangles))) break;

@@ -30,7 +30,8 @@ struct ImageSpacePlan {
     double worthwhile = 0.03; // the CPU takes over after a pass that pruned less than this share of what was left
     /// In its place, for whoever has a clock: shall there be another pass after this one? Asked from the third one on.
     std::function<bool(const ImageSpacePass&)> go_on = {};
-    bool coherent_views = true; // directions that pruned most in the last call come first in this one
+    std::function<void(const ImageSpacePass&)> watch = {}; // called after every pass
+    bool coherent_views = true;                            // directions that pruned most in the last call come first in this one
 };
 
 class ImageSpaceCuller {

@@ -75,11 +75,15 @@ BenchRow run_safe(const Subject& subject, const TriMesh& mesh, collision::CullBa
     StopWatch watch;
     collision::ImageSpaceCuller culler(mesh.triangles, mesh.vertices.size());
     const double prepare_ms = watch.lap_ms();
-    std::string pruned_by_pass;
+    std::string pruned_by_pass, ms_by_pass;
     HandOver hand_over(mesh.triangles, mesh.vertices);
+    StopWatch pass_watch;
+    const auto time_pass = [&](const auto&) { ms_by_pass += fmt::format("{}{:.1f}", ms_by_pass.empty() ? "" : " ", pass_watch.lap_ms()); };
     const double sample_ms = watch.lap_ms();
+    (void)pass_watch.lap_ms();
     const auto left = culler.find_colliding_set(
-        mesh.vertices, {.resolution = resolution, .go_on = [&](const auto& pass) { return hand_over.go_on(pass); }}, backend);
+        mesh.vertices, {.resolution = resolution, .go_on = [&](const auto& pass) { return hand_over.go_on(pass); }, .watch = time_pass},
+        backend);
     const double cull_ms = watch.lap_ms();
     if (!left.ok()) return {{"mesh", subject.name}, {"culler", backend.name()}, {"failed", left.error().message}};
     const auto crossings = collision::find_crossings(mesh.triangles, mesh.vertices, *left);
@@ -97,6 +101,7 @@ BenchRow run_safe(const Subject& subject, const TriMesh& mesh, collision::CullBa
             {"test_us_per_triangle", hand_over.test_us_per_triangle()},
             {"passes", culler.passes().size()},
             {"pass_ms", passes > 0 ? cull_ms / passes : 0.0},
+            {"ms_by_pass", ms_by_pass},
             {"pruned_by_pass", pruned_by_pass},
             {"pruned", 1.0 - share(left->size(), mesh.triangles.size())},
             {"cull_ms", cull_ms},
