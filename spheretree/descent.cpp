@@ -176,13 +176,13 @@ bool Descent::step_group(const Entry& group, WorkBudget& budget) {
     if (first.lazy != nullptr) first.lazy->ensure(group.first, tests);
     if (second.lazy != nullptr) second.lazy->ensure(group.second, 1);
     const Sphere other = second.spheres[group.second];
-    if (other.radius < 0.0) return true; // empty: touches nothing
+    if (other.radius < 0.0) return true;            // empty: touches nothing
+    if (pair.self && group.first == group.second) { // alone in its group
+        refine_self(group, group.first, *first.tree);
+        return true;
+    }
     const double reach = other.radius + margin_;
     for (Index s = group.first; s < group.first + tests; ++s) {
-        if (pair.self && s == group.second) {
-            refine_self(group, s, *first.tree);
-            continue;
-        }
         const Sphere& sphere = first.spheres[s];
         const double dx = sphere.centre[0] - other.centre[0], dy = sphere.centre[1] - other.centre[1],
                      dz = sphere.centre[2] - other.centre[2];

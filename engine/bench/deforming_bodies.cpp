@@ -99,7 +99,7 @@ BenchRow judge(const SolidBody& body, const Linked& linked, const Case& tested, 
     for (int k = 0; k < kRepeats; ++k)
         for (Index s = 0; s < now.sphere_count(); ++s) now.spheres[s] = spheretree::deform_sphere(linked.tree, s, posed.pose(), update);
     const std::int64_t ns = thread_cpu_ns() - start;
-    const spheretree::TreeQuality quality = spheretree::measure_quality(now, posed.mesh, false, {1e-3, 8, 8});
+    const spheretree::TreeQuality quality = spheretree::measure_quality(now, posed.mesh, false, {1e-4, 8, 8});
     double uncovered = 0.0, growth = 0.0;
     for (const auto& level : quality.levels) uncovered = std::max(uncovered, level.uncovered);
     const Index first = now.level_begin[now.level_count() - 1];
