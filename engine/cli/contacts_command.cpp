@@ -3,12 +3,13 @@
 #include "collision/contact_search.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/contact_method.hpp"
+#include "engine/cli/contacts_input.hpp"
+#include "engine/cli/contacts_report.hpp"
 #include "engine/cli/image_space_contacts.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/contact_rows.hpp"
 #include "engine/io/frames.hpp"
-#include "engine/io/read_surface.hpp"
 #include "engine/time/clock.hpp"
 
 #include <CLI/CLI.hpp>
@@ -16,7 +17,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 
 namespace seldinger::engine {
@@ -28,121 +28,12 @@ using collision::SearchContact;
 using collision::SurfaceMotion;
 using collision::SurfaceTopology;
 
-struct Request {
-    std::vector<std::string> meshes;
-    std::string frames, method = "exact", out, stats, dump;
-    bool self = false, coherent = false;
-    double distance = 0.0;
-    unsigned threads = 1;
-};
-
 /// At a distance, pairs up to this part of it farther apart may be reported as well.
 constexpr double kDistanceTolerance = 1e-9;
-/// Coordinates beyond it would overflow in a product of three.
-constexpr double kLargestCoordinate = 1e100;
 /// Pairs of features that `brute` decides at most.
 constexpr double kMostBrutePairs = 3e7;
 
-Error bad_usage(std::string message, std::string key = {}) { return {ErrorCode::BadUsage, std::move(message), {}, 0, 0, std::move(key)}; }
-
-struct Input {
-    std::vector<SurfaceTopology> surfaces;
-    std::vector<std::vector<Vec3>> t0, t1; // two frames: [surface]; a sequence is read from `sequence`
-    FrameSequence sequence;
-    [[nodiscard]] bool is_sequence() const noexcept { return sequence.frame_count > 0; }
-};
-
-Result<void> check_size(std::span<const Vec3> positions, const std::string& file) {
-    for (std::size_t v = 0; v < positions.size(); ++v)
-        if (!(positions[v].cwiseAbs().maxCoeff() <= kLargestCoordinate))
-            return Error{ErrorCode::BadValue, fmt::format("vertex {} lies beyond {:g}", v, kLargestCoordinate), file};
-    return {};
-}
-
-/// Two frames of one mesh: same vertices, same triangles in the same order.
-Result<void> read_pair(const std::string& file_t0, const std::string& file_t1, Input& input) {
-    auto t0 = read_surface(file_t0), t1 = read_surface(file_t1);
-    if (!t0) return t0.error();
-    if (!t1) return t1.error();
-    if (t0->vertices.size() != t1->vertices.size())
-        return Error{
-            ErrorCode::BadMesh,
-            fmt::format("has {} vertices, {} has {}: two frames of one mesh are wanted", t1->vertices.size(), file_t0, t0->vertices.size()),
-            file_t1};
-    if (t0->triangles.size() != t1->triangles.size())
-        return Error{ErrorCode::BadMesh,
-                     fmt::format("has {} triangles, {} has {}: two frames of one mesh are wanted", t1->triangles.size(), file_t0,
-                                 t0->triangles.size()),
-                     file_t1};
-    const auto [first, other] = std::mismatch(t0->triangles.begin(), t0->triangles.end(), t1->triangles.begin());
-    if (first != t0->triangles.end())
-        return Error{ErrorCode::BadMesh,
-                     fmt::format("triangle {} is {} {} {}, in {} it is {} {} {}: two frames of one mesh are wanted",
-                                 first - t0->triangles.begin(), (*other)[0], (*other)[1], (*other)[2], file_t0, (*first)[0], (*first)[1],
-                                 (*first)[2]),
-                     file_t1};
-    if (const auto sized = check_size(t0->vertices, file_t0); !sized) return sized;
-    if (const auto sized = check_size(t1->vertices, file_t1); !sized) return sized;
-    input.surfaces.push_back(collision::make_topology(t0->triangles, t0->vertices.size()));
-    input.t0.push_back(std::move(t0->vertices));
-    input.t1.push_back(std::move(t1->vertices));
-    return {};
-}
-
-Result<Input> read_input(const Request& request) {
-    Input input;
-    if (!request.frames.empty()) {
-        auto frames = read_frames(request.frames);
-        if (!frames) return frames.error();
-        for (std::size_t frame = 0; frame < frames->frame_count; ++frame)
-            if (const auto sized = check_size(frames->frame(frame), fmt::format("{}/pos.f64, frame {}", request.frames, frame)); !sized)
-                return sized.error();
-        input.sequence = std::move(*frames);
-        input.surfaces.push_back(collision::make_topology(input.sequence.triangles, input.sequence.vertex_count()));
-        return input;
-    }
-    for (std::size_t i = 0; i < request.meshes.size(); i += 2)
-        if (const auto read = read_pair(request.meshes[i], request.meshes[i + 1], input); !read) return read.error();
-    return input;
-}
-
-/// What is written must not be what is read, nor one another.
-Result<void> check_outputs(const Request& request) {
-    std::vector<std::filesystem::path> taken(request.meshes.begin(), request.meshes.end());
-    if (!request.frames.empty())
-        for (const char* name : {"meta.txt", "tris.i32", "obj.i32", "pos.f64"})
-            taken.push_back(std::filesystem::path(request.frames) / name);
-    const std::pair<const char*, const std::string&> outputs[] = {
-        {"--out", request.out}, {"--stats", request.stats}, {"--dump", request.dump}};
-    for (const auto& [option, file] : outputs) {
-        if (file.empty()) continue;
-        for (const std::filesystem::path& other : taken) {
-            std::error_code unknown; // a file that is not there yet is like none
-            if (std::filesystem::equivalent(file, other, unknown) ||
-                std::filesystem::path(file).lexically_normal() == other.lexically_normal())
-                return bad_usage(fmt::format("{} is read, or written by another option; another file is wanted", file), option);
-        }
-        taken.emplace_back(file);
-    }
-    return {};
-}
-
-Result<void> check_usage(const Request& request) {
-    const std::size_t meshes = request.meshes.size();
-    if (!request.frames.empty() && meshes > 0) return bad_usage("--frames stands for meshes; give one or the other", "--frames");
-    if (request.frames.empty() && meshes != 2 && meshes != 4)
-        return bad_usage(
-            fmt::format("{} meshes; two frames of one mesh (A0 A1) or of two (A0 A1 B0 B1) are wanted, or --frames DIR", meshes));
-    if (!request.dump.empty() && request.frames.empty()) return bad_usage("goes with --frames", "--dump");
-    if (request.coherent && request.frames.empty()) return bad_usage("goes with --frames: one step has none before it", "--coherent");
-    if (request.coherent && request.threads > 1) return bad_usage("runs on one thread", "--coherent");
-    if (const auto apart = check_outputs(request); !apart) return apart;
-    if (!(request.distance >= 0.0 && request.distance <= kLargestCoordinate))
-        return bad_usage("a number from 0 up is wanted", "--distance");
-    return {};
-}
-
-double pair_count(const Input& input, const collision::SearchOptions& options) {
+double pair_count(const ContactsInput& input, const collision::SearchOptions& options) {
     double pairs = 0.0;
     for (std::size_t a = 0; a < input.surfaces.size(); ++a)
         for (std::size_t b = a; b < input.surfaces.size(); ++b) {
@@ -154,16 +45,6 @@ double pair_count(const Input& input, const collision::SearchOptions& options) {
         }
     return pairs;
 }
-
-/// What one step cost and found.
-struct StepRow {
-    std::size_t frame = 0;
-    collision::ExactStats stats;
-    double refit_ms = 0.0, broad_ms = 0.0, cull_ms = 0.0, narrow_ms = 0.0;
-    std::size_t near_pairs = 0, left_pairs = 0; // of triangles, before and after culling by sets
-    collision::CoherenceStats coherence;        // with --coherent
-    [[nodiscard]] double total_ms() const noexcept { return refit_ms + broad_ms + cull_ms + narrow_ms; }
-};
 
 ContactRow row_of(const SearchContact& found, std::span<const std::int32_t> objects) {
     const Contact& c = found.contact;
@@ -189,7 +70,8 @@ ContactRow row_of(const SearchContact& found, std::span<const std::int32_t> obje
 
 class Run {
 public:
-    Run(const Request& request, const ContactMethod& method, Input input) : request_(request), method_(method), input_(std::move(input)) {
+    Run(const ContactsRequest& request, const ContactMethod& method, ContactsInput input)
+        : request_(request), method_(method), input_(std::move(input)) {
         options_.within = request.self || input_.is_sequence() || input_.surfaces.size() == 1;
         options_.distance = request.distance;
         options_.tolerance = kDistanceTolerance * request.distance;
@@ -212,8 +94,9 @@ public:
             if (const auto done = step(k); !done) return report_error(done.error());
         }
         progress.clear();
+        finish_report();
         if (const auto written = write(); !written) return report_error(written.error());
-        print();
+        fmt::print("{}", contacts_report_text(report_));
         return kExitFine;
     }
 
@@ -247,7 +130,7 @@ private:
                                                                            .tolerance = options_.tolerance,
                                                                            .plan = {},
                                                                            .contexts = {}});
-        build_ms_ = watch.lap_ms();
+        report_.build_ms = watch.lap_ms();
         return {};
     }
 
@@ -265,7 +148,7 @@ private:
         return {};
     }
 
-    Result<void> step_coherently(std::span<const SurfaceMotion> motions, StepRow& row, StopWatch& watch) {
+    Result<void> step_coherently(std::span<const SurfaceMotion> motions, ContactsStepRow& row, StopWatch& watch) {
         if (auto started = coherent_->start_step(motions); !started) return started;
         row.refit_ms = watch.lap_ms();
         coherent_->find_candidates();
@@ -278,7 +161,7 @@ private:
     }
 
     /// The candidates of a step, by sets: what the hierarchy would find and more is culled.
-    void cull(std::span<const SurfaceMotion> step, StepRow& row) {
+    void cull(std::span<const SurfaceMotion> step, ContactsStepRow& row) {
         const CullTimes times = culled_->find_candidates(step);
         search_.start_given(step);
         for (const CulledSearch::Job& job : culled_->jobs()) {
@@ -291,7 +174,7 @@ private:
         row.cull_ms = times.look_ms;
     }
 
-    void step_anew(std::span<const SurfaceMotion> motions, StepRow& row, StopWatch& watch) {
+    void step_anew(std::span<const SurfaceMotion> motions, ContactsStepRow& row, StopWatch& watch) {
         if (culled_) {
             cull(motions, row);
             [[maybe_unused]] const double culled_ms = watch.lap_ms();
@@ -310,13 +193,13 @@ private:
     Result<void> step(std::size_t k) {
         const std::vector<SurfaceMotion> moved = motions(k);
         StopWatch watch;
-        StepRow row;
+        ContactsStepRow row;
         row.frame = k;
         if (!coherent_)
             step_anew(moved, row, watch);
         else if (auto done = step_coherently(moved, row, watch); !done)
             return done;
-        rows_.push_back(row);
+        report_.rows.push_back(row);
         if (!request_.out.empty()) {
             ContactStep contacts{k, {}};
             for (const SearchContact& found : found_) contacts.rows.push_back(row_of(found, input_.sequence.objects));
@@ -329,73 +212,15 @@ private:
         return {};
     }
 
-    template <class Of>
-    auto median(const Of& of) const {
-        std::vector<decltype(of(rows_[0]))> values;
-        for (const StepRow& row : rows_) values.push_back(of(row));
-        std::sort(values.begin(), values.end());
-        return values[values.size() / 2];
-    }
-
-    std::string method_name() const { return method_.name() + (coherent_ ? "-coherent" : ""); }
-
-    std::size_t session_count() const {
-        return static_cast<std::size_t>(
-            std::count_if(rows_.begin(), rows_.end(), [](const StepRow& r) { return r.coherence.began_session; }));
-    }
-
-    nlohmann::ordered_json stats_json() const {
-        nlohmann::ordered_json json;
-        const auto count = [&](auto member) { return median([member](const StepRow& r) { return r.stats.*member; }); };
-        using Stats = collision::ExactStats;
-        json["method"] = method_name();
-        json["candidates_vf"] = count(&Stats::candidates_vf);
-        json["candidates_ee"] = count(&Stats::candidates_ee);
-        json["hits_vf"] = count(&Stats::hits_vf);
-        json["hits_ee"] = count(&Stats::hits_ee);
-        json["unresolved"] = count(&Stats::unresolved);
-        json["exact"] = count(&Stats::exact);
-        json["cluster_pairs"] = count(&Stats::cluster_pairs);
-        json["build_ms"] = build_ms_;
-        json["refit_ms"] = median([](const StepRow& r) { return r.refit_ms; });
-        json["broad_ms"] = median([](const StepRow& r) { return r.broad_ms; });
-        json["cull_ms"] = median([](const StepRow& r) { return r.cull_ms; });
-        json["narrow_ms"] = median([](const StepRow& r) { return r.narrow_ms; });
-        json["total_ms"] = median([](const StepRow& r) { return r.total_ms(); });
-        json["colours"] = culled_ ? culled_->colours() : 0;
-        if (culled_) {
-            json["culler"] = culled_->backend();
-            json["near_pairs"] = median([](const StepRow& r) { return r.near_pairs; });
-            json["left_pairs"] = median([](const StepRow& r) { return r.left_pairs; });
-            json["notes"] = culled_->notes();
-        }
-        json["distance"] = request_.distance;
-        json["threads"] = request_.threads;
-        std::size_t memory = 0;
-        for (const collision::DopTree& tree : search_.trees()) memory += tree.memory();
-        if (coherent_) {
-            memory = coherent_->memory();
-            json["kept_cluster_pairs"] = median([](const StepRow& r) { return r.coherence.kept_clusters; });
-            json["kept_feature_pairs"] = median([](const StepRow& r) { return r.coherence.kept_features; });
-            json["looked_at"] = median([](const StepRow& r) { return r.coherence.awake; });
-            json["sessions"] = session_count();
-        }
-        json["tree_bytes"] = memory;
-        if (!input_.is_sequence()) return json;
-        for (const StepRow& r : rows_)
-            json["steps"].push_back({{"frame", r.frame},
-                                     {"candidates_vf", r.stats.candidates_vf},
-                                     {"candidates_ee", r.stats.candidates_ee},
-                                     {"hits_vf", r.stats.hits_vf},
-                                     {"hits_ee", r.stats.hits_ee},
-                                     {"unresolved", r.stats.unresolved},
-                                     {"exact", r.stats.exact},
-                                     {"refit_ms", r.refit_ms},
-                                     {"broad_ms", r.broad_ms},
-                                     {"cull_ms", r.cull_ms},
-                                     {"narrow_ms", r.narrow_ms},
-                                     {"total_ms", r.total_ms()}});
-        return json;
+    void finish_report() {
+        report_.method = method_.name() + (coherent_ ? "-coherent" : "");
+        report_.distance = request_.distance;
+        report_.threads = request_.threads;
+        report_.sequence = input_.is_sequence();
+        report_.coherent = coherent_ != nullptr;
+        for (const collision::DopTree& tree : search_.trees()) report_.memory += tree.memory();
+        if (coherent_) report_.memory = coherent_->memory();
+        if (culled_) report_.culled = ContactsReport::Culled{culled_->colours(), culled_->backend(), culled_->notes()};
     }
 
     Result<void> write() const {
@@ -404,48 +229,18 @@ private:
                 return written;
         if (!request_.dump.empty())
             if (const auto written = write_hits(request_.dump, hits_); !written) return written;
-        if (!request_.stats.empty()) return write_file_atomically(request_.stats, stats_json().dump(2) + "\n");
+        if (!request_.stats.empty()) return write_file_atomically(request_.stats, contacts_report_json(report_).dump(2) + "\n");
         return {};
     }
 
-    void print() const {
-        std::uint64_t vf = 0, ee = 0, unresolved = 0, exact = 0;
-        for (const StepRow& r : rows_) {
-            vf += r.stats.hits_vf;
-            ee += r.stats.hits_ee;
-            unresolved += r.stats.unresolved;
-            exact += r.stats.exact;
-        }
-        const char* per_step = rows_.size() > 1 ? ", medians of a step" : "";
-        const auto json = stats_json();
-        fmt::print("{}: {} candidates VF, {} EE{}\n", method_name(), json["candidates_vf"].get<std::uint64_t>(),
-                   json["candidates_ee"].get<std::uint64_t>(), per_step);
-        fmt::print("build {:.2f} ms, refit {:.2f}, broad {:.2f}, narrow {:.2f}, total {:.2f} ms without the build{}\n", build_ms_,
-                   json["refit_ms"].get<double>(), json["broad_ms"].get<double>(), json["narrow_ms"].get<double>(),
-                   json["total_ms"].get<double>(), per_step);
-        if (culled_) {
-            fmt::print("{} sets; pairs of triangles that are near: {}, left after culling by {}: {}, in {:.2f} ms{}\n", culled_->colours(),
-                       json["near_pairs"].get<std::size_t>(), culled_->backend(), json["left_pairs"].get<std::size_t>(),
-                       json["cull_ms"].get<double>(), per_step);
-            for (const std::string& note : culled_->notes()) fmt::print("note: {}\n", note);
-        }
-        if (coherent_)
-            fmt::print("{} sessions; kept: {} pairs of clusters, {} of features{}; {:.1f} MB\n", session_count(),
-                       json["kept_cluster_pairs"].get<std::uint64_t>(), json["kept_feature_pairs"].get<std::uint64_t>(), per_step,
-                       1e-6 * json["tree_bytes"].get<double>());
-        fmt::print("{} steps, {} contacts: {} VF, {} EE; {} candidates decided in whole numbers, {} unresolved\n", rows_.size(), vf + ee,
-                   vf, ee, exact, unresolved);
-    }
-
-    const Request& request_;
+    const ContactsRequest& request_;
     const ContactMethod& method_;
-    Input input_;
+    ContactsInput input_;
     collision::SearchOptions options_;
     ContactSearch search_;
     std::unique_ptr<CulledSearch> culled_;                // by chromatic sets, if the method says so
     std::unique_ptr<collision::CoherentSearch> coherent_; // instead of search_, with --coherent
-    double build_ms_ = 0.0;
-    std::vector<StepRow> rows_;
+    ContactsReport report_;
     std::vector<SearchContact> found_;
     std::vector<ContactStep> contacts_;
     std::vector<HitRecord> hits_;
@@ -479,7 +274,7 @@ nlohmann::ordered_json crossing_json(const CrossingAnswer& answer, const Contact
 }
 
 /// Triangles that cross, of meshes that stand still.
-int find_crossings_of(const Request& request, const ContactMethod& method, const Input& input) {
+int find_crossings_of(const ContactsRequest& request, const ContactMethod& method, const ContactsInput& input) {
     if (input.is_sequence() || request.distance > 0.0)
         return report_error(bad_usage("image-space takes one or two meshes that stand still, without --frames and --distance", "--method"));
     for (std::size_t i = 0; i < input.t0.size(); ++i)
@@ -506,11 +301,11 @@ int find_crossings_of(const Request& request, const ContactMethod& method, const
     return kExitFine;
 }
 
-int find_contacts(const Request& request) {
-    if (const auto usage = check_usage(request); !usage) return report_error(usage.error());
+int find_contacts(const ContactsRequest& request) {
+    if (const auto usage = check_contacts_usage(request); !usage) return report_error(usage.error());
     const auto method = parse_contact_method(request.method);
     if (!method) return report_error(method.error());
-    auto input = read_input(request);
+    auto input = read_contacts_input(request);
     if (!input) return report_error(input.error());
     if (method->image_space) return find_crossings_of(request, *method, *input);
     return Run(request, *method, std::move(*input)).run();
@@ -519,7 +314,7 @@ int find_contacts(const Request& request) {
 } // namespace
 
 Command add_contacts_command(CLI::App& app) {
-    const auto request = std::make_shared<Request>();
+    const auto request = std::make_shared<ContactsRequest>();
     CLI::App* command =
         app.add_subcommand("contacts", "Exact vertex-face and edge-edge contacts while vertices move linearly between two frames");
     command->add_option("meshes", request->meshes, "A0 A1 [B0 B1]: start and end frame of one or two meshes");

@@ -8,6 +8,7 @@
 #include "engine/observe/output_folder.hpp"
 #include "engine/observe/trace.hpp"
 #include "engine/step/model_hash.hpp"
+#include "engine/time/pacer.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -25,6 +26,7 @@ struct RunOptions {
     std::filesystem::path out;  // empty: out/<scene name>
     std::int64_t steps = -1;    // < 0: as the scene says
     std::string budget;         // empty: as the scene says
+    double pace = -1.0;         // simulated seconds in a second; 0: as fast as it goes; < 0: as the scene says
     std::filesystem::path path; // CSV that replaces the first instrument's script
     std::filesystem::path record_grants, replay;
     bool trace = false, record = false, force = false, fail_on_overrun = false, pictures = true, quiet = false;
@@ -48,6 +50,8 @@ Result<void> apply_overrides(const RunOptions& options, Scene& scene) {
         }
         scene.budget.limits = budget->limits;
     }
+    if (options.pace == 0.0) scene.time.pace.reset();
+    if (options.pace > 0.0) scene.time.pace = PaceSpec{options.pace, scene.time.pace.value_or(PaceSpec{}).late};
     if (!options.path.empty()) {
         if (scene.instruments.empty())
             return Error{ErrorCode::BadUsage, "the scene has no instrument that could follow a path", {}, 0, 0, "--path"};
@@ -68,6 +72,10 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
     if (!prepared.model.instruments.empty())
         fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} held back, {} unresolved, {} assumed\n", summary.lumen_exits,
                    summary.exact_steps, summary.steps, summary.held_back_steps, summary.unresolved, summary.assumed);
+    if (summary.pace)
+        fmt::print("pace {:g}: {} of {} steps began late, by {:.3g} ms at worst; {:.3g} s of slow motion\n", summary.pace->speed,
+                   summary.pace_stats.late_steps, summary.steps, 1e-6 * static_cast<double>(summary.pace_stats.worst_late_ns),
+                   1e-9 * static_cast<double>(summary.pace_stats.lost_ns));
     if (summary.target_distance_m >= 0.0) fmt::print("tip to target {:.2f} mm\n", 1e3 * summary.target_distance_m);
     fmt::print("state {}   report {}\n", summary.state_hash, (out / "report.html").string());
 }
@@ -88,11 +96,13 @@ bool take_step(Simulator& simulator, std::uint64_t k, const Grants& grants) {
 }
 
 /// Steps until done, stopped, or interrupted. Returns an error only when the output cannot be written.
-Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, const Grants& grants, ProgressLine& progress) {
+Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, const Grants& grants, Pacer* pacer,
+                         ProgressLine& progress) {
     Taken taken;
     for (std::uint64_t k = 0; k < steps; ++k) {
         taken.interrupted = interrupt_requested();
         if (taken.interrupted) break;
+        if (pacer != nullptr) wait_until_ns(pacer->begin_step(monotonic_ns()));
         const bool as_recorded = take_step(simulator, k, grants);
         const StepReport& report = simulator.context().report;
         const Result<void> observed = observer.after_step(simulator, report);
@@ -181,9 +191,12 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     GrantRecord record;
     StepTrace trace;
     const Grants grants{options.record_grants.empty() ? nullptr : &record, replay, options.trace ? &trace : nullptr};
+    std::optional<Pacer> pacer;
+    if (scene.time.pace) pacer.emplace(*scene.time.pace, prepared.model.step_s);
     const StopWatch watch;
-    const Result<Taken> taken = take_steps(simulator, **observer, observe.steps, grants, progress);
+    const Result<Taken> taken = take_steps(simulator, **observer, observe.steps, grants, pacer ? &*pacer : nullptr, progress);
     progress.clear();
+    if (pacer) (*observer)->set_pace(pacer->spec(), pacer->stats());
     if (!taken.ok()) return report_error(taken.error());
     const auto summary = (*observer)->finish(simulator, 1e-3 * watch.elapsed_ms(), taken->interrupted);
     if (!summary.ok()) return report_error(summary.error());
@@ -238,6 +251,10 @@ Command add_run_command(CLI::App& app) {
     command->add_option("-n,--steps", options.steps, "steps to take instead of the scene's duration")
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}));
     CLI::Option* budget = command->add_option("--budget", options.budget, "per step: a time (1ms, 250us), work:TESTS, or exact");
+    command
+        ->add_option("--pace", options.pace,
+                     "simulated seconds in a second: 1 is real time, 0 as fast as it goes; as the scene says when absent")
+        ->check(CLI::Range(0.0, 1e3));
     command->add_option("--path", options.path, "CSV t,insertion,rotation in the scene's units, instead of the scene's script");
     command->add_option("--record-grants", options.record_grants, "write every decision of the clock to this file");
     command->add_option("--replay", options.replay, "repeat the run of such a file bit for bit, under its budget")->excludes(budget);

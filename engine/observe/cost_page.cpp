@@ -57,7 +57,7 @@ Sketch sketch_over_time(const CostTable& table, Plot plot, int column, const cha
     for (std::size_t k = 0; k < table.rows.size(); ++k)
         if (!table.rows[k].curve.empty())
             sketch.commands += fmt::format("'{}' using 1:{} with lines lw 1.5 lc rgb '{}' title {}, ", curve_file(k), column, colour(k),
-                                           quoted(table.rows[k].budget.name));
+                                           quoted(table.rows[k].name()));
     return sketch;
 }
 
@@ -94,7 +94,7 @@ Sketch sketch_error(const CostTable& table) {
                       "plot 'frontier.tsv' using 1:2 with lines lw 1.2 lc rgb '#9aa3ad' dt (6,4) notitle, ";
     for (std::size_t k = 0; k < table.rows.size(); ++k)
         sketch.commands += fmt::format("'point_{}.tsv' using 1:2 with points pt 7 ps 1.1 lc rgb '{}' title {}, ", k, colour(k),
-                                       quoted(table.rows[k].budget.name));
+                                       quoted(table.rows[k].name()));
     return sketch;
 }
 
@@ -119,7 +119,7 @@ std::vector<PlotData> plot_files(const CostTable& table) {
         const CostRow& row = table.rows[k];
         files.push_back({curve_file(k), curve_text(row)});
         files.push_back({fmt::format("point_{}.tsv", k), point_text(row)});
-        std::string name = quoted(row.budget.name); // gnuplot's columns are split at blanks
+        std::string name = quoted(row.name()); // gnuplot's columns are split at blanks
         name = "\"" + name.substr(1, name.size() - 2) + "\"";
         fmt::format_to(std::back_inserter(contacts), "{} {} {} {}\n", name, row.contacts.missed, row.contacts.spurious,
                        row.contacts.reference);
@@ -164,7 +164,7 @@ std::string table_html(const CostTable& table) {
         page += fmt::format("<th class=\"n\">{}</th>", head);
     page += "</tr>\n";
     for (const CostRow& row : table.rows) {
-        page += fmt::format("<tr><td>{}</td>", escape_html(row.budget.name));
+        page += fmt::format("<tr><td>{}</td>", escape_html(row.name()));
         for (const std::string& cell :
              {number_text(row.step_ms.p50), number_text(row.step_ms.p99), fmt::format("{:.2f} %", 100.0 * row.budget_kept),
               number_text(row.pairs_open_mean), number_text(row.leaf_contacts_mean), fmt::format("{:.2f}", row.level_reached_mean),
@@ -185,12 +185,26 @@ std::string headline(const CostTable& table) {
         if (exact && row.budget.limits.mode != BudgetMode::Exact && (cheapest == nullptr || row.charged_ms.p50 < cheapest->charged_ms.p50))
             cheapest = &row;
     }
-    if (cheapest != nullptr) return fmt::format("{} a step is enough: its run equals the exact one to the last bit", cheapest->budget.name);
+    if (cheapest != nullptr) return fmt::format("{} a step is enough: its run equals the exact one to the last bit", cheapest->name());
     const auto worst = std::max_element(table.rows.begin(), table.rows.end(),
                                         [](const CostRow& a, const CostRow& b) { return a.surface.hausdorff < b.surface.hausdorff; });
     if (worst == table.rows.end() || !(worst->surface.hausdorff > 0.0)) return "All runs equal the exact one to the last bit";
-    return fmt::format("At {} a step the surfaces end up to {} mm from where exact contacts put them", worst->budget.name,
+    return fmt::format("At {} a step the surfaces end up to {} mm from where exact contacts put them", worst->name(),
                        number_text(1e3 * worst->surface.hausdorff));
+}
+
+std::string pictures_html(std::span<const CostPicture> pictures) {
+    if (pictures.empty()) return {};
+    std::string page =
+        fmt::format("<h2>The same instant under each budget, {:.2f} s</h2>\n<p>Spheres that count as contacts: dark red "
+                    "where they were tested down to their leaves, light where the budget ended first.</p>\n<div class=\"grid\">\n",
+                    pictures.front().time_s);
+    for (const CostPicture& picture : pictures)
+        fmt::format_to(std::back_inserter(page),
+                       "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption><b>{0}</b>: {2} tested to the end, {3} left "
+                       "open</figcaption></figure>\n",
+                       escape_html(picture.name), encode_base64(picture.png), count_text(picture.tested, "pair", "pairs"), picture.assumed);
+    return page + "</div>\n";
 }
 
 std::string how_measured(const Scene& scene, const CostTable& table) {
@@ -203,7 +217,9 @@ std::string how_measured(const Scene& scene, const CostTable& table) {
         "the exact run's at {} instants. Contacts, depths, forces and lists come from asking every budget in every step of the exact run "
         "what it would have answered there. A contact is a patch of a surface in a step: cells of {}. Solids touch where their spheres "
         "come within {} mm, "
-        "and pairs that the budget left open count as they do for the response; an instrument touches where the wall presses on it.</p>\n"
+        "and pairs that the budget left open count as they do for the response; an instrument touches where the wall presses on it. A "
+        "variant with other sphere trees than the scene's is compared with "
+        "the surfaces themselves: what the exact answer takes for contacts lies beneath its own leaves.</p>\n"
         "<p class=\"soft\">The exact run's contact force is {} N (root mean square over steps and bodies). {} patches of solids were "
         "found within the tolerance by a search that shares nothing with the contact stages; {} of them lay beneath no contact of the "
         "exact "
@@ -214,7 +230,7 @@ std::string how_measured(const Scene& scene, const CostTable& table) {
 
 } // namespace
 
-std::string cost_page(const Scene& scene, CostTable& table) {
+std::string cost_page(const Scene& scene, CostTable& table, std::span<const CostPicture> pictures) {
     const std::string plots = make_plots(table, !scene.instruments.empty());
     std::string page =
         fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
@@ -230,7 +246,7 @@ std::string cost_page(const Scene& scene, CostTable& table) {
         for (const std::string& notice : table.notices) page += fmt::format("<div>{}</div>", escape_html(notice));
         page += "</div>\n";
     }
-    page += "<h2>Over budgets and time</h2>\n" + plots + how_measured(scene, table);
+    page += "<h2>Over budgets and time</h2>\n" + plots + pictures_html(pictures) + how_measured(scene, table);
     const Machine machine = describe_machine();
     page +=
         fmt::format("<footer>{}, {} cores, {}. The numbers of this page are in cost.csv and cost.json.</footer>\n</main></body></html>\n",

@@ -1,13 +1,15 @@
 // What `cost` leaves behind: a table for scripts, one for readers, and a page with plots.
 #pragma once
 
+#include "engine/observe/cost_pictures.hpp"
 #include "engine/observe/cost_run.hpp"
 
 #include <string>
 
 namespace seldinger::engine {
 
-/// The contract's columns, a row per budget; every number with the digits that tell it from its neighbours.
+/// The contract's columns, a row per budget, and with variants one more column that names them; every number with the digits that tell
+/// it from its neighbours.
 [[nodiscard]] std::string cost_csv(const CostTable& table);
 
 /// Everything that was measured, as JSON.
@@ -17,6 +19,6 @@ namespace seldinger::engine {
 [[nodiscard]] std::string cost_text(const CostTable& table);
 
 /// One page without any other file. Without gnuplot a notice stands in place of the plots.
-[[nodiscard]] std::string cost_page(const Scene& scene, CostTable& table);
+[[nodiscard]] std::string cost_page(const Scene& scene, CostTable& table, std::span<const CostPicture> pictures = {});
 
 } // namespace seldinger::engine

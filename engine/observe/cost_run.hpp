@@ -18,11 +18,10 @@ struct NamedBudget {
     BudgetLimits limits;
 };
 
-struct CostOptions {
-    std::vector<NamedBudget> budgets;
-    std::uint64_t steps = 0;
-    std::function<void(const std::string&)> progress = [](const std::string&) {};
-    std::function<bool()> interrupted = [] { return false; };
+/// The same scene answered another way (cost_variants.hpp): every budget is measured with it as well.
+struct CostVariant {
+    std::string name;
+    const SceneModel* model = nullptr; // same bodies and instruments as the scene's; outlives the measurement
 };
 
 /// A quantity over the run: at most kCurvePoints points, evenly spread.
@@ -35,28 +34,51 @@ struct CostPoint {
     double step_ms = 0.0;        // slowest since the point before
 };
 
-struct CostRow {
-    NamedBudget budget;
+/// What a run by itself came to.
+struct CostOwnRun {
     std::uint64_t steps = 0; // taken; fewer than asked for where a run was stopped
     std::string failure;     // why it was stopped
-    // run by itself
     Percentiles step_ms, charged_ms;
-    double step_ms_p999 = 0.0;
     double budget_kept = 1.0; // share of steps
     std::uint64_t exact_steps = 0, lumen_exits = 0, dropped_steps = 0;
     SurfaceDistance surface; // against the exact run, over the compared steps
     double tip_distance_rms_m = 0.0, tip_distance_max_m = 0.0;
     std::string state_hash;
     std::vector<CostPoint> curve;
-    // along the exact run's states
+};
+
+/// What was answered along the exact run's states.
+struct CostAlong {
     double pairs_open_mean = 0.0, leaf_contacts_mean = 0.0, level_reached_mean = 0.0, assumed_mean = 0.0;
     PatchDifference contacts;
     double force_error_rel = 0.0; // root of the summed squared differences of the contact forces over that of the exact ones
     [[nodiscard]] double depth_error_rms_m() const noexcept;
 };
 
+struct CostRow : CostOwnRun, CostAlong {
+    NamedBudget budget;
+    std::string variant; // empty: as the scene says
+    /// Budget and variant, for people.
+    [[nodiscard]] std::string name() const { return variant.empty() ? budget.name : budget.name + " " + variant; }
+};
+
+class CostParts;
+
+struct CostOptions {
+    std::vector<NamedBudget> budgets;
+    std::vector<CostVariant> variants;
+    std::uint64_t steps = 0;
+    std::function<void(const std::string&)> progress = [](const std::string&) {};
+    std::function<bool()> interrupted = [] { return false; };
+    CostParts* parts = nullptr; // what was finished before is taken from here, and what is finished is kept there; null: nowhere
+    /// Runs by themselves are measured by somebody else meanwhile: gives the row's, when it is done. Empty: measured here.
+    std::function<Result<CostOwnRun>(std::size_t row)> elsewhere;
+    /// Called for every row in the step of the exact run that looked at most pairs of spheres.
+    std::function<void(const CostRow& row, const Simulator& answer)> show;
+};
+
 struct CostTable {
-    std::vector<CostRow> rows;         // as the budgets
+    std::vector<CostRow> rows;         // as the budgets; then, for every variant, again
     std::uint64_t steps = 0;           // of the exact run
     std::uint64_t compared_states = 0; // at which surfaces were compared
     double tolerance_m = 0.0;
@@ -69,8 +91,18 @@ struct CostTable {
     std::vector<std::string> notices;
 };
 
-/// Exact run, then every budget by itself, then all budgets along the exact run's states: some 2 + 1 per budget times the
-/// scene's cost.
-[[nodiscard]] CostTable measure_cost(const PreparedScene& prepared, const CostSpec& cost, const CostOptions& options);
+/// Exact run as the scene says, then every row's run by itself, then all rows along the exact run's states: some 2 + 2 per row times
+/// the scene's cost.
+/// fails     where options.elsewhere fails; parts that cannot be kept are a notice
+[[nodiscard]] Result<CostTable> measure_cost(const PreparedScene& prepared, const CostSpec& cost, const CostOptions& options);
+
+/// The run of one row by itself, as another process measures it for that table: from the parts, and into them.
+[[nodiscard]] Result<void> measure_own_run(const PreparedScene& prepared, const CostOptions& options, std::size_t row);
+
+/// The exact run alone, into the parts.
+[[nodiscard]] Result<void> measure_exact_run(const PreparedScene& prepared, const CostOptions& options);
+
+/// Rows of that table, nothing measured yet.
+[[nodiscard]] std::vector<CostRow> list_rows(const CostOptions& options);
 
 } // namespace seldinger::engine

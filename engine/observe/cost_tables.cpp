@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <iterator>
 
@@ -25,6 +26,7 @@ Json percentiles(const Percentiles& p) { return {{"p50", p.p50}, {"p95", p.p95},
 
 Json row_json(const CostRow& row) {
     Json json{{"budget", row.budget.name},
+              {"variant", row.variant},
               {"mode", mode_name(row.budget.limits.mode)},
               {"steps", row.steps},
               {"step_ms", percentiles(row.step_ms)},
@@ -58,13 +60,15 @@ Json row_json(const CostRow& row) {
 } // namespace
 
 std::string cost_csv(const CostTable& table) {
-    std::string text = "budget,step_ms_p50,step_ms_p99,budget_kept,pairs_open_mean,leaf_contacts_mean,level_reached_mean,"
-                       "missed_contacts,false_contacts,depth_error_rms_m,force_error_rel,surface_rms_m,surface_hausdorff_m\n";
+    const bool variants = std::any_of(table.rows.begin(), table.rows.end(), [](const CostRow& row) { return !row.variant.empty(); });
+    std::string text = fmt::format("budget,step_ms_p50,step_ms_p99,budget_kept,pairs_open_mean,leaf_contacts_mean,level_reached_mean,"
+                                   "missed_contacts,false_contacts,depth_error_rms_m,force_error_rel,surface_rms_m,surface_hausdorff_m{}\n",
+                                   variants ? ",variant" : "");
     for (const CostRow& row : table.rows)
-        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(row.budget.name), row.step_ms.p50,
+        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{}{}\n", csv_text(row.budget.name), row.step_ms.p50,
                        row.step_ms.p99, row.budget_kept, row.pairs_open_mean, row.leaf_contacts_mean, row.level_reached_mean,
                        row.contacts.missed, row.contacts.spurious, row.depth_error_rms_m(), row.force_error_rel, row.surface.rms(),
-                       row.surface.hausdorff);
+                       row.surface.hausdorff, variants ? "," + row.variant : "");
     return text;
 }
 
@@ -93,13 +97,15 @@ std::string cost_json(const Scene& scene, const CostTable& table) {
 }
 
 std::string cost_text(const CostTable& table) {
+    std::size_t width = 12;
+    for (const CostRow& row : table.rows) width = std::max(width, row.name().size());
     std::string text =
-        fmt::format("{:<12} {:>9} {:>9} {:>7} {:>9} {:>9} {:>6} {:>8} {:>8} {:>10} {:>9} {:>10} {:>10}\n", "budget", "p50 [ms]", "p99 [ms]",
-                    "kept", "open", "leaves", "level", "missed", "false", "depth [mm]", "force", "rms [mm]", "Hausd [mm]");
+        fmt::format("{:<{}} {:>9} {:>9} {:>7} {:>9} {:>9} {:>6} {:>8} {:>8} {:>10} {:>9} {:>10} {:>10}\n", "budget", width, "p50 [ms]",
+                    "p99 [ms]", "kept", "open", "leaves", "level", "missed", "false", "depth [mm]", "force", "rms [mm]", "Hausd [mm]");
     for (const CostRow& row : table.rows)
         fmt::format_to(std::back_inserter(text),
-                       "{:<12} {:>9.3g} {:>9.3g} {:>6.2f}% {:>9.4g} {:>9.4g} {:>6.2f} {:>8} {:>8} {:>10.3g} {:>9.3g} {:>10.3g} {:>10.3g}\n",
-                       row.budget.name, row.step_ms.p50, row.step_ms.p99, 100.0 * row.budget_kept, row.pairs_open_mean,
+                       "{:<{}} {:>9.3g} {:>9.3g} {:>6.2f}% {:>9.4g} {:>9.4g} {:>6.2f} {:>8} {:>8} {:>10.3g} {:>9.3g} {:>10.3g} {:>10.3g}\n",
+                       row.name(), width, row.step_ms.p50, row.step_ms.p99, 100.0 * row.budget_kept, row.pairs_open_mean,
                        row.leaf_contacts_mean, row.level_reached_mean, row.contacts.missed, row.contacts.spurious,
                        1e3 * row.depth_error_rms_m(), row.force_error_rel, 1e3 * row.surface.rms(), 1e3 * row.surface.hausdorff);
     return text;

@@ -58,6 +58,8 @@ struct RunObserver::Parts {
     RunStatistics statistics;
     std::vector<std::string> notices;
     double spent_ms = 0.0; // in here while the run goes
+    std::optional<PaceSpec> pace;
+    PaceStats pace_stats;
     std::string failure, last_good_state;
     std::uint64_t failed_step = 0;
 };
@@ -125,6 +127,11 @@ Result<void> RunObserver::after_step(const Simulator& simulator, const StepRepor
     return observed;
 }
 
+void RunObserver::set_pace(const PaceSpec& pace, const PaceStats& stats) {
+    parts_->pace = pace;
+    parts_->pace_stats = stats;
+}
+
 Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s, bool interrupted) {
     Parts& parts = *parts_;
     const State& state = simulator.state();
@@ -141,6 +148,8 @@ Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s
     record.last_good_state = parts.last_good_state;
     record.summary.finite = parts.failed_step == 0;
     record.summary.failure = parts.failure;
+    record.summary.pace = parts.pace;
+    record.summary.pace_stats = parts.pace_stats;
     record.gl = parts.photographer.renderer_name();
     record.machine = describe_machine();
     for (const TakenPicture& picture : parts.photographer.taken()) record.pictures.push_back(picture.file);

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct Percentiles {
 struct RunSummary {
     std::uint64_t steps = 0;
     double simulated_s = 0.0, wall_s = 0.0, realtime_factor = 0.0;
+    std::optional<PaceSpec> pace; // none: as fast as it went
+    PaceStats pace_stats;
     Percentiles step_ms, collision_ms;
     double budget_kept = 1.0; // share of steps, 0..1
     double worst_overrun_ms = 0.0;
@@ -51,6 +54,9 @@ public:
 
     /// After every step, also the one that stopped the run.
     [[nodiscard]] Result<void> after_step(const Simulator& simulator, const StepReport& report);
+
+    /// Before finish(): the run went at a pace.
+    void set_pace(const PaceSpec& pace, const PaceStats& stats);
 
     /// Writes what is only known at the end: steps.csv, summary.json, pictures, report.html.
     /// interrupted  the run ended before its time, by request

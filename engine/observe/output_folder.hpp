@@ -36,6 +36,7 @@ inline constexpr const char* kReport = "report.html";
 inline constexpr const char* kTrace = "trace.json";
 inline constexpr const char* kCost = "cost.csv";
 inline constexpr const char* kCostJson = "cost.json";
+inline constexpr const char* kParts = "parts"; // folder, while costs are measured
 inline constexpr const char* kPath = "path.csv";             // of a plan
 inline constexpr const char* kCentreline = "centreline.csv"; // likewise
 inline constexpr const char* kPlan = "plan.json";

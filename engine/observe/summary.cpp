@@ -97,8 +97,21 @@ Json contract_part(const RunRecord& record) {
     return json;
 }
 
+/// "free": no step waited, and none could be late.
+Json pace(const RunSummary& s) {
+    if (!s.pace) return "free";
+    const PaceStats& stats = s.pace_stats;
+    return {{"speed", s.pace->speed},
+            {"late", s.pace->late == LatePolicy::CatchUp ? "catch_up" : "slow_motion"},
+            {"late_steps", stats.late_steps},
+            {"worst_late_ms", 1e-6 * static_cast<double>(stats.worst_late_ns)},
+            {"slow_motion_s", 1e-9 * static_cast<double>(stats.lost_ns)},
+            {"waited_s", 1e-9 * static_cast<double>(stats.waited_ns)}};
+}
+
 void add_losses(const RunRecord& record, Json& json) {
     const RunStatistics& t = record.statistics;
+    json["pace"] = pace(record.summary);
     json["overruns"] = record.summary.overruns;
     json["held_back_steps"] = t.held_back;
     json["smallest_safe_fraction"] = t.smallest_safe_fraction;

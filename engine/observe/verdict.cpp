@@ -135,6 +135,16 @@ std::vector<Loss> list_losses(const RunRecord& record) {
     if (record.scene.budget.limits.mode == BudgetMode::Wall)
         losses.push_back(make_loss("Steps over the deadline", t.overruns, of_steps(t.overruns, record), Mark::Bad,
                                    fmt::format("{} at worst. A larger budget, or a less busy machine.", ms(t.worst_overrun_ms))));
+    if (const RunSummary& s = record.summary; s.pace)
+        losses.push_back(make_loss(
+            "Steps that began late", s.pace_stats.late_steps,
+            fmt::format("{}, by {} at worst", of_steps(s.pace_stats.late_steps, record),
+                        ms(1e-6 * static_cast<double>(s.pace_stats.worst_late_ns))),
+            Mark::Note,
+            s.pace->late == LatePolicy::CatchUp
+                ? std::string("The steps after them did not wait, until the run had caught up.")
+                : fmt::format("The run went in slow motion: {} s behind the clock in the end. A slower pace, or less to do in a step.",
+                              number_text(1e-9 * static_cast<double>(s.pace_stats.lost_ns)))));
     if (!record.scene.budget.drop.empty())
         losses.push_back(make_loss("Effects left out", t.dropped_steps, fmt::format("in {}", of_steps(t.dropped_steps, record)), Mark::Note,
                                    "Their forecast did not fit in the step; the scene's budget says which go first."));

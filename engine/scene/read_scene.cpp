@@ -25,6 +25,10 @@ std::optional<Error> read_time(const CheckContext& context, const Values& values
     time.substeps = substeps != nullptr && substeps->type == JsonType::Number ? static_cast<unsigned>(substeps->number) : 0;
     time.max_substeps = values.count<unsigned>("max_substeps");
     time.integrator = values.text("integrator") == "leapfrog" ? fem::Integrator::Leapfrog : fem::Integrator::Rk4;
+    if (values.find("pace") != nullptr) {
+        const Values pace = values.object("pace");
+        time.pace = PaceSpec{pace.number("speed"), pace.text("late") == "catch_up" ? LatePolicy::CatchUp : LatePolicy::SlowMotion};
+    }
     const auto time_text = [&](double t) { return with_unit(t, Dimension::Time, context.units); };
     if (time.duration < time.step)
         return fail_at(context, values, "duration",

@@ -10,6 +10,7 @@
 #include "base/vec.hpp"
 #include "engine/scene/budget.hpp"
 #include "engine/scene/units.hpp"
+#include "engine/time/pacer.hpp"
 #include "fem/integrator.hpp"
 #include "fem/material.hpp"
 #include "fem/rod.hpp"
@@ -160,6 +161,7 @@ struct TimeSpec {
     unsigned substeps = 0;         // of the tissue's integration; 0: as many as stability asks for
     unsigned max_substeps = 10000; // a scene that needs more is stopped
     fem::Integrator integrator = fem::Integrator::Rk4;
+    std::optional<PaceSpec> pace; // of `run` against the clock; none: as fast as it goes
 
     /// Steps that cover the duration.
     [[nodiscard]] std::size_t step_count() const noexcept;

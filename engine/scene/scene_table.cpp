@@ -16,6 +16,25 @@ FieldSpec unit_field(std::string_view key, Dimension dimension, std::string_view
     return field;
 }
 
+const ObjectSpec& pace_table() {
+    static const PaceSpec usual{};
+    static const ObjectSpec table{
+        "pace",
+        "How simulated time goes against wall time. No step's result depends on it.",
+        "",
+        "",
+        {
+            number_field("speed", Dimension::None, {1e-3, 1e3, false, 0.01, 10.0, "1 is real time"},
+                         "Simulated seconds in a second: 1 is real time, 0.25 slow motion.")
+                .by_default(usual.speed),
+            choice_field("late", {"slow_motion", "catch_up"},
+                         "A step that begins too late: the run stays behind by as much, or the next steps do not wait until it has caught "
+                         "up. Both are counted.")
+                .by_default(std::string_view("slow_motion")),
+        }};
+    return table;
+}
+
 const ObjectSpec& time_table() {
     static const ObjectSpec table{
         "time",
@@ -33,6 +52,7 @@ const ObjectSpec& time_table() {
             choice_field("integrator", {"rk4", "leapfrog"},
                          "Of the tissue: Runge-Kutta 4, or leapfrog with a third of its evaluations and second order.")
                 .by_default(std::string_view("rk4")),
+            value_field("pace", object_value(pace_table()), "When steps of a run begin; as soon as they can when absent."),
         }};
     return table;
 }

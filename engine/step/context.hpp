@@ -14,6 +14,7 @@
 
 #include <limits>
 #include <optional>
+#include <tuple>
 
 namespace seldinger::engine {
 
@@ -47,6 +48,8 @@ struct LeafPair {
     std::size_t a = 0, b = 0; // a < b
     Index leaf_a = 0, leaf_b = 0;
     double gap = std::numeric_limits<double>::infinity(); // m, of the deepest touch that came from it
+
+    [[nodiscard]] auto key() const noexcept { return std::tuple(a, b, leaf_a, leaf_b); }
 };
 
 /// A sphere of one body and what its distance to another body's surface promises.
@@ -102,7 +105,6 @@ struct BodyScratch {
     std::vector<Vec3> pinned_target;
     std::vector<spheretree::Sphere> spheres; // solid bodies, over the step
     spheretree::DeformingSpheres wrapped;    // the same, of solid bodies whose tree follows sphere by sphere
-    bool is_wrapped = false;                 // wrapped has spheres, not `spheres`
     std::vector<Mat3> turn_t0, turn_t1;      // [frame_count] A' - A of their links
     std::vector<Vec3> surface_ahead;         // [vertex_count] m, solid bodies: where the next step may take them
     std::vector<Index> deepest;              // [sphere_count] solid bodies, scratch of the response

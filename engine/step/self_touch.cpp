@@ -1,6 +1,7 @@
 #include "engine/step/self_touch.hpp"
 
 #include "base/closest_point.hpp"
+#include "engine/step/solid_touch.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +9,6 @@
 namespace seldinger::engine {
 
 namespace {
-
-/// Cosine between the normals of a vertex and of what it meets: sheets that meet look at each other.
-constexpr double kFacing = -0.2;
 
 /// Cosine between a triangle's normal and the way from it to a vertex: beside a triangle its plane says nothing.
 constexpr double kOver = 0.7;

@@ -157,23 +157,32 @@ const StepReport& Simulator::finish_step() {
 }
 
 void Simulator::join_step(const Simulator& other) {
+    const bool same_trees = model_.contact.sphere_trees == other.model_.contact.sphere_trees;
     state_ = other.state_;
     for (std::size_t i = 0; i < context_.bodies.size(); ++i) {
+        if (!same_trees) keep_turns(model_, i, context_); // of the frames that the last step left here
         BodyScratch& to = context_.bodies[i];
         const BodyScratch& from = other.context_.bodies[i];
         to.tissue_t0 = from.tissue_t0;
         to.surface_t0 = from.surface_t0;
         to.springs = from.springs;
-        to.spheres = from.spheres;
-        to.is_wrapped = from.is_wrapped;
-        to.turn_t0 = from.turn_t0;
-        to.turn_t1 = from.turn_t1;
+        to.frames = from.frames;
+        if (same_trees) {
+            to.spheres = from.spheres;
+            to.turn_t0 = from.turn_t0;
+            to.turn_t1 = from.turn_t1;
+        }
         to.lumen = from.lumen; // goes on looking at the other's wall
     }
     context_.instruments = other.context_.instruments;
-    context_.solids = other.context_.solids;
     context_.report = other.context_.report;
-    rejoin_trees(model_, state_, context_);
+    if (same_trees) {
+        context_.solids = other.context_.solids;
+        rejoin_trees(model_, state_, context_);
+    } else { // what it remembers names its own leaves
+        context_.solids.springs = other.context_.solids.springs;
+        if (model_.effects.coarse_contact) update_solid_trees(model_, state_, context_);
+    }
     stopped_ = other.stopped_;
     dropped_ = other.dropped_;
     budget_.begin();

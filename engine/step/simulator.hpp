@@ -25,8 +25,9 @@ public:
     /// trees, the free motion of instruments. False: that failed, finish_step() only reports it.
     bool begin_step();
     const StepReport& finish_step();
-    /// Takes over a step that another simulator of the same model has begun: what would this one's budget have answered
-    /// there? The other must not go on before this one has finished it.
+    /// Takes over a step that another simulator has begun: what would this one's budget have answered there? Its model is the same,
+    /// or differs in how contacts are found and answered alone; with other sphere trees it joins every step, from the first on.
+    /// The other must not go on before this one has finished it.
     void join_step(const Simulator& other);
 
     /// What somebody does while it runs, from the next step on. A scene knows nothing of it: only the same calls at the same

@@ -10,8 +10,6 @@ namespace seldinger::engine {
 
 namespace {
 
-auto key_of(const LeafPair& p) { return std::tie(p.a, p.b, p.leaf_a, p.leaf_b); }
-bool by_key(const LeafPair& x, const LeafPair& y) { return key_of(x) < key_of(y); }
 bool same_bodies(const LeafPair& x, const LeafPair& y) { return x.a == y.a && x.b == y.b; }
 
 /// Bodies with open pairs whose depth the surfaces decide, each once.
@@ -102,7 +100,7 @@ void remember_touching(StepContext& context) {
         begin = end;
         if (kept.size() - first <= kRememberedPairs) continue;
         std::sort(kept.begin() + static_cast<std::ptrdiff_t>(first), kept.end(),
-                  [](const LeafPair& x, const LeafPair& y) { return x.gap != y.gap ? x.gap < y.gap : by_key(x, y); });
+                  [](const LeafPair& x, const LeafPair& y) { return x.gap != y.gap ? x.gap < y.gap : x.key() < y.key(); });
         kept.resize(first + kRememberedPairs);
     }
     for (LeafPair& pair : kept) pair.gap = std::numeric_limits<double>::infinity();

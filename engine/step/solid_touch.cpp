@@ -15,10 +15,6 @@ namespace {
 /// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
 constexpr double kNoWay = 1e-9;
 
-/// Cosine. A place whose own surface looks another way than at what it meets is not about to meet it: a table's vertex before
-/// the edge of a block that slides over it is nearest to the block's side, and will pass beneath.
-constexpr double kFacing = -0.2;
-
 /// A place of a surface: a vertex, or a point of an edge.
 struct Probe {
     Index vertex[2] = {kNoIndex, kNoIndex};
@@ -228,9 +224,8 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
         if (is_leaf_pair(model, contact)) pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
     }
     probe_open_pairs(model, context);
-    const auto key = [](const LeafPair& p) { return std::tie(p.a, p.b, p.leaf_a, p.leaf_b); };
-    std::sort(pairs.begin(), pairs.end(), [&](const LeafPair& x, const LeafPair& y) { return key(x) < key(y); });
-    pairs.erase(std::unique(pairs.begin(), pairs.end(), [&](const LeafPair& x, const LeafPair& y) { return key(x) == key(y); }),
+    std::sort(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() < y.key(); });
+    pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }),
                 pairs.end());
     for (std::size_t begin = 0; begin < pairs.size();) {
         std::size_t end = begin + 1;

@@ -5,6 +5,10 @@
 
 namespace seldinger::engine {
 
+/// Cosine. A place whose own surface looks another way than at what it meets is not about to meet it: a table's vertex before
+/// the edge of a block that slides over it is nearest to the block's side, and will pass beneath; sheets that meet look at each other.
+inline constexpr double kFacing = -0.2;
+
 /// Both bodies are closed and the scene's response is "surface": depths beneath their leaves are those of the surfaces.
 [[nodiscard]] bool meet_by_surface(const SceneModel& model, std::size_t a, std::size_t b) noexcept;
 

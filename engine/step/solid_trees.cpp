@@ -48,6 +48,9 @@ void carry_wrapped(const BodyModel& body, std::span<const Vec3> before, std::spa
     }
 }
 
+/// Its spheres are found one by one, in `wrapped`.
+bool is_lazy(const BodyScratch& scratch) noexcept { return !scratch.wrapped.spheres().empty(); }
+
 void follow_corners(const BodyModel& body, std::span<const Vec3> before, std::span<const Vec3> now, BodyScratch& scratch) {
     scratch.surface_ahead.resize(now.size());
     for (std::size_t v = 0; v < now.size(); ++v) scratch.surface_ahead[v] = now[v] + (now[v] - before[v]);
@@ -66,7 +69,6 @@ void update_solid_trees(const SceneModel& model, const State& state, StepContext
         if (body.wrapped) {
             read_turns(scratch.frames, scratch.turn_t1);
             follow_wrapped(model, i, state, context);
-            scratch.is_wrapped = true;
         } else if (model.contact.sphere_trees != SphereTrees::Covering) {
             carry_wrapped(body, before, now, scratch.spheres);
         } else {
@@ -76,27 +78,27 @@ void update_solid_trees(const SceneModel& model, const State& state, StepContext
 }
 
 bool has_spheres(const StepContext& context, std::size_t body) noexcept {
-    return context.bodies[body].is_wrapped || !context.bodies[body].spheres.empty();
+    return is_lazy(context.bodies[body]) || !context.bodies[body].spheres.empty();
 }
 
 spheretree::SolidView view_solid(const SceneModel& model, std::size_t body, StepContext& context) noexcept {
     BodyScratch& scratch = context.bodies[body];
     const auto id = static_cast<BodyId>(body);
     const spheretree::SphereTree* tree = &model.bodies[body].covering.tree;
-    if (scratch.is_wrapped) return {id, tree, scratch.wrapped.spheres(), &scratch.wrapped};
+    if (is_lazy(scratch)) return {id, tree, scratch.wrapped.spheres(), &scratch.wrapped};
     return {id, tree, scratch.spheres};
 }
 
 const spheretree::Sphere& sphere_of(std::size_t body, Index sphere, StepContext& context) noexcept {
     BodyScratch& scratch = context.bodies[body];
-    if (!scratch.is_wrapped) return scratch.spheres[sphere];
+    if (!is_lazy(scratch)) return scratch.spheres[sphere];
     scratch.wrapped.ensure(sphere, 1);
     return scratch.wrapped.spheres()[sphere];
 }
 
 const spheretree::Sphere* known_sphere(std::size_t body, Index sphere, const StepContext& context) noexcept {
     const BodyScratch& scratch = context.bodies[body];
-    if (!scratch.is_wrapped) return &scratch.spheres[sphere];
+    if (!is_lazy(scratch)) return &scratch.spheres[sphere];
     return scratch.wrapped.knows(sphere) ? &scratch.wrapped.spheres()[sphere] : nullptr;
 }
 
@@ -106,7 +108,7 @@ void keep_turns(const SceneModel& model, std::size_t body, StepContext& context)
 
 void rejoin_trees(const SceneModel& model, const State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (context.bodies[i].is_wrapped) follow_wrapped(model, i, state, context);
+        if (model.bodies[i].wrapped && !context.bodies[i].turn_t1.empty()) follow_wrapped(model, i, state, context);
 }
 
 } // namespace seldinger::engine

@@ -22,7 +22,7 @@ void update_solid_trees(const SceneModel& model, const State& state, StepContext
 /// Null where the tree is wrapped and the step did not look at the sphere.
 [[nodiscard]] const spheretree::Sphere* known_sphere(std::size_t body, Index sphere, const StepContext& context) noexcept;
 
-/// A^T of the frames that the body hangs on, as its surface stands: where the next step starts from.
+/// A' - A of the frames that the body hangs on, as its surface stands: where the next step starts from.
 void keep_turns(const SceneModel& model, std::size_t body, StepContext& context);
 
 /// Lazy spheres of another context's step become this context's own.

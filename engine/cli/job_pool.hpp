@@ -1,0 +1,43 @@
+// The same program several times at once: jobs that wait for a place, run, and are asked for.
+#pragma once
+
+#include "base/result.hpp"
+
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+namespace seldinger::engine {
+
+/// Children print their errors on our standard error; their standard output is dropped. All are interrupted when the pool goes.
+class JobPool {
+public:
+    /// jobs     arguments of this program, one list per job
+    /// at_once  processes that run at a time, >= 1
+    JobPool(std::vector<std::vector<std::string>> jobs, std::size_t at_once);
+    ~JobPool();
+    JobPool(const JobPool&) = delete;
+    JobPool& operator=(const JobPool&) = delete;
+
+    /// Sees who has ended and starts who waits; never blocks.
+    void tick();
+    /// Has the job ended?
+    [[nodiscard]] bool is_done(std::size_t job) const noexcept { return jobs_[job].state == JobState::Done; }
+    /// fails  ToolFailed: it could not be started, was killed, or ended with another code than 0
+    [[nodiscard]] Result<void> outcome(std::size_t job) const;
+
+private:
+    enum class JobState { Waits, Runs, Done };
+    struct Job {
+        std::vector<std::string> arguments;
+        JobState state = JobState::Waits;
+        pid_t process = 0;
+        std::string failure;
+    };
+    void start(Job& job);
+    void look_at(Job& job, int options);
+    std::vector<Job> jobs_;
+    std::size_t at_once_;
+};
+
+} // namespace seldinger::engine

@@ -1,0 +1,132 @@
+#include "engine/observe/cost_along.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// Resultant contact force on every deformable body and on every instrument, N.
+void find_forces(const Simulator& simulator, std::vector<Vec3>& forces, std::vector<Vec3>& nodal, std::vector<Vec3>& rest) {
+    const SceneModel& model = simulator.model();
+    forces.clear();
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!model.bodies[i].tissue) continue;
+        const std::vector<Vec3>& position = simulator.state().bodies[i].tissue.position;
+        nodal.assign(position.size(), Vec3::Zero());
+        rest.assign(position.size(), Vec3::Zero());
+        fem::add_spring_forces(simulator.context().bodies[i].springs, position, rest, nodal);
+        Vec3 sum = Vec3::Zero();
+        for (const Vec3& f : nodal) sum += f;
+        forces.push_back(sum);
+    }
+    for (const InstrumentScratch& instrument : simulator.context().instruments) {
+        Vec3 sum = Vec3::Zero();
+        for (const fem::RodPlane& plane : instrument.planes) sum += std::max(plane.force, 0.0) * plane.normal;
+        forces.push_back(sum);
+    }
+}
+
+} // namespace
+
+/// What the surfaces say of solids, what the exact answer says of instruments.
+PatchContacts AlongExactStates::solids_of(const PatchContacts& near, const PatchContacts& reference) const {
+    const std::size_t bodies = exact_.model().bodies.size();
+    PatchContacts truth = near;
+    for (const PatchContact& c : reference)
+        if (c.patch.other >= bodies) truth.push_back(c);
+    std::sort(truth.begin(), truth.end(), [](const auto& a, const auto& b) { return a.patch < b.patch; });
+    return truth;
+}
+
+const SceneModel& model_of(const SceneModel& scene, const CostOptions& options, const CostRow& row) {
+    for (const CostVariant& variant : options.variants)
+        if (variant.name == row.variant) return *variant.model;
+    return scene;
+}
+
+void AlongExactStates::Along::finish(double exact_force_sq, CostAlong& row) const {
+    const double count = steps > 0 ? static_cast<double>(steps) : 1.0;
+    row.pairs_open_mean = open / count;
+    row.leaf_contacts_mean = leaves / count;
+    row.level_reached_mean = levels / count;
+    row.assumed_mean = assumed / count;
+    // Without any force in the exact run the error has no scale: a force where there should be none is all wrong.
+    row.force_error_rel = exact_force_sq > 0.0 ? std::sqrt(force_sq / exact_force_sq) : (force_sq > 0.0 ? 1.0 : 0.0);
+}
+
+AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost, const CostOptions& options, CostTable& table)
+    : table_(table), finder_(model, cost), exact_(model, BudgetLimits{}), along_(table.rows.size()) {
+    for (const CostVariant& variant : options.variants) variant_finders_.emplace_back(*variant.model, cost);
+    for (std::size_t k = 0; k < along_.size(); ++k) {
+        const CostRow& row = table.rows[k];
+        along_[k].simulator = std::make_unique<Simulator>(model_of(model, options, row), row.budget.limits);
+        along_[k].finder = &finder_;
+        along_[k].other_trees = along_[k].simulator->model().contact.sphere_trees != model.contact.sphere_trees;
+        for (std::size_t v = 0; v < options.variants.size(); ++v)
+            if (options.variants[v].name == row.variant) along_[k].finder = &variant_finders_[v];
+    }
+    table.tolerance_m = finder_.tolerance();
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) table.patch_m.push_back(finder_.patch_size(i));
+}
+
+bool AlongExactStates::step(const std::function<void(const CostRow&, const Simulator&)>& show) {
+    if (!exact_.begin_step()) return false;
+    for (Along& along : along_) {
+        along.simulator->join_step(exact_);
+        along.simulator->finish_step();
+    }
+    exact_.finish_step();
+    const PatchContacts near = finder_.find_near(exact_.state());
+    const PatchContacts reference = finder_.find_answer(exact_);
+    count_uncovered(near, reference);
+    find_forces(exact_, exact_forces_, nodal_, rest_);
+    for (const Vec3& f : exact_forces_) exact_force_sq_ += f.squaredNorm();
+    ++steps_;
+    const PatchContacts truth = solids_of(near, reference);
+    for (std::size_t k = 0; k < along_.size(); ++k) {
+        compare(along_[k], along_[k].other_trees ? truth : reference, table_.rows[k]);
+        if (show) show(table_.rows[k], *along_[k].simulator);
+    }
+    return true;
+}
+
+void AlongExactStates::finish() {
+    for (std::size_t k = 0; k < along_.size(); ++k) along_[k].finish(exact_force_sq_, table_.rows[k]);
+    if (near_covered_ > 0) table_.near_depth_rms_m = std::sqrt(near_excess_sq_ / static_cast<double>(near_covered_));
+    if (steps_ > 0 && !exact_forces_.empty())
+        table_.force_rms_n = std::sqrt(exact_force_sq_ / static_cast<double>(steps_ * exact_forces_.size()));
+}
+
+/// What the independent search found against what the exact answer says of the same surfaces.
+void AlongExactStates::count_uncovered(const PatchContacts& near, const PatchContacts& reference) {
+    table_.near_patches += near.size();
+    for (const PatchContact& c : near) {
+        const auto at =
+            std::lower_bound(reference.begin(), reference.end(), c, [](const auto& a, const auto& b) { return a.patch < b.patch; });
+        const bool covered = at != reference.end() && at->patch == c.patch;
+        table_.near_uncovered += !covered;
+        if (!covered) continue;
+        near_excess_sq_ += (at->depth - c.depth) * (at->depth - c.depth);
+        ++near_covered_;
+    }
+}
+
+void AlongExactStates::compare(Along& along, const PatchContacts& reference, CostRow& row) {
+    const StepReport& report = along.simulator->context().report;
+    row.contacts += compare_patches(reference, along.finder->find_answer(*along.simulator));
+    find_forces(*along.simulator, forces_, nodal_, rest_);
+    for (std::size_t k = 0; k < forces_.size(); ++k) along.force_sq += (forces_[k] - exact_forces_[k]).squaredNorm();
+    along.open += static_cast<double>(report.pairs_open);
+    along.leaves += static_cast<double>(report.leaf_contacts);
+    along.levels += report.level_reached;
+    along.assumed += static_cast<double>(report.assumed);
+    ++along.steps;
+}
+
+double CostAlong::depth_error_rms_m() const noexcept {
+    return contacts.compared > 0 ? std::sqrt(contacts.depth_error_sq / static_cast<double>(contacts.compared)) : 0.0;
+}
+
+} // namespace seldinger::engine

@@ -1,0 +1,49 @@
+// Every row of a table of costs along the states of the exact run: what would it have answered there?
+#pragma once
+
+#include "engine/observe/cost_run.hpp"
+
+#include <memory>
+
+namespace seldinger::engine {
+
+class AlongExactStates {
+public:
+    /// Fills what `table.rows` were answered; all but `options` outlives it.
+    AlongExactStates(const SceneModel& model, const CostSpec& cost, const CostOptions& options, CostTable& table);
+
+    /// False: the exact run is stopped. `show` is called for every row's answer, unless empty.
+    bool step(const std::function<void(const CostRow&, const Simulator&)>& show);
+    /// After the last step.
+    void finish();
+
+private:
+    /// Sums over the steps of one budget along the exact states.
+    struct Along {
+        std::unique_ptr<Simulator> simulator;
+        PatchFinder* finder = nullptr; // of its model: patches beneath spheres are those of its trees
+        bool other_trees = false;      // than the exact run's: what lies beneath a leaf of those is nothing to compare with
+        double open = 0.0, leaves = 0.0, levels = 0.0, assumed = 0.0, force_sq = 0.0;
+        std::uint64_t steps = 0;
+
+        void finish(double exact_force_sq, CostAlong& row) const;
+    };
+
+    [[nodiscard]] PatchContacts solids_of(const PatchContacts& near, const PatchContacts& reference) const;
+    void count_uncovered(const PatchContacts& near, const PatchContacts& reference);
+    void compare(Along& along, const PatchContacts& reference, CostRow& row);
+
+    CostTable& table_;
+    PatchFinder finder_;
+    std::vector<PatchFinder> variant_finders_;
+    Simulator exact_;
+    std::vector<Along> along_;
+    std::vector<Vec3> exact_forces_, forces_, nodal_, rest_;
+    double exact_force_sq_ = 0.0, near_excess_sq_ = 0.0;
+    std::uint64_t steps_ = 0, near_covered_ = 0;
+};
+
+/// The scene's own model, or that of the row's variant.
+[[nodiscard]] const SceneModel& model_of(const SceneModel& scene, const CostOptions& options, const CostRow& row);
+
+} // namespace seldinger::engine

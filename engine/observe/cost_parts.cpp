@@ -1,0 +1,232 @@
+#include "engine/observe/cost_parts.hpp"
+
+#include "engine/io/atomic_file.hpp"
+#include "engine/io/file_bytes.hpp"
+#include "engine/step/bit_hash.hpp"
+#include "engine/step/model_hash.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstring>
+
+namespace seldinger::engine {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kMagic = "seldinger exact run 1\n";
+
+/// Numbers one after another, in this machine's byte order: parts are read where they were written.
+class Writer {
+public:
+    explicit Writer(std::string& out) : out_(out) {}
+    void number(std::uint64_t value) { bytes(&value, sizeof value); }
+    void text(const std::string& value) {
+        number(value.size());
+        out_ += value;
+    }
+    void points(const std::vector<Vec3>& values) {
+        number(values.size());
+        if (!values.empty()) bytes(values.data(), values.size() * sizeof(Vec3));
+    }
+    void lists(const std::vector<std::vector<Vec3>>& values) {
+        number(values.size());
+        for (const auto& list : values) points(list);
+    }
+
+private:
+    void bytes(const void* data, std::size_t size) { out_.append(static_cast<const char*>(data), size); }
+    std::string& out_;
+};
+
+/// After something that was not there, everything is empty and ok() false.
+class Reader {
+public:
+    explicit Reader(std::string_view in) : in_(in) {}
+    [[nodiscard]] bool ok() const noexcept { return ok_; }
+    [[nodiscard]] bool done() const noexcept { return ok_ && in_.empty(); }
+    std::uint64_t number() {
+        std::uint64_t value = 0;
+        bytes(&value, sizeof value);
+        return value;
+    }
+    std::string text() {
+        const std::uint64_t size = count(1);
+        std::string value(in_.substr(0, size));
+        in_.remove_prefix(value.size());
+        return value;
+    }
+    std::vector<Vec3> points() {
+        std::vector<Vec3> values(count(sizeof(Vec3)));
+        if (!values.empty()) bytes(values.data(), values.size() * sizeof(Vec3));
+        return values;
+    }
+    std::vector<std::vector<Vec3>> lists() {
+        std::vector<std::vector<Vec3>> values(count(sizeof(std::uint64_t)));
+        for (auto& list : values) list = points();
+        return values;
+    }
+    /// Of things of so many bytes at least: never more than the rest holds.
+    std::uint64_t count(std::size_t bytes_each) {
+        const std::uint64_t n = number();
+        if (n > in_.size() / bytes_each) ok_ = false;
+        return ok_ ? n : 0;
+    }
+
+private:
+    void bytes(void* data, std::size_t size) {
+        if (!ok_ || in_.size() < size) {
+            ok_ = false;
+            return;
+        }
+        std::memcpy(data, in_.data(), size);
+        in_.remove_prefix(size);
+    }
+    std::string_view in_;
+    bool ok_ = true;
+};
+
+static_assert(sizeof(Vec3) == 3 * sizeof(double));
+
+/// JSON has no infinity: what a state that is not finite came to is kept as text.
+Json real(double value) { return std::isfinite(value) ? Json(value) : Json(fmt::format("{}", value)); }
+double real(const Json& json) {
+    if (json.is_number()) return json.get<double>();
+    return json.get<std::string>() == "inf" ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
+}
+
+Json percentiles(const Percentiles& p) { return {real(p.p50), real(p.p95), real(p.p99), real(p.max)}; }
+Percentiles percentiles(const Json& json) { return {real(json.at(0)), real(json.at(1)), real(json.at(2)), real(json.at(3))}; }
+
+Json to_json(const CostOwnRun& run) {
+    Json curve = Json::array();
+    for (const CostPoint& p : run.curve)
+        curve.push_back({real(p.time_s), real(p.level), real(p.pairs_open), real(p.tip_distance_m), real(p.step_ms)});
+    return {{"steps", run.steps},
+            {"failure", run.failure},
+            {"step_ms", percentiles(run.step_ms)},
+            {"charged_ms", percentiles(run.charged_ms)},
+            {"budget_kept", run.budget_kept},
+            {"exact_steps", run.exact_steps},
+            {"lumen_exits", run.lumen_exits},
+            {"dropped_steps", run.dropped_steps},
+            {"surface", {real(run.surface.sum_sq), run.surface.vertices, real(run.surface.hausdorff)}},
+            {"tip", {real(run.tip_distance_rms_m), real(run.tip_distance_max_m)}},
+            {"state_hash", run.state_hash},
+            {"curve", std::move(curve)}};
+}
+
+CostOwnRun from_json(const Json& json) {
+    CostOwnRun run;
+    run.steps = json.at("steps");
+    run.failure = json.at("failure");
+    run.step_ms = percentiles(json.at("step_ms"));
+    run.charged_ms = percentiles(json.at("charged_ms"));
+    run.budget_kept = json.at("budget_kept");
+    run.exact_steps = json.at("exact_steps");
+    run.lumen_exits = json.at("lumen_exits");
+    run.dropped_steps = json.at("dropped_steps");
+    run.surface = {real(json.at("surface").at(0)), json.at("surface").at(1), real(json.at("surface").at(2))};
+    run.tip_distance_rms_m = real(json.at("tip").at(0));
+    run.tip_distance_max_m = real(json.at("tip").at(1));
+    run.state_hash = json.at("state_hash");
+    for (const Json& p : json.at("curve")) run.curve.push_back({real(p.at(0)), real(p.at(1)), real(p.at(2)), real(p.at(3)), real(p.at(4))});
+    return run;
+}
+
+} // namespace
+
+std::uint64_t CostParts::key_of(const SceneModel& model, const CostOptions& options) {
+    BitHash hash;
+    hash.add(hash_model(model));
+    hash.add(options.steps);
+    for (const NamedBudget& budget : options.budgets) hash.add_text(budget.name);
+    for (const CostVariant& variant : options.variants) {
+        hash.add_text(variant.name);
+        hash.add(hash_model(*variant.model));
+    }
+    return hash.value();
+}
+
+std::filesystem::path CostParts::row_file(std::size_t row) const { return folder_ / fmt::format("row_{}.json", row); }
+
+Result<void> CostParts::make_folder() const {
+    std::error_code failed;
+    std::filesystem::create_directories(folder_, failed);
+    if (failed) return Error{ErrorCode::CannotWrite, failed.message(), folder_.string()};
+    return {};
+}
+
+std::optional<ExactRun> CostParts::exact_run() const {
+    const auto bytes = read_file_bytes(exact_file());
+    if (!bytes || !bytes->starts_with(kMagic)) return std::nullopt;
+    Reader in(std::string_view(*bytes).substr(kMagic.size()));
+    if (in.number() != key_) return std::nullopt;
+    ExactRun run;
+    run.every = in.number();
+    run.steps = in.number();
+    run.busiest_step = in.number();
+    run.failure = in.text();
+    run.tips = in.lists();
+    run.shapes.resize(in.count(2 * sizeof(std::uint64_t)));
+    for (Shape& shape : run.shapes) {
+        shape.surfaces = in.lists();
+        shape.skins = in.lists();
+    }
+    if (!in.done() || run.every == 0 || run.tips.size() != run.steps) return std::nullopt;
+    return run;
+}
+
+Result<void> CostParts::keep(const ExactRun& run) const {
+    if (auto made = make_folder(); !made) return made;
+    std::string bytes(kMagic);
+    Writer out(bytes);
+    out.number(key_);
+    out.number(run.every);
+    out.number(run.steps);
+    out.number(run.busiest_step);
+    out.text(run.failure);
+    out.lists(run.tips);
+    out.number(run.shapes.size());
+    for (const Shape& shape : run.shapes) {
+        out.lists(shape.surfaces);
+        out.lists(shape.skins);
+    }
+    return write_file_atomically(exact_file(), bytes);
+}
+
+std::optional<CostOwnRun> CostParts::own_run(std::size_t row) const {
+    const auto bytes = read_file_bytes(row_file(row));
+    if (!bytes) return std::nullopt;
+    const Json json = Json::parse(*bytes, nullptr, false);
+    try {
+        if (json.at("key").get<std::uint64_t>() != key_) return std::nullopt;
+        return from_json(json.at("run"));
+    } catch (const Json::exception&) { // damaged, or not ours: measured anew
+        return std::nullopt;
+    }
+}
+
+Result<void> CostParts::keep(std::size_t row, const CostOwnRun& run) const {
+    if (auto made = make_folder(); !made) return made;
+    const Json json{{"key", key_}, {"run", to_json(run)}};
+    return write_file_atomically(row_file(row), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+std::size_t CostParts::count(std::size_t rows) const {
+    std::size_t there = exact_run().has_value();
+    for (std::size_t row = 0; row < rows; ++row) there += own_run(row).has_value();
+    return there;
+}
+
+void CostParts::remove(std::size_t rows) const {
+    std::error_code ignored;
+    std::filesystem::remove(exact_file(), ignored);
+    for (std::size_t row = 0; row < rows; ++row) std::filesystem::remove(row_file(row), ignored);
+    std::filesystem::remove(folder_, ignored); // stays where it is not empty
+}
+
+} // namespace seldinger::engine

@@ -1,0 +1,166 @@
+// The price of accuracy, answered other ways; parts of a measurement that outlive its process.
+#include "engine/observe/cost_page.hpp"
+#include "engine/observe/cost_parts.hpp"
+#include "engine/observe/cost_variants.hpp"
+#include "observe_fixture.hpp"
+#include "step_fixture.hpp"
+
+#include <algorithm>
+
+namespace seldinger::engine {
+namespace {
+
+const std::string kBoxOnTable = R"({
+    "name": "box-on-table",
+    "units": {"length": "mm", "pressure": "kPa"},
+    "time": {"step": 0.005, "duration": 1},
+    "gravity": [0, 0, -9810],
+    "bodies": {
+        "box": {"kind": "deformable", "surface": {"shape": "box", "centre": [0, 0, 30.5], "extent": [60, 60, 60], "cells": 4},
+            "material": {"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.01, "mass_damping": 1},
+            "coarse": {"surface_triangles": 160}},
+        "table": {"kind": "static", "surface": {"shape": "box", "centre": [0, 0, -5], "extent": [200, 200, 10], "cells": 16}}
+    },
+    "contact": {"solid_stiffness": 1},
+    "cost": {"patch": 12, "tolerance": 0.3},
+    "effects": ["elasticity", "gravity", "damping", "coarse_contact"]
+})";
+
+Scene scene_of(const std::string& text) {
+    Result<Scene> scene = parse_scene(text, "scenes/box.json");
+    EXPECT_TRUE(scene.ok());
+    return std::move(*scene);
+}
+
+PreparedScene prepare_variant(const std::string& text, const std::string& name) {
+    const Result<Scene> variant = make_variant(scene_of(text), name);
+    EXPECT_TRUE(variant.ok()) << name;
+    auto prepared = prepare_scene(*variant);
+    EXPECT_TRUE(prepared.ok());
+    return std::move(*prepared);
+}
+
+CostOptions options_of(const std::vector<std::string>& budgets, std::uint64_t steps) {
+    CostOptions options;
+    for (const std::string& budget : budgets) options.budgets.push_back({budget, parse_budget(budget)->limits});
+    options.steps = steps;
+    return options;
+}
+
+constexpr CostSpec kCost{12e-3, 0.3e-3};
+
+TEST(Variants, ChangeOneThingAndRefuseWhatTheSceneSaysAlready) {
+    const Scene scene = scene_of(kBoxOnTable);
+    for (const VariantWord& word : list_variants()) {
+        const Result<Scene> variant = make_variant(scene, word.name);
+        const bool said = word.name == "breadth" || word.name == "covering" || word.name == "surface" || word.name == "coarse";
+        EXPECT_EQ(variant.ok(), !said) << word.name;
+        if (said) {
+            EXPECT_NE(variant.error().message.find("already"), std::string::npos);
+        }
+    }
+    const Result<Scene> unknown = make_variant(scene, "fastest");
+    ASSERT_FALSE(unknown.ok());
+    EXPECT_NE(unknown.error().message.find("heuristic"), std::string::npos) << "the message lists what is known";
+}
+
+TEST(Variants, WithTreesThatHoldTheirSurfaceMissNothingAtAnyBudget) {
+    const PreparedScene own = test::prepare(kBoxOnTable);
+    const PreparedScene wrapped = prepare_variant(kBoxOnTable, "wrapped"), deepest = prepare_variant(kBoxOnTable, "deepest");
+    CostOptions options = options_of({"work:100", "exact"}, 40);
+    options.variants = {{"wrapped", &wrapped.model}, {"deepest", &deepest.model}};
+    const CostTable table = *measure_cost(own, kCost, options);
+    ASSERT_EQ(table.rows.size(), 6u);
+    EXPECT_EQ(table.rows[2].name(), "work:100 wrapped");
+    EXPECT_EQ(table.rows[5].name(), "exact deepest");
+    for (const CostRow& row : table.rows) {
+        EXPECT_EQ(row.contacts.missed, 0u) << row.name();
+        EXPECT_GT(row.contacts.reference, 0u);
+        EXPECT_EQ(row.steps, 40u);
+    }
+    EXPECT_EQ(table.rows[5].contacts.spurious, 0u) << "to the end, the order of the descent is nothing";
+    EXPECT_EQ(table.rows[5].surface.hausdorff, 0.0);
+    EXPECT_NE(table.rows[3].leaf_contacts_mean, table.rows[1].leaf_contacts_mean) << "other trees have other leaves";
+    const std::string csv = cost_csv(table);
+    EXPECT_NE(csv.find(",variant\n"), std::string::npos);
+    EXPECT_NE(csv.find(",wrapped\n"), std::string::npos);
+}
+
+TEST(Variants, WithoutTheExactStageLoseIt) {
+    const std::string text = test::bent_tube_scene({.carrier = test::kOrgan});
+    const PreparedScene own = test::prepare(text), coarse = prepare_variant(text, "coarse");
+    CostOptions options = options_of({"exact"}, 60);
+    options.variants = {{"coarse", &coarse.model}};
+    const CostTable table = *measure_cost(own, {}, options);
+    ASSERT_EQ(table.rows.size(), 2u);
+    EXPECT_EQ(table.rows[0].exact_steps, 60u);
+    EXPECT_EQ(table.rows[1].exact_steps, 0u);
+}
+
+class Parts : public test::Folder {};
+
+bool same_run(const CostOwnRun& a, const CostOwnRun& b) {
+    return a.steps == b.steps && a.state_hash == b.state_hash && a.surface.sum_sq == b.surface.sum_sq &&
+           a.surface.hausdorff == b.surface.hausdorff && a.curve.size() == b.curve.size() && a.step_ms.p99 == b.step_ms.p99 &&
+           a.failure == b.failure && a.tip_distance_max_m == b.tip_distance_max_m;
+}
+
+TEST_F(Parts, GoOnWhereAMeasurementWasInterrupted) {
+    const PreparedScene prepared = test::prepare(kBoxOnTable);
+    CostOptions options = options_of({"work:0", "work:300", "exact"}, 25);
+    CostParts parts(out / "parts", CostParts::key_of(prepared.model, options));
+    options.parts = &parts;
+    int rows_begun = 0;
+    options.progress = [&](const std::string& what) { rows_begun += what.find("by itself, step 1/") != std::string::npos; };
+    options.interrupted = [&] { return rows_begun == 3; }; // in the first steps of the third row
+    const CostTable first = *measure_cost(prepared, kCost, options);
+    EXPECT_TRUE(first.interrupted);
+    EXPECT_EQ(parts.count(3), 3u) << "the exact run and two rows";
+    rows_begun = 0;
+    options.interrupted = [] { return false; };
+    const CostTable second = *measure_cost(prepared, kCost, options);
+    EXPECT_EQ(rows_begun, 1) << "only the row that was not finished";
+    EXPECT_FALSE(second.interrupted);
+    for (std::size_t k = 0; k < 2; ++k) EXPECT_TRUE(same_run(first.rows[k], second.rows[k])) << k << ": down to its times";
+    options.parts = nullptr;
+    const CostTable whole = *measure_cost(prepared, kCost, options);
+    for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_EQ(second.rows[k].state_hash, whole.rows[k].state_hash);
+        EXPECT_EQ(second.rows[k].surface.sum_sq, whole.rows[k].surface.sum_sq);
+        EXPECT_EQ(second.rows[k].contacts.spurious, whole.rows[k].contacts.spurious);
+    }
+    parts.remove(3);
+    EXPECT_FALSE(std::filesystem::exists(out / "parts"));
+}
+
+TEST_F(Parts, OfAnotherMeasurementOrDamagedAreNotThere) {
+    const PreparedScene prepared = test::prepare(kBoxOnTable);
+    const CostOptions options = options_of({"exact"}, 4);
+    const CostParts parts(out, CostParts::key_of(prepared.model, options));
+    ExactRun run = run_exactly(prepared.model, options);
+    ASSERT_TRUE(parts.keep(run).ok());
+    CostOwnRun own;
+    own.surface.hausdorff = std::numeric_limits<double>::infinity();
+    ASSERT_TRUE(parts.keep(0, own).ok());
+    ASSERT_TRUE(parts.exact_run() && parts.own_run(0));
+    EXPECT_EQ(parts.own_run(0)->surface.hausdorff, own.surface.hausdorff);
+    EXPECT_EQ(parts.exact_run()->shapes.back().surfaces, run.shapes.back().surfaces);
+    CostOptions longer = options;
+    longer.steps = 5;
+    EXPECT_EQ(CostParts(out, CostParts::key_of(prepared.model, longer)).count(1), 0u) << "another number of steps";
+    const auto exact = out / "exact.bin";
+    const std::string bytes = *read_file_bytes(exact);
+    for (const std::size_t kept : {std::size_t{0}, std::size_t{10}, std::size_t{40}, bytes.size() / 2, bytes.size() - 1}) {
+        std::ofstream(exact, std::ios::binary) << bytes.substr(0, kept);
+        EXPECT_FALSE(parts.exact_run().has_value()) << kept << " bytes of " << bytes.size();
+    }
+    std::string huge = bytes;
+    for (std::size_t k = 54; k < 62 && k < huge.size(); ++k) huge[k] = '\x7f'; // a count beyond all memory
+    std::ofstream(exact, std::ios::binary) << huge;
+    EXPECT_FALSE(parts.exact_run().has_value());
+    std::ofstream(out / "row_0.json") << R"({"key": 1, "run": {}})";
+    EXPECT_FALSE(parts.own_run(0).has_value());
+}
+
+} // namespace
+} // namespace seldinger::engine
