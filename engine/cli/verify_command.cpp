@@ -1,7 +1,8 @@
 // `verify`: do the scenes of a list still come to what they came to when their references were written?
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
-#include "engine/observe/regression.hpp"
+#include "engine/io/atomic_file.hpp"
+#include "engine/observe/regression_page.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -13,9 +14,11 @@ namespace seldinger::engine {
 namespace {
 
 constexpr const char* kUsualList = "tests/regression/scenes.txt";
+constexpr const char* kDifferencesPage = "out/verify.html";
 
 struct VerifyRequest {
     std::filesystem::path list; // empty: the project's own
+    std::filesystem::path page; // empty: kDifferencesPage, where something differs
     bool write = false, quiet = false;
 };
 
@@ -92,10 +95,18 @@ Verdict write_reference(const Case& one, const Trace& now) {
     return Verdict::Same;
 }
 
-Verdict judge(const Case& one, const Trace& now) {
-    const std::string problem = first_difference(one.reference, now, one.entry.tolerance);
+void print_drift(const Case& one, const Trace& now) {
+    for (const PartDrift& drift : measure_drift(one.reference, now, one.entry.tolerance))
+        if (drift.first_step > 0)
+            fmt::print("         {:<24} {}: beyond the tolerance from step {} on, at most {:.3g} m, node {} in step {}\n", "", drift.part,
+                       drift.first_step, drift.worst_m, drift.worst_node, drift.worst_step);
+}
+
+Verdict judge(const Case& one, const Trace& now, std::string& problem) {
+    problem = first_difference(one.reference, now, one.entry.tolerance);
     if (!problem.empty()) {
         fmt::print("differs  {:<24} {}\n", one.entry.name, problem);
+        print_drift(one, now);
         if (one.reference.model_hash != now.model_hash)
             fmt::print("         {:<24} the scene or its preparation is not that of the reference\n", "");
         return Verdict::Differs;
@@ -106,7 +117,7 @@ Verdict judge(const Case& one, const Trace& now) {
     return Verdict::Same;
 }
 
-Verdict verify_one(const Case& one, bool write, ProgressLine& progress) {
+Verdict verify_one(const Case& one, bool write, ProgressLine& progress, std::vector<RegressionOutcome>& outcomes) {
     const auto prepared = prepare_scene(one.scene, [&](const std::string& what) { progress.show(one.entry.name + ": preparing " + what); });
     if (!prepared.ok()) {
         progress.clear();
@@ -117,7 +128,9 @@ Verdict verify_one(const Case& one, bool write, ProgressLine& progress) {
         progress.show_now_and_then(fmt::format("{}: step {}/{}", one.entry.name, step, one.entry.steps));
     });
     progress.clear();
-    return write ? write_reference(one, now) : judge(one, now);
+    if (write) return write_reference(one, now);
+    RegressionOutcome& outcome = outcomes.emplace_back(RegressionOutcome{one.entry, one.reference, now, {}});
+    return judge(one, now, outcome.difference);
 }
 
 int verify(const VerifyRequest& request) {
@@ -126,10 +139,20 @@ int verify(const VerifyRequest& request) {
     if (!cases.ok()) return report_error(cases.error());
     ProgressLine progress(!request.quiet);
     std::size_t different = 0;
+    std::vector<RegressionOutcome> outcomes;
     for (const Case& one : *cases) {
-        const Verdict verdict = verify_one(one, request.write, progress);
+        const Verdict verdict = verify_one(one, request.write, progress, outcomes);
         if (verdict == Verdict::Failed) return kExitBadInput;
         different += verdict == Verdict::Differs;
+    }
+    if (different > 0 || !request.page.empty()) {
+        const std::filesystem::path page = request.page.empty() ? std::filesystem::path(kDifferencesPage) : request.page;
+        std::error_code not_made; // then the page cannot be written either, which is said
+        if (request.page.empty()) std::filesystem::create_directories(page.parent_path(), not_made);
+        if (const auto written = write_file_atomically(page, regression_page(outcomes)); !written)
+            report_error(written.error()); // what differs has been said already
+        else
+            fmt::print("page     {}\n", page.string());
     }
     if (different == 0) return kExitFine;
     fmt::print(stderr, "error: {} of {} scenes differ from their references; where that is meant, --write-references writes them anew\n",
@@ -145,6 +168,11 @@ Command add_verify_command(CLI::App& app) {
     command->add_option("scenes", request->list,
                         fmt::format("list file: scene, steps, tolerance [m] in each line; {} when absent", kUsualList));
     command->add_flag("--write-references", request->write, "write the references instead of comparing with them");
+    command
+        ->add_option("--page", request->page,
+                     fmt::format("write a page with what came out, and curves of what differs; {} when absent and something differs",
+                                 kDifferencesPage))
+        ->excludes("--write-references");
     command->add_flag("--quiet", request->quiet, "no progress line");
     return {command, [request] { return verify(*request); }};
 }

@@ -47,15 +47,22 @@ std::string curve_text(const CostRow& row) {
     return text;
 }
 
-/// One line per budget over time.
+/// More names than a legend has room for stand at their points.
+constexpr std::size_t kNamesInLegend = 6;
+
+bool has_variants(const CostTable& table) {
+    return std::any_of(table.rows.begin(), table.rows.end(), [](const CostRow& row) { return !row.variant.empty(); });
+}
+
+/// One line per budget over time, as the scene says.
 Sketch sketch_over_time(const CostTable& table, Plot plot, int column, const char* label, bool logarithmic) {
     Sketch sketch;
     sketch.plot = std::move(plot);
     sketch.commands = fmt::format(
         "set xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4\nset ylabel '{}' textcolor rgb '#4b5563' offset 1,0\n{}plot ", label,
-        logarithmic ? "set logscale y\nset format y '10^{%L}'\n" : "set yrange [0:*]\n");
+        logarithmic ? "set logscale y\nset format y '10^{%L}'\n" : "set yrange [0:*]\nset offsets 0, 0, graph 0.2, 0\n");
     for (std::size_t k = 0; k < table.rows.size(); ++k)
-        if (!table.rows[k].curve.empty())
+        if (!table.rows[k].curve.empty() && table.rows[k].variant.empty())
             sketch.commands += fmt::format("'{}' using 1:{} with lines lw 1.5 lc rgb '{}' title {}, ", curve_file(k), column, colour(k),
                                            quoted(table.rows[k].name()));
     return sketch;
@@ -92,21 +99,31 @@ Sketch sketch_error(const CostTable& table) {
     sketch.commands = "set logscale xy\nset format '10^{%L}'\nset xlabel 'charged [ms]' textcolor rgb '#4b5563' offset 0,0.4\n"
                       "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nset offsets graph 0.1, graph 0.1, graph 0.1, graph 0.1\n"
                       "plot 'frontier.tsv' using 1:2 with lines lw 1.2 lc rgb '#9aa3ad' dt (6,4) notitle, ";
-    for (std::size_t k = 0; k < table.rows.size(); ++k)
-        sketch.commands += fmt::format("'point_{}.tsv' using 1:2 with points pt 7 ps 1.1 lc rgb '{}' title {}, ", k, colour(k),
-                                       quoted(table.rows[k].name()));
+    const bool at_points = table.rows.size() > kNamesInLegend;
+    for (std::size_t k = 0; k < table.rows.size(); ++k) {
+        const std::string name = quoted(table.rows[k].name());
+        sketch.commands += fmt::format("'point_{}.tsv' using 1:2 with points pt 7 ps 1.1 lc rgb '{}' {}, ", k, colour(k),
+                                       at_points ? "notitle" : "title " + name);
+        if (at_points)
+            sketch.commands +=
+                fmt::format("'' using 1:2:({}) with labels left rotate by {} offset 0.6,{} font ',8' textcolor rgb '{}' notitle, ", name,
+                            k % 2 == 0 ? 20 : -20, k % 2 == 0 ? 0.3 : -0.3, colour(k));
+    }
     return sketch;
 }
 
 /// Missed and false contacts side by side, as shares of the reference.
-Sketch sketch_contacts() {
+Sketch sketch_contacts(std::size_t rows) {
     Sketch sketch;
     sketch.plot = {"contacts",
                    "Contacts against the exact answer",
                    "Patches in contact, summed over the steps: those that the exact answer has and this one has not, and the reverse.",
                    {}};
-    sketch.commands = "set ylabel 'patches' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\nset style data histogram\n"
-                      "set style histogram clustered gap 1.2\nset boxwidth 0.9\nset style fill solid 0.85 noborder\nset xtics nomirror\n"
+    sketch.commands = "set ylabel 'patches' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\nset offsets 0, 0, graph 0.2, 0\nset "
+                      "style data histogram\n"
+                      "set style histogram clustered gap 1.2\nset boxwidth 0.9\nset style fill solid 0.85 noborder\nset xtics nomirror" +
+                      std::string(rows > kNamesInLegend ? " rotate by -50 left font ',9'" : "") +
+                      "\n"
                       "plot 'contacts.tsv' using 2:xtic(1) lc rgb '#c02626' title 'missed', '' using 3 lc rgb '#e0a23c' title 'false', "
                       "'' using 4 lc rgb '#a9bfe8' title 'in the exact answer'";
     return sketch;
@@ -130,7 +147,7 @@ std::vector<PlotData> plot_files(const CostTable& table) {
 
 std::string make_plots(CostTable& table, bool instruments) {
     if (std::all_of(table.rows.begin(), table.rows.end(), [](const CostRow& row) { return row.curve.empty(); })) return {};
-    std::vector<Sketch> sketches{sketch_error(table), sketch_contacts()};
+    std::vector<Sketch> sketches{sketch_error(table), sketch_contacts(table.rows.size())};
     sketches.push_back(sketch_over_time(
         table, {"level", "Level reached", "Coarsest level still open when the descent ended; higher is finer.", {}}, 2, "level", false));
     sketches.push_back(sketch_over_time(
@@ -181,14 +198,18 @@ std::string table_html(const CostTable& table) {
 std::string headline(const CostTable& table) {
     const CostRow* cheapest = nullptr;
     for (const CostRow& row : table.rows) {
+        if (!row.variant.empty()) continue;
         const bool exact = row.steps > 0 && row.contacts.missed == 0 && row.contacts.spurious == 0 && row.surface.hausdorff == 0.0;
         if (exact && row.budget.limits.mode != BudgetMode::Exact && (cheapest == nullptr || row.charged_ms.p50 < cheapest->charged_ms.p50))
             cheapest = &row;
     }
     if (cheapest != nullptr) return fmt::format("{} a step is enough: its run equals the exact one to the last bit", cheapest->name());
-    const auto worst = std::max_element(table.rows.begin(), table.rows.end(),
+    const auto own_end =
+        table.rows.begin() + static_cast<std::ptrdiff_t>(
+                                 std::count_if(table.rows.begin(), table.rows.end(), [](const CostRow& r) { return r.variant.empty(); }));
+    const auto worst = std::max_element(table.rows.begin(), own_end,
                                         [](const CostRow& a, const CostRow& b) { return a.surface.hausdorff < b.surface.hausdorff; });
-    if (worst == table.rows.end() || !(worst->surface.hausdorff > 0.0)) return "All runs equal the exact one to the last bit";
+    if (worst == own_end || !(worst->surface.hausdorff > 0.0)) return "All runs equal the exact one to the last bit";
     return fmt::format("At {} a step the surfaces end up to {} mm from where exact contacts put them", worst->name(),
                        number_text(1e3 * worst->surface.hausdorff));
 }
@@ -237,9 +258,10 @@ std::string cost_page(const Scene& scene, CostTable& table, std::span<const Cost
                     "content=\"width=device-width,initial-scale=1\">\n"
                     "<title>The price of accuracy: {0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">{0}: the price "
                     "of accuracy</p>\n"
-                    "<div class=\"verdict note\"><h1>{2}</h1>\n<p class=\"lead\">{3} under {4}, each against the exact run.</p></div>\n",
+                    "<div class=\"verdict note\"><h1>{2}</h1>\n<p class=\"lead\">{3} under {4}, each against the exact run{5}.</p></div>\n",
                     escape_html(scene.name), kReportStyle, escape_html(headline(table)), count_text(table.steps, "step", "steps"),
-                    count_text(table.rows.size(), "budget", "budgets"));
+                    count_text(table.rows.size(), "budget", "budgets"),
+                    has_variants(table) ? ", as the scene says and answered other ways; curves over time are the scene's own" : "");
     page += table_html(table);
     if (!table.notices.empty()) {
         page += "<div class=\"notices\">";

@@ -55,6 +55,34 @@ TEST_F(Cost, WritesATableWithARowPerBudgetAndAPage) {
     EXPECT_TRUE(ended.says("work:400")) << ended;
 }
 
+/// Column of a table by its head.
+std::vector<std::string> column_of(const std::vector<std::vector<std::string>>& rows, const std::string& head) {
+    const auto at = static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), head) - rows[0].begin());
+    std::vector<std::string> cells;
+    for (std::size_t k = 1; k < rows.size(); ++k) cells.push_back(at < rows[k].size() ? rows[k][at] : "");
+    return cells;
+}
+
+TEST_F(Cost, ComparesOtherAnswersAndSharesTheWorkAmongProcesses) {
+    const fs::path scene = write("ball.json", kBall);
+    const auto table = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> words{"cost", scene,   "--budgets", "work:0,work:400", "--variants", "deepest,spheres", "-n",
+                                       "20",   "--out", out(),       "--force"};
+        words.insert(words.end(), more.begin(), more.end());
+        EXPECT_TRUE(ended_with(call(words), 0));
+        return rows_of(text_of(out() / "cost.csv"));
+    };
+    const auto alone = table({}), shared = table({"--jobs", "2"});
+    ASSERT_EQ(alone.size(), 7u);
+    EXPECT_EQ(column_of(alone, "variant"), (std::vector<std::string>{"", "", "deepest", "deepest", "spheres", "spheres"}));
+    for (const char* head : {"false_contacts", "force_error_rel", "surface_rms_m", "surface_hausdorff_m", "pairs_open_mean"})
+        EXPECT_EQ(column_of(alone, head), column_of(shared, head)) << head << ": no clock has a say in it";
+    EXPECT_FALSE(fs::exists(out() / "parts")) << "nothing is left of the sharing";
+    EXPECT_TRUE(refuses(call({"cost", scene, "--variants", "deepest,covering", "--out", out(), "--force"}), "--variants"));
+    EXPECT_TRUE(refuses(call({"cost", scene, "--variants", "quick", "--out", out(), "--force"}), "known"));
+    EXPECT_TRUE(refuses(call({"cost", scene, "--jobs", "0", "--out", out()}), "--jobs"));
+}
+
 TEST_F(Cost, HasBudgetsOfItsOwnAndTakesScenesWithInstruments) {
     ASSERT_TRUE(ended_with(call({"cost", write("tube.json", kTube), "-n", "3", "--out", out()}), 0));
     const auto rows = rows_of(text_of(out() / "cost.csv"));
@@ -137,8 +165,9 @@ TEST_F(Verify, ADifferenceIsFiveAndNamed) {
     const fs::path list = write("list.txt", "tube.json 10 1e-9\n");
     ASSERT_TRUE(ended_with(call({"verify", list, "--write-references"}), 0));
     write("tube.json", with(kTube, "[0.2, 26, 0.4]", "[0.2, 26.1, 0.4]"));
-    const Ended differs = call({"verify", list});
+    const Ended differs = call({"verify", list, "--page", folder / "page.html"});
     ASSERT_TRUE(ended_with(differs, 5));
+    EXPECT_NE(text_of(folder / "page.html").find("1 of 1 scenes differ"), std::string::npos);
     EXPECT_TRUE(differs.says("tube")) << differs;
     EXPECT_TRUE(differs.says("step 1")) << differs;
     EXPECT_TRUE(differs.says("wire")) << differs;

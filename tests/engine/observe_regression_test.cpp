@@ -2,10 +2,13 @@
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/io/gzip.hpp"
-#include "engine/observe/regression.hpp"
+#include "engine/observe/regression_page.hpp"
 #include "step_fixture.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <limits>
 
 namespace seldinger::engine {
 namespace {
@@ -153,6 +156,33 @@ TEST(Gzip, UnpacksToWhatWasPackedAndIsTheSameEveryTime) {
         EXPECT_EQ(*back, text);
         EXPECT_EQ(*gzip_bytes(text), *packed);
     }
+}
+
+TEST_F(Regression, DriftNamesPartStepNodeAndSize) {
+    const Trace reference = run_tube(40);
+    Trace now = reference;
+    for (const PartDrift& same : measure_drift(reference, now, 0.0)) EXPECT_TRUE(same.first_step == 0 && same.worst_m == 0.0) << same.part;
+    const std::size_t part = now.samples[0].parts.size() - 1;
+    now.samples[4].parts[part].points[2].x() += 2e-3;
+    now.samples[6].parts[part].points[3].y() -= 5e-3;
+    const std::vector<PartDrift> drifts = measure_drift(reference, now, 1e-3);
+    const PartDrift& wire = drifts.back();
+    EXPECT_EQ(wire.part, "wire");
+    EXPECT_EQ(wire.first_step, reference.samples[4].step);
+    EXPECT_EQ(wire.worst_step, reference.samples[6].step);
+    EXPECT_EQ(wire.worst_node, reference.samples[6].parts[part].ids[3]);
+    EXPECT_NEAR(wire.worst_m, 5e-3, 1e-12);
+    EXPECT_EQ(wire.curve.size(), reference.samples.size());
+    now.samples[7].parts[part].points[0].z() = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_TRUE(std::isinf(measure_drift(reference, now, 1e-3).back().worst_m));
+    RegressionEntry entry;
+    entry.name = "<tube>";
+    entry.tolerance = 1e-3;
+    const std::vector<RegressionOutcome> outcomes{{entry, reference, reference, {}}, {entry, reference, now, "step 8, wire"}};
+    const std::string page = regression_page(outcomes);
+    EXPECT_NE(page.find("1 of 2 scenes differ"), std::string::npos);
+    EXPECT_EQ(page.find("<tube>"), std::string::npos) << "names are text";
+    EXPECT_TRUE(page.find("<svg") != std::string::npos || page.find("No plots") != std::string::npos);
 }
 
 } // namespace
