@@ -2,6 +2,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/gpu/describe_graphics.hpp"
+#include "engine/observe/effect_cost.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/simulator.hpp"
 
@@ -140,6 +141,18 @@ void print_cost(const Scene& scene, const PreparedScene& prepared) {
                prepared.seconds);
 }
 
+/// Each effect left out alone, beside the whole scene.
+void print_effect_costs(const PreparedScene& prepared, ProgressLine& progress) {
+    const std::uint64_t steps = std::min(kTrialSteps, prepared.model.step_count);
+    const std::vector<EffectCost> costs =
+        measure_effects(prepared.model, steps, [&](const std::string& what) { progress.show("trying the scene " + what); });
+    progress.clear();
+    fmt::print("\ncost of each effect, from a trial of {} steps (processor time of a step with it, without it)\n", steps);
+    for (const EffectCost& cost : costs)
+        fmt::print("  {:<15} {:.3g} ms  ({:.3g}, {:.3g}){}\n", effect_name(cost.effect), cost.saved_ms(), cost.with_ms, cost.without_ms,
+                   cost.saved_ms() < 0.0 ? "  the scene is cheaper with it" : "");
+}
+
 void print_graphics() {
     fmt::print("\ngraphics\n");
     for (const GraphicsLine& line : describe_graphics()) fmt::print("  {:<15} {}\n", line.what, line.how);
@@ -159,6 +172,7 @@ int explain(const std::filesystem::path& file) {
     print_instruments(*scene, *prepared);
     print_graphics();
     print_cost(*scene, *prepared);
+    print_effect_costs(*prepared, progress);
     return kExitFine;
 }
 

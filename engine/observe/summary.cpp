@@ -112,6 +112,7 @@ Json pace(const RunSummary& s) {
 void add_losses(const RunRecord& record, Json& json) {
     const RunStatistics& t = record.statistics;
     json["pace"] = pace(record.summary);
+    for (std::size_t k = 0; k < kEffectCount; ++k) json["effect_calls"][kEffectNames[k]] = t.effects.entered[k];
     json["overruns"] = record.summary.overruns;
     json["held_back_steps"] = t.held_back;
     json["smallest_safe_fraction"] = t.smallest_safe_fraction;

@@ -259,6 +259,7 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
 }
 
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, State& state, StepContext& context, StepBudget* budget) {
+    context.report.effects.note(Effect::ExactContact);
     InstrumentScratch& scratch = context.instruments[index];
     const std::size_t known = context.exact.size();
     plane_from_wall(model, index, state, context);

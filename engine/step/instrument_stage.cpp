@@ -105,9 +105,13 @@ void solve_instrument(const SceneModel& model, std::size_t index, State& state, 
     drive.port = instrument.port;
     drive.insertion = scratch.command.insertion;
     drive.rotation = scratch.command.rotation;
-    if (model.effects.gravity) drive.gravity = *model.effects.gravity;
+    if (model.effects.gravity) {
+        drive.gravity = *model.effects.gravity;
+        context.report.effects.note(Effect::Gravity);
+    }
     drive.contact_stiffness = model.contact.rod_stiffness;
     drive.friction = instrument.friction;
+    if (drive.friction > 0.0) context.report.effects.note(Effect::Friction);
     const auto substeps = static_cast<unsigned>(std::ceil(model.step_s / kRodSubstep - 1e-9));
     scratch.rod_report = fem::solve_rod(instrument.rod, now.rod, model.step_s, std::max(1u, substeps), drive, scratch.planes, scratch.rod);
     fem::place_rod_skin(instrument.rod, instrument.skin, now.rod, instrument.port, scratch.axis, now.skin);

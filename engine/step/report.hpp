@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/contact.hpp"
+#include "engine/prepare/effects.hpp"
 
 #include <cstdint>
 #include <string>
@@ -27,6 +28,7 @@ struct StepReport {
     std::uint64_t step = 0;
     double time_s = 0.0; // at the end of the step
     StageTimes ms;
+    EffectCounts effects; // whose code was entered
     unsigned substeps = 0;
     double stable_step_s = 0.0; // smallest over the deformable bodies; 0: none
 

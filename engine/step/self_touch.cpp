@@ -103,6 +103,7 @@ bool touches_itself(const SceneModel& model, std::size_t body) noexcept {
 }
 
 void touch_self(const SceneModel& model, const State& state, std::span<LeafPair> pairs, StepContext& context) {
+    context.report.effects.note(Effect::SelfContact);
     const Own own{model, state, context, pairs.front().a};
     std::vector<SelfNear>& near = context.bodies[own.body].self_near;
     near.resize(own.at().size());

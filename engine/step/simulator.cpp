@@ -205,6 +205,7 @@ void Simulator::descend() {
     const double after = model_.budget_covers_step ? budget_.forecast(StepPart::Respond).reserve_s() : 0.0;
     budget_.keep_back(after);
     if (!model_.effects.coarse_contact) return;
+    context_.report.effects.note(Effect::CoarseContact);
     budget_.keep_back(after + budget_.forecast(StepPart::List).reserve_s());
     context_.descent.begin(model_.contact.margin, model_.contact.descent_order, model_.contact.depth_cap);
     add_solid_pairs(model_, context_);

@@ -63,6 +63,7 @@ void push_touch(const SceneModel& model, const Contact& touch, const State& stat
     push_both(model, a, b, {touch.normal, touch.gap, contact.solid_stiffness, contact.solid_damping, kNoLimit}, state, context);
     const double most = contact.solid_friction * contact.solid_stiffness * std::max(0.0, -touch.gap);
     if (!(most > 0.0)) return;
+    context.report.effects.note(Effect::Friction);
     Vec3 slip = (a.motion(model, state, context) - b.motion(model, state, context)) / model.step_s;
     slip -= slip.dot(touch.normal) * touch.normal;
     const double speed = slip.norm();
@@ -132,7 +133,10 @@ void add_solid_pairs(const SceneModel& model, StepContext& context) {
     for (const auto& [i, j] : solids.near)
         if (are_solid_pair(model, i, j)) context.descent.add_solid_pair(view_solid(model, i, context), view_solid(model, j, context));
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (touches_itself(model, i)) context.descent.add_self_pair(view_solid(model, i, context));
+        if (touches_itself(model, i)) {
+            context.report.effects.note(Effect::SelfContact);
+            context.descent.add_self_pair(view_solid(model, i, context));
+        }
 }
 
 void push_solids(const SceneModel& model, const State& state, StepContext& context) {

@@ -29,9 +29,10 @@ Vec3 breathe(const Breathing& breathing, const Vec3& now, double time, double dt
 }
 
 void find_pinned_targets(const SceneModel& model, const fem::TissueModel& tissue, const fem::TissueState& state, double time,
-                         std::vector<Vec3>& target) {
+                         std::vector<Vec3>& target, EffectCounts& counts) {
     target.clear();
     if (!model.effects.breathing || tissue.pinned.empty()) return;
+    counts.note(Effect::Breathing);
     const Index any = tissue.pinned.front(); // they all move alike
     const Vec3 moved = breathe(*model.effects.breathing, state.position[any] - tissue.rest_position[any], time, model.step_s);
     for (const Index node : tissue.pinned) target.push_back(tissue.rest_position[node] + moved);
@@ -70,9 +71,14 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
 
 void integrate_body(const SceneModel& model, const BodyModel& body, double end_time, BodyState& state, BodyScratch& scratch,
                     StepReport& report) {
-    find_pinned_targets(model, *body.tissue, state.tissue, end_time, scratch.pinned_target);
+    find_pinned_targets(model, *body.tissue, state.tissue, end_time, scratch.pinned_target, report.effects);
     fem::IntegrateInputs inputs;
-    if (model.effects.gravity) inputs.gravity = *model.effects.gravity;
+    report.effects.note(Effect::Elasticity);
+    if (body.tissue->material.viscosity > 0.0 || body.tissue->material.mass_damping > 0.0) report.effects.note(Effect::Damping);
+    if (model.effects.gravity) {
+        inputs.gravity = *model.effects.gravity;
+        report.effects.note(Effect::Gravity);
+    }
     inputs.springs = &scratch.springs;
     inputs.pinned_target = scratch.pinned_target;
     const fem::AdvanceReport done = advance_body(model, body, inputs, state, scratch);
@@ -140,6 +146,7 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
             std::copy(body.surface.vertices.begin(), body.surface.vertices.end(), surface.begin());
         }
         if (body.pulse_reach.empty()) continue;
+        context.report.effects.note(Effect::Pulse);
         const double share = wave_at(model.effects.pulse->period, state.time + model.step_s);
         for (std::size_t v = 0; v < surface.size(); ++v) surface[v] += share * body.pulse_reach[v];
     }

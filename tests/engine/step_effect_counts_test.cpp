@@ -1,0 +1,131 @@
+// Only the effects that a scene calls for exist at run time: each left out runs none of its code, finds no memory, and changes no bit of a
+// scene that did not need it.
+#include "engine/observe/effect_cost.hpp"
+#include "engine/step/model_hash.hpp"
+#include "step_fixture.hpp"
+
+namespace seldinger::engine {
+namespace {
+
+/// Every effect there is: a wire in a tube in breathing tissue that lies on a table.
+std::string everything(const std::string& effects) {
+    std::string carrier = test::kOrgan;
+    carrier +=
+        R"("table": {"kind": "static", "surface": {"shape": "box", "centre": [10, 0, 24.8], "extent": [120, 120, 10], "cells": 6}},)";
+    std::string text = test::bent_tube_scene({.budget = "work:100000", .effects = effects, .carrier = carrier});
+    text.replace(text.rfind('}'), 1, R"(, "gravity": [0, 0, -9810], "contact": {"solid_stiffness": 1, "solid_friction": 0.3}})");
+    return text;
+}
+
+const std::vector<std::string> kAll{"elasticity",     "damping",      "gravity",       "breathing", "pulse",
+                                    "coarse_contact", "self_contact", "exact_contact", "friction"};
+
+std::string list_without(const std::string& left_out) {
+    std::string list;
+    for (const std::string& name : kAll)
+        if (name != left_out && !(left_out == "coarse_contact" && name == "self_contact"))
+            list += (list.empty() ? "\"" : ", \"") + name + "\"";
+    return list;
+}
+
+PreparedScene prepare_without(const std::string& left_out) {
+    std::string text = everything(list_without(left_out));
+    const std::string weight = R"(, "gravity": [0, 0, -9810])";
+    if (left_out == "gravity") text.erase(text.find(weight), weight.size());
+    return test::prepare(text);
+}
+
+EffectCounts count(const SceneModel& model, int steps) {
+    Simulator simulator(model);
+    EffectCounts counts;
+    for (int k = 0; k < steps; ++k) counts += simulator.step().effects;
+    return counts;
+}
+
+TEST(EffectCounts, OfASceneWithEverythingAreAllAboveNothing) {
+    const PreparedScene prepared = prepare_without("");
+    const EffectCounts counts = count(prepared.model, 20);
+    for (std::size_t k = 0; k < kEffectCount; ++k) {
+        EXPECT_TRUE(has_effect(prepared.model, static_cast<Effect>(k))) << kEffectNames[k];
+        EXPECT_GT(counts.entered[k], 0u) << kEffectNames[k];
+    }
+}
+
+TEST(EffectCounts, OfWhatIsLeftOutIsNothing) {
+    for (std::size_t k = 0; k < kEffectCount; ++k) {
+        const auto effect = static_cast<Effect>(k);
+        const PreparedScene prepared = prepare_without(std::string(effect_name(effect)));
+        EXPECT_FALSE(has_effect(prepared.model, effect)) << effect_name(effect);
+        EXPECT_EQ(count(prepared.model, 10).of(effect), 0u) << effect_name(effect);
+    }
+}
+
+TEST(EffectCounts, AModelWithoutAnEffectIsTheOneThatIsPreparedWithoutIt) {
+    const PreparedScene all = prepare_without("");
+    for (std::size_t k = 0; k < kEffectCount; ++k) {
+        const auto effect = static_cast<Effect>(k);
+        const SceneModel less = without_effect(all.model, effect);
+        const PreparedScene prepared = prepare_without(std::string(effect_name(effect)));
+        EXPECT_EQ(hash_model(less), hash_model(prepared.model)) << effect_name(effect);
+        Simulator a(less), b(prepared.model);
+        for (int step = 0; step < 10; ++step) {
+            a.step();
+            b.step();
+        }
+        EXPECT_EQ(hash_state(a.state()), hash_state(b.state())) << effect_name(effect);
+    }
+}
+
+/// Effects that nobody in the scene feels.
+TEST(EffectCounts, AnEffectThatNobodyFeelsChangesNoBit) {
+    const std::string tube =
+        test::bent_tube_scene({.budget = "work:100000", .effects = R"("coarse_contact", "exact_contact", "friction")"});
+    const std::string more = test::bent_tube_scene(
+        {.budget = "work:100000", .effects = R"("coarse_contact", "exact_contact", "friction", "elasticity", "damping", "self_contact")"});
+    std::uint64_t hashes[2];
+    std::size_t k = 0;
+    for (const std::string& text : {tube, more}) {
+        const PreparedScene prepared = test::prepare(text);
+        Simulator simulator(prepared.model);
+        for (int step = 0; step < 40; ++step) simulator.step();
+        hashes[k++] = hash_state(simulator.state());
+        EXPECT_EQ(count(prepared.model, 5).of(Effect::Elasticity), 0u);
+        EXPECT_EQ(count(prepared.model, 5).of(Effect::SelfContact), 0u);
+    }
+    EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST(EffectCounts, WhatIsLeftOutFindsNoMemory) {
+    const auto context_of = [](const PreparedScene& prepared) {
+        auto simulator = std::make_unique<Simulator>(prepared.model);
+        for (int k = 0; k < 3; ++k) simulator->step();
+        return simulator;
+    };
+    const PreparedScene no_coarse = prepare_without("coarse_contact"), no_exact = prepare_without("exact_contact"),
+                        no_self = prepare_without("self_contact"), no_pulse = prepare_without("pulse"),
+                        no_elasticity = prepare_without("elasticity"), no_breathing = prepare_without("breathing");
+    for (const BodyScratch& body : context_of(no_coarse)->context().bodies) {
+        EXPECT_TRUE(body.spheres.empty());
+        EXPECT_TRUE(body.surface_ahead.empty());
+    }
+    EXPECT_EQ(context_of(no_exact)->context().instruments[0].tree.memory(), collision::DopTree().memory());
+    for (const BodyScratch& body : context_of(no_self)->context().bodies) EXPECT_TRUE(body.self_near.empty());
+    for (const BodyModel& body : no_pulse.model.bodies) EXPECT_TRUE(body.pulse_reach.empty());
+    for (const BodyScratch& body : context_of(no_elasticity)->context().bodies) EXPECT_TRUE(body.pinned_target.empty());
+    for (const BodyScratch& body : context_of(no_breathing)->context().bodies) EXPECT_TRUE(body.pinned_target.empty());
+}
+
+TEST(EffectCost, MeasuresEveryEffectOfASceneAndNoOther) {
+    const PreparedScene prepared = prepare_without("pulse");
+    const std::vector<EffectCost> costs = measure_effects(prepared.model, 12);
+    EXPECT_EQ(costs.size(), kEffectCount - 1);
+    for (const EffectCost& cost : costs) {
+        EXPECT_NE(cost.effect, Effect::Pulse);
+        EXPECT_GT(cost.entered, 0u) << effect_name(cost.effect);
+        EXPECT_EQ(cost.entered_without, 0u) << effect_name(cost.effect);
+        EXPECT_GT(cost.with_ms, 0.0);
+    }
+}
+
+} // namespace
+} // namespace seldinger::engine
