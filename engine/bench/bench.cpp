@@ -1,5 +1,6 @@
 #include "engine/bench/bench.hpp"
 
+#include "engine/bench/headlines.hpp"
 #include "engine/bench/tables.hpp"
 #include "engine/observe/html.hpp"
 #include "engine/observe/places.hpp"
@@ -77,27 +78,35 @@ std::string bench_text(const BenchTable& table) {
     return text;
 }
 
-std::string bench_page(const Bench& bench, const BenchTable& table) {
+namespace {
+
+std::string page_head(const std::string& title, const std::string& lead) {
+    return fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+                       "content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n<style>{1}</style></head>\n<body><main>\n"
+                       "<p class=\"over\">seldinger {0}</p>\n<p class=\"lead\">{2}</p>\n",
+                       escape_html(title), kReportStyle, escape_html(lead));
+}
+
+std::string page_foot() {
+    const Machine machine = describe_machine();
+    return fmt::format("<footer>{}, {} cores, {}</footer>\n</main></body></html>\n", escape_html(machine.processor), machine.cores,
+                       escape_html(machine.compiler));
+}
+
+std::string plots_html(const BenchTable& table) {
+    if (table.sketches.empty()) return {};
+    const Result<std::vector<Plot>> plots = draw_plots(table.sketches, table.plot_data);
+    if (!plots) return fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
+    std::string page = "<div class=\"grid\">\n";
+    for (const Plot& plot : *plots)
+        page += fmt::format("<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
+                            escape_html(plot.title), plot.svg, escape_html(plot.caption));
+    return page + "</div>\n";
+}
+
+std::string rows_html(const BenchTable& table) {
     const std::vector<std::string> columns = columns_of(table);
-    std::string page = fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-                                   "content=\"width=device-width,initial-scale=1\">\n"
-                                   "<title>bench {0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">seldinger bench "
-                                   "{0}</p>\n<p class=\"lead\">{2}</p>\n",
-                                   escape_html(bench.name), kReportStyle, escape_html(bench.what));
-    if (!table.sketches.empty()) {
-        const Result<std::vector<Plot>> plots = draw_plots(table.sketches, table.plot_data);
-        if (!plots)
-            page += fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
-        else {
-            page += "<div class=\"grid\">\n";
-            for (const Plot& plot : *plots)
-                page +=
-                    fmt::format("<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
-                                escape_html(plot.title), plot.svg, escape_html(plot.caption));
-            page += "</div>\n";
-        }
-    }
-    page += "<h2>Figures</h2>\n<div class=\"scroll\"><table><tr>";
+    std::string page = "<div class=\"scroll\"><table><tr>";
     for (const std::string& column : columns) page += fmt::format("<th>{}</th>", escape_html(column));
     page += "</tr>\n";
     for (const BenchRow& row : table.rows) {
@@ -108,9 +117,34 @@ std::string bench_page(const Bench& bench, const BenchTable& table) {
     }
     page += "</table></div>\n";
     for (const std::string& note : table.notes) page += fmt::format("<p class=\"soft\">{}</p>\n", escape_html(note));
-    const Machine machine = describe_machine();
-    return page + fmt::format("<footer>{}, {} cores, {}</footer>\n</main></body></html>\n", escape_html(machine.processor), machine.cores,
-                              escape_html(machine.compiler));
+    return page;
+}
+
+std::string headlines_html(std::span<const MeasuredBench> measured) {
+    std::string page = "<div class=\"scroll\"><table><tr><th>bench</th><th>what</th><th>here</th><th>beside it</th>"
+                       "<th class=\"n\">factor</th><th>where it differs</th></tr>\n";
+    for (const MeasuredBench& one : measured)
+        for (const Headline& line : headlines_of(one.bench->name, one.table))
+            page += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{}</td><td>{}</td></tr>\n",
+                                escape_html(one.bench->name), escape_html(line.what), escape_html(line.here), escape_html(line.beside),
+                                line.factor ? fmt::format("{:.3g}", *line.factor) : "", escape_html(line.remark));
+    return page + "</table></div>\n";
+}
+
+} // namespace
+
+std::string bench_page(const Bench& bench, const BenchTable& table) {
+    return page_head("bench " + std::string(bench.name), std::string(bench.what)) + plots_html(table) + "<h2>Figures</h2>\n" +
+           rows_html(table) + page_foot();
+}
+
+std::string all_benches_page(std::span<const MeasuredBench> measured) {
+    std::string page = page_head("bench", "The papers' and the peers' tables, measured on this machine, with theirs beside ours.") +
+                       headlines_html(measured);
+    for (const MeasuredBench& one : measured)
+        page += fmt::format("<h2>{}</h2>\n<p>{}</p>\n", escape_html(one.bench->name), escape_html(one.bench->what)) +
+                plots_html(one.table) + rows_html(one.table);
+    return page + page_foot();
 }
 
 std::optional<std::filesystem::path> find_peer(std::string_view name) {

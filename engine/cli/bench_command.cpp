@@ -1,4 +1,4 @@
-#include "engine/bench/bench.hpp"
+#include "engine/bench/headlines.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
@@ -20,32 +20,61 @@ struct Request {
 
 int list_benches() {
     for (const Bench& bench : benches()) fmt::print("{:<16} {}\n", bench.name, bench.what);
+    fmt::print("{:<16} {}\n", "all", "every one of them, with a short table first: Markdown on the terminal, everything by --page");
     return kExitFine;
+}
+
+Result<void> write_if_named(const std::filesystem::path& file, const std::function<std::string()>& text) {
+    return file.empty() ? Result<void>() : write_file_atomically(file, text());
+}
+
+/// Every table, one after another. One that cannot be measured is named, and the others are.
+int run_all(const Request& request, ProgressLine& progress) {
+    std::vector<MeasuredBench> measured;
+    nlohmann::ordered_json json = nlohmann::ordered_json::array();
+    int failed = 0;
+    for (const Bench& bench : benches()) {
+        BenchOptions options = request.options;
+        options.progress = [&](const std::string& what) { progress.show(fmt::format("{}: {}", bench.name, what)); };
+        auto table = bench.run(options);
+        progress.clear();
+        if (!table) {
+            failed = report_error(table.error());
+            continue;
+        }
+        json.push_back(bench_json(bench.name, *table));
+        measured.push_back({&bench, std::move(*table)});
+    }
+    fmt::print("{}", headlines_markdown(measured));
+    const BenchOptions& files = request.options;
+    for (const auto& written : {write_if_named(files.page, [&] { return all_benches_page(measured); }),
+                                write_if_named(files.json, [&] { return json.dump(2) + "\n"; })})
+        if (!written) failed = report_error(written.error());
+    return failed;
 }
 
 int run_bench(Request& request) {
     if (request.name.empty()) return list_benches();
     const auto all = benches();
     const auto bench = std::find_if(all.begin(), all.end(), [&](const Bench& b) { return b.name == request.name; });
-    if (bench == all.end()) {
-        std::string known;
-        for (const Bench& b : all) known += (known.empty() ? "" : ", ") + std::string(b.name);
+    if (bench == all.end() && request.name != "all") {
+        std::string known = "all";
+        for (const Bench& b : all) known += ", " + std::string(b.name);
         return report_error({ErrorCode::BadUsage, fmt::format("no bench '{}'; known: {}", request.name, known), {}, 0, 0, "bench"});
     }
     if (const char* data = std::getenv("SELDINGER_TEST_DATA"); data != nullptr && std::filesystem::is_directory(data))
         request.options.data = data;
     ProgressLine progress(true);
+    if (request.name == "all") return run_all(request, progress);
     request.options.progress = [&](const std::string& what) { progress.show(what); };
     const auto table = bench->run(request.options);
     progress.clear();
     if (!table.ok()) return report_error(table.error());
     fmt::print("{}", bench_text(*table));
-    if (!request.options.page.empty())
-        if (const auto written = write_file_atomically(request.options.page, bench_page(*bench, *table)); !written.ok())
-            return report_error(written.error());
-    if (request.options.json.empty()) return kExitFine;
-    const auto written = write_file_atomically(request.options.json, bench_json(bench->name, *table).dump(2) + "\n");
-    return written.ok() ? static_cast<int>(kExitFine) : report_error(written.error());
+    for (const auto& written : {write_if_named(request.options.page, [&] { return bench_page(*bench, *table); }),
+                                write_if_named(request.options.json, [&] { return bench_json(bench->name, *table).dump(2) + "\n"; })})
+        if (!written) return report_error(written.error());
+    return kExitFine;
 }
 
 } // namespace
@@ -53,7 +82,7 @@ int run_bench(Request& request) {
 Command add_bench_command(CLI::App& app) {
     const auto request = std::make_shared<Request>();
     CLI::App* command = app.add_subcommand("bench", "Measure the papers' and the peers' tables here; no name: list them");
-    command->add_option("name", request->name, "which table");
+    command->add_option("name", request->name, "which table, or all");
     command->add_option("--json", request->options.json, "write the rows to this file");
     command->add_option("--page", request->options.page, "write a page with the table and its plots to this file");
     command->add_option("--scene", request->options.scene, "scene for tables that run one");

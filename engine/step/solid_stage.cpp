@@ -17,6 +17,10 @@ namespace {
 /// mu g step stays below it up to mu = 0.4 at 5 ms. What rests on a slope creeps, at most at this speed.
 constexpr double kSlip = 0.02;
 
+/// [-]; the heavier of two bodies takes at least so much of the way apart: less would make its springs that much stiffer, and their
+/// stable step shorter.
+constexpr double kLeastShare = 0.1;
+
 /// A place of a contact's first or second body.
 struct Place {
     std::size_t body;
@@ -48,9 +52,32 @@ Index push_place(const SceneModel& model, const Place& place, const Vec3& direct
     return static_cast<Index>(context.bodies[owner_of(model, place.body)].springs.springs.size() - 1);
 }
 
+/// Of the gap between two bodies that move, so much is the first one's to close; 1 where the other takes any force.
+double share_of(const SceneModel& model, std::size_t body, std::size_t other) {
+    if (!model.bodies[body].links || !model.bodies[other].links) return 1.0;
+    const double own = model.bodies[owner_of(model, body)].tissue->mass, others = model.bodies[owner_of(model, other)].tissue->mass;
+    return std::clamp(others / (own + others), kLeastShare, 1.0 - kLeastShare);
+}
+
+/// Index of the spring that one side gets.
+Index push_side(const SceneModel& model, const Place& place, const Vec3& direction, const Push& push, double share, const State& state,
+                StepContext& context) {
+    Push own = push;
+    own.gap = share * push.gap;
+    own.stiffness = push.stiffness / share;
+    own.damping = push.damping / share;
+    return push_place(model, place, direction, own, state, context);
+}
+
+/// Each body is integrated against the other as it stands at the step's start. If each took the whole gap for its own, both would close
+/// it, and go as far into one another as it was wide: energy from nowhere. So each has its share of it, the lighter one the larger, and
+/// a spring as much stiffer: where they overlap both feel the same force as before, which fades as it does between two free masses.
+/// What they go too far by, d_a and d_b, has cost them k (d_a^2 / share_a + d_b^2 / share_b) / 2, never less than the k (d_a + d_b)^2 / 2
+/// that the next step's springs start with: energy is lost, not found. The price: something that stands in the way and does not move is
+/// felt before it is reached, by half of what the two came nearer in the step.
 void push_both(const SceneModel& model, const Place& a, const Place& b, const Push& push, const State& state, StepContext& context) {
-    const Index on_a = push_place(model, a, push.direction, push, state, context);
-    const Index on_b = push_place(model, b, -push.direction, push, state, context);
+    const Index on_a = push_side(model, a, push.direction, push, share_of(model, a.body, b.body), state, context);
+    const Index on_b = push_side(model, b, -push.direction, push, share_of(model, b.body, a.body), state, context);
     context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
 }
 

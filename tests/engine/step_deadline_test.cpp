@@ -1,0 +1,145 @@
+// Deadlines that cannot be met, on clocks that the test turns: whole steps, with everything that they promise.
+#include "step_fixture.hpp"
+
+#include <numeric>
+
+namespace seldinger::engine {
+namespace {
+
+/// Every reading takes time, and some of them much more.
+class TickingClock final : public Clock {
+public:
+    explicit TickingClock(double tick_s) : tick_(static_cast<std::int64_t>(1e9 * tick_s)) {}
+    [[nodiscard]] std::int64_t now_ns() const noexcept override {
+        now_ += tick_ + (++readings_ == leap_at_ ? leap_ : 0);
+        return now_;
+    }
+    /// At the `reading`-th reading from now it leaps by so much.
+    void leap(std::uint64_t reading, double seconds) {
+        leap_at_ = readings_ + reading;
+        leap_ = static_cast<std::int64_t>(1e9 * seconds);
+    }
+    [[nodiscard]] std::uint64_t readings() const noexcept { return readings_; }
+
+private:
+    mutable std::int64_t now_ = 0;
+    mutable std::uint64_t readings_ = 0;
+    std::int64_t tick_ = 0, leap_ = 0;
+    std::uint64_t leap_at_ = 0;
+};
+
+constexpr BudgetLimits wall(double seconds) { return {BudgetMode::Wall, seconds, 0}; }
+
+/// 63 blocks, 0.2 mm apart, over a table.
+std::string heap() {
+    std::string bodies =
+        R"("table": {"kind": "static", "surface": {"shape": "box", "centre": [0, 0, -5], "extent": [100, 100, 10], "cells": 8}})";
+    for (int k = 0; k < 63; ++k)
+        bodies += fmt::format(R"(, "block{0}": {{"kind": "deformable",
+            "surface": {{"shape": "box", "centre": [{1}, {2}, {3}], "extent": [8, 8, 8], "cells": 2}},
+            "material": {{"young_modulus": 20, "poisson_ratio": 0.3, "density": 1000, "mass_damping": 1}}, "coarse": {{"surface_triangles": 40}}}})",
+                              k, 8.2 * (k % 4) - 12.3, 8.2 * (k / 4 % 4) - 12.3, 4.1 + 8.2 * (k / 16));
+    return R"({"name": "heap", "units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.005, "duration": 1},
+        "gravity": [0, 0, -9810], "contact": {"solid_stiffness": 1}, "bodies": {)" +
+           bodies + R"(}, "effects": ["elasticity", "gravity", "damping", "coarse_contact"]})";
+}
+
+const PreparedScene& prepared_heap() {
+    static const PreparedScene heap_of_64 = test::prepare(heap());
+    return heap_of_64;
+}
+
+TEST(Deadline, Of64BodiesIsKeptToWithinOneGrant) {
+    constexpr double kTick = 1e-6;
+    for (const double budget : {5e-6, 50e-6, 500e-6}) {
+        TickingClock clock(kTick);
+        Simulator simulator(prepared_heap().model, clock, wall(budget));
+        std::uint64_t tested = 0;
+        for (int k = 0; k < 12; ++k) {
+            const StepReport& report = simulator.step();
+            ASSERT_TRUE(report.finite) << report.failure;
+            EXPECT_LE(1e-3 * report.ms.budget, budget + 20 * kTick) << "every reading takes a microsecond, and a grant at least one";
+            if (report.pairs_open > 0) EXPECT_GT(report.assumed, 0u);
+            tested += report.pairs_tested;
+        }
+        EXPECT_TRUE(budget < 50e-6 || tested > 0) << budget;
+    }
+}
+
+TEST(Deadline, UnderOneTest64BodiesStayOnTheirTable) {
+    Simulator simulator(prepared_heap().model, BudgetLimits{BudgetMode::Work, 0.0, 1});
+    double kinetic = 0.0;
+    for (int k = 0; k < 60; ++k) {
+        ASSERT_TRUE(simulator.step().finite);
+        kinetic = std::max(kinetic, simulator.context().report.kinetic_j);
+    }
+    EXPECT_LT(kinetic, 2e-3) << "J; all of them together can fall by a millimetre: 3e-4";
+    for (std::size_t i = 1; i < simulator.state().bodies.size(); ++i)
+        for (const Vec3& v : simulator.state().bodies[i].surface) ASSERT_GT(v.z(), -1e-3) << simulator.model().bodies[i].name;
+}
+
+TEST(Deadline, ThatIsShorterThanOneReadingOfTheClockIsMissedAndSaidAndNothingHangs) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.carrier = test::kOrgan}));
+    TickingClock clock(1e-3);
+    Simulator simulator(prepared.model, clock, wall(0.4e-3));
+    for (int k = 0; k < 30; ++k) {
+        const std::uint64_t before = clock.readings();
+        const StepReport& report = simulator.step();
+        ASSERT_TRUE(report.finite);
+        EXPECT_FALSE(report.budget_kept);
+        EXPECT_EQ(report.lumen_exits, 0u);
+        EXPECT_LT(clock.readings() - before, 100u) << "it does not go on asking";
+    }
+}
+
+TEST(Deadline, OfNothingLeavesEveryPairOpenAndTheWireInside) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.carrier = test::kOrgan}));
+    Simulator simulator(prepared.model, wall(0.0));
+    for (int k = 0; k < 60; ++k) {
+        const StepReport& report = simulator.step();
+        ASSERT_TRUE(report.finite);
+        EXPECT_EQ(report.pairs_tested, 0u);
+        EXPECT_EQ(report.lumen_exits, 0u);
+        EXPECT_TRUE(!report.exact_ran || report.exact_insisted) << "only where safety asks for it, and then it says so";
+    }
+}
+
+TEST(Deadline, InWhichTheExactStageNeverFitsIsNeverHeldUpByIt) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.carrier = test::kOrgan}));
+    TickingClock clock(40e-6); // descents get through; a round of the exact stage would need thousands of readings' time
+    Simulator simulator(prepared.model, clock, wall(0.6e-3));
+    unsigned tried = 0, ran = 0;
+    for (int k = 0; k < 100; ++k) {
+        const StepReport& report = simulator.step();
+        ASSERT_TRUE(report.finite);
+        EXPECT_EQ(report.lumen_exits, 0u);
+        tried += report.exact_abandoned;
+        ran += report.exact_ran && !report.exact_insisted;
+    }
+    EXPECT_TRUE(ran > 0 || tried < 20) << "what did not fit is not begun again in every step: " << tried << " times in 100";
+}
+
+TEST(Deadline, AClockThatLeapsByAnHourInAStepCostsThatStepAlone) {
+    bool missed = false;
+    for (const std::uint64_t reading : {2u, 6u, 15u}) { // wherever in the step
+        TickingClock clock(0.1e-6);
+        Simulator simulator(prepared_heap().model, clock, wall(300e-6));
+        std::uint64_t before = 0, after = 0;
+        for (int k = 0; k < 24; ++k) {
+            if (k == 6) clock.leap(reading, 3600.0);
+            const StepReport& report = simulator.step();
+            ASSERT_TRUE(report.finite);
+            if (k == 6)
+                missed = missed || !report.budget_kept;
+            else
+                EXPECT_TRUE(report.budget_kept) << "step " << k << ", reading " << reading;
+            if (k == 5) before = report.pairs_tested;
+            if (k == 23) after = report.pairs_tested;
+        }
+        EXPECT_GT(2 * after, before) << "what it learnt in that step is forgotten";
+    }
+    EXPECT_TRUE(missed) << "some of them fell into what the budget pays for";
+}
+
+} // namespace
+} // namespace seldinger::engine
