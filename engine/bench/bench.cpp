@@ -139,8 +139,12 @@ std::string bench_page(const Bench& bench, const BenchTable& table) {
 }
 
 std::string all_benches_page(std::span<const MeasuredBench> measured) {
-    std::string page = page_head("bench", "The papers' and the peers' tables, measured on this machine, with theirs beside ours.") +
-                       headlines_html(measured);
+    const bool quick = std::any_of(measured.begin(), measured.end(), [](const MeasuredBench& one) { return one.table.quick; });
+    std::string page =
+        page_head("bench",
+                  std::string("The papers' and the peers' tables, measured on this machine, with theirs beside ours.") +
+                      (quick ? " A quick run: a small part of each, on smaller models, without factors against the papers." : "")) +
+        headlines_html(measured);
     for (const MeasuredBench& one : measured)
         page += fmt::format("<h2>{}</h2>\n<p>{}</p>\n", escape_html(one.bench->name), escape_html(one.bench->what)) +
                 plots_html(one.table) + rows_html(one.table);

@@ -33,6 +33,7 @@ struct BenchOptions {
 using BenchRow = nlohmann::ordered_json;
 
 struct BenchTable {
+    bool quick = false; // a small part: smaller models, fewer steps than the papers'
     std::vector<BenchRow> rows;
     std::vector<std::string> notes; // what was left out and why; printed under the table
     std::vector<Sketch> sketches;   // plots of the page

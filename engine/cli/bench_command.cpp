@@ -43,6 +43,7 @@ int run_all(const Request& request, ProgressLine& progress) {
             continue;
         }
         json.push_back(bench_json(bench.name, *table));
+        table->quick = options.quick;
         measured.push_back({&bench, std::move(*table)});
     }
     fmt::print("{}", headlines_markdown(measured));

@@ -15,10 +15,10 @@ BenchTable table_of(const char* rows) {
 }
 
 TEST(Headlines, GiveTheFactorToAPeerOfTheSameRun) {
-    const BenchTable with = table_of(R"([
+    const BenchTable with = table_of(R"json([
         {"name": "bar_5k", "law": "neo_hookean", "viscous": false, "ns_per_tet": 8.0, "peer": false, "isa": "avx512", "precision": "double",
          "threads": 1, "integrator": "none"},
-        {"name": "bar_5k", "ns_per_tet": 64.0, "peer": true}])");
+        {"name": "bar_5k", "ns_per_tet": 64.0, "peer": true}])json");
     const auto lines = headlines_of("fem", with);
     ASSERT_EQ(lines.size(), 1u);
     EXPECT_EQ(lines[0].factor, 8.0);
@@ -29,21 +29,29 @@ TEST(Headlines, GiveTheFactorToAPeerOfTheSameRun) {
 }
 
 TEST(Headlines, SetOursBesideThePapersAndSayWhereTheShapeDiffers) {
-    const auto lines = headlines_of("seed004", table_of(R"([
+    const auto lines = headlines_of("seed004", table_of(R"json([
         {"animation": "garment", "rigid": 34000, "cloth": 20000, "method": "R-TRI", "s_per_step": 0.14, "paper_s": 0.076},
         {"animation": "garment", "rigid": 34000, "cloth": 20000, "method": "with skipping", "s_per_step": 0.009, "paper_s": 0.052,
          "percent_of_rtri": 6.4, "paper_percent": 68},
         {"animation": "cones", "rigid": 1, "cloth": 2, "method": "with skipping", "s_per_step": 0.1, "paper_s": 0.2,
-         "percent_of_rtri": 66, "paper_percent": 68}])"));
+         "percent_of_rtri": 66, "paper_percent": 68}])json"));
     ASSERT_EQ(lines.size(), 2u);
     EXPECT_NEAR(*lines[0].factor, 0.052 / 0.009, 1e-12);
     EXPECT_FALSE(lines[0].remark.empty()) << "6 % is not 68 %";
     EXPECT_TRUE(lines[1].remark.empty()) << "66 % is";
 }
 
+TEST(Headlines, OfAQuickRunHaveNoFactorAgainstAPaperThatMeasuredAllOfIt) {
+    BenchTable table = table_of(R"json([{"setup": "AABB", "refit_s": 1, "test_s": 2, "total_s": 3, "paper_refit_s": 43, "paper_test_s": 50,
+        "paper_total_s": 93}])json");
+    EXPECT_EQ(headlines_of("seed001", table)[0].factor, 31.0);
+    table.quick = true;
+    EXPECT_FALSE(headlines_of("seed001", table)[0].factor.has_value());
+}
+
 TEST(Headlines, CountBoundsAndNameThoseThatDoNotHold) {
     const auto lines =
-        headlines_of("validation", table_of(R"([{"what": "a", "holds": true}, {"what": "b", "holds": false}, {"what": "c"}])"));
+        headlines_of("validation", table_of(R"json([{"what": "a", "holds": true}, {"what": "b", "holds": false}, {"what": "c"}])json"));
     ASSERT_EQ(lines.size(), 1u);
     EXPECT_EQ(lines[0].here, "1 of 2");
     EXPECT_EQ(lines[0].remark, "missed: b");
@@ -51,20 +59,22 @@ TEST(Headlines, CountBoundsAndNameThoseThatDoNotHold) {
 
 TEST(Headlines, OfNoRowsAreFew) {
     for (const Bench& bench : benches()) EXPECT_LE(headlines_of(bench.name, {}).size(), 1u) << bench.name;
-    EXPECT_TRUE(headlines_of("none", table_of(R"([{"a": 1}])")).empty());
+    EXPECT_TRUE(headlines_of("none", table_of(R"json([{"a": 1}])json")).empty());
 }
 
 TEST(Headlines, EveryBenchHasThem) {
     // of rows that its own run made the keys of: a renamed key would silence a line
     const std::pair<const char*, const char*> rows[] = {
-        {"deadline", R"([{"budget_ms": 1, "kept_where_it_fits": 1, "own_ms_p999": 0.9}])"},
-        {"effects", R"([{"scene": "s", "effect": "gravity", "saved_share": 0.1}])"},
-        {"spheretree", R"([{"mesh": "bunny 7K", "builder": "medial", "leaves": 508, "build_s": 2, "toolkit": "t"}])"},
-        {"interruptible", R"([{"bodies": "b", "order": "breadth", "open": 5, "us": 2, "missed": 0, "paper": "1 s: 1345 open"}])"},
-        {"contacts", R"([{"workload": "cloth", "triangles": 10, "method": "x (default)", "peer": false, "threads": 1, "refit_and_broad_ms": 1, "total_ms": 2}])"},
-        {"chromatic", R"([{"scene": "s", "method": "sets, II where it pays", "total_ms": 1, "paper_ms": "400"}])"},
-        {"seed001", R"([{"setup": "AABB", "refit_s": 1, "test_s": 2, "total_s": 3, "paper_refit_s": 4, "paper_test_s": 5, "paper_total_s": 9}])"},
-        {"image-space", R"([{"mesh": "cows", "triangles": 5, "culler": "CPU", "total_ms": 3, "crossings": 4, "paper": "p"}])"}};
+        {"deadline", R"json([{"budget_ms": 1, "kept_where_it_fits": 1, "own_ms_p999": 0.9}])json"},
+        {"effects", R"json([{"scene": "s", "effect": "gravity", "saved_share": 0.1}])json"},
+        {"spheretree", R"json([{"mesh": "bunny 7K", "builder": "medial", "leaves": 508, "build_s": 2, "toolkit": "t"}])json"},
+        {"interruptible", R"json([{"bodies": "b", "order": "breadth", "open": 5, "us": 2, "missed": 0, "paper": "1 s: 1345 open"}])json"},
+        {"contacts",
+         R"json([{"workload": "cloth", "triangles": 10, "method": "x (default)", "peer": false, "threads": 1, "refit_and_broad_ms": 1, "total_ms": 2}])json"},
+        {"chromatic", R"json([{"scene": "s", "method": "sets, II where it pays", "total_ms": 1, "paper_ms": "400"}])json"},
+        {"seed001",
+         R"json([{"setup": "AABB", "refit_s": 1, "test_s": 2, "total_s": 3, "paper_refit_s": 4, "paper_test_s": 5, "paper_total_s": 9}])json"},
+        {"image-space", R"json([{"mesh": "cows", "triangles": 5, "culler": "CPU", "total_ms": 3, "crossings": 4, "paper": "p"}])json"}};
     for (const auto& [bench, text] : rows) {
         EXPECT_FALSE(headlines_of(bench, table_of(text)).empty()) << bench;
     }
@@ -73,7 +83,7 @@ TEST(Headlines, EveryBenchHasThem) {
 TEST(Headlines, InMarkdownAreOneLineEach) {
     Bench bench{"deadline", "budgets", nullptr};
     const std::vector<MeasuredBench> measured{
-        {&bench, table_of(R"([{"budget_ms": 1, "kept_where_it_fits": 0.9995, "own_ms_p999": 0.9}])")}};
+        {&bench, table_of(R"json([{"budget_ms": 1, "kept_where_it_fits": 0.9995, "own_ms_p999": 0.9}])json")}};
     const std::string text = headlines_markdown(measured);
     EXPECT_NE(text.find("| 99.95 |"), std::string::npos) << text;
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4);
