@@ -87,9 +87,9 @@ SpringBound bound_springs(const ForcePlan& plan, const ContactSprings& springs, 
     return bound;
 }
 
-void prepare_workspace(const TissueModel& model, StableStepWorkspace& w) {
+/// What follows from the model alone.
+void size_workspace(const TissueModel& model, StableStepWorkspace& w) {
     const std::size_t count = model.node_count();
-    if (w.mode.size() != count) w.warm = false;
     w.root_inv_mass.resize(count);
     for (std::size_t node = 0; node < count; ++node) w.root_inv_mass[node] = std::sqrt(model.plan.inv_mass[node]);
     w.records.resize(count);
@@ -97,6 +97,12 @@ void prepare_workspace(const TissueModel& model, StableStepWorkspace& w) {
     w.product.resize(count);
     w.row.resize(count);
     w.damping_row.resize(count);
+}
+
+void prepare_workspace(const TissueModel& model, StableStepWorkspace& w) {
+    const std::size_t count = model.node_count();
+    if (w.mode.size() != count) w.warm = false;
+    size_workspace(model, w);
     prepare_mode(w.mode, model.plan, w.root_inv_mass, w.warm);
     if (model.material.viscosity > 0.0) prepare_mode(w.damping_mode, model.plan, w.root_inv_mass, w.warm && w.damping_mode.size() == count);
 }
@@ -155,6 +161,7 @@ StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord
 }
 
 StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
+    if (w.root_inv_mass.size() != model.node_count()) size_workspace(model, w); // its rates came with a checkpoint
     return join(model, w.rates, springs, w, integrator);
 }
 

@@ -100,14 +100,16 @@ void LumenState::rest(const LumenTree& lumen) {
     }
 }
 
+void LumenState::size_for(const LumenTree& lumen) {
+    balls_.resize(lumen.ball_count());
+    swept_.resize(lumen.ball_count());
+    stamp_.assign(lumen.ball_count(), 0);
+    step_ = 0;
+}
+
 void LumenState::update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1) {
     const bool fresh = balls_.size() != lumen.ball_count();
-    if (fresh) {
-        balls_.resize(lumen.ball_count());
-        swept_.resize(lumen.ball_count());
-        stamp_.assign(lumen.ball_count(), 0);
-        step_ = 0;
-    }
+    if (fresh) size_for(lumen);
     balls_updated_ = 0;
     vertices_t0_ = vertices_t0;
     vertices_t1_ = vertices_t1;
@@ -123,6 +125,28 @@ void LumenState::update(const LumenTree& lumen, std::span<const Vec3> vertices_t
     if (resting) return;
     move_centres(lumen);
     move_bounds(lumen);
+}
+
+std::vector<KeptBall> LumenState::kept() const {
+    std::vector<KeptBall> kept;
+    if (at_rest_) return kept;
+    for (std::size_t b = 0; b < balls_.size(); ++b) kept.push_back({balls_[b].centre_t1, balls_[b].radius_t1, stamp_[b] == step_});
+    return kept;
+}
+
+void LumenState::keep(const LumenTree& lumen, std::span<const KeptBall> kept) {
+    size_for(lumen);
+    ++step_;
+    rest(lumen); // balls that stand still stay like this
+    bounds_ = lumen.tree.spheres;
+    largest_ = lumen.largest_ball;
+    at_rest_ = false;
+    for (Index b = 0; b < kept.size(); ++b) {
+        if (!still_.empty() && still_[b]) continue;
+        balls_[b].centre_t1 = kept[b].centre;
+        balls_[b].radius_t1 = kept[b].radius;
+        stamp_[b] = kept[b].measured ? step_ : step_ - 1;
+    }
 }
 
 void LumenState::move_centres(const LumenTree& lumen) {

@@ -17,6 +17,13 @@ struct MovingBall {
     double radius_t1 = -1.0;                                 // m, free at t1
 };
 
+/// What an update takes over from the last one about a ball: where it came to, and how much is free there.
+struct KeptBall {
+    Vec3 centre = Vec3::Zero(); // m, at the step's end
+    double radius = -1.0;       // m, likewise
+    bool measured = false;      // false: the radius was not asked for, the next step that asks measures it
+};
+
 /// Balls and bounds of the current step. Sized by the first update, no allocation afterwards.
 class LumenState {
 public:
@@ -31,6 +38,12 @@ public:
     void update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1);
 
     void reset() noexcept { balls_.clear(); } // forgets the last step; the next update starts afresh
+
+    /// For a run that is saved and goes on elsewhere: [ball_count] what the next update would take over. Empty: nothing, it starts
+    /// afresh, or from a wall at rest, which is the same.
+    [[nodiscard]] std::vector<KeptBall> kept() const;
+    /// The next update goes on from there. kept [ball_count], of a state marked alike
+    void keep(const LumenTree& lumen, std::span<const KeptBall> kept);
 
     /// Conservative against the linked triangles, within 1 % of what they leave free: a triangle that was further away than the build's
     /// link_reach at rest is assumed not to have come nearer than half of that. A ball grows by half of link_reach at most.
@@ -48,6 +61,7 @@ public:
     [[nodiscard]] std::size_t balls_updated() const noexcept { return balls_updated_; } // this step, of all balls
 
 private:
+    void size_for(const LumenTree& lumen);
     void rest(const LumenTree& lumen);
     void move_centres(const LumenTree& lumen);
     void move_bounds(const LumenTree& lumen);

@@ -17,6 +17,7 @@ namespace seldinger::engine {
 [[nodiscard]] Result<BenchTable> bench_seed001(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_seed004(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_effects(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_hard_cases(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_validation(const BenchOptions& options);
 
 inline constexpr std::array kBenches{
@@ -25,6 +26,8 @@ inline constexpr std::array kBenches{
     Bench{"fem", "element forces, integrators and rigid links on bars of 5K to 500K tets and the liver, beside Bullet", bench_fem},
     Bench{"validation", "the tissue against analytic answers and against beams of SOFA and CalculiX, each with its bound",
           bench_validation},
+    Bench{"hard-cases", "every hard case with its bound, what is measured, and by how much it holds; --long: ten minutes of simulated time",
+          bench_hard_cases},
     Bench{"spheretree", "sphere trees of many meshes by each builder: size, tightness, coverage, time; the descent's rate of tests",
           bench_spheretree},
     Bench{"interruptible", "two dragons, two bunnies, bunny and dragon: the descent interrupted, in four orders, against the truth",

@@ -89,7 +89,8 @@ Command add_bench_command(CLI::App& app) {
     command->add_option("--scene", request->options.scene, "scene for tables that run one");
     command->add_option("--threads", request->options.threads, "threads; 0: one, then all")->check(CLI::Range(0u, 256u));
     command->add_flag("--quick", request->options.quick, "a small part of the table");
-    command->add_flag("--large", request->options.large, "seed004: models of 320K to 502K triangles as well");
+    command->add_flag("--large,--long", request->options.large,
+                      "seed004: models of 320K to 502K triangles as well; hard-cases: ten minutes of simulated time as well");
     return {command, [request] { return run_bench(*request); }};
 }
 

@@ -7,6 +7,7 @@
 #include "engine/observe/observer.hpp"
 #include "engine/observe/output_folder.hpp"
 #include "engine/observe/trace.hpp"
+#include "engine/step/checkpoint.hpp"
 #include "engine/step/model_hash.hpp"
 #include "engine/time/pacer.hpp"
 
@@ -29,6 +30,8 @@ struct RunOptions {
     double pace = -1.0;         // simulated seconds in a second; 0: as fast as it goes; < 0: as the scene says
     std::filesystem::path path; // CSV that replaces the first instrument's script
     std::filesystem::path record_grants, replay;
+    std::uint64_t checkpoint_every = 0; // steps; 0: none
+    std::filesystem::path resume;       // a checkpoint, or the output folder that holds one
     bool trace = false, record = false, force = false, fail_on_overrun = false, pictures = true, quiet = false;
 };
 
@@ -99,7 +102,7 @@ bool take_step(Simulator& simulator, std::uint64_t k, const Grants& grants) {
 Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, const Grants& grants, Pacer* pacer,
                          ProgressLine& progress) {
     Taken taken;
-    for (std::uint64_t k = 0; k < steps; ++k) {
+    for (std::uint64_t k = simulator.state().step; k < steps; ++k) {
         taken.interrupted = interrupt_requested();
         if (taken.interrupted) break;
         if (pacer != nullptr) wait_until_ns(pacer->begin_step(monotonic_ns()));
@@ -130,6 +133,28 @@ Result<void> check_replay(const RunOptions& options, const GrantRecord& record, 
                      0,
                      0,
                      "--steps"};
+    return {};
+}
+
+/// Goes on from a checkpoint. Nothing was written yet: a wrong one costs no outputs.
+Result<void> go_on(const RunOptions& options, std::uint64_t steps, Simulator& simulator) {
+    std::error_code failed;
+    const bool is_folder = std::filesystem::is_directory(options.resume, failed);
+    const std::filesystem::path file = is_folder ? options.resume / output_name::kCheckpoint : options.resume;
+    const auto checkpoint = read_checkpoint(file);
+    if (!checkpoint.ok()) return checkpoint.error();
+    if (auto resumed = resume(simulator, *checkpoint, file); !resumed.ok()) return resumed;
+    if (checkpoint->step >= steps)
+        return Error{ErrorCode::BadUsage,
+                     fmt::format("{} is of step {}, and the run is to end at step {}; a later one would be right", file.string(),
+                                 checkpoint->step, steps),
+                     {},
+                     0,
+                     0,
+                     "--steps"};
+    const BudgetLimits &was = checkpoint->limits, &is = simulator.budget();
+    if (was.mode != is.mode || was.wall_s != is.wall_s || was.work_units != is.work_units)
+        fmt::print(stderr, "notice: {} was made under another budget; this one decides from here on\n", file.string());
     return {};
 }
 
@@ -180,13 +205,18 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     observe.steps = options.steps >= 0  ? static_cast<std::uint64_t>(options.steps)
                     : replay != nullptr ? replay->steps.size()
                                         : prepared.model.step_count;
+    observe.checkpoint_every = options.checkpoint_every;
+    Simulator simulator(prepared.model);
+    if (!options.resume.empty()) {
+        if (const auto resumed = go_on(options, observe.steps, simulator); !resumed.ok()) return report_error(resumed.error());
+        observe.resumed_from = &simulator.state();
+    }
     auto observer = RunObserver::open(scene, prepared, observe);
     if (!observer.ok()) return report_error(observer.error());
     if (!options.record_grants.empty())
         if (const auto fits = check_place(options.record_grants); !fits.ok()) return report_error(fits.error());
 
     catch_interrupts();
-    Simulator simulator(prepared.model);
     if (const std::string culler = attach_culler(simulator); !culler.empty()) fmt::print(stderr, "notice: {}\n", culler);
     GrantRecord record;
     StepTrace trace;
@@ -256,8 +286,16 @@ Command add_run_command(CLI::App& app) {
                      "simulated seconds in a second: 1 is real time, 0 as fast as it goes; as the scene says when absent")
         ->check(CLI::Range(0.0, 1e3));
     command->add_option("--path", options.path, "CSV t,insertion,rotation in the scene's units, instead of the scene's script");
-    command->add_option("--record-grants", options.record_grants, "write every decision of the clock to this file");
-    command->add_option("--replay", options.replay, "repeat the run of such a file bit for bit, under its budget")->excludes(budget);
+    CLI::Option* record = command->add_option("--record-grants", options.record_grants, "write every decision of the clock to this file");
+    CLI::Option* replay =
+        command->add_option("--replay", options.replay, "repeat the run of such a file bit for bit, under its budget")->excludes(budget);
+    command->add_option("--checkpoint-every", options.checkpoint_every, "write checkpoint.bin every so many steps, and at the end")
+        ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--resume", options.resume,
+                     "go on from such a file, or from the output folder that holds it, up to step -n counted from the first run's start")
+        ->excludes(record)
+        ->excludes(replay);
     command->add_flag("--trace", options.trace, "write the stages of every step for chrome://tracing and ui.perfetto.dev");
     command->add_flag("--record", options.record, "write states for ParaView (PVD, VTP)");
     command->add_flag("--force", options.force, "write into an output folder that is not empty");

@@ -58,12 +58,12 @@ template <class Value>
 Result<void> read_array(const std::filesystem::path& path, std::size_t count, const std::string& shape, std::vector<Value>& out) {
     const Result<std::string> bytes = read_file_bytes(path);
     if (!bytes) return bytes.error();
-    const std::size_t wanted = count * sizeof(Value);
-    if (bytes->size() != wanted)
-        return Error{ErrorCode::BadSyntax, fmt::format("has {} bytes; meta.txt makes it {}: {}", bytes->size(), wanted, shape),
+    if (bytes->size() % sizeof(Value) != 0 || bytes->size() / sizeof(Value) != count) // count * sizeof may not fit into 64 bits
+        return Error{ErrorCode::BadSyntax,
+                     fmt::format("has {} bytes; meta.txt makes it {} times {}: {}", bytes->size(), count, sizeof(Value), shape),
                      path.string()};
     out.resize(count);
-    std::memcpy(static_cast<void*>(out.data()), bytes->data(), wanted);
+    std::memcpy(static_cast<void*>(out.data()), bytes->data(), bytes->size());
     return {};
 }
 

@@ -7,6 +7,7 @@
 #include "engine/observe/report_page.hpp"
 #include "engine/observe/step_table.hpp"
 #include "engine/observe/summary.hpp"
+#include "engine/step/checkpoint.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -34,7 +35,8 @@ struct RunObserver::Parts {
     Parts(const Scene& scene_in, const PreparedScene& prepared_in, const ObserveOptions& options_in, OutputFolder folder_in,
           StepTable table_in)
         : scene(scene_in), prepared(prepared_in), options(options_in), budget_ms(budget_limit_ms(scene_in.budget)),
-          folder(std::move(folder_in)), table(std::move(table_in)), photographer(scene_in, folder.path()),
+          first_step(options_in.resumed_from != nullptr ? options_in.resumed_from->step : 0), folder(std::move(folder_in)),
+          table(std::move(table_in)), photographer(scene_in, folder.path()),
           recorder(prepared_in.model, folder.path() / output_name::kRecord, record_interval(scene_in, options_in)) {
         statistics.reserve(options.steps);
     }
@@ -45,12 +47,14 @@ struct RunObserver::Parts {
     Result<void> start();
     Result<void> observe(const Simulator& simulator, const StepReport& report);
     Result<void> stop(const Simulator& simulator, const StepReport& report);
+    Result<void> save(const Simulator& simulator);
     Result<void> write_pages(RunRecord& record);
 
     const Scene& scene;
     const PreparedScene& prepared;
     ObserveOptions options;
     double budget_ms;
+    std::uint64_t first_step; // steps that were done before this run
     OutputFolder folder;
     StepTable table;
     Photographer photographer;
@@ -62,10 +66,16 @@ struct RunObserver::Parts {
     PaceStats pace_stats;
     std::string failure, last_good_state;
     std::uint64_t failed_step = 0;
+    std::uint64_t saved_step = 0; // of the newest checkpoint; 0: there is none
 };
 
-/// The state before the first step: pictures of time 0, and a driver that is awake before the steps begin.
+/// The state before the first step: pictures of time 0, and a driver that is awake before the steps begin. A run that goes on takes
+/// no picture that the one before it has taken.
 Result<void> RunObserver::Parts::start() {
+    if (options.resumed_from != nullptr) {
+        photographer.skip_until(options.resumed_from->time);
+        return recorder.start(*options.resumed_from);
+    }
     const bool picture = options.pictures && photographer.anything_due(0.0);
     const bool record = record_interval(scene, options) > 0;
     if (!picture && !record) return {};
@@ -82,7 +92,14 @@ Result<void> RunObserver::Parts::observe(const Simulator& simulator, const StepR
     if (Result<void> added = table.add(report); !added) return added;
     if (options.pictures && photographer.anything_due(report.time_s))
         if (Result<void> taken = photographer.take_due(moment(simulator), report.time_s, notices); !taken) return taken;
+    if (options.checkpoint_every > 0 && report.step % options.checkpoint_every == 0)
+        if (Result<void> saved = save(simulator); !saved) return saved;
     return recorder.after_step(simulator.state());
+}
+
+Result<void> RunObserver::Parts::save(const Simulator& simulator) {
+    saved_step = simulator.state().step;
+    return write_checkpoint(folder.path() / output_name::kCheckpoint, make_checkpoint(simulator));
 }
 
 /// The step that failed has no row: it was not done. The simulator went back to the last good state, which is kept.
@@ -108,7 +125,8 @@ Result<void> RunObserver::Parts::write_pages(RunRecord& record) {
 }
 
 Result<std::unique_ptr<RunObserver>> RunObserver::open(const Scene& scene, const PreparedScene& prepared, const ObserveOptions& options) {
-    Result<OutputFolder> folder = OutputFolder::open(options.out, options.force);
+    Result<OutputFolder> folder =
+        OutputFolder::open(options.out, options.force, options.resumed_from != nullptr ? output_name::kCheckpoint : nullptr);
     if (!folder) return folder.error();
     Result<StepTable> table = StepTable::create(options.out, budget_limit_ms(scene.budget));
     if (!table) return table.error();
@@ -136,6 +154,8 @@ Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s
     Parts& parts = *parts_;
     const State& state = simulator.state();
     if (Result<void> finished = parts.table.finish(); !finished) return finished.error();
+    if (parts.options.checkpoint_every > 0 && parts.failed_step == 0 && parts.saved_step != state.step)
+        if (Result<void> saved = parts.save(simulator); !saved) return saved.error();
     if (parts.options.pictures)
         if (Result<void> taken = parts.photographer.take_rest(parts.moment(simulator), state.time, parts.notices); !taken)
             return taken.error();
@@ -144,6 +164,8 @@ Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s
     RunRecord record{.scene = parts.scene, .prepared = parts.prepared, .statistics = parts.statistics};
     record.observe_s = 1e-3 * parts.spent_ms;
     record.interrupted = interrupted;
+    record.resumed_step = parts.options.resumed_from != nullptr ? parts.first_step : 0;
+    record.checkpoint_step = parts.saved_step;
     record.failed_step = parts.failed_step;
     record.last_good_state = parts.last_good_state;
     record.summary.finite = parts.failed_step == 0;

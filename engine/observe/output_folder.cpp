@@ -81,7 +81,7 @@ bool is_page(std::string_view name) {
     return name == output_name::kSteps || name == output_name::kPartialSteps || name == output_name::kSummary ||
            name == output_name::kReport || name == output_name::kTrace || name == output_name::kCost || name == output_name::kCostJson ||
            name == output_name::kPath || name == output_name::kCentreline || name == output_name::kPlan || name == output_name::kPrepare ||
-           name == output_name::kSpheres;
+           name == output_name::kSpheres || name == output_name::kCheckpoint;
 }
 
 /// .NAME.PID.COUNT.part, which a run that was killed while it wrote leaves behind
@@ -108,23 +108,25 @@ bool is_state_file(std::string_view name) {
     return is_ours(name) || is_temporary(name, is_ours);
 }
 
-/// Removes the files of a folder that `is_ours` knows; links are removed, never followed.
-Result<void> remove_files(const fs::path& folder, bool (*is_ours)(std::string_view)) {
+/// Removes the files of a folder that `is_ours` knows, but for the one named `keep`; links are removed, never followed.
+Result<void> remove_files(const fs::path& folder, bool (*is_ours)(std::string_view), std::string_view keep) {
     std::error_code failed;
     std::vector<fs::path> found;
     for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed))
-        if (!fs::is_directory(it->symlink_status()) && is_ours(it->path().filename().string())) found.push_back(it->path());
+        if (const std::string name = it->path().filename().string();
+            !fs::is_directory(it->symlink_status()) && is_ours(name) && name != keep)
+            found.push_back(it->path());
     for (const fs::path& path : found)
         if (!fs::remove(path, failed) && failed) return cannot_write(path, "cannot be removed: " + failed.message());
     return {};
 }
 
-Result<void> remove_old_outputs(const fs::path& folder) {
-    if (Result<void> removed = remove_files(folder, is_output_file); !removed) return removed;
+Result<void> remove_old_outputs(const fs::path& folder, std::string_view keep) {
+    if (Result<void> removed = remove_files(folder, is_output_file, keep); !removed) return removed;
     for (const char* name : {output_name::kRecord, output_name::kLastGoodState}) {
         const fs::path states = folder / name;
         if (!fs::is_directory(fs::symlink_status(states))) continue;
-        if (Result<void> removed = remove_files(states, is_state_file); !removed) return removed;
+        if (Result<void> removed = remove_files(states, is_state_file, {}); !removed) return removed;
         std::error_code not_empty;
         fs::remove(states, not_empty); // somebody's files in it keep it
     }
@@ -142,7 +144,7 @@ std::string any_content(const fs::path& folder) {
 
 } // namespace
 
-Result<OutputFolder> OutputFolder::open(const fs::path& path, bool force) {
+Result<OutputFolder> OutputFolder::open(const fs::path& path, bool force, const char* keep) {
     if (path.empty()) return cannot_write(path, "the output folder has no name");
     std::error_code failed;
     const fs::file_status status = fs::status(path, failed);
@@ -158,7 +160,7 @@ Result<OutputFolder> OutputFolder::open(const fs::path& path, bool force) {
         return cannot_write(path, fmt::format("the output folder is not empty (it holds {}); --force writes into it and replaces "
                                               "the outputs of an earlier run",
                                               content));
-    if (Result<void> removed = remove_old_outputs(path); !removed) return removed.error();
+    if (Result<void> removed = remove_old_outputs(path, keep != nullptr ? keep : ""); !removed) return removed.error();
     return folder;
 }
 

@@ -11,8 +11,9 @@ namespace seldinger::engine {
 class OutputFolder {
 public:
     /// force    outputs of an earlier run are removed first, by their known names; other files are left alone
+    /// keep     of the outputs of an earlier run this one stays: what a run goes on from; nullptr: none
     /// fails    CannotWrite: not empty (without force), in use by another run, a file in the way, read-only, disk full
-    [[nodiscard]] static Result<OutputFolder> open(const std::filesystem::path& path, bool force);
+    [[nodiscard]] static Result<OutputFolder> open(const std::filesystem::path& path, bool force, const char* keep = nullptr);
 
     OutputFolder(OutputFolder&& other) noexcept;
     OutputFolder& operator=(OutputFolder&&) = delete;
@@ -42,6 +43,7 @@ inline constexpr const char* kCentreline = "centreline.csv"; // likewise
 inline constexpr const char* kPlan = "plan.json";
 inline constexpr const char* kPrepare = "prepare.json";
 inline constexpr const char* kSpheres = "spheres.sph";
+inline constexpr const char* kCheckpoint = "checkpoint.bin"; // the newest one
 inline constexpr const char* kRecord = "record";
 inline constexpr const char* kLastGoodState = "last_good_state";
 } // namespace output_name

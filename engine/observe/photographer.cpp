@@ -31,6 +31,10 @@ bool Photographer::anything_due(double time) const noexcept {
     return !given_up_ && next_ < wanted_.size() && wanted_[next_].time <= time + tolerance_;
 }
 
+void Photographer::skip_until(double time) noexcept {
+    while (anything_due(time)) ++next_;
+}
+
 Result<void> Photographer::take_due(const Moment& moment, double time, std::vector<std::string>& notices) {
     while (anything_due(time))
         if (Result<void> taken = take(wanted_[next_++].view, moment, time, notices); !taken) return taken;

@@ -26,6 +26,8 @@ public:
     /// The run ends: what was due later is taken now, once per view.
     [[nodiscard]] Result<void> take_rest(const Moment& moment, double time, std::vector<std::string>& notices);
 
+    /// What was due by this time is not taken any more.
+    void skip_until(double time) noexcept;
     [[nodiscard]] bool anything_due(double time) const noexcept;
     [[nodiscard]] const std::vector<TakenPicture>& taken() const noexcept { return taken_; }
     /// Who drew: the driver's own name; empty until the first picture.

@@ -228,7 +228,8 @@ void add_effects(const RunRecord& record, Page& page) {
 void add_repeat(const RunRecord& record, Page& page) {
     const BudgetSpec& budget = record.scene.budget;
     const Machine& machine = record.machine;
-    page.add("<h2>To repeat it</h2>\n<pre>{}</pre>\n", escape_html(repeat_command(record.scene, record.summary.steps)));
+    page.add("<h2>To repeat it</h2>\n<pre>{}</pre>\n",
+             escape_html(repeat_command(record.scene, record.resumed_step + record.summary.steps)));
     page.add("<p class=\"soft\">{}</p>\n", budget.limits.mode == BudgetMode::Wall
                                                ? "A deadline in milliseconds depends on the machine, and so does the end. With --budget "
                                                  "work:N or exact the same input gives the same bits."

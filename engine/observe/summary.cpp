@@ -132,6 +132,8 @@ void add_losses(const RunRecord& record, Json& json) {
     if (record.failed_step > 0) json["failed_step"] = record.failed_step;
     if (!record.last_good_state.empty()) json["last_good_state"] = record.last_good_state;
     json["interrupted"] = record.interrupted;
+    if (record.resumed_step > 0) json["resumed_from_step"] = record.resumed_step;
+    if (record.checkpoint_step > 0) json["checkpoint_step"] = record.checkpoint_step;
 }
 
 } // namespace
@@ -180,7 +182,7 @@ std::string summary_text(const RunRecord& record) {
     json["machine"] = {{"processor", record.machine.processor},   {"cores", record.machine.cores},
                        {"memory_gib", record.machine.memory_gib}, {"system", record.machine.system},
                        {"compiler", record.machine.compiler},     {"opengl", record.gl}};
-    json["command"] = repeat_command(record.scene, record.summary.steps);
+    json["command"] = repeat_command(record.scene, record.resumed_step + record.summary.steps);
     // names of files may hold any bytes; JSON is UTF-8
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

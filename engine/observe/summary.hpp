@@ -18,6 +18,8 @@ struct RunRecord {
     std::array<double, kStageCount> stage_p50{};
     double observe_s = 0.0; // wall time of pictures and records, not part of wall_s
     bool interrupted = false;
+    std::uint64_t resumed_step = 0;         // steps that an earlier run had done; 0: none
+    std::uint64_t checkpoint_step = 0;      // of the newest checkpoint; 0: none was written
     std::uint64_t failed_step = 0;          // 0: none
     std::string last_good_state = {};       // folder, empty: the run was not stopped
     std::vector<std::string> pictures = {}; // file names

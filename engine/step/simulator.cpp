@@ -6,6 +6,7 @@
 #include "engine/step/solid_stage.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/solid_trees.hpp"
+#include "engine/step/step_memory.hpp"
 #include "engine/step/tissue_stage.hpp"
 
 #include <fmt/format.h>
@@ -189,6 +190,13 @@ void Simulator::join_step(const Simulator& other) {
     budget_.pause();
     budget_.charge(model_.budget_covers_step ? other.budget_.elapsed_s() : 0.0);
     if (model_.budget_covers_step) budget_.resume();
+}
+
+std::string Simulator::take_over(std::string_view memory) {
+    std::string wrong = read_step_memory(model_, memory, state_, context_);
+    stopped_ = !wrong.empty();
+    if (stopped_) context_.report.finite = false;
+    return wrong;
 }
 
 std::optional<DriveCommand> Simulator::follow_route(std::size_t instrument) {

@@ -5,6 +5,7 @@
 #include "engine/time/step_budget.hpp"
 
 #include <memory>
+#include <string_view>
 
 namespace seldinger::engine {
 
@@ -35,6 +36,10 @@ public:
     void set_hand(std::size_t instrument, const DriveCommand& wanted) { context_.instruments[instrument].hand = wanted; }
     void set_pull(const std::optional<Pull>& pull) { context_.pull = pull; }
     void set_budget(const BudgetLimits& limits) noexcept { budget_.set_limits(limits); }
+    [[nodiscard]] const BudgetLimits& budget() const noexcept { return budget_.limits(); }
+    /// Goes on from the memory of another run of this model, before the first step; for engine/step/checkpoint.hpp.
+    /// returns  empty, or what is wrong with it: then no step is taken any more
+    [[nodiscard]] std::string take_over(std::string_view memory);
     /// What the instrument's route asks for next; nothing where it has none.
     [[nodiscard]] std::optional<DriveCommand> follow_route(std::size_t instrument);
     /// The model's owner has switched effects: what was kept from step to step is found afresh.

@@ -223,6 +223,8 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
         refresh(model, state, contact.body_b, context);
         if (is_leaf_pair(model, contact)) pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
     }
+    for (const LeafPair& pair : context.solids.remembered) // looked at again whatever the descent says
+        if (pair.a == pair.b) refresh(model, state, pair.a, context);
     probe_open_pairs(model, context);
     std::sort(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() < y.key(); });
     pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }),

@@ -1,6 +1,8 @@
 // The files a run leaves: a contract that scripts read.
 #include "program.hpp"
 
+#include <algorithm>
+
 namespace seldinger::cli_test {
 namespace {
 
@@ -89,6 +91,130 @@ TEST_F(Output, ARunThatIsKilledLeavesNothingThatLooksFinished) {
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     ASSERT_EQ(kill(child, SIGKILL), 0);
     EXPECT_EQ(wait_for(child, 30.0).signal, SIGKILL);
+    EXPECT_FALSE(fs::exists(out() / "summary.json"));
+    EXPECT_FALSE(fs::exists(out() / "steps.csv"));
+}
+
+/// Until the run in `out` has a file of this name; false: it never came.
+bool wait_for_file(const fs::path& file) {
+    for (int wait = 0; wait < 3000 && !fs::exists(file); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return fs::exists(file);
+}
+
+class Checkpoints : public Program {
+protected:
+    /// Final state of `run -n steps` with these arguments, into a folder of its own.
+    std::string state_of(const fs::path& out, const std::vector<std::string>& more, const std::string& steps = "60") {
+        std::vector<std::string> arguments = {"run", scene, "--out", out, "--no-pictures", "-n", steps};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Ended ended = call(arguments);
+        EXPECT_TRUE(ended_with(ended, 0));
+        const Json json = Json::parse(text_of(out / "summary.json"), nullptr, false);
+        return json.is_object() ? json["state_hash"].get<std::string>() : "";
+    }
+    fs::path scene = write("tube.json", with(kTube, "\"exact\"", "\"work:300\""));
+};
+
+TEST_F(Checkpoints, ARunThatStoppedInTheMiddleAndGoesOnEndsInTheBitsOfOneThatDidNot) {
+    const std::string whole = state_of(folder / "whole", {});
+    (void)state_of(folder / "first", {"--checkpoint-every", "10"}, "25");
+    const std::string later = state_of(folder / "later", {"--resume", folder / "first"});
+    EXPECT_EQ(later, whole);
+    const Json json = Json::parse(text_of(folder / "later/summary.json"), nullptr, false);
+    EXPECT_EQ(json["resumed_from_step"], 25) << "the last step has a checkpoint, whatever the interval";
+    EXPECT_EQ(json["steps"], 35);
+    std::istringstream rows(text_of(folder / "later/steps.csv"));
+    std::string head, first;
+    std::getline(rows, head), std::getline(rows, first);
+    EXPECT_EQ(first.substr(0, 3), "26,") << "the table goes on where the other one ended";
+    EXPECT_EQ(state_of(folder / "named", {"--resume", folder / "first/checkpoint.bin"}), whole) << "by the file's own name";
+    EXPECT_EQ(state_of(folder / "first", {"--resume", folder / "first", "--force"}), whole) << "into the same folder";
+    EXPECT_TRUE(fs::exists(folder / "first/checkpoint.bin")) << "what it went on from stays";
+}
+
+TEST_F(Checkpoints, OfAKilledRunAreWholeAndGoOnToTheSameBits) {
+    const std::string whole = state_of(folder / "whole", {}, "3000");
+    const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "-n", "100000000", "--checkpoint-every", "7"});
+    ASSERT_TRUE(wait_for_file(out() / "checkpoint.bin"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    ASSERT_EQ(kill(child, SIGKILL), 0);
+    EXPECT_EQ(wait_for(child, 30.0).signal, SIGKILL);
+    EXPECT_FALSE(fs::exists(out() / "summary.json")) << "nothing that looks finished";
+    std::istringstream rows(text_of(out() / "steps.csv.partial"));
+    std::size_t columns = 0;
+    for (std::string row; std::getline(rows, row) && !rows.eof();) { // the last row may be cut
+        const auto commas = static_cast<std::size_t>(std::count(row.begin(), row.end(), ','));
+        if (columns == 0) columns = commas;
+        EXPECT_EQ(commas, columns) << row;
+    }
+    EXPECT_GT(columns, 20u) << "the rows that reached the disk can be read";
+    const Ended resumed = call({"run", scene, "--out", folder / "on", "--no-pictures", "-n", "3000", "--resume", out()});
+    if (resumed.says("a later one would be right")) GTEST_SKIP() << "it was beyond step 3000 when it was killed";
+    ASSERT_TRUE(ended_with(resumed, 0));
+    EXPECT_EQ(Json::parse(text_of(folder / "on/summary.json"), nullptr, false)["state_hash"], whole);
+}
+
+TEST_F(Checkpoints, OfAnInterruptedRunHoldItsLastStep) {
+    const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "-n", "100000000", "--checkpoint-every", "1000000000"});
+    ASSERT_TRUE(wait_for_file(out() / "steps.csv.partial"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    ASSERT_EQ(kill(child, SIGINT), 0);
+    EXPECT_TRUE(ended_with(wait_for(child, 30.0), 130));
+    const Json json = summary();
+    EXPECT_EQ(json["checkpoint_step"], json["steps"]);
+    EXPECT_TRUE(fs::exists(out() / "checkpoint.bin"));
+}
+
+TEST_F(Checkpoints, ThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
+    (void)state_of(folder / "first", {"--checkpoint-every", "10"}, "20");
+    const fs::path file = folder / "first/checkpoint.bin";
+    const auto resume_with = [&](const fs::path& of, const fs::path& from, const std::string& steps = "60") {
+        return call({"run", of, "--out", folder / "never", "--no-pictures", "-n", steps, "--resume", from});
+    };
+    EXPECT_TRUE(
+        refuses(resume_with(write("other.json", with(text_of(scene), "\"radius\": 0.5", "\"radius\": 0.6")), file), "another scene"));
+    EXPECT_TRUE(refuses(resume_with(scene, write("cut.bin", text_of(file).substr(0, 500))), "cut off"));
+    std::string changed = text_of(file);
+    changed[changed.size() / 2] = static_cast<char>(changed[changed.size() / 2] ^ 4);
+    EXPECT_TRUE(refuses(resume_with(scene, write("changed.bin", changed)), "its hash does not fit"));
+    EXPECT_TRUE(refuses(resume_with(scene, write("text.bin", "some text")), "is no checkpoint"));
+    EXPECT_TRUE(refuses(resume_with(scene, folder), "checkpoint.bin"));
+    EXPECT_TRUE(refuses(resume_with(scene, file, "20"), "is of step 20"));
+    EXPECT_FALSE(fs::exists(folder / "never"));
+}
+
+TEST_F(Output, TenLaunchesOfAProgramGiveTheSameBits) {
+    const fs::path scene = write("tube.json", kTube);
+    std::string first;
+    for (int launch = 0; launch < 10; ++launch) {
+        const fs::path folder_of = folder / std::to_string(launch);
+        ASSERT_TRUE(ended_with(call({"run", scene, "--out", folder_of, "--no-pictures", "--budget", "work:300"}), 0));
+        const Json json = Json::parse(text_of(folder_of / "summary.json"), nullptr, false);
+        if (launch == 0) first = json["state_hash"];
+        EXPECT_EQ(json["state_hash"], first) << launch;
+    }
+}
+
+TEST_F(Output, TwoRunsIntoOneFolderAreNotMixed) {
+    const fs::path scene = write("tube.json", kTube);
+    const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "-n", "100000000"});
+    ASSERT_TRUE(wait_for_file(out() / "steps.csv.partial"));
+    std::string command = std::string(SELDINGER_PROGRAM) + " run " + scene.string() + " --force --no-pictures --out " + out().string() +
+                          " > " + (folder / "second").string() + " 2>&1";
+    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+    EXPECT_NE(text_of(folder / "second").find("another run is writing"), std::string::npos) << text_of(folder / "second");
+    ASSERT_EQ(kill(child, SIGINT), 0);
+    EXPECT_TRUE(ended_with(wait_for(child, 30.0), 130));
+}
+
+/// A limit on the size of files is a disk that is full: write fails in the middle.
+TEST_F(Output, ADiskThatIsFullIsExit2AndNothingLooksFinished) {
+    const fs::path scene = write("tube.json", kTube);
+    const std::string command = "ulimit -f 8; trap '' XFSZ; exec " + std::string(SELDINGER_PROGRAM) + " run " + scene.string() +
+                                " --no-pictures -n 2000 --checkpoint-every 100 --out " + out().string() + " > " +
+                                (folder / "full").string() + " 2>&1";
+    EXPECT_EQ(WEXITSTATUS(std::system(("bash -c \"" + command + "\"").c_str())), 2) << text_of(folder / "full");
+    EXPECT_NE(text_of(folder / "full").find("cannot be written"), std::string::npos) << text_of(folder / "full");
     EXPECT_FALSE(fs::exists(out() / "summary.json"));
     EXPECT_FALSE(fs::exists(out() / "steps.csv"));
 }

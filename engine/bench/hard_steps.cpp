@@ -1,17 +1,16 @@
 // The time step where it is hard: at its edge, on lattices, while the body stretches, under contact and drag, in frames of any length.
-#include "fem/bar_mesh.hpp"
+#include "engine/bench/hard_bodies.hpp"
+#include "engine/bench/hard_cases.hpp"
 #include "fem/integrate.hpp"
-#include "tests/fem/bodies.hpp"
-#include "tests/hard_cases/margin.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <complex>
-#include <gtest/gtest.h>
 #include <limits>
 
-namespace seldinger::fem {
+namespace seldinger::engine {
 
-using namespace test;
-using seldinger::test::print_margin;
+using namespace fem;
 
 namespace {
 
@@ -102,53 +101,48 @@ double energy_gain(Integrator integrator, FrameOf&& frame_of) {
     return most / first;
 }
 
-} // namespace
-
-TEST(HardSteps, Rk4IsBoundedAtItsLimitGrowsTwoPercentBeyondAndIsGoneAtFive) {
+void rk4_is_bounded_at_its_limit_grows_two_percent_beyond_and_is_gone_at_five(HardReport& report) {
     const auto model = make_model(make_bar(2, 2, 1, 0.01), make_material(MaterialLaw::NeoHookean, 0.3));
     const double edge = 2.0 * std::sqrt(2.0) / true_omega(model, model.rest_position);
     const double at = rk4_growth(model, 0.9999 * edge, 4000), beyond = rk4_growth(model, 1.02 * edge, 1000),
                  far = rk4_growth(model, 1.05 * edge, 1000);
-    print_margin("energy after 4000 RK4 steps at 1.00 of the limit over the first", at, "<", 1.5);
-    print_margin("the same after 1000 at 1.02", beyond, ">", 10.0);
-    print_margin("the same after 1000 at 1.05", far, ">", 1e6);
-    EXPECT_LT(at, 1.5); // at rest a body's energy is split evenly: what starts as motion may show as strain
-    EXPECT_GT(beyond, 10.0);
-    EXPECT_GT(far, 1e6);
+    report.below("energy after 4000 RK4 steps at 1.00 of the limit over the first", at, 1.5);
+    report.above("the same after 1000 at 1.02", beyond, 10.0);
+    report.above("the same after 1000 at 1.05", far, 1e6);
+    // at rest a body's energy is split evenly: what starts as motion may show as strain
 }
 
-TEST(HardSteps, Rk4LimitsOverTheDampingRatioAreTheKnownOnesAndTheBoundUsedIsBelow) {
+void rk4_limits_over_the_damping_ratio_are_the_known_ones_and_the_bound_used_is_below(HardReport& report) {
     struct Known {
         double ratio, limit;
     };
     for (const Known& k :
          {Known{0.0, 2.828}, Known{0.1, 2.95}, Known{0.5, 2.62}, Known{1.0, 2.786}, Known{2.0, 0.747}, Known{5.0, 0.282}}) {
         const double limit = rk4_limit(k.ratio);
-        EXPECT_NEAR(limit, k.limit, 0.006) << k.ratio; // the table's digits
+        report.below(fmt::format("damping ratio {}: off the known limit", k.ratio), std::abs(limit - k.limit), 0.006); // the table's digits
         const double used = k.ratio <= 1.0 ? kRk4CircleLimit : std::min(kRk4CircleLimit, kRk4RealLimit / (2.0 * k.ratio));
-        std::printf("damping ratio %.1f: ", k.ratio);
-        print_margin("limit used over RK4's own", used / limit, "<", 1.0);
-        EXPECT_LT(used, limit) << k.ratio;
+        report.below(fmt::format("damping ratio {}: limit used over RK4's own", k.ratio), used / limit, 1.0);
     }
 }
 
-TEST(HardSteps, DerivedStepIsBelowTheLimitOnLatticesWhereAltitudeOverWaveSpeedIsNot) {
+void derived_step_is_below_the_limit_on_lattices_where_altitude_over_wave_speed_is_not(HardReport& report) {
     // The ratio of the altitude estimate to the true limit 2/omega of central differences: above 1 it is unsafe.
     for (const double jitter : {0.0, 0.15}) {
         const auto model = make_model(make_bar_mesh({10, 6, 6}, 0.01, jitter), make_material(MaterialLaw::NeoHookean, 0.45));
         StableStepWorkspace workspace;
         const StableStep step = find_stable_step(model, model.rest_position, nullptr, workspace);
         const double omega = true_omega(model, model.rest_position);
-        std::printf("jitter %.2f: altitude over wave speed is %.3f of leapfrog's limit; ", jitter, altitude_step(model) * omega / 2.0);
-        print_margin("frequency of 30 rounds over the true one", step.tissue_omega / omega, ">", 0.97);
-        if (jitter == 0.0) EXPECT_GT(altitude_step(model) * omega / 2.0, 1.0) << "else it would do";
-        EXPECT_GT(step.tissue_omega, 0.97 * omega); // kStepSafety holds back 10 %
-        EXPECT_LT(step.tissue_omega, 1.000001 * omega);
-        EXPECT_LT(step.step * omega, 2.0 * std::sqrt(2.0));
+        report.above(fmt::format("jitter {}: frequency of 30 rounds over the true one", jitter), step.tissue_omega / omega, 0.97);
+        if (jitter == 0.0)
+            report.above("altitude over wave speed, of the true limit of central differences: above 1 it is unsafe",
+                         altitude_step(model) * omega / 2.0, 1.0);
+        report.below(fmt::format("jitter {}: the same, from above", jitter), step.tissue_omega / omega,
+                     1.000001); // kStepSafety holds back 10 %
+        report.below(fmt::format("jitter {}: derived step times the frequency", jitter), step.step * omega, 2.0 * std::sqrt(2.0));
     }
 }
 
-TEST(HardSteps, KeptStepStaysBelowTheTrueLimitWhileTheBodySwingsAndStretches) {
+void kept_step_stays_below_the_true_limit_while_the_body_swings_and_stretches(HardReport& report) {
     // Sampled at the end of every frame: length of the last sub-step over the limit of the body as it is then.
     struct Case {
         const char* what;
@@ -173,19 +167,20 @@ TEST(HardSteps, KeptStepStaysBelowTheTrueLimitWhileTheBodySwingsAndStretches) {
         for (int frame = 0; frame < 100; ++frame) {
             const auto done =
                 advance(model, state, 0.01, {.gravity = Vec3(0, 0, -c.gravity)}, {.integrator = c.integrator}, workspace, stable);
-            ASSERT_TRUE(done.integrate.finite() && !done.refused) << c.what << ", frame " << frame;
+            if (!report.require(done.integrate.finite() && !done.refused,
+                                fmt::format("{}, frame {}: finite and not refused", c.what, frame)))
+                return;
             const double limit = c.integrator == Integrator::Rk4 ? 2.0 * std::sqrt(2.0) : kLeapfrogLimit;
             worst = std::max(worst, done.last_substep * true_omega(model, state.position) / limit);
             substeps += done.integrate.substeps_done;
             estimates += done.estimates;
         }
-        std::printf("%s, %u sub-steps, derived %u times: ", c.what, substeps, estimates);
-        print_margin("longest step over the true limit", worst, "<", 1.0);
-        EXPECT_LT(worst, 1.0) << c.what;
+        report.below(fmt::format("{}, {} sub-steps, derived {} times: longest step over the true limit", c.what, substeps, estimates),
+                     worst, 1.0);
     }
 }
 
-TEST(HardSteps, PenaltySpringsStifferThanTheBodyAreInTheBound) {
+void penalty_springs_stiffer_than_the_body_are_in_the_bound(HardReport& report) {
     const TetMesh mesh = make_bar(4, 3, 3, 0.01);
     const auto model = make_model(mesh, make_material(MaterialLaw::NeoHookean, 0.45));
     const double omega = true_omega(model, mesh.vertices);
@@ -206,18 +201,17 @@ TEST(HardSteps, PenaltySpringsStifferThanTheBodyAreInTheBound) {
         double most = 0.0, longest = 0.0;
         for (int frame = 0; frame < 100; ++frame) {
             const auto done = advance(model, state, 0.005, {.springs = &floor}, {.max_substeps = 5000}, workspace, stable);
-            ASSERT_TRUE(done.integrate.finite() && !done.refused) << times;
+            if (!report.require(done.integrate.finite() && !done.refused, "finite and not refused")) return;
             most = std::max(most, energy_of(done.integrate));
             longest = std::max(longest, done.last_substep);
         }
-        std::printf("k/m = %g omega^2: ", times);
-        print_margin("h sqrt(omega^2 + k/m)", longest * std::sqrt(stiffest), "<", 2.6);
-        EXPECT_LT(longest * std::sqrt(stiffest), 2.6);
-        EXPECT_LT(most, 1.01 * first); // springs give back what they took: a bounce, no gain
+        report.below(fmt::format("k/m = {} omega^2: h sqrt(omega^2 + k/m)", times), longest * std::sqrt(stiffest), 2.6);
+        report.below(fmt::format("k/m = {} omega^2: most energy in the bounce over the first", times), most / first,
+                     1.01); // springs give back what they took
     }
 }
 
-TEST(HardSteps, StiffnessProportionalDragIsCappedBeforeItEatsTheStep) {
+void stiffness_proportional_drag_is_capped_before_it_eats_the_step(HardReport& report) {
     // 10 % of critical damping in a 5 Hz mode by drag on the strain rate alone: psi = 2 zeta / omega times the shear modulus.
     Material material = make_material(MaterialLaw::NeoHookean, 0.45);
     material.young_modulus = 20000.0;
@@ -229,45 +223,43 @@ TEST(HardSteps, StiffnessProportionalDragIsCappedBeforeItEatsTheStep) {
     workspace.warm = false;
     auto model = make_model(mesh, material);
     const StableStep asked = find_stable_step(model, model.rest_position, nullptr, workspace);
-    print_margin("10 % of a 5 Hz mode, uncapped: how many times shorter the step", undamped / asked.step, ">", 5.0);
-    EXPECT_GT(undamped / asked.step, 5.0);
+    report.above("10 % of a 5 Hz mode, uncapped: how many times shorter the step", undamped / asked.step, 5.0);
     material.viscosity = cap_viscosity(model, asked, Integrator::Rk4);
     model = make_model(mesh, material);
     workspace.warm = false;
     const double capped = find_stable_step(model, model.rest_position, nullptr, workspace).step;
-    print_margin("the same, capped", undamped / capped, "<", 1.15);
-    EXPECT_LT(undamped / capped, 1.15); // 1 / (1 - kViscousStepShare), and power iteration's 4 %
+    report.below("the same, capped", undamped / capped, 1.15);
+    // 1 / (1 - kViscousStepShare), and power iteration's 4 %
 }
 
-TEST(HardSteps, SizesAThousandTimesApartAreStableAndTheThinOneIsNamed) {
+void sizes_a_thousand_times_apart_are_stable_and_the_thin_one_is_named(HardReport& report) {
     const TetMesh mesh = make_graded_bar(1000.0);
     const auto model = make_model(mesh, make_material(MaterialLaw::NeoHookean, 0.45), nodes_at(mesh, 0, 0.0));
     StableStepWorkspace stable;
     const StableStep step = find_stable_step(model, model.rest_position, nullptr, stable);
     const double uniform_step = 2e-3; // of 10 mm cells, about
-    print_margin("cells 1:1000: stable step over that of the large ones", step.step / uniform_step, "<", 0.01);
-    EXPECT_LT(step.step, 0.01 * uniform_step);
-    for (const Index node : model.tet_nodes[step.worst_tet]) EXPECT_LT(model.rest_position[node][0], 3e-4) << "the thin end";
+    report.below("cells 1:1000: stable step over that of the large ones", step.step / uniform_step, 0.01);
+    for (const Index node : model.tet_nodes[step.worst_tet]) report.require(model.rest_position[node][0] < 3e-4, "the thin end is named");
     TissueState state = make_rest_state(model);
     RkWorkspace workspace;
     const auto done = advance(model, state, 0.005, {.gravity = Vec3(0, 0, -9.81)}, {.max_substeps = 20000}, workspace, stable);
-    EXPECT_TRUE(done.integrate.finite() && !done.refused);
-    EXPECT_EQ(done.integrate.inverted, 0u);
+    report.require(done.integrate.finite() && !done.refused, "finite and not refused");
+    report.require(done.integrate.inverted == 0, "no tet is inverted");
 }
 
-TEST(HardSteps, FramesThatAlternateBetweenShortAndLongPumpNoEnergyIntoRk4) {
+void frames_that_alternate_between_short_and_long_pump_no_energy_into_rk4(HardReport& report) {
     const double grown = energy_gain(Integrator::Rk4, [](int frame) { return frame % 2 == 0 ? 1e-4 : 1e-2; });
-    print_margin("RK4, frames of 0.1 and 10 ms in turn, 5 s: most energy over the first", grown, "<", 1.01);
-    EXPECT_LT(grown, 1.01); // RK4 loses energy; what it could gain is rounding
+    report.below("RK4, frames of 0.1 and 10 ms in turn, 5 s: most energy over the first", grown, 1.01);
+    // RK4 loses energy; what it could gain is rounding
 }
 
-TEST(HardSteps, LeapfrogHoldsItsEnergyOverEqualFramesWithDerivedSteps) {
+void leapfrog_holds_its_energy_over_equal_frames_with_derived_steps(HardReport& report) {
     const double grown = energy_gain(Integrator::Leapfrog, [](int) { return 1e-2; });
-    print_margin("leapfrog, equal frames, 10 s: most energy over the first", grown, "<", 1.2);
-    EXPECT_LT(grown, 1.2); // it keeps a neighbour of the energy, (omega h / 2)^2 away in the fastest modes
+    report.below("leapfrog, equal frames, 10 s: most energy over the first", grown, 1.2);
+    // it keeps a neighbour of the energy, (omega h / 2)^2 away in the fastest modes
 }
 
-TEST(HardSteps, LeapfrogRecoversNeoHookeanFromAPlaneAndFromRandomPlaces) {
+void leapfrog_recovers_neo_hookean_from_a_plane_and_from_random_places(HardReport& report) {
     const TetMesh mesh = make_bar(3, 3, 3, 0.01);
     Material material = make_material(MaterialLaw::NeoHookean, 0.4);
     material.mass_damping = 20.0;
@@ -291,27 +283,62 @@ TEST(HardSteps, LeapfrogRecoversNeoHookeanFromAPlaneAndFromRandomPlaces) {
         IntegrateReport last;
         for (int frame = 0; frame < 300; ++frame) {
             const auto done = advance(model, state, 0.01, {}, limits, workspace, stable);
-            ASSERT_TRUE(done.integrate.finite() && !done.refused) << frame;
+            if (!report.require(done.integrate.finite() && !done.refused,
+                                fmt::format("{}, frame {}: finite {}, not refused {} (stable step {:.3g} s)", flat ? "flat" : "random",
+                                            frame, done.integrate.finite(), !done.refused, done.tightest.step)))
+                return;
             last = done.integrate;
         }
-        EXPECT_EQ(last.inverted, 0u);
+        report.require(last.inverted == 0, "no tet is inverted at the end");
+        double farthest = 0.0;
         for (std::size_t node = 0; node < model.node_count(); ++node)
-            EXPECT_LT((state.position[node] - model.rest_position[node]).norm(), 1e-3) << (flat ? "flat " : "random ") << node;
+            farthest = std::max(farthest, (state.position[node] - model.rest_position[node]).norm());
+        report.below(fmt::format("leapfrog from {}: farthest from rest after 3 s", flat ? "a plane" : "random places"), farthest, 1e-3,
+                     "m");
     }
 }
 
-TEST(HardSteps, ASceneThatForbidsSubstepsIsToldTheStepThatWorks) {
+void a_scene_that_forbids_substeps_is_told_the_step_that_works(HardReport& report) {
     const auto model = make_model(make_bar(6, 2, 2, 0.01), make_material(MaterialLaw::NeoHookean, 0.45));
     TissueState state = make_rest_state(model);
     RkWorkspace workspace;
     StableStepWorkspace stable;
     const auto refused = advance(model, state, 0.05, {}, {.max_substeps = 1}, workspace, stable);
-    ASSERT_TRUE(refused.refused);
-    EXPECT_GT(refused.tightest.step, 0.0);
-    EXPECT_LT(refused.tightest.step, 0.05);
+    if (!report.require(refused.refused, "one sub-step of 50 ms is refused")) return;
+    report.require(refused.tightest.step > 0.0 && refused.tightest.step < 0.05, "a smaller step is named");
     const auto fine = advance(model, state, 0.99 * refused.tightest.step, {}, {.max_substeps = 1}, workspace, stable);
-    EXPECT_FALSE(fine.refused);
-    EXPECT_EQ(fine.integrate.substeps_done, 1u);
+    report.require(!fine.refused && fine.integrate.substeps_done == 1, "that step is taken in one");
 }
 
-} // namespace seldinger::fem
+constexpr HardCase kCases[] = {
+    {"time step", "Rk4IsBoundedAtItsLimitGrowsTwoPercentBeyondAndIsGoneAtFive",
+     "energy below 1.5 of the first at the limit, above 10 at 1.02, above 1e6 at 1.05",
+     rk4_is_bounded_at_its_limit_grows_two_percent_beyond_and_is_gone_at_five},
+    {"time step", "Rk4LimitsOverTheDampingRatioAreTheKnownOnesAndTheBoundUsedIsBelow",
+     "the known table to its digits; the bound used below it",
+     rk4_limits_over_the_damping_ratio_are_the_known_ones_and_the_bound_used_is_below},
+    {"time step", "DerivedStepIsBelowTheLimitOnLatticesWhereAltitudeOverWaveSpeedIsNot", "power iteration within 3 % below the frequency",
+     derived_step_is_below_the_limit_on_lattices_where_altitude_over_wave_speed_is_not},
+    {"time step", "KeptStepStaysBelowTheTrueLimitWhileTheBodySwingsAndStretches", "below 1 at the end of every frame",
+     kept_step_stays_below_the_true_limit_while_the_body_swings_and_stretches},
+    {"time step", "PenaltySpringsStifferThanTheBodyAreInTheBound", "h sqrt(omega^2 + k/m) below 2.6; no energy gained in a bounce",
+     penalty_springs_stiffer_than_the_body_are_in_the_bound},
+    {"time step", "StiffnessProportionalDragIsCappedBeforeItEatsTheStep", "uncapped more than 5 times shorter, capped less than 1.15",
+     stiffness_proportional_drag_is_capped_before_it_eats_the_step},
+    {"time step", "SizesAThousandTimesApartAreStableAndTheThinOneIsNamed", "finite, the thin end named",
+     sizes_a_thousand_times_apart_are_stable_and_the_thin_one_is_named},
+    {"time step", "FramesThatAlternateBetweenShortAndLongPumpNoEnergyIntoRk4", "1.01 of the first energy: RK4 loses",
+     frames_that_alternate_between_short_and_long_pump_no_energy_into_rk4},
+    {"time step", "LeapfrogHoldsItsEnergyOverEqualFramesWithDerivedSteps", "1.2 of the first energy: it keeps a neighbour of it",
+     leapfrog_holds_its_energy_over_equal_frames_with_derived_steps},
+    {"time step", "LeapfrogRecoversNeoHookeanFromAPlaneAndFromRandomPlaces", "1 mm from rest after 3 s, a tenth of a cell",
+     leapfrog_recovers_neo_hookean_from_a_plane_and_from_random_places},
+    {"time step", "ASceneThatForbidsSubstepsIsToldTheStepThatWorks", "refused with a step, and that step works",
+     a_scene_that_forbids_substeps_is_told_the_step_that_works},
+};
+
+} // namespace
+
+std::span<const HardCase> hard_steps() noexcept { return kCases; }
+
+} // namespace seldinger::engine

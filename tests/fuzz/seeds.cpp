@@ -1,0 +1,83 @@
+#include "targets.hpp"
+
+#include "engine/io/mesh_path.hpp"
+#include "engine/observe/grant_record.hpp"
+#include "engine/step/checkpoint.hpp"
+#include "tests/engine/io_bytes.hpp"
+
+namespace seldinger::fuzz {
+
+using namespace engine;
+
+namespace {
+
+void add_samples(std::string_view target, std::vector<std::string>& seeds) {
+    std::vector<test::Sample> samples = test::tet_samples();
+    for (test::Sample& sample : test::surface_samples()) samples.push_back(std::move(sample));
+    for (const test::Sample& sample : samples) {
+        std::string extension = mesh_extension(sample.name).substr(1);
+        if (extension == "vtp") extension = "vtu";
+        if (extension == "mesh") extension = "medit";
+        if (extension == target) seeds.push_back(sample.bytes);
+    }
+}
+
+const char* kScene = R"({"name": "a", "units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 1},
+"budget": {"limit": "1ms", "scope": "step", "drop": ["exact_contact"]}, "gravity": [0, 0, -9810],
+"bodies": {"organ": {"kind": "deformable", "surface": {"shape": "box", "centre": [0, 0, 0], "extent": [1, 2, 3], "cells": 4},
+"material": {"law": "stvk", "young_modulus": 5, "poisson_ratio": 0.4, "density": 1000}, "fixed": [{"direction": [0, 1, 0], "fraction": 0.1}]},
+"tube": {"kind": "static", "hollow": true, "embedded_in": "organ", "blend": 5, "surface": {"shape": "tube", "axis": [[0, 0, 0, 4], [0, 0, 9, 4]], "sides": 16}}},
+"instruments": {"wire": {"length": 100, "radius": 0.5, "young_modulus": 60, "segment": 5, "tip": {"shape": "J", "length": 12, "angle": 0.6},
+"lumen": "tube", "entry": {"position": [0, 0, 1], "direction": [0, 0, 1]}, "path": [[0, 20, 0], [0.2, 26, 0.4]]}},
+"targets": {"end": {"position": [0, 0, 8]}}, "contact": {"margin": 0.3},
+"effects": ["elasticity", "gravity", {"name": "breathing", "amplitude": 10}], "outputs": {"pictures": 2}}
+)";
+
+std::string sound_frames() {
+    std::string bytes = "name a\nnV 3\nnT 1\nframes 2\n|";
+    for (const std::int32_t v : {0, 1, 2}) test::put(bytes, v);
+    bytes += '|';
+    for (int k = 0; k < 3; ++k) test::put(bytes, std::int32_t{0});
+    bytes += '|';
+    for (int k = 0; k < 18; ++k) test::put(bytes, 0.5 * k);
+    return bytes;
+}
+
+std::string sound_record() {
+    GrantRecord record{0x1234, "a scene", {BudgetMode::Wall, 1e-3, 0}, true, 0x99, {}};
+    record.steps.push_back({7, {{DecisionKind::Descent, 4096}, {DecisionKind::Fits, 1}}});
+    record.steps.push_back({8, {}});
+    return grant_record_text(record);
+}
+
+} // namespace
+
+std::vector<std::string> seeds_of(std::string_view target) {
+    std::vector<std::string> seeds;
+    add_samples(target, seeds);
+    if (target == "scene") seeds.emplace_back(kScene);
+    if (target == "recipe") seeds.emplace_back(R"({"units": {"length": "mm", "angle": "deg"}, "seed": 7})");
+    if (target == "path") seeds.insert(seeds.end(), {"t,insertion,rotation\n0,20,0\n0.5,30,1\n", "# no head\n0 , 1 , 2\n\n1,2,3"});
+    if (target == "ccd")
+        seeds.emplace_back(
+            "0,1,0,1,2,1,1\n0,1,0,1,0,1,1\n4,1,0,1,0,1,1\n0,1,4,1,0,1,1\n0,1,0,1,-2,1,1\n0,1,0,1,0,1,1\n4,1,0,1,0,1,1\n0,1,4,1,0,1,1\n");
+    if (target == "tetgen")
+        seeds.emplace_back("4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n\x01"
+                           "1 4 0\n1 1 2 3 4\n");
+    if (target == "sph") seeds.insert(seeds.end(), {"1 8\n0 0 0 1 1\n", "2 2\n0 0 0 1 1\n0 0 0 0.5 1\n1 0 0 0.5 1\n"});
+    if (target == "frames") seeds.push_back(sound_frames());
+    if (target == "replay") seeds.push_back(sound_record());
+    if (target == "checkpoint")
+        seeds.push_back(checkpoint_bytes({0x77, "a scene", {BudgetMode::Work, 0.0, 300}, 12, std::string(64, '\x05')}));
+    if (target == "gzip")
+        seeds.insert(seeds.end(), {test::deflate_bytes("some text, some text, some text"), test::deflate_bytes("zlib", 15)});
+    if (target == "meeting")
+        for (unsigned head = 0; head < 16; ++head) {
+            std::string bytes(1, static_cast<char>(head));
+            for (int k = 0; k < 200; ++k) bytes += static_cast<char>(37 * k * k + 11 * k + static_cast<int>(head));
+            seeds.push_back(bytes);
+        }
+    return seeds;
+}
+
+} // namespace seldinger::fuzz

@@ -1,0 +1,232 @@
+#include "targets.hpp"
+
+#include "collision/meeting.hpp"
+#include "engine/io/ccd_queries.hpp"
+#include "engine/io/file_bytes.hpp"
+#include "engine/io/formats.hpp"
+#include "engine/io/frames.hpp"
+#include "engine/io/path_csv.hpp"
+#include "engine/io/read_surface.hpp"
+#include "engine/observe/grant_record.hpp"
+#include "engine/prepare/sph.hpp"
+#include "engine/scene/recipe.hpp"
+#include "engine/scene/scene.hpp"
+#include "engine/step/checkpoint.hpp"
+#include "tests/collision/rational.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace seldinger::fuzz {
+
+using namespace engine;
+
+namespace {
+
+/// A promise is broken: libFuzzer and gtest both keep the input that led here.
+void require(bool holds, const char* sentence) {
+    if (holds) return;
+    std::fprintf(stderr, "does not hold: %s\n", sentence);
+    std::abort();
+}
+
+template <class Value>
+bool is_fine(const Result<Value>& result) {
+    if (result.ok()) return true;
+    require(!result.error().message.empty(), "an error says what is wrong");
+    require(!result.error().file.empty(), "an error names its file");
+    return false;
+}
+
+const std::string kName = "fuzzed";
+
+void check_surface(const Result<TriMesh>& mesh) {
+    if (!is_fine(mesh)) return;
+    require(!mesh->triangles.empty(), "a surface has a triangle");
+    for (const Triangle& t : mesh->triangles)
+        for (const Index v : t) require(v < mesh->vertices.size(), "every index is in range");
+    for (const Vec3& v : mesh->vertices) require(is_finite(v), "every coordinate is finite");
+}
+
+void check_tets(const Result<TetMesh>& mesh) {
+    if (!is_fine(mesh)) return;
+    require(!mesh->tets.empty(), "a mesh has a tetrahedron");
+    for (const Tet& t : mesh->tets)
+        for (const Index v : t) require(v < mesh->vertices.size(), "every index is in range");
+    for (const Vec3& v : mesh->vertices) require(is_finite(v), "every coordinate is finite");
+}
+
+void read_obj(std::string_view bytes) {
+    const auto grouped = parse_obj(bytes, kName, {});
+    check_surface(grouped.ok() ? Result<TriMesh>(grouped->mesh) : Result<TriMesh>(grouped.error()));
+}
+void read_ply(std::string_view bytes) { check_surface(parse_ply(bytes, kName)); }
+void read_stl(std::string_view bytes) { check_surface(parse_stl(bytes, kName)); }
+void read_off(std::string_view bytes) { check_surface(parse_off(bytes, kName)); }
+void read_msh(std::string_view bytes) { check_tets(parse_msh(bytes, kName)); }
+void read_medit(std::string_view bytes) { check_tets(parse_medit(bytes, kName)); }
+void read_veg(std::string_view bytes) { check_tets(parse_veg(bytes, kName)); }
+
+void check_vtk(Result<VtkMesh> vtk) {
+    if (!is_fine(vtk)) return;
+    check_surface(make_surface(VtkMesh(*vtk), kName));
+    check_tets(make_tets(std::move(*vtk), kName));
+}
+void read_vtk(std::string_view bytes) { check_vtk(parse_vtk_legacy(bytes, kName)); }
+void read_vtu(std::string_view bytes) { check_vtk(parse_vtk_xml(bytes, kName)); }
+
+/// Two texts, apart by the first byte 1.
+void read_tetgen(std::string_view bytes) {
+    const std::size_t cut = std::min(bytes.find('\x01'), bytes.size());
+    check_tets(parse_tetgen(bytes.substr(0, cut), "fuzzed.node", bytes.substr(std::min(cut + 1, bytes.size())), "fuzzed.ele"));
+}
+
+void read_scene_text(std::string_view bytes) {
+    const auto scene = parse_scene(bytes, "fuzzed.json");
+    if (is_fine(scene)) require(std::isfinite(scene->time.step) && scene->time.step > 0.0, "a scene has a step");
+}
+void read_recipe_text(std::string_view bytes) { (void)is_fine(parse_recipe(bytes, "fuzzed.json")); }
+
+void read_path(std::string_view bytes) {
+    const auto rows = parse_path_csv(bytes, kName);
+    if (!is_fine(rows)) return;
+    require(!rows->empty(), "a path has a row");
+    for (std::size_t k = 1; k < rows->size(); ++k) require((*rows)[k].time > (*rows)[k - 1].time, "time increases");
+}
+
+void read_ccd(std::string_view bytes) {
+    const auto file = parse_ccd_queries(bytes, kName);
+    if (!is_fine(file)) return;
+    for (const CcdQuery& query : file->queries)
+        for (const Vec3& row : query.rows) require(is_finite(row), "every coordinate is finite");
+}
+
+void read_replay(std::string_view bytes) {
+    const auto record = parse_grant_record(std::string(bytes), kName);
+    if (is_fine(record)) require(grant_record_text(*record) == bytes, "a record that is read is written alike");
+}
+
+void read_checkpoint_bytes(std::string_view bytes) {
+    const auto checkpoint = parse_checkpoint(bytes, kName);
+    if (is_fine(checkpoint)) require(checkpoint_bytes(*checkpoint) == bytes, "a checkpoint that is read is written alike");
+}
+
+/// A file in memory, for readers that want a path.
+class MemoryFile {
+public:
+    explicit MemoryFile(std::string_view bytes) : file_(::memfd_create("fuzzed", 0)) {
+        require(file_ >= 0 && ::write(file_, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()), "a file in memory");
+    }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    ~MemoryFile() { ::close(file_); }
+    [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(file_); }
+
+private:
+    int file_;
+};
+
+void read_spheres(std::string_view bytes) {
+    const MemoryFile file(bytes);
+    const auto tree = read_sph(file.path());
+    if (!is_fine(tree)) return;
+    require(tree->sphere_count() > 0, "a tree has a root");
+    for (Index s = 0; s < tree->sphere_count(); ++s)
+        require(tree->first_child[s] + tree->child_count[s] <= tree->sphere_count() || tree->child_count[s] == 0,
+                "children are in the tree");
+}
+
+/// meta.txt, then three arrays, apart by "|": the folder of a sequence.
+void read_frame_folder(std::string_view bytes) {
+    static const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("seldinger-fuzz-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder);
+    for (const char* name : {"meta.txt", "tris.i32", "obj.i32", "pos.f64"}) {
+        const std::size_t cut = std::min(bytes.find('|'), bytes.size());
+        const std::string_view part = std::string_view(name) == "pos.f64" ? bytes : bytes.substr(0, cut);
+        std::ofstream(folder / name, std::ios::binary).write(part.data(), static_cast<std::streamsize>(part.size()));
+        bytes.remove_prefix(std::min(cut + 1, bytes.size()));
+    }
+    const auto frames = read_frames(folder);
+    if (is_fine(frames)) require(frames->positions.size() == frames->frame_count * frames->vertex_count(), "every frame is there");
+    std::filesystem::remove_all(folder);
+}
+
+void unfold(std::string_view bytes) {
+    const auto text = inflate_bytes(std::string(bytes), max_unfolded_bytes(bytes.size()));
+    if (text.ok()) require(text->size() <= max_unfolded_bytes(bytes.size()), "unfolding is bounded");
+}
+
+// The elementary tests: four moving points. The first byte chooses the kind and how coordinates are made; grids make most pairs touch
+// at a corner, in a plane, or begin in contact; raw bits reach every exponent that a scene may have.
+
+struct Bytes {
+    std::string_view left;
+    std::uint64_t next(std::size_t count) {
+        std::uint64_t value = 0;
+        for (std::size_t k = 0; k < count; ++k) {
+            value = value << 8 | (left.empty() ? 0u : static_cast<unsigned char>(left.front()));
+            if (!left.empty()) left.remove_prefix(1);
+        }
+        return value;
+    }
+};
+
+double coordinate(Bytes& bytes, unsigned way) {
+    const std::uint64_t bits = bytes.next(way == 0 ? 1 : way == 1 ? 2 : 8);
+    if (way == 0) return static_cast<double>(bits % 7);
+    if (way == 1) return static_cast<double>(static_cast<std::int64_t>(bits % 9) - 4) + 0x1p-40 * static_cast<double>(bits / 9 % 5);
+    double value = 0.0;
+    std::memcpy(&value, &bits, sizeof value);
+    if (!std::isfinite(value)) return 0.0;
+    if (value == 0.0) return 0.0;
+    int exponent = 0;
+    const double mantissa = std::frexp(value, &exponent);
+    return std::ldexp(mantissa, exponent % (way == 2 ? 30 : 3)); // 1e-9 to 1e9, or all of one size
+}
+
+void meet_rationally(std::string_view input) {
+    Bytes bytes{input};
+    const auto head = static_cast<unsigned>(bytes.next(1));
+    const bool vertex_face = (head & 1) != 0;
+    std::array<collision::SweptPoint, 4> p;
+    for (collision::SweptPoint& q : p)
+        for (int axis = 0; axis < 3; ++axis) {
+            q.t0[axis] = coordinate(bytes, head >> 1 & 3);
+            q.t1[axis] = (head & 8) != 0 && bytes.next(1) % 2 == 0 ? q.t0[axis] : coordinate(bytes, head >> 1 & 3);
+        }
+    const auto meeting =
+        vertex_face ? collision::meet_vertex_face(p[0], {p[1], p[2], p[3]}) : collision::meet_edge_edge({p[0], p[1]}, {p[2], p[3]});
+    const auto swept = vertex_face ? collision::sweep_vertex_face(p[0], {p[1], p[2], p[3]}, {})
+                                   : collision::sweep_edge_edge({p[0], p[1]}, {p[2], p[3]}, {});
+    require(!meeting.meets || swept.hit(), "the conservative test never says apart where the exact one says they meet");
+    require(meeting.time >= 0.0 && meeting.time <= 1.0 && is_finite(meeting.normal), "time and normal are numbers");
+    const auto verdict = collision::testing::RationalPair(vertex_face, p).verdict();
+    if (verdict == collision::testing::Verdict::Unknown) return; // the plain arithmetic gives up on close irrational roots
+    require(meeting.meets == (verdict == collision::testing::Verdict::Meets), "the exact test says what rational arithmetic says");
+}
+
+constexpr Target kTargets[] = {
+    {"obj", read_obj, 4096},          {"ply", read_ply, 4096},
+    {"stl", read_stl, 4096},          {"off", read_off, 4096},
+    {"msh", read_msh, 4096},          {"medit", read_medit, 4096},
+    {"veg", read_veg, 4096},          {"tetgen", read_tetgen, 4096},
+    {"vtk", read_vtk, 4096},          {"vtu", read_vtu, 8192},
+    {"scene", read_scene_text, 8192}, {"recipe", read_recipe_text, 2048},
+    {"path", read_path, 2048},        {"ccd", read_ccd, 4096},
+    {"replay", read_replay, 4096},    {"checkpoint", read_checkpoint_bytes, 8192},
+    {"sph", read_spheres, 2048},      {"frames", read_frame_folder, 2048},
+    {"gzip", unfold, 4096},           {"meeting", meet_rationally, 256},
+};
+
+} // namespace
+
+std::span<const Target> targets() { return kTargets; }
+
+} // namespace seldinger::fuzz

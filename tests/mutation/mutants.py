@@ -1,0 +1,206 @@
+#!/usr/bin/env python3
+"""Breaks the product on purpose, one place at a time, and shows that some test fails.
+
+    tests/mutation/mutants.py [--work FOLDER] [--jobs N] [--only NAME ...] [--markdown FILE]
+
+Every mutant is one small edit: a sign, a tolerance, a missed child, a wrong winding, a stale box. The edits are made in a copy of the
+tracked files (FOLDER, /tmp/seldinger-mutants by default, kept between runs so that ccache and ninja have little to do); for each the
+named test program is built and run with the named filter. A mutant is killed when that run fails, and survives when it passes: then a
+test is missing, and the exit code is 1. Before the first mutant every filter must pass on the unchanged sources.
+"""
+
+import argparse
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[2]
+LIMIT_S = 900  # a mutant may loop for ever: then it is killed too
+
+
+class Mutant(NamedTuple):
+    name: str
+    what: str  # what is broken
+    file: str
+    old: str
+    new: str
+    room: str  # test_<room>
+    filter: str
+
+
+MUTANTS = [
+    Mutant("closest-sign", "the sign of one corner's share of the closest point of a triangle", "base/closest_point.cpp",
+           "a + best.bary[1] * ab - best.bary[2] * ca", "a + best.bary[1] * ab + best.bary[2] * ca", "base", "ClosestPoint.*"),
+    Mutant("segment-end", "a segment's far end is forgotten", "base/closest_point.cpp",
+           "std::min(along / length_sq, 1.0)", "along / length_sq", "base", "ClosestPoint.*:ClosestSegments.*"),
+    Mutant("tree-stale-box", "stale boxes: only leaves are refitted", "base/triangle_tree.cpp",
+           "node.box.add(nodes_[node.first].box);", "", "base", "TriangleTree.*:InsideTest.*"),
+    Mutant("tree-stale-corners", "stale corners: a refit moves two of three corners", "base/triangle_tree.cpp",
+           "for (std::size_t k = 0; k < 3; ++k) {\n            assert(triangles_[slot][k]",
+           "for (std::size_t k = 0; k < 2; ++k) {\n            assert(triangles_[slot][k]", "base", "TriangleTree.*:InsideTest.*"),
+    Mutant("inside-direction", "a ray goes the wrong way", "base/inside.cpp",
+           "axis = k, positive = false;", "axis = k, positive = true;", "base", "InsideTest.*"),
+    Mutant("spring-sign", "a contact spring pulls where it should push", "fem/springs.cpp",
+           "push_node(entry.node, push * entry.g)", "push_node(entry.node, -push * entry.g)", "fem", "Springs.*"),
+    Mutant("spring-sticks", "damping acts on leaving too: a spring sticks", "fem/springs.cpp",
+           "rate < 0.0 ? -spring.damping * rate : 0.0", "-spring.damping * rate", "fem", "Springs.*"),
+    Mutant("step-without-springs", "the stable step forgets the contact springs", "fem/stable_step.cpp",
+           "std::sqrt(tissue.elastic + contact.stiffness)", "std::sqrt(tissue.elastic)", "fem", "StableStep.*:Advance.*"),
+    Mutant("step-too-long", "a sub-step too few", "fem/stable_step.cpp",
+           "const double count = std::ceil(step / stable.step);", "const double count = std::floor(step / stable.step);", "fem",
+           "StableStep.*:Advance.*"),
+    Mutant("rk4-weights", "the third stage of Runge-Kutta goes half as far", "fem/integrate.cpp",
+           "{NodeUpdate::MiddleStage, h},", "{NodeUpdate::MiddleStage, 0.5 * h},", "fem", "Integrate.*"),
+    Mutant("leapfrog-drift", "leapfrog evaluates its forces at the start", "fem/integrate.cpp",
+           "to.x[axis] += 0.5 * h * from.v[axis];", "to.x[axis] += 0.0 * h * from.v[axis];", "fem", "Leapfrog.*:Integrate.*"),
+    Mutant("link-lever-sign", "the moment of a link force has the wrong sign", "fem/links.cpp",
+           "jacobian.block[i] -= blend * lever * rates.node[i]", "jacobian.block[i] += blend * lever * rates.node[i]", "fem", "Links.*:EmbeddedLinks.*"),
+    Mutant("missed-child", "the descent forgets the last child", "spheretree/descent.cpp",
+           "second.tree->child_count[group.second], false, !group.swapped, depth});",
+           "static_cast<std::uint16_t>(second.tree->child_count[group.second] - 1), false, !group.swapped, depth});", "spheretree",
+           "Descent.*"),
+    Mutant("descent-margin", "the descent forgets the margin", "spheretree/descent.cpp",
+           "const double reach = other.radius + margin_;", "const double reach = other.radius;", "spheretree", "Descent.*"),
+    Mutant("open-pairs-silent", "a pair that is refined is no longer counted as open", "spheretree/descent.cpp",
+           "    stats_.pairs_open += entry.count;\n", "", "spheretree", "Descent.*"),
+    Mutant("self-pairs-twice", "a child is compared with itself and with one before it", "spheretree/descent.cpp",
+           "lay_apart(*first.tree, s, group.second)) return;", "lay_apart(*first.tree, s, s)) return;", "spheretree", "SelfPairs.*"),
+    Mutant("spheres-at-start", "stale box: spheres bound the surface at the step's start only", "spheretree/covering_tree.cpp",
+           "enclose_moving(ids, vertices_t0, vertices_t1)", "enclose_moving(ids, vertices_t0, vertices_t0)", "spheretree",
+           "CoveringTree.*"),
+    Mutant("chain-does-not-sweep", "an instrument's links are looked at where they end only", "spheretree/chain_tree.cpp",
+           "enclose_two(links_t0[link], links_t1[link])", "enclose_two(links_t1[link], links_t1[link])", "spheretree",
+           "ChainTree.*:HollowDescent.*"),
+    Mutant("touching-boxes", "boxes that only touch no longer overlap", "spheretree/sweep_and_prune.cpp",
+           "boxes[order_[next]].lo[axis_] <= box.hi[axis_]", "boxes[order_[next]].lo[axis_] < box.hi[axis_]", "spheretree",
+           "SweepAndPrune.*"),
+    Mutant("lumen-one-end", "a ball of the lumen is measured at one end of the step", "spheretree/lumen_state.cpp",
+           "b.radius = std::min(b.radius_t0, b.radius_t1);", "b.radius = b.radius_t0;", "spheretree", "LumenState.*:HollowDescent.*"),
+    Mutant("lumen-radius-too-large", "a tolerance: 4 % more free space than there is", "spheretree/lumen_state.cpp",
+           "return std::sqrt(std::max(found_sq, 0.0)) * (1.0 - 1e-12);", "return std::sqrt(std::max(found_sq, 0.0)) * 1.04;", "spheretree",
+           "LumenState.*"),
+    Mutant("cluster-missed-child", "the traversal forgets a tree's first child", "collision/cluster_traversal.cpp",
+           "for (std::size_t i = 0; i < arity && children_a[i]", "for (std::size_t i = 1; i < arity && children_a[i]", "collision",
+           "ContactSearch.*:InterruptibleSearch.*"),
+    Mutant("sweep-optimistic", "the conservative test advances 10 % too far", "collision/sweep.cpp",
+           "double end = free.holds(time) ? free.to : time;", "double end = free.holds(time) ? time + 1.1 * (free.to - time) : time;",
+           "collision", "Sweep.*"),
+    Mutant("one-side-at-start", "features on one side at the start are taken to stay there", "collision/sweep.cpp",
+           "return free.from <= 0.0 && free.to >= 1.0;", "return free.from <= 0.0;", "collision", "Sweep.*"),
+    Mutant("cluster-stale-box", "stale box: a cluster's bounds miss its last vertex", "collision/dop_tree.cpp",
+           "for (const Index vertex : touched(c)) join(", "for (const Index vertex : touched(c).first(touched(c).size() - 1)) join(",
+           "collision", "ContactSearch.*:InterruptibleSearch.*"),
+    Mutant("frames-overflow", "the reader of frames takes an object's number below zero", "engine/io/frames.cpp",
+           "frames.objects[v] < 0 || ", "", "engine", "*rames*"),
+    Mutant("checkpoint-forgets-hints", "a checkpoint forgets what the descent remembers", "engine/step/step_memory.cpp",
+           "stream.list(scratch.chain.hint, [&](auto& leaf) { stream.number(leaf); });", "", "engine", "*Resumed*"),
+    Mutant("budget-one-more", "a budget of work may be overspent by one unit", "engine/time/step_budget.cpp",
+           "limits_.work_units > units_spent_ ? limits_.work_units - units_spent_ : 0",
+           "limits_.work_units >= units_spent_ ? limits_.work_units - units_spent_ + 1 : 0", "engine", "StepBudget.*:Wire.*"),
+]
+
+
+def run(command, cwd, limit=None):
+    """Exit code and output; a time limit counts as a failure."""
+    try:
+        done = subprocess.run(command, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+                              timeout=limit, check=False)
+        return done.returncode, done.stdout
+    except subprocess.TimeoutExpired:
+        return 124, "ran into the time limit"
+
+
+def copy_sources(work):
+    """The tracked files as they are now, times kept where nothing changed."""
+    files = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, stdout=subprocess.PIPE,
+                           check=True).stdout.decode().split("\0")
+    wanted = {name for name in files if name and (ROOT / name).is_file()}
+    for name in wanted:
+        source, target = ROOT / name, work / name
+        data = source.read_bytes()
+        if target.is_file() and target.read_bytes() == data:
+            continue
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+        target.chmod(source.stat().st_mode & 0o777)
+    for old in work.rglob("*"):
+        relative = old.relative_to(work)
+        if old.is_file() and relative.parts[0] != "build" and str(relative) not in wanted:
+            old.unlink()
+
+
+def find_program(build, room):
+    return build / "tests" / room / f"test_{room}"
+
+
+def run_tests(build, room, pattern, limit):
+    program = find_program(build, room)
+    return run([str(program), f"--gtest_filter={pattern}", "--gtest_brief=1"], program.parent, limit)
+
+
+def first_failure(output):
+    for line in output.splitlines():
+        if line.startswith("[  FAILED  ]"):
+            return line.split("]", 1)[1].strip().split(" (")[0].split(",")[0]
+    return "crash or time limit"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--work", type=Path, default=Path("/tmp/seldinger-mutants"))
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--only", nargs="*", default=[])
+    parser.add_argument("--markdown", type=Path)
+    options = parser.parse_args()
+    chosen = [m for m in MUTANTS if not options.only or m.name in options.only]
+    if not chosen:
+        sys.exit("no such mutant; known: " + ", ".join(m.name for m in MUTANTS))
+
+    options.work.mkdir(parents=True, exist_ok=True)
+    copy_sources(options.work)
+    build = options.work / "build" / "mutants"
+    code, output = run(["cmake", "--preset", "release", "-B", str(build)], options.work)
+    if code != 0:
+        sys.exit(output)
+    rooms = sorted({m.room for m in chosen})
+    print(f"building {', '.join(rooms)} ...", flush=True)
+    code, output = run(["ninja", "-C", str(build), f"-j{options.jobs}"] + [f"test_{room}" for room in rooms], options.work)
+    if code != 0:
+        sys.exit(output[-4000:])
+    for room, pattern in sorted({(m.room, m.filter) for m in chosen}):
+        code, output = run_tests(build, room, pattern, LIMIT_S)
+        if code != 0 or "Running 0 tests" in output:
+            sys.exit(f"test_{room} --gtest_filter={pattern} does not pass unchanged:\n{output[-3000:]}")
+
+    rows, survived = [], 0
+    for mutant in chosen:
+        path = options.work / mutant.file
+        sound = path.read_text()
+        if sound.count(mutant.old) != 1:
+            sys.exit(f"{mutant.name}: its place occurs {sound.count(mutant.old)} times in {mutant.file}")
+        begun = time.monotonic()
+        path.write_text(sound.replace(mutant.old, mutant.new))
+        try:
+            code, output = run(["ninja", "-C", str(build), f"-j{options.jobs}", f"test_{mutant.room}"], options.work)
+            if code != 0:
+                sys.exit(f"{mutant.name} does not compile:\n{output[-3000:]}")
+            code, output = run_tests(build, mutant.room, mutant.filter, LIMIT_S)
+        finally:
+            path.write_text(sound)
+        killer = first_failure(output) if code != 0 else "SURVIVED"
+        survived += code == 0
+        rows.append((mutant, killer))
+        print(f"{mutant.name:28} {killer} ({time.monotonic() - begun:.0f} s)", flush=True)
+
+    print(f"{len(rows)} mutants, {survived} survived")
+    if options.markdown:
+        lines = ["| broken on purpose | where | test that fails |", "| --- | --- | --- |"]
+        lines += [f"| {m.what} | `{m.file}` | `{killer}` |" for m, killer in rows]
+        options.markdown.write_text("\n".join(lines) + "\n")
+    sys.exit(1 if survived else 0)
+
+
+if __name__ == "__main__":
+    main()
