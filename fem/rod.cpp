@@ -1,14 +1,14 @@
 #include "fem/rod.hpp"
 
 #include "base/trig.hpp"
+#include "fem/rod_parts.hpp"
 #include "fem/rod_step.hpp"
+#include "fem/rod_twist.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace seldinger::fem {
-
-namespace {
 
 void size_workspace(std::size_t nodes, RodWorkspace& work) {
     if (work.start.size() == nodes) return;
@@ -20,19 +20,11 @@ void size_workspace(std::size_t nodes, RodWorkspace& work) {
     work.rhs.resize(3 * nodes);
 }
 
-Vec3 tangent_at(const RodModel& model, const RodState& state, const RodPort& port, std::size_t i) noexcept {
-    const std::size_t last = model.node_count() - 1;
-    const Vec3 chord = state.position[std::min(i + 1, last)] - state.position[i > 0 ? i - 1 : 0];
-    const double length = std::sqrt(chord.squaredNorm());
-    return length > 0.0 ? Vec3(chord / length) : port.direction;
-}
-
-/// Frames of the last sub-step turn the shaped tip's rest curvature into the world.
 void find_rest_bend(const RodModel& model, const RodState& state, const RodPort& port, RodWorkspace& work) noexcept {
     carry_material_axis(model, state, port, work.axis);
     const double h_sq = model.segment * model.segment;
     for (std::size_t i = 0; i < model.node_count(); ++i) {
-        work.tangent[i] = tangent_at(model, state, port, i);
+        work.tangent[i] = rod_tangent(state.position, i, port.direction);
         const auto& k = model.rest_curvature[i];
         work.rest_bend[i] = h_sq * (k[0] * work.axis[i] + k[1] * work.tangent[i].cross(work.axis[i]));
     }
@@ -51,17 +43,21 @@ void add_energies(const RodModel& model, const RodState& state, Index first, con
     for (std::size_t i = first; i < model.node_count(); ++i) {
         report.kinetic_j += 0.5 * model.mass[i] * state.velocity[i].squaredNorm();
         if (i > 0) {
-            const double stretch = std::sqrt((state.position[i] - state.position[i - 1]).squaredNorm()) - model.segment;
+            const double stretch = std::sqrt((state.position[i] - state.position[i - 1]).squaredNorm()) - rest_length(model, i - 1);
             report.stretch_j += 0.5 * model.stretch_stiffness[i - 1] * stretch * stretch;
         }
-        if (i > 0 && i + 1 < model.node_count())
-            report.bend_j += 0.5 * model.bend_stiffness[i] * (second_difference(state.position, i) - work.rest_bend[i]).squaredNorm();
-        if (report.first_bad_node == kNoIndex && !(is_finite(state.position[i]) && is_finite(state.velocity[i])))
+        if (i > 0 && i + 1 < model.node_count()) {
+            const std::array<double, 3> w = bend_stencil(model, i);
+            const Vec3 bend = model.rest_length.empty()
+                                  ? second_difference(state.position, i)
+                                  : Vec3(w[0] * state.position[i - 1] + w[1] * state.position[i] + w[2] * state.position[i + 1]);
+            report.bend_j += 0.5 * model.bend_stiffness[i] * (bend - work.rest_bend[i]).squaredNorm();
+        }
+        const bool turns = state.angle.empty() || (std::isfinite(state.angle[i]) && std::isfinite(state.spin[i]));
+        if (report.first_bad_node == kNoIndex && !(turns && is_finite(state.position[i]) && is_finite(state.velocity[i])))
             report.first_bad_node = static_cast<Index>(i);
     }
 }
-
-} // namespace
 
 Vec3 perpendicular_axis(const Vec3& direction) noexcept {
     int smallest = 0;
@@ -85,21 +81,43 @@ void place_rod(const RodModel& model, const RodPort& port, double insertion, dou
     state.velocity.assign(nodes, Vec3::Zero());
     state.insertion = insertion;
     state.rotation = rotation;
+    state.angle.assign(model.twist_stiffness.empty() ? 0 : nodes, rotation);
+    state.spin.assign(state.angle.size(), 0.0);
     for (std::size_t i = 0; i < nodes; ++i)
         state.position[i] = port.position + port.direction * (insertion - static_cast<double>(nodes - 1 - i) * model.segment);
 }
 
+Vec3 rod_tangent(std::span<const Vec3> position, std::size_t i, const Vec3& fallback) noexcept {
+    const Vec3 chord = position[std::min(i + 1, position.size() - 1)] - position[i > 0 ? i - 1 : 0];
+    const double length = std::sqrt(chord.squaredNorm());
+    return length > 0.0 ? Vec3(chord / length) : fallback;
+}
+
+Vec3 carry_axis(const Vec3& axis, const Vec3& tangent) noexcept {
+    const Vec3 projected = axis - axis.dot(tangent) * tangent;
+    const double length = std::sqrt(projected.squaredNorm());
+    return length > 1e-6 ? Vec3(projected / length) : perpendicular_axis(tangent);
+}
+
+Vec3 transport_axis(const Vec3& axis, const Vec3& from, const Vec3& to) noexcept {
+    const double room = 1.0 + from.dot(to);
+    return carry_axis(room > 1e-6 ? Vec3(axis - axis.dot(to) / room * (from + to)) : axis, to); // and no drift by rounding
+}
+
 void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept {
+    const bool twists = !state.angle.empty();
     const SinCos turn = sin_cos(state.rotation);
     const Vec3 reference = perpendicular_axis(port.direction);
-    Vec3 m = turn.cos * reference + turn.sin * port.direction.cross(reference);
+    Vec3 m = twists ? reference : Vec3(turn.cos * reference + turn.sin * port.direction.cross(reference));
+    Vec3 last = port.direction;
     for (std::size_t i = 0; i < model.node_count(); ++i) {
-        // Projecting onto the next normal plane is parallel transport to second order in the turn per node.
-        const Vec3 tangent = tangent_at(model, state, port, i);
-        const Vec3 projected = m - m.dot(tangent) * tangent;
-        const double length = std::sqrt(projected.squaredNorm());
-        m = length > 1e-6 ? Vec3(projected / length) : perpendicular_axis(tangent);
+        const Vec3 tangent = rod_tangent(state.position, i, port.direction);
+        m = twists ? transport_axis(m, last, tangent) : carry_axis(m, tangent);
+        last = tangent;
         axis[i] = m;
+        if (!twists) continue;
+        const SinCos here = sin_cos(state.angle[i]);
+        axis[i] = here.cos * m + here.sin * tangent.cross(m);
     }
 }
 
@@ -107,6 +125,8 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
                     std::span<RodPlane> planes, RodWorkspace& work) noexcept {
     RodReport report;
     size_workspace(model.node_count(), work);
+    size_twist_workspace(model, work);
+    const bool twists = !state.angle.empty();
     const double insertion_t0 = state.insertion, rotation_t0 = state.rotation;
     const double dt = step / substeps;
     Index first = first_inserted_node(model, state.insertion);
@@ -115,13 +135,20 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
         state.insertion = insertion_t0 + fraction * (drive.insertion - insertion_t0);
         state.rotation = rotation_t0 + fraction * (drive.rotation - rotation_t0);
         first = first_inserted_node(model, state.insertion);
-        find_rest_bend(model, state, drive.port, work);
+        RodTwist twist(model, state, drive, dt, first, work);
+        if (twists)
+            twist.begin();
+        else
+            find_rest_bend(model, state, drive.port, work);
         work.start = state.position; // same size: copies, never allocates
         move_behind_port(model, drive.port, state.insertion, dt, first, state);
         for (std::size_t i = first; i < model.node_count(); ++i) state.position[i] += dt * state.velocity[i];
-        RodStep rod_step(model, state, drive, planes, dt, first, work);
+        RodStep rod_step(model, state, drive, planes, dt, first, work, twists ? &twist : nullptr);
         report.largest_residual = std::max(report.largest_residual, rod_step.solve(report));
         for (std::size_t i = first; i < model.node_count(); ++i) state.velocity[i] = (state.position[i] - work.start[i]) / dt;
+        if (!twists) continue;
+        twist.end();
+        report.twist_j = twist.energy();
     }
     add_energies(model, state, first, work, report);
     return report;

@@ -3,8 +3,10 @@
 
 #include "fem/rod.hpp"
 #include "fem/rod_band.hpp"
+#include "fem/rod_twist.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace seldinger::fem {
@@ -17,8 +19,23 @@ inline constexpr double kNewtonTolerance = 1e-7;
 inline constexpr double kTrustRadius = 2e-3;
 /// m/s; below this sliding speed friction grows linearly instead of jumping, so a stuck rod creeps by at most this.
 inline constexpr double kStickSpeed = 1e-3;
+/// m/s; the same with torsion: at a rod's radius the other one would let it turn by radians a second.
+inline constexpr double kTwistStickSpeed = 1e-4;
 
 [[nodiscard]] inline Vec3 second_difference(const std::vector<Vec3>& x, std::size_t i) noexcept { return x[i - 1] - 2.0 * x[i] + x[i + 1]; }
+
+/// m, of segment i at rest.
+[[nodiscard]] inline double rest_length(const RodModel& model, std::size_t i) noexcept {
+    return model.rest_length.empty() ? model.segment : model.rest_length[i];
+}
+
+/// Weights of nodes i - 1, i, i + 1 whose sum is 0 where the rod is straight: second difference, or with unlike segments the
+/// change of the unit edge.
+[[nodiscard]] inline std::array<double, 3> bend_stencil(const RodModel& model, std::size_t i) noexcept {
+    if (model.rest_length.empty()) return {1.0, -2.0, 1.0};
+    const double before = 1.0 / model.rest_length[i - 1], after = 1.0 / model.rest_length[i];
+    return {before, -(before + after), after};
+}
 
 [[nodiscard]] inline double damped_mass(const RodModel& model, std::size_t i, double dt) noexcept {
     return model.mass[i] / (dt * dt) * (1.0 + model.design.drag * dt);
@@ -28,14 +45,15 @@ inline constexpr double kStickSpeed = 1e-3;
 class RodStep {
 public:
     RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt, Index first,
-            RodWorkspace& workspace) noexcept
-        : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), work_(workspace) {}
+            RodWorkspace& workspace, RodTwist* twist = nullptr) noexcept
+        : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), work_(workspace), twist_(twist) {}
 
     /// Returns the largest correction of the last iteration.
     double solve(RodReport& report) noexcept {
         double correction = 0.0;
         for (unsigned iteration = 0; iteration < kMaxNewton; ++iteration) {
             correction = newton_iteration();
+            if (twist_ != nullptr) correction = std::max(correction, twist_->turn());
             ++report.iterations;
             if (!(correction > kNewtonTolerance)) break;
         }
@@ -50,6 +68,7 @@ private:
         add_inertia(band);
         add_stretch(band);
         add_bending(band);
+        if (twist_ != nullptr) add_twist(band);
         for (RodPlane& plane : planes_) add_plane(band, plane);
         band.solve(std::span(work_.rhs).first(3 * moving));
         return apply_correction(moving);
@@ -86,11 +105,12 @@ private:
             if (!(length > 0.0)) continue;
             const Vec3 along = edge / length;
             const double k = model_.stretch_stiffness[i];
-            const Vec3 tension = k * (length - model_.segment) * along;
+            const double rest = rest_length(model_, i);
+            const Vec3 tension = k * (length - rest) * along;
             push(i, tension);
             push(i + 1, -tension);
             // Under compression the transverse part would make the matrix indefinite: it is left out (Baraff & Witkin).
-            const double transverse = std::max(0.0, 1.0 - model_.segment / length);
+            const double transverse = std::max(0.0, 1.0 - rest / length);
             const Mat3 axial = along * along.transpose();
             const Mat3 hessian = k * (axial + transverse * (Mat3::Identity() - axial));
             stiffen(band, i, i, hessian);
@@ -100,14 +120,55 @@ private:
     }
 
     void add_bending(RodBand& band) noexcept {
-        constexpr double kStencil[3] = {1.0, -2.0, 1.0};
+        const bool uniform = model_.rest_length.empty();
         for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
             const double k = model_.bend_stiffness[i];
-            const Vec3 moment = k * (second_difference(state_.position, i) - work_.rest_bend[i]);
+            const std::array<double, 3> weight = bend_stencil(model_, i);
+            const Vec3 bend = uniform ? second_difference(state_.position, i) : unit_change(i, weight);
+            const Vec3 moment = k * (bend - work_.rest_bend[i]);
             for (std::size_t a = 0; a < 3; ++a) {
-                push(i - 1 + a, -kStencil[a] * moment);
-                for (std::size_t b = 0; b <= a; ++b) stiffen(band, i - 1 + a, i - 1 + b, k * kStencil[a] * kStencil[b]);
+                push(i - 1 + a, -weight[a] * moment);
+                for (std::size_t b = 0; b <= a; ++b) stiffen(band, i - 1 + a, i - 1 + b, k * weight[a] * weight[b]);
             }
+        }
+    }
+
+    [[nodiscard]] Vec3 unit_change(std::size_t i, const std::array<double, 3>& weight) const noexcept {
+        return weight[0] * state_.position[i - 1] + weight[1] * state_.position[i] + weight[2] * state_.position[i + 1];
+    }
+
+    /// Bending twists a rod that is not straight, and what is twisted pulls at its bends. The stiffness is no less than the
+    /// true one, of which a node's neighbours have a share. Clears what the planes will do to the angles.
+    void add_twist(RodBand& band) noexcept {
+        twist_->find_writhe();
+        for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
+            const std::array<Vec3, 3> weight = twist_->gradient(i);
+            const double torque = twist_->torque_at(i), k = twist_->stiffness_at(i);
+            for (std::size_t a = 0; a < 3; ++a) {
+                push(i - 1 + a, -torque * weight[a]);
+                for (std::size_t b = 0; b <= a; ++b) stiffen(band, i - 1 + a, i - 1 + b, Mat3(k * weight[a] * weight[b].transpose()));
+            }
+        }
+        for (std::size_t i = first_ > 0 ? first_ - 1 : 0; i < model_.node_count(); ++i) work_.grip[i] = work_.push[i] = 0.0;
+    }
+
+    /// m; how far the rod's surface at the plane has rolled across it in this sub-step, as the angles are now.
+    [[nodiscard]] Vec3 rolled(const RodPlane& plane) const noexcept {
+        if (twist_ == nullptr) return Vec3::Zero();
+        const double before = (1.0 - plane.weight) * work_.start_angle[plane.node] + plane.weight * work_.start_angle[plane.node + 1];
+        const double now = (1.0 - plane.weight) * state_.angle[plane.node] + plane.weight * state_.angle[plane.node + 1];
+        return (before - now) * model_.design.radius * work_.tangent[plane.node].cross(plane.normal);
+    }
+
+    /// Friction on the surface turns the rod: grip holds its angle, push turns it on as the rod slides across itself.
+    void add_grip(const RodPlane& plane, const Vec3& slide, double viscous) noexcept {
+        if (twist_ == nullptr) return;
+        const double radius = model_.design.radius;
+        const double torque = radius * viscous * work_.tangent[plane.node].dot(plane.normal.cross(slide));
+        for (std::size_t a = 0; a < 2; ++a) {
+            const double weight = a == 0 ? 1.0 - plane.weight : plane.weight;
+            work_.grip[plane.node + a] += weight * radius * radius * viscous;
+            work_.push[plane.node + a] += weight * torque;
         }
     }
 
@@ -125,11 +186,15 @@ private:
         if (drive_.friction > 0.0) {
             const Mat3 tangential = Mat3::Identity() - plane.normal * plane.normal.transpose();
             const Vec3 start = weight[0] * work_.start[node[0]] + weight[1] * work_.start[node[1]];
-            const Vec3 slide = tangential * (point - start - dt_ * plane.wall_velocity);
+            Vec3 slide = tangential * (point - start - dt_ * plane.wall_velocity);
+            const Vec3 moved = slide;
+            if (twist_ != nullptr) slide += rolled(plane);
             const double speed = std::sqrt(slide.squaredNorm()) / dt_;
             // Coulomb's force opposes the sliding of this step; its coefficient is lagged by one iteration.
-            const double viscous = drive_.friction * plane.force / (std::max(speed, kStickSpeed) * dt_);
+            const double viscous = drive_.friction * plane.friction_share * plane.force /
+                                   (std::max(speed, twist_ != nullptr ? kTwistStickSpeed : kStickSpeed) * dt_);
             plane.drag = -viscous * slide;
+            add_grip(plane, moved, viscous);
             force += plane.drag;
             stiffness += viscous * tangential;
         }
@@ -158,6 +223,7 @@ private:
     double dt_;
     Index first_;
     RodWorkspace& work_;
+    RodTwist* twist_; // nullptr: no torsion
 };
 
 } // namespace seldinger::fem

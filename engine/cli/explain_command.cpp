@@ -63,6 +63,8 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
              ? "no instrument, and \"solid_friction\" is 0"
              : listed(e.friction, !rough ? "Coulomb's, between instruments and walls, felt by both"
                                          : fmt::format("Coulomb's; {:g} between solid bodies", scene.contact.solid_friction))},
+        {"twist", e.twist && instruments,
+         !instruments ? "no instrument" : listed(e.twist, "instruments wind up between the handle and what holds the tip")},
         {"pulse", e.pulse.has_value(),
          listed(e.pulse.has_value(),
                 e.pulse ? fmt::format("walls widen by {:g} % of their radius every {:g} s", 100.0 * e.pulse->amplitude, e.pulse->period)
@@ -105,6 +107,11 @@ void print_instruments(const Scene& scene, const PreparedScene& prepared) {
         const InstrumentModel& m = prepared.model.instruments[i];
         fmt::print("  {:<15} rod of {} nodes, {:g} mm long, radius {:g} mm, skin of {} triangles, in {}\n", m.name, m.rod.node_count(),
                    1e3 * m.rod.design.length, 1e3 * m.rod.design.radius, m.skin.triangles.size(), prepared.bodies[m.lumen].name);
+        if (m.mass_spring_substeps > 0)
+            fmt::print("  {:<15} masses and springs, {} explicit sub-steps in a step\n", "", m.mass_spring_substeps);
+        if (m.inside != SIZE_MAX)
+            fmt::print("  {:<15} in the bore of {}: one axis and both stiffnesses where they overlap\n", "",
+                       prepared.model.instruments[m.inside].name);
         if (m.route)
             fmt::print("  {:<15} steered to {}, {:.0f} mm away along the lumen, narrowest radius {:.2f} mm\n", "",
                        scene.targets[scene.instruments[i].follow->target].name, 1e3 * m.route->length.back(),

@@ -57,6 +57,9 @@ Json instruments(const SceneModel& model) {
                   {"radius_m", instrument.rod.design.radius},
                   {"skin_triangles", instrument.skin.triangles.size()},
                   {"lumen", model.bodies[instrument.lumen].name}};
+        json["kind"] = instrument.mass_spring_substeps > 0 ? "mass_spring" : "rod";
+        if (instrument.mass_spring_substeps > 0) json["substeps"] = instrument.mass_spring_substeps;
+        if (instrument.inside != SIZE_MAX) json["inside"] = model.instruments[instrument.inside].name;
         if (instrument.route) json["route_m"] = instrument.route->length.back();
         list.push_back(std::move(json));
     }

@@ -23,7 +23,18 @@ void remove_damping(BodyModel& body) {
     if (undamped) body.tissue = std::move(*undamped); // it was made once: it can be made again
 }
 
+/// The same rod, without angles.
+void remove_torsion(fem::RodModel& rod) {
+    rod.design.torsion = false;
+    rod.twist_stiffness.clear();
+    rod.turn_inertia.clear();
+}
+
 } // namespace
+
+bool twists_by_effect(const InstrumentModel& instrument) noexcept {
+    return instrument.rod.design.torsion && instrument.rod.design.tip != fem::TipShape::Pigtail;
+}
 
 bool has_effect(const SceneModel& model, Effect effect) noexcept {
     const EffectSet& e = model.effects;
@@ -50,6 +61,8 @@ bool has_effect(const SceneModel& model, Effect effect) noexcept {
     case Effect::Friction:
         return model.contact.solid_friction > 0.0 ||
                std::any_of(model.instruments.begin(), model.instruments.end(), [](const InstrumentModel& i) { return i.friction > 0.0; });
+    case Effect::Twist:
+        return std::any_of(model.instruments.begin(), model.instruments.end(), twists_by_effect);
     }
     return false;
 }
@@ -86,6 +99,10 @@ SceneModel without_effect(const SceneModel& model, Effect effect) {
     case Effect::Friction:
         out.contact.solid_friction = 0.0;
         for (InstrumentModel& instrument : out.instruments) instrument.friction = 0.0;
+        break;
+    case Effect::Twist:
+        for (InstrumentModel& instrument : out.instruments)
+            if (twists_by_effect(instrument)) remove_torsion(instrument.rod);
         break;
     }
     return out;

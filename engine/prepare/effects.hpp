@@ -10,9 +10,20 @@
 namespace seldinger::engine {
 
 /// Effects whose code runs in the step, or around it in every step. Fluoroscopy is of pictures alone.
-enum class Effect : std::uint8_t { Elasticity, Damping, Gravity, Breathing, Pulse, CoarseContact, SelfContact, ExactContact, Friction };
-inline constexpr std::array<std::string_view, 9> kEffectNames{"elasticity",     "damping",      "gravity",       "breathing", "pulse",
-                                                              "coarse_contact", "self_contact", "exact_contact", "friction"};
+enum class Effect : std::uint8_t {
+    Elasticity,
+    Damping,
+    Gravity,
+    Breathing,
+    Pulse,
+    CoarseContact,
+    SelfContact,
+    ExactContact,
+    Friction,
+    Twist
+};
+inline constexpr std::array<std::string_view, 10> kEffectNames{"elasticity",     "damping",      "gravity",       "breathing", "pulse",
+                                                               "coarse_contact", "self_contact", "exact_contact", "friction",  "twist"};
 inline constexpr std::size_t kEffectCount = kEffectNames.size();
 
 [[nodiscard]] constexpr std::string_view effect_name(Effect effect) noexcept { return kEffectNames[static_cast<std::size_t>(effect)]; }
@@ -27,6 +38,9 @@ struct EffectCounts {
         return *this;
     }
 };
+
+/// Winds up because the scene asks for it; a pigtail does so in any case.
+[[nodiscard]] bool twists_by_effect(const InstrumentModel& instrument) noexcept;
 
 /// Does the model have it, and somebody whom it acts on?
 [[nodiscard]] bool has_effect(const SceneModel& model, Effect effect) noexcept;

@@ -54,9 +54,12 @@ struct InstrumentModel {
     fem::RodModel rod;
     fem::RodSkin skin;
     fem::RodPort port;
-    std::size_t lumen = 0;  // body whose lumen it moves in
-    double friction = 0.0;  // Coulomb mu
-    double inserted = 0.02; // m at the start
+    std::size_t lumen = 0;             // body whose lumen it moves in
+    unsigned mass_spring_substeps = 0; // of a step, of a chain of masses and springs; 0: the implicit rod
+    std::size_t inside = SIZE_MAX;     // instrument in whose bore it runs, as a wire; SIZE_MAX: none
+    std::size_t wire = SIZE_MAX;       // instrument that runs in its own bore
+    double friction = 0.0;             // Coulomb mu
+    double inserted = 0.02;            // m at the start
     DriveLimits limits;
     std::vector<DriveRow> path;                 // followed unless a route is set
     std::optional<Route> route;                 // at rest

@@ -4,6 +4,7 @@
 #include "engine/prepare/prepare_body.hpp"
 #include "engine/prepare/wrap_solids.hpp"
 #include "engine/time/clock.hpp"
+#include "fem/mass_spring.hpp"
 #include "spheretree/lumen_path.hpp"
 
 #include <fmt/format.h>
@@ -79,6 +80,15 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     model.topology = collision::make_topology(model.skin.triangles, model.skin.vertex_count());
     model.port = {entry->position, entry->direction};
     model.lumen = spec.lumen;
+    if (spec.kind == InstrumentKind::MassSpring) {
+        const auto substeps = fem::count_mass_spring_substeps(model.rod, prepared.model.contact.rod_stiffness, scene.time.step);
+        if (!substeps.ok()) return scene_error(scene, key + ".kind", substeps.error().message, substeps.error().code);
+        model.mass_spring_substeps = *substeps;
+    }
+    if (spec.inside != kNoIndex) {
+        model.inside = spec.inside;
+        prepared.model.instruments[spec.inside].wire = prepared.model.instruments.size();
+    }
     model.friction = scene.effects.friction ? spec.friction : 0.0;
     model.inserted = spec.inserted;
     model.limits = {spec.speed_limit, spec.rotation_limit};

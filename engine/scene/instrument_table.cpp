@@ -16,17 +16,18 @@ const ObjectSpec& tip_table() {
         "",
         "shape",
         {
-            choice_field("shape", {"J", "straight", "simmons"}, "At rest.").by_default(std::string_view("J")),
+            choice_field("shape", {"J", "straight", "simmons", "pigtail"}, "At rest.").by_default(std::string_view("J")),
             number_field("length", Dimension::Length, {5e-4, 0.3, false, 2e-3, 0.15, "shaped tips are 2 to 150 mm long"},
-                         "Of the shaped part.")
+                         "Of the shaped part; a pigtail's is 40 mm when absent.")
                 .by_default(usual.tip_length)
-                .when({"J", "simmons"}),
-            number_field("angle", Dimension::Angle, above(0.0, 6.3), "Total bend of the shaped part.")
+                .when({"J", "simmons", "pigtail"}),
+            number_field("angle", Dimension::Angle, {0.0, 20.0, true, 0.0, 9.5, "a pigtail turns one and a half times at most"},
+                         "Total bend of the shaped part; a pigtail's is 6 rad when absent.")
                 .by_default(usual.tip_angle)
-                .when({"J", "simmons"}),
+                .when({"J", "simmons", "pigtail"}),
             number_field("stiffness", Dimension::None, above(0.0, 10.0), "Modulus of the shaped part over the shaft's.")
                 .by_default(usual.tip_stiffness)
-                .when({"J", "simmons"}),
+                .when({"J", "simmons", "pigtail"}),
         }};
     return table;
 }
@@ -124,7 +125,10 @@ const ObjectSpec& instrument_table() {
         "",
         "",
         {
-            choice_field("kind", {"rod"}, "Bending rod.").by_default(std::string_view("rod")),
+            choice_field("kind", {"rod", "mass_spring"},
+                         "rod: bending and stretch, solved implicitly. mass_spring: the paper's chain of masses and springs, with as many "
+                         "explicit sub-steps as its stiffness asks for.")
+                .by_default(std::string_view("rod")),
             number_field("length", Dimension::Length, {0.01, kLongestRod, false, 0.1, 4.0, "catheters and guide wires are 0.4 to 3 m long"},
                          "Of the whole instrument.")
                 .required(),
@@ -135,6 +139,15 @@ const ObjectSpec& instrument_table() {
                          {1e5, 6e11, false, 1e6, 4.2e11, "polymers are 1 MPa to 4 GPa, nitinol 30 to 80 GPa, steel 200 GPa"},
                          "Of the solid circular section.")
                 .by_default(usual.young_modulus),
+            number_field("poisson_ratio", Dimension::None, {-1.0, 0.5, true, 0.2, 0.5, "metals are 0.3, polymers 0.35 to 0.5"},
+                         "With the effect twist: the shear modulus is E / (2 + 2 nu).")
+                .by_default(usual.poisson_ratio),
+            value_field(
+                "stiffness",
+                rows_value({{"from_tip", Dimension::Length, between(0.0, kLongestRod)}, {"factor", Dimension::None, between(1e-4, 1e4)}}, 1,
+                           1000),
+                "Rows [arc length from the tip, factor of the Young's modulus], linear between them and held beyond; instead of "
+                "the tip's stiffness."),
             number_field(
                 "density", Dimension::Density,
                 {500.0, 23000.0, false, 800.0, 22600.0, "polymers are 900 to 2200 kg/m^3, nitinol 6450, steel 7900, platinum 21450"},
@@ -154,8 +167,13 @@ const ObjectSpec& instrument_table() {
             number_field("drag", Dimension::Rate, between(0.0, 1e5), "Mass-proportional damping of the rod.").by_default(usual.drag),
             number_field("whip_drag", Dimension::Viscosity, between(0.0, 1e5), "Resistance to fast sideways motion, per length of rod.")
                 .by_default(usual.whip_drag),
-            value_field("entry", entry_value(), "Where it enters the body: a landmark, or a position and a direction.").required(),
-            text_field("lumen", "Name of the hollow body it is inside of.").required(),
+            value_field("entry", entry_value(),
+                        "Where it enters the body: a landmark, or a position and a direction. Needed unless it is inside an instrument."),
+            text_field("lumen", "Name of the hollow body it is inside of. Needed unless it is inside an instrument."),
+            text_field(
+                "inside",
+                "Name of an instrument above it, of kind rod, in whose bore it runs as a guide wire: with its entry and lumen, pushed "
+                "and turned on its own. Where they overlap they share one axis and bend with both stiffnesses."),
             number_field("inserted", Dimension::Length, between(0.0, kLongestRod),
                          "Beyond the entry at the start; the first row's insertion where there is a path, 0 otherwise."),
             object_field("limits", limits_table(), "Of the hand: 35 mm/s and 3.14 rad/s when absent."),

@@ -14,6 +14,8 @@ namespace {
 constexpr double kLimitTolerance = 1e-9; // [-]
 
 constexpr double kLeastSegments = 4.0;
+constexpr double kPigtailLength = 0.04; // m, when absent
+constexpr double kPigtailAngle = 6.0;   // rad, when absent
 constexpr double kMostSegments = 20000.0;
 
 std::string refuse_unknown(std::string_view kind, std::string_view name, const std::vector<std::string_view>& known) {
@@ -81,9 +83,75 @@ std::optional<Error> read_lumen(const CheckContext& context, const Values& value
         fmt::format("the body \"{}\" is not hollow, so nothing can be inside of it; {}", name, suggest("hollow body", name, hollow)));
 }
 
+std::optional<Error> read_surroundings(const CheckContext& context, const Values& values, const Scene& scene, SceneInstrument& instrument) {
+    for (const std::string_view key : {"entry", "lumen"})
+        if (!values.has(key))
+            return fail_at(context, values, key,
+                           fmt::format("the key \"{}\" is missing; it, or \"inside\" with the name of an instrument, would be right", key));
+    if (auto error = read_lumen(context, values, scene, instrument.lumen)) return error;
+    return read_entry(context, values, scene, instrument.lumen, instrument.entry);
+}
+
+/// What makes a pair of rods no wire in a catheter, in words; empty: nothing.
+std::string refuse_pair(const Scene& scene, const SceneInstrument& outer, const SceneInstrument& inner, const Units& units) {
+    for (const SceneInstrument* one : {&outer, &inner})
+        if (one->kind != InstrumentKind::Rod)
+            return fmt::format("{} is a mass_spring; the kind \"rod\" would be right for both", one->name);
+    if (outer.inside != kNoIndex)
+        return fmt::format("{} runs inside {} itself; that one would be right", outer.name, scene.instruments[outer.inside].name);
+    for (const SceneInstrument& other : scene.instruments)
+        if (other.inside != kNoIndex && scene.instruments[other.inside].name == outer.name)
+            return fmt::format("{} runs inside {} already; one wire to a catheter would be right", other.name, outer.name);
+    if (inner.design.radius < outer.design.radius) return {};
+    return fmt::format("its radius is {}, that of {} is {}; a thinner wire would be right",
+                       with_unit(inner.design.radius, Dimension::Length, units), outer.name,
+                       with_unit(outer.design.radius, Dimension::Length, units));
+}
+
+std::optional<Error> read_inside(const CheckContext& context, const Values& values, const Scene& scene, SceneInstrument& instrument) {
+    for (const std::string_view key : {"entry", "lumen"})
+        if (values.has(key))
+            return fail_at(context, values, key,
+                           "unused: it runs inside an instrument, with whose entry and lumen; leaving it out would be right");
+    const std::string name = values.text("inside");
+    std::vector<std::string_view> known;
+    Index outer = kNoIndex;
+    for (Index i = 0; i < scene.instruments.size(); ++i) {
+        known.push_back(scene.instruments[i].name);
+        if (scene.instruments[i].name == name) outer = i;
+    }
+    if (outer == kNoIndex) return fail_at(context, values, "inside", refuse_unknown("instrument before this one", name, known));
+    if (const std::string problem = refuse_pair(scene, scene.instruments[outer], instrument, context.units); !problem.empty())
+        return fail_at(context, values, "inside", problem);
+    instrument.inside = outer;
+    instrument.lumen = scene.instruments[outer].lumen;
+    instrument.entry = scene.instruments[outer].entry;
+    return std::nullopt;
+}
+
 fem::TipShape to_tip_shape(std::string_view word) {
     if (word == "straight") return fem::TipShape::Straight;
+    if (word == "pigtail") return fem::TipShape::Pigtail;
     return word == "simmons" ? fem::TipShape::Simmons : fem::TipShape::J;
+}
+
+/// Rows must ascend along the instrument, and the tip must not say it again.
+std::optional<Error> read_stiffness(const CheckContext& context, const Values& values, const Values& tip, fem::RodDesign& design) {
+    const JsonNode* rows = values.find("stiffness");
+    if (rows == nullptr) return std::nullopt;
+    if (tip.has("stiffness"))
+        return fail_at(context, tip, "stiffness", "found beside the instrument's rows of stiffness; one of them would be right");
+    for (std::size_t i = 0; i < rows->children.size(); ++i) {
+        const JsonNode& row = rows->children[i];
+        const fem::StiffnessRow next{values.column("stiffness", row, 0), values.column("stiffness", row, 1)};
+        if (i > 0 && !(next.from_tip > design.stiffness.back().from_tip))
+            return error_at(context, row.at, fmt::format("{}[{}]", values.path("stiffness"), i),
+                            fmt::format("found {} after {}; lengths from the tip that ascend would be right",
+                                        with_unit(next.from_tip, Dimension::Length, context.units),
+                                        with_unit(design.stiffness.back().from_tip, Dimension::Length, context.units)));
+        design.stiffness.push_back(next);
+    }
+    return std::nullopt;
 }
 
 std::optional<Error> read_design(const CheckContext& context, const Values& values, fem::RodDesign& design) {
@@ -99,6 +167,12 @@ std::optional<Error> read_design(const CheckContext& context, const Values& valu
     design.tip_length = tip.number("length");
     design.tip_angle = tip.number("angle");
     design.tip_stiffness = tip.number("stiffness");
+    if (design.tip == fem::TipShape::Pigtail) {
+        if (!tip.has("length")) design.tip_length = kPigtailLength;
+        if (!tip.has("angle")) design.tip_angle = kPigtailAngle;
+    }
+    design.poisson_ratio = values.number("poisson_ratio");
+    if (auto error = read_stiffness(context, values, tip, design)) return error;
     const auto length_text = [&](double length) { return with_unit(length, Dimension::Length, context.units); };
     if (design.tip != fem::TipShape::Straight && design.tip_length > design.length)
         return fail_at(context, tip, "length",
@@ -236,8 +310,10 @@ std::optional<Error> read_instrument(const CheckContext& context, const Values& 
     instrument.friction = values.number("friction");
     instrument.min_bend_radius = values.number("min_bend_radius");
     instrument.skin_triangles = values.count<std::size_t>("skin_triangles");
-    if (auto error = read_lumen(context, values, scene, instrument.lumen)) return error;
-    if (auto error = read_entry(context, values, scene, instrument.lumen, instrument.entry)) return error;
+    instrument.kind = values.text("kind") == "mass_spring" ? InstrumentKind::MassSpring : InstrumentKind::Rod;
+    if (auto error =
+            values.has("inside") ? read_inside(context, values, scene, instrument) : read_surroundings(context, values, scene, instrument))
+        return error;
     const Values limits = values.object("limits");
     instrument.speed_limit = limits.number("speed");
     instrument.rotation_limit = limits.number("rotation");

@@ -113,6 +113,7 @@ bool* find_effect(Effects& effects, std::string_view name, Detailed& detailed) {
     if (name == "exact_contact") return &effects.exact_contact;
     if (name == "friction") return &effects.friction;
     if (name == "self_contact") return &effects.self_contact;
+    if (name == "twist") return &effects.twist;
     if (name == "breathing") return &detailed.breathing;
     return name == "pulse" ? &detailed.pulse : &effects.fluoroscopy;
 }
@@ -165,6 +166,9 @@ void question_effects(const Scene& scene, CheckContext& context) {
     for (const SceneInstrument& instrument : scene.instruments)
         if (context.positions.contains("instruments." + instrument.name + ".friction") && !effects.friction)
             context.questions.push_back(fmt::format("instruments.{}.friction: given, but the effect friction is off", instrument.name));
+    for (const SceneInstrument& instrument : scene.instruments)
+        if (context.positions.contains("instruments." + instrument.name + ".poisson_ratio") && !effects.twist)
+            context.questions.push_back(fmt::format("instruments.{}.poisson_ratio: given, but the effect twist is off", instrument.name));
     for (const SceneBody& body : scene.bodies) {
         const bool damped = body.material.viscosity > 0.0 || body.material.mass_damping > 0.0;
         if (body.kind == BodyKind::Deformable && damped && !effects.damping)
@@ -182,6 +186,24 @@ std::optional<Error> check_breathing(const CheckContext& context, const Scene& s
     return error_at(context, place->second, "effects",
                     "breathing moves the fixed nodes of deformable bodies, and there are none; leaving it out, or a "
                     "\"fixed\" region, would be right");
+}
+
+/// A chain of masses and springs has no angles. A pigtail always has them: a coil that cannot twist finds no rest.
+std::optional<Error> check_twist(const CheckContext& context, const Values& root, Scene& scene) {
+    for (SceneInstrument& instrument : scene.instruments) {
+        const bool coil = instrument.design.tip == fem::TipShape::Pigtail;
+        instrument.design.torsion = scene.effects.twist || coil;
+        if (instrument.kind != InstrumentKind::MassSpring) continue;
+        if (coil)
+            return error_at(context, context.positions.find("instruments." + instrument.name)->second, "instruments." + instrument.name,
+                            "a pigtail twists, and a mass_spring has no torsion; the kind \"rod\" would be right");
+        if (scene.effects.twist)
+            return fail_at(context, root, "effects",
+                           fmt::format("found twist, but {} is a mass_spring, which has no torsion; leaving the effect out, or the kind "
+                                       "\"rod\", would be right",
+                                       instrument.name));
+    }
+    return std::nullopt;
 }
 
 PictureView to_view(std::string_view word) {
@@ -288,6 +310,7 @@ std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& 
     if (auto error = read_instruments(context, root, scene)) return error;
     if (auto error = read_effects(context, root, scene.effects)) return error;
     if (auto error = check_breathing(context, scene)) return error;
+    if (auto error = check_twist(context, root, scene)) return error;
     if (auto error = read_outputs(context, root, scene, scene.outputs)) return error;
     if (scene.bodies.empty()) return fail_at(context, root, "bodies", "the scene is empty; at least one body would be right");
     question_effects(scene, context);

@@ -61,12 +61,14 @@ std::string script_text(const Scene& scene, const SceneInstrument& instrument) {
 
 std::string instrument_text(const Scene& scene, const SceneInstrument& instrument) {
     const auto unit = [&](double si, Dimension dimension) { return with_unit(si, dimension, scene.units); };
-    constexpr const char* kTips[] = {"straight", "J", "Simmons"};
+    constexpr const char* kTips[] = {"straight", "J", "Simmons", "pigtail"};
     const fem::RodDesign& design = instrument.design;
+    const std::string place =
+        instrument.inside == kNoIndex ? scene.bodies[instrument.lumen].name : scene.instruments[instrument.inside].name;
     return fmt::format("instrument {}: in {}, length {}, radius {}, Young's modulus {}, {} tip, friction {:.3g}\n  moved by {}\n",
-                       instrument.name, scene.bodies[instrument.lumen].name, unit(design.length, Dimension::Length),
-                       unit(design.radius, Dimension::Length), unit(design.young_modulus, Dimension::Pressure),
-                       kTips[static_cast<std::size_t>(design.tip)], instrument.friction, script_text(scene, instrument));
+                       instrument.name, place, unit(design.length, Dimension::Length), unit(design.radius, Dimension::Length),
+                       unit(design.young_modulus, Dimension::Pressure), kTips[static_cast<std::size_t>(design.tip)], instrument.friction,
+                       script_text(scene, instrument));
 }
 
 } // namespace
@@ -84,6 +86,7 @@ std::vector<std::string> Effects::names() const {
     if (breathing) all.emplace_back("breathing");
     if (pulse) all.emplace_back("pulse");
     if (self_contact) all.emplace_back("self_contact");
+    if (twist) all.emplace_back("twist");
     if (fluoroscopy) all.emplace_back("fluoroscopy");
     return all;
 }

@@ -139,8 +139,13 @@ struct FollowSpec {
 inline constexpr double kHandSpeedLimit = 0.035;   // m/s
 inline constexpr double kHandRotationLimit = 3.14; // rad/s
 
+/// How an instrument is computed: the implicit rod, or the paper's chain of masses and springs.
+enum class InstrumentKind : std::uint8_t { Rod, MassSpring };
+
 struct SceneInstrument {
     std::string name;
+    InstrumentKind kind = InstrumentKind::Rod;
+    Index inside = kNoIndex; // a wire: the instrument before it whose bore it runs in, with whose entry and lumen
     fem::RodDesign design;
     double friction = 0.05;             // Coulomb mu against every wall, with the effect friction
     double min_bend_radius = 0.0;       // m, bends tighter than this kink it; 0: not stated
@@ -215,6 +220,7 @@ struct Effects {
     std::optional<BreathingSpec> breathing;
     std::optional<PulseSpec> pulse;
     bool self_contact = false; // of deformable bodies with themselves
+    bool twist = false;        // of instruments: off, a turn of the handle reaches the tip at once
     bool fluoroscopy = false;  // X-ray pictures beside the shaded ones
 
     /// As a scene lists them.

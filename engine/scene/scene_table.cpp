@@ -263,6 +263,8 @@ const ObjectSpec& effects_table() {
                 .by_default(false),
             flag_field("self_contact", "Solid bodies against themselves, where their leaf spheres lay apart at rest; needs coarse_contact.")
                 .by_default(false),
+            flag_field("twist", "Instruments wind up: a turn of the handle travels along them; off, it reaches the tip at once.")
+                .by_default(false),
             flag_field("fluoroscopy", "X-ray pictures.").by_default(false),
         }};
     return table;

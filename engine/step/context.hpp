@@ -7,6 +7,7 @@
 #include "engine/step/cull_stage.hpp"
 #include "engine/step/report.hpp"
 #include "engine/step/state.hpp"
+#include "fem/coaxial.hpp"
 #include "fem/integrate.hpp"
 #include "fem/stable_step.hpp"
 #include "spheretree/descent.hpp"
@@ -134,6 +135,7 @@ struct InstrumentScratch {
     std::vector<Vec3> axis; // [node_count]
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
+    fem::CoaxialWorkspace coaxial; // with a wire inside
     DriveCommand command;
     std::optional<DriveCommand> hand; // what somebody's hand wants, in place of the script
     bool hand_stopped = false;        // in the last step: the motion that the hand asked for met the wall

@@ -167,7 +167,10 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
     collision::DopTree& tree = context.bodies[instrument.lumen].tree;
     const double room = instrument.rod.design.radius + model.contact.clearance;
     const Index nodes = static_cast<Index>(instrument.rod.node_count());
-    const Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
+    Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
+    if (goes_along(model, index)) // what is in the bore meets no wall
+        first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
+                                                     context.instruments[instrument.inside].command.insertion));
     scratch.planes.clear();
     scratch.presses.clear();
     NearList list;
@@ -187,12 +190,19 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
         }
 }
 
-void stop_hand(InstrumentScratch& scratch) {
-    scratch.command = {std::min(scratch.command.insertion, scratch.rod_t0.insertion), scratch.rod_t0.rotation};
-    scratch.hand_stopped = true;
+void plane_from_walls(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    for (const std::size_t one : coaxial(model, index)) plane_from_wall(model, one, state, context);
 }
 
-bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+void stop_hand(const SceneModel& model, std::size_t index, StepContext& context) {
+    for (const std::size_t one : coaxial(model, index)) {
+        InstrumentScratch& scratch = context.instruments[one];
+        scratch.command = {std::min(scratch.command.insertion, scratch.rod_t0.insertion), scratch.rod_t0.rotation};
+        scratch.hand_stopped = true;
+    }
+}
+
+static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     const fem::RodState& rod = state.instruments[index].rod;
     const double radius = instrument.rod.design.radius;
@@ -203,6 +213,12 @@ bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& st
             const Vec3 p = (1.0 - weight) * rod.position[node] + weight * rod.position[node + 1];
             if (room_at(model, instrument.lumen, state, context, p, radius + kReach) < radius) return true;
         }
+    return false;
+}
+
+bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    for (const std::size_t one : coaxial(model, index))
+        if (rod_pokes_into_wall(model, one, state, context)) return true;
     return false;
 }
 
@@ -254,6 +270,8 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
     WorkBudget grant = budget != nullptr ? budget->grant_tests(forecast) : WorkBudget();
     const bool culled = context.cull->wanted(context.instruments[index].forecast.candidates, budget);
     stats = test_skin(model, index, state, context, grant, culled);
+    if (const std::size_t wire = model.instruments[index].wire; wire != SIZE_MAX && stats.finished)
+        stats.add(test_skin(model, wire, state, context, grant, culled));
     if (budget != nullptr) budget->settle_tests(forecast, grant);
     return stats;
 }
@@ -262,10 +280,15 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     context.report.effects.note(Effect::ExactContact);
     InstrumentScratch& scratch = context.instruments[index];
     const std::size_t known = context.exact.size();
-    plane_from_wall(model, index, state, context);
-    const std::size_t base_planes = scratch.planes.size();
+    plane_from_walls(model, index, state, context);
+    std::array<std::size_t, 2> base_planes{};
+    ExactForecast forecast{scratch.forecast.candidates, 0}; // of a round
+    for (std::size_t k = 0; k < coaxial(model, index).count; ++k) {
+        const std::size_t one = coaxial(model, index).index[k];
+        base_planes[k] = context.instruments[one].planes.size();
+        forecast.triangles += model.instruments[one].topology.triangles.size();
+    }
     ExactOutcome outcome;
-    const ExactForecast forecast{scratch.forecast.candidates, model.instruments[index].topology.triangles.size()}; // of a round
     std::uint64_t seen = 0;
     for (unsigned round = 0;; ++round) {
         context.exact.resize(known);
@@ -281,13 +304,19 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
         if (context.exact.size() == known || round == kMaxCorrections) return outcome;
         ++context.report.corrections;
         if (round == kHandStopRound) { // a jam: more planes would only squeeze harder
-            stop_hand(scratch);
+            stop_hand(model, index, context);
             ++context.report.hand_stops;
-            scratch.planes.resize(base_planes);
-            scratch.presses.resize(base_planes);
+            for (std::size_t k = 0; k < coaxial(model, index).count; ++k) {
+                InstrumentScratch& one = context.instruments[coaxial(model, index).index[k]];
+                one.planes.resize(base_planes[k]);
+                one.presses.resize(base_planes[k]);
+            }
             continue;
         }
-        for (std::size_t k = known; k < context.exact.size(); ++k) add_contact_plane(model, index, context.exact[k], state, context);
+        for (std::size_t k = known; k < context.exact.size(); ++k) {
+            const BodyId skin = std::max(context.exact[k].body_a, context.exact[k].body_b); // instruments are counted after the bodies
+            add_contact_plane(model, skin - model.bodies.size(), context.exact[k], state, context);
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 #include "engine/step/instrument_stage.hpp"
 
 #include "engine/step/surface_spring.hpp"
+#include "fem/coaxial.hpp"
+#include "fem/mass_spring.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -96,11 +98,9 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
     }
 }
 
-void solve_instrument(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
+static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
-    InstrumentState& now = state.instruments[index];
-    InstrumentScratch& scratch = context.instruments[index];
-    now.rod = scratch.rod_t0; // same sizes: copies, never allocates
+    const InstrumentScratch& scratch = context.instruments[index];
     fem::RodDrive drive;
     drive.port = instrument.port;
     drive.insertion = scratch.command.insertion;
@@ -112,9 +112,48 @@ void solve_instrument(const SceneModel& model, std::size_t index, State& state, 
     drive.contact_stiffness = model.contact.rod_stiffness;
     drive.friction = instrument.friction;
     if (drive.friction > 0.0) context.report.effects.note(Effect::Friction);
-    const auto substeps = static_cast<unsigned>(std::ceil(model.step_s / kRodSubstep - 1e-9));
-    scratch.rod_report = fem::solve_rod(instrument.rod, now.rod, model.step_s, std::max(1u, substeps), drive, scratch.planes, scratch.rod);
-    fem::place_rod_skin(instrument.rod, instrument.skin, now.rod, instrument.port, scratch.axis, now.skin);
+    if (twists_by_effect(instrument)) context.report.effects.note(Effect::Twist);
+    return drive;
+}
+
+static void solve_alone(const SceneModel& model, std::size_t index, unsigned substeps, State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    fem::RodState& rod = state.instruments[index].rod;
+    InstrumentScratch& scratch = context.instruments[index];
+    const fem::RodDrive drive = make_drive(model, index, context);
+    if (instrument.mass_spring_substeps > 0)
+        scratch.rod_report =
+            fem::solve_mass_spring(instrument.rod, rod, model.step_s, instrument.mass_spring_substeps, drive, scratch.planes, scratch.rod);
+    else
+        scratch.rod_report = fem::solve_rod(instrument.rod, rod, model.step_s, substeps, drive, scratch.planes, scratch.rod);
+}
+
+static void solve_pair(const SceneModel& model, std::size_t index, unsigned substeps, State& state, StepContext& context) {
+    const std::size_t wire = model.instruments[index].wire;
+    InstrumentScratch& outer = context.instruments[index];
+    InstrumentScratch& inner = context.instruments[wire];
+    const fem::RodDrive outer_drive = make_drive(model, index, context), inner_drive = make_drive(model, wire, context);
+    outer.rod_report =
+        fem::solve_coaxial({model.instruments[index].rod, state.instruments[index].rod, outer_drive, outer.planes, outer.rod},
+                           {model.instruments[wire].rod, state.instruments[wire].rod, inner_drive, inner.planes, inner.rod}, model.step_s,
+                           substeps, outer.coaxial);
+    inner.rod_report = {}; // its energies are in the pair's
+}
+
+void solve_instrument(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
+    if (goes_along(model, index)) return;
+    for (const std::size_t one : coaxial(model, index))
+        state.instruments[one].rod = context.instruments[one].rod_t0; // same sizes: copies, never allocates
+    const auto substeps = std::max(1u, static_cast<unsigned>(std::ceil(model.step_s / kRodSubstep - 1e-9)));
+    if (model.instruments[index].wire == SIZE_MAX)
+        solve_alone(model, index, substeps, state, context);
+    else
+        solve_pair(model, index, substeps, state, context);
+    for (const std::size_t one : coaxial(model, index)) {
+        const InstrumentModel& instrument = model.instruments[one];
+        InstrumentState& now = state.instruments[one];
+        fem::place_rod_skin(instrument.rod, instrument.skin, now.rod, instrument.port, context.instruments[one].axis, now.skin);
+    }
 }
 
 void update_instrument_trees(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {

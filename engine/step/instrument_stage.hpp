@@ -7,13 +7,32 @@
 
 namespace seldinger::engine {
 
+/// An instrument and the wire in its bore, which are solved and tested together.
+struct Coaxial {
+    std::array<std::size_t, 2> index;
+    std::size_t count;
+
+    [[nodiscard]] const std::size_t* begin() const noexcept { return index.data(); }
+    [[nodiscard]] const std::size_t* end() const noexcept { return index.data() + count; }
+};
+[[nodiscard]] inline Coaxial coaxial(const SceneModel& model, std::size_t instrument) noexcept {
+    const std::size_t wire = model.instruments[instrument].wire;
+    return {{instrument, wire}, wire == SIZE_MAX ? std::size_t{1} : std::size_t{2}};
+}
+
+/// A wire in another instrument's bore: whatever is done to that one is done to it.
+[[nodiscard]] inline bool goes_along(const SceneModel& model, std::size_t instrument) noexcept {
+    return model.instruments[instrument].inside != SIZE_MAX;
+}
+
 /// Decides insertion and rotation at the end of the step.
 void move_hands(const SceneModel& model, State& state, StepContext& context);
 
 /// What the rule that follows the instrument's route wants next; it must have one. Moves the rule's memory on.
 [[nodiscard]] DriveCommand steer_along_route(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
 
-/// Solves the rod from the start of the step to its end against the planes in its scratch, and places the skin.
+/// Solves the rod from the start of the step to its end against the planes in its scratch, and places the skin; with the
+/// wire in its bore, where it has one.
 void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
 
 /// Moves the sphere chain to the candidate motion, and the lumen's balls with their wall.
@@ -21,6 +40,9 @@ void update_instrument_trees(const SceneModel& model, std::size_t instrument, co
 
 /// Adds the hollow pair of instrument and lumen to the descent.
 void add_to_descent(const SceneModel& model, std::size_t instrument, StepContext& context);
+
+/// Both of a coaxial pair, as below.
+void plane_from_walls(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// Half-spaces around the rod from the wall's triangles, wherever the descent did not prove it free: the response's own view
 /// of the wall, needed with and without the exact stage. Seen from where the rod stood at the start of the step, towards
@@ -33,16 +55,18 @@ struct ExactOutcome {
     double safe_fraction = 1.0; // < 1: contacts remain; the motion is free of touching up to this share
 };
 
-/// Planes from the wall, the solve, and continuous tests of the skin; contacts that are left
+/// For an instrument and the wire in its bore: planes from the wall, the solve, and continuous tests of the skin; contacts that are left
 /// become planes and the rod is solved again, up to kMaxCorrections times; when that does not help, with the hand held
 /// where it was: resistance stops it.
 /// budget    asked before every solve and before its tests; nullptr: it runs to its end whatever it costs
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, StepContext& context, StepBudget* budget);
 
-/// The hand goes no further in and does not turn; what it wants to draw back, it may: that is the way out of a jam.
-void stop_hand(InstrumentScratch& scratch);
+/// The hands of a coaxial pair go no further in and do not turn; what they want to draw back, they may: that is the way out of
+/// a jam.
+void stop_hand(const SceneModel& model, std::size_t instrument, StepContext& context);
 
 /// Does the rod, where nothing proved it free, stand closer to the wall at the end of the step than its radius?
+/// Or the wire in its bore?
 [[nodiscard]] bool pokes_into_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// Continuous tests of the skin's motion as it is. Appends to context.exact.

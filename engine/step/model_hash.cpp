@@ -50,6 +50,11 @@ void add_instrument(const InstrumentModel& instrument, BitHash& hash) noexcept {
           instrument.limits.rotation, instrument.follow.speed, instrument.follow.look_ahead, instrument.follow.tolerance})
         hash.add(value);
     add_count(static_cast<std::size_t>(design.tip), hash);
+    if (design.torsion) hash.add(design.poisson_ratio);
+    for (const fem::StiffnessRow& row : design.stiffness)
+        for (const double value : {row.from_tip, row.factor}) hash.add(value);
+    if (instrument.mass_spring_substeps > 0) add_count(instrument.mass_spring_substeps, hash);
+    if (instrument.inside != SIZE_MAX) add_count(instrument.inside, hash);
     add_count(instrument.lumen, hash);
     hash.add(instrument.port.position);
     hash.add(instrument.port.direction);

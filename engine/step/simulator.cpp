@@ -38,6 +38,15 @@ static void reserve_lists(const InstrumentModel& instrument, InstrumentScratch& 
     scratch.presses.reserve(places * kPlanesPerPlace + kSparePlanes);
 }
 
+static void reserve_pairs(const SceneModel& model, StepContext& context) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const std::size_t wire = model.instruments[i].wire;
+        if (wire == SIZE_MAX) continue;
+        const std::size_t planes = context.instruments[i].planes.capacity() + context.instruments[wire].planes.capacity();
+        fem::reserve_coaxial(model.instruments[i].rod, model.instruments[wire].rod, planes, context.instruments[i].coaxial);
+    }
+}
+
 StepContext make_step_context(const SceneModel& model, const State& state) {
     StepContext context;
     context.bodies.resize(model.bodies.size());
@@ -62,6 +71,7 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
         build_exact_trees(model, i, state, context);
         reserve_lists(model.instruments[i], context.instruments[i]);
     }
+    reserve_pairs(model, context);
     return context;
 }
 
@@ -244,9 +254,11 @@ void Simulator::find_exact() {
     StepReport& report = context_.report;
     report.exact_ran = any_instrument();
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
+        if (goes_along(model_, i)) continue;
         InstrumentScratch& scratch = context_.instruments[i];
         const std::size_t wall = model_.instruments[i].lumen;
-        scratch.forecast.triangles = model_.instruments[i].topology.triangles.size();
+        scratch.forecast.triangles = 0;
+        for (const std::size_t one : coaxial(model_, i)) scratch.forecast.triangles += model_.instruments[one].topology.triangles.size();
         if (model_.bodies[wall].moves()) scratch.forecast.triangles += model_.bodies[wall].surface.triangles.size();
         if (!is_dropped(Droppable::ExactContact) && budget_.exact_fits(scratch.forecast)) {
             refit_wall(model_, wall, state_, context_);
@@ -278,9 +290,9 @@ std::span<const std::string> Simulator::cull_notes() const noexcept {
 void Simulator::respond() {
     StepReport& report = context_.report;
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
-        if (report.exact_ran || !(model_.effects.coarse_contact || model_.effects.exact_contact)) continue;
+        if (report.exact_ran || goes_along(model_, i) || !(model_.effects.coarse_contact || model_.effects.exact_contact)) continue;
         refit_wall(model_, model_.instruments[i].lumen, state_, context_);
-        plane_from_wall(model_, i, state_, context_);
+        plane_from_walls(model_, i, state_, context_);
         solve_instrument(model_, i, state_, context_);
         if (!pokes_into_wall(model_, i, state_, context_)) continue;
         if (model_.effects.exact_contact)
@@ -341,7 +353,7 @@ void Simulator::insist_on_exact(std::size_t instrument) {
 
 /// Without an exact stage the rod is pushed no further into what it met; nothing proves that this was enough.
 void Simulator::retry_with_hand_stopped(std::size_t instrument) {
-    stop_hand(context_.instruments[instrument]);
+    stop_hand(model_, instrument, context_);
     ++context_.report.hand_stops;
     solve_instrument(model_, instrument, state_, context_);
 }
@@ -389,6 +401,10 @@ void Simulator::scale_motion(double fraction) {
         for (Vec3& v : rod.velocity) v *= fraction;
         rod.insertion = scratch.rod_t0.insertion + fraction * (rod.insertion - scratch.rod_t0.insertion);
         rod.rotation = scratch.rod_t0.rotation + fraction * (rod.rotation - scratch.rod_t0.rotation);
+        for (std::size_t k = 0; k < rod.angle.size(); ++k) {
+            rod.angle[k] = scratch.rod_t0.angle[k] + fraction * (rod.angle[k] - scratch.rod_t0.angle[k]);
+            rod.spin[k] *= fraction;
+        }
         fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis, state_.instruments[i].skin);
     }
     steer_surfaces(model_, state_, context_);
@@ -402,7 +418,7 @@ void Simulator::observe() {
         report.lumen_exits += count_lumen_exits(model_, i, state_, context_);
         const fem::RodReport& rod = context_.instruments[i].rod_report;
         report.kinetic_j += rod.kinetic_j;
-        report.elastic_j += rod.bend_j + rod.stretch_j;
+        report.elastic_j += rod.bend_j + rod.stretch_j + rod.twist_j;
     }
 }
 

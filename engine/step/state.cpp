@@ -46,6 +46,8 @@ std::uint64_t hash_state(const State& state) noexcept {
         hash.add(instrument.rod.velocity);
         hash.add(instrument.rod.insertion);
         hash.add(instrument.rod.rotation);
+        for (const double angle : instrument.rod.angle) hash.add(angle);
+        for (const double spin : instrument.rod.spin) hash.add(spin);
     }
     return hash.value();
 }

@@ -96,6 +96,43 @@ TEST(Scenes, WithoutEffectsTheUsualOnesAreOn) {
     EXPECT_DOUBLE_EQ(scene.gravity.z(), -9.81);
 }
 
+/// The sound scene's wire as a catheter, and what runs in its bore.
+std::string with_wire(const std::string& wire) {
+    return spoil("\"path\": [[0, 20, 0], [1, 50, 1]]\n        }", "\"inserted\": 20}, " + wire);
+}
+
+TEST(Scenes, AWireRunsInTheBoreOfAnInstrumentBeforeIt) {
+    const Result<Scene> scene =
+        parse_scene(with_wire("\"core\": {\"inside\": \"wire\", \"length\": 400, \"radius\": 0.2, \"inserted\": 10}"), "scenes/test.json");
+    ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+    ASSERT_EQ(scene->instruments.size(), 2u);
+    EXPECT_EQ(scene->instruments[1].inside, 0u);
+    EXPECT_EQ(scene->instruments[1].lumen, scene->instruments[0].lumen);
+    EXPECT_EQ(scene->instruments[1].entry.position, scene->instruments[0].entry.position);
+    const auto refused = [](const std::string& wire) { return refusal(with_wire(wire)); };
+    EXPECT_TRUE(says(refused(R"("core": {"inside": "wier", "length": 400, "radius": 0.2})"), "nearest known"));
+    EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "length": 400, "radius": 0.4})"), "a thinner wire would be right"));
+    EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "lumen": "vessel", "length": 400, "radius": 0.2})"), "leaving it out"));
+    EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "kind": "mass_spring", "length": 400, "radius": 0.2})"), "the kind \"rod\""));
+    EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "length": 400, "radius": 0.2},
+                                "third": {"inside": "wire", "length": 400, "radius": 0.2})"),
+                     "core runs inside wire already"));
+    EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "length": 400, "radius": 0.2},
+                                "third": {"inside": "core", "length": 400, "radius": 0.1})"),
+                     "core runs inside wire itself"));
+}
+
+TEST(Scenes, TwistIsOffUnlessNamedButForPigtails) {
+    const auto torsion = [](const std::string& piece, const std::string& other) {
+        const Result<Scene> scene = parse_scene(spoil(piece, other), "scenes/test.json");
+        EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().to_string());
+        return scene.ok() && scene->instruments.front().design.torsion;
+    };
+    EXPECT_FALSE(torsion("\"radius\": 0.4", "\"radius\": 0.4"));
+    EXPECT_TRUE(torsion("\"effects\": [", "\"effects\": [\"twist\", "));
+    EXPECT_TRUE(torsion("\"radius\": 0.4", "\"radius\": 0.4, \"tip\": {\"shape\": \"pigtail\"}"));
+}
+
 TEST(Scenes, BreathingHasDefaultsOrItsOwnNumbers) {
     EXPECT_DOUBLE_EQ(accepted(spoil("\"damping\"", "\"breathing\"")).effects.breathing->amplitude, BreathingSpec{}.amplitude);
     const Scene scene = accepted(spoil("[\"elasticity\", \"damping\", \"coarse_contact\", \"exact_contact\"]",

@@ -18,7 +18,7 @@ std::string everything(const std::string& effects) {
 }
 
 const std::vector<std::string> kAll{"elasticity",     "damping",      "gravity",       "breathing", "pulse",
-                                    "coarse_contact", "self_contact", "exact_contact", "friction"};
+                                    "coarse_contact", "self_contact", "exact_contact", "friction",  "twist"};
 
 std::string list_without(const std::string& left_out) {
     std::string list;

@@ -119,6 +119,65 @@ TEST(Rod, RefusesWhatNoRodCanBe) {
     EXPECT_FALSE(make_rod_model(design).ok());
 }
 
+TEST(Rod, RowsOfStiffnessAreFollowedByBendingStretchAndTwist) {
+    RodDesign design = straight_design();
+    design.torsion = true;
+    const RodModel plain = make_rod_model(design).value();
+    design.stiffness = {{0.01, 0.2}, {0.03, 1.0}, {0.05, 3.0}};
+    const RodModel model = make_rod_model(design).value();
+    const auto factor = [](double s) {
+        if (s <= 0.01) return 0.2;
+        if (s <= 0.03) return 0.2 + 0.8 * (s - 0.01) / 0.02;
+        return s <= 0.05 ? 1.0 + 2.0 * (s - 0.03) / 0.02 : 3.0;
+    };
+    const std::size_t last = model.node_count() - 1;
+    for (std::size_t i = 1; i < last; ++i) {
+        const double at_node = static_cast<double>(last - i) * model.segment, at_middle = at_node - 0.5 * model.segment;
+        EXPECT_NEAR(model.bend_stiffness[i] / plain.bend_stiffness[i], factor(at_node), 1e-12);
+        EXPECT_NEAR(model.stretch_stiffness[i] / plain.stretch_stiffness[i], factor(at_middle), 1e-12);
+        EXPECT_NEAR(model.twist_stiffness[i] / plain.twist_stiffness[i], factor(at_middle), 1e-12);
+    }
+    design.stiffness = {{0.03, 0.2}, {0.01, 1.0}};
+    EXPECT_FALSE(make_rod_model(design).ok());
+    design.stiffness = {{0.03, 0.0}};
+    EXPECT_FALSE(make_rod_model(design).ok());
+}
+
+TEST(Rod, APigtailIsACoilOfItsAngleWhoseLoopsLieBesideOneAnother) {
+    {
+        RodDesign design = straight_design();
+        design.tip = TipShape::Pigtail;
+        design.tip_length = 0.04;
+        design.tip_angle = 8.0;
+        design.segment = 1e-3;
+        design.torsion = true; // without it a coil turns about for ever
+        design.whip_drag = 1.0;
+        const RodModel model = make_rod_model(design).value();
+        RodDrive drive;
+        drive.port = {Vec3::Zero(), Vec3::UnitX()};
+        drive.insertion = 0.06;
+        RodState state;
+        place_rod(model, drive.port, drive.insertion, 0.0, state);
+        for (int k = 0; k < 5; ++k) settle(model, state, drive, {}, 1.0); // steps of 5 ms, as a scene's
+        // Nodes a turn apart stand beside one another, by the rise of a turn.
+        const std::size_t tip = model.node_count() - 1, turn = static_cast<std::size_t>(std::round(2.0 * std::numbers::pi / 8.0 * 40.0));
+        const double gap = (state.position[tip] - state.position[tip - turn]).norm();
+        EXPECT_NEAR(gap, 2.5 * design.radius, 0.7 * design.radius);
+        double angle = 0.0;
+        for (std::size_t i = tip - 40; i < tip; ++i) {
+            const Vec3 a = (state.position[i] - state.position[i - 1]).normalized(),
+                       b = (state.position[i + 1] - state.position[i]).normalized();
+            angle += std::atan2(a.cross(b).norm(), a.dot(b));
+        }
+        EXPECT_NEAR(angle, 8.0, 0.05);
+    }
+    RodDesign coarse = straight_design();
+    coarse.tip = TipShape::Pigtail;
+    coarse.tip_length = 0.01;
+    coarse.tip_angle = 8.0;
+    EXPECT_FALSE(make_rod_model(coarse).ok()) << "1.6 rad at a node";
+}
+
 TEST(RodSkin, IsClosedOutwardAndStaysWithinTheRadius) {
     RodDesign design = straight_design();
     design.tip = TipShape::J;

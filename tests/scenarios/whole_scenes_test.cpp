@@ -86,6 +86,28 @@ TEST(Scenario, StraightTubeIsDrivenToTheEndOfItsScript) {
     EXPECT_NEAR(outcome.insertion, 0.2, 1e-3);
 }
 
+TEST(Scenario, AWireFindsTheBranchTheCatheterFollowsAndTheWireIsDrawnBack) {
+    const PreparedScene prepared = prepare_in_work_mode("assets/scenes/guidewire.json");
+    ASSERT_EQ(prepared.model.instruments.size(), 2u);
+    Simulator simulator(prepared.model);
+    double wire_closest = 1.0, catheter_closest = 1.0;
+    for (std::uint64_t k = 0; k < prepared.model.step_count; ++k) {
+        const StepReport& report = simulator.step();
+        ASSERT_TRUE(report.finite) << report.failure;
+        ASSERT_EQ(report.lumen_exits, 0u) << "step " << k;
+        const auto distance = [&](std::size_t i) {
+            return (simulator.state().instruments[i].rod.position.back() - prepared.targets[0].position).norm();
+        };
+        wire_closest = std::min(wire_closest, distance(1));
+        catheter_closest = std::min(catheter_closest, distance(0));
+    }
+    std::cout << "wire within " << 1e3 * wire_closest << " mm of the target, catheter within " << 1e3 * catheter_closest << " mm\n";
+    EXPECT_LT(wire_closest, 0.006);
+    EXPECT_LT(catheter_closest, 0.03) << "over the wire into its branch";
+    EXPECT_NEAR(simulator.state().instruments[1].rod.insertion, 0.02, 2e-3) << "drawn back into the catheter";
+    EXPECT_LT(simulator.state().instruments[0].rod.position.back().x(), -0.01) << "which stays in the branch without it";
+}
+
 class Steered : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(Steered, ReachesItsTargetAndStaysInside) {
