@@ -83,6 +83,8 @@ void pass_instrument(Stream& stream, Instrument& instrument, Scratch& scratch) {
     pass_points(stream, instrument.rod.position);
     pass_points(stream, instrument.rod.velocity);
     stream.number(instrument.rod.insertion), stream.number(instrument.rod.rotation);
+    stream.list(instrument.rod.angle, [&](auto& angle) { stream.number(angle); });
+    stream.list(instrument.rod.spin, [&](auto& spin) { stream.number(spin); });
     pass_points(stream, instrument.skin);
     pass_follow(stream, instrument.follow);
     stream.number(scratch.hand_stopped);
@@ -192,6 +194,10 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
                std::isfinite(p.weight) && std::isfinite(p.force);
     };
     const auto press_fits = [&](const WallPress& p) { return is_id(p.triangle, triangles); };
+    const std::size_t angles = own.rod.twist_stiffness.empty() ? 0 : nodes;
+    for (const std::vector<double>* list : {&state.rod.angle, &state.rod.spin})
+        if (list->size() != angles || !std::all_of(list->begin(), list->end(), [](double value) { return std::isfinite(value); }))
+            return false;
     const FollowState& f = state.follow;
     const bool follow_finite = std::isfinite(f.progress + f.best_progress + f.best_insertion + f.astray_insertion + f.fork +
                                              f.retract_from + f.turned_for + f.missing);

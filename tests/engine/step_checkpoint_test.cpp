@@ -117,6 +117,23 @@ std::vector<SceneCase> scenes() {
                                                .carrier = test::kOrgan}),
                         40,
                         {1, 13, 30}});
+    list.push_back({"TwistingWire",
+                    test::bent_tube_scene(
+                        {.speed = 300.0, .budget = "work:20000", .effects = R"("coarse_contact", "exact_contact", "friction", "twist")"}),
+                    40,
+                    {1, 13, 30}});
+    list.push_back({"WireInACatheter",
+                    replaced(test::bent_tube_scene({.speed = 300.0, .budget = "work:20000"}), "\"instruments\": {",
+                             R"("instruments": {"catheter": {"length": 200, "radius": 0.8, "young_modulus": 60000, "segment": 2.5,
+                                "skin_triangles": 1500, "lumen": "tube", "entry": {"position": [0, 0, 10], "direction": [0, 0, 1]},
+                                "tip": {"shape": "straight"}, "path": [[0, 18, 0], [2, 60, 1]]},)"),
+                    40,
+                    {1, 13, 30}});
+    list.back().text = replaced(list.back().text, R"("lumen": "tube",
+        "entry": {"position": [0, 0, 10], "direction": [0, 0, 1]},
+        "limits")",
+                                R"("inside": "catheter",
+        "limits")");
     list.push_back({"SteeredWire", steered_wire("work:8000"), 150, {1, 60, 131}});
     for (const char* budget : {"work:9", "work:400", "exact"})
         list.push_back({fmt::format("Heap under {}", budget), heap(budget, ""), 110, {1, 33, 60, 95}});
