@@ -109,6 +109,7 @@ void ContactSearch::find_candidates() {
         }
         stats_.box_tests += traversal_.box_tests();
         stats_.cluster_pairs += job.cluster_pairs.size();
+        if (options_.tree.fine) std::erase_if(job.cluster_pairs, [&](const ClusterPair& at) { return job.pair.clusters_are_apart(at); });
         refit_blocks(job);
         use_chunks(job, pieces_of(job.cluster_pairs.size(), kChunk));
         parallel(job.chunk_count, [&](std::size_t i) {

@@ -86,6 +86,11 @@ public:
     [[nodiscard]] const TreeOptions& options() const noexcept { return options_; }
     [[nodiscard]] std::size_t slabs() const noexcept { return options_.dop / 2; }
     [[nodiscard]] std::span<const Cluster> clusters() const noexcept { return clusters_; }
+    /// All vertices of its faces, ascending.
+    [[nodiscard]] std::span<const Index> touched(Index cluster) const noexcept {
+        return std::span(touched_).subspan(clusters_[cluster].touched_begin,
+                                           clusters_[cluster].touched_end - clusters_[cluster].touched_begin);
+    }
     /// Root: node 0, unless the tree is one cluster.
     [[nodiscard]] Index root() const noexcept { return children_.empty() ? kLeafBit : 0; }
     [[nodiscard]] std::span<const Index> children(Index node) const noexcept {
@@ -110,10 +115,6 @@ public:
 private:
     static constexpr std::uint8_t kBlocks = 1, kFine = 2, kFineVertices = 4;
     struct BuildState;
-    [[nodiscard]] std::span<const Index> touched(Index cluster) const noexcept {
-        return std::span(touched_).subspan(clusters_[cluster].touched_begin,
-                                           clusters_[cluster].touched_end - clusters_[cluster].touched_begin);
-    }
     Index build_node(BuildState& state, std::span<Index> order);
     Index add_cluster(BuildState& state, std::span<const Index> triangles);
     BlockRange add_blocks(std::span<const Index> ids, int corners);

@@ -30,6 +30,7 @@ InterruptibleSearch::InterruptibleSearch() {
 
 void InterruptibleSearch::collect(const SurfacePair& pair, std::span<const ClusterPair> clusters, CandidateLists& out) {
     for (const ClusterPair& at : clusters) {
+        if (pair.clusters_are_apart(at)) continue;
         make_fresh(pair.a(), at.a);
         make_fresh(pair.b(), at.b);
         pair.collect(at, out);

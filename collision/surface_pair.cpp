@@ -1,5 +1,6 @@
 #include "collision/surface_pair.hpp"
 
+#include "collision/face_planes.hpp"
 #include "collision/meeting.hpp"
 #include "collision/near_pairs.hpp"
 
@@ -112,6 +113,18 @@ std::uint32_t SurfacePair::near(const float* box, std::size_t stride, const DopT
     const std::size_t arity = tree.options().arity, slabs = tree.slabs();
     return options_.simd ? near_children(box, stride, tree.child_bounds(node), arity, slabs, reach_.data())
                          : near_children_plain(box, stride, tree.child_bounds(node), arity, slabs, reach_.data());
+}
+
+bool SurfacePair::clusters_are_apart(ClusterPair clusters) const noexcept {
+    if (!fine_ || !options_.planes || (within() && clusters.a == clusters.b)) return false;
+    const DopTree &tree_a = *a_.tree, &tree_b = *b_.tree;
+    const auto faces_of = [](const DopTree& tree, Index cluster) -> FaceRun {
+        const DopTree::BlockRange& faces = tree.clusters()[cluster].faces;
+        return {tree.block_corners(faces.begin), faces.count};
+    };
+    const double reach = options_.distance + options_.tolerance; // what the elementary tests may report
+    return hull_keeps_off(a_.motion, tree_a.touched(clusters.a), b_.motion, faces_of(tree_b, clusters.b), reach) ||
+           hull_keeps_off(b_.motion, tree_b.touched(clusters.b), a_.motion, faces_of(tree_a, clusters.a), reach);
 }
 
 void SurfacePair::collect(ClusterPair clusters, CandidateLists& out) const {

@@ -19,6 +19,8 @@ struct PairOptions {
     double tolerance = 0.0; // m
     bool simd = true;       // false: the plain twins of the broad phase's kernels
     bool all_pairs = false; // bounds cull nothing: every pair of features is decided; what the other answers are compared with
+    /// Exact: pairs of clusters of fine trees are looked at along their faces' own normals before their features are (face_planes.hpp).
+    bool planes = true;
 };
 
 /// One surface in a search: its motion, and its tree, refitted to that motion.
@@ -77,6 +79,8 @@ public:
     [[nodiscard]] const SearchSide& b() const noexcept { return b_; }
     [[nodiscard]] bool within() const noexcept { return a_.tree == b_.tree; }
 
+    /// Is it proven that no feature of one comes near one of the other? Never where the trees are not fine, or options.planes is off.
+    [[nodiscard]] bool clusters_are_apart(ClusterPair clusters) const noexcept;
     /// Appends the candidates of a pair of clusters, whose blocks and vertices must be fresh.
     void collect(ClusterPair clusters, CandidateLists& out) const;
     /// Decides the candidates and appends contacts in their order. Counts hits, not candidates.

@@ -14,6 +14,12 @@ constexpr std::size_t kFirstStep = 2 * kFoldSteps / 3;
 
 } // namespace
 
+std::size_t CullScene::triangle_count() const noexcept {
+    std::size_t count = 0;
+    for (const auto& surface : surfaces) count += surface.triangles.size();
+    return count;
+}
+
 std::vector<collision::SurfaceMotion> CullScene::motions(std::size_t step) const {
     std::vector<collision::SurfaceMotion> all;
     for (const auto& surface : surfaces) all.push_back({&surface, frames.frame(step), frames.frame(step + 1)});
@@ -75,6 +81,16 @@ CullScene make_catheter_scene(std::size_t steps) {
     scene.within = false;
     scene.between = true;
     scene.paper_ms = "60-90";
+    return scene;
+}
+
+CullScene make_catheter_alone_scene(std::size_t steps) {
+    CullScene scene = make_catheter_scene(steps);
+    scene.name = "catheter 10K alone";
+    scene.surfaces.erase(scene.surfaces.begin());
+    scene.within = true;
+    scene.between = false;
+    scene.paper_ms = "";
     return scene;
 }
 

@@ -17,7 +17,7 @@ struct CullScene {
     const char* paper_ms = "";                        // per step, Govindaraju et al. 2005: Pentium IV 3.4 GHz, GeForce 6800
     const char* paper_sets = "";
 
-    [[nodiscard]] std::size_t triangle_count() const noexcept { return frames.triangles.size(); }
+    [[nodiscard]] std::size_t triangle_count() const noexcept;
     [[nodiscard]] std::size_t step_count() const noexcept { return frames.frame_count - 1; }
     [[nodiscard]] std::vector<collision::SurfaceMotion> motions(std::size_t step) const;
     [[nodiscard]] std::vector<const collision::SurfaceTopology*> topologies() const;
@@ -31,5 +31,7 @@ struct CullScene {
 /// Two curtains, the second one a copy that overlaps the first along its edge.
 [[nodiscard]] CullScene make_curtains_scene(std::size_t columns, std::size_t rows, std::size_t steps);
 [[nodiscard]] CullScene make_catheter_scene(std::size_t steps);
+/// Its catheter against itself, without the vessel.
+[[nodiscard]] CullScene make_catheter_alone_scene(std::size_t steps);
 
 } // namespace seldinger::engine

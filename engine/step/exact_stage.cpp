@@ -231,17 +231,26 @@ void refit_wall(const SceneModel& model, std::size_t body, const State& state, S
 /// An instrument meets its wall along a line: smaller clusters than a search over whole surfaces wants leave less to refit.
 constexpr collision::TreeOptions kExactTree{.cluster_size = 16, .fine = true};
 
+/// The skin of the whole rod, straight ahead. Rings that wait at the port are stacked on each other there: clusters made of those would
+/// be strips along the rod, each of them near half of the wall once the rod is in.
+static std::vector<Vec3> lay_out_skin(const InstrumentModel& instrument) {
+    fem::RodState rod;
+    fem::place_rod(instrument.rod, instrument.port, instrument.rod.design.length, 0.0, rod);
+    std::vector<Vec3> skin(instrument.skin.vertex_count()), axis(instrument.rod.node_count());
+    fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, axis, skin);
+    return skin;
+}
+
 void build_exact_trees(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     if (!model.effects.exact_contact && !model.effects.coarse_contact) return;
     const InstrumentModel& instrument = model.instruments[index];
     const std::vector<Vec3>& wall = state.bodies[instrument.lumen].surface;
-    const std::vector<Vec3>& skin = state.instruments[index].skin;
     collision::DopTree& wall_tree = context.bodies[instrument.lumen].tree;
     if (wall_tree.empty()) {
         wall_tree.build(model.bodies[instrument.lumen].topology, wall, kExactTree);
         wall_tree.refit({&model.bodies[instrument.lumen].topology, wall, wall});
     }
-    if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, skin, kExactTree);
+    if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, lay_out_skin(instrument), kExactTree);
 }
 
 collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context, WorkBudget& budget,
