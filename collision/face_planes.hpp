@@ -1,6 +1,6 @@
 // The last look of the broad phase, where TreeOptions::fine asks for it: two clusters along the normals of their own faces. A tube that
 // lies against its vessel's wall is inside of the wall's planes, however far it slides along them, though boxes and fixed directions
-// overlap: on a catheter in its artery 1 pair of clusters of 30 that those leave stays.
+// overlap.
 // This work is based on: Gottschalk, Lin, Manocha, "OBBTree" (1996), separating axes. Deviates: of a hull and single triangles, over a
 // step, and only along each face's normal and the line to the hull's centre; no direction is searched for.
 #pragma once

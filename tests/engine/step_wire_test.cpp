@@ -217,5 +217,22 @@ TEST(Effects, WithoutAnyContactTheWirePassesThroughAndTheIndependentCheckSeesIt)
     EXPECT_EQ(tally.largest_force, 0.0);
 }
 
+/// Rings that wait at the port lie on each other; clusters that were made of them would reach along the whole rod once it is in.
+TEST(Wire, EveryClusterOfItsSkinIsAShortPieceOfTheRod) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene());
+    const SceneModel& model = prepared.model;
+    const StepContext context = make_step_context(model, make_initial_state(model));
+    const collision::DopTree& tree = context.instruments[0].tree;
+    ASSERT_GT(tree.clusters().size(), 50u);
+    for (Index cluster = 0; cluster < tree.clusters().size(); ++cluster) {
+        Index first = kNoIndex, last = 0;
+        for (const Index v : tree.touched(cluster)) {
+            first = std::min(first, model.instruments[0].skin.vertex_node[v]);
+            last = std::max(last, model.instruments[0].skin.vertex_node[v]);
+        }
+        EXPECT_LE(last - first, 4u) << "cluster " << cluster;
+    }
+}
+
 } // namespace
 } // namespace seldinger::engine
