@@ -2,6 +2,7 @@
 
 #include "engine/bench/headlines.hpp"
 #include "engine/bench/tables.hpp"
+#include "engine/io/file_bytes.hpp"
 #include "engine/observe/html.hpp"
 #include "engine/observe/places.hpp"
 #include "engine/observe/report_style.hpp"
@@ -53,9 +54,28 @@ nlohmann::ordered_json bench_json(std::string_view name, const BenchTable& table
     nlohmann::ordered_json json;
     json["bench"] = name;
     json["machine"] = machine_json();
+    json["quick"] = table.quick;
     json["rows"] = table.rows;
     json["notes"] = table.notes;
     return json;
+}
+
+Result<ReadBench> read_bench(const std::filesystem::path& file) {
+    const auto bytes = read_file_bytes(file);
+    if (!bytes) return bytes.error();
+    const auto json = BenchRow::parse(*bytes, nullptr, false);
+    const auto is_bench = [](const BenchRow& b) {
+        return b.is_object() && b.contains("bench") && b["bench"].is_string() && b.contains("rows") && b["rows"].is_array() &&
+               std::all_of(b["rows"].begin(), b["rows"].end(), [](const BenchRow& row) { return row.is_object(); });
+    };
+    if (!is_bench(json)) return Error{ErrorCode::BadSyntax, "is not what `seldinger bench NAME --json FILE` writes", file.string()};
+    ReadBench read{json["bench"], {}};
+    read.table.quick = json.contains("quick") && json["quick"] == true;
+    read.table.rows.assign(json["rows"].begin(), json["rows"].end());
+    if (json.contains("notes") && json["notes"].is_array())
+        for (const BenchRow& note : json["notes"])
+            if (note.is_string()) read.table.notes.push_back(note);
+    return read;
 }
 
 std::string bench_text(const BenchTable& table) {

@@ -52,8 +52,16 @@ struct Bench {
 /// The machine, as every JSON file of a bench says it: cpu, cores, instruction sets, compiler, build type.
 [[nodiscard]] nlohmann::ordered_json machine_json();
 
-/// {"bench", "machine", "rows", "notes"}
+/// {"bench", "machine", "quick", "rows", "notes"}
 [[nodiscard]] nlohmann::ordered_json bench_json(std::string_view name, const BenchTable& table);
+
+/// A table that bench_json wrote, without its plots.
+/// fails     no such file, no JSON, or not of a bench
+struct ReadBench {
+    std::string name;
+    BenchTable table;
+};
+[[nodiscard]] Result<ReadBench> read_bench(const std::filesystem::path& file);
 
 /// Rows as aligned text, a column per key that any row has.
 [[nodiscard]] std::string bench_text(const BenchTable& table);

@@ -15,6 +15,7 @@ namespace {
 
 struct Request {
     std::string name;
+    std::vector<std::string> given; // files with tables that `all` does not measure again
     BenchOptions options;
 };
 
@@ -33,7 +34,19 @@ int run_all(const Request& request, ProgressLine& progress) {
     std::vector<MeasuredBench> measured;
     nlohmann::ordered_json json = nlohmann::ordered_json::array();
     int failed = 0;
+    std::vector<ReadBench> given;
+    for (const std::string& file : request.given) {
+        auto read = read_bench(file);
+        if (!read) return report_error(read.error());
+        given.push_back(std::move(*read));
+    }
     for (const Bench& bench : benches()) {
+        const auto known = std::find_if(given.begin(), given.end(), [&](const ReadBench& g) { return g.name == bench.name; });
+        if (known != given.end()) {
+            json.push_back(bench_json(bench.name, known->table));
+            measured.push_back({&bench, std::move(known->table)});
+            continue;
+        }
         BenchOptions options = request.options;
         options.progress = [&](const std::string& what) { progress.show(fmt::format("{}: {}", bench.name, what)); };
         auto table = bench.run(options);
@@ -42,8 +55,8 @@ int run_all(const Request& request, ProgressLine& progress) {
             failed = report_error(table.error());
             continue;
         }
-        json.push_back(bench_json(bench.name, *table));
         table->quick = options.quick;
+        json.push_back(bench_json(bench.name, *table));
         measured.push_back({&bench, std::move(*table)});
     }
     fmt::print("{}", headlines_markdown(measured));
@@ -68,9 +81,10 @@ int run_bench(Request& request) {
     ProgressLine progress(true);
     if (request.name == "all") return run_all(request, progress);
     request.options.progress = [&](const std::string& what) { progress.show(what); };
-    const auto table = bench->run(request.options);
+    auto table = bench->run(request.options);
     progress.clear();
     if (!table.ok()) return report_error(table.error());
+    table->quick = request.options.quick;
     fmt::print("{}", bench_text(*table));
     for (const auto& written : {write_if_named(request.options.page, [&] { return bench_page(*bench, *table); }),
                                 write_if_named(request.options.json, [&] { return bench_json(bench->name, *table).dump(2) + "\n"; })})
@@ -86,6 +100,8 @@ Command add_bench_command(CLI::App& app) {
     command->add_option("name", request->name, "which table, or all");
     command->add_option("--json", request->options.json, "write the rows to this file");
     command->add_option("--page", request->options.page, "write a page with the table and its plots to this file");
+    command->add_option("--given", request->given,
+                        "all: files that `bench NAME --json` wrote, taken as they are instead of measuring those");
     command->add_option("--scene", request->options.scene, "scene for tables that run one");
     command->add_option("--threads", request->options.threads, "threads; 0: one, then all")->check(CLI::Range(0u, 256u));
     command->add_flag("--quick", request->options.quick, "a small part of the table");

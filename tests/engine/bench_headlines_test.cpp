@@ -1,5 +1,7 @@
 // The short version of the benches: made of their rows, with nothing where a row or a peer is missing.
 #include "engine/bench/headlines.hpp"
+#include "engine/io/atomic_file.hpp"
+#include "engine/prepare/process.hpp"
 
 #include <gtest/gtest.h>
 
@@ -78,6 +80,27 @@ TEST(Headlines, EveryBenchHasThem) {
     for (const auto& [bench, text] : rows) {
         EXPECT_FALSE(headlines_of(bench, table_of(text)).empty()) << bench;
     }
+}
+
+TEST(Headlines, OfATableThatWasWrittenAreThoseOfTheTable) {
+    BenchTable table = table_of(R"json([{"budget_ms": 1, "kept_where_it_fits": 0.9995, "own_ms_p999": 0.9}])json");
+    table.quick = true;
+    table.notes = {"a note"};
+    auto folder = TemporaryFolder::make();
+    ASSERT_TRUE(folder.ok());
+    const auto file = folder->path() / "deadline.json";
+    ASSERT_TRUE(write_file_atomically(file, bench_json("deadline", table).dump()).ok());
+    const auto read = read_bench(file);
+    ASSERT_TRUE(read.ok());
+    EXPECT_EQ(read->name, "deadline");
+    EXPECT_TRUE(read->table.quick);
+    EXPECT_EQ(read->table.notes, table.notes);
+    EXPECT_EQ(headlines_of("deadline", read->table).front().here, headlines_of("deadline", table).front().here);
+    for (const char* text : {"", "[]", "{}", R"json({"bench": 3, "rows": []})json", R"json({"bench": "x", "rows": [1]})json"}) {
+        ASSERT_TRUE(write_file_atomically(file, text).ok());
+        EXPECT_FALSE(read_bench(file).ok()) << text;
+    }
+    EXPECT_FALSE(read_bench(folder->path() / "none.json").ok());
 }
 
 TEST(Headlines, InMarkdownAreOneLineEach) {
