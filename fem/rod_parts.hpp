@@ -11,6 +11,8 @@ void size_workspace(std::size_t nodes, RodWorkspace& workspace);
 void find_rest_bend(const RodModel& model, const RodState& state, const RodPort& port, RodWorkspace& workspace) noexcept;
 
 /// Nodes before `first` to their places on the port's axis.
+/// limits    the last of them is free to turn, so the rod is clamped half to one and a half segments behind the port: as a node
+///           passes, the stiffness of 50 mm of rod with segments of 2 mm falls by 11 % at once
 void move_behind_port(const RodModel& model, const RodPort& port, double insertion, double dt, Index first, RodState& state) noexcept;
 
 /// Energies from `first` on, and the first node that is not finite.
