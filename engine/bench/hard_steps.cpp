@@ -273,13 +273,13 @@ void leapfrog_recovers_neo_hookean_from_a_plane_and_from_random_places(HardRepor
             if (flat)
                 state.position[node][2] = 0.0;
             else
-                state.position[node] = 0.03 * random_vec(random, 1.0);
+                state.position[node] += random_vec(random, 0.02); // within two cells
         }
         RkWorkspace workspace;
         StableStepWorkspace stable;
         SubstepLimits limits;
         limits.integrator = Integrator::Leapfrog;
-        limits.max_substeps = 100000;
+        limits.max_substeps = 10'000'000; // a tet that happens to be flat asks for nanoseconds at first; few are taken before that is over
         IntegrateReport last;
         for (int frame = 0; frame < 300; ++frame) {
             const auto done = advance(model, state, 0.01, {}, limits, workspace, stable);
