@@ -273,13 +273,13 @@ void leapfrog_recovers_neo_hookean_from_a_plane_and_from_random_places(HardRepor
             if (flat)
                 state.position[node][2] = 0.0;
             else
-                state.position[node] += random_vec(random, 0.02); // within two cells
+                state.position[node] += random_vec(random, 0.01); // a cell
         }
         RkWorkspace workspace;
         StableStepWorkspace stable;
         SubstepLimits limits;
         limits.integrator = Integrator::Leapfrog;
-        limits.max_substeps = 10'000'000; // a tet that happens to be flat asks for nanoseconds at first; few are taken before that is over
+        limits.max_substeps = 100000;
         IntegrateReport last;
         for (int frame = 0; frame < 300; ++frame) {
             const auto done = advance(model, state, 0.01, {}, limits, workspace, stable);
