@@ -60,7 +60,8 @@ Result<void> read_array(const std::filesystem::path& path, std::size_t count, co
     if (!bytes) return bytes.error();
     if (bytes->size() % sizeof(Value) != 0 || bytes->size() / sizeof(Value) != count) // count * sizeof may not fit into 64 bits
         return Error{ErrorCode::BadSyntax,
-                     fmt::format("has {} bytes; meta.txt makes it {} times {}: {}", bytes->size(), count, sizeof(Value), shape),
+                     fmt::format("has {} bytes; meta.txt makes it {:.17g}: {}", bytes->size(),
+                                 static_cast<double>(count) * static_cast<double>(sizeof(Value)), shape),
                      path.string()};
     out.resize(count);
     std::memcpy(static_cast<void*>(out.data()), bytes->data(), bytes->size());

@@ -90,6 +90,7 @@ void RunStatistics::reserve(std::uint64_t step_count) {
 
 void RunStatistics::add(const StepReport& report, double budget_ms) {
     effects += report.effects;
+    within_distance += report.within_distance;
     total_ms.push_back(report.ms.total);
     collision_ms.push_back(report.ms.descend + report.ms.exact);
     const std::array<double, kStageCount> times = stage_times(report.ms);

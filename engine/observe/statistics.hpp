@@ -56,6 +56,7 @@ struct RunStatistics {
     Curve curve;
     EnergyRange energy;
     EffectCounts effects;
+    std::uint64_t within_distance = 0; // steps
     double worst_overrun_ms = 0.0, worst_charged_ms = 0.0, smallest_safe_fraction = 1.0;
     double min_volume_ratio = 1.0, stable_step_s = 0.0;
     double largest_force_n = 0.0, target_distance_m = -1.0, closest_target_m = -1.0;

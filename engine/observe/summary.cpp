@@ -118,6 +118,7 @@ void add_losses(const RunRecord& record, Json& json) {
     for (std::size_t k = 0; k < kEffectCount; ++k) json["effect_calls"][kEffectNames[k]] = t.effects.entered[k];
     json["overruns"] = record.summary.overruns;
     json["held_back_steps"] = t.held_back;
+    json["within_distance_steps"] = t.within_distance;
     json["smallest_safe_fraction"] = t.smallest_safe_fraction;
     json["exact_abandoned_steps"] = t.exact_abandoned;
     json["unproven_steps"] = t.unproven_steps;

@@ -90,6 +90,9 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
             make_loss("Motion held back", t.held_back,
                       fmt::format("in {}, to {:.0f} % at least", of_steps(t.held_back, record), 100.0 * t.smallest_safe_fraction),
                       Mark::Note, "Contacts were left after all corrections. A shorter step moves less at once."));
+        losses.push_back(make_loss("Skin within the exact distance", t.within_distance,
+                                   fmt::format("in {}", of_steps(t.within_distance, record)), Mark::Note,
+                                   "Skin and wall were pressed nearer than that; the motion was proven not to touch."));
     }
     losses.push_back(make_loss("Hand slowed", t.hand_limited_steps, fmt::format("in {}", of_steps(t.hand_limited_steps, record)),
                                Mark::Note, "It moved less than the script asked for in one step. A shorter step lets it keep up."));

@@ -255,12 +255,17 @@ void build_exact_trees(const SceneModel& model, std::size_t index, const State& 
 
 collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context, WorkBudget& budget,
                                 bool culled) {
+    return test_skin_at(model, index, state, context, model.contact.exact_distance, budget, culled);
+}
+
+collision::ExactStats test_skin_at(const SceneModel& model, std::size_t index, const State& state, StepContext& context, double distance,
+                                   WorkBudget& budget, bool culled) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     const collision::SurfaceMotion skin = skin_motion(model, index, state, context);
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
     scratch.tree.refit(skin);
-    const collision::PairOptions options{.distance = model.contact.exact_distance, .tolerance = 0.1 * model.contact.exact_distance};
+    const collision::PairOptions options{.distance = distance, .tolerance = 0.1 * distance};
     const collision::SearchSide skin_side{static_cast<BodyId>(model.bodies.size() + index), &scratch.tree, skin};
     const collision::SearchSide wall_side{static_cast<BodyId>(instrument.lumen), &context.bodies[instrument.lumen].tree, wall};
     if (culled) return context.search.find(skin_side, wall_side, options, *context.cull, budget, context.exact);

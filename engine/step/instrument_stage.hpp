@@ -74,6 +74,10 @@ void stop_hand(const SceneModel& model, std::size_t instrument, StepContext& con
 collision::ExactStats test_skin(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
                                 WorkBudget& budget, bool culled = false);
 
+/// The same with another distance that counts as touching, m; 0: touching itself.
+collision::ExactStats test_skin_at(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
+                                   double distance, WorkBudget& budget, bool culled = false);
+
 /// Trees of wall and skin, built before the first step so that no step pays for them. Nothing when the scene has no
 /// contacts.
 void build_exact_trees(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);

@@ -51,7 +51,8 @@ struct StepReport {
     unsigned hand_stops = 0;          // instruments whose hand was stopped in this step because its push met the wall
     unsigned clamped_forces = 0;      // presses on a wall that were cut to kMaxPress
     double safe_fraction = 1.0;       // < 1: the motion of this step was held back to this share
-    unsigned unproven_links = 0;      // instrument links whose freedom nothing proved in this step
+    bool within_distance = false; // skin and wall stayed nearer than the exact distance all step: the motion was taken, proven not to touch
+    unsigned unproven_links = 0;  // instrument links whose freedom nothing proved in this step
 
     // state
     double min_volume_ratio = 1.0;

@@ -20,6 +20,8 @@ namespace {
 
 /// Shares of the remaining motion that are tried before everything stays where it was.
 constexpr double kHoldShares[] = {0.9, 0.5};
+/// A safe share of a motion below this is none.
+constexpr double kStuck = 0.01;
 /// Contacts that the step's lists hold without growing.
 constexpr std::size_t kReservedContacts = 4096;
 /// Planes from corrections beside those of the wall.
@@ -360,21 +362,39 @@ void Simulator::retry_with_hand_stopped(std::size_t instrument) {
 
 /// Contacts were left after all corrections: everything moves only as far as that is proven free.
 void Simulator::hold_back(double fraction) {
+    // A skin that stands within the exact distance (a step that was held back ends at its edge) is touching from the start, whatever it
+    // does, and would stand there for ever. It moves as far as it is proven not to touch at all.
+    if (fraction < kStuck) {
+        double taken = 1.0;
+        for (double share = find_free_share(0.0); taken * share >= kStuck; share = find_free_share(0.0)) {
+            if (share == 1.0) {
+                context_.report.safe_fraction = taken;
+                context_.report.within_distance = true;
+                return;
+            }
+            taken *= 0.5 * share;
+            scale_motion(0.5 * share);
+        }
+    }
     for (const double share : kHoldShares) {
         scale_motion(share * fraction);
-        bool free = true;
-        for (std::size_t i = 0; i < model_.instruments.size() && free; ++i) {
-            WorkBudget budget; // safety is not negotiable: unlimited
-            refit_wall(model_, model_.instruments[i].lumen, state_, context_);
-            context_.exact.clear();
-            const collision::ExactStats stats = test_skin(model_, i, state_, context_, budget);
-            free = stats.hits_vf + stats.hits_ee == 0;
-        }
         context_.report.safe_fraction = share * fraction;
-        if (free) return;
+        if (find_free_share(model_.contact.exact_distance) == 1.0) return;
     }
     scale_motion(0.0);
     context_.report.safe_fraction = 0.0;
+}
+
+/// Up to which share of the motion as it is does no skin come so near to its wall? Safety is not negotiable: without a budget.
+double Simulator::find_free_share(double distance) {
+    double share = 1.0;
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
+        WorkBudget budget;
+        refit_wall(model_, model_.instruments[i].lumen, state_, context_);
+        context_.exact.clear();
+        share = std::min(share, test_skin_at(model_, i, state_, context_, distance, budget).safe_fraction);
+    }
+    return share;
 }
 
 /// Forces of a solve whose motion was not taken mean nothing: nothing is pushed in the next step.

@@ -67,6 +67,7 @@ private:
     void find_exact();
     void respond();
     void hold_back(double fraction);
+    [[nodiscard]] double find_free_share(double distance);
     void scale_motion(double fraction);
     void insist_on_exact(std::size_t instrument);
     void retry_with_hand_stopped(std::size_t instrument);

@@ -13,13 +13,13 @@ using testing::make_catheter;
 using testing::make_sheet;
 using testing::make_soup;
 using testing::options_at;
-using testing::Sequence;
+using testing::MeshSequence;
 using testing::Surface;
 using testing::Totals;
 
 TEST(CoherentSearch, StandsAStepOfTenBodySizes) {
     for (const double distance : {0.0, 0.01}) {
-        Sequence q = make_soup(7, 60, 4, 0.01);
+        MeshSequence q = make_soup(7, 60, 4, 0.01);
         const auto shoot = [&](double from, double to) {
             const auto back = q.frames.back();
             q.add_frame([&](std::size_t s, const Vec3&, std::size_t v) {
@@ -36,7 +36,7 @@ TEST(CoherentSearch, StandsAStepOfTenBodySizes) {
 }
 
 TEST(CoherentSearch, StandsFastAndStillStepsInTurn) {
-    Sequence q = make_catheter(0, false);
+    MeshSequence q = make_catheter(0, false);
     for (std::size_t k = 1; k < 16; ++k)
         q.add_frame([&](std::size_t s, const Vec3& p, std::size_t) {
             return Vec3(p +
@@ -47,15 +47,15 @@ TEST(CoherentSearch, StandsFastAndStillStepsInTurn) {
 }
 
 TEST(CoherentSearch, FollowsBodiesThatTeleportBetweenSteps) {
-    Sequence q = make_catheter(20, false);
+    MeshSequence q = make_catheter(20, false);
     q.starts = {0, 1, 2, 15, 16, 3, 3, 3, 19, 0, 1, 8}; // the same step again, back, far ahead
     EXPECT_GT(compare(q, options_at(0.0)).contacts, 50u);
     EXPECT_GT(compare(q, options_at(0.004)).contacts, 100u);
 }
 
 /// To and fro: nothing goes on as it went. The first `still` surfaces do not.
-Sequence make_hopping_soup(std::size_t still) {
-    Sequence q = make_soup(9, 200, 0, 0.0);
+MeshSequence make_hopping_soup(std::size_t still) {
+    MeshSequence q = make_soup(9, 200, 0, 0.0);
     for (std::size_t k = 1; k < 14; ++k)
         q.add_frame([&](std::size_t s, const Vec3& p, std::size_t) {
             return s < still ? p
@@ -74,7 +74,7 @@ TEST(CoherentSearch, BeginsAnewWhereEverythingDangles) {
 }
 
 TEST(CoherentSearch, CatchesUpWithWhatDangles) {
-    Sequence q = make_hopping_soup(1);
+    MeshSequence q = make_hopping_soup(1);
     q.surfaces[0] = make_sheet(60, 30, 0.04); // many clusters that stay
     for (auto& frame : q.frames) {
         frame[0] = q.surfaces[0].t0;
@@ -98,7 +98,7 @@ TEST(CoherentSearch, TakesADistanceLargerThanTheBodies) {
 }
 
 TEST(CoherentSearch, TakesEmptyDegenerateAndEnormousSurfaces) {
-    Sequence q;
+    MeshSequence q;
     Surface empty, point, huge;
     empty.close();
     point.t0 = {Vec3(0.2, 0.2, 0.0), Vec3(0.2, 0.2, 0.0), Vec3(5.0, 5.0, 5.0)};
@@ -114,7 +114,7 @@ TEST(CoherentSearch, TakesEmptyDegenerateAndEnormousSurfaces) {
 }
 
 TEST(CoherentSearch, RefusesWhatItWasNotBuiltForAndGoesOn) {
-    Sequence q = make_catheter(4, false);
+    MeshSequence q = make_catheter(4, false);
     CoherentSearch search;
     build(search, q, options_at(0.0));
     std::vector<SearchContact> before, after;

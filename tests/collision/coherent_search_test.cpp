@@ -13,7 +13,7 @@ using testing::make_catheter;
 using testing::make_rolling_sheet;
 using testing::make_soup;
 using testing::options_at;
-using testing::Sequence;
+using testing::MeshSequence;
 using testing::Totals;
 
 TEST(CoherentSearch, FindsTheContactsOfEveryStepOfClothAndCatheter) {
@@ -40,7 +40,7 @@ TEST(CoherentSearch, FindsTheContactsOfASoup) {
 }
 
 TEST(CoherentSearch, NoExactSwitchChangesAContact) {
-    const Sequence sheet = make_rolling_sheet(12), catheter = make_catheter(12, true), soup = make_soup(4, 80, 8, 0.02);
+    const MeshSequence sheet = make_rolling_sheet(12), catheter = make_catheter(12, true), soup = make_soup(4, 80, 8, 0.02);
     const auto with = [](auto change) {
         CoherentOptions options = options_at(0.002);
         change(options);
@@ -83,12 +83,12 @@ TEST(CoherentSearch, NoExactSwitchChangesAContact) {
     };
     for (const auto& [name, options] : all) {
         SCOPED_TRACE(name);
-        for (const Sequence* q : {&sheet, &catheter, &soup}) static_cast<void>(compare(*q, options));
+        for (const MeshSequence* q : {&sheet, &catheter, &soup}) static_cast<void>(compare(*q, options));
     }
 }
 /// The heuristic may lose contacts, and only that; on a sheet that is rolled up it finds those of its layers.
 TEST(CoherentSearch, NormalConesInventNoContact) {
-    const Sequence q = make_rolling_sheet(16);
+    const MeshSequence q = make_rolling_sheet(16);
     CoherentOptions options = options_at(0.0);
     CoherentSearch exact, heuristic;
     build(exact, q, options);
@@ -115,7 +115,7 @@ TEST(CoherentSearch, NormalConesInventNoContact) {
 }
 
 TEST(CoherentSearch, AsksForNoMemoryOnceItHasSeenTheMotion) {
-    Sequence q = make_catheter(12, false);
+    MeshSequence q = make_catheter(12, false);
     for (std::size_t round = 0; round < 8; ++round) // over and over
         for (std::size_t k = 0; k < 12; ++k) q.starts.push_back(k);
     CoherentOptions options = options_at(0.002);

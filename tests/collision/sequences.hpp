@@ -12,7 +12,7 @@
 namespace seldinger::collision::testing {
 
 /// Surfaces and where their vertices are at each frame; a step goes from one frame to the next, unless `teleports`.
-struct Sequence {
+struct MeshSequence {
     std::vector<Surface> surfaces;
     std::vector<std::vector<std::vector<Vec3>>> frames; // [frame][surface][vertex]
     std::vector<std::size_t> starts;                    // [step] frame it begins at; empty: 0, 1, 2, ...
@@ -51,8 +51,8 @@ inline Surface make_sheet(std::size_t columns, std::size_t rows, double square) 
 }
 
 /// A sheet that is rolled up until it meets itself, and flutters.
-inline Sequence make_rolling_sheet(std::size_t steps) {
-    Sequence q;
+inline MeshSequence make_rolling_sheet(std::size_t steps) {
+    MeshSequence q;
     q.surfaces = {make_sheet(36, 12, 0.02)};
     for (std::size_t k = 0; k <= steps; ++k)
         q.add_frame([&](std::size_t, const Vec3& p, std::size_t) {
@@ -64,8 +64,8 @@ inline Sequence make_rolling_sheet(std::size_t steps) {
 }
 
 /// A thin tube that is pushed along the inside of a wide one, which bends. merged: both are one surface.
-inline Sequence make_catheter(std::size_t steps, bool merged) {
-    Sequence q;
+inline MeshSequence make_catheter(std::size_t steps, bool merged) {
+    MeshSequence q;
     Surface wide = make_bent_tube(1.0, 0.1, 40, 20, 0.5), thin = make_bent_tube(0.6, 0.03, 40, 10, 0.5);
     for (Vec3& p : thin.t0) p += Vec3(0.0, 0.0695, 0.05);
     thin.t1 = thin.t0;
@@ -94,9 +94,9 @@ inline Sequence make_catheter(std::size_t steps, bool merged) {
 }
 
 /// Loose triangles whose vertices wander on their own.
-inline Sequence make_soup(std::uint64_t seed, std::size_t triangles, std::size_t steps, double motion) {
+inline MeshSequence make_soup(std::uint64_t seed, std::size_t triangles, std::size_t steps, double motion) {
     Random random(seed);
-    Sequence q;
+    MeshSequence q;
     q.surfaces = {make_triangle_soup(random, triangles, 1.0, 0.15, 0.0), make_triangle_soup(random, triangles / 2, 1.0, 0.15, 0.0)};
     q.add_frame([](std::size_t, const Vec3& p, std::size_t) { return p; });
     for (std::size_t k = 0; k < steps; ++k)
@@ -132,7 +132,7 @@ inline void expect_same(std::span<const SearchContact> found, std::span<const Se
 }
 
 template <class Search>
-void build(Search& search, const Sequence& q, const auto& options) {
+void build(Search& search, const MeshSequence& q, const auto& options) {
     std::vector<const SurfaceTopology*> topologies;
     std::vector<std::span<const Vec3>> positions;
     for (std::size_t s = 0; s < q.surfaces.size(); ++s) {
@@ -143,7 +143,7 @@ void build(Search& search, const Sequence& q, const auto& options) {
 }
 
 /// Every step by both searches.
-inline Totals compare(const Sequence& q, const CoherentOptions& options) {
+inline Totals compare(const MeshSequence& q, const CoherentOptions& options) {
     SearchOptions usual;
     static_cast<PairOptions&>(usual) = options;
     usual.between = options.between;
