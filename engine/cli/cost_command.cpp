@@ -141,6 +141,7 @@ public:
             parts_->remove(rows);
         else if (parts_->count(rows) == 0)
             fmt::print(stderr, "notice: nothing in {} belongs to this measurement; it starts from the beginning\n", out_.string());
+        if (const auto made = parts_->make_folder(); !made) return report_error(made.error());
         CostPhotographer photographer(prepared_, kPictureWidth, kPictureHeight);
         take_pictures(photographer, rows);
         if (request_.jobs > 1)
@@ -149,6 +150,11 @@ public:
         pool_.reset();
         progress_.clear();
         if (!table) return report_error(table.error());
+        if (table->interrupted) { // rows that are not finished are none: no table
+            fmt::print(stderr, "interrupted: {} of {} runs are finished; the same command with --resume goes on with them\n",
+                       parts_->count(rows), rows + 1);
+            return kExitInterrupted;
+        }
         if (!photographer.notice().empty()) table->notices.push_back(photographer.notice());
         if (request_.jobs > 1)
             table->notices.push_back(fmt::format("up to {} processes ran at once: times are those of a busy machine", request_.jobs + 1));
@@ -202,10 +208,6 @@ private:
         for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
         fmt::print("{}{} steps each, against the exact run   report {}\n", cost_text(table), table.steps,
                    (out_ / output_name::kReport).string());
-        if (table.interrupted) {
-            fmt::print(stderr, "interrupted: the same command with --resume goes on with what is finished\n");
-            return kExitInterrupted;
-        }
         parts_->remove(rows);
         return table.steps < options_.steps ? kExitNotFinite : kExitFine;
     }

@@ -211,6 +211,7 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
         if (const auto resumed = go_on(options, observe.steps, simulator); !resumed.ok()) return report_error(resumed.error());
         observe.resumed_from = &simulator.state();
     }
+    const std::uint64_t first_step = simulator.state().step;
     auto observer = RunObserver::open(scene, prepared, observe);
     if (!observer.ok()) return report_error(observer.error());
     if (!options.record_grants.empty())
@@ -238,6 +239,7 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     for (const std::string& notice : (*observer)->notices()) fmt::print(stderr, "notice: {}\n", notice);
     for (const std::string& note : simulator.cull_notes()) fmt::print(stderr, "notice: {}\n", note);
     print_summary(*summary, prepared, observe.out);
+    if (first_step > 0) fmt::print("resumed after step {}: rows, counts and extremes are of the steps since then\n", first_step);
     if (replay != nullptr)
         if (const int code = judge_replay(options, *replay, *taken, *summary); code != kExitFine) return code;
     if (!summary->finite) {

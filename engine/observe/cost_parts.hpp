@@ -24,13 +24,14 @@ public:
     [[nodiscard]] Result<void> keep(std::size_t row, const CostOwnRun& run) const;
     /// How many parts of this key are there.
     [[nodiscard]] std::size_t count(std::size_t rows) const;
+    /// From the start on: what is interrupted is known by it.
+    [[nodiscard]] Result<void> make_folder() const;
     /// Removes the folder and the parts in it; other files are left alone.
     void remove(std::size_t rows) const;
 
 private:
     [[nodiscard]] std::filesystem::path exact_file() const { return folder_ / "exact.bin"; }
     [[nodiscard]] std::filesystem::path row_file(std::size_t row) const;
-    [[nodiscard]] Result<void> make_folder() const;
     std::filesystem::path folder_;
     std::uint64_t key_;
 };

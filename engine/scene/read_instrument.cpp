@@ -120,7 +120,9 @@ std::optional<Error> read_inside(const CheckContext& context, const Values& valu
         known.push_back(scene.instruments[i].name);
         if (scene.instruments[i].name == name) outer = i;
     }
-    if (outer == kNoIndex) return fail_at(context, values, "inside", refuse_unknown("instrument before this one", name, known));
+    if (outer == kNoIndex)
+        return fail_at(context, values, "inside",
+                       refuse_unknown("instrument above this one (a catheter stands before the wire in it)", name, known));
     if (const std::string problem = refuse_pair(scene, scene.instruments[outer], instrument, context.units); !problem.empty())
         return fail_at(context, values, "inside", problem);
     instrument.inside = outer;

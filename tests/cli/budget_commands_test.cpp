@@ -2,6 +2,9 @@
 #include "program.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <thread>
 
 namespace seldinger::cli_test {
 namespace {
@@ -81,6 +84,21 @@ TEST_F(Cost, ComparesOtherAnswersAndSharesTheWorkAmongProcesses) {
     EXPECT_TRUE(refuses(call({"cost", scene, "--variants", "deepest,covering", "--out", out(), "--force"}), "--variants"));
     EXPECT_TRUE(refuses(call({"cost", scene, "--variants", "quick", "--out", out(), "--force"}), "known"));
     EXPECT_TRUE(refuses(call({"cost", scene, "--jobs", "0", "--out", out()}), "--jobs"));
+}
+
+TEST_F(Cost, ThatIsInterruptedLeavesNoTableAndGoesOnWhereItWas) {
+    const fs::path scene = write("ball.json", kBall);
+    const pid_t child = start({"cost", scene, "--budgets", "work:0,exact", "-n", "100000", "--out", out()});
+    for (int wait = 0; wait < 3000 && !fs::exists(out() / "parts"); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ASSERT_EQ(kill(child, SIGINT), 0);
+    EXPECT_TRUE(ended_with(wait_for(child, 60.0), 130));
+    EXPECT_FALSE(fs::exists(out() / "cost.csv")) << "rows that were not measured are no zeros";
+    EXPECT_TRUE(fs::exists(out() / "parts"));
+    const Ended other = call({"cost", scene, "--budgets", "work:0,exact", "-n", "4", "--out", out(), "--resume"});
+    ASSERT_TRUE(ended_with(other, 0));
+    EXPECT_TRUE(other.says("from the beginning")) << "other steps, another measurement: " << other;
+    EXPECT_TRUE(fs::exists(out() / "cost.csv"));
+    EXPECT_FALSE(fs::exists(out() / "parts"));
 }
 
 TEST_F(Cost, HasBudgetsOfItsOwnAndTakesScenesWithInstruments) {
