@@ -15,7 +15,7 @@ const Vec3 kTestedColour(0.84, 0.10, 0.12), kAssumedColour(0.93, 0.45, 0.30);
 constexpr double kTestedOpacity = 0.75, kAssumedOpacity = 0.30;
 constexpr double kMist = 0.55; // of what opacity bodies have in other pictures
 /// Spheres of either kind that are drawn, the largest first: beyond it they hide one another.
-constexpr std::size_t kMostSpheres = 1500;
+constexpr std::size_t kMostSpheres = 800;
 constexpr std::size_t kFineSpheres = 200; // up to so many are drawn with more triangles
 
 /// Sphere of a contact's side; null where it has none that this step looked at.
@@ -31,7 +31,7 @@ const spheretree::Sphere* find_sphere(const Simulator& simulator, BodyId body, I
 }
 
 TriMesh mesh_of(const std::vector<spheretree::Sphere>& spheres) {
-    const TriMesh unit = anatomy::make_icosphere(Vec3::Zero(), 1.0, spheres.size() <= kFineSpheres ? 3 : 2);
+    const TriMesh unit = anatomy::make_icosphere(Vec3::Zero(), 1.0, spheres.size() <= kFineSpheres ? 2 : 1);
     TriMesh mesh;
     for (const spheretree::Sphere& s : spheres) {
         const auto first = static_cast<Index>(mesh.vertices.size());
