@@ -23,20 +23,6 @@ constexpr double kNothing = 1e-7;
 
 const char* colour(std::size_t row) { return kColours[row % std::size(kColours)]; }
 
-/// gnuplot's text in single quotes, without its markup.
-std::string quoted(const std::string& text) {
-    std::string safe = "'";
-    for (const char c : text) {
-        if (c == '\'')
-            safe += "''";
-        else if (c == '_' || c == '^' || c == '@' || c == '&' || c == '~' || c == '{' || c == '}' || c == '\\')
-            safe += ' ';
-        else if (static_cast<unsigned char>(c) >= 0x20)
-            safe += c;
-    }
-    return safe + "'";
-}
-
 std::string curve_file(std::size_t row) { return fmt::format("curve_{}.tsv", row); }
 
 std::string curve_text(const CostRow& row) {
@@ -64,7 +50,7 @@ Sketch sketch_over_time(const CostTable& table, Plot plot, int column, const cha
     for (std::size_t k = 0; k < table.rows.size(); ++k)
         if (!table.rows[k].curve.empty() && table.rows[k].variant.empty())
             sketch.commands += fmt::format("'{}' using 1:{} with lines lw 1.5 lc rgb '{}' title {}, ", curve_file(k), column, colour(k),
-                                           quoted(table.rows[k].name()));
+                                           quote_for_gnuplot(table.rows[k].name()));
     return sketch;
 }
 
@@ -101,7 +87,7 @@ Sketch sketch_error(const CostTable& table) {
                       "plot 'frontier.tsv' using 1:2 with lines lw 1.2 lc rgb '#9aa3ad' dt (6,4) notitle, ";
     const bool at_points = table.rows.size() > kNamesInLegend;
     for (std::size_t k = 0; k < table.rows.size(); ++k) {
-        const std::string name = quoted(table.rows[k].name());
+        const std::string name = quote_for_gnuplot(table.rows[k].name());
         sketch.commands += fmt::format("'point_{}.tsv' using 1:2 with points pt 7 ps 1.1 lc rgb '{}' {}, ", k, colour(k),
                                        at_points ? "notitle" : "title " + name);
         if (at_points)
@@ -136,7 +122,7 @@ std::vector<PlotData> plot_files(const CostTable& table) {
         const CostRow& row = table.rows[k];
         files.push_back({curve_file(k), curve_text(row)});
         files.push_back({fmt::format("point_{}.tsv", k), point_text(row)});
-        std::string name = quoted(row.name()); // gnuplot's columns are split at blanks
+        std::string name = quote_for_gnuplot(row.name()); // gnuplot's columns are split at blanks
         name = "\"" + name.substr(1, name.size() - 2) + "\"";
         fmt::format_to(std::back_inserter(contacts), "{} {} {} {}\n", name, row.contacts.missed, row.contacts.spurious,
                        row.contacts.reference);

@@ -3,13 +3,14 @@
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/step/bit_hash.hpp"
+#include "engine/step/byte_stream.hpp"
 #include "engine/step/model_hash.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <cstring>
+#include <limits>
 
 namespace seldinger::engine {
 
@@ -19,77 +20,21 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kMagic = "seldinger exact run 1\n";
 
-/// Numbers one after another, in this machine's byte order: parts are read where they were written.
-class Writer {
-public:
-    explicit Writer(std::string& out) : out_(out) {}
-    void number(std::uint64_t value) { bytes(&value, sizeof value); }
-    void text(const std::string& value) {
-        number(value.size());
-        out_ += value;
-    }
-    void points(const std::vector<Vec3>& values) {
-        number(values.size());
-        if (!values.empty()) bytes(values.data(), values.size() * sizeof(Vec3));
-    }
-    void lists(const std::vector<std::vector<Vec3>>& values) {
-        number(values.size());
-        for (const auto& list : values) points(list);
-    }
-
-private:
-    void bytes(const void* data, std::size_t size) { out_.append(static_cast<const char*>(data), size); }
-    std::string& out_;
-};
-
-/// After something that was not there, everything is empty and ok() false.
-class Reader {
-public:
-    explicit Reader(std::string_view in) : in_(in) {}
-    [[nodiscard]] bool ok() const noexcept { return ok_; }
-    [[nodiscard]] bool done() const noexcept { return ok_ && in_.empty(); }
-    std::uint64_t number() {
-        std::uint64_t value = 0;
-        bytes(&value, sizeof value);
-        return value;
-    }
-    std::string text() {
-        const std::uint64_t size = count(1);
-        std::string value(in_.substr(0, size));
-        in_.remove_prefix(value.size());
-        return value;
-    }
-    std::vector<Vec3> points() {
-        std::vector<Vec3> values(count(sizeof(Vec3)));
-        if (!values.empty()) bytes(values.data(), values.size() * sizeof(Vec3));
-        return values;
-    }
-    std::vector<std::vector<Vec3>> lists() {
-        std::vector<std::vector<Vec3>> values(count(sizeof(std::uint64_t)));
-        for (auto& list : values) list = points();
-        return values;
-    }
-    /// Of things of so many bytes at least: never more than the rest holds.
-    std::uint64_t count(std::size_t bytes_each) {
-        const std::uint64_t n = number();
-        if (n > in_.size() / bytes_each) ok_ = false;
-        return ok_ ? n : 0;
-    }
-
-private:
-    void bytes(void* data, std::size_t size) {
-        if (!ok_ || in_.size() < size) {
-            ok_ = false;
-            return;
-        }
-        std::memcpy(data, in_.data(), size);
-        in_.remove_prefix(size);
-    }
-    std::string_view in_;
-    bool ok_ = true;
-};
-
-static_assert(sizeof(Vec3) == 3 * sizeof(double));
+/// Written and read by the same calls.
+template <class Stream, class Run>
+void describe(Stream& stream, Run& run) {
+    const auto points = [&](auto& values) { stream.list(values, [&](auto& v) { stream.vector(v); }); };
+    const auto lists = [&](auto& values) { stream.list(values, points); };
+    stream.number(run.every);
+    stream.number(run.steps);
+    stream.number(run.busiest_step);
+    stream.text(run.failure);
+    lists(run.tips);
+    stream.list(run.shapes, [&](auto& shape) {
+        lists(shape.surfaces);
+        lists(shape.skins);
+    });
+}
 
 /// JSON has no infinity: what a state that is not finite came to is kept as text.
 Json real(double value) { return std::isfinite(value) ? Json(value) : Json(fmt::format("{}", value)); }
@@ -163,38 +108,22 @@ Result<void> CostParts::make_folder() const {
 std::optional<ExactRun> CostParts::exact_run() const {
     const auto bytes = read_file_bytes(exact_file());
     if (!bytes || !bytes->starts_with(kMagic)) return std::nullopt;
-    Reader in(std::string_view(*bytes).substr(kMagic.size()));
-    if (in.number() != key_) return std::nullopt;
+    ByteReader in(std::string_view(*bytes).substr(kMagic.size()));
+    std::uint64_t key = 0;
+    in.number(key);
+    if (!in.ok() || key != key_) return std::nullopt;
     ExactRun run;
-    run.every = in.number();
-    run.steps = in.number();
-    run.busiest_step = in.number();
-    run.failure = in.text();
-    run.tips = in.lists();
-    run.shapes.resize(in.count(2 * sizeof(std::uint64_t)));
-    for (Shape& shape : run.shapes) {
-        shape.surfaces = in.lists();
-        shape.skins = in.lists();
-    }
-    if (!in.done() || run.every == 0 || run.tips.size() != run.steps) return std::nullopt;
+    describe(in, run);
+    if (!in.ok() || !in.at_end() || run.every == 0 || run.tips.size() != run.steps) return std::nullopt;
     return run;
 }
 
 Result<void> CostParts::keep(const ExactRun& run) const {
     if (auto made = make_folder(); !made) return made;
     std::string bytes(kMagic);
-    Writer out(bytes);
+    ByteWriter out(bytes);
     out.number(key_);
-    out.number(run.every);
-    out.number(run.steps);
-    out.number(run.busiest_step);
-    out.text(run.failure);
-    out.lists(run.tips);
-    out.number(run.shapes.size());
-    for (const Shape& shape : run.shapes) {
-        out.lists(shape.surfaces);
-        out.lists(shape.skins);
-    }
+    describe(out, run);
     return write_file_atomically(exact_file(), bytes);
 }
 

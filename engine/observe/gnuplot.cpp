@@ -77,4 +77,17 @@ Result<std::vector<Plot>> draw_plots(const std::vector<Sketch>& sketches, const 
     return plots;
 }
 
+std::string quote_for_gnuplot(const std::string& text) {
+    std::string safe = "'";
+    for (const char c : text) {
+        if (c == '\'')
+            safe += "''";
+        else if (c == '_' || c == '^' || c == '@' || c == '&' || c == '~' || c == '{' || c == '}' || c == '\\')
+            safe += ' ';
+        else if (static_cast<unsigned char>(c) >= 0x20)
+            safe += c;
+    }
+    return safe + "'";
+}
+
 } // namespace seldinger::engine

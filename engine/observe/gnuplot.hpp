@@ -30,6 +30,9 @@ struct PlotData {
 /// fails  MissingTool without gnuplot, ToolFailed with its words
 [[nodiscard]] Result<std::vector<Plot>> draw_plots(const std::vector<Sketch>& sketches, const std::vector<PlotData>& data);
 
+/// A text in single quotes for a sketch's commands, without what gnuplot takes for markup.
+[[nodiscard]] std::string quote_for_gnuplot(const std::string& text);
+
 /// gnuplot's file as an element: without the XML prologue, its ids made different from those of other plots.
 [[nodiscard]] std::string inline_svg(std::string svg, const std::string& name);
 

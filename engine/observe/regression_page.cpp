@@ -40,17 +40,6 @@ void add_sample(const TracePart& was, const TracePart& is, std::uint64_t step, d
     drift.curve.emplace_back(step, farthest);
 }
 
-/// gnuplot's text in single quotes, without its markup.
-std::string quoted(const std::string& text) {
-    std::string safe = "'";
-    for (const char c : text)
-        safe += c == '\'' || c == '_' || c == '^' || c == '@' || c == '&' || c == '~' || c == '{' || c == '}' || c == '\\' ||
-                        static_cast<unsigned char>(c) < 0x20
-                    ? ' '
-                    : c;
-    return safe + "'";
-}
-
 struct Curves {
     std::vector<Sketch> sketches;
     std::vector<PlotData> data;
@@ -73,7 +62,8 @@ void add_curves(std::size_t scene, const RegressionOutcome& outcome, Curves& cur
         for (const auto& [step, distance] : drifts[k].curve)
             if (std::isfinite(distance)) fmt::format_to(std::back_inserter(rows), "{}\t{:.6g}\n", step, std::max(distance, kNothing));
         curves.data.push_back({file, rows.empty() ? "NaN NaN\n" : rows});
-        sketch.commands += fmt::format("'{}' using 1:2 with linespoints pt 7 ps 0.4 lw 1.5 title {}, ", file, quoted(drifts[k].part));
+        sketch.commands +=
+            fmt::format("'{}' using 1:2 with linespoints pt 7 ps 0.4 lw 1.5 title {}, ", file, quote_for_gnuplot(drifts[k].part));
     }
     if (drifts.empty()) return;
     if (outcome.entry.tolerance > 0.0)
