@@ -115,13 +115,13 @@ void Simulator::move_everything() {
     add_pull(model_, state_, context_);
     report.ms.script = lap.lap_ms();
     if (!is_dropped(Droppable::Elasticity)) {
-        budget_.begin_part();
+        budget_.begin_part(StepPart::Tissue);
         integrate_bodies(model_, state_, context_);
         budget_.end_part(StepPart::Tissue);
     }
     report.ms.fem = lap.lap_ms();
     if (!report.finite) return;
-    budget_.begin_part();
+    budget_.begin_part(StepPart::Steer);
     steer_surfaces(model_, state_, context_);
     report.ms.steer = lap.lap_ms();
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) solve_instrument(model_, i, state_, context_);
@@ -145,7 +145,7 @@ const StepReport& Simulator::finish_step() {
         find_exact();
         report.ms.exact = lap.lap_ms();
         if (!model_.budget_covers_step) budget_.pause();
-        budget_.begin_part();
+        budget_.begin_part(StepPart::Respond);
         const bool coarse_answer = !report.exact_ran;
         respond();
         if (coarse_answer && !report.exact_insisted) budget_.end_part(StepPart::Respond);
@@ -237,7 +237,7 @@ void Simulator::descend() {
         budget_.settle_descent(grant);
         if (grant.spent() == 0) break; // nothing could be afforded
     }
-    budget_.begin_part();
+    budget_.begin_part(StepPart::List);
     context_.descent.add_contacts(context_.coarse);
     budget_.end_part(StepPart::List);
     budget_.keep_back(after);
@@ -263,7 +263,7 @@ void Simulator::find_exact() {
         for (const std::size_t one : coaxial(model_, i)) scratch.forecast.triangles += model_.instruments[one].topology.triangles.size();
         if (model_.bodies[wall].moves()) scratch.forecast.triangles += model_.bodies[wall].surface.triangles.size();
         if (!is_dropped(Droppable::ExactContact) && budget_.exact_fits(scratch.forecast)) {
-            refit_wall(model_, wall, state_, context_);
+            refit(wall);
             if (budget_.limits().mode == BudgetMode::Work) // declared, not measured: once a stage, the skin's in every round
                 budget_.settle_tests({0, model_.bodies[wall].moves() ? model_.bodies[wall].surface.triangles.size() : 0}, WorkBudget(0));
             const ExactOutcome outcome = find_exact_contacts(model_, i, state_, context_, &budget_);
@@ -281,6 +281,13 @@ void Simulator::find_exact() {
     if (context_.cull) context_.cull->tell(report);
 }
 
+/// A wall's boxes, with their cost remembered.
+void Simulator::refit(std::size_t wall) {
+    budget_.begin_part(StepPart::Refit);
+    refit_wall(model_, wall, state_, context_);
+    budget_.end_part(StepPart::Refit);
+}
+
 void Simulator::set_cull_device(std::unique_ptr<collision::CullBackend> device) {
     if (context_.cull) context_.cull->set_device(std::move(device));
 }
@@ -293,9 +300,11 @@ void Simulator::respond() {
     StepReport& report = context_.report;
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
         if (report.exact_ran || goes_along(model_, i) || !(model_.effects.coarse_contact || model_.effects.exact_contact)) continue;
-        refit_wall(model_, model_.instruments[i].lumen, state_, context_);
+        refit(model_.instruments[i].lumen);
         plane_from_walls(model_, i, state_, context_);
+        budget_.begin_solve();
         solve_instrument(model_, i, state_, context_);
+        budget_.end_solve();
         if (!pokes_into_wall(model_, i, state_, context_)) continue;
         if (model_.effects.exact_contact)
             insist_on_exact(i);

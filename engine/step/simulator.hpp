@@ -65,6 +65,7 @@ private:
     void move_everything();
     void descend();
     void find_exact();
+    void refit(std::size_t wall);
     void respond();
     void hold_back(double fraction);
     [[nodiscard]] double find_free_share(double distance);

@@ -48,11 +48,12 @@ void StepBudget::begin() noexcept {
     units_spent_ = 0;
     kept_back_s_ = 0.0;
     if (!exact_tried_) {
-        tests_s_per_unit_ *= kForget;
+        // Not below what was ever measured: a stage that cannot fit would be begun every few dozen steps to learn the same again.
+        tests_s_per_unit_ = std::max(std::min(tests_cheapest_, tests_s_per_unit_), kForget * tests_s_per_unit_);
         exact_.fade();
-        solve_.fade();
+        if (!solve_seen_) solve_.fade();
     }
-    exact_tried_ = false;
+    exact_tried_ = solve_seen_ = false;
     running_ = false;
     resume();
 }
@@ -94,7 +95,13 @@ std::uint64_t StepBudget::units_left() const noexcept {
 }
 
 void StepBudget::end_part(StepPart part) noexcept {
-    parts_[static_cast<std::size_t>(part)].learn(seconds_between(part_start_ns_, clock_->now_ns()));
+    const auto index = static_cast<std::size_t>(part);
+    parts_[index].learn(seconds_between(part_start_ns_[index], clock_->now_ns()));
+}
+
+void StepBudget::end_solve() noexcept {
+    solve_.learn(seconds_between(round_start_ns_, clock_->now_ns()));
+    solve_seen_ = true;
 }
 
 unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
@@ -140,12 +147,13 @@ double StepBudget::tests_seconds(const ExactForecast& forecast) const noexcept {
     return kTestsReserve * static_cast<double>(units_of(forecast)) * tests_s_per_unit_;
 }
 
-bool StepBudget::exact_fits(const ExactForecast& forecast) {
+bool StepBudget::exact_fits(const ExactForecast& last) {
     const bool fits = tape_.decide(DecisionKind::Fits, [&]() -> std::uint64_t {
         if (limits_.mode == BudgetMode::Exact) return 1;
-        if (limits_.mode == BudgetMode::Work) return units_of(forecast) <= units_left();
-        const double need = std::max(exact_.reserve_s(), solve_.reserve_s() + tests_seconds({forecast.candidates, 0}));
-        return need <= left_s();
+        if (limits_.mode == BudgetMode::Work) return units_of(last) <= units_left();
+        // What no grant interrupts is known from every step; the memory of whole stages may fade, this does not.
+        const double parts = forecast(StepPart::Refit).reserve_s() + solve_.reserve_s() + tests_seconds({last.candidates, 0});
+        return std::max(exact_.reserve_s(), parts) <= left_s();
     }) != 0;
     if (!fits) return false;
     exact_tried_ = true;
@@ -172,7 +180,7 @@ std::uint64_t StepBudget::affordable_tests(const ExactForecast& forecast) const 
 
 WorkBudget StepBudget::grant_tests(const ExactForecast& forecast) {
     operation_start_ns_ = clock_->now_ns();
-    if (limits_.mode == BudgetMode::Wall) solve_.learn(seconds_between(round_start_ns_, operation_start_ns_));
+    if (limits_.mode == BudgetMode::Wall) end_solve();
     return WorkBudget(tape_.decide(DecisionKind::Tests, [&] { return affordable_tests(forecast); }));
 }
 
@@ -181,6 +189,7 @@ void StepBudget::settle_tests(const ExactForecast& forecast, const WorkBudget& g
     units_spent_ += units;
     if (limits_.mode != BudgetMode::Wall || units == 0) return;
     learn(tests_s_per_unit_, seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(units));
+    tests_cheapest_ = std::min(tests_cheapest_, tests_s_per_unit_);
 }
 
 bool StepBudget::choose_cull(double look_s, bool pays) {

@@ -34,8 +34,9 @@ enum class StepPart : std::uint8_t {
     Steer,   // surfaces, sphere trees and the free motion of instruments
     List,    // the descent's answer, pair by pair: what it left open takes time to name, and there is more of it the more it tested
     Respond, // what follows the descent when there is no exact answer
+    Refit,   // the walls' boxes: every step needs them, with or without an exact answer, so what they cost is always known
 };
-inline constexpr std::size_t kStepPartCount = 4;
+inline constexpr std::size_t kStepPartCount = 5;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
 /// machine changes an answer: from measurements of the main scene (a pair test ~10 ns, a candidate ~60 ns, a triangle's
@@ -63,10 +64,13 @@ public:
     /// Time that another account was charged for work that this one stands on.
     void charge(double seconds) noexcept { charged_ns_ += static_cast<std::int64_t>(seconds * 1e9); }
 
-    /// A part of the step begins, and ends: what it cost is the forecast for the next one.
-    void begin_part() noexcept { part_start_ns_ = clock_->now_ns(); }
+    /// A part of the step begins, and ends: what it cost is the forecast for the next one. Parts may stand within each other.
+    void begin_part(StepPart part) noexcept { part_start_ns_[static_cast<std::size_t>(part)] = clock_->now_ns(); }
     void end_part(StepPart part) noexcept;
     [[nodiscard]] const CostForecast& forecast(StepPart part) const noexcept { return parts_[static_cast<std::size_t>(part)]; }
+    /// A solve of an instrument outside of the exact stage: it tells what the next one inside will cost.
+    void begin_solve() noexcept { round_start_ns_ = clock_->now_ns(); }
+    void end_solve() noexcept;
     /// Which of the droppable effects this step leaves out, in their order, so that the forecast of the rest fits.
     [[nodiscard]] unsigned choose_drops(std::span<const Droppable> order);
     /// From now on this much is kept back from every grant, for what must follow within the budget.
@@ -109,13 +113,15 @@ private:
     std::int64_t charged_ns_ = 0, charged_cpu_ns_ = 0;
     std::int64_t running_since_ = 0, running_since_cpu_ = 0;
     bool running_ = false;
-    bool exact_tried_ = true;
+    bool exact_tried_ = true, solve_seen_ = true;
     double kept_back_s_ = 0.0;
     std::uint64_t units_spent_ = 0;
-    std::int64_t part_start_ns_ = 0, operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
+    std::array<std::int64_t, kStepPartCount> part_start_ns_{};
+    std::int64_t operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
     double descent_s_per_unit_ = 100e-9; // s, replaced by the first measurement
     double tests_s_per_unit_ = 15e-9;    // s per work unit of the continuous tests, likewise
-    std::array<CostForecast, kStepPartCount> parts_{CostForecast{}, CostForecast{}, CostForecast{0.1e-3}, CostForecast{}};
+    double tests_cheapest_ = 15e-9;      // the lowest of these so far: what is forgotten ends here
+    std::array<CostForecast, kStepPartCount> parts_{CostForecast{}, CostForecast{}, CostForecast{0.1e-3}, CostForecast{}, CostForecast{}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
 };

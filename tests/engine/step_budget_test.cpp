@@ -1,5 +1,5 @@
 // The step's account: every grant and refusal, on a clock that only moves when a test says so.
-#include "engine/time/step_budget.hpp"
+#include "hand_clock.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,18 +8,7 @@
 namespace seldinger::engine {
 namespace {
 
-class HandClock final : public Clock {
-public:
-    [[nodiscard]] std::int64_t now_ns() const noexcept override { return now_; }
-    void pass(double seconds) { now_ += static_cast<std::int64_t>(std::llround(seconds * 1e9)); }
-
-private:
-    std::int64_t now_ = 1'000'000;
-};
-
-constexpr BudgetLimits wall(double seconds) { return {BudgetMode::Wall, seconds, 0}; }
-constexpr BudgetLimits work(std::uint64_t units) { return {BudgetMode::Work, 0.0, units}; }
-constexpr BudgetLimits kExact{};
+using namespace hand_clock;
 
 /// Spends the whole grant; each unit takes `seconds`.
 void use_up(StepBudget& budget, HandClock& clock, WorkBudget grant, double seconds) {
@@ -170,174 +159,6 @@ TEST(StepBudget, ABeginAfterAPauseRuns) {
     EXPECT_DOUBLE_EQ(budget.elapsed_s(), 0.4e-3);
 }
 
-/// How an exact stage goes: rounds of a solve and its tests.
-struct Rounds {
-    int count = 1;
-    double solve_s = 0.1e-3;
-    double unit_s = 15e-9; // of the tests
-};
-
-/// True when it was started and came to its end.
-bool run_exact(StepBudget& budget, HandClock& clock, const ExactForecast& forecast, const Rounds& rounds) {
-    if (!budget.exact_fits(forecast)) return false;
-    for (int round = 0; round < rounds.count; ++round) {
-        if (!budget.round_fits(forecast)) {
-            budget.end_exact(false);
-            return false;
-        }
-        clock.pass(rounds.solve_s);
-        WorkBudget grant = budget.grant_tests(forecast);
-        const bool enough = grant.spend(forecast.candidates);
-        const std::uint64_t units = grant.spent() * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;
-        clock.pass(rounds.unit_s * static_cast<double>(units));
-        budget.settle_tests(forecast, grant);
-        if (!enough) {
-            budget.end_exact(false);
-            return false;
-        }
-    }
-    budget.end_exact(true);
-    return true;
-}
-
-TEST(StepBudget, AnExactStageThatWasNeverSeenIsNotTriedUnderATightBudgetAtOnceButInTheEnd) {
-    HandClock clock;
-    StepBudget budget(clock, wall(0.5e-3));
-    budget.begin();
-    EXPECT_FALSE(run_exact(budget, clock, {10, 10}, {})) << "its first guess is 1 ms";
-    int steps = 1;
-    for (; steps < 1000 && !run_exact(budget, clock, {10, 10}, {}); ++steps) budget.begin();
-    EXPECT_LT(steps, 100);
-    EXPECT_FALSE(budget.overrun());
-}
-
-TEST(StepBudget, TheExactStageFitsWhenWhatItCostBeforeDoesWithAReserve) {
-    HandClock clock;
-    StepBudget budget(clock, wall(2e-3));
-    const ExactForecast forecast{1000, 0}; // 0.09 ms of tests
-    for (int step = 0; step < 100; ++step) {
-        budget.begin();
-        ASSERT_TRUE(run_exact(budget, clock, forecast, {3, 0.2e-3})) << step; // 0.87 ms in all
-    }
-    budget.begin();
-    clock.pass(1.0e-3);
-    EXPECT_TRUE(budget.exact_fits(forecast)) << "0.87 ms in 1 ms";
-    budget.begin();
-    clock.pass(1.2e-3);
-    EXPECT_FALSE(budget.exact_fits(forecast)) << "not in 0.8 ms";
-    clock.pass(1.0e-3);
-    EXPECT_FALSE(budget.exact_fits({0, 0})) << "nothing fits when the time is up";
-}
-
-TEST(StepBudget, AnotherRoundIsRefusedWhenItsSolveWouldNotFit) {
-    HandClock clock;
-    StepBudget budget(clock, wall(1.0e-3));
-    const ExactForecast forecast{100, 0};
-    for (int step = 0; step < 100; ++step) {
-        budget.begin();
-        ASSERT_TRUE(run_exact(budget, clock, forecast, {1, 0.3e-3})) << step;
-    }
-    budget.begin();
-    EXPECT_FALSE(run_exact(budget, clock, forecast, {10, 0.3e-3})) << "started for one round, abandoned when a fourth came";
-    EXPECT_FALSE(budget.overrun()) << "in time: " << budget.elapsed_s();
-    EXPECT_GE(budget.elapsed_s(), 0.6e-3) << "but not before it had to be";
-}
-
-TEST(StepBudget, TestsAreGrantedWhatIsLeftAfterTheRefit) {
-    HandClock clock;
-    StepBudget budget(clock, wall(0.9e-3)); // 60000 units of 15 ns
-    budget.begin();
-    EXPECT_NEAR(static_cast<double>(budget.grant_tests({100, 0}).left()), 10000.0, 1.0);
-    EXPECT_NEAR(static_cast<double>(budget.grant_tests({100, 15000}).left()), 5000.0, 1.0);
-    EXPECT_EQ(budget.grant_tests({100, 40000}).left(), 0u);
-    clock.pass(1e-3);
-    EXPECT_EQ(budget.grant_tests({100, 0}).left(), 0u);
-}
-
-TEST(StepBudget, AStepThatSuddenlyCostsTenTimesMoreIsLateOnceAndNotTriedAgainAtOnce) {
-    HandClock clock;
-    StepBudget budget(clock, wall(1e-3));
-    const ExactForecast forecast{1000, 100};
-    int tried = 0;
-    for (int step = 0; step < 100; ++step) {
-        budget.begin();
-        if (run_exact(budget, clock, forecast, {1, 0.2e-3})) ++tried;
-    }
-    ASSERT_GT(tried, 50);
-    int late = 0, last = -1;
-    for (int step = 0; step < 20; ++step) {
-        budget.begin();
-        (void)run_exact(budget, clock, forecast, {1, 2e-3});
-        if (budget.overrun()) {
-            ++late;
-            last = step;
-        }
-    }
-    EXPECT_EQ(late, 1);
-    EXPECT_EQ(last, 0);
-}
-
-TEST(StepBudget, TestsTenTimesSlowerThanForecastAreNotStartedOnceThatIsKnown) {
-    HandClock clock;
-    StepBudget budget(clock, wall(1e-3));
-    const ExactForecast forecast{4000, 100};
-    int overruns = 0;
-    for (int step = 0; step < 60; ++step) {
-        budget.begin();
-        (void)run_exact(budget, clock, forecast, {1, 0.05e-3, 150e-9});
-        overruns += budget.overrun();
-    }
-    EXPECT_LE(overruns, 2);
-}
-
-TEST(StepBudget, OneSlowExactStageIsForgottenInTime) {
-    HandClock clock;
-    StepBudget budget(clock, wall(2e-3));
-    const ExactForecast forecast{4000, 100};
-    budget.begin();
-    ASSERT_FALSE(run_exact(budget, clock, forecast, {1, 20e-3})) << "no time is left for its tests";
-    int refused = 0;
-    for (bool fits = false; refused < 1000 && !fits; ++refused) {
-        budget.begin();
-        fits = budget.exact_fits(forecast);
-    }
-    EXPECT_GT(refused, 10) << "not at once";
-    EXPECT_LT(refused, 300);
-}
-
-TEST(StepBudget, ASuspensionOfAnHourIsForgottenWithinTwoSecondsOfSteps) {
-    HandClock clock;
-    StepBudget budget(clock, wall(2e-3));
-    const ExactForecast forecast{1000, 100};
-    const auto run_steps = [&](int count) {
-        int done = 0;
-        for (int step = 0; step < count; ++step) {
-            budget.begin();
-            done += run_exact(budget, clock, forecast, {1, 0.2e-3});
-        }
-        return done;
-    };
-    ASSERT_GT(run_steps(50), 40);
-    budget.begin();
-    (void)run_exact(budget, clock, forecast, {1, 3600.0});
-    WorkBudget grant = budget.grant_descent();
-    EXPECT_EQ(grant.left(), 0u);
-    EXPECT_GT(run_steps(200), 50);
-}
-
-TEST(StepBudget, TheCostOfAnExactStageThatRunsEveryStepIsNotForgotten) {
-    HandClock clock;
-    StepBudget budget(clock, wall(2e-3));
-    const ExactForecast forecast{8000, 0};
-    for (int step = 0; step < 200; ++step) {
-        budget.begin();
-        ASSERT_TRUE(run_exact(budget, clock, forecast, {1, 0.2e-3})) << "step " << step;
-    }
-    budget.begin();
-    clock.pass(1.2e-3);
-    EXPECT_FALSE(budget.exact_fits(forecast)) << "0.92 ms do not fit in 0.8 ms";
-}
-
 TEST(StepBudget, ChargesTimeOfThreadAndClockApart) {
     HandClock clock;
     StepBudget budget(clock, wall(1e-3));
@@ -354,10 +175,10 @@ StepBudget with_forecasts(HandClock& clock, double limit_s) {
     StepBudget budget(clock, wall(limit_s));
     for (int step = 0; step < 100; ++step) {
         budget.begin();
-        budget.begin_part();
+        budget.begin_part(StepPart::Tissue);
         clock.pass(4e-3);
         budget.end_part(StepPart::Tissue);
-        budget.begin_part();
+        budget.begin_part(StepPart::Steer);
         clock.pass(1e-3);
         budget.end_part(StepPart::Steer);
     }

@@ -1,0 +1,213 @@
+// When is the exact stage begun, when is it given up, and what is remembered of it: on a clock that only moves when a test says so.
+#include "hand_clock.hpp"
+
+#include <gtest/gtest.h>
+
+namespace seldinger::engine {
+namespace {
+
+using namespace hand_clock;
+
+TEST(StepBudget, AnExactStageThatWasNeverSeenIsNotTriedUnderATightBudgetAtOnceButInTheEnd) {
+    HandClock clock;
+    StepBudget budget(clock, wall(0.5e-3));
+    budget.begin();
+    EXPECT_FALSE(run_exact(budget, clock, {10, 10}, {})) << "its first guess is 1 ms";
+    int steps = 1;
+    for (; steps < 1000 && !run_exact(budget, clock, {10, 10}, {}); ++steps) budget.begin();
+    EXPECT_LT(steps, 100);
+    EXPECT_FALSE(budget.overrun());
+}
+
+TEST(StepBudget, TheExactStageFitsWhenWhatItCostBeforeDoesWithAReserve) {
+    HandClock clock;
+    StepBudget budget(clock, wall(2e-3));
+    const ExactForecast forecast{1000, 0}; // 0.09 ms of tests
+    for (int step = 0; step < 100; ++step) {
+        budget.begin();
+        ASSERT_TRUE(run_exact(budget, clock, forecast, {3, 0.2e-3})) << step; // 0.87 ms in all
+    }
+    budget.begin();
+    clock.pass(1.0e-3);
+    EXPECT_TRUE(budget.exact_fits(forecast)) << "0.87 ms in 1 ms";
+    budget.begin();
+    clock.pass(1.2e-3);
+    EXPECT_FALSE(budget.exact_fits(forecast)) << "not in 0.8 ms";
+    clock.pass(1.0e-3);
+    EXPECT_FALSE(budget.exact_fits({0, 0})) << "nothing fits when the time is up";
+}
+
+TEST(StepBudget, AnotherRoundIsRefusedWhenItsSolveWouldNotFit) {
+    HandClock clock;
+    StepBudget budget(clock, wall(1.0e-3));
+    const ExactForecast forecast{100, 0};
+    for (int step = 0; step < 100; ++step) {
+        budget.begin();
+        ASSERT_TRUE(run_exact(budget, clock, forecast, {1, 0.3e-3})) << step;
+    }
+    budget.begin();
+    EXPECT_FALSE(run_exact(budget, clock, forecast, {10, 0.3e-3})) << "started for one round, abandoned when a fourth came";
+    EXPECT_FALSE(budget.overrun()) << "in time: " << budget.elapsed_s();
+    EXPECT_GE(budget.elapsed_s(), 0.6e-3) << "but not before it had to be";
+}
+
+TEST(StepBudget, TestsAreGrantedWhatIsLeftAfterTheRefit) {
+    HandClock clock;
+    StepBudget budget(clock, wall(0.9e-3)); // 60000 units of 15 ns
+    budget.begin();
+    EXPECT_NEAR(static_cast<double>(budget.grant_tests({100, 0}).left()), 10000.0, 1.0);
+    EXPECT_NEAR(static_cast<double>(budget.grant_tests({100, 15000}).left()), 5000.0, 1.0);
+    EXPECT_EQ(budget.grant_tests({100, 40000}).left(), 0u);
+    clock.pass(1e-3);
+    EXPECT_EQ(budget.grant_tests({100, 0}).left(), 0u);
+}
+
+TEST(StepBudget, AStepThatSuddenlyCostsTenTimesMoreIsLateOnceAndNotTriedAgainAtOnce) {
+    HandClock clock;
+    StepBudget budget(clock, wall(1e-3));
+    const ExactForecast forecast{1000, 100};
+    int tried = 0;
+    for (int step = 0; step < 100; ++step) {
+        budget.begin();
+        if (run_exact(budget, clock, forecast, {1, 0.2e-3})) ++tried;
+    }
+    ASSERT_GT(tried, 50);
+    int late = 0, last = -1;
+    for (int step = 0; step < 20; ++step) {
+        budget.begin();
+        (void)run_exact(budget, clock, forecast, {1, 2e-3});
+        if (budget.overrun()) {
+            ++late;
+            last = step;
+        }
+    }
+    EXPECT_EQ(late, 1);
+    EXPECT_EQ(last, 0);
+}
+
+TEST(StepBudget, TestsTenTimesSlowerThanForecastAreNotStartedOnceThatIsKnown) {
+    HandClock clock;
+    StepBudget budget(clock, wall(1e-3));
+    const ExactForecast forecast{4000, 100};
+    int overruns = 0;
+    for (int step = 0; step < 60; ++step) {
+        budget.begin();
+        (void)run_exact(budget, clock, forecast, {1, 0.05e-3, 150e-9});
+        overruns += budget.overrun();
+    }
+    EXPECT_LE(overruns, 2);
+}
+
+TEST(StepBudget, OneSlowExactStageIsForgottenInTime) {
+    HandClock clock;
+    StepBudget budget(clock, wall(2e-3));
+    const ExactForecast forecast{4000, 100};
+    budget.begin();
+    ASSERT_FALSE(run_exact(budget, clock, forecast, {1, 20e-3})) << "no time is left for its tests";
+    int refused = 0;
+    for (bool fits = false; refused < 1000 && !fits; ++refused) {
+        budget.begin();
+        fits = budget.exact_fits(forecast);
+    }
+    EXPECT_GT(refused, 10) << "not at once";
+    EXPECT_LT(refused, 300);
+}
+
+TEST(StepBudget, ASuspensionOfAnHourIsForgottenWithinTwoSecondsOfSteps) {
+    HandClock clock;
+    StepBudget budget(clock, wall(2e-3));
+    const ExactForecast forecast{1000, 100};
+    const auto run_steps = [&](int count) {
+        int done = 0;
+        for (int step = 0; step < count; ++step) {
+            budget.begin();
+            done += run_exact(budget, clock, forecast, {1, 0.2e-3});
+        }
+        return done;
+    };
+    ASSERT_GT(run_steps(50), 40);
+    budget.begin();
+    (void)run_exact(budget, clock, forecast, {1, 3600.0});
+    WorkBudget grant = budget.grant_descent();
+    EXPECT_EQ(grant.left(), 0u);
+    EXPECT_GT(run_steps(200), 50);
+}
+
+TEST(StepBudget, TheCostOfAnExactStageThatRunsEveryStepIsNotForgotten) {
+    HandClock clock;
+    StepBudget budget(clock, wall(2e-3));
+    const ExactForecast forecast{8000, 0};
+    for (int step = 0; step < 200; ++step) {
+        budget.begin();
+        ASSERT_TRUE(run_exact(budget, clock, forecast, {1, 0.2e-3})) << "step " << step;
+    }
+    budget.begin();
+    clock.pass(1.2e-3);
+    EXPECT_FALSE(budget.exact_fits(forecast)) << "0.92 ms do not fit in 0.8 ms";
+}
+
+/// The boxes of the wall take 1.7 ms and no grant interrupts them: a stage that begins with them never fits into 1 ms, however long it is
+/// since one was tried. Steps refit outside of the account, as those do whose scope is collision.
+TEST(StepBudget, AStageWhoseRefitAloneIsTooLongIsNotBegunAgainAndAgain) {
+    HandClock clock;
+    StepBudget budget(clock, wall(1e-3));
+    int begun = 0;
+    for (int step = 0; step < 5000; ++step) {
+        budget.begin();
+        clock.pass(0.1e-3);
+        begun += step > 0 && budget.exact_fits({100, 100});
+        budget.pause();
+        budget.begin_part(StepPart::Refit);
+        clock.pass(1.7e-3);
+        budget.end_part(StepPart::Refit);
+    }
+    EXPECT_EQ(begun, 0);
+}
+
+TEST(StepBudget, AWallThatBecameCheapIsTriedAgain) {
+    HandClock clock;
+    StepBudget budget(clock, wall(1e-3));
+    int begun = 0;
+    for (int step = 0; step < 300; ++step) {
+        budget.begin();
+        begun += step > 100 && budget.exact_fits({100, 100});
+        budget.pause();
+        budget.begin_part(StepPart::Refit);
+        clock.pass(step < 100 ? 1.7e-3 : 0.1e-3);
+        budget.end_part(StepPart::Refit);
+    }
+    EXPECT_GT(begun, 100);
+}
+
+/// As the refit: a solve that is timed in every step, within an exact stage or in place of one, is not forgotten.
+TEST(StepBudget, ASolveThatIsTooLongIsNotForgottenAsLongAsItIsSeen) {
+    HandClock clock;
+    StepBudget budget(clock, wall(1e-3));
+    int begun = 0;
+    for (int step = 0; step < 1000; ++step) {
+        budget.begin();
+        begun += step > 0 && budget.exact_fits({100, 100});
+        budget.pause();
+        budget.begin_solve();
+        clock.pass(2e-3);
+        budget.end_solve();
+    }
+    EXPECT_EQ(begun, 0);
+}
+
+/// Tests take 10 ns a unit. After a thousand steps without any they are not thought to take none: what is granted fits.
+TEST(StepBudget, WhatTestsCostIsNotForgottenBelowTheLowestThatWasSeen) {
+    HandClock clock;
+    StepBudget budget(clock, wall(2e-3));
+    const ExactForecast forecast{5000, 0};
+    for (int step = 0; step < 50; ++step) {
+        budget.begin();
+        (void)run_exact(budget, clock, forecast, {1, 0.1e-3, 10e-9});
+    }
+    for (int step = 0; step < 1000; ++step) budget.begin();
+    const WorkBudget grant = budget.grant_tests(forecast);
+    EXPECT_NEAR(10e-9 * static_cast<double>(kUnitsPerCandidate * grant.left()), 2e-3, 2e-5);
+}
+
+} // namespace
+} // namespace seldinger::engine
