@@ -267,7 +267,7 @@ Command add_cost_command(CLI::App& app) {
     command
         ->add_option("-n,--steps", request->steps,
                      fmt::format("steps of every run; as the scene says, at most {}, when absent", kUsualSteps))
-        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}));
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
     command->add_option("--out", request->out, "output folder; out/<scene name>-cost where none is given");
     std::string words;
     for (const VariantWord& word : list_variants()) words += fmt::format("{}{} ({})", words.empty() ? "" : ", ", word.name, word.does);

@@ -11,6 +11,7 @@ namespace {
 
 class Cost : public Program {};
 class Grants : public Program {};
+class Pace : public Program {};
 class Verify : public Program {};
 
 /// A soft ball that falls on a table: a budget shows here.
@@ -107,7 +108,7 @@ TEST_F(Cost, HasBudgetsOfItsOwnAndTakesScenesWithInstruments) {
     ASSERT_EQ(rows.size(), 6u);
     EXPECT_EQ(rows[1][0], "0.1ms");
     EXPECT_EQ(rows[5][0], "exact");
-    EXPECT_TRUE(ended_with(call({"cost", folder / "tube.json", "-n", "0", "--out", out(), "--force"}), 0));
+    EXPECT_TRUE(refuses(call({"cost", folder / "tube.json", "-n", "0", "--out", out(), "--force"}), "--steps")) << "a table of zeros is none";
 }
 
 TEST_F(Cost, RefusesBudgetsThatAreNone) {
@@ -126,6 +127,23 @@ TEST_F(Cost, RefusesABusyFolderUnlessForced) {
     ASSERT_TRUE(ended_with(call({"cost", scene, "--budgets", "exact", "-n", "1", "--out", out()}), 0));
     EXPECT_TRUE(refuses(call({"cost", scene, "--budgets", "exact", "-n", "1", "--out", out()}), "--force"));
     EXPECT_TRUE(ended_with(call({"cost", scene, "--budgets", "exact", "-n", "1", "--out", out(), "--force"}), 0));
+}
+
+/// A laptop is closed, a debugger stops the process: the run goes on as if time had stood still, and says that it was late.
+TEST_F(Pace, ARunThatIsSuspendedGoesOnInSlowMotionAndSaysSo) {
+    const fs::path scene = write("tube.json", kTube);
+    const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "--budget", "1ms", "--pace", "1", "-n", "200"});
+    ASSERT_TRUE(wait_for_steps(out()));
+    ASSERT_EQ(kill(child, SIGSTOP), 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    ASSERT_EQ(kill(child, SIGCONT), 0);
+    ASSERT_TRUE(ended_with(wait_for(child, kPatience), 0));
+    const Json json = summary();
+    EXPECT_EQ(json["steps"], 200);
+    EXPECT_GE(json["pace"]["late_steps"], 1) << json["pace"];
+    EXPECT_GE(json["pace"]["slow_motion_s"], 0.4) << json["pace"];
+    EXPECT_GE(json["pace"]["worst_late_ms"], 400.0) << json["pace"];
+    EXPECT_EQ(json["lumen_exits"], 0) << json;
 }
 
 TEST_F(Grants, OfAWallRunAreReplayedToTheSameHash) {

@@ -63,17 +63,10 @@ TEST_F(Output, NoPartialFileIsLeftAfterAFinishedRun) {
 
 TEST_F(Output, AnInterruptedRunEndsWith130AndAReadableSummary) {
     const fs::path scene = write("long.json", kTube);
-    for (const int signal : {SIGINT, SIGTERM}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         fs::remove_all(out());
         const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "--force", "-n", "100000000"});
-        for (int wait = 0; wait < 2000; ++wait) { // until steps are being taken
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-            std::error_code none;
-            bool started = false;
-            for (const auto& entry : fs::directory_iterator(out(), none))
-                started = started || (entry.path().filename().string().find("steps") != std::string::npos && entry.file_size(none) > 2000);
-            if (started) break;
-        }
+        ASSERT_TRUE(wait_for_steps(out()));
         ASSERT_EQ(kill(child, signal), 0);
         const Ended ended = wait_for(child, 30.0);
         EXPECT_TRUE(ended_with(ended, 130));

@@ -125,6 +125,17 @@ protected:
     fs::path folder;
 };
 
+/// Until a run that writes into `out` has taken steps; false: it never did.
+inline bool wait_for_steps(const fs::path& out, std::uintmax_t bytes = 2000) {
+    for (int wait = 0; wait < 6000; ++wait) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        std::error_code none;
+        for (const auto& entry : fs::directory_iterator(out, none))
+            if (entry.path().filename().string().find("steps") != std::string::npos && entry.file_size(none) > bytes) return true;
+    }
+    return false;
+}
+
 /// A wire in a straight tube: 20 steps, prepared in a few hundredths of a second.
 inline const std::string kTube = R"({
     "name": "tube",
