@@ -73,18 +73,18 @@ protected:
     }
 
     /// Starts the program; output goes to files, so that no pipe can fill up.
-    pid_t start(const std::vector<std::string>& arguments) const {
+    pid_t start(const std::vector<std::string>& arguments, const fs::path& program = SELDINGER_PROGRAM) const {
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
         posix_spawn_file_actions_addopen(&actions, 1, (folder / "stdout").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
         posix_spawn_file_actions_addopen(&actions, 2, (folder / "stderr").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-        std::vector<char*> argv = {const_cast<char*>(SELDINGER_PROGRAM)};
+        std::vector<char*> argv = {const_cast<char*>(program.c_str())};
         for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
         argv.push_back(nullptr);
         pid_t child = -1;
-        const int failed = posix_spawn(&child, SELDINGER_PROGRAM, &actions, nullptr, argv.data(), environ);
-        EXPECT_EQ(failed, 0) << SELDINGER_PROGRAM;
+        const int failed = posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), environ);
+        EXPECT_EQ(failed, 0) << program;
         if (failed != 0) child = -1;
         posix_spawn_file_actions_destroy(&actions);
         return child;

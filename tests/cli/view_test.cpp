@@ -45,5 +45,15 @@ TEST_F(View, RefusesWhatItCannotServe) {
     EXPECT_TRUE(refuses(call({"view", scene.string(), "--page", (folder / "none.html").string()}), "none.html"));
 }
 
+TEST_F(View, WithoutItsPageSaysWhatBuildsIt) {
+    const fs::path alone = folder / "bin" / "seldinger"; // the program without what stands beside it
+    fs::create_directory(folder / "bin");
+    fs::copy_file(SELDINGER_PROGRAM, alone);
+    const Ended ended = wait_for(start({"view", scene.string(), "-n", "1"}, alone), kPatience);
+    EXPECT_TRUE(refuses(ended, "page was not built"));
+    EXPECT_TRUE(ended.says("viewer_page")) << "what builds it: " << ended;
+    EXPECT_TRUE(ended.says("page/index.html")) << "what is missing: " << ended;
+}
+
 } // namespace
 } // namespace seldinger::cli_test

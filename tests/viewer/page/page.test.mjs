@@ -77,6 +77,24 @@ test("the pad moves the catheter with the mouse", async () => {
     await until(page, "t.drive[0] === 0");
 });
 
+test("a gamepad's stick moves the catheter, and its name is shown", async () => {
+    const start = await afresh(page);
+    await page.evaluate(() => { // no such device here: one that the page cannot tell from a real one
+        window.fakePad = { id: "test pad", connected: true, axes: [0, 0, 0, 0], buttons: Array.from({ length: 17 }, () => ({ pressed: false })) };
+        Object.defineProperty(navigator, "getGamepads", { configurable: true, value: () => [null, window.fakePad] });
+    });
+    const tilt = (...axes) => page.evaluate((to) => { window.fakePad.axes = to; }, axes);
+    await tilt(0, -1, 0, 0);
+    await until(page, "t.insertion_m > g + 2e-3", start.insertion_m);
+    await tilt(0, 0, 1, 0);
+    await until(page, "t.drive[0] === 0 && t.rotation_rad > g + 0.2", start.rotation_rad);
+    await tilt(0.1, -0.1, 0.1, 0);
+    await until(page, "t.drive[0] === 0 && t.drive[1] === 0"); // a stick at rest is never quite in the middle
+    await until(page, "document.body.innerText.includes('gamepad: test pad')");
+    await page.evaluate(() => Object.defineProperty(navigator, "getGamepads", { configurable: true, value: () => [] }));
+    noComplaints(page);
+});
+
 test("the budget slider changes the level reached, by keyboard alone", async () => {
     await afresh(page);
     await page.keyboard.down("w"); // deep enough for a few hundred pairs
