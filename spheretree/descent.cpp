@@ -59,7 +59,8 @@ void Descent::begin(double margin, DescentOrder order, int cap) {
     head_ = 0;
     collisions_.clear();
     stack_.clear();
-    searching_ = false;
+    searching_ = pressing_ = false;
+    paid_ = 0;
     leaf_depth_ = 0;
     stats_ = {};
 }

@@ -12,6 +12,7 @@
 #include "spheretree/deforming_tree.hpp"
 #include "spheretree/descent_order.hpp"
 #include "spheretree/lumen_state.hpp"
+#include "spheretree/union_room.hpp"
 
 #include <limits>
 
@@ -58,7 +59,7 @@ public:
     /// One lumen per chain: the chain's hints and link states belong to it.
     void add_hollow_pair(const ChainView& instrument, const LumenView& lumen);
 
-    /// Work is charged before it is done; one ball's wall links at most may be done on credit.
+    /// Work is paid before it is done; what costs more than one unit (a ball's wall links) may be paid over several calls.
     /// Tests until the queue is empty (true) or the budget is (false); call again with more budget to go on.
     /// The same calls give the same lists, and a larger budget never leaves a pair coarser than a smaller one did (Breadth, Deepest).
     bool run(WorkBudget& budget);
@@ -114,9 +115,12 @@ private:
     }
     bool step_hollow(const Entry& entry, WorkBudget& budget);
     bool find_ball(HollowPair& pair, Index sphere, WorkBudget& budget);
-    double room_in_leaf(HollowPair& pair, Index sphere, Index leaf, WorkBudget& budget);
+    [[nodiscard]] bool pay(std::uint64_t units, WorkBudget& budget) noexcept;
+    static std::uint64_t cost_of_leaf(const HollowPair& pair, Index leaf) noexcept;
+    static double room_in_leaf(HollowPair& pair, Index sphere, Index leaf);
+    bool find_wall_room(HollowPair& pair, Index sphere, WorkBudget& budget);
     void add_solid_contact(const Entry& entry, std::vector<Contact>& out) const;
-    void add_wall_contact(HollowPair& pair, Index sphere, WorkBudget& budget);
+    void add_wall_contact(const HollowPair& pair, Index sphere);
     void add_open_link(const Entry& entry, std::vector<Contact>& out) const;
     void open(const Entry& entry);
     [[nodiscard]] int level_of(const Entry& entry) const noexcept;
@@ -131,6 +135,10 @@ private:
     std::vector<std::pair<double, Index>> stack_; // of the search in progress: bound, lumen sphere
     Found found_;
     bool searching_ = false; // the first open entry's search was interrupted
+    bool pressing_ = false;  // its ball is found: the room around it was interrupted
+    Room wall_room_;         // so far
+    std::size_t next_neighbour_ = 0;
+    std::uint64_t paid_ = 0; // units, of what is done next
     DescentStats stats_;
     double margin_ = 0.0;
     DescentOrder order_ = DescentOrder::Breadth;

@@ -1,6 +1,5 @@
 // The descent's hollow pairs: a catheter's links against the free balls of a lumen.
 #include "spheretree/descent.hpp"
-#include "spheretree/union_room.hpp"
 
 #include <algorithm>
 
@@ -12,17 +11,24 @@ namespace {
 /// two equal balls answers does not depend on where the search began.
 constexpr double kTie = 1e-12; // m
 
-/// Takes what there is: the work is done either way, and the next test will find the budget empty.
-void charge(WorkBudget& budget, std::uint64_t units) noexcept { (void)budget.spend(std::min(units, budget.left())); }
-
 } // namespace
+
+/// Paid whole before it is done, over as many grants as that takes: what a kernel does at once is never more than it was granted.
+bool Descent::pay(std::uint64_t units, WorkBudget& budget) noexcept {
+    const std::uint64_t part = std::min(units - paid_, budget.left());
+    if (!budget.spend(part)) return false;
+    paid_ += part;
+    if (paid_ < units) return false;
+    paid_ = 0;
+    return true;
+}
 
 bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {
     HollowPair& pair = hollows_[entry.pair];
     const ChainTree& chain = *pair.chain.chain;
     ChainState& state = *pair.chain.state;
     if (state.spheres[entry.first].radius < 0.0) return true;
-    if (!find_ball(pair, entry.first, budget)) return false;
+    if (!pressing_ && !find_ball(pair, entry.first, budget)) return false;
     const Index begin = chain.tree.item_begin[entry.first];
     const Index end = std::min<Index>(chain.tree.item_end[entry.first], static_cast<Index>(pair.status.size()));
     const bool free = found_.room >= margin_;
@@ -32,8 +38,9 @@ bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {
         std::fill(pair.status.begin() + begin, pair.status.begin() + end, LinkStatus::Free);
         stats_.proven_free += end - begin;
     } else if (chain.tree.is_leaf(entry.first)) {
+        if (!find_wall_room(pair, entry.first, budget)) return false;
         pair.status[begin] = LinkStatus::Contact;
-        add_wall_contact(pair, entry.first, budget);
+        add_wall_contact(pair, entry.first);
     } else {
         const Index child = chain.tree.first_child[entry.first];
         for (Index k = 0; k < chain.tree.child_count[entry.first]; ++k) open({entry.pair, child + k, 0, 1, true, false, 0.0F});
@@ -41,13 +48,16 @@ bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {
     return true;
 }
 
+std::uint64_t Descent::cost_of_leaf(const HollowPair& pair, Index leaf) noexcept {
+    const LumenTree& lumen = *pair.lumen.lumen;
+    return 1 + pair.lumen.state->cost_of(lumen, lumen.ball_of_leaf(leaf));
+}
+
 /// Room that lumen leaf `leaf` proves for a chain sphere over the whole step. Relative to the ball both ends move on a
 /// straight line, and distance is convex: what holds at both ends holds between.
-double Descent::room_in_leaf(HollowPair& pair, Index sphere, Index leaf, WorkBudget& budget) {
+double Descent::room_in_leaf(HollowPair& pair, Index sphere, Index leaf) {
     const LumenTree& lumen = *pair.lumen.lumen;
-    const Index id = lumen.ball_of_leaf(leaf);
-    charge(budget, pair.lumen.state->cost_of(lumen, id));
-    const MovingBall& ball = pair.lumen.state->ball(lumen, id);
+    const MovingBall& ball = pair.lumen.state->ball(lumen, lumen.ball_of_leaf(leaf));
     const ChainTree& chain = *pair.chain.chain;
     const ChainState& state = *pair.chain.state;
     if (ball.radius < 0.0) return -std::numeric_limits<double>::infinity();
@@ -74,17 +84,18 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
     const auto hopeless = [&](double room) { return room < (leaf ? found_.room - kTie : margin_); };
     const auto try_leaf = [&](Index candidate) {
         ++stats_.pairs_tested;
-        const double room = room_in_leaf(pair, sphere, candidate, budget);
+        const double room = room_in_leaf(pair, sphere, candidate);
         if (room > found_.room || (room == found_.room && candidate < found_.leaf)) found_ = {candidate, room};
     };
     if (!searching_) {
-        if (!budget.spend(1)) return false;
+        Index hint = pair.chain.state->hint[link];
+        if (hint == kNoIndex && link > 0) hint = pair.chain.state->hint[link - 1];
+        const bool known = hint < tree.sphere_count() && tree.is_leaf(hint);
+        if (!pay(known ? cost_of_leaf(pair, hint) : 1, budget)) return false;
         searching_ = true;
         found_ = {};
         stack_.assign(1, {std::numeric_limits<double>::infinity(), 0});
-        Index hint = pair.chain.state->hint[link];
-        if (hint == kNoIndex && link > 0) hint = pair.chain.state->hint[link - 1];
-        if (hint < tree.sphere_count() && tree.is_leaf(hint))
+        if (known)
             try_leaf(hint);
         else
             ++stats_.pairs_tested;
@@ -99,14 +110,13 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
             continue;
         }
         if (tree.is_leaf(s)) {
-            if (!budget.spend(1)) return false;
+            if (!pay(cost_of_leaf(pair, s), budget)) return false;
             stack_.pop_back();
             try_leaf(s);
             continue;
         }
         const Index count = tree.child_count[s];
-        if (!budget.spend(1)) return false;
-        charge(budget, count - 1);
+        if (!pay(count, budget)) return false;
         stack_.pop_back();
         const std::size_t first = stack_.size();
         for (Index child = tree.first_child[s]; child < tree.first_child[s] + count; ++child) {
@@ -122,9 +132,36 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
     return true;
 }
 
-void Descent::add_wall_contact(HollowPair& pair, Index sphere, WorkBudget& budget) {
+/// What the found ball and its neighbours leave free around a link, into wall_room_. Picks up where it was interrupted. False: the
+/// budget ended first.
+bool Descent::find_wall_room(HollowPair& pair, Index sphere, WorkBudget& budget) {
     const LumenTree& lumen = *pair.lumen.lumen;
     LumenState& balls = *pair.lumen.state;
+    const Sphere& link = pair.chain.state->links_t1[pair.chain.chain->link_of_leaf(sphere)];
+    if (found_.leaf == kNoIndex) return true;
+    const auto at_t1 = [&](Index ball) {
+        const MovingBall& b = balls.ball(lumen, ball);
+        return Sphere{b.centre_t1, b.radius_t1};
+    };
+    const Index best = lumen.ball_of_leaf(found_.leaf);
+    const Sphere ball = at_t1(best); // measured when it was found
+    if (!pressing_) {
+        pressing_ = true;
+        next_neighbour_ = 0;
+        wall_room_ = room_in_ball(link.centre, ball);
+    }
+    for (const auto neighbours = lumen.neighbours_of(best); next_neighbour_ < neighbours.size(); ++next_neighbour_) {
+        const Index neighbour = neighbours[next_neighbour_];
+        // A circle that matters here is nearer than the wall the link is in contact with.
+        if (balls.bound_at(lumen.leaf_of_ball[neighbour], link.centre) < -link.radius - margin_) continue;
+        if (!pay(1 + balls.cost_of(lumen, neighbour), budget)) return false;
+        improve_room(link.centre, ball, at_t1(neighbour), wall_room_);
+    }
+    pressing_ = false;
+    return true;
+}
+
+void Descent::add_wall_contact(const HollowPair& pair, Index sphere) {
     const Sphere& link = pair.chain.state->links_t1[pair.chain.chain->link_of_leaf(sphere)];
     Contact contact;
     contact.body_a = pair.chain.body;
@@ -132,22 +169,9 @@ void Descent::add_wall_contact(HollowPair& pair, Index sphere, WorkBudget& budge
     contact.feature_a[0] = sphere;
     contact.feature_b[0] = found_.leaf;
     if (found_.leaf != kNoIndex) {
-        const auto at_t1 = [&](Index ball) {
-            charge(budget, 1 + balls.cost_of(lumen, ball));
-            const MovingBall& b = balls.ball(lumen, ball);
-            return Sphere{b.centre_t1, b.radius_t1};
-        };
-        const Index best = lumen.ball_of_leaf(found_.leaf);
-        const Sphere ball = at_t1(best);
-        Room room = room_in_ball(link.centre, ball);
-        for (const Index neighbour : lumen.neighbours_of(best)) {
-            // A circle that matters here is nearer than the wall the link is in contact with.
-            if (balls.bound_at(lumen.leaf_of_ball[neighbour], link.centre) < -link.radius - margin_) continue;
-            improve_room(link.centre, ball, at_t1(neighbour), room);
-        }
-        contact.gap = room.radius - link.radius;
-        contact.normal = room.inward;
-        contact.point = link.centre - room.inward * link.radius;
+        contact.gap = wall_room_.radius - link.radius;
+        contact.normal = wall_room_.inward;
+        contact.point = link.centre - wall_room_.inward * link.radius;
     }
     collisions_.push_back(contact);
     ++stats_.leaf_contacts;

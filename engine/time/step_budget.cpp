@@ -11,11 +11,12 @@ namespace {
 /// tests'.
 constexpr std::uint64_t kLargestGrant = 4096;
 /// Of the time that is left, a grant takes this share until it would be this small: a rate that has doubled since it was
-/// measured is seen before the time is gone.
+/// measured is seen before the time is gone. Of a lumen's links each may cost a hundred times what a pair of spheres does, so the
+/// last grants are few.
 constexpr double kGrantShare = 0.5;
-constexpr std::uint64_t kSmallestShare = 256;
+constexpr std::uint64_t kSmallestShare = 32;
 /// Grants that spent less say more about the clock than about the tests: they teach nothing.
-constexpr std::uint64_t kSmallestLesson = 64;
+constexpr std::uint64_t kSmallestLesson = 32;
 /// Weight of the newest measurement: a rate that changes tenfold is followed within some ten grants.
 constexpr double kLearning = 0.2;
 /// Rates that rise are followed faster: late is dearer than early.

@@ -37,7 +37,10 @@ TEST(StepBudget, AWallGrantIsNeverLargerThanWhatTheTimePaysForOrTheClockShouldBe
     large.begin();
     small.begin();
     EXPECT_EQ(large.grant_descent().left(), 4096u);
-    EXPECT_EQ(small.grant_descent().left(), 100u) << "10 us at 100 ns";
+    EXPECT_EQ(small.grant_descent().left(), 50u) << "half of 10 us at 100 ns";
+    StepBudget tiny(clock, wall(2e-6));
+    tiny.begin();
+    EXPECT_EQ(tiny.grant_descent().left(), 20u) << "all of 2 us: less is not worth a look at the clock";
 }
 
 TEST(StepBudget, NothingIsGrantedOnceTheTimeIsUpOrTooShortForOneTest) {
@@ -123,12 +126,12 @@ TEST(StepBudget, AGrantOfAFewTestsTeachesNothing) {
     StepBudget budget(clock, wall(10e-6));
     budget.begin();
     WorkBudget grant = budget.grant_descent();
-    ASSERT_EQ(grant.left(), 100u);
-    ASSERT_TRUE(grant.spend(63));
-    clock.pass(5e-6); // 80 ns a test, but most of it is the clock's
+    ASSERT_EQ(grant.left(), 50u);
+    ASSERT_TRUE(grant.spend(31));
+    clock.pass(5e-6); // 160 ns a test, but most of it is the clock's
     budget.settle_descent(grant);
     budget.begin();
-    EXPECT_EQ(budget.grant_descent().left(), 100u);
+    EXPECT_EQ(budget.grant_descent().left(), 50u);
 }
 
 TEST(StepBudget, PausedTimeIsNotCharged) {
