@@ -60,7 +60,7 @@ void Descent::begin(double margin, DescentOrder order, int cap) {
     collisions_.clear();
     stack_.clear();
     searching_ = pressing_ = false;
-    paid_ = 0;
+    next_cost_ = 1;
     leaf_depth_ = 0;
     stats_ = {};
 }

@@ -59,10 +59,12 @@ public:
     /// One lumen per chain: the chain's hints and link states belong to it.
     void add_hollow_pair(const ChainView& instrument, const LumenView& lumen);
 
-    /// Work is paid before it is done; what costs more than one unit (a ball's wall links) may be paid over several calls.
+    /// Work is paid before it is done. What costs more than one unit (a ball's wall links) is not begun with less: next_cost() says what
+    /// the next call must bring along at least.
     /// Tests until the queue is empty (true) or the budget is (false); call again with more budget to go on.
     /// The same calls give the same lists, and a larger budget never leaves a pair coarser than a smaller one did (Breadth, Deepest).
     bool run(WorkBudget& budget);
+    [[nodiscard]] std::uint64_t next_cost() const noexcept { return next_cost_; }
 
     /// Appends CollisionList, then the open pairs as AssumedSpheres whose depth is clamped at zero from below.
     /// Solid:  feature_a[0], feature_b[0] = sphere ids of the two trees.
@@ -138,7 +140,7 @@ private:
     bool pressing_ = false;  // its ball is found: the room around it was interrupted
     Room wall_room_;         // so far
     std::size_t next_neighbour_ = 0;
-    std::uint64_t paid_ = 0; // units, of what is done next
+    std::uint64_t next_cost_ = 1; // units, of what is done next
     DescentStats stats_;
     double margin_ = 0.0;
     DescentOrder order_ = DescentOrder::Breadth;

@@ -13,14 +13,11 @@ constexpr double kTie = 1e-12; // m
 
 } // namespace
 
-/// Paid whole before it is done, over as many grants as that takes: what a kernel does at once is never more than it was granted.
+/// Paid whole before it is done: a kernel never does more than it was granted.
 bool Descent::pay(std::uint64_t units, WorkBudget& budget) noexcept {
-    const std::uint64_t part = std::min(units - paid_, budget.left());
-    if (!budget.spend(part)) return false;
-    paid_ += part;
-    if (paid_ < units) return false;
-    paid_ = 0;
-    return true;
+    const bool paid = budget.spend(units);
+    next_cost_ = paid ? 1 : units;
+    return paid;
 }
 
 bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {

@@ -167,7 +167,7 @@ Answer run_wall(const Subject& subject, double budget_ms, std::vector<double>& o
             budget.begin();
             start(subject, met, DescentOrder::Breadth, descent);
             for (bool finished = false; !finished;) {
-                WorkBudget grant = budget.grant_descent();
+                WorkBudget grant = budget.grant_descent(descent.next_cost());
                 if (grant.left() == 0) break;
                 finished = descent.run(grant);
                 budget.settle_descent(grant);

@@ -231,11 +231,10 @@ void Simulator::descend() {
     add_solid_pairs(model_, context_);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, context_);
     for (bool finished = false; !finished;) {
-        WorkBudget grant = budget_.grant_descent();
+        WorkBudget grant = budget_.grant_descent(context_.descent.next_cost());
         if (grant.left() == 0) break;
         finished = context_.descent.run(grant);
         budget_.settle_descent(grant);
-        if (grant.spent() == 0) break; // nothing could be afforded
     }
     budget_.begin_part(StepPart::List);
     context_.descent.add_contacts(context_.coarse);

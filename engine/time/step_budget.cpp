@@ -123,19 +123,22 @@ unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
     return order.empty() ? 0u : static_cast<unsigned>(tape_.decide(DecisionKind::Drop, by_forecast));
 }
 
-std::uint64_t StepBudget::affordable_descent() const noexcept {
+std::uint64_t StepBudget::affordable_descent(std::uint64_t at_least) const noexcept {
     const double left = left_s();
     if (!(left > 0.0)) return 0;
     const double all = left / descent_s_per_unit_;
-    if (all < 1.0) return 0;
+    const auto least = static_cast<double>(at_least);
+    if (all < least) return 0;
     const double share = std::max(kGrantShare * all, std::min(all, static_cast<double>(kSmallestShare)));
-    return static_cast<std::uint64_t>(std::min(share, static_cast<double>(kLargestGrant)));
+    return static_cast<std::uint64_t>(std::max(least, std::min(share, static_cast<double>(kLargestGrant))));
 }
 
-WorkBudget StepBudget::grant_descent() {
+WorkBudget StepBudget::grant_descent(std::uint64_t at_least) {
     operation_start_ns_ = clock_->now_ns();
-    return WorkBudget(
-        tape_.decide(DecisionKind::Descent, [&] { return limits_.mode == BudgetMode::Wall ? affordable_descent() : units_left(); }));
+    return WorkBudget(tape_.decide(DecisionKind::Descent, [&]() -> std::uint64_t {
+        if (limits_.mode == BudgetMode::Wall) return affordable_descent(at_least);
+        return units_left() >= at_least ? units_left() : 0;
+    }));
 }
 
 void StepBudget::settle_descent(const WorkBudget& grant) noexcept {

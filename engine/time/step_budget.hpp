@@ -77,7 +77,8 @@ public:
     void keep_back(double seconds) noexcept { kept_back_s_ = seconds; }
 
     /// The next grant for sphere-pair tests: small, so that the clock is read often enough. Empty when the time is up.
-    [[nodiscard]] WorkBudget grant_descent();
+    /// at_least  units, what is done next takes no less: nothing is granted where the time is too short for that
+    [[nodiscard]] WorkBudget grant_descent(std::uint64_t at_least = 1);
     void settle_descent(const WorkBudget& grant) noexcept;
 
     /// The exact stage: does it fit, by the cost of its last runs, in what is left? True starts its account.
@@ -105,7 +106,7 @@ private:
     [[nodiscard]] std::uint64_t units_left() const noexcept;
     [[nodiscard]] double tests_seconds(const ExactForecast& forecast) const noexcept;
     [[nodiscard]] std::uint64_t affordable_tests(const ExactForecast& forecast) const noexcept;
-    [[nodiscard]] std::uint64_t affordable_descent() const noexcept;
+    [[nodiscard]] std::uint64_t affordable_descent(std::uint64_t at_least) const noexcept;
 
     const Clock* clock_;
     BudgetLimits limits_;

@@ -92,6 +92,20 @@ TEST(StepBudget, AGrantTakesHalfOfWhatIsLeftSoThatARateThatDoublesIsSeenInTime) 
     EXPECT_LE(budget.elapsed_s(), 0.5e-3 + 100e-9 * 256) << "late by a share of the smallest grant at most";
 }
 
+/// A ball's wall is looked at in one piece: what is granted for it pays for all of it, or nothing is.
+TEST(StepBudget, AGrantIsNoSmallerThanWhatIsDoneNextOrThereIsNone) {
+    HandClock clock;
+    StepBudget budget(clock, wall(10e-6)); // 100 tests of 100 ns
+    budget.begin();
+    EXPECT_EQ(budget.grant_descent(80).left(), 80u) << "more than the half that is usually given";
+    EXPECT_EQ(budget.grant_descent(100).left(), 100u);
+    EXPECT_EQ(budget.grant_descent(101).left(), 0u);
+    StepBudget counted(clock, work(100));
+    counted.begin();
+    EXPECT_EQ(counted.grant_descent(100).left(), 100u);
+    EXPECT_EQ(counted.grant_descent(101).left(), 0u) << "or the same question would be asked for ever";
+}
+
 TEST(StepBudget, WhatIsKeptBackIsNotGranted) {
     HandClock clock;
     StepBudget budget(clock, wall(1e-3));

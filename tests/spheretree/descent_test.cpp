@@ -423,6 +423,50 @@ TEST(HollowDescent, NeverMissesAtAnyBudget) {
     }
 }
 
+/// Balls of a moving wall cost hundreds of units each: none is measured before it is paid for, and in pieces they cost what they cost in
+/// one go.
+TEST(HollowDescent, OfAMovingWallNothingIsDoneOnCredit) {
+    CatheterFixture f, g;
+    std::vector<Vec3> moved = f.lumen.rest_vertices;
+    for (Vec3& v : moved) v += 1e-4 * Vec3(std::sin(100.0 * v[0]), std::cos(130.0 * v[1]), 0.5);
+    std::vector<Contact> whole, pieces;
+    const auto begin = [&](CatheterFixture& fixture, Descent& descent) {
+        fixture.lumen_state.update(fixture.lumen, fixture.lumen.rest_vertices, moved);
+        descent.begin(fixture.kMargin);
+        descent.add_hollow_pair({1, &fixture.chain, &fixture.chain_state}, {2, &fixture.lumen, &fixture.lumen_state});
+    };
+    Descent once, by_piece;
+    begin(f, once);
+    WorkBudget all;
+    ASSERT_TRUE(once.run(all));
+    once.add_contacts(whole);
+    begin(g, by_piece);
+    std::uint64_t spent = 0, largest = 0;
+    for (bool done = false; !done;) {
+        const std::uint64_t least = by_piece.next_cost();
+        const std::size_t before = g.lumen_state.balls_updated();
+        WorkBudget too_little(least - 1);
+        if (least > 1) {
+            EXPECT_FALSE(by_piece.run(too_little));
+            EXPECT_EQ(too_little.spent(), 0u);
+            EXPECT_EQ(g.lumen_state.balls_updated(), before);
+        }
+        WorkBudget enough(std::max<std::uint64_t>(least, 5));
+        done = by_piece.run(enough);
+        ASSERT_GT(enough.spent(), 0u);
+        spent += enough.spent();
+        largest = std::max(largest, least);
+    }
+    by_piece.add_contacts(pieces);
+    EXPECT_GT(largest, 20u) << "a ball with its triangles";
+    EXPECT_EQ(spent, all.spent());
+    ASSERT_EQ(whole.size(), pieces.size());
+    for (std::size_t k = 0; k < whole.size(); ++k) {
+        EXPECT_EQ(whole[k].gap, pieces[k].gap) << k;
+        EXPECT_EQ(whole[k].normal, pieces[k].normal) << k;
+    }
+}
+
 TEST(HollowDescent, HintsAndGrantsChangeTheWorkNotTheResult) {
     CatheterFixture f, g;
     Descent cold, warm, granted;
@@ -433,8 +477,9 @@ TEST(HollowDescent, HintsAndGrantsChangeTheWorkNotTheResult) {
     granted.begin(g.kMargin);
     granted.add_hollow_pair({1, &g.chain, &g.chain_state}, {2, &g.lumen, &g.lumen_state});
     for (bool done = false; !done;) {
-        WorkBudget budget(3);
+        WorkBudget budget(std::max<std::uint64_t>(3, granted.next_cost()));
         done = granted.run(budget);
+        ASSERT_GT(budget.spent(), 0u) << "what it asked for is enough to go on";
     }
     granted.add_contacts(third);
     ASSERT_EQ(first.size(), second.size());
