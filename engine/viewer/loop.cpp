@@ -67,6 +67,7 @@ private:
             else
                 session_.apply(command);
         }
+        answer_due_ = answer_due_ || any;
         return any;
     }
 
@@ -108,11 +109,13 @@ private:
             exchange_.steps_not_shown.fetch_add(1, std::memory_order_relaxed);
     }
 
-    /// Copies only what somebody will look at: the last one has been taken. What is skipped is shown later.
+    /// Copies only what somebody will look at: the last one has been taken. What is skipped is shown later, but for what answers a
+    /// command: that takes the place of an older one, which nobody has seen yet, and the hand sees a frame earlier what it did.
     void show(bool changed) {
         behind_ = behind_ || changed;
         if (!behind_ || exchange_.viewers.load(std::memory_order_relaxed) == 0) return;
-        if (!exchange_.snapshot.taken()) return;
+        if (!exchange_.snapshot.taken() && !answer_due_) return;
+        answer_due_ = false;
         Snapshot& snapshot = exchange_.snapshot.back();
         fill_snapshot(session_, exchange_.spheres.load(std::memory_order_relaxed), snapshot);
         snapshot.pace = meter_.pace();
@@ -126,7 +129,8 @@ private:
     RunStatistics& tally_;
     PaceMeter meter_;
     std::int64_t due_ = 0;
-    bool behind_ = true;
+    bool behind_ = true;      // what was published last is not how things stand
+    bool answer_due_ = false; // a command was applied after that
     std::uint64_t seals_ = 0;
 };
 
