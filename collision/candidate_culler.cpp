@@ -13,6 +13,16 @@ bool is_bounded(const Vec3& p) noexcept { // false for NaN
 
 } // namespace
 
+void CullSnapshot::reserve(std::size_t prism_count, std::size_t pair_count) {
+    prisms.reserve(prism_count);
+    corners.reserve(prism_count);
+    set_of.reserve(prism_count);
+    pairs.reserve(pair_count);
+    apart.reserve(pair_count);
+    left_.reserve(pair_count);
+    culler_.reserve(prism_count, pair_count, 2);
+}
+
 Result<void> CullSnapshot::look(const CullPlan& plan, CullBackend& backend) {
     apart.assign(pairs.size(), 0);
     left_.assign(pairs.begin(), pairs.end());
@@ -27,6 +37,13 @@ Result<void> CullSnapshot::look(const CullPlan& plan, CullBackend& backend) {
     }
     assert(next == left_.size());
     return {};
+}
+
+void CandidateCuller::reserve(std::size_t candidates, std::size_t triangles_a, std::size_t triangles_b) {
+    keys_.reserve(candidates);
+    pair_of_.reserve(candidates);
+    place_a_.reserve(triangles_a);
+    place_b_.reserve(triangles_b);
 }
 
 Index CandidateCuller::prism_of(const SearchSide& side, Index triangle, std::vector<Index>& place, Index set, CullSnapshot& snapshot) {

@@ -21,6 +21,7 @@ struct CullSnapshot {
     std::vector<std::uint8_t> apart; // [pair_count]
     CullReport report;
 
+    void reserve(std::size_t prism_count, std::size_t pair_count);
     /// fails   as the backend does: nothing is apart then
     [[nodiscard]] Result<void> look(const CullPlan& plan, CullBackend& backend);
 
@@ -31,6 +32,8 @@ private:
 
 class CandidateCuller {
 public:
+    /// Nothing is allocated for so many candidates of surfaces of so many triangles afterwards.
+    void reserve(std::size_t candidates, std::size_t triangles_a, std::size_t triangles_b);
     /// Makes the snapshot of these candidates. Features whose triangle has a coordinate that is not finite are in no pair.
     void gather(const SurfacePair& pair, const CandidateLists& candidates, const PairOptions& options, CullSnapshot& snapshot);
     /// Of a candidate, counted through vertex_face, face_vertex, edge_edge: its pair in the snapshot, kNoIndex: none.

@@ -11,11 +11,11 @@ namespace {
 using Directed = std::array<Index, 2>;
 
 /// Edges of the faces that no other of them runs through the other way, by their first vertex.
-bool border_of(const SurfaceTopology& topology, std::span<const Index> faces, std::vector<Directed>& border) {
+bool border_of(std::span<const Triangle> triangles, std::span<const Index> faces, std::vector<Directed>& border) {
     std::vector<Directed> all;
     all.reserve(3 * faces.size());
     for (const Index id : faces) {
-        const Triangle& t = topology.triangles[id];
+        const Triangle& t = triangles[id];
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return false;
         for (std::size_t k = 0; k < 3; ++k) all.push_back({t[k], t[(k + 1) % 3]});
     }
@@ -33,11 +33,16 @@ constexpr double kPlaneError = 1e-13;
 
 } // namespace
 
-bool make_contour(const SurfaceTopology& topology, std::span<const Index> faces, Contour& out) {
+bool make_contour(std::span<const Triangle> triangles, std::span<const Index> faces, Contour& out) {
+    std::vector<Directed> border;
+    return border_of(triangles, faces, border) && make_contour(border, out);
+}
+
+bool make_contour(std::vector<Directed>& border, Contour& out) {
     out.vertices.clear();
     out.loop_ends.clear();
-    std::vector<Directed> border;
-    if (!border_of(topology, faces, border) || border.empty() || border.size() > kLongestContour) return false;
+    if (border.empty() || border.size() > kLongestContour) return false;
+    std::sort(border.begin(), border.end());
     for (std::size_t i = 1; i < border.size(); ++i)
         if (border[i][0] == border[i - 1][0]) return false;
     std::vector<bool> used(border.size(), false);

@@ -27,11 +27,18 @@ struct Contour {
 /// Regions with a longer outline are not tested: most of them fail, and the pieces of those that would not are tested anyway.
 inline constexpr std::size_t kLongestContour = 256; // edges
 
+/// triangles  all of the surface; of which `faces` are some
 /// fails   with false where the border is longer than kLongestContour, or is no set of simple loops of vertices: an edge is run through
 ///         twice in one direction (faces turned differently, more than two at an edge) or a vertex is passed twice; also where there is
 ///         no border (a closed surface), or a face repeats a vertex
 /// cost    O(f log f)
-[[nodiscard]] bool make_contour(const SurfaceTopology& topology, std::span<const Index> faces, Contour& out);
+[[nodiscard]] bool make_contour(std::span<const Triangle> triangles, std::span<const Index> faces, Contour& out);
+[[nodiscard]] inline bool make_contour(const SurfaceTopology& topology, std::span<const Index> faces, Contour& out) {
+    return make_contour(topology.triangles, faces, out);
+}
+
+/// The same of border edges that somebody else has found: each as its face runs through it. They are sorted.
+[[nodiscard]] bool make_contour(std::vector<std::array<Index, 2>>& border, Contour& out);
 
 /// A contour by parts of somebody else's arrays.
 struct ContourView {

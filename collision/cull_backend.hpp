@@ -26,12 +26,14 @@ struct CullQuestion {
 inline constexpr double kPixelsPerFootprint = 64.0;
 
 /// Are these footprints small enough, or would a picture of half the size do?
-[[nodiscard]] inline bool are_small_enough(std::span<const Footprint> footprints, std::span<const CullQuestion> questions) noexcept {
+/// most   pixels that a footprint may take on average
+[[nodiscard]] inline bool are_small_enough(std::span<const Footprint> footprints, std::span<const CullQuestion> questions,
+                                           double most = kPixelsPerFootprint) noexcept {
     const auto area = [](const Footprint& p) { return static_cast<double>(p.x1 - p.x0) * (p.y1 - p.y0); };
     double pixels = 0.0;
     for (const Footprint& p : footprints) pixels += area(p);
     for (const CullQuestion& q : questions) pixels += area(footprints[q.prism]);
-    return pixels <= kPixelsPerFootprint * static_cast<double>(footprints.size() + questions.size());
+    return pixels <= most * static_cast<double>(footprints.size() + questions.size());
 }
 
 /// One view of one problem. Borrows everything.
@@ -55,6 +57,9 @@ public:
     [[nodiscard]] virtual std::string name() const = 0;
     /// Pixels a side that pay for themselves here.
     [[nodiscard]] virtual int preferred_resolution() const noexcept = 0;
+    /// Room for jobs of so many prisms and questions, with pictures of so many pixels a side: this library allocates nothing for those
+    /// afterwards. What a driver does is its own affair.
+    virtual void reserve(std::size_t /*prisms*/, std::size_t /*questions*/, int /*resolution*/) {}
     /// Pixels a side of the largest picture that fits; shrinks when the device turns out to have less memory.
     [[nodiscard]] virtual int largest_resolution() const noexcept { return kLargestPicture; }
     /// hits   [question_count] written: 0 only if the prism is proven free of the set in this view

@@ -43,6 +43,8 @@ inline constexpr int kLargestPicture = 8192; // pixels a side: footprints count 
 /// prisms  finite corners, all that will be drawn or asked
 [[nodiscard]] CullFrame make_cull_frame(const ViewDirection& view, std::span<const SweptCorners> prisms, double reach, int width,
                                         int height) noexcept;
+[[nodiscard]] CullFrame make_cull_frame(const ViewDirection& view, std::span<const Vec3> points, double reach, int width,
+                                        int height) noexcept;
 
 /// As graphics memory holds it: 32 words.
 /// u, v    whole pixels from the corner x0, y0
@@ -58,6 +60,9 @@ struct Footprint {
 static_assert(sizeof(Footprint) == 128);
 
 [[nodiscard]] Footprint make_footprint(const CullFrame& frame, const SweptCorners& corners) noexcept;
+/// Of the convex hull of any number of points, at least one: within an octagon of the picture and two planes across a normal.
+/// normal   of any length, finite; where the points lie flattest. Zero: no planes
+[[nodiscard]] Footprint make_footprint(const CullFrame& frame, std::span<const Vec3> points, const Vec3& normal) noexcept;
 
 /// The depths of one pixel, evaluated in the order that the shaders use.
 struct DepthInterval {

@@ -58,6 +58,11 @@ bool CpuCullBackend::is_hit(const CullJob& job, Index prism) const noexcept {
     });
 }
 
+void CpuCullBackend::reserve(std::size_t, std::size_t, int resolution) {
+    const auto side = static_cast<std::size_t>(resolution);
+    if (picture_.size() < side * side) picture_.resize(side * side);
+}
+
 Result<void> CpuCullBackend::find_hits(const CullJob& job, std::span<std::uint8_t> hits) {
     const std::size_t pixels = static_cast<std::size_t>(job.width) * static_cast<std::size_t>(job.height);
     if (picture_.size() < pixels) picture_.resize(pixels);

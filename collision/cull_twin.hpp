@@ -11,6 +11,7 @@ class CpuCullBackend final : public CullBackend {
 public:
     [[nodiscard]] std::string name() const override { return "CPU twin"; }
     [[nodiscard]] int preferred_resolution() const noexcept override { return 512; }
+    void reserve(std::size_t prisms, std::size_t questions, int resolution) override;
     /// Never fails. One set after another in one picture, so memory does not grow with their number.
     /// cost   the pixels of all prisms drawn and asked; no allocation once the picture has grown
     [[nodiscard]] Result<void> find_hits(const CullJob& job, std::span<std::uint8_t> hits) override;

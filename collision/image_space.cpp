@@ -11,12 +11,18 @@ namespace {
 
 /// Seen along the axes first; then along the normal of what is left, where it looks flattest; then along diagonals.
 constexpr int kAxisPasses = 3;
+/// Triangles of a patch, level by level. Larger ones of a closed surface never pass, and those of fewer cost as much as their triangles.
+constexpr std::size_t kPatchSizes[] = {256, 64, 16};
+/// Fewer patches than this are too large for a surface that has so few triangles.
+constexpr std::size_t kLeastPatches = 128;
+/// Pixels per patch on average: their hulls are told apart by what is around a patch, which is finer than the patch.
+constexpr double kPixelsPerPatch = 256.0;
 const Vec3 kDiagonals[] = {{1.0, 1.0, 1.0}, {1.0, -1.0, 1.0}, {-1.0, 1.0, 1.0}, {1.0, 1.0, -1.0}, {1.0, 2.0, 0.5}, {-0.5, 1.0, 2.0}};
 
 } // namespace
 
 ImageSpaceCuller::ImageSpaceCuller(std::span<const Triangle> triangles, std::size_t vertex_count)
-    : triangles_(triangles.begin(), triangles.end()), sets_(make_chromatic_sets(triangles, vertex_count)) {}
+    : triangles_(triangles.begin(), triangles.end()), vertex_count_(vertex_count), sets_(make_chromatic_sets(triangles, vertex_count)) {}
 
 /// Which views pruned most of what was left when they came?
 void ImageSpaceCuller::remember_views() {
@@ -26,7 +32,8 @@ void ImageSpaceCuller::remember_views() {
     };
     std::stable_sort(order.begin(), order.end(), [&](const auto& x, const auto& y) { return share(x) > share(y); });
     best_views_.clear();
-    for (const ImageSpacePass& pass : order) best_views_.push_back(pass.direction);
+    for (const ImageSpacePass& pass : order)
+        if (pass.patches == 0) best_views_.push_back(pass.direction);
 }
 
 Vec3 ImageSpaceCuller::direction_of(int pass, std::span<const Vec3> positions, const ImageSpacePlan& plan) const noexcept {
@@ -40,6 +47,41 @@ Vec3 ImageSpaceCuller::direction_of(int pass, std::span<const Vec3> positions, c
         sum += normal.dot(sum) < 0.0 ? Vec3(-normal) : normal; // a fold's two sides count alike
     }
     return sum.allFinite() && sum.norm() > 0.0 ? sum : Vec3(1.0, 1.0, 1.0);
+}
+
+void ImageSpaceCuller::prepare_patches() {
+    if (!patches_) patches_.emplace(triangles_, vertex_count_);
+}
+
+Result<void> ImageSpaceCuller::look_at_patches(std::span<const Vec3> positions, const ImageSpacePlan& plan, CullBackend& backend) {
+    prepare_patches();
+    patches_->start(positions, live_);
+    for (const std::size_t largest : kPatchSizes) {
+        if (live_.size() < kLeastPatches * largest) continue;
+        patches_->start_level(live_, largest);
+        const std::size_t level_begin = live_.size();
+        for (int view = 0; view < kAxisPasses && patches_->patches_asking() > 0; ++view) {
+            ImageSpacePass pass{.direction = Vec3::Unit(view),
+                                .largest_patch = largest,
+                                .patches = patches_->patches_left(),
+                                .asking = patches_->patches_asking()};
+            const auto outcome =
+                patches_->look(view_along(pass.direction),
+                               {.resolution = plan.resolution, .pixels_per_footprint = kPixelsPerPatch, .memory = plan.memory}, backend);
+            if (!outcome.ok()) return outcome.error();
+            pass.triangles = live_.size();
+            patches_->drop_pruned(live_);
+            pass.triangles_left = live_.size();
+            pass.questions = patches_->questions();
+            pass.resolution = outcome->resolution;
+            pass.lowered_for_memory = outcome->lowered_for_memory;
+            passes_.push_back(pass);
+            if (plan.watch) plan.watch(pass);
+        }
+        // smaller patches only where these paid: a surface of creases, or one that is everywhere in its own way, has none to prune
+        if (static_cast<double>(level_begin - live_.size()) < plan.worthwhile * static_cast<double>(level_begin)) break;
+    }
+    return {};
 }
 
 Result<void> ImageSpaceCuller::look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan,
@@ -92,6 +134,10 @@ Result<std::vector<Index>> ImageSpaceCuller::find_colliding_set(std::span<const 
     const auto bounded = [&](Index v) { return positions[v].allFinite() && positions[v].cwiseAbs().maxCoeff() <= kLargestCoordinate; };
     for (Index t = 0; t < triangles_.size(); ++t)
         if (std::all_of(triangles_[t].begin(), triangles_[t].end(), bounded)) live_.push_back(t);
+    if (plan.patches) {
+        auto looked = look_at_patches(positions, plan, backend);
+        if (!looked.ok()) return looked.error();
+    }
     asking_.assign(sets_.count(), live_);
     for (int pass = 0; pass < plan.max_passes && !live_.empty(); ++pass) {
         auto looked = look(positions, direction_of(pass, positions, plan), plan, backend);

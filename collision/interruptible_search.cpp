@@ -28,6 +28,10 @@ InterruptibleSearch::InterruptibleSearch() {
     found_.reserve(kReservedContacts);
 }
 
+void InterruptibleSearch::reserve_two_stages(std::size_t candidates) {
+    for (auto* list : {&all_.vertex_face, &all_.face_vertex, &all_.edge_edge}) list->reserve(candidates);
+}
+
 void InterruptibleSearch::collect(const SurfacePair& pair, std::span<const ClusterPair> clusters, CandidateLists& out) {
     for (const ClusterPair& at : clusters) {
         if (pair.clusters_are_apart(at)) continue;

@@ -15,6 +15,9 @@ public:
     /// Sizes its buffers; nothing allocates after it but the list of contacts, where it has to grow.
     InterruptibleSearch();
 
+    /// For searches in two stages: so many candidates of each kind wait without growing.
+    void reserve_two_stages(std::size_t candidates);
+
     /// Contacts of a against b (or of one surface with itself, when both are the same), appended to out: sorted as
     /// ContactSearch sorts them, the same whatever the trees. Both trees must be refit to these motions. In a
     /// vertex-face contact body_a of the Contact is the vertex's body, whichever argument that was. Coordinates that
@@ -23,7 +26,7 @@ public:
     ExactStats find(const SearchSide& a, const SearchSide& b, const PairOptions& options, WorkBudget& budget, std::vector<Contact>& out);
 
     /// The same contacts of two different surfaces: all candidates first, then those that `stage` does not know to be apart are decided.
-    /// Memory grows with the candidates. Interrupted, it has decided nothing. budget   as above, skipped tests included, and what
+    /// Memory grows with the candidates, beyond what was reserved. Interrupted, it has decided nothing. budget   as above, skipped tests included, and what
     /// the stage spends
     ExactStats find(const SearchSide& a, const SearchSide& b, const PairOptions& options, StageTwo& stage, WorkBudget& budget,
                     std::vector<Contact>& out);

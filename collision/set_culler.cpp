@@ -5,6 +5,18 @@
 
 namespace seldinger::collision {
 
+void SetCuller::reserve(std::size_t prisms, std::size_t pairs, std::size_t sets) {
+    const std::size_t live = std::min(prisms, 2 * pairs);
+    view_.reserve(live, std::min(live * sets, 2 * pairs), sets); // a prism asks for a set once
+    place_.reserve(prisms);
+    live_set_.reserve(live);
+    asked_.reserve(live);
+    entry_begin_.reserve(sets + 1);
+    next_.reserve(sets);
+    entries_.reserve(2 * pairs);
+    entry_question_.reserve(2 * pairs);
+}
+
 void SetCuller::gather_live(const CullProblem& problem, std::span<const TrianglePair> pairs) {
     place_.assign(problem.prisms.size(), kNoIndex);
     for (const auto& [a, b] : pairs) place_[a] = place_[b] = 0;

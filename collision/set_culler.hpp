@@ -46,6 +46,8 @@ struct CullProblem {
 
 class SetCuller {
 public:
+    /// Nothing is allocated for problems of this size afterwards.
+    void reserve(std::size_t prisms, std::size_t pairs, std::size_t sets);
     /// pairs   of prism indices; those proven farther apart than twice the reach during the whole step are taken out, the order stays
     /// fails   as the backend does; the pairs are then those of the last view that worked, and still right
     [[nodiscard]] Result<CullReport> cull(const CullProblem& problem, const CullPlan& plan, CullBackend& backend,

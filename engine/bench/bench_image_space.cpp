@@ -70,20 +70,40 @@ void push_top_down(TriMesh& mesh) {
 
 double share(std::size_t part, std::size_t whole) { return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole); }
 
+/// Share of all triangles that is pruned after each level, its largest patch before it; the last one is of single triangles.
+std::string pruned_by_level(std::span<const collision::ImageSpacePass> passes, std::size_t triangles) {
+    std::string text;
+    for (std::size_t k = 0; k < passes.size(); ++k) {
+        const bool level_ends = k + 1 == passes.size() || passes[k + 1].largest_patch != passes[k].largest_patch;
+        if (!level_ends) continue;
+        text += fmt::format("{}{}: {:.3f}", text.empty() ? "" : ", ", std::max<std::size_t>(passes[k].largest_patch, 1),
+                            1.0 - share(passes[k].triangles_left, triangles));
+    }
+    return text;
+}
+
 /// The safe form, which ends by a measured rule.
-BenchRow run_safe(const Subject& subject, const TriMesh& mesh, collision::CullBackend& backend, int resolution) {
+/// patches   whole ones first
+BenchRow run_safe(const Subject& subject, const TriMesh& mesh, collision::CullBackend& backend, int resolution, bool patches) {
     StopWatch watch;
     collision::ImageSpaceCuller culler(mesh.triangles, mesh.vertices.size());
+    if (patches) culler.prepare_patches();
     const double prepare_ms = watch.lap_ms();
     std::string pruned_by_pass, ms_by_pass;
     HandOver hand_over(mesh.triangles, mesh.vertices);
     StopWatch pass_watch;
-    const auto time_pass = [&](const auto&) { ms_by_pass += fmt::format("{}{:.1f}", ms_by_pass.empty() ? "" : " ", pass_watch.lap_ms()); };
+    const auto time_pass = [&](const auto& pass) {
+        hand_over.see(pass);
+        ms_by_pass += fmt::format("{}{:.1f}", ms_by_pass.empty() ? "" : " ", pass_watch.lap_ms());
+    };
     const double sample_ms = watch.lap_ms();
     (void)pass_watch.lap_ms();
-    const auto left = culler.find_colliding_set(
-        mesh.vertices, {.resolution = resolution, .go_on = [&](const auto& pass) { return hand_over.go_on(pass); }, .watch = time_pass},
-        backend);
+    const auto left = culler.find_colliding_set(mesh.vertices,
+                                                {.resolution = resolution,
+                                                 .patches = patches,
+                                                 .go_on = [&](const auto& pass) { return hand_over.go_on(pass); },
+                                                 .watch = time_pass},
+                                                backend);
     const double cull_ms = watch.lap_ms();
     if (!left.ok()) return {{"mesh", subject.name}, {"culler", backend.name()}, {"failed", left.error().message}};
     const auto crossings = collision::find_crossings(mesh.triangles, mesh.vertices, *left);
@@ -94,7 +114,7 @@ BenchRow run_safe(const Subject& subject, const TriMesh& mesh, collision::CullBa
             fmt::format("{}{:.3f}", pruned_by_pass.empty() ? "" : " ", 1.0 - share(pass.triangles_left, mesh.triangles.size()));
     return {{"mesh", subject.name},
             {"triangles", mesh.triangles.size()},
-            {"culler", backend.name()},
+            {"culler", backend.name() + (patches ? ", patches first" : ", triangle by triangle")},
             {"sets", culler.sets().count()},
             {"prepare_ms", prepare_ms},
             {"sample_ms", sample_ms},
@@ -103,6 +123,7 @@ BenchRow run_safe(const Subject& subject, const TriMesh& mesh, collision::CullBa
             {"pass_ms", passes > 0 ? cull_ms / passes : 0.0},
             {"ms_by_pass", ms_by_pass},
             {"pruned_by_pass", pruned_by_pass},
+            {"pruned_by_level", pruned_by_level(culler.passes(), mesh.triangles.size())},
             {"pruned", 1.0 - share(left->size(), mesh.triangles.size())},
             {"cull_ms", cull_ms},
             {"tests_ms", tests_ms},
@@ -173,8 +194,12 @@ Result<BenchTable> bench_image_space(const BenchOptions& options) {
             merge_with_itself(*mesh);
         else
             push_top_down(*mesh);
-        table.rows.push_back(run_safe(subject, *mesh, twin, kPaperResolution));
-        if (gl.ok() && !(*gl)->is_software()) table.rows.push_back(run_safe(subject, *mesh, **gl, kPaperResolution));
+        for (const bool patches : {true, false}) {
+            table.rows.push_back(run_safe(subject, *mesh, twin, kPaperResolution, patches));
+            const bool small = subject.halvings == 0 && mesh->triangles.size() < 20'000; // where OpenGL is drawn by software
+            if (gl.ok() && (small || !(*gl)->is_software()))
+                table.rows.push_back(run_safe(subject, *mesh, **gl, kPaperResolution, patches));
+        }
         table.rows.push_back(run_as_paper(subject, *mesh, true));
         if (subject.halvings == 0) table.rows.push_back(run_as_paper(subject, *mesh, false));
     }

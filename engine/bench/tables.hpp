@@ -13,6 +13,7 @@ namespace seldinger::engine {
 [[nodiscard]] Result<BenchTable> bench_interruptible(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_contacts(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_chromatic(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_device(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_image_space(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_seed001(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_seed004(const BenchOptions& options);
@@ -38,6 +39,8 @@ inline constexpr std::array kBenches{
           bench_chromatic},
     Bench{"seed001", "a walking figure in trousers: k-DOPs, arity, inflation, cones, coherence, each switch's time and loss",
           bench_seed001},
+    Bench{"device", "stage II on this machine's OpenGL: from which size on it is faster than the CPU, and 100K triangles at 1024 x 1024",
+          bench_device},
     Bench{"image-space", "image-space culling of a bunny and two cows: time per pass, share pruned", bench_image_space},
     Bench{"seed004", "cloth on solids, step by step: no duplicates, representative triangles, without and with skipping frame sessions",
           bench_seed004},

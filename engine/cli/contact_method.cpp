@@ -51,19 +51,26 @@ struct SetMethod {
     CullMethod culling;
     bool image_space;
     bool as_paper = false; // of image_space: the paper's form, which can lose crossings
+    bool patches = true;   // of the safe form: whole patches first
 };
 constexpr SetMethod kSetMethods[] = {
-    {"chromatic", CullMethod::Auto, false},        {"chromatic-cpu", CullMethod::Cpu, false},
-    {"chromatic-gl", CullMethod::Gl, false},       {"chromatic-none", CullMethod::None, false},
-    {"chromatic-query", CullMethod::Query, false}, {"image-space", CullMethod::Cpu, true},
-    {"image-space-gl", CullMethod::Gl, true},      {"image-space-paper", CullMethod::Cpu, true, true},
+    {"chromatic", CullMethod::Auto, false},
+    {"chromatic-cpu", CullMethod::Cpu, false},
+    {"chromatic-gl", CullMethod::Gl, false},
+    {"chromatic-none", CullMethod::None, false},
+    {"chromatic-query", CullMethod::Query, false},
+    {"image-space", CullMethod::Cpu, true},
+    {"image-space-gl", CullMethod::Gl, true},
+    {"image-space-paper", CullMethod::Cpu, true, true},
+    {"image-space-flat", CullMethod::Cpu, true, false, false},
 };
 
 } // namespace
 
 std::string ContactMethod::name() const {
     for (const SetMethod& known : kSetMethods)
-        if (culling == known.culling && image_space == known.image_space && as_paper == known.as_paper) return std::string(known.name);
+        if (culling == known.culling && image_space == known.image_space && as_paper == known.as_paper && patches == known.patches)
+            return std::string(known.name);
     if (brute) return "exact-brute";
     const char* builder = tree.builder == collision::TreeBuilder::Sah      ? "sah"
                           : tree.builder == collision::TreeBuilder::Median ? "median"
@@ -79,6 +86,7 @@ Result<ContactMethod> parse_contact_method(const std::string& text) {
             method.culling = known.culling;
             method.image_space = known.image_space;
             method.as_paper = known.as_paper;
+            method.patches = known.patches;
             return method;
         }
     std::string_view rest = text;

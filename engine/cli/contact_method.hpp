@@ -19,7 +19,8 @@ inline constexpr const char* kMethodWords =
     "pay), "
     "chromatic-cpu, chromatic-gl (always looked at, by the CPU or by OpenGL), chromatic-none (never looked at), chromatic-query (looked "
     "at as the paper does, by OpenGL's occlusion queries), "
-    "image-space, image-space-gl (triangles of meshes that stand still), image-space-paper (as its paper: loses crossings below a pixel)";
+    "image-space, image-space-gl (triangles of meshes that stand still; whole patches are pruned first), image-space-flat (triangle by "
+    "triangle), image-space-paper (as its paper: loses crossings below a pixel)";
 
 struct ContactMethod {
     collision::TreeOptions tree;
@@ -28,6 +29,7 @@ struct ContactMethod {
     std::optional<CullMethod> culling; // by chromatic sets; the words above do not go with it
     bool image_space = false;          // pairs of triangles, of meshes that stand still; culled as `culling` says
     bool as_paper = false;             // of image_space: by pixel centres, which can lose crossings
+    bool patches = true;               // of image_space otherwise: whole patches first
 
     /// The name with everything spelled out, as the statistics give it.
     [[nodiscard]] std::string name() const;

@@ -269,6 +269,8 @@ nlohmann::ordered_json crossing_json(const CrossingAnswer& answer, const Contact
         json["passes"].push_back({{"direction", {pass.direction[0], pass.direction[1], pass.direction[2]}},
                                   {"triangles", pass.triangles},
                                   {"left", pass.triangles_left},
+                                  {"patches", pass.patches},
+                                  {"largest_patch", pass.largest_patch},
                                   {"questions", pass.questions}});
     return json;
 }
@@ -283,9 +285,11 @@ int find_crossings_of(const ContactsRequest& request, const ContactMethod& metho
                 bad_usage(fmt::format("{} and {} differ; image-space takes meshes that stand still: name the same file twice",
                                       request.meshes[2 * i], request.meshes[2 * i + 1]),
                           "--method"));
-    const CrossingAnswer answer =
-        find_crossing_triangles(input.surfaces, input.t0,
-                                {.culling = *method.culling, .within = request.self || input.t0.size() == 1, .as_paper = method.as_paper});
+    const CrossingAnswer answer = find_crossing_triangles(input.surfaces, input.t0,
+                                                          {.culling = *method.culling,
+                                                           .within = request.self || input.t0.size() == 1,
+                                                           .plan = {.patches = method.patches},
+                                                           .as_paper = method.as_paper});
     if (!request.out.empty())
         if (const auto written = write_file_atomically(request.out, contact_csv(std::array{ContactStep{0, answer.rows}}, false)); !written)
             return report_error(written.error());
@@ -293,7 +297,11 @@ int find_crossings_of(const ContactsRequest& request, const ContactMethod& metho
         if (const auto written = write_file_atomically(request.stats, crossing_json(answer, method).dump(2) + "\n"); !written)
             return report_error(written.error());
     for (std::size_t k = 0; k < answer.passes.size(); ++k)
-        fmt::print("view {}: {} triangles of {} left\n", k + 1, answer.passes[k].triangles_left, answer.passes[k].triangles);
+        fmt::print("view {}{}: {} triangles of {} left\n", k + 1,
+                   answer.passes[k].patches > 0
+                       ? fmt::format(", {} patches of up to {} triangles", answer.passes[k].patches, answer.passes[k].largest_patch)
+                       : "",
+                   answer.passes[k].triangles_left, answer.passes[k].triangles);
     for (const std::string& note : answer.notes) fmt::print("note: {}\n", note);
     fmt::print(
         "{} by {}: {} sets, {} triangles of {} left for exact tests; culling {:.2f} ms, tests {:.2f} ms\n{} pairs of triangles cross\n",

@@ -48,6 +48,7 @@ std::vector<Index> prune(const Joined& all, const CrossingOptions& options, Cros
 
     collision::ImageSpacePlan plan = options.plan;
     HandOver hand_over(all.triangles, all.positions);
+    plan.watch = [&](const collision::ImageSpacePass& pass) { hand_over.see(pass); };
     plan.go_on = [&](const collision::ImageSpacePass& pass) { return hand_over.go_on(pass); };
     auto ids = culler.find_colliding_set(all.positions, plan, *backend);
     if (!ids.ok()) {

@@ -1,6 +1,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/interrupt.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/gpu/attach_culler.hpp"
 #include "engine/viewer/page_file.hpp"
 #include "engine/viewer/server.hpp"
 
@@ -53,7 +54,9 @@ void print_tally(RunStatistics& tally) {
 }
 
 int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& prepared, std::string page) {
-    viewer::Session session(scene, prepared);
+    std::string culler;
+    viewer::Session session(scene, prepared, [&culler](Simulator& simulator) { culler = attach_culler(simulator); });
+    if (!culler.empty() && !options.quiet) fmt::print(stderr, "notice: {}\n", culler);
     viewer::Exchange exchange;
     viewer::open_exchange(session, exchange);
     session.apply(viewer::Pause{options.paused});
@@ -71,6 +74,7 @@ int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& p
     }
     server->reset();
     print_tally(tally);
+    for (const std::string& note : session.simulator().cull_notes()) fmt::print(stderr, "notice: {}\n", note);
     if (!session.stopped()) return kExitFine;
     fmt::print(stderr, "error: stopped: {}\n", session.simulator().context().report.failure);
     return kExitNotFinite;

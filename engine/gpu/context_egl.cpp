@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 
@@ -27,7 +28,8 @@ struct EglApi {
     PFNEGLRELEASETHREADPROC ReleaseThread = nullptr;
     PFNEGLGETERRORPROC GetError = nullptr;
     PFNEGLGETPLATFORMDISPLAYEXTPROC GetPlatformDisplayEXT = nullptr;
-    PFNEGLQUERYDEVICESEXTPROC QueryDevicesEXT = nullptr; // absent without EGL_EXT_device_enumeration
+    PFNEGLQUERYDEVICESEXTPROC QueryDevicesEXT = nullptr;           // absent without EGL_EXT_device_enumeration
+    PFNEGLQUERYDEVICESTRINGEXTPROC QueryDeviceStringEXT = nullptr; // absent without EGL_EXT_device_query
 };
 
 [[nodiscard]] std::string load(EglApi& egl, void* library) {
@@ -43,6 +45,7 @@ struct EglApi {
     if (!complete) return "the library is not EGL 1.4";
     egl.GetPlatformDisplayEXT = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(egl.GetProcAddress("eglGetPlatformDisplayEXT"));
     egl.QueryDevicesEXT = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(egl.GetProcAddress("eglQueryDevicesEXT"));
+    egl.QueryDeviceStringEXT = reinterpret_cast<PFNEGLQUERYDEVICESTRINGEXTPROC>(egl.GetProcAddress("eglQueryDeviceStringEXT"));
     return egl.GetPlatformDisplayEXT != nullptr ? "" : "no EGL_EXT_platform_base";
 }
 
@@ -114,21 +117,33 @@ private:
     return {std::move(context), {}};
 }
 
+/// Hardware comes first, whatever the list's order: a machine with a card has Mesa's software renderer in the same list. Devices that
+/// do not say so of themselves, and turn out to be drawn by the CPU, are taken only where nothing else is.
 [[nodiscard]] ContextOutcome make_on_devices(const EglApi& egl) {
     if (egl.QueryDevicesEXT == nullptr) return {nullptr, "no EGL_EXT_device_enumeration"};
     std::array<EGLDeviceEXT, 16> devices = {};
     EGLint count = 0;
     if (egl.QueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count) != EGL_TRUE || count < 1)
         return {nullptr, "the device list is empty"};
-    ContextOutcome outcome;
+    const auto is_software = [&](EGLDeviceEXT device) {
+        return egl.QueryDeviceStringEXT != nullptr &&
+               has_extension(egl.QueryDeviceStringEXT(device, EGL_EXTENSIONS), "EGL_MESA_device_software");
+    };
+    std::stable_partition(devices.begin(), devices.begin() + count, [&](EGLDeviceEXT device) { return !is_software(device); });
+    ContextOutcome software;
     std::string reasons;
-    for (EGLint i = 0; i < count && !outcome.context; ++i) {
+    for (EGLint i = 0; i < count; ++i) {
         const EGLDisplay display = egl.GetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr);
-        outcome = make_on_display(ContextKind::EglDevice, egl, display);
-        if (!outcome.context) reasons += fmt::format("{}device {}: {}", i > 0 ? ", " : "", i, outcome.reason);
+        ContextOutcome outcome = make_on_display(ContextKind::EglDevice, egl, display);
+        if (!outcome.context)
+            reasons += fmt::format("{}device {}: {}", i > 0 ? ", " : "", i, outcome.reason);
+        else if (!outcome.context->is_software())
+            return outcome;
+        else if (!software.context)
+            software = std::move(outcome);
     }
-    if (!outcome.context) outcome.reason = reasons;
-    return outcome;
+    if (!software.context) software.reason = reasons;
+    return software;
 }
 
 } // namespace

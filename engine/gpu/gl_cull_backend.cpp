@@ -146,6 +146,11 @@ std::string GlCullBackend::name() const { return fmt::format("{}: {}", name_of(c
 
 int GlCullBackend::preferred_resolution() const noexcept { return is_software() ? 256 : 1024; }
 
+void GlCullBackend::reserve(std::size_t prisms, std::size_t questions, int) {
+    resources_->corner_words.reserve(prisms);
+    resources_->hit_words.reserve(questions);
+}
+
 /// As many layers as memory holds; half of them again and again where the driver says it does not.
 Result<void> GlCullBackend::prepare_targets(const CullJob& job) {
     Resources& r = *resources_;

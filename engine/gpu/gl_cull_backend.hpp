@@ -23,6 +23,7 @@ public:
     /// Layers that were drawn at once in the last call: all sets, or as many as memory held.
     [[nodiscard]] int layers() const noexcept { return layers_; }
 
+    void reserve(std::size_t prisms, std::size_t questions, int resolution) override;
     /// fails   ToolFailed: the context was lost, or not even one layer fits into its memory (largest_resolution() is halved then)
     [[nodiscard]] Result<void> find_hits(const collision::CullJob& job, std::span<std::uint8_t> hits) override;
 

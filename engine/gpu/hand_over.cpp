@@ -26,10 +26,16 @@ HandOver::HandOver(std::span<const Triangle> triangles, std::span<const Vec3> po
     watch_ = StopWatch();
 }
 
+void HandOver::see(const collision::ImageSpacePass& pass) noexcept {
+    if (pass.patches == 0)
+        ++passes_;
+    else
+        watch_ = StopWatch();
+}
+
 bool HandOver::go_on(const collision::ImageSpacePass& last) {
-    const double since = watch_.lap_ms();
-    constexpr double kPassesBefore = 3.0; // the first answer comes after three
-    const double pass_ms = passes_++ == 0 ? since / kPassesBefore : since;
+    const double pass_ms = watch_.lap_ms() / static_cast<double>(std::max<std::size_t>(passes_, 1)); // the first answer comes after three
+    passes_ = 0;
     const double saved_ms = static_cast<double>(last.triangles - last.triangles_left) * test_ms_per_triangle_;
     return saved_ms > pass_ms;
 }

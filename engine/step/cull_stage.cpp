@@ -5,25 +5,74 @@
 
 namespace seldinger::engine {
 
+namespace {
+
+/// Two sheets through each other, in squares of two triangles: each triangle of the one crosses that of the other at the same place, so no
+/// view tells them apart.
+collision::CullSnapshot make_probe(std::size_t pairs) {
+    collision::CullSnapshot probe;
+    constexpr std::size_t kColumns = 64;
+    for (std::size_t k = 0; k < pairs; ++k)
+        for (const Index sheet : {0u, 1u}) {
+            const std::size_t square = k / 2;
+            const Vec3 at(static_cast<double>(square % kColumns), static_cast<double>(square / kColumns), 0.0);
+            const double tilt = sheet == 0 ? 0.1 : -0.1;
+            const Vec3 a = at + (k % 2 == 0 ? Vec3(0.0, 0.0, tilt) : Vec3(1.0, 1.0, tilt));
+            const Vec3 b = at + Vec3(1.0, 0.0, -tilt), c = at + Vec3(0.0, 1.0, -tilt);
+            probe.prisms.push_back({a, b, c, a, b, c});
+            const auto name = static_cast<Index>(3 * probe.corners.size());
+            probe.corners.push_back({name, name + 1, name + 2});
+            probe.set_of.push_back(sheet);
+        }
+    for (std::size_t k = 0; k < pairs; ++k) probe.pairs.push_back({static_cast<Index>(2 * k), static_cast<Index>(2 * k + 1)});
+    probe.reach = 1e-3;
+    return probe;
+}
+
+} // namespace
+
 CullStage::CullStage(Culling choice) noexcept : choice_(choice), cost_(kTwinRates) {}
+
+void CullStage::reserve(std::size_t triangles_a, std::size_t triangles_b) {
+    if (choice_ == Culling::Never) return;
+    triangles_a_ = std::max(triangles_a_, triangles_a);
+    triangles_b_ = std::max(triangles_b_, triangles_b);
+    culler_.reserve(kReservedCullCandidates, triangles_a_, triangles_b_);
+    snapshot_.reserve(triangles_a_ + triangles_b_, kReservedCullCandidates);
+    twin_.reserve(triangles_a_ + triangles_b_, triangles_a_ + triangles_b_, kCullResolution);
+}
 
 void CullStage::set_device(std::unique_ptr<collision::CullBackend> device) {
     worker_ = std::make_unique<CullWorker>(std::move(device));
     cost_ = CullCostModel(kDeviceRates);
-    collision::CullSnapshot first;
-    first.prisms.assign(2, {Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY()});
-    first.corners = {{0, 1, 2}, {3, 4, 5}};
-    first.set_of = {0, 1};
-    first.pairs = {{0, 1}};
-    worker_->start(first, {.resolution = kCullResolution});
-    worker_->wait();
-    double seconds = 0.0;
-    if (const auto looked = worker_->take(first, seconds); !looked.ok()) give_up_device(looked.error());
+    probes_.clear();
+    probe_device();
+    if (worker_) worker_->reserve(triangles_a_ + triangles_b_, kReservedCullCandidates, kCullResolution);
+}
+
+/// The first look at each size is for the driver, and for memory to grow; the second one is measured.
+void CullStage::probe_device() {
+    for (const std::size_t pairs : kProbePairs)
+        for (const bool measured : {false, true}) {
+            collision::CullSnapshot probe = make_probe(pairs);
+            worker_->start(probe, {.resolution = kCullResolution});
+            worker_->wait();
+            double seconds = 0.0;
+            if (const auto looked = worker_->take(probe, seconds); !looked.ok()) return give_up_device(looked.error());
+            if (measured) probes_.push_back({pairs, seconds});
+        }
+}
+
+/// Where a clock may decide.
+void CullStage::learn_probes() {
+    for (const Probe& probe : probes_) cost_.note_late_look(probe.items, probe.seconds);
+    probes_.clear();
 }
 
 void CullStage::give_up_device(const Error& error) {
     notes_.push_back("culling by the CPU twin from here on: " + error.message);
     worker_.reset();
+    probes_.clear();
     cost_ = CullCostModel(kTwinRates);
     late_items_ = 0;
 }
@@ -49,6 +98,7 @@ bool CullStage::wanted(std::size_t items, StepBudget* budget) {
     if (choice_ == Culling::Never) return false;
     mode_ = budget != nullptr ? budget->limits().mode : BudgetMode::Exact;
     if (budget == nullptr) return forced();
+    if (mode_ == BudgetMode::Wall) learn_probes();
     const bool chosen = budget->choose_cull(cost_.look_s(items), forced() || cost_.pays(items));
     if (!chosen) {
         cost_.pass_over();

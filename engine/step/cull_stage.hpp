@@ -24,13 +24,21 @@ inline constexpr CullCostModel::Rates kDeviceRates{.look_s = 3e-3, .look_s_per_i
 inline constexpr std::uint64_t kTestsPerCulledItem = 33;
 /// Pixels a side, the same for whoever looks: the twin and a device then give the same bits.
 inline constexpr int kCullResolution = 256;
+/// Candidates that are looked at without a list having to grow: several times those of the demo scene's steps.
+inline constexpr std::size_t kReservedCullCandidates = std::size_t{1} << 17;
+/// Pairs of triangles in the looks by which a device's rates are measured before the first step: one that is nearly nothing, one that is
+/// like a step's.
+inline constexpr std::size_t kProbePairs[] = {16, 2048};
 
 class CullStage final : public collision::StageTwo {
 public:
     explicit CullStage(Culling choice) noexcept;
 
-    /// A device in place of the CPU twin. It gets a thread of its own, and looks at something once: the first look makes a driver
-    /// translate its shaders.
+    /// Makes room at the start, so that looking allocates nothing in any step: for kReservedCullCandidates, and surfaces of so many
+    /// triangles. Nothing where the scene leaves stage II out.
+    void reserve(std::size_t triangles_a, std::size_t triangles_b);
+    /// A device in place of the CPU twin. It gets a thread of its own, and looks at something: the first look makes a driver translate its
+    /// shaders; from the next ones its rates are measured, which hold under a budget of time in place of the declared ones.
     void set_device(std::unique_ptr<collision::CullBackend> device);
 
     /// Shall the next search be in two stages? Forced by the scene, or predicted to pay and to fit.
@@ -54,9 +62,19 @@ private:
     void take_answer();
     void note_answer(double seconds);
     void give_up_device(const Error& error);
+    void probe_device();
+    void learn_probes();
     [[nodiscard]] bool device_is_busy();
 
+    /// A look at something made up, s.
+    struct Probe {
+        std::size_t items = 0;
+        double seconds = 0.0;
+    };
+
     Culling choice_;
+    std::size_t triangles_a_ = 0, triangles_b_ = 0; // that there is room for
+    std::vector<Probe> probes_;                     // not yet learnt
     std::vector<std::string> notes_;
     collision::CandidateCuller culler_;
     collision::CullSnapshot snapshot_;

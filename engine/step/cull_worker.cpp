@@ -24,6 +24,13 @@ bool CullWorker::busy() {
     return busy_;
 }
 
+void CullWorker::reserve(std::size_t prisms, std::size_t pairs, int resolution) {
+    const std::lock_guard lock(mutex_); // the thread waits, and touches neither
+    assert(!busy_);
+    snapshot_.reserve(prisms, pairs);
+    backend_->reserve(prisms, prisms, resolution); // of two sets each prism asks for one
+}
+
 void CullWorker::start(collision::CullSnapshot& snapshot, const collision::CullPlan& plan) {
     {
         const std::lock_guard lock(mutex_);

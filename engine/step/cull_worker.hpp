@@ -23,6 +23,8 @@ public:
     [[nodiscard]] const std::string& name() const noexcept { return name_; }
     /// Still at a look, perhaps one that was dropped.
     [[nodiscard]] bool busy();
+    /// As CullSnapshot::reserve and CullBackend::reserve. Must not be busy.
+    void reserve(std::size_t prisms, std::size_t pairs, int resolution);
     /// Takes the snapshot, and leaves the room of an earlier one in its place. Must not be busy.
     void start(collision::CullSnapshot& snapshot, const collision::CullPlan& plan);
     void wait();
@@ -33,7 +35,7 @@ public:
 private:
     void work();
 
-    std::unique_ptr<collision::CullBackend> backend_; // the thread's alone
+    std::unique_ptr<collision::CullBackend> backend_; // the thread's while busy
     const std::string name_;
     std::mutex mutex_;
     std::condition_variable changed_;

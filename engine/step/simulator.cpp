@@ -49,6 +49,14 @@ static void reserve_pairs(const SceneModel& model, StepContext& context) {
     }
 }
 
+/// Room for looks at the skins and their walls, where exact contacts may be culled by pictures.
+static void reserve_culling(const SceneModel& model, StepContext& context) {
+    if (!model.effects.exact_contact || model.contact.culling == Culling::Never) return;
+    for (const InstrumentModel& instrument : model.instruments)
+        context.cull->reserve(instrument.topology.triangles.size(), model.bodies[instrument.lumen].topology.triangles.size());
+    if (!model.instruments.empty()) context.search.reserve_two_stages(kReservedCullCandidates);
+}
+
 StepContext make_step_context(const SceneModel& model, const State& state) {
     StepContext context;
     context.bodies.resize(model.bodies.size());
@@ -74,6 +82,7 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
         reserve_lists(model.instruments[i], context.instruments[i]);
     }
     reserve_pairs(model, context);
+    reserve_culling(model, context);
     return context;
 }
 

@@ -22,8 +22,8 @@ struct Overloaded : Ts... {
 
 } // namespace
 
-Session::Session(const Scene& scene, const PreparedScene& prepared)
-    : scene_(scene), model_(prepared.model), scene_effects_(prepared.model.effects) {
+Session::Session(const Scene& scene, const PreparedScene& prepared, std::function<void(Simulator&)> equip)
+    : scene_(scene), model_(prepared.model), scene_effects_(prepared.model.effects), equip_(std::move(equip)) {
     const auto permit = [this](Effect effect, bool in_scene) {
         permitted_[static_cast<std::size_t>(effect)] = status_.effects[static_cast<std::size_t>(effect)] = in_scene;
     };
@@ -56,6 +56,7 @@ void Session::begin_run() {
         breath_share_ = on ? 1.0 : 0.0;
     }
     simulator_.emplace(model_, status_.budget);
+    if (equip_) equip_(*simulator_);
     status_.grabbed = false;
     status_.drive = {};
     single_steps_ = 0;

@@ -8,6 +8,7 @@
 #include "engine/viewer/recording.hpp"
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -29,7 +30,8 @@ struct SessionStatus {
 class Session {
 public:
     /// scene, prepared  must outlive it; prepared is the scene's
-    Session(const Scene& scene, const PreparedScene& prepared);
+    /// equip            sees the simulator of every run before its first step, to give it what the scene alone does not
+    Session(const Scene& scene, const PreparedScene& prepared, std::function<void(Simulator&)> equip = {});
 
     /// Between two steps. Restart is the only command that allocates.
     void apply(const Command& command);
@@ -66,6 +68,7 @@ private:
     std::vector<DriveRow> script_; // of the first instrument
     bool has_script_ = false;
     std::array<bool, kEffectCount> permitted_{};
+    std::function<void(Simulator&)> equip_;
     std::optional<Simulator> simulator_;
     std::shared_ptr<Recording> recording_;
     SessionStatus status_;

@@ -1,6 +1,8 @@
 // The step loop allocates nothing once it is warm: every allocation of the program passes a counter here.
 #include "../engine/step_fixture.hpp"
 
+#include "collision/cull_twin.hpp"
+#include "engine/gpu/attach_culler.hpp"
 #include "engine/viewer/latest.hpp"
 #include "engine/viewer/snapshot.hpp"
 
@@ -154,6 +156,67 @@ TEST(ViewerSession, AllocatesNothingOnceWarm) {
     ASSERT_FALSE(session.stopped());
     EXPECT_EQ(count, 0u) << "the first came from:";
     if (count > 0) backtrace_symbols_fd(first_places, first_depth, 2);
+}
+
+/// Allocations of every step from the first one on; what a step does before it is warm is in there.
+struct Steps {
+    std::vector<std::uint64_t> allocations;
+    std::uint64_t looked_at = 0;
+};
+Steps count_from_the_start(Simulator& simulator, int steps) {
+    Steps result;
+    result.allocations.reserve(static_cast<std::size_t>(steps));
+    for (int k = 0; k < steps; ++k) {
+        count = 0;
+        counting = true;
+        const StepReport& report = simulator.step();
+        counting = false;
+        EXPECT_TRUE(report.finite) << report.failure;
+        result.allocations.push_back(count);
+        result.looked_at += report.cull_items;
+    }
+    return result;
+}
+
+/// The CPU twin on the thread of a device.
+class TwinAsDevice final : public collision::CullBackend {
+public:
+    [[nodiscard]] std::string name() const override { return "a device for tests"; }
+    [[nodiscard]] int preferred_resolution() const noexcept override { return 64; }
+    void reserve(std::size_t prisms, std::size_t questions, int resolution) override { twin_.reserve(prisms, questions, resolution); }
+    [[nodiscard]] Result<void> find_hits(const collision::CullJob& job, std::span<std::uint8_t> hits) override {
+        return twin_.find_hits(job, hits);
+    }
+
+private:
+    collision::CpuCullBackend twin_;
+};
+
+/// Stage II: in no step, the first included, does looking allocate anything that the same step does not allocate without it.
+TEST(LookingByPictures, AllocatesNothingInAnyStep) {
+    const auto prepare = [](Culling culling) {
+        PreparedScene prepared = test::prepare(test::bent_tube_scene({.budget = "exact"}));
+        prepared.model.contact.culling = culling;
+        prepared.model.contact.clearance = 1e-3;
+        prepared.model.contact.exact_distance = 0.9e-3;
+        return prepared;
+    };
+    constexpr int kSteps = 40;
+    const PreparedScene never = prepare(Culling::Never), cpu = prepare(Culling::Cpu), device = prepare(Culling::OpenGl);
+    Simulator without(never.model), by_twin(cpu.model), by_device(device.model), by_opengl(device.model);
+    by_device.set_cull_device(std::make_unique<TwinAsDevice>());
+    const Steps plain = count_from_the_start(without, kSteps);
+    EXPECT_EQ(plain.looked_at, 0u);
+    for (Simulator* simulator : {&by_twin, &by_device}) {
+        const Steps culled = count_from_the_start(*simulator, kSteps);
+        EXPECT_GT(culled.looked_at, 0u);
+        EXPECT_EQ(culled.allocations, plain.allocations);
+    }
+    const std::string words = attach_culler(by_opengl);
+    std::printf("%s\n", words.c_str());
+    const Steps drawn = count_from_the_start(by_opengl, kSteps);
+    EXPECT_GT(drawn.looked_at, 0u);
+    EXPECT_EQ(drawn.allocations, plain.allocations); // the driver's own memory passes no counter
 }
 
 TEST(Counter, SeesAnAllocation) {

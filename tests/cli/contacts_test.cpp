@@ -138,6 +138,67 @@ TEST_F(Contacts, AreTheSameByEveryMethod) {
         for (std::size_t k = 0; k < 8; ++k) EXPECT_EQ(reversed[i][k], truth[i][k]);
 }
 
+/// A wavy sheet and one that cuts it at a slant, as one file: much of both crosses nothing.
+std::string crossing_sheets() {
+    std::ostringstream out;
+    constexpr int kSide = 56;
+    for (const bool slanted : {false, true})
+        for (int y = 0; y <= kSide; ++y)
+            for (int x = 0; x <= kSide; ++x)
+                out << "v " << x + (slanted ? 0.37 : 0.0) << ' ' << y << ' '
+                    << (slanted ? 0.3 * (x - 20.0) : 0.8 * std::sin(0.2 * x) + 0.01 * y) << '\n';
+    for (const int first : {1, 1 + (kSide + 1) * (kSide + 1)})
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x) {
+                const int a = first + y * (kSide + 1) + x;
+                out << "f " << a << ' ' << a + 1 << ' ' << a + kSide + 1 << "\nf " << a + 1 << ' ' << a + kSide + 2 << ' ' << a + kSide + 1
+                    << '\n';
+            }
+    return out.str();
+}
+
+TEST_F(Contacts, ThatStandStillAreTheSameByPicturesOfPatchesAndOfTriangles) {
+    const std::string sheets = write("sheets.obj", crossing_sheets());
+    ASSERT_TRUE(ended_with(contacts({sheets, sheets, "--method", "image-space-flat"}), 0));
+    const auto truth = rows();
+    EXPECT_GT(truth.size(), 50u);
+    for (const Json& pass : json()["passes"]) EXPECT_EQ(pass["patches"], 0) << pass;
+    for (const std::string method : {"image-space", "image-space-gl"}) {
+        const Ended ended = contacts({sheets, sheets, "--method", method});
+        ASSERT_TRUE(ended_with(ended, 0)) << method;
+        EXPECT_TRUE(rows() == truth) << method;
+        EXPECT_TRUE(ended.says("patches of up to 16 triangles"));
+        ASSERT_FALSE(json()["passes"].empty());
+        EXPECT_GT(json()["passes"][0]["patches"], 0);
+    }
+    EXPECT_TRUE(ended_with(contacts({sheets, sheets, "--method", "image-space-paper"}), 0));
+    EXPECT_LE(rows().size(), truth.size());
+}
+
+/// A driver that Mesa's switches make poor: the CPU culls, the answer is the same, and the reason is said. Other drivers do not know the
+/// switches, and cull.
+TEST_F(Contacts, AreTheSameWhereOpenGlFailsAndTheReasonIsSaid) {
+    const std::string sheets = write("sheets.obj", crossing_sheets());
+    ASSERT_TRUE(ended_with(contacts({sheets, sheets, "--method", "image-space"}), 0));
+    const auto truth = rows();
+    struct Poor {
+        const char *name, *value, *reason;
+    };
+    for (const Poor& poor :
+         {Poor{"MESA_GL_VERSION_OVERRIDE", "3.3", "no OpenGL 4.5"},
+          Poor{"MESA_EXTENSION_OVERRIDE", "-GL_ARB_shader_viewport_layer_array", "has no GL_ARB_shader_viewport_layer_array"}}) {
+        setenv(poor.name, poor.value, 1);
+        const Ended ended = contacts({sheets, sheets, "--method", "image-space-gl"});
+        unsetenv(poor.name);
+        ASSERT_TRUE(ended_with(ended, 0)) << poor.name;
+        EXPECT_TRUE(rows() == truth) << poor.name;
+        if (json()["culler"] == "CPU twin") {
+            const bool nothing_here = ended.says("no OpenGL 4.5");
+            EXPECT_TRUE(ended.says("culling on the CPU instead of OpenGL") && (ended.says(poor.reason) || nothing_here)) << ended;
+        }
+    }
+}
+
 TEST_F(Contacts, KeptFromStepToStepAreTheSame) {
     const std::string frames = write_frames();
     ASSERT_TRUE(ended_with(contacts({"--frames", frames}), 0));

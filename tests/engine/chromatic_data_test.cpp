@@ -1,4 +1,5 @@
 // The chromatic decomposition of every surface of the test data, and crossings of those whose crossings are known.
+#include "base/self_intersection.hpp"
 #include "collision/cull_twin.hpp"
 #include "collision/image_space.hpp"
 #include "engine/io/read_surface.hpp"
@@ -7,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -81,6 +83,51 @@ TEST(ChromaticData, ImageSpaceLosesNoneOfTheKnownCrossings) {
         EXPECT_EQ(collision::find_crossings(mesh->triangles, mesh->vertices, *left).size(), known.crossings) << known.file;
         EXPECT_LT(left->size(), mesh->triangles.size() / 2) << known.file;
     }
+}
+
+/// Dented by its own highest point, so that it crosses itself.
+void push_top_down(TriMesh& mesh) {
+    Index top = 0;
+    for (Index v = 0; v < mesh.vertices.size(); ++v)
+        if (mesh.vertices[v].y() > mesh.vertices[top].y()) top = v;
+    const Vec3 peak = mesh.vertices[top];
+    const double height = mesh.bounds().extent().y(), radius = 0.08 * mesh.bounds().longest_edge();
+    for (Vec3& v : mesh.vertices) v.y() -= 1.1 * height * std::exp(-(v - peak).squaredNorm() / (radius * radius));
+}
+
+/// Whole patches first or triangle by triangle: the crossings of every surface are those that a tree finds, as it is and dented.
+TEST(ChromaticData, PicturesOfPatchesAndOfTrianglesLoseNoCrossingOfAnySurface) {
+    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    if (data == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    std::size_t tried = 0, crossing = 0, by_patches = 0, triangles = 0;
+    for (const auto& file : surfaces_of(data)) {
+        auto mesh = read_surface(file, {.weld = true});
+        if (!mesh.ok() || mesh->triangles.empty() || mesh->triangles.size() > kMostTriangles) continue;
+        collision::ImageSpaceCuller culler(mesh->triangles, mesh->vertices.size());
+        collision::CpuCullBackend twin;
+        for (const bool dented : {false, true}) {
+            if (dented) push_top_down(*mesh);
+            const auto truth = find_self_intersections(*mesh);
+            crossing += truth.count > 0;
+            for (const bool patches : {true, false}) {
+                const auto left = culler.find_colliding_set(mesh->vertices, {.resolution = 200, .patches = patches}, twin);
+                ASSERT_TRUE(left.ok());
+                const auto found = collision::find_crossings(mesh->triangles, mesh->vertices, *left);
+                EXPECT_TRUE(std::ranges::equal(found, truth.pairs, [](const auto& f, const auto& t) { return f.a == t[0] && f.b == t[1]; }))
+                    << file << (patches ? ", patches" : "") << (dented ? ", dented: " : ": ") << found.size() << " of " << truth.count;
+                if (!patches) continue;
+                triangles += mesh->triangles.size();
+                for (const auto& pass : culler.passes())
+                    if (pass.patches > 0) by_patches += pass.triangles - pass.triangles_left;
+            }
+        }
+        ++tried;
+    }
+    std::printf("%zu surfaces; %zu of %zu cross themselves; patches pruned %zu of %zu triangles\n", tried, crossing, 2 * tried, by_patches,
+                triangles);
+    EXPECT_GT(tried, 25u);
+    EXPECT_GT(crossing, 25u);
+    EXPECT_GT(by_patches, 0u);
 }
 
 } // namespace

@@ -50,6 +50,7 @@ class TestDevice final : public collision::CullBackend {
 public:
     std::atomic<int>* gate = nullptr; // looks that may pass; nullptr: all
     int finds_until_lost = 1 << 30;
+    std::int64_t pause_ns = 0; // of every find
     [[nodiscard]] std::string name() const override { return "a device for tests"; }
     [[nodiscard]] int preferred_resolution() const noexcept override { return 64; }
     [[nodiscard]] Result<void> find_hits(const collision::CullJob& job, std::span<std::uint8_t> hits) override {
@@ -57,6 +58,7 @@ public:
             gate->wait(0);
             --*gate;
         }
+        if (pause_ns > 0) wait_until_ns(monotonic_ns() + pause_ns);
         if (--finds_until_lost < 0) return Error{ErrorCode::ToolFailed, "a device for tests: the context was lost"};
         return twin_.find_hits(job, hits);
     }
@@ -64,6 +66,9 @@ public:
 private:
     collision::CpuCullBackend twin_;
 };
+
+/// Views at the start: each probe twice, in three directions; nothing of it can be told apart.
+constexpr int kProbeFinds = 3 * 2 * static_cast<int>(std::size(kProbePairs));
 
 TEST(CullStage, WhoeverLooksTheRunHasTheSameBits) {
     const PreparedScene plain = prepare("exact", Culling::Never), automatic = prepare("exact", Culling::Auto),
@@ -122,7 +127,7 @@ TEST(CullStage, UnderABudgetOfWorkNoClockHasASay) {
 
 TEST(CullStage, ALateAnswerIsDroppedAndNobodyWaitsForIt) {
     const PreparedScene plain = prepare("1000s", Culling::Never), prepared = prepare("1000s", Culling::OpenGl);
-    std::atomic<int> gate{3}; // the three views of its first look, then the device never answers; outlives its thread
+    std::atomic<int> gate{kProbeFinds}; // those of its start, then the device never answers; outlives its thread
     Simulator without(plain.model), simulator(prepared.model);
     auto device = std::make_unique<TestDevice>();
     device->gate = &gate;
@@ -141,13 +146,50 @@ TEST(CullStage, ALostDeviceIsGivenUpForTheTwinAndSaid) {
     const PreparedScene plain = prepare("exact", Culling::Cpu), prepared = prepare("exact", Culling::OpenGl);
     Simulator twin(plain.model), simulator(prepared.model);
     auto device = std::make_unique<TestDevice>();
-    device->finds_until_lost = 20;
+    device->finds_until_lost = kProbeFinds + 20;
     simulator.set_cull_device(std::move(device));
     const Outcome expected = run(twin), outcome = run(simulator);
     EXPECT_EQ(outcome.hash, expected.hash);
     EXPECT_EQ(outcome.apart, expected.apart);
     ASSERT_EQ(simulator.cull_notes().size(), 1u);
     EXPECT_THAT(simulator.cull_notes()[0], ::testing::HasSubstr("context was lost"));
+}
+
+/// What a look costs is measured before the first step: a device that needs longer than the budget is not even tried, whatever the declared
+/// rates say of it. Under a budget of work those alone count.
+TEST(CullStage, ADeviceThatIsTooSlowIsKnownFromItsStart) {
+    for (const bool slow : {true, false}) {
+        const PreparedScene prepared = prepare("40ms", Culling::OpenGl);
+        Simulator simulator(prepared.model);
+        auto device = std::make_unique<TestDevice>();
+        device->pause_ns = slow ? 30'000'000 : 0; // three views take longer than a step may
+        simulator.set_cull_device(std::move(device));
+        const StepReport& first = simulator.step();
+        unsigned late = first.cull_late, left_out = first.cull_left_out, by = first.culled_by;
+        for (int k = 1; k < 30; ++k) {
+            const StepReport& report = simulator.step();
+            late += report.cull_late;
+            left_out += report.cull_left_out;
+            by = std::max(by, report.culled_by);
+        }
+        if (slow) {
+            EXPECT_EQ(late, 0u) << "an answer that cannot come in time was waited for";
+            EXPECT_GT(left_out, 0u);
+            EXPECT_EQ(by, static_cast<unsigned>(CulledBy::Nobody));
+        } else {
+            EXPECT_EQ(by, static_cast<unsigned>(CulledBy::Device));
+        }
+    }
+    const PreparedScene prepared = prepare("work:400000", Culling::OpenGl);
+    Simulator fast(prepared.model), slow(prepared.model);
+    auto device = std::make_unique<TestDevice>();
+    device->pause_ns = 5'000'000;
+    slow.set_cull_device(std::move(device));
+    fast.set_cull_device(std::make_unique<TestDevice>());
+    for (int k = 0; k < 10; ++k) {
+        EXPECT_EQ(fast.step().culled_by, slow.step().culled_by);
+    }
+    EXPECT_EQ(hash_state(fast.state()), hash_state(slow.state()));
 }
 
 TEST(CullStage, AReplayOfAWallRunThatWasCulledHasItsBits) {
