@@ -266,6 +266,10 @@ Result<LatticeMesh> make_lattice_mesh(const TriMesh& surface, const LatticeOptio
     if (!(cells <= kMostLatticeCells))
         return Error{.code = ErrorCode::BadValue,
                      .message = "a lattice of " + std::to_string(cells) + " cells; larger cells or fewer surface triangles are needed"};
+    const double tets = 12.0 * volume_of(surface) / (options.cell * options.cell * options.cell);
+    if (!(tets <= kMostLatticeTets))
+        return Error{.code = ErrorCode::BadValue,
+                     .message = "a lattice of " + std::to_string(tets) + " tetrahedra; larger cells or fewer surface triangles are needed"};
     LatticeMesh report;
     Lattice lattice(surface, options);
     report.tets = lattice.fill();

@@ -29,13 +29,15 @@ struct LatticeMesh {
 /// Cubes that give about so many boundary triangles.
 [[nodiscard]] double find_lattice_cell(const TriMesh& surface, std::size_t triangles) noexcept;
 
-/// surface: closed, outward. Fails with BadValue (cell not positive, or more than kMostLatticeCells of them) or BadMesh (no
-/// tet is filled enough: the body is thinner than a cell).
+/// surface: closed, outward. Fails with BadValue (cell not positive, or more than kMostLatticeCells in its box or
+/// kMostLatticeTets in its volume) or BadMesh (no tet is filled enough: the body is thinner than a cell).
 [[nodiscard]] Result<LatticeMesh> make_lattice_mesh(const TriMesh& surface, const LatticeOptions& options);
 
 /// The lattice whose nodes come nearest to a number, over cells tried a few times: to compare with another mesh.
 [[nodiscard]] Result<LatticeMesh> make_lattice_of_nodes(const TriMesh& surface, std::size_t nodes);
 
-inline constexpr double kMostLatticeCells = 2e7;
+/// Of the surface's box: each costs two points and their distances from the surface, 64 bytes and some microseconds.
+inline constexpr double kMostLatticeCells = 5e6;
+inline constexpr double kMostLatticeTets = 5e6;
 
 } // namespace seldinger::fem

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -15,7 +16,8 @@ class NodeIds {
 public:
     void reserve(std::size_t count) { entries_.reserve(count); }
     void add(std::int64_t id) {
-        if (!entries_.empty() && id != entries_.back().first + 1) consecutive_ = false;
+        constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
+        if (!entries_.empty() && (entries_.back().first == kLargest || id != entries_.back().first + 1)) consecutive_ = false;
         entries_.emplace_back(id, static_cast<Index>(entries_.size()));
     }
     [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }

@@ -111,9 +111,15 @@ private:
 
     /// Faces may come before vertices: their number must be known first.
     bool find_vertices() {
-        for (const Element& element : header_.elements)
-            if (element.name == "vertex") vertex_count_ += element.count;
-        return vertex_count_ < kNoIndex || in_.fail(ErrorCode::BadSyntax, "claims more vertices than indices can tell apart");
+        for (const Element& element : header_.elements) {
+            if (element.name != "vertex") continue;
+            // Without properties they would take no bytes, and faces would name vertices that nobody reads.
+            if (element.properties.empty()) return in_.fail(ErrorCode::BadSyntax, "the vertices have no x, y and z");
+            if (element.count >= kNoIndex - vertex_count_)
+                return in_.fail(ErrorCode::BadSyntax, "claims more vertices than indices can tell apart");
+            vertex_count_ += element.count;
+        }
+        return true;
     }
 
     bool read_body() {

@@ -1,5 +1,6 @@
 // VTK XML files: VTP and VTU; arrays as text, base64, appended base64 or appended raw, zlib-compressed or not, in both
 // byte orders. Several pieces become one mesh.
+#include "engine/io/file_bytes.hpp"
 #include "engine/io/formats.hpp"
 #include "engine/io/scanner.hpp"
 #include "engine/io/vtk_array.hpp"
@@ -148,6 +149,11 @@ private:
         const std::string_view packed = appended ? format_.appended.substr(offset) : std::string_view(node.child_value());
         const Result<std::string> bytes = unpack_vtk_array(packed, format_, appended && format_.raw_appended);
         if (!bytes) return fail(bytes.error().code, bytes.error().message, node);
+        // Every byte is an array's once, unless many arrays name one place of the appended data.
+        const std::size_t most = format_.compressed ? max_unfolded_bytes(bytes_.size()) : bytes_.size();
+        unpacked_ += bytes->size();
+        if (unpacked_ > most)
+            return fail(ErrorCode::BadSyntax, fmt::format("its arrays unfold to more than {} bytes: not a mesh", most), node);
         const std::size_t width = size_of(*type);
         if (bytes->size() % width != 0)
             return fail(ErrorCode::BadSyntax, fmt::format("{} bytes are no whole {}s", bytes->size(), node.attribute("type").value()),
@@ -163,15 +169,14 @@ private:
 
     bool read_text(const pugi::xml_node& node, std::vector<double>* reals, std::vector<std::int64_t>* integers) {
         const char* text = node.child_value();
-        const std::ptrdiff_t at = std::max<std::ptrdiff_t>(node.first_child().offset_debug(), 0);
-        const auto line =
-            static_cast<std::size_t>(std::count(bytes_.begin(), bytes_.begin() + std::min<std::ptrdiff_t>(at, std::ssize(bytes_)), '\n'));
-        Scanner in({text, std::strlen(text)}, name_, 1 + line);
+        Scanner in({text, std::strlen(text)}, name_);
         while (!in.at_end()) {
             double real = 0;
             std::int64_t integer = 0;
             if (reals ? !in.real(real, "a number") : !in.integer(integer, "a whole number")) {
-                error_ = in.error();
+                const Error inner = in.error(); // its lines count from the array's beginning
+                fail(inner.code, inner.message, node.first_child());
+                error_->line += inner.line - 1;
                 return false;
             }
             if (reals)
@@ -184,6 +189,7 @@ private:
 
     const std::string& name_;
     std::string_view bytes_;
+    std::size_t unpacked_ = 0; // bytes of all arrays so far
     VtkArrayFormat format_;
     pugi::xml_document document_;
     pugi::xml_node grid_;

@@ -3,6 +3,7 @@
 #include "assets/anatomy/shapes.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/patient_cache.hpp"
+#include "engine/scene/scene_size.hpp"
 
 #include <fmt/format.h>
 
@@ -138,13 +139,17 @@ Result<const anatomy::Anatomy*> PatientShelf::find(const anatomy::Recipe& recipe
     return static_cast<const anatomy::Anatomy*>(entries_.back().patient.get());
 }
 
-Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, PatientShelf& shelf) {
+Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, PatientShelf& shelf) {
     const std::string key = "bodies." + body.name + ".surface";
     Result<TriMesh> mesh = make_mesh(body.surface, shelf);
     if (!mesh.ok()) {
         if (!mesh.error().file.empty()) return mesh.error(); // the mesh file's own line says more than the scene's
         return scene_error(scene, key, mesh.error().message, mesh.error().code);
     }
+    if (mesh->triangles.size() > room)
+        return scene_error(scene, key,
+                           fmt::format("found {} triangles, {} with the other bodies; at most {} in the scene would be right",
+                                       mesh->triangles.size(), kMostTriangles - room + mesh->triangles.size(), kMostTriangles));
     LoadedSurface loaded;
     loaded.mesh = std::move(*mesh);
     for (Vec3& v : loaded.mesh.vertices) v = body.scale * v + body.translate;

@@ -38,7 +38,8 @@ private:
 
 /// fails  with the scene's file, line and key: BadMesh with the first bad triangles and the repair that would do,
 ///        BadValue for a size that no body has (a mistaken unit), or the reader's own error
-[[nodiscard]] Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, PatientShelf& shelf);
+///        BadValue as well where the surface alone has more triangles than `room`, before anything else is made of it
+[[nodiscard]] Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, PatientShelf& shelf);
 
 /// Position and direction of a place in a scene, landmarks looked up in the patient of their body.
 struct Place {

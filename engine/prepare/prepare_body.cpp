@@ -4,6 +4,7 @@
 
 #include "engine/io/read_tets.hpp"
 #include "engine/prepare/coarse.hpp"
+#include "engine/scene/scene_size.hpp"
 #include "fem/lattice.hpp"
 #include "fem/mesh_parts.hpp"
 #include "fem/stable_step.hpp"
@@ -135,10 +136,33 @@ void note_sliver(const TetMesh& mesh, const fem::StableStep& stable, std::vector
         stable.worst_tet, t[0], t[1], t[2], t[3], volume / (longest * face), stable.step));
 }
 
-Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, BodyModel& model, TetMesh& coarse, BodySummary& summary) {
+/// What the next body may have of what a scene may: what others have, or say that they will, is taken.
+struct Room {
+    std::size_t triangles = kMostTriangles, tets = kMostTets;
+
+    Room(const Scene& scene, const PreparedScene& prepared) {
+        for (const BodySummary& made : prepared.bodies) {
+            take(triangles, made.triangles);
+            take(tets, made.coarse_tets);
+        }
+        for (std::size_t i = prepared.bodies.size() + 1; i < scene.bodies.size(); ++i)
+            if (scene.bodies[i].surface.source == SurfaceSource::Shape) take(triangles, count_triangles(scene.bodies[i].surface.shape));
+        for (const SceneInstrument& instrument : scene.instruments) take(triangles, instrument.skin_triangles);
+    }
+
+private:
+    static void take(std::size_t& room, std::size_t count) noexcept { room -= std::min(room, count); }
+};
+
+Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const Room& room, BodyModel& model, TetMesh& coarse,
+                            BodySummary& summary) {
     const std::string key = "bodies." + body.name;
     Result<TetMesh> mesh = make_coarse(body, model.surface, summary.notes);
     if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
+    if (mesh->tets.size() > room.tets)
+        return scene_error(scene, key + ".coarse",
+                           fmt::format("found {} tetrahedra, {} with the other bodies; at most {} in the scene would be right",
+                                       mesh->tets.size(), kMostTets - room.tets + mesh->tets.size(), kMostTets));
     const std::vector<Index> pinned = find_pinned(body.fixed, mesh->vertices);
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
@@ -181,7 +205,8 @@ void summarise_links(const fem::RigidLinks& links, BodySummary& summary) {
 } // namespace
 
 Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse, PreparedScene& prepared) {
-    Result<LoadedSurface> surface = load_surface(scene, body, shelf);
+    const Room room(scene, prepared);
+    Result<LoadedSurface> surface = load_surface(scene, body, room.triangles, shelf);
     if (!surface.ok()) return surface.error();
     BodyModel model;
     BodySummary summary;
@@ -196,7 +221,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     for (const KeyFrame& frame : body.motion) model.path.push_back({frame.time, frame.displacement});
     coarse.meshes.emplace_back();
     if (model.motion == Motion::Deformable) {
-        const Result<void> done = prepare_tissue(scene, body, model, coarse.meshes.back(), summary);
+        const Result<void> done = prepare_tissue(scene, body, room, model, coarse.meshes.back(), summary);
         if (!done.ok()) return done;
         summarise_links(*model.links, summary);
     }

@@ -3,6 +3,7 @@
 #include "base/inside.hpp"
 #include "engine/prepare/prepare_body.hpp"
 #include "engine/prepare/wrap_solids.hpp"
+#include "engine/scene/scene_size.hpp"
 #include "engine/time/clock.hpp"
 #include "fem/mass_spring.hpp"
 #include "spheretree/lumen_path.hpp"
@@ -169,25 +170,18 @@ void fill_settings(const Scene& scene, SceneModel& model) {
 Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress) {
     const StopWatch watch;
     if (const std::size_t count = scene.bodies.size() + scene.instruments.size(); count > kMostBodies)
-        return scene_error(scene, "bodies",
-                           fmt::format("the scene has {} bodies and instruments; at most {} would be right", count, kMostBodies));
+        return scene_error(scene, "bodies", fmt::format("found {} bodies and instruments; at most {} would be right", count, kMostBodies));
     const auto say = [&](const std::string& what) {
         if (progress) progress(what);
     };
     PreparedScene prepared;
     PatientShelf shelf;
     CoarseBodies coarse;
-    std::size_t triangles = 0;
     fill_settings(scene, prepared.model);
     for (const SceneBody& body : scene.bodies) {
         say("body " + body.name);
         const Result<void> done = prepare_body(scene, body, shelf, coarse, prepared);
         if (!done.ok()) return done.error();
-        triangles += prepared.model.bodies.back().surface.triangles.size();
-        if (triangles > kMostTriangles)
-            return scene_error(
-                scene, "bodies." + body.name,
-                fmt::format("with this body the scene has {} triangles; at most {} would be right", triangles, kMostTriangles));
     }
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const Result<void> done = link_to_carrier(scene, i, coarse, prepared);

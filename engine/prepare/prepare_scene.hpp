@@ -30,11 +30,6 @@ struct PreparedScene {
     double seconds = 0.0;            // wall time of preparation
 };
 
-/// What a scene may have at most: body ids have 16 bits, and a scene beyond this would not fit into a workstation's memory nor
-/// ever take a step in reasonable time.
-inline constexpr std::size_t kMostBodies = 1000; // bodies and instruments
-inline constexpr std::size_t kMostTriangles = 10'000'000;
-
 /// Called before each part of the work with what comes next.
 using Progress = std::function<void(const std::string&)>;
 

@@ -1,6 +1,7 @@
 #include "engine/scene/nearest.hpp"
 #include "engine/scene/reader.hpp"
 #include "engine/scene/recipe.hpp"
+#include "engine/scene/scene_size.hpp"
 
 #include <fmt/format.h>
 
@@ -86,6 +87,10 @@ std::optional<Error> read_tube(const CheckContext& context, const Values& values
         if (i > 0) add_rings(shape, point, radius);
         shape.axis.push_back(point);
         shape.axis_radii.push_back(radius);
+        if (count_triangles(shape) > kMostTriangles) // here, or a short text of far rows would fill the memory with rings
+            return error_at(context, rows[i].at, fmt::format("{}[{}]", values.path("axis"), i),
+                            fmt::format("found {}: {} triangles up to this row; at most {} in the scene would be right",
+                                        describe_size(shape), count_triangles(shape), kMostTriangles));
     }
     return std::nullopt;
 }

@@ -1,6 +1,7 @@
 #include "engine/scene/nearest.hpp"
 #include "engine/scene/reader.hpp"
 #include "engine/scene/recipe.hpp"
+#include "engine/scene/scene_size.hpp"
 #include "engine/scene/scene_table.hpp"
 
 #include <fmt/format.h>
@@ -296,6 +297,15 @@ std::optional<Error> read_instruments(const CheckContext& context, const Values&
     return std::nullopt;
 }
 
+/// Before anything is looked up by name, which takes longer the more there are.
+std::optional<Error> check_body_count(const CheckContext& context, const Values& root) {
+    const JsonNode *bodies = root.find("bodies"), *instruments = root.find("instruments");
+    const std::size_t count =
+        (bodies != nullptr ? bodies->children.size() : 0) + (instruments != nullptr ? instruments->children.size() : 0);
+    if (count <= kMostBodies) return std::nullopt;
+    return fail_at(context, root, "bodies", fmt::format("found {} bodies and instruments; at most {} would be right", count, kMostBodies));
+}
+
 std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& scene) {
     scene.units = context.units;
     scene.name = root.has("name") ? root.text("name") : scene.file.stem().string();
@@ -305,9 +315,11 @@ std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& 
     read_contact(root.object("contact"), scene.contact);
     const Values cost = root.object("cost");
     scene.cost = {cost.number("patch", 0.0), cost.number("tolerance", 0.0)};
+    if (auto error = check_body_count(context, root)) return error;
     if (auto error = read_bodies(context, root, scene)) return error;
     if (auto error = read_targets(context, root, scene)) return error;
     if (auto error = read_instruments(context, root, scene)) return error;
+    if (auto error = check_scene_size(context, scene)) return error;
     if (auto error = read_effects(context, root, scene.effects)) return error;
     if (auto error = check_breathing(context, scene)) return error;
     if (auto error = check_twist(context, root, scene)) return error;

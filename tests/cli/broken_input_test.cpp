@@ -2,6 +2,9 @@
 #include "program.hpp"
 
 #include <algorithm>
+#include <cstdio>
+
+#include <sys/resource.h>
 
 namespace seldinger::cli_test {
 namespace {
@@ -69,6 +72,41 @@ TEST_F(BrokenScene, OfAnyBytesIsRefused) {
 TEST_F(BrokenScene, CutAtAnyPlaceIsRefused) {
     for (std::size_t size = 1; size + 1 < kTube.size(); size += 97)
         EXPECT_TRUE(refuses(run(write("cut.json", kTube.substr(0, size))), "cut.json")) << "after " << size << " bytes";
+}
+
+/// Largest memory that sanitizers leave a small program at: shadows and quarantines.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr double kSmallMemory = 1000.0; // MB
+#else
+constexpr double kSmallMemory = 150.0; // MB
+#endif
+
+TEST_F(BrokenScene, OfTooLargeASizeIsRefusedInLittleMemory) {
+    std::string far = "[0, 0, 0, 0.01]"; // a few hundred kilobytes that describe 40 million rings, a gigabyte of them
+    for (int i = 1; i < 20000; ++i) far += i % 2 == 0 ? ", [0, 0, 0, 0.01]" : ", [90000, 0, 0, 0.01]";
+    std::string boxes;
+    for (const char* name : {"a", "b", "c", "d"}) // 12 million triangles
+        boxes += "\"" + std::string(name) + R"(": {"kind": "static", "surface": {"shape": "box", "extent": [10, 10, 10], "cells": 500}}, )";
+    const struct {
+        std::string scene, expected;
+    } all[] = {{with(kTube, "[0, 0, 0, 4], [0, 0, 120, 4]", far), "bodies.tube.surface.axis["},
+               {with(kTube, "\"tube\": {\"kind\"", boxes + "\"tube\": {\"kind\""), "bodies.d.surface: found a box of 500 cells"}};
+    for (const auto& each : all)
+        for (const char* command : {"run", "explain"}) {
+            const pid_t child = start({command, write("large.json", each.scene)});
+            ASSERT_GT(child, 0);
+            int status = 0;
+            struct rusage usage {};
+            ASSERT_EQ(wait4(child, &status, 0, &usage), child);
+            const std::string said = text_of(folder / "stderr");
+            EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 2) << command << " " << status << "\n" << said.substr(0, 500);
+            EXPECT_NE(said.find("large.json:"), std::string::npos) << said.substr(0, 500);
+            EXPECT_NE(said.find(each.expected), std::string::npos) << said.substr(0, 500);
+            EXPECT_NE(said.find("at most 10000000 in the scene would be right"), std::string::npos) << said.substr(0, 500);
+            const double memory = static_cast<double>(usage.ru_maxrss) / 1024.0; // MB
+            std::printf("%s, %s: %.0f MB\n", command, each.expected.c_str(), memory);
+            EXPECT_LT(memory, kSmallMemory) << command << " " << each.expected;
+        }
 }
 
 /// Every file of the nasty collection, sorted.

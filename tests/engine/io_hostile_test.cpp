@@ -226,6 +226,41 @@ TEST_F(HostileFiles, DeeplyNestedXmlIsRefused) {
     EXPECT_FALSE(read_tets(write("deep.vtu", nested)).ok());
 }
 
+TEST_F(HostileFiles, PlyFacesNameNoVerticesThatNobodyReads) {
+    const std::string head = "ply\nformat ascii 1.0\n",
+                      face = "element face 1\nproperty list uchar int vertex_indices\nend_header\n3 0 1 2\n";
+    const Result<TriMesh> bare = read_surface(write("bare.ply", head + "element vertex 3\n" + face), {.weld = true});
+    ASSERT_FALSE(bare.ok());
+    EXPECT_NE(bare.error().message.find("no x, y and z"), std::string::npos) << bare.error().to_string();
+    const std::string most = "element vertex 9223372036854775807\nproperty float x\nproperty float y\nproperty float z\n";
+    EXPECT_FALSE(read_surface(write("sum.ply", head + most + most + face)).ok());
+}
+
+TEST_F(HostileFiles, NodeNumbersAtTheEndsOfTheirRangeAreNames) {
+    const std::string ids[] = {"9223372036854775807", "-9223372036854775808", "-9223372036854775807", "-9223372036854775806"};
+    const std::string nodes = ids[0] + " 0 0 0\n" + ids[1] + " 1 0 0\n" + ids[2] + " 0 1 0\n" + ids[3] + " 0 0 1\n";
+    const std::string tet = ids[0] + " " + ids[1] + " " + ids[2] + " " + ids[3] + "\n";
+    for (const auto& path : {write("a.msh", "$NOD\n4\n" + nodes + "$ENDNOD\n$ELM\n1\n1 4 1 1 4 " + tet + "$ENDELM\n"),
+                             write("a.veg", "*VERTICES\n4 3 0 0\n" + nodes + "*ELEMENTS\nTET\n1 4 0\n1 " + tet)}) {
+        const Result<TetMesh> mesh = read_tets(path);
+        ASSERT_TRUE(mesh.ok()) << mesh.error().to_string();
+        EXPECT_EQ(mesh->tets, (std::vector<Tet>{{0, 1, 2, 3}}));
+    }
+}
+
+TEST_F(HostileFiles, OnePlaceOfAppendedDataIsNotUnfoldedForEveryArray) {
+    std::string block; // a million points in 12 MB: a file of 4,000 pieces that name them would take a hundred gigabytes
+    put<std::uint32_t>(block, 12u << 20);
+    block.append(12u << 20, '\0');
+    std::string xml = R"(<VTKFile type="PolyData" byte_order="LittleEndian"><PolyData>)";
+    for (int i = 0; i < 4000; ++i)
+        xml += R"(<Piece NumberOfPoints="1048576"><Points><DataArray type="Float32" format="appended" offset="0"/></Points></Piece>)";
+    xml += R"(</PolyData><AppendedData encoding="raw">_)" + block + "</AppendedData></VTKFile>";
+    const Result<TriMesh> mesh = read_surface(write("shared.vtp", xml));
+    ASSERT_FALSE(mesh.ok());
+    EXPECT_NE(mesh.error().message.find("unfold to more than"), std::string::npos) << mesh.error().to_string();
+}
+
 TEST_F(HostileFiles, ReadingTakesTimeInProportionToTheSize) {
     // Gigantic lines, and many tiny ones: none may be quadratic.
     std::string polygon = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf";
@@ -239,6 +274,11 @@ TEST_F(HostileFiles, ReadingTakesTimeInProportionToTheSize) {
     EXPECT_EQ(read_surface(write("polygon.obj", polygon))->triangles.size(), 2999998u);
     EXPECT_EQ(read_surface(write("groups.obj", groups))->triangles.size(), 100000u);
     EXPECT_EQ(read_surface(write("names.obj", names))->triangles.size(), 100000u);
+    std::string pieces = R"(<VTKFile type="PolyData"><PolyData>)" + std::string(20'000'000, '\n'); // lines before every array
+    for (int i = 0; i < 20000; ++i)
+        pieces +=
+            R"(<Piece NumberOfPoints="3" NumberOfPolys="1"><Points><DataArray type="Float32" format="ascii">0 0 0 1 0 0 0 1 0</DataArray></Points></Piece>)";
+    EXPECT_FALSE(read_surface(write("pieces.vtp", pieces + "</PolyData></VTKFile>")).ok()); // points alone
     EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
 }
 

@@ -80,6 +80,9 @@ TEST(Lattice, RefusesWhatItCannotFill) {
     EXPECT_EQ(make_lattice_mesh(ball, {.cell = 0.0}).error().code, ErrorCode::BadValue);
     EXPECT_EQ(make_lattice_mesh(ball, {.cell = std::nan("")}).error().code, ErrorCode::BadValue);
     EXPECT_EQ(make_lattice_mesh(ball, {.cell = 1e-5}).error().code, ErrorCode::BadValue);
+    const auto many = make_lattice_mesh(ball, {.cell = 1e-3}); // a million cells around it, and six million tetrahedra in them
+    ASSERT_FALSE(many.ok());
+    EXPECT_NE(many.error().message.find("tetrahedra"), std::string::npos) << many.error().message;
     EXPECT_EQ(make_lattice_mesh(ball, {.cell = 1.0}).error().code, ErrorCode::BadMesh);
     EXPECT_EQ(make_lattice_mesh({}, {.cell = 0.01}).error().code, ErrorCode::BadMesh);
 }

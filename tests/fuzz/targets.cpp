@@ -11,8 +11,13 @@
 #include "engine/prepare/sph.hpp"
 #include "engine/scene/recipe.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/step/bit_hash.hpp"
+#include "engine/step/byte_stream.hpp"
 #include "engine/step/checkpoint.hpp"
+#include "engine/viewer/read_command.hpp"
 #include "tests/collision/rational.hpp"
+
+#include <fmt/format.h>
 
 #include <cmath>
 #include <cstdio>
@@ -108,14 +113,35 @@ void read_ccd(std::string_view bytes) {
         for (const Vec3& row : query.rows) require(is_finite(row), "every coordinate is finite");
 }
 
+// Files that end with a hash of themselves: no change would ever get past it, so each is looked at with the hash that fits as well.
+
+std::uint64_t hash_of(std::string_view bytes) {
+    BitHash hash;
+    hash.add_bytes(bytes);
+    return hash.value();
+}
+
 void read_replay(std::string_view bytes) {
     const auto record = parse_grant_record(std::string(bytes), kName);
     if (is_fine(record)) require(grant_record_text(*record) == bytes, "a record that is read is written alike");
+    const std::string body(bytes.substr(0, bytes.rfind("end ")));
+    const auto sealed = parse_grant_record(fmt::format("{}end {:016x}\n", body, hash_of(body)), kName);
+    if (!is_fine(sealed)) return;
+    const std::string written = grant_record_text(*sealed); // not always alike: numbers have several spellings
+    const auto again = parse_grant_record(written, kName);
+    require(again.ok() && grant_record_text(*again) == written, "what is written is read, and means the same");
 }
 
 void read_checkpoint_bytes(std::string_view bytes) {
-    const auto checkpoint = parse_checkpoint(bytes, kName);
-    if (is_fine(checkpoint)) require(checkpoint_bytes(*checkpoint) == bytes, "a checkpoint that is read is written alike");
+    const auto check = [](std::string_view each) {
+        const auto checkpoint = parse_checkpoint(each, kName);
+        if (is_fine(checkpoint)) require(checkpoint_bytes(*checkpoint) == each, "a checkpoint that is read is written alike");
+    };
+    check(bytes);
+    if (bytes.size() < sizeof(std::uint64_t)) return;
+    std::string sealed(bytes.substr(0, bytes.size() - sizeof(std::uint64_t)));
+    ByteWriter(sealed).number(hash_of(sealed));
+    check(sealed);
 }
 
 /// A file in memory, for readers that want a path.
@@ -156,6 +182,24 @@ void read_frame_folder(std::string_view bytes) {
     const auto frames = read_frames(folder);
     if (is_fine(frames)) require(frames->positions.size() == frames->frame_count * frames->vertex_count(), "every frame is there");
     std::filesystem::remove_all(folder);
+}
+
+/// What the page, or anyone else who has the token, may send.
+void read_message(std::string_view bytes) {
+    const viewer::CommandRange range{{100, 20}, {true, false}};
+    const auto request = viewer::read_request(bytes, range);
+    if (!request.ok()) {
+        require(!request.error().message.empty(), "an error says what is wrong");
+        return;
+    }
+    const auto* command = std::get_if<viewer::Command>(&*request);
+    if (command == nullptr) return;
+    if (const auto* drive = std::get_if<viewer::Drive>(command))
+        require(std::abs(drive->insertion) <= 1.0 && std::abs(drive->rotation) <= 1.0, "a hand is no faster than its limits");
+    if (const auto* grab = std::get_if<viewer::Grab>(command))
+        require(grab->body == 0 && grab->vertex < 100 && is_finite(grab->target), "what is pulled exists, and may be pulled");
+    if (const auto* pace = std::get_if<viewer::Pace>(command))
+        require(pace->factor >= viewer::kSlowestPace && pace->factor <= 1.0, "a pace is in its range");
 }
 
 void unfold(std::string_view bytes) {
@@ -213,16 +257,27 @@ void meet_rationally(std::string_view input) {
 }
 
 constexpr Target kTargets[] = {
-    {"obj", read_obj, 4096},          {"ply", read_ply, 4096},
-    {"stl", read_stl, 4096},          {"off", read_off, 4096},
-    {"msh", read_msh, 4096},          {"medit", read_medit, 4096},
-    {"veg", read_veg, 4096},          {"tetgen", read_tetgen, 4096},
-    {"vtk", read_vtk, 4096},          {"vtu", read_vtu, 8192},
-    {"scene", read_scene_text, 8192}, {"recipe", read_recipe_text, 2048},
-    {"path", read_path, 2048},        {"ccd", read_ccd, 4096},
-    {"replay", read_replay, 4096},    {"checkpoint", read_checkpoint_bytes, 8192},
-    {"sph", read_spheres, 2048},      {"frames", read_frame_folder, 2048},
-    {"gzip", unfold, 4096},           {"meeting", meet_rationally, 256},
+    {"obj", read_obj, 4096},
+    {"ply", read_ply, 4096},
+    {"stl", read_stl, 4096},
+    {"off", read_off, 4096},
+    {"msh", read_msh, 4096},
+    {"medit", read_medit, 4096},
+    {"veg", read_veg, 4096},
+    {"tetgen", read_tetgen, 4096},
+    {"vtk", read_vtk, 4096},
+    {"vtu", read_vtu, 8192},
+    {"scene", read_scene_text, 8192},
+    {"recipe", read_recipe_text, 2048},
+    {"path", read_path, 2048},
+    {"ccd", read_ccd, 4096},
+    {"replay", read_replay, 4096},
+    {"checkpoint", read_checkpoint_bytes, 8192},
+    {"sph", read_spheres, 2048},
+    {"frames", read_frame_folder, 2048},
+    {"gzip", unfold, 4096},
+    {"message", read_message, 2048},
+    {"meeting", meet_rationally, 256},
 };
 
 } // namespace

@@ -280,11 +280,12 @@ TEST(ViewerServer, WatchingChangesNothing) {
 
 TEST(ViewerServer, SaysThatAPortIsTaken) {
     const Live live;
-    const auto second = Server::open(live.scene, live.prepared, *live.session, const_cast<Exchange&>(live.exchange),
-                                     {"127.0.0.1", live.server->port(), ""});
+    const Session session(live.scene, live.prepared); // the first one's belongs to its loop
+    Exchange exchange;
+    const auto second = Server::open(live.scene, live.prepared, session, exchange, {"127.0.0.1", live.server->port(), ""});
     ASSERT_FALSE(second.ok());
     EXPECT_THAT(second.error().to_string(), HasSubstr(std::to_string(live.server->port())));
-    EXPECT_FALSE(Server::open(live.scene, live.prepared, *live.session, const_cast<Exchange&>(live.exchange), {"nowhere", 0, ""}).ok());
+    EXPECT_FALSE(Server::open(live.scene, live.prepared, session, exchange, {"nowhere", 0, ""}).ok());
 }
 
 } // namespace

@@ -1,0 +1,75 @@
+#include "engine/scene/scene_size.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace seldinger::engine {
+namespace {
+
+std::size_t size(int count) noexcept { return static_cast<std::size_t>(std::max(count, 0)); }
+
+/// Rings of the rounded ends, as anatomy::make_tube has them.
+std::size_t count_tube_rings(const ShapeSpec& shape) noexcept {
+    return shape.axis.size() + 2 * (std::max<std::size_t>(size(shape.sides) / 4, 1) - 1);
+}
+
+Error fail(const CheckContext& context, const std::string& key, std::string message) {
+    const auto place = context.positions.find(key);
+    return error_at(context, place != context.positions.end() ? place->second : TextPosition{}, key, std::move(message));
+}
+
+} // namespace
+
+std::size_t count_triangles(const ShapeSpec& shape) noexcept {
+    switch (shape.kind) {
+    case ShapeKind::Sphere:
+        return std::size_t{20} << (2 * size(shape.subdivisions));
+    case ShapeKind::Box:
+        return 12 * size(shape.cells) * size(shape.cells);
+    case ShapeKind::Tube:
+        return 2 * size(shape.sides) * count_tube_rings(shape); // two a side between rings, one a side at either end
+    case ShapeKind::Torus:
+        return 4 * size(shape.sides) * size(shape.sides); // twice as many rings as sides
+    case ShapeKind::Vessels:
+        return shape.triangles;
+    }
+    return 0;
+}
+
+std::string describe_size(const ShapeSpec& shape) {
+    switch (shape.kind) {
+    case ShapeKind::Sphere:
+        return fmt::format("a sphere of {} subdivisions", shape.subdivisions);
+    case ShapeKind::Box:
+        return fmt::format("a box of {} cells an edge", shape.cells);
+    case ShapeKind::Tube:
+        return fmt::format("a tube of {} rings with {} sides each", count_tube_rings(shape), shape.sides);
+    case ShapeKind::Torus:
+        return fmt::format("a torus of {} sides", shape.sides);
+    case ShapeKind::Vessels:
+        return fmt::format("vessels of {} branches", shape.branches.size());
+    }
+    return "";
+}
+
+std::optional<Error> check_scene_size(const CheckContext& context, const Scene& scene) {
+    std::size_t triangles = 0;
+    const auto add = [&](std::size_t count, const std::string& key, const std::string& what) -> std::optional<Error> {
+        triangles += count;
+        if (triangles <= kMostTriangles) return std::nullopt;
+        return fail(context, key,
+                    fmt::format("found {}: {} triangles, and {} with what stands before; at most {} in the scene would be right", what,
+                                count, triangles, kMostTriangles));
+    };
+    for (const SceneBody& body : scene.bodies)
+        if (body.surface.source == SurfaceSource::Shape)
+            if (auto error =
+                    add(count_triangles(body.surface.shape), "bodies." + body.name + ".surface", describe_size(body.surface.shape)))
+                return error;
+    for (const SceneInstrument& instrument : scene.instruments)
+        if (auto error = add(instrument.skin_triangles, "instruments." + instrument.name, "an instrument with its skin")) return error;
+    return std::nullopt;
+}
+
+} // namespace seldinger::engine
