@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kStep = 0.005; // s
 constexpr double kRadius = 15.0; // mm, of the ball
+/// Steps that a ball has to come out where it was caught, once what flew at it has stopped.
+constexpr std::uint64_t kAfter = 12;
 
 struct Meeting {
     std::string response = "surface", budget = "exact";
@@ -67,7 +69,7 @@ Outcome plate_at_ball(HardReport& report, const Meeting& m) {
     const double start = 0.02, end = start + 120.0 / m.speed;
     const std::string motion =
         fmt::format(R"("kind": "kinematic", "motion": [[0, 0, 0, 0], [{:.9f}, 0, 0, 0], [{:.9f}, 0, 0, 120]])", start, end);
-    return look_after(report, m, ball_at(40.0) + plate_of(m.thickness, motion), static_cast<std::uint64_t>(std::ceil(end / kStep)) + 2,
+    return look_after(report, m, ball_at(40.0) + plate_of(m.thickness, motion), static_cast<std::uint64_t>(std::ceil(end / kStep)) + kAfter,
                       0.0);
 }
 
@@ -75,7 +77,7 @@ Outcome plate_at_ball(HardReport& report, const Meeting& m) {
 Outcome ball_at_plate(HardReport& report, const Meeting& m) {
     const double time = 0.02 + 150.0 / m.speed;
     return look_after(report, m, ball_at(60.0) + plate_of(m.thickness, R"("kind": "static")"),
-                      static_cast<std::uint64_t>(std::ceil(time / kStep)) + 4, -1e-3 * m.speed);
+                      static_cast<std::uint64_t>(std::ceil(time / kStep)) + kAfter, -1e-3 * m.speed);
 }
 
 constexpr double kSpeeds[] = {300.0, 600.0, 1200.0, 2500.0, 5000.0, 10000.0, 30000.0}; // mm/s

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "base/inside.hpp"
-#include "base/topology.hpp"
 #include "collision/interruptible_search.hpp"
 #include "engine/step/cull_stage.hpp"
 #include "engine/step/report.hpp"
@@ -58,14 +57,14 @@ struct LeafPair {
 struct SolidEntry {
     std::size_t own = 0, other = 0;
     Index vertex = 0;            // of own
-    Index triangle = kNoIndex;   // of other: the side that it came by
-    double pushed = 0.0;         // m, by how much its spring started pressed in the last response: its depth, unless it had passed
+    Index by = kNoIndex;         // triangle of other: the side that it came by
+    double pushed = 0.0;         // m, by how much its spring started pressed in the last response: its depth, unless another side was nearer
 
     [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
 };
 
-/// A touch of a vertex that has passed the middle of the other body: its spring starts pressed by less than its depth.
-struct PassedTouch {
+/// A touch of a vertex to which another side is nearer than the one it came by: its spring starts pressed by less than its depth.
+struct PressedTouch {
     std::size_t touch = 0, entry = 0; // in SolidScratch::touches and ::entries
     double before = -1.0;             // m, SolidEntry::pushed of the step before; negative: it was not in
     double pushed = 0.0;              // m
@@ -116,7 +115,7 @@ struct SolidScratch {
     std::vector<ProbedSphere> heap;
     std::vector<std::pair<Index, Index>> meeting;    // bodies, lower first, whose surfaces are looked at
     std::vector<SolidEntry> entries, entries_before; // of this step and of the last one, by key
-    std::vector<PassedTouch> passed;
+    std::vector<PressedTouch> pressed;
     std::vector<Index> self_vertices;            // of the body in hand that meet its own surface
     std::vector<Contact> touches;                // of this step: places of surfaces, with depth
     std::vector<SphereHold> holds, holds_before; // of this step and of the last one, by key
@@ -144,7 +143,6 @@ struct BodyScratch {
     std::vector<SelfNear> self_near;         // [vertex_count] bodies that touch themselves, scratch of the response
     bool surface_is_fresh = false;           // inside, vertex_normal and motion are those of this step
     SurfaceMotion motion;                    // solid bodies that may touch
-    VertexTriangles around;                  // solid bodies that are closed: triangles at each vertex
     double thickness = 0.0;                  // m, solid bodies that something can touch: extent along the thinnest axis, at rest
     SphereNodes sphere_nodes;                // solid bodies that hang on nodes
     spheretree::LumenState lumen;            // hollow bodies

@@ -16,10 +16,12 @@ namespace {
 constexpr double kSameSide = 0.5;
 /// Cosine. They look away from each other: the vertex is past the middle.
 constexpr double kFarSide = -0.5;
-/// m; nearer than this a surface's side is rounding.
+/// m; paths that come no nearer than this touch nothing.
 constexpr double kOnSurface = 1e-9;
-/// Triangles that a place may move over in a step.
-constexpr int kLongestWalk = 256;
+/// Pieces of the way out that are looked at one after another, so that a slanting way does not look at all of a body.
+constexpr int kPieces = 16;
+/// Of a triangle's doubled area: a way out between two triangles must not slip through where they join.
+constexpr double kJoin = 1e-9;
 
 Vec3 corner_sum(const std::vector<Vec3>& surface, const Triangle& t, const std::array<double, 3>& bary) {
     return bary[0] * surface[t[0]] + bary[1] * surface[t[1]] + bary[2] * surface[t[2]];
@@ -31,50 +33,35 @@ Vec3 twice_area(const std::vector<Vec3>& surface, const Triangle& t) {
 
 Vec3 unit_normal(const std::vector<Vec3>& surface, const Triangle& t) { return spheretree::direction_of(twice_area(surface, t)); }
 
-SurfacePoint closest_on(const OneWay& way, Index triangle, const Vec3& place) {
-    const Triangle& t = way.face(triangle);
+/// Where the way from `place` along `out` leaves the other body first, through a face that looks that way; nothing: it is beside it.
+std::optional<SurfacePoint> find_way_out(const OneWay& way, const Vec3& place, const Vec3& out) {
+    const TriangleTree& tree = way.context.bodies[way.other].inside.tree();
     const std::vector<Vec3>& at = way.surface(way.other);
-    const PointOnTriangle near = closest_on_triangle(place, at[t[0]], at[t[1]], at[t[2]]);
-    return {triangle, near.point, near.bary, std::sqrt(near.distance_sq)};
-}
-
-/// Triangles that share a corner with this one.
-template <class Visit>
-void for_each_around(const OneWay& way, Index triangle, Visit&& visit) {
-    for (const Index v : way.face(triangle))
-        for (const Index t : way.context.bodies[way.other].around.of(v))
-            if (t != triangle) visit(t);
-}
-
-/// A nearest point of the surface around where the walk begins: no triangle beside it is nearer.
-SurfacePoint walk_to_foot(const OneWay& way, Index start, const Vec3& place) {
-    SurfacePoint foot = closest_on(way, start, place);
-    for (int k = 0; k < kLongestWalk; ++k) {
-        SurfacePoint best = foot;
-        for_each_around(way, foot.triangle, [&](Index t) {
-            const SurfacePoint other = closest_on(way, t, place);
-            if (other.distance < best.distance || (other.distance == best.distance && best.triangle != foot.triangle && t < best.triangle))
-                best = other;
+    const Box3 bounds = tree.bounds();
+    const double length = 0.5 * bounds.extent().norm() + (0.5 * (bounds.lo + bounds.hi) - place).norm();
+    std::optional<SurfacePoint> first;
+    for (int k = 0; k < kPieces && !first; ++k) {
+        Box3 piece;
+        piece.add(place + (length * k / kPieces) * out);
+        piece.add(place + (length * (k + 1) / kPieces) * out);
+        tree.for_each_overlapping(piece, [&](Index triangle) {
+            const Triangle& t = way.face(triangle);
+            const Vec3 area = twice_area(at, t);
+            const double towards = area.dot(out), size_sq = area.squaredNorm();
+            if (!(towards > 0.0)) return;
+            const double distance = area.dot(at[t[0]] - place) / towards;
+            if (!(distance >= 0.0) || (first && !(distance < first->distance))) return;
+            const Vec3 point = place + distance * out;
+            std::array<double, 3> bary;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Vec3 &from = at[t[(c + 1) % 3]], &to = at[t[(c + 2) % 3]];
+                bary[c] = area.dot((to - from).cross(point - from)) / size_sq;
+                if (bary[c] < -kJoin) return;
+            }
+            first = SurfacePoint{triangle, point, bary, distance};
         });
-        if (!(best.distance < foot.distance)) return foot;
-        foot = best;
     }
-    return foot;
-}
-
-/// Does the place lie behind the surface at its foot? On an edge or a corner the face that looks straightest at it, or away from it,
-/// knows; the others see it edge on.
-bool is_behind(const OneWay& way, const SurfacePoint& foot, const Vec3& place, bool inside) {
-    if (foot.distance <= kOnSurface) return inside;
-    const Vec3 out = (place - foot.point) / foot.distance;
-    const std::vector<Vec3>& at = way.surface(way.other);
-    double straightest = unit_normal(at, way.face(foot.triangle)).dot(out);
-    for_each_around(way, foot.triangle, [&](Index t) {
-        const double seen = unit_normal(at, way.face(t)).dot(out);
-        if (!(std::abs(seen) > std::abs(straightest))) return;
-        if (closest_on(way, t, place).distance <= foot.distance * (1.0 + 1e-12)) straightest = seen;
-    });
-    return straightest < 0.0;
+    return first;
 }
 
 double cosine(const OneWay& way, Index triangle_a, Index triangle_b) {
@@ -120,13 +107,23 @@ bool was_before(const OneWay& way, Index vertex, const SurfacePoint& hit) {
     return twice_area(t0, t).dot(way.surface_t0(way.own)[vertex] - corner_sum(t0, t, hit.bary)) >= 0.0;
 }
 
-/// By the side of `start`, if it lies behind that.
-std::optional<Standing> stand_behind(const OneWay& way, Index start, const Vec3& place, bool inside, const SurfacePoint& nearest) {
-    const SurfacePoint foot = walk_to_foot(way, start, place);
-    if (!is_behind(way, foot, place, inside)) return std::nullopt;
-    const double alike = cosine(way, nearest.triangle, foot.triangle);
-    if (inside && alike > kSameSide) return Standing{true, false, -1.0, nearest};
-    return Standing{true, !inside || alike < kFarSide, -1.0, foot};
+/// Behind the side by which it came, if it is: the body lies between it and where it came from.
+std::optional<Standing> stand_behind(const OneWay& way, Index by, const Vec3& place, bool inside, const SurfacePoint& nearest) {
+    const double alike = cosine(way, nearest.triangle, by);
+    Standing standing;
+    standing.inside = true;
+    standing.by = by;
+    standing.at = nearest;
+    if (inside && alike > kSameSide) {
+        standing.by = nearest.triangle; // shallow: it slides along
+        return standing;
+    }
+    const auto out = find_way_out(way, place, unit_normal(way.surface(way.other), way.face(by)));
+    if (!out) return std::nullopt;
+    standing.at = *out;
+    standing.pressed = true;
+    standing.passed = !inside || alike < kFarSide;
+    return standing;
 }
 
 } // namespace
@@ -144,30 +141,34 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     const bool inside = other.inside.inside(place);
     const auto nearest = inside || entry != nullptr ? other.inside.tree().closest(place) : other.inside.tree().closest(place, look);
     if (!nearest) return std::nullopt;
-    if (entry != nullptr)
-        if (auto kept = stand_behind(way, entry->triangle, place, inside, *nearest)) {
-            kept->before = entry->pushed;
-            return kept;
-        }
-    const Standing as_seen{inside, false, -1.0, *nearest};
+    Standing as_seen;
+    as_seen.inside = inside;
+    as_seen.by = nearest->triangle;
+    as_seen.at = *nearest;
+    if (entry != nullptr) { // its path says nothing: it began on the wrong side
+        auto kept = stand_behind(way, entry->by, place, inside, *nearest);
+        if (!kept) return as_seen;
+        kept->before = entry->pushed;
+        return kept;
+    }
     if (inside ? was_before(way, vertex, *nearest) : nearest->distance > way_of_both) return as_seen;
     if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
         if (const auto came = stand_behind(way, met, place, inside, *nearest)) return came;
     return as_seen;
 }
 
-void press_passed(const SceneModel& model, const State& state, std::size_t first, StepContext& context) {
+void press_touches(const SceneModel& model, const State& state, std::size_t first, StepContext& context) {
     SolidScratch& solids = context.solids;
-    if (first == solids.passed.size()) return;
-    const Contact& any = solids.touches[solids.passed[first].touch];
+    if (first == solids.pressed.size()) return;
+    const Contact& any = solids.touches[solids.pressed[first].touch];
     double inv_mass = 0.0;
     for (const std::size_t body : {std::size_t{any.body_a}, std::size_t{any.body_b}})
         if (model.bodies[body].links) inv_mass += 1.0 / model.bodies[owner_of(model, body)].tissue->mass;
-    const double places = static_cast<double>(solids.passed.size() - first);
+    const double places = static_cast<double>(solids.pressed.size() - first);
     const double frequency = std::sqrt(places * model.contact.solid_stiffness * inv_mass); // rad/s, of the two on all these springs
-    for (std::size_t k = first; k < solids.passed.size(); ++k) {
-        PassedTouch& passed = solids.passed[k];
-        const Contact& touch = solids.touches[passed.touch];
+    for (std::size_t k = first; k < solids.pressed.size(); ++k) {
+        PressedTouch& pressed = solids.pressed[k];
+        const Contact& touch = solids.touches[pressed.touch];
         const OneWay way{model, state, context, touch.body_a, touch.body_b};
         const Triangle face{touch.feature_b[0], touch.feature_b[1], touch.feature_b[2]};
         const std::array<double, 3> bary{touch.bary_b[0], touch.bary_b[1], touch.bary_b[2]};
@@ -178,11 +179,11 @@ void press_passed(const SceneModel& model, const State& state, std::size_t first
         const bool own_is_free = model.bodies[way.own].links.has_value(), other_is_free = model.bodies[way.other].links.has_value();
         const double closed = (own_is_free ? own : 0.0) + (other_is_free ? others : 0.0);
         const double driven = own + others - closed;
-        const double held = passed.before < 0.0 ? 0.0 : std::max(0.0, passed.before + closed);
+        const double held = pressed.before < 0.0 ? 0.0 : std::max(0.0, pressed.before + closed);
         const double leaving = std::max(0.0, -closed) / model.step_s;
         const double wanted = std::max(0.0, std::max(0.0, driven) / model.step_s + kRecovery - leaving);
-        passed.pushed = std::min(-touch.gap, held + (frequency > 0.0 ? wanted / frequency : 0.0));
-        solids.entries[passed.entry].pushed = passed.pushed;
+        pressed.pushed = std::min(-touch.gap, held + (frequency > 0.0 ? wanted / frequency : 0.0));
+        solids.entries[pressed.entry].pushed = pressed.pushed;
     }
 }
 

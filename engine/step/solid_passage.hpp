@@ -1,10 +1,11 @@
 // Which side of another body a vertex is on: the side that it came from, and not the surface that happens to be nearest at the end
 // of a step. What moves far in a step, or is pressed deep, would otherwise be pushed out on the far side and have passed through.
 //
-// A vertex that goes into a body is remembered with the triangle by which it went in (SolidEntry). From step to step that place follows
-// it along the surface, downhill in distance, as the closest features of Lin & Canny do; the vertex is in, or through, for as long as it
-// lies behind its place. A vertex that nobody remembers is asked for the path of the step: the first triangle that it met, both moving
-// linearly (collision::sweep_vertex_face, which misses nothing), is where it went in.
+// A vertex that goes into a body is remembered with the triangle by which it went in (SolidEntry). While the nearest surface looks the
+// same way it follows that. Once it does not, because the vertex is past the middle, or through, it stays with the side it came by: out is
+// where a way along that triangle's normal leaves the body; where there is none it is beside the body, and free. A vertex that
+// nobody remembers is asked for the path of the step: the first triangle that it met, both moving linearly
+// (collision::sweep_vertex_face, which misses nothing), is where it went in.
 #pragma once
 
 #include "base/triangle_tree.hpp"
@@ -30,10 +31,12 @@ struct OneWay {
 
 /// How a vertex stands to the other body.
 struct Standing {
-    bool inside = false; // in the body, or through it
-    bool passed = false; // it lies beyond the middle, or beyond all of the body: nearest is another side than the one it came by
+    bool inside = false;  // in the body, or through it
+    bool pressed = false; // nearest is another side than the one it came by
+    bool passed = false;  // the far side, even: it lies beyond the middle, or beyond all of the body
     double before = -1.0; // m, SolidEntry::pushed of the step before; negative: it was not in
-    SurfacePoint at;      // of the other's surface at the end of the step: the side it came by
+    Index by = kNoIndex;  // triangle of the other, by which it came
+    SurfacePoint at;      // of the other's surface at the end of the step, on that side
 };
 
 /// Where a vertex stands at the end of the step; nothing where the surface is farther than the two moved in the step and `reach`.
@@ -41,11 +44,11 @@ struct Standing {
 /// cost     a closest-point query and an inside test; where it may have crossed, also the sweeps of what its path comes near
 [[nodiscard]] std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach);
 
-/// By how much the springs of context.solids.passed, from `first` on, start pressed: all are of these two bodies. Their depth is no
+/// By how much the springs of context.solids.pressed, from `first` on, start pressed: all are of these two bodies. Their depth is no
 /// measure: nothing has worked against them on their way in, and springs that are as long as the way through a body would throw it off
 /// with energy from nowhere. So they start with what they held before and what the bodies that forces move have closed since, and get on
 /// top as much as brings those to the speed of what is driven by a script, and moves them out at kRecovery.
-void press_passed(const SceneModel& model, const State& state, std::size_t first, StepContext& context);
+void press_touches(const SceneModel& model, const State& state, std::size_t first, StepContext& context);
 
 /// m/s; what has passed comes back at this speed, where nothing drives it. Faster would heat what is only pressed too hard.
 inline constexpr double kRecovery = 0.1;

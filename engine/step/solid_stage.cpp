@@ -144,7 +144,6 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
         }
         if (!model.bodies[i].closed || model.contact.solid_response != SolidResponse::Surface) continue;
         context.bodies[i].inside = InsideTest(model.bodies[i].surface);
-        context.bodies[i].around = vertex_triangles(model.bodies[i].surface.triangles, model.bodies[i].surface.vertices.size());
         vertices += model.bodies[i].surface.vertices.size();
         context.bodies[i].inside.refit(state.bodies[i].surface);
         const spheretree::SphereTree& tree = model.bodies[i].covering.tree;
@@ -154,7 +153,7 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
                 for (const Index t : tree.items_of(s)) context.bodies[i].leaf_of_triangle[t] = s;
     }
     for (std::vector<SolidEntry>* entries : {&context.solids.entries, &context.solids.entries_before}) entries->reserve(vertices);
-    context.solids.passed.reserve(vertices);
+    context.solids.pressed.reserve(vertices);
     context.solids.meeting.reserve(std::min<std::size_t>(model.bodies.size() * (model.bodies.size() + 1) / 2, kReservedPairs));
 }
 
@@ -181,11 +180,11 @@ void add_solid_pairs(const SceneModel& model, StepContext& context) {
 void push_solids(const SceneModel& model, const State& state, StepContext& context) {
     context.solids.springs.clear();
     find_touches(model, state, context);
-    auto passed = context.solids.passed.begin();
+    auto pressed = context.solids.pressed.begin();
     for (std::size_t k = 0; k < context.solids.touches.size(); ++k) {
         const Contact& touch = context.solids.touches[k];
-        const bool has_passed = passed != context.solids.passed.end() && passed->touch == k;
-        push_touch(model, touch, has_passed ? -(passed++)->pushed : touch.gap, state, context);
+        const bool is_pressed = pressed != context.solids.pressed.end() && pressed->touch == k;
+        push_touch(model, touch, is_pressed ? -(pressed++)->pushed : touch.gap, state, context);
         context.report.solid_touches += touch.gap <= 0.0;
         context.report.deepest_touch_m = std::max(context.report.deepest_touch_m, -touch.gap);
     }

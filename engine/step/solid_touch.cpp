@@ -91,8 +91,9 @@ Look look_at_vertex(const OneWay& way, Index v, double reach) {
         if (touch.gap > way.model.contact.margin + own_way + (now - before).norm()) return {};
         if (touch.normal.dot(way.context.bodies[way.own].vertex_normal[v]) > kFacing) return {};
     } else {
-        if (standing->passed) solids.passed.push_back({solids.touches.size(), solids.entries.size(), standing->before, 0.0});
-        solids.entries.push_back({way.own, way.other, v, standing->at.triangle, -touch.gap});
+        if (standing->pressed) solids.pressed.push_back({solids.touches.size(), solids.entries.size(), standing->before, 0.0});
+        way.context.report.passed_places += standing->passed;
+        solids.entries.push_back({way.own, way.other, v, standing->by, -touch.gap});
     }
     solids.touches.push_back(touch);
     return {standing->inside ? kInside : kNear, touch.gap};
@@ -226,6 +227,38 @@ void refresh(const SceneModel& model, const State& state, std::size_t body, Step
         find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, scratch.vertex_normal);
 }
 
+/// What is drawn back through a body meets the far side of it from behind: a touch that pushes the other way, among the places from
+/// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices of two
+/// bodies, and each that is in has an entry, in the same order, from `first_entry` on.
+void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, const State& state,
+                   SolidScratch& solids) {
+    if (first_pressed == solids.pressed.size()) return;
+    const std::size_t a = solids.touches[first_touch].body_a;
+    const auto direction_of = [a](const Contact& touch) { return touch.body_a == a ? touch.normal : Vec3(-touch.normal); };
+    Vec3 back = Vec3::Zero();
+    Box3 among;
+    for (std::size_t k = first_pressed; k < solids.pressed.size(); ++k) {
+        const Contact& touch = solids.touches[solids.pressed[k].touch];
+        back += direction_of(touch);
+        among.add(touch.point);
+        among.add(state.bodies[touch.body_a].surface[touch.feature_a[0]]);
+    }
+    std::size_t touches = first_touch, entries = first_entry, entry = first_entry, pressed = first_pressed;
+    for (std::size_t k = first_touch; k < solids.touches.size(); ++k) {
+        const Contact& touch = solids.touches[k];
+        const bool is_in = std::signbit(touch.gap), is_pressed = pressed < solids.pressed.size() && solids.pressed[pressed].touch == k;
+        const bool opposing = !is_pressed && direction_of(touch).dot(back) < 0.0 && among.contains(touch.point);
+        if (!opposing) {
+            if (is_pressed) solids.pressed[pressed++].touch = touches;
+            if (is_in) solids.entries[entries++] = solids.entries[entry];
+            solids.touches[touches++] = touch;
+        }
+        entry += is_in;
+    }
+    solids.touches.resize(touches);
+    solids.entries.resize(entries);
+}
+
 /// Did the budget leave sphere pairs of two bodies open that come so far against each other in this step that the few places which a
 /// look at the open pairs gives (solid_probe.hpp) say nothing of what has crossed meanwhile?
 bool needs_all_paths(const SceneModel& model, const StepContext& context, std::size_t a, std::size_t b) {
@@ -237,14 +270,16 @@ bool needs_all_paths(const SceneModel& model, const StepContext& context, std::s
 void touch_bodies(const SceneModel& model, const State& state, std::size_t a, std::size_t b, std::span<LeafPair> pairs,
                   std::size_t& looks_left, StepContext& context) {
     const OneWay from_a{model, state, context, a, b}, from_b{model, state, context, b, a};
-    const std::size_t first_passed = context.solids.passed.size();
+    SolidScratch& solids = context.solids;
+    const std::size_t first_touch = solids.touches.size(), first_entry = solids.entries.size(), first_pressed = solids.pressed.size();
     probe_vertices(from_a, pairs, true);
     probe_vertices(from_b, pairs, false);
     if (needs_all_paths(model, context, a, b)) {
         const bool all_of_a = probe_paths(from_a, looks_left), all_of_b = probe_paths(from_b, looks_left);
         context.report.unproven_solids += !(all_of_a && all_of_b);
     }
-    press_passed(model, state, first_passed, context);
+    press_touches(model, state, first_pressed, context);
+    drop_opposing(first_touch, first_entry, first_pressed, state, solids);
     std::vector<Piercing>&of_a = context.solids.piercings[0], &of_b = context.solids.piercings[1];
     list_all_piercings(from_a, pairs, true, of_a);
     list_all_piercings(from_b, pairs, false, of_b);
@@ -310,7 +345,7 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
     SolidScratch& solids = context.solids;
     std::vector<LeafPair>& pairs = solids.leaf_pairs;
     solids.touches.clear();
-    solids.passed.clear();
+    solids.pressed.clear();
     std::swap(solids.entries, solids.entries_before);
     solids.entries.clear();
     pairs.clear();
@@ -339,7 +374,6 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
     std::sort(solids.entries.begin(), solids.entries.end(), by_key<SolidEntry>);
     remember_touching(context);
     count_unproven(model, state, context);
-    context.report.passed_places = solids.passed.size();
 }
 
 } // namespace seldinger::engine

@@ -118,7 +118,7 @@ void pass_solids(Stream& stream, Solids& solids) {
         stream.vector(hold.anchor), stream.number(hold.hold), stream.vector(hold.aside);
     });
     stream.list(solids.entries, [&](auto& entry) {
-        stream.number(entry.own), stream.number(entry.other), stream.number(entry.vertex), stream.number(entry.triangle);
+        stream.number(entry.own), stream.number(entry.other), stream.number(entry.vertex), stream.number(entry.by);
         stream.number(entry.pushed);
     });
     stream.list(solids.springs, [&](auto& pair) {
@@ -239,7 +239,7 @@ bool solids_fit(const SceneModel& model, const StepContext& context) {
                        [&](const SolidEntry& e) {
                            return e.own < bodies && e.other < bodies && are_solid_pair(model, e.own, e.other) &&
                                   meet_by_surface(model, e.own, e.other) && e.vertex < model.bodies[e.own].surface.vertices.size() &&
-                                  e.triangle < model.bodies[e.other].surface.triangles.size() && std::isfinite(e.pushed);
+                                  e.by < model.bodies[e.other].surface.triangles.size() && std::isfinite(e.pushed);
                        }) &&
            std::is_sorted(s.entries.begin(), s.entries.end(),
                           [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
