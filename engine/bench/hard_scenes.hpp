@@ -40,10 +40,22 @@ struct SolidScene {
 /// Balls in layers of 3 x 3, 2 x 2 and 1 over the table, with walls around: a tray of 65 mm.
 [[nodiscard]] std::string heap_bodies(int balls);
 
+[[nodiscard]] bool all_finite(const State& state);
+
+/// A run that is looked at after every step. False: it stopped.
+template <class Look>
+bool run_hard(HardReport& report, Simulator& simulator, std::uint64_t steps, Look&& look) {
+    for (std::uint64_t k = 0; k < steps; ++k) {
+        const StepReport& step = simulator.step();
+        if (!report.require(step.finite, "every step is finite: " + step.failure)) return false;
+        look(step);
+    }
+    return report.require(all_finite(simulator.state()), "the state is finite");
+}
+
 /// Kinetic, elastic and potential energy of all tissue, the table's top at zero. J
 [[nodiscard]] double energy_of(const Simulator& simulator);
 [[nodiscard]] Vec3 middle_of(const std::vector<Vec3>& points);
 [[nodiscard]] double lowest_of(const std::vector<Vec3>& points); // z, m
-[[nodiscard]] bool all_finite(const State& state);
 
 } // namespace seldinger::engine

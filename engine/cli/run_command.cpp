@@ -75,6 +75,10 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
     if (!prepared.model.instruments.empty())
         fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} held back, {} unresolved, {} assumed\n", summary.lumen_exits,
                    summary.exact_steps, summary.steps, summary.held_back_steps, summary.unresolved, summary.assumed);
+    if (summary.passed_places + summary.unproven_solids > 0)
+        fmt::print("{} places of solids beyond the middle of another, pushed back to where they came from; {} pairs of solids may have passed "
+                   "through each other\n",
+                   summary.passed_places, summary.unproven_solids);
     if (summary.pace)
         fmt::print("pace {:g}: {} of {} steps began late, by {:.3g} ms at worst; {:.3g} s of slow motion\n", summary.pace->speed,
                    summary.pace_stats.late_steps, summary.steps, 1e-6 * static_cast<double>(summary.pace_stats.worst_late_ns),

@@ -122,6 +122,10 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
     open_steps += report.pairs_open > 0;
     lumen_exits += report.lumen_exits;
     exit_steps += report.lumen_exits > 0;
+    passed_places += report.passed_places;
+    passed_steps += report.passed_places > 0;
+    unproven_solids += report.unproven_solids;
+    unproven_solid_steps += report.unproven_solids > 0;
     unproven_steps += report.unproven_links > 0;
     coarsest_level = steps == 0 ? report.level_reached : std::min(coarsest_level, report.level_reached);
     work_units += report.work_units;

@@ -109,6 +109,8 @@ constexpr Column kColumns[] = {
     SELDINGER_COLUMN("cull_apart", row.r.cull_apart),
     SELDINGER_COLUMN("cull_late", row.r.cull_late),
     SELDINGER_COLUMN("cull_left_out", row.r.cull_left_out),
+    SELDINGER_COLUMN("passed_places", row.r.passed_places),
+    SELDINGER_COLUMN("unproven_solids", row.r.unproven_solids),
 };
 #undef SELDINGER_COLUMN
 

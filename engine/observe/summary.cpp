@@ -122,6 +122,8 @@ void add_losses(const RunRecord& record, Json& json) {
     json["smallest_safe_fraction"] = t.smallest_safe_fraction;
     json["exact_abandoned_steps"] = t.exact_abandoned;
     json["unproven_steps"] = t.unproven_steps;
+    json["passed_places_total"] = t.passed_places;
+    json["unproven_solids_total"] = t.unproven_solids;
     json["steps_with_open_pairs"] = t.open_steps;
     json["coarsest_level"] = t.coarsest_level;
     json["corrections"] = t.corrections;
@@ -161,6 +163,8 @@ void make_run_summary(RunRecord& record, double simulated_s, double wall_s, std:
     s.contacts = t.contacts;
     s.exact_steps = t.exact_steps;
     s.held_back_steps = t.held_back;
+    s.passed_places = t.passed_places;
+    s.unproven_solids = t.unproven_solids;
     s.target_distance_m = t.target_distance_m;
     s.state_hash = fmt::format("{:016x}", state_hash);
 }

@@ -73,6 +73,18 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Open sphere pairs", t.open_steps,
                                    fmt::format("in {}, as coarse as level {}", of_steps(t.open_steps, record), t.coarsest_level),
                                    Mark::Note, "The descent ended there, with the answer it had."));
+    if (effects.coarse_contact && t.passed_steps + t.unproven_solid_steps > 0) { // only where solids press that hard, or go that fast
+        losses.push_back(make_loss("Solids deeper than the middle", t.passed_steps, fmt::format("in {}", of_steps(t.passed_steps, record)),
+                                   Mark::Note,
+                                   "Places beyond the middle of another body, or through it, were pushed back to where they came from. A "
+                                   "shorter step, or a larger solid_stiffness."));
+        losses.push_back(make_loss("Solids that may have passed through", t.unproven_solid_steps,
+                                   fmt::format("{} in {}", count_text(t.unproven_solids, "pair", "pairs"),
+                                               of_steps(t.unproven_solid_steps, record)),
+                                   Mark::Bad,
+                                   "They went farther than half of the thinner one's thickness in a step and nothing looked at their paths. "
+                                   "A shorter step, closed surfaces with the response of surfaces, or a larger budget."));
+    }
     if (!instruments) return;
     if (effects.exact_contact) {
         const std::uint64_t skipped = t.steps - t.exact_steps;
@@ -128,7 +140,7 @@ Verdict make_verdict(const RunRecord& record) {
     } else if (record.interrupted) {
         verdict.detail = "The run was interrupted by request. " + verdict.detail;
     }
-    if (record.statistics.lumen_exits > 0) verdict.mark = Mark::Bad;
+    if (record.statistics.lumen_exits + record.statistics.unproven_solids > 0) verdict.mark = Mark::Bad;
     return verdict;
 }
 

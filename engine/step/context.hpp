@@ -53,6 +53,30 @@ struct LeafPair {
     [[nodiscard]] auto key() const noexcept { return std::tuple(a, b, leaf_a, leaf_b); }
 };
 
+/// A vertex of one body that is in another one, or through it, and where it went in.
+struct SolidEntry {
+    std::size_t own = 0, other = 0;
+    Index vertex = 0;            // of own
+    Index by = kNoIndex;         // triangle of other: the side that it came by
+    double pushed = 0.0;         // m, by how much its spring started pressed in the last response: its depth, unless another side was nearer
+
+    [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
+};
+
+/// A touch of a vertex to which another side is nearer than the one it came by: its spring starts pressed by less than its depth.
+struct PressedTouch {
+    std::size_t touch = 0, entry = 0; // in SolidScratch::touches and ::entries
+    double before = -1.0;             // m, SolidEntry::pushed of the step before; negative: it was not in
+    double pushed = 0.0;              // m
+};
+
+/// How far a surface goes in a step.
+struct SurfaceMotion {
+    Vec3 mean = Vec3::Zero(); // m
+    double spread = 0.0;      // m, no vertex moves by more from the mean
+    double farthest = 0.0;    // m, nor by more in all
+};
+
 /// A sphere of one body and what its distance to another body's surface promises.
 struct ProbedSphere {
     double bound = 0.0;                    // m, no place beneath lies deeper
@@ -89,6 +113,9 @@ struct SolidScratch {
     std::vector<LeafPair> remembered;                 // those of the last step that touched, by key
     std::vector<std::pair<Index, Index>> open_bodies; // with open sphere pairs, whose depth the surfaces decide
     std::vector<ProbedSphere> heap;
+    std::vector<std::pair<Index, Index>> meeting;    // bodies, lower first, whose surfaces are looked at
+    std::vector<SolidEntry> entries, entries_before; // of this step and of the last one, by key
+    std::vector<PressedTouch> pressed;
     std::vector<Index> self_vertices;            // of the body in hand that meet its own surface
     std::vector<Contact> touches;                // of this step: places of surfaces, with depth
     std::vector<SphereHold> holds, holds_before; // of this step and of the last one, by key
@@ -114,7 +141,9 @@ struct BodyScratch {
     std::vector<std::uint8_t> sphere_seen;   // [sphere_count] the same
     std::vector<Index> leaf_of_triangle;     // [triangle_count] solid bodies that are closed
     std::vector<SelfNear> self_near;         // [vertex_count] bodies that touch themselves, scratch of the response
-    bool surface_is_fresh = false;           // inside and vertex_normal are those of this step
+    bool surface_is_fresh = false;           // inside, vertex_normal and motion are those of this step
+    SurfaceMotion motion;                    // solid bodies that may touch
+    double thickness = 0.0;                  // m, solid bodies that something can touch: extent along the thinnest axis, at rest
     SphereNodes sphere_nodes;                // solid bodies that hang on nodes
     spheretree::LumenState lumen;            // hollow bodies
     collision::DopTree tree;                 // hollow bodies, swept over the step

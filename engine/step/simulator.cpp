@@ -203,6 +203,7 @@ void Simulator::join_step(const Simulator& other) {
         rejoin_trees(model_, state_, context_);
     } else { // what it remembers names its own leaves
         context_.solids.springs = other.context_.solids.springs;
+        context_.solids.entries = other.context_.solids.entries;
         if (model_.effects.coarse_contact) update_solid_trees(model_, state_, context_);
     }
     stopped_ = other.stopped_;

@@ -2,6 +2,7 @@
 
 #include "engine/step/self_touch.hpp"
 #include "engine/step/solid_hold.hpp"
+#include "engine/step/solid_passage.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/surface_spring.hpp"
@@ -20,6 +21,9 @@ constexpr double kSlip = 0.02;
 /// [-]; the heavier of two bodies takes at least so much of the way apart: less would make its springs that much stiffer, and their
 /// stable step shorter.
 constexpr double kLeastShare = 0.1;
+
+/// Pairs of bodies that the list of those who meet holds without growing.
+constexpr std::size_t kReservedPairs = 4096;
 
 /// A place of a contact's first or second body.
 struct Place {
@@ -81,14 +85,15 @@ void push_both(const SceneModel& model, const Place& a, const Place& b, const Pu
     context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
 }
 
-void push_touch(const SceneModel& model, const Contact& touch, const State& state, StepContext& context) {
+/// gap: m, that its springs start with
+void push_touch(const SceneModel& model, const Contact& touch, double gap, const State& state, StepContext& context) {
     const ContactSettings& contact = model.contact;
     const std::size_t corners = touch.feature_a[1] == kNoIndex ? 1 : 2;
     const Place a{touch.body_a, std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)};
     const Place b{touch.body_b, touch.feature_b, touch.bary_b};
     constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-    push_both(model, a, b, {touch.normal, touch.gap, contact.solid_stiffness, contact.solid_damping, kNoLimit}, state, context);
-    const double most = contact.solid_friction * contact.solid_stiffness * std::max(0.0, -touch.gap);
+    push_both(model, a, b, {touch.normal, gap, contact.solid_stiffness, contact.solid_damping, kNoLimit}, state, context);
+    const double most = contact.solid_friction * contact.solid_stiffness * std::max(0.0, -gap);
     if (!(most > 0.0)) return;
     context.report.effects.note(Effect::Friction);
     Vec3 slip = (a.motion(model, state, context) - b.motion(model, state, context)) / model.step_s;
@@ -126,9 +131,11 @@ bool can_touch_any(const SceneModel& model, std::size_t body) noexcept {
 }
 
 void prepare_solids(const SceneModel& model, const State& state, StepContext& context) {
+    std::size_t vertices = 0; // of closed bodies that something can touch
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!can_touch_any(model, i)) continue;
         context.bodies[i].sphere_nodes = make_sphere_nodes(model, i);
+        context.bodies[i].thickness = find_thickness(model.bodies[i].surface.vertices);
         if (model.bodies[i].wrapped) { // the frames as they stand: the first step starts from there
             BodyScratch& scratch = context.bodies[i];
             scratch.surface_ahead.resize(model.bodies[i].surface.vertices.size());
@@ -137,6 +144,7 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
         }
         if (!model.bodies[i].closed || model.contact.solid_response != SolidResponse::Surface) continue;
         context.bodies[i].inside = InsideTest(model.bodies[i].surface);
+        vertices += model.bodies[i].surface.vertices.size();
         context.bodies[i].inside.refit(state.bodies[i].surface);
         const spheretree::SphereTree& tree = model.bodies[i].covering.tree;
         context.bodies[i].leaf_of_triangle.assign(model.bodies[i].surface.triangles.size(), kNoIndex);
@@ -144,6 +152,9 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
             if (tree.is_leaf(s))
                 for (const Index t : tree.items_of(s)) context.bodies[i].leaf_of_triangle[t] = s;
     }
+    for (std::vector<SolidEntry>* entries : {&context.solids.entries, &context.solids.entries_before}) entries->reserve(vertices);
+    context.solids.pressed.reserve(vertices);
+    context.solids.meeting.reserve(std::min<std::size_t>(model.bodies.size() * (model.bodies.size() + 1) / 2, kReservedPairs));
 }
 
 void add_solid_pairs(const SceneModel& model, StepContext& context) {
@@ -169,8 +180,11 @@ void add_solid_pairs(const SceneModel& model, StepContext& context) {
 void push_solids(const SceneModel& model, const State& state, StepContext& context) {
     context.solids.springs.clear();
     find_touches(model, state, context);
-    for (const Contact& touch : context.solids.touches) {
-        push_touch(model, touch, state, context);
+    auto pressed = context.solids.pressed.begin();
+    for (std::size_t k = 0; k < context.solids.touches.size(); ++k) {
+        const Contact& touch = context.solids.touches[k];
+        const bool is_pressed = pressed != context.solids.pressed.end() && pressed->touch == k;
+        push_touch(model, touch, is_pressed ? -(pressed++)->pushed : touch.gap, state, context);
         context.report.solid_touches += touch.gap <= 0.0;
         context.report.deepest_touch_m = std::max(context.report.deepest_touch_m, -touch.gap);
     }

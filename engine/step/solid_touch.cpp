@@ -1,6 +1,7 @@
 #include "engine/step/solid_touch.hpp"
 
 #include "engine/step/self_touch.hpp"
+#include "engine/step/solid_passage.hpp"
 #include "engine/step/solid_probe.hpp"
 #include "engine/step/solid_trees.hpp"
 
@@ -14,6 +15,15 @@ namespace {
 
 /// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
 constexpr double kNoWay = 1e-9;
+
+/// Vertices in a step that are looked at because their bodies moved far and the budget left sphere pairs open. A thousand cost about a
+/// millisecond; with more, what was not looked at is reported (unproven_solids).
+constexpr std::size_t kPathLooks = 4096;
+
+template <class Keyed>
+bool by_key(const Keyed& x, const Keyed& y) {
+    return x.key() < y.key();
+}
 
 /// A place of a surface: a vertex, or a point of an edge.
 struct Probe {
@@ -34,19 +44,6 @@ void find_vertex_normals(const TriMesh& mesh, const std::vector<Vec3>& surface, 
     for (Vec3& n : normals) n = spheretree::direction_of(n);
 }
 
-/// One body's places against the other's surface.
-struct OneWay {
-    const SceneModel& model;
-    const State& state;
-    StepContext& context;
-    std::size_t own, other;
-
-    [[nodiscard]] const std::vector<Vec3>& surface(std::size_t body) const { return state.bodies[body].surface; }
-    [[nodiscard]] const std::vector<Vec3>& surface_t0(std::size_t body) const {
-        return model.bodies[body].moves() ? context.bodies[body].surface_t0 : state.bodies[body].surface;
-    }
-};
-
 Vec3 corner_sum(const std::vector<Vec3>& surface, const Triangle& t, const std::array<double, 3>& bary) {
     return bary[0] * surface[t[0]] + bary[1] * surface[t[1]] + bary[2] * surface[t[2]];
 }
@@ -63,56 +60,96 @@ struct Look {
     double gap = std::numeric_limits<double>::infinity(); // m, of the touch that was listed
 };
 
-Look add_touch(const OneWay& way, const Probe& probe, double slack) {
-    const InsideTest& against = way.context.bodies[way.other].inside;
-    const Vec3 place = probe.at(way.surface(way.own));
-    const double own_way = (place - probe.at(way.surface_t0(way.own))).norm();
-    Box3 bounds = against.tree().bounds();
-    bounds.inflate(slack + own_way);
-    if (!bounds.contains(place)) return {};
-    const bool inside = against.inside(place);
-    const auto hit = inside ? against.tree().closest(place) : against.tree().closest(place, slack + own_way);
-    if (!hit) return {};
-    const Triangle& face = way.model.bodies[way.other].surface.triangles[hit->triangle];
+/// The touch of a place with what of the other surface it stands before, or behind.
+Contact make_touch(const OneWay& way, const Probe& probe, const Vec3& place, const SurfacePoint& at, bool inside) {
+    const Triangle& face = way.face(at.triangle);
     Contact touch;
     touch.body_a = static_cast<BodyId>(way.own);
     touch.body_b = static_cast<BodyId>(way.other);
     touch.origin = ContactOrigin::Proximity;
-    touch.point = hit->point;
-    touch.gap = inside ? -hit->distance : hit->distance;
-    const Vec3 out = inside ? Vec3(hit->point - place) : Vec3(place - hit->point);
-    touch.normal = hit->distance > kNoWay ? Vec3(out / hit->distance) : face_normal(way.surface(way.other), face);
+    touch.point = at.point;
+    touch.gap = inside ? -at.distance : at.distance;
+    const Vec3 out = inside ? Vec3(at.point - place) : Vec3(place - at.point);
+    touch.normal = at.distance > kNoWay ? Vec3(out / at.distance) : face_normal(way.surface(way.other), face);
     for (int k = 0; k < 2; ++k) touch.feature_a[k] = probe.vertex[k], touch.bary_a[k] = probe.weight[k];
-    for (std::size_t k = 0; k < 3; ++k) touch.feature_b[k] = face[k], touch.bary_b[k] = hit->bary[k];
-    const Vec3 now = corner_sum(way.surface(way.other), face, hit->bary), before = corner_sum(way.surface_t0(way.other), face, hit->bary);
-    if (touch.gap > way.model.contact.margin + own_way + (now - before).norm()) return {inside ? kInside : kFar};
-    if (!inside && touch.normal.dot(probe.at(way.context.bodies[way.own].vertex_normal)) > kFacing) return {};
-    way.context.solids.touches.push_back(touch);
-    return {inside ? kInside : kNear, touch.gap};
+    for (std::size_t k = 0; k < 3; ++k) touch.feature_b[k] = face[k], touch.bary_b[k] = at.bary[k];
+    return touch;
 }
 
-/// m, the farthest that any vertex of the body moved in the step.
-double farthest_way(const OneWay& way, std::size_t body) {
-    double farthest_sq = 0.0;
-    if (way.model.bodies[body].moves())
-        for (std::size_t v = 0; v < way.surface(body).size(); ++v)
-            farthest_sq = std::max(farthest_sq, (way.surface(body)[v] - way.surface_t0(body)[v]).squaredNorm());
-    return std::sqrt(farthest_sq);
+/// reach: m, how far the other surface comes, and the margin
+Look look_at_vertex(const OneWay& way, Index v, double reach) {
+    const Vec3 place = way.surface(way.own)[v];
+    const double own_way = (place - way.surface_t0(way.own)[v]).norm();
+    const auto standing = find_standing(way, v, reach + own_way);
+    if (!standing) return {};
+    const Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, standing->at, standing->inside);
+    SolidScratch& solids = way.context.solids;
+    if (!standing->inside) {
+        const Triangle& face = way.face(standing->at.triangle);
+        const Vec3 now = corner_sum(way.surface(way.other), face, standing->at.bary);
+        const Vec3 before = corner_sum(way.surface_t0(way.other), face, standing->at.bary);
+        if (touch.gap > way.model.contact.margin + own_way + (now - before).norm()) return {};
+        if (touch.normal.dot(way.context.bodies[way.own].vertex_normal[v]) > kFacing) return {};
+    } else {
+        if (standing->pressed) solids.pressed.push_back({solids.touches.size(), solids.entries.size(), standing->before, 0.0});
+        way.context.report.passed_places += standing->passed;
+        solids.entries.push_back({way.own, way.other, v, standing->by, -touch.gap});
+    }
+    solids.touches.push_back(touch);
+    return {standing->inside ? kInside : kNear, touch.gap};
 }
+
+/// The middle of what lies inside of an edge.
+void add_edge_touch(const OneWay& way, const Probe& probe) {
+    const InsideTest& against = way.context.bodies[way.other].inside;
+    const Vec3 place = probe.at(way.surface(way.own));
+    if (!against.inside(place)) return;
+    if (const auto hit = against.tree().closest(place))
+        way.context.solids.touches.push_back(make_touch(way, probe, place, *hit, true));
+}
+
+double reach_of(const OneWay& way) { return way.model.contact.margin + way.context.bodies[way.other].motion.farthest; }
 
 void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a) {
     BodyScratch& scratch = way.context.bodies[way.own];
     const BodyModel& body = way.model.bodies[way.own];
     scratch.vertex_seen.assign(way.surface(way.own).size(), kNotSeen);
-    const double slack = way.model.contact.margin + farthest_way(way, way.other);
+    const double reach = reach_of(way);
     for (LeafPair& pair : pairs)
         for (const Index triangle : body.covering.tree.items_of(own_is_a ? pair.leaf_a : pair.leaf_b))
             for (const Index v : body.surface.triangles[triangle]) {
                 if (scratch.vertex_seen[v] != kNotSeen) continue;
-                const Look look = add_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, slack);
+                const Look look = look_at_vertex(way, v, reach);
                 scratch.vertex_seen[v] = look.seen;
                 pair.gap = std::min(pair.gap, look.gap);
             }
+    const SolidEntry from{way.own, way.other, 0}; // what was in is looked at whatever the descent found
+    const std::vector<SolidEntry>& before = way.context.solids.entries_before;
+    for (auto entry = std::lower_bound(before.begin(), before.end(), from, by_key<SolidEntry>);
+         entry != before.end() && entry->own == way.own && entry->other == way.other; ++entry)
+        if (scratch.vertex_seen[entry->vertex] == kNotSeen)
+            scratch.vertex_seen[entry->vertex] = look_at_vertex(way, entry->vertex, reach).seen;
+}
+
+/// All vertices whose path comes near the other body. False: there were more than may be looked at.
+bool probe_paths(const OneWay& way, std::size_t& looks_left) {
+    BodyScratch& scratch = way.context.bodies[way.own];
+    const SurfaceMotion& motion = way.context.bodies[way.other].motion;
+    const double reach = reach_of(way);
+    Box3 bounds = way.context.bodies[way.other].inside.tree().bounds();
+    bounds.inflate(way.model.contact.margin + motion.spread);
+    for (Index v = 0; v < scratch.vertex_seen.size(); ++v) {
+        if (scratch.vertex_seen[v] != kNotSeen) continue;
+        Box3 path;
+        path.add(way.surface_t0(way.own)[v] + motion.mean);
+        path.add(way.surface(way.own)[v]);
+        if (!path.overlaps(bounds)) continue;
+        if (looks_left == 0) return false;
+        --looks_left;
+        ++way.context.report.probe_tests;
+        scratch.vertex_seen[v] = look_at_vertex(way, v, reach).seen;
+    }
+    return true;
 }
 
 /// [0, 1] where the segment from p to q passes through the triangle; negative: it does not.
@@ -173,7 +210,7 @@ void probe_edges(const OneWay& way, std::vector<Piercing>& piercings) {
         if (in.v0 != out.v0 || in.v1 != out.v1 || !(out.s > in.s)) continue;
         const double middle = 0.5 * (in.s + out.s);
         const Probe probe{{in.v0, in.v1}, {1.0 - middle, middle}};
-        if (way.context.bodies[way.other].inside.inside(probe.at(way.surface(way.own)))) (void)add_touch(way, probe, 0.0);
+        add_edge_touch(way, probe);
     }
 }
 
@@ -182,21 +219,114 @@ void refresh(const SceneModel& model, const State& state, std::size_t body, Step
     BodyScratch& scratch = context.bodies[body];
     if (scratch.surface_is_fresh) return;
     scratch.surface_is_fresh = true;
-    if (model.bodies[body].moves()) scratch.inside.refit(state.bodies[body].surface);
+    if (model.bodies[body].moves()) {
+        scratch.inside.refit(state.bodies[body].surface);
+        scratch.motion = find_motion(scratch.surface_t0, state.bodies[body].surface);
+    }
     if (model.bodies[body].moves() || scratch.vertex_normal.empty())
         find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, scratch.vertex_normal);
 }
 
-void touch_bodies(const SceneModel& model, const State& state, std::span<LeafPair> pairs, StepContext& context) {
-    const std::size_t a = pairs.front().a, b = pairs.front().b;
+/// What is drawn back through a body meets the far side of it from behind: a touch that pushes the other way, among the places from
+/// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices of two
+/// bodies, and each that is in has an entry, in the same order, from `first_entry` on.
+void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, const State& state,
+                   SolidScratch& solids) {
+    if (first_pressed == solids.pressed.size()) return;
+    const std::size_t a = solids.touches[first_touch].body_a;
+    const auto direction_of = [a](const Contact& touch) { return touch.body_a == a ? touch.normal : Vec3(-touch.normal); };
+    Vec3 back = Vec3::Zero();
+    Box3 among;
+    for (std::size_t k = first_pressed; k < solids.pressed.size(); ++k) {
+        const Contact& touch = solids.touches[solids.pressed[k].touch];
+        back += direction_of(touch);
+        among.add(touch.point);
+        among.add(state.bodies[touch.body_a].surface[touch.feature_a[0]]);
+    }
+    std::size_t touches = first_touch, entries = first_entry, entry = first_entry, pressed = first_pressed;
+    for (std::size_t k = first_touch; k < solids.touches.size(); ++k) {
+        const Contact& touch = solids.touches[k];
+        const bool is_in = std::signbit(touch.gap), is_pressed = pressed < solids.pressed.size() && solids.pressed[pressed].touch == k;
+        const bool opposing = !is_pressed && direction_of(touch).dot(back) < 0.0 && among.contains(touch.point);
+        if (!opposing) {
+            if (is_pressed) solids.pressed[pressed++].touch = touches;
+            if (is_in) solids.entries[entries++] = solids.entries[entry];
+            solids.touches[touches++] = touch;
+        }
+        entry += is_in;
+    }
+    solids.touches.resize(touches);
+    solids.entries.resize(entries);
+}
+
+/// Did the budget leave sphere pairs of two bodies open that come so far against each other in this step that the few places which a
+/// look at the open pairs gives (solid_probe.hpp) say nothing of what has crossed meanwhile?
+bool needs_all_paths(const SceneModel& model, const StepContext& context, std::size_t a, std::size_t b) {
+    if (!(find_relative_way(context.bodies[a].motion, context.bodies[b].motion) > model.contact.margin)) return false;
+    const auto& open = context.solids.open_bodies;
+    return std::binary_search(open.begin(), open.end(), std::pair{static_cast<Index>(a), static_cast<Index>(b)});
+}
+
+void touch_bodies(const SceneModel& model, const State& state, std::size_t a, std::size_t b, std::span<LeafPair> pairs,
+                  std::size_t& looks_left, StepContext& context) {
     const OneWay from_a{model, state, context, a, b}, from_b{model, state, context, b, a};
+    SolidScratch& solids = context.solids;
+    const std::size_t first_touch = solids.touches.size(), first_entry = solids.entries.size(), first_pressed = solids.pressed.size();
     probe_vertices(from_a, pairs, true);
     probe_vertices(from_b, pairs, false);
+    if (needs_all_paths(model, context, a, b)) {
+        const bool all_of_a = probe_paths(from_a, looks_left), all_of_b = probe_paths(from_b, looks_left);
+        context.report.unproven_solids += !(all_of_a && all_of_b);
+    }
+    press_touches(model, state, first_pressed, context);
+    drop_opposing(first_touch, first_entry, first_pressed, state, solids);
     std::vector<Piercing>&of_a = context.solids.piercings[0], &of_b = context.solids.piercings[1];
     list_all_piercings(from_a, pairs, true, of_a);
     list_all_piercings(from_b, pairs, false, of_b);
     probe_edges(from_a, of_a);
     probe_edges(from_b, of_b);
+}
+
+/// Bodies whose surfaces are looked at in this step, each two once; what is asked of them is made fresh.
+void list_meeting(const SceneModel& model, const State& state, StepContext& context) {
+    std::vector<std::pair<Index, Index>>& meeting = context.solids.meeting;
+    meeting.clear();
+    const auto add = [&](std::size_t a, std::size_t b) {
+        const std::pair<Index, Index> bodies{static_cast<Index>(std::min(a, b)), static_cast<Index>(std::max(a, b))};
+        if (meeting.empty() || meeting.back() != bodies) meeting.push_back(bodies);
+    };
+    for (const Contact& contact : context.coarse)
+        if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() && // else an instrument's
+            meet_by_surface(model, contact.body_a, contact.body_b))
+            add(contact.body_a, contact.body_b);
+    for (const SolidEntry& entry : context.solids.entries_before) add(entry.own, entry.other);
+    for (const LeafPair& pair : context.solids.remembered) // looked at again whatever the descent says
+        if (pair.a == pair.b) add(pair.a, pair.b);
+    std::sort(meeting.begin(), meeting.end());
+    meeting.erase(std::unique(meeting.begin(), meeting.end()), meeting.end());
+    for (const auto& [a, b] : meeting) {
+        refresh(model, state, a, context);
+        refresh(model, state, b, context);
+    }
+}
+
+/// Bodies whose spheres meet, but whose surfaces nobody looks at, or that have no inside: what goes farther than half of the thinner one
+/// in a step may be on its other side.
+void count_unproven(const SceneModel& model, const State& state, StepContext& context) {
+    std::pair<BodyId, BodyId> last{0, 0};
+    for (const Contact& contact : context.coarse) {
+        const std::pair<BodyId, BodyId> bodies{contact.body_a, contact.body_b};
+        if (bodies == last || bodies.first == bodies.second) continue; // a pair's contacts lie side by side
+        if (bodies.first >= model.bodies.size() || bodies.second >= model.bodies.size()) continue;
+        last = bodies;
+        if (meet_by_surface(model, bodies.first, bodies.second)) continue;
+        SurfaceMotion motion[2];
+        for (std::size_t k = 0; k < 2; ++k)
+            if (const std::size_t body = k == 0 ? bodies.first : bodies.second; model.bodies[body].moves())
+                motion[k] = find_motion(context.bodies[body].surface_t0, state.bodies[body].surface);
+        const double thinner = std::min(context.bodies[bodies.first].thickness, context.bodies[bodies.second].thickness);
+        context.report.unproven_solids += find_relative_way(motion[0], motion[1]) > 0.5 * thinner;
+    }
 }
 
 } // namespace
@@ -212,34 +342,38 @@ bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept {
 }
 
 void find_touches(const SceneModel& model, const State& state, StepContext& context) {
-    std::vector<LeafPair>& pairs = context.solids.leaf_pairs;
-    context.solids.touches.clear();
+    SolidScratch& solids = context.solids;
+    std::vector<LeafPair>& pairs = solids.leaf_pairs;
+    solids.touches.clear();
+    solids.pressed.clear();
+    std::swap(solids.entries, solids.entries_before);
+    solids.entries.clear();
     pairs.clear();
     for (BodyScratch& body : context.bodies) body.surface_is_fresh = false;
+    list_meeting(model, state, context);
     for (const Contact& contact : context.coarse) {
         if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size()) continue; // an instrument's
-        if (!meet_by_surface(model, contact.body_a, contact.body_b)) continue;
-        refresh(model, state, contact.body_a, context);
-        refresh(model, state, contact.body_b, context);
-        if (is_leaf_pair(model, contact)) pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
+        if (meet_by_surface(model, contact.body_a, contact.body_b) && is_leaf_pair(model, contact))
+            pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
     }
-    for (const LeafPair& pair : context.solids.remembered) // looked at again whatever the descent says
-        if (pair.a == pair.b) refresh(model, state, pair.a, context);
     probe_open_pairs(model, context);
     std::sort(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() < y.key(); });
     pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }),
                 pairs.end());
-    for (std::size_t begin = 0; begin < pairs.size();) {
-        std::size_t end = begin + 1;
-        while (end < pairs.size() && pairs[end].a == pairs[begin].a && pairs[end].b == pairs[begin].b) ++end;
+    std::size_t begin = 0, looks_left = kPathLooks;
+    for (const auto& [a, b] : solids.meeting) {
+        std::size_t end = begin;
+        while (end < pairs.size() && pairs[end].a == a && pairs[end].b == b) ++end;
         const std::span<LeafPair> of_these = std::span(pairs).subspan(begin, end - begin);
-        if (pairs[begin].a == pairs[begin].b)
+        if (a != b)
+            touch_bodies(model, state, a, b, of_these, looks_left, context);
+        else if (!of_these.empty())
             touch_self(model, state, of_these, context);
-        else
-            touch_bodies(model, state, of_these, context);
         begin = end;
     }
+    std::sort(solids.entries.begin(), solids.entries.end(), by_key<SolidEntry>);
     remember_touching(context);
+    count_unproven(model, state, context);
 }
 
 } // namespace seldinger::engine

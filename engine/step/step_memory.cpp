@@ -2,6 +2,8 @@
 
 #include "engine/step/byte_stream.hpp"
 #include "engine/step/self_touch.hpp"
+#include "engine/step/solid_stage.hpp"
+#include "engine/step/solid_touch.hpp"
 #include "engine/step/surface_spring.hpp"
 
 #include <fmt/format.h>
@@ -114,6 +116,10 @@ void pass_solids(Stream& stream, Solids& solids) {
         stream.number(hold.body_a), stream.number(hold.body_b), stream.number(hold.sphere_a), stream.number(hold.sphere_b);
         stream.number(hold.tested), stream.vector(hold.normal), stream.number(hold.gap);
         stream.vector(hold.anchor), stream.number(hold.hold), stream.vector(hold.aside);
+    });
+    stream.list(solids.entries, [&](auto& entry) {
+        stream.number(entry.own), stream.number(entry.other), stream.number(entry.vertex), stream.number(entry.by);
+        stream.number(entry.pushed);
     });
     stream.list(solids.springs, [&](auto& pair) {
         stream.number(pair.body_a), stream.number(pair.body_b), stream.number(pair.spring_a), stream.number(pair.spring_b);
@@ -229,6 +235,14 @@ bool solids_fit(const SceneModel& model, const StepContext& context) {
                        }) &&
            std::all_of(s.holds.begin(), s.holds.end(),
                        [&](const SphereHold& h) { return h.body_a < bodies && h.body_b < bodies && is_finite(h.normal); }) &&
+           std::all_of(s.entries.begin(), s.entries.end(),
+                       [&](const SolidEntry& e) {
+                           return e.own < bodies && e.other < bodies && are_solid_pair(model, e.own, e.other) &&
+                                  meet_by_surface(model, e.own, e.other) && e.vertex < model.bodies[e.own].surface.vertices.size() &&
+                                  e.by < model.bodies[e.other].surface.triangles.size() && std::isfinite(e.pushed);
+                       }) &&
+           std::is_sorted(s.entries.begin(), s.entries.end(),
+                          [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
            std::all_of(s.springs.begin(), s.springs.end(), [&](const SpringPair& p) {
                return p.body_a < bodies && p.body_b < bodies && is_spring(p.body_a, p.spring_a) && is_spring(p.body_b, p.spring_b);
            });

@@ -1,0 +1,226 @@
+#include "engine/step/solid_passage.hpp"
+
+#include "collision/sweep.hpp"
+#include "engine/step/surface_spring.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// Cosine. The nearest face and the one it came by look the same way: then nearest is as good, and smoother from step to step.
+constexpr double kSameSide = 0.5;
+/// Cosine. They look away from each other: the vertex is past the middle.
+constexpr double kFarSide = -0.5;
+/// m; paths that come no nearer than this touch nothing.
+constexpr double kOnSurface = 1e-9;
+/// Pieces of the way out that are looked at one after another, so that a slanting way does not look at all of a body.
+constexpr int kPieces = 16;
+/// Of a triangle's doubled area: a way out between two triangles must not slip through where they join.
+constexpr double kJoin = 1e-9;
+
+Vec3 corner_sum(const std::vector<Vec3>& surface, const Triangle& t, const std::array<double, 3>& bary) {
+    return bary[0] * surface[t[0]] + bary[1] * surface[t[1]] + bary[2] * surface[t[2]];
+}
+
+Vec3 twice_area(const std::vector<Vec3>& surface, const Triangle& t) {
+    return (surface[t[1]] - surface[t[0]]).cross(surface[t[2]] - surface[t[0]]);
+}
+
+Vec3 unit_normal(const std::vector<Vec3>& surface, const Triangle& t) { return spheretree::direction_of(twice_area(surface, t)); }
+
+/// Where the way from `place` along `out` leaves the other body first, through a face that looks that way; nothing: it is beside it.
+std::optional<SurfacePoint> find_way_out(const OneWay& way, const Vec3& place, const Vec3& out) {
+    const TriangleTree& tree = way.context.bodies[way.other].inside.tree();
+    const std::vector<Vec3>& at = way.surface(way.other);
+    const Box3 bounds = tree.bounds();
+    const double length = 0.5 * bounds.extent().norm() + (0.5 * (bounds.lo + bounds.hi) - place).norm();
+    std::optional<SurfacePoint> first;
+    for (int k = 0; k < kPieces && !first; ++k) {
+        Box3 piece;
+        piece.add(place + (length * k / kPieces) * out);
+        piece.add(place + (length * (k + 1) / kPieces) * out);
+        tree.for_each_overlapping(piece, [&](Index triangle) {
+            const Triangle& t = way.face(triangle);
+            const Vec3 area = twice_area(at, t);
+            const double towards = area.dot(out), size_sq = area.squaredNorm();
+            if (!(towards > 0.0)) return;
+            const double distance = area.dot(at[t[0]] - place) / towards;
+            if (!(distance >= 0.0) || (first && !(distance < first->distance))) return;
+            const Vec3 point = place + distance * out;
+            std::array<double, 3> bary;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Vec3 &from = at[t[(c + 1) % 3]], &to = at[t[(c + 2) % 3]];
+                bary[c] = area.dot((to - from).cross(point - from)) / size_sq;
+                if (bary[c] < -kJoin) return;
+            }
+            first = SurfacePoint{triangle, point, bary, distance};
+        });
+    }
+    return first;
+}
+
+double cosine(const OneWay& way, Index triangle_a, Index triangle_b) {
+    const std::vector<Vec3>& at = way.surface(way.other);
+    return unit_normal(at, way.face(triangle_a)).dot(unit_normal(at, way.face(triangle_b)));
+}
+
+/// nullptr: nobody remembers that it is in.
+const SolidEntry* find_entry(const OneWay& way, Index vertex) {
+    const std::vector<SolidEntry>& before = way.context.solids.entries_before;
+    const SolidEntry wanted{way.own, way.other, vertex};
+    const auto found =
+        std::lower_bound(before.begin(), before.end(), wanted, [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); });
+    return found != before.end() && found->key() == wanted.key() ? &*found : nullptr;
+}
+
+/// The first triangle that the vertex met in the step; kNoIndex: none.
+Index find_first_crossing(const OneWay& way, Index vertex) {
+    const SurfaceMotion& motion = way.context.bodies[way.other].motion;
+    const collision::SweptPoint path{way.surface_t0(way.own)[vertex], way.surface(way.own)[vertex]};
+    const std::vector<Vec3>&t0 = way.surface_t0(way.other), &t1 = way.surface(way.other);
+    Box3 box; // of the path, as the other body sees it
+    box.add(path.t0 + motion.mean);
+    box.add(path.t1);
+    box.inflate(motion.spread * (1.0 + 0x1p-40) + kOnSurface);
+    Index first = kNoIndex;
+    double time = 2.0;
+    way.context.bodies[way.other].inside.tree().for_each_overlapping(box, [&](Index triangle) {
+        const Triangle& t = way.face(triangle);
+        const collision::Sweep met =
+            collision::sweep_vertex_face(path, {{{t0[t[0]], t1[t[0]]}, {t0[t[1]], t1[t[1]]}, {t0[t[2]], t1[t[2]]}}}, {});
+        if (!met.hit() || met.time > time || (met.time == time && triangle > first)) return;
+        first = triangle;
+        time = met.time;
+    });
+    return first;
+}
+
+/// Was it before this face when the step began? Then it came in by it.
+bool was_before(const OneWay& way, Index vertex, const SurfacePoint& hit) {
+    const std::vector<Vec3>& t0 = way.surface_t0(way.other);
+    const Triangle& t = way.face(hit.triangle);
+    return twice_area(t0, t).dot(way.surface_t0(way.own)[vertex] - corner_sum(t0, t, hit.bary)) >= 0.0;
+}
+
+/// Behind the side by which it came, if it is: the body lies between it and where it came from.
+std::optional<Standing> stand_behind(const OneWay& way, Index by, const Vec3& place, bool inside, const SurfacePoint& nearest) {
+    const double alike = cosine(way, nearest.triangle, by);
+    Standing standing;
+    standing.inside = true;
+    standing.by = by;
+    standing.at = nearest;
+    if (inside && alike > kSameSide) {
+        standing.by = nearest.triangle; // shallow: it slides along
+        return standing;
+    }
+    const auto out = find_way_out(way, place, unit_normal(way.surface(way.other), way.face(by)));
+    if (!out) return std::nullopt;
+    standing.at = *out;
+    standing.pressed = true;
+    standing.passed = !inside || alike < kFarSide;
+    return standing;
+}
+
+} // namespace
+
+std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach) {
+    const BodyScratch& other = way.context.bodies[way.other];
+    const Vec3& place = way.surface(way.own)[vertex];
+    const Vec3 moved = place - way.surface_t0(way.own)[vertex];
+    const double way_of_both = std::min((moved - other.motion.mean).norm() + other.motion.spread, moved.norm() + other.motion.farthest);
+    const SolidEntry* entry = find_entry(way, vertex);
+    const double look = std::max(reach, way_of_both);
+    Box3 bounds = other.inside.tree().bounds();
+    bounds.inflate(look);
+    if (entry == nullptr && !bounds.contains(place)) return std::nullopt;
+    const bool inside = other.inside.inside(place);
+    const auto nearest = inside || entry != nullptr ? other.inside.tree().closest(place) : other.inside.tree().closest(place, look);
+    if (!nearest) return std::nullopt;
+    Standing as_seen;
+    as_seen.inside = inside;
+    as_seen.by = nearest->triangle;
+    as_seen.at = *nearest;
+    if (entry != nullptr) { // its path says nothing: it began on the wrong side
+        auto kept = stand_behind(way, entry->by, place, inside, *nearest);
+        if (!kept) return as_seen;
+        kept->before = entry->pushed;
+        return kept;
+    }
+    if (inside ? was_before(way, vertex, *nearest) : nearest->distance > way_of_both) return as_seen;
+    if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
+        if (const auto came = stand_behind(way, met, place, inside, *nearest)) return came;
+    return as_seen;
+}
+
+void press_touches(const SceneModel& model, const State& state, std::size_t first, StepContext& context) {
+    SolidScratch& solids = context.solids;
+    if (first == solids.pressed.size()) return;
+    const Contact& any = solids.touches[solids.pressed[first].touch];
+    double inv_mass = 0.0;
+    for (const std::size_t body : {std::size_t{any.body_a}, std::size_t{any.body_b}})
+        if (model.bodies[body].links) inv_mass += 1.0 / model.bodies[owner_of(model, body)].tissue->mass;
+    const double places = static_cast<double>(solids.pressed.size() - first);
+    const double frequency = std::sqrt(places * model.contact.solid_stiffness * inv_mass); // rad/s, of the two on all these springs
+    for (std::size_t k = first; k < solids.pressed.size(); ++k) {
+        PressedTouch& pressed = solids.pressed[k];
+        const Contact& touch = solids.touches[pressed.touch];
+        const OneWay way{model, state, context, touch.body_a, touch.body_b};
+        const Triangle face{touch.feature_b[0], touch.feature_b[1], touch.feature_b[2]};
+        const std::array<double, 3> bary{touch.bary_b[0], touch.bary_b[1], touch.bary_b[2]};
+        const Index v = touch.feature_a[0];
+        const double own = -touch.normal.dot(way.surface(way.own)[v] - way.surface_t0(way.own)[v]); // m, closed by either
+        const double others = touch.normal.dot(corner_sum(way.surface(way.other), face, bary) -
+                                               corner_sum(way.surface_t0(way.other), face, bary));
+        const bool own_is_free = model.bodies[way.own].links.has_value(), other_is_free = model.bodies[way.other].links.has_value();
+        const double closed = (own_is_free ? own : 0.0) + (other_is_free ? others : 0.0);
+        const double driven = own + others - closed;
+        const double held = pressed.before < 0.0 ? 0.0 : std::max(0.0, pressed.before + closed);
+        const double leaving = std::max(0.0, -closed) / model.step_s;
+        const double wanted = std::max(0.0, std::max(0.0, driven) / model.step_s + kRecovery - leaving);
+        pressed.pushed = std::min(-touch.gap, held + (frequency > 0.0 ? wanted / frequency : 0.0));
+        solids.entries[pressed.entry].pushed = pressed.pushed;
+    }
+}
+
+SurfaceMotion find_motion(std::span<const Vec3> t0, std::span<const Vec3> t1) noexcept {
+    SurfaceMotion motion;
+    if (t1.empty()) return motion;
+    for (std::size_t v = 0; v < t1.size(); ++v) motion.mean += t1[v] - t0[v];
+    motion.mean /= static_cast<double>(t1.size());
+    double spread_sq = 0.0, farthest_sq = 0.0;
+    for (std::size_t v = 0; v < t1.size(); ++v) {
+        const Vec3 way = t1[v] - t0[v];
+        spread_sq = std::max(spread_sq, (way - motion.mean).squaredNorm());
+        farthest_sq = std::max(farthest_sq, way.squaredNorm());
+    }
+    motion.spread = std::sqrt(spread_sq);
+    motion.farthest = std::sqrt(farthest_sq);
+    return motion;
+}
+
+double find_relative_way(const SurfaceMotion& a, const SurfaceMotion& b) noexcept {
+    return std::min((a.mean - b.mean).norm() + a.spread + b.spread, a.farthest + b.farthest);
+}
+
+double find_thickness(std::span<const Vec3> points) {
+    if (points.empty()) return 0.0;
+    Vec3 middle = Vec3::Zero();
+    for (const Vec3& p : points) middle += p;
+    middle /= static_cast<double>(points.size());
+    Mat3 spread = Mat3::Zero();
+    for (const Vec3& p : points) spread += (p - middle) * (p - middle).transpose();
+    const Vec3 axis = Eigen::SelfAdjointEigenSolver<Mat3>(spread).eigenvectors().col(0);
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const Vec3& p : points) {
+        least = std::min(least, axis.dot(p));
+        most = std::max(most, axis.dot(p));
+    }
+    return most - least;
+}
+
+} // namespace seldinger::engine

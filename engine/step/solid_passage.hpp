@@ -1,0 +1,65 @@
+// Which side of another body a vertex is on: the side that it came from, and not the surface that happens to be nearest at the end
+// of a step. What moves far in a step, or is pressed deep, would otherwise be pushed out on the far side and have passed through.
+//
+// A vertex that goes into a body is remembered with the triangle by which it went in (SolidEntry). While the nearest surface looks the
+// same way it follows that. Once it does not, because the vertex is past the middle, or through, it stays with the side it came by: out is
+// where a way along that triangle's normal leaves the body; where there is none it is beside the body, and free. A vertex that
+// nobody remembers is asked for the path of the step: the first triangle that it met, both moving linearly
+// (collision::sweep_vertex_face, which misses nothing), is where it went in.
+#pragma once
+
+#include "base/triangle_tree.hpp"
+#include "engine/step/context.hpp"
+
+#include <optional>
+
+namespace seldinger::engine {
+
+/// One body's places against the other's surface.
+struct OneWay {
+    const SceneModel& model;
+    const State& state;
+    StepContext& context;
+    std::size_t own, other;
+
+    [[nodiscard]] const std::vector<Vec3>& surface(std::size_t body) const { return state.bodies[body].surface; }
+    [[nodiscard]] const std::vector<Vec3>& surface_t0(std::size_t body) const {
+        return model.bodies[body].moves() ? context.bodies[body].surface_t0 : state.bodies[body].surface;
+    }
+    [[nodiscard]] const Triangle& face(Index triangle) const { return model.bodies[other].surface.triangles[triangle]; }
+};
+
+/// How a vertex stands to the other body.
+struct Standing {
+    bool inside = false;  // in the body, or through it
+    bool pressed = false; // nearest is another side than the one it came by
+    bool passed = false;  // the far side, even: it lies beyond the middle, or beyond all of the body
+    double before = -1.0; // m, SolidEntry::pushed of the step before; negative: it was not in
+    Index by = kNoIndex;  // triangle of the other, by which it came
+    SurfacePoint at;      // of the other's surface at the end of the step, on that side
+};
+
+/// Where a vertex stands at the end of the step; nothing where the surface is farther than the two moved in the step and `reach`.
+/// reach    m, for what is outside
+/// cost     a closest-point query and an inside test; where it may have crossed, also the sweeps of what its path comes near
+[[nodiscard]] std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach);
+
+/// By how much the springs of context.solids.pressed, from `first` on, start pressed: all are of these two bodies. Their depth is no
+/// measure: nothing has worked against them on their way in, and springs that are as long as the way through a body would throw it off
+/// with energy from nowhere. So they start with what they held before and what the bodies that forces move have closed since, and get on
+/// top as much as brings those to the speed of what is driven by a script, and moves them out at kRecovery.
+void press_touches(const SceneModel& model, const State& state, std::size_t first, StepContext& context);
+
+/// m/s; what has passed comes back at this speed, where nothing drives it. Faster would heat what is only pressed too hard.
+inline constexpr double kRecovery = 0.1;
+
+/// How far a body's surface goes in the step; found once in refresh.
+[[nodiscard]] SurfaceMotion find_motion(std::span<const Vec3> t0, std::span<const Vec3> t1) noexcept;
+
+/// m; no vertex of one moves by more than this against any of the other in the step.
+[[nodiscard]] double find_relative_way(const SurfaceMotion& a, const SurfaceMotion& b) noexcept;
+
+/// m; extent along the thinnest principal axis of the points.
+[[nodiscard]] double find_thickness(std::span<const Vec3> points);
+
+} // namespace seldinger::engine
