@@ -16,11 +16,11 @@
 #pragma once
 
 #include "base/result.hpp"
+#include "collision/contact_search.hpp"
+#include "collision/session_choice.hpp"
 #include "collision/session_length.hpp"
 #include "collision/session_pairs.hpp"
-#include "collision/surface_pair.hpp"
-
-#include <memory>
+#include "collision/session_sides.hpp"
 
 namespace seldinger::collision {
 
@@ -42,12 +42,16 @@ struct CoherentOptions : PairOptions {
 
     bool skipping = true;  // exact; false: every step anew ("without skipping")
     bool front_end = true; // exact; false: all features within reach are tested in every step
+    bool sides = true;     // exact; false: clusters are not looked at along their own normals
     VolumeInflation inflation = VolumeInflation::Predicted;
     DanglingTraversal dangling = DanglingTraversal::Adaptive;
     unsigned session_length = 0; // steps; 0: adapts
     double slack = 0.25;         // l, in mean edge lengths of the part
     double speed_slack = 0.0;    // v_slack, m per step
     double reach = 0.35;         // in mean edge lengths: of the kept pairs of features
+    double list_steps = 2.0;     // that a list of them must serve to be worth its making
+    /// Exact: steps in which what is kept would cost more than it saves are done by ContactSearch, whose trees are then held as well.
+    bool falls_back = true;
     /// Heuristic: regions of low curvature, by continuous normal cones at the session's start, are not tested against themselves
     /// (session_cones.hpp). Loses contacts where a region's outline folds over; exact answers keep it off.
     bool normal_cones = false;
@@ -55,6 +59,8 @@ struct CoherentOptions : PairOptions {
 
 /// Of the last step; sizes at its end.
 struct CoherenceStats {
+    bool plain = false; // done by ContactSearch; nothing below but the work is told then
+    double work = 0.0;  // counted, in units of session_work.hpp
     bool began_session = false;
     unsigned session_length = 0;                    // steps, of the session that runs
     std::uint64_t dangling = 0;                     // clusters that left their volumes
@@ -62,6 +68,7 @@ struct CoherenceStats {
     std::uint64_t kept_features = 0;                // pairs of features
     std::uint64_t awake = 0;                        // pairs of clusters that were looked at
     std::uint64_t gaps = 0, relisted = 0, anew = 0; // of them: far apart; got a new list; are not worth one
+    std::uint64_t sides = 0;                        // of them: a plane was between them during the step
     std::uint64_t bounds = 0;                       // lower bounds computed
 };
 
@@ -87,6 +94,8 @@ public:
 
     [[nodiscard]] const ExactStats& stats() const noexcept { return stats_; }
     [[nodiscard]] const CoherenceStats& coherence() const noexcept { return coherence_; }
+    /// Counted work of a search's last step, in the units of CoherenceStats::work.
+    [[nodiscard]] static double plain_work(const ContactSearch& search) noexcept;
     /// Bytes of the trees and of everything that is kept.
     [[nodiscard]] std::size_t memory() const noexcept;
 
@@ -100,15 +109,22 @@ private:
         return jobs_[parts_[volumes_.part_of(kept.clusters.a)].surface * surfaces_.size() +
                      parts_[volumes_.part_of(kept.clusters.b)].surface];
     }
-    [[nodiscard]] SessionFeatures::Place place_of(Index cluster) const noexcept;
+    [[nodiscard]] ClusterPlace place_of(Index cluster) const noexcept;
+    [[nodiscard]] bool is_calm() const noexcept;
+    [[nodiscard]] double least_plain_work() const noexcept;
+    void find_plainly();
+    void find_coherently();
     void find_drifts(std::span<const std::span<const Vec3>> from, std::span<const std::span<const Vec3>> to);
-    void jump(std::span<const SurfaceMotion> motions);
+    void find_drifts_of_step();
+    void jump();
     void leave_out_flat_regions();
     void predict(Index cluster, double begin) noexcept;
     [[nodiscard]] bool left_volume(Index cluster) const noexcept;
-    void start_session();
-    void continue_session();
-    void look_at(KeptClusters& kept, double drift);
+    [[nodiscard]] bool start_session();
+    [[nodiscard]] bool continue_session();
+    [[nodiscard]] double drift_on(const KeptClusters& kept) const noexcept;
+    void look_at(KeptClusters& kept);
+    [[nodiscard]] bool stays_beside(KeptClusters& kept);
     void look_at_list(KeptClusters& kept, double drift);
     void make_list(KeptClusters& kept, double drift, double reach);
     void look_anew(KeptClusters& kept);
@@ -128,15 +144,22 @@ private:
 
     SessionVolumes volumes_;
     SessionFeatures features_;
+    SessionSides sides_;
     SessionPairs pairs_;
     SessionLength lengths_;
+    SessionChoice choice_;
+    ContactSearch plain_;
+    bool plain_step_ = false; // this step is ContactSearch's
+    unsigned plain_steps_ = 0; // in a row, up to this step
+    double work_ = 0.0;       // of this step, as counted
+    std::size_t lists_left_ = 0; // that may still be made in this step
     std::vector<ClusterDrift> drifts_, strays_; // [cluster] of the step; from the predicted motion, since the volume was made
     std::vector<PredictedMotion> predicted_;    // [cluster]
     std::vector<std::uint8_t> dangling_;        // [cluster]
     std::vector<Index> dangling_list_;
     std::vector<SessionPair> found_;
     std::vector<Index> regions_;             // [cluster] with normal_cones: of low curvature
-    unsigned length_ = 0, session_step_ = 0; // of the session; steps of it that are done or under way
+    unsigned length_ = 0, session_step_ = 0; // of the session; steps of it that are done, plain ones included, or under way
 
     CandidateLists collected_;
     std::vector<KeptFeatures> list_;

@@ -42,6 +42,21 @@ inline constexpr double kDriftRounding = 1.0 + 0x1p-40;
     return (turned < straight ? turned : straight) * kDriftRounding; // NaN is not
 }
 
+/// A sum of drifts, rounded up.
+[[nodiscard]] inline double add_drift(double sum, double drift) noexcept { return (sum + drift) * (1.0 + 0x1p-50); }
+
+/// By how much less all of b is beyond all of a along a direction, at the end of the step: negative where they part. What slides across
+/// the direction comes no closer along it.
+/// n   unit, from a to b
+[[nodiscard]] inline double drift_along(const Vec3& n, const ClusterDrift& a, const ClusterDrift& b) noexcept {
+    const Vec3 moves = a.move - b.move;
+    return n.dot(moves) + ((a.spread + b.spread) * kDriftRounding + 0x1p-46 * moves.lpNorm<1>());
+}
+/// A sum of such drifts, rounded up.
+[[nodiscard]] inline double add_signed_drift(double sum, double drift) noexcept {
+    return sum + drift + 0x1p-50 * (std::abs(sum) + std::abs(drift));
+}
+
 /// Drift of some vertices, at least one, between two shapes.
 /// from, to   [vertex_count] m, finite
 [[nodiscard]] ClusterDrift find_drift(std::span<const Vec3> from, std::span<const Vec3> to, std::span<const Index> vertices) noexcept;

@@ -91,6 +91,7 @@ void SessionFeatures::build(std::span<const SurfacePart> parts) {
 void SessionFeatures::start_step(std::span<const SurfaceMotion> motions) noexcept {
     motions_ = motions;
     ++step_;
+    boxes_made_ = blocks_made_ = 0;
 }
 
 void SessionFeatures::fill_vertices(const SurfacePart& part, Index cluster, BoxTime time, Boxes& boxes) const noexcept {
@@ -117,18 +118,21 @@ void SessionFeatures::fill_blocks(const DopTree& tree, const DopTree::BlockRange
     }
 }
 
-const std::array<float, SessionFeatures::kRow>& SessionFeatures::box_of(Place place, BoxTime time) noexcept {
+const std::array<float, SessionFeatures::kRow>& SessionFeatures::box_of(ClusterPlace place, BoxTime time) noexcept {
     Boxes& boxes = boxes_[place.part].at[static_cast<std::size_t>(time)];
-    if (boxes.boxed[place.cluster] != step_) fill_vertices(parts_[place.part], place.cluster, time, boxes);
+    if (boxes.boxed[place.cluster] == step_) return boxes.clusters[place.cluster];
+    fill_vertices(parts_[place.part], place.cluster, time, boxes);
     boxes.boxed[place.cluster] = step_;
+    ++boxes_made_;
     return boxes.clusters[place.cluster];
 }
 
-const SessionFeatures::Boxes& SessionFeatures::fill(Place place, BoxTime time) noexcept {
+const SessionFeatures::Boxes& SessionFeatures::fill(ClusterPlace place, BoxTime time) noexcept {
     Boxes& boxes = boxes_[place.part].at[static_cast<std::size_t>(time)];
     if (boxes.filled[place.cluster] == step_) return boxes;
     static_cast<void>(box_of(place, time));
     boxes.filled[place.cluster] = step_;
+    ++blocks_made_;
     const DopTree& tree = parts_[place.part].tree;
     const DopTree::Cluster& cluster = tree.clusters()[place.cluster];
     fill_blocks<3>(tree, cluster.faces, boxes);
@@ -138,15 +142,18 @@ const SessionFeatures::Boxes& SessionFeatures::fill(Place place, BoxTime time) n
 }
 
 /// Floats hold the boxes outwards, so their gap, computed in doubles without error but the last root, is not above the true one.
-double SessionFeatures::gap_at_start(Place a, Place b) noexcept {
+SessionFeatures::Gap SessionFeatures::gap_at_start(ClusterPlace a, ClusterPlace b) noexcept {
     const auto &box_a = box_of(a, BoxTime::Start), &box_b = box_of(b, BoxTime::Start);
-    double sum = 0.0;
+    Gap gap;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double ab = static_cast<double>(box_a[axis]) + box_b[axis + 3], ba = static_cast<double>(box_b[axis]) + box_a[axis + 3];
-        const double gap = std::max({0.0, ab, ba});
-        sum += gap * gap;
+        gap.side[static_cast<Eigen::Index>(axis)] = ba > 0.0 ? ba : ab > 0.0 ? -ab : 0.0;
     }
-    return std::sqrt(sum) * (1.0 - 0x1p-40);
+    const double length = gap.side.norm();
+    if (!(length > 0.0 && length < kLargestCoordinate)) return {length > 0.0 ? kLargestCoordinate : 0.0, Vec3::Zero()};
+    gap.side /= length;
+    gap.distance = length * (1.0 - 0x1p-40);
+    return gap;
 }
 
 void SessionFeatures::append(const SurfacePart& a, const SurfacePart& b, PairKind kind, std::size_t count,
@@ -160,7 +167,7 @@ void SessionFeatures::append(const SurfacePart& a, const SurfacePart& b, PairKin
     }
 }
 
-void SessionFeatures::collect(Place a, Place b, BoxTime time, double reach, bool simd, CandidateLists& out) noexcept {
+void SessionFeatures::collect(ClusterPlace a, ClusterPlace b, BoxTime time, double reach, bool simd, CandidateLists& out) noexcept {
     const float limit = round_up(reach);
     if (!boxes_near(box_of(a, time), box_of(b, time), limit)) return;
     const Boxes &boxes_a = fill(a, time), &boxes_b = fill(b, time);

@@ -33,15 +33,18 @@ public:
     /// All boxes are stale from here on. motions   [surface], living until the next call
     void start_step(std::span<const SurfaceMotion> motions) noexcept;
 
-    struct Place {
-        std::size_t part;
-        Index cluster; // of the part's tree
+    struct Gap {
+        double distance = 0.0;    // m
+        Vec3 side = Vec3::Zero(); // unit, from a to b, where the distance is > 0: all of b is beyond all of a along it by that much
     };
-    /// A distance that the clusters keep at least at the start of the step: between their boxes, never above the true one.
-    [[nodiscard]] double gap_at_start(Place a, Place b) noexcept;
+    /// What the clusters keep at least at the start of the step: between their boxes, never above the true distance.
+    [[nodiscard]] Gap gap_at_start(ClusterPlace a, ClusterPlace b) noexcept;
     /// Pairs whose boxes come within reach, appended by kind; a's surface is not behind b's.
-    void collect(Place a, Place b, BoxTime time, double reach, bool simd, CandidateLists& out) noexcept;
+    void collect(ClusterPlace a, ClusterPlace b, BoxTime time, double reach, bool simd, CandidateLists& out) noexcept;
 
+    /// Clusters whose boxes, and whose blocks, were filled in this step; one at both BoxTimes counts twice.
+    [[nodiscard]] std::size_t boxes_made() const noexcept { return boxes_made_; }
+    [[nodiscard]] std::size_t blocks_made() const noexcept { return blocks_made_; }
     [[nodiscard]] std::size_t memory() const noexcept;
 
 private:
@@ -55,8 +58,8 @@ private:
     struct PartBoxes {
         std::array<Boxes, 2> at;
     };
-    const std::array<float, kRow>& box_of(Place place, BoxTime time) noexcept;
-    const Boxes& fill(Place place, BoxTime time) noexcept;
+    const std::array<float, kRow>& box_of(ClusterPlace place, BoxTime time) noexcept;
+    const Boxes& fill(ClusterPlace place, BoxTime time) noexcept;
     void fill_vertices(const SurfacePart& part, Index cluster, BoxTime time, Boxes& boxes) const noexcept;
     template <std::size_t Corners>
     void fill_blocks(const DopTree& tree, const DopTree::BlockRange& range, Boxes& boxes) const noexcept;
@@ -68,6 +71,7 @@ private:
     std::vector<std::vector<Index>> local_; // [part] as SurfacePart::touched, ids of the part
     std::vector<FeaturePair> found_;
     std::uint32_t step_ = 0;
+    std::size_t boxes_made_ = 0, blocks_made_ = 0;
 };
 
 } // namespace seldinger::collision

@@ -25,7 +25,10 @@ struct KeptClusters {
     double drift = 0.0;            // m, since the list was made
     double wake = -1.0;            // m, drift below which no kept pair can be in contact; negative: look at it
     double complete = -1.0;        // m, drift up to which the list lacks nothing; negative: there is none
+    /// Where `sided`: a unit direction from a to b, along which drift and wake are meant; there is no list then.
+    Vec3 side = Vec3::Zero();
     Index list = 0, list_size = 0; // in the pool
+    bool sided = false;
     std::uint8_t room = 0;         // the list has room for 2^(room + 2) pairs; 0: for none
     std::uint8_t patience = 0;     // steps that are still looked at anew before a list is tried again
     std::uint16_t steps = 0;       // since the list was made

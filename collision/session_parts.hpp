@@ -27,6 +27,12 @@ struct SurfacePart {
     [[nodiscard]] std::size_t memory() const noexcept;
 };
 
+/// A cluster of a part's tree.
+struct ClusterPlace {
+    std::size_t part;
+    Index cluster;
+};
+
 /// Appends the pieces of a surface; those below a 32nd of it share one part. Their trees are still empty.
 /// cost   O(n log n), allocates
 void add_parts(BodyId surface, const SurfaceTopology& topology, std::span<const Vec3> positions, std::vector<SurfacePart>& parts);

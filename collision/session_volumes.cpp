@@ -165,9 +165,10 @@ void SessionVolumes::open(std::size_t p, std::size_t q, NodePair at, float reach
     }
 }
 
-void SessionVolumes::traverse(double reach, bool within, bool between, std::span<const std::uint8_t> marked,
+bool SessionVolumes::traverse(double reach, bool within, bool between, std::span<const std::uint8_t> marked, std::uint64_t most_tests,
                               std::vector<SessionPair>& out) {
     mark_nodes(marked);
+    const std::uint64_t before = box_tests_;
     const float limit = round_up(reach);
     for (std::size_t p = 0; p < parts_.size(); ++p)
         for (std::size_t q = p; q < parts_.size(); ++q) {
@@ -175,11 +176,13 @@ void SessionVolumes::traverse(double reach, bool within, bool between, std::span
             stack_.clear();
             push(p, q, {parts_[p].tree.root(), parts_[q].tree.root()}, out);
             while (!stack_.empty()) {
+                if (box_tests_ - before > most_tests) return false;
                 const NodePair at = stack_.back();
                 stack_.pop_back();
                 open(p, q, at, limit, out);
             }
         }
+    return true;
 }
 
 void SessionVolumes::traverse_alone(Index cluster, double reach, bool within, bool between, std::vector<SessionPair>& out) {

@@ -45,7 +45,9 @@ public:
     /// Pairs whose volumes come within reach. marked   [cluster_count] only pairs with a marked cluster; empty: all. Pairs of two
     /// marked clusters come once.
     /// within, between   each surface against itself, against others
-    void traverse(double reach, bool within, bool between, std::span<const std::uint8_t> marked, std::vector<SessionPair>& out);
+    /// most_tests        false as soon as they do not suffice: pairs are missing then
+    [[nodiscard]] bool traverse(double reach, bool within, bool between, std::span<const std::uint8_t> marked, std::uint64_t most_tests,
+                                std::vector<SessionPair>& out);
     /// The same for one cluster against all.
     void traverse_alone(Index cluster, double reach, bool within, bool between, std::vector<SessionPair>& out);
 

@@ -1,6 +1,7 @@
 // `contacts`: the exact contacts of one step between two frames of one or two meshes, or of every step of a sequence of frames.
 #include "collision/coherent_search.hpp"
 #include "collision/contact_search.hpp"
+#include "engine/bench/coherence_comparison.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/contact_method.hpp"
 #include "engine/cli/contacts_input.hpp"
@@ -81,6 +82,18 @@ public:
         options_.threads = request.threads;
     }
 
+    int compare() {
+        if (const auto usage = check_coherent(); !usage) return report_error(usage.error());
+        const auto compared =
+            compare_coherence(input_.sequence.frame_count - 1, [&](std::size_t k) { return motions(k); }, coherent_options());
+        if (!compared) return report_error(bad_usage(compared.error().message, "--coherent"));
+        if (!request_.stats.empty())
+            if (const auto written = write_file_atomically(request_.stats, compared->json().dump(2) + "\n"); !written)
+                return report_error(written.error());
+        fmt::print("{}\n", compared->text());
+        return kExitFine;
+    }
+
     int run() {
         if (method_.brute && pair_count(input_, options_) > kMostBrutePairs)
             return report_error(bad_usage(
@@ -134,16 +147,25 @@ private:
         return {};
     }
 
-    Result<void> build_coherent(std::span<const SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions) {
+    Result<void> check_coherent() const {
         if (method_.culling || method_.brute)
             return bad_usage(fmt::format("keeps what the hierarchy finds; it does not go with --method {}", request_.method), "--coherent");
+        return {};
+    }
+
+    collision::CoherentOptions coherent_options() const {
         collision::CoherentOptions options;
         static_cast<collision::PairOptions&>(options) = options_;
         options.between = options_.between;
         options.within = options_.within;
         options.tree = options_.tree;
+        return options;
+    }
+
+    Result<void> build_coherent(std::span<const SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions) {
+        if (auto usage = check_coherent(); !usage) return usage;
         coherent_ = std::make_unique<collision::CoherentSearch>();
-        auto built = coherent_->build(surfaces, positions, options);
+        auto built = coherent_->build(surfaces, positions, coherent_options());
         if (!built) return bad_usage(built.error().message, "--coherent");
         return {};
     }
@@ -316,7 +338,8 @@ int find_contacts(const ContactsRequest& request) {
     auto input = read_contacts_input(request);
     if (!input) return report_error(input.error());
     if (method->image_space) return find_crossings_of(request, *method, *input);
-    return Run(request, *method, std::move(*input)).run();
+    Run run(request, *method, std::move(*input));
+    return request.compare ? run.compare() : run.run();
 }
 
 } // namespace
@@ -331,6 +354,7 @@ Command add_contacts_command(CLI::App& app) {
     command->add_flag("--self", request->self, "with two meshes: each against itself as well (one mesh alone always is)");
     command->add_flag("--coherent", request->coherent,
                       "with --frames: keep from step to step what cannot have changed; the same contacts, in less time");
+    command->add_flag("--compare", request->compare, "with --coherent: every step without it as well, and the share of the time that is left");
     command->add_option("--distance", request->distance,
                         "contact means no farther apart than this, in the files' unit; up to 1e-9 of it more may be reported");
     command->add_option("--method", request->method, kMethodWords);

@@ -13,7 +13,7 @@ namespace seldinger::engine {
 struct ContactsRequest {
     std::vector<std::string> meshes;
     std::string frames, method = "exact", out, stats, dump;
-    bool self = false, coherent = false;
+    bool self = false, coherent = false, compare = false;
     double distance = 0.0;
     unsigned threads = 1;
 };

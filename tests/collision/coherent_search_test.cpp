@@ -11,6 +11,7 @@ using testing::build;
 using testing::compare;
 using testing::make_catheter;
 using testing::make_rolling_sheet;
+using testing::make_sheet;
 using testing::make_soup;
 using testing::options_at;
 using testing::MeshSequence;
@@ -48,6 +49,8 @@ TEST(CoherentSearch, NoExactSwitchChangesAContact) {
     };
     const std::vector<std::pair<const char*, CoherentOptions>> all{
         {"without skipping", with([](auto& o) { o.skipping = false; })},
+        {"not along the clusters' normals", with([](auto& o) { o.sides = false; })},
+        {"falls back", with([](auto& o) { o.falls_back = true; })},
         {"no front end", with([](auto& o) { o.front_end = false; })},
         {"the paper's inflation", with([](auto& o) { o.inflation = VolumeInflation::Paper; })},
         {"the paper's inflation, slack speed", with([](auto& o) {
@@ -133,6 +136,28 @@ TEST(CoherentSearch, AsksForNoMemoryOnceItHasSeenTheMotion) {
         search.decide(found);
     }
     EXPECT_EQ(testing::allocation_count() - before, 0u);
+}
+
+/// Two sheets that lie on each other and slide: drifts bring their clusters nearer in every step, but not across the plane between them.
+TEST(CoherentSearch, LayersThatSlideStayOnTheirSides) {
+    MeshSequence q;
+    q.surfaces = {make_sheet(48, 24, 0.02), make_sheet(48, 24, 0.02)};
+    for (std::size_t k = 0; k <= 12; ++k)
+        q.add_frame([&](std::size_t s, const Vec3& p, std::size_t) {
+            const double height = 0.004 * std::sin(9.0 * p[0] + 7.0 * p[1]) + (s == 0 ? 0.0 : 0.012);
+            const Vec3 at = p + Vec3(s == 0 ? 0.0 : 0.015 * static_cast<double>(k), 0.0, height);
+            return Vec3(at[0], 0.6 * at[1] - 0.8 * at[2], 0.8 * at[1] + 0.6 * at[2]); // aslant: boxes overlap
+        });
+    CoherentOptions with = options_at(0.001), without = with;
+    without.sides = false;
+    const Totals seen = compare(q, with), blind = compare(q, without);
+    std::printf("clusters on their sides %llu times; elementary tests %llu, without %llu, anew %llu; work %.0f, without %.0f\n",
+                static_cast<unsigned long long>(seen.sides), static_cast<unsigned long long>(seen.tests),
+                static_cast<unsigned long long>(blind.tests), static_cast<unsigned long long>(seen.tests_anew), seen.work, blind.work);
+    EXPECT_GT(seen.sides, 100u);
+    EXPECT_EQ(blind.sides, 0u);
+    EXPECT_LT(2 * seen.tests, blind.tests);
+    EXPECT_LT(seen.work, blind.work);
 }
 
 } // namespace

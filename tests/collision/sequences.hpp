@@ -105,8 +105,9 @@ inline MeshSequence make_soup(std::uint64_t seed, std::size_t triangles, std::si
 }
 
 struct Totals {
-    std::size_t contacts = 0;
-    std::uint64_t tests = 0, tests_anew = 0, dangling = 0, sessions = 0, bounds = 0;
+    std::size_t contacts = 0, plain = 0;
+    std::uint64_t tests = 0, tests_anew = 0, dangling = 0, sessions = 0, bounds = 0, sides = 0;
+    double work = 0.0, work_anew = 0.0; // as counted
 };
 
 inline CoherentOptions options_at(double distance) {
@@ -114,6 +115,7 @@ inline CoherentOptions options_at(double distance) {
     options.distance = distance;
     options.tolerance = 1e-9 * distance;
     options.tree.cluster_size = 8; // several clusters also in small bodies
+    options.falls_back = false;    // what is kept is what is tested
     return options;
 }
 
@@ -174,6 +176,10 @@ inline Totals compare(const MeshSequence& q, const CoherentOptions& options) {
         totals.dangling += coherent.coherence().dangling;
         totals.sessions += coherent.coherence().began_session;
         totals.bounds += coherent.coherence().bounds;
+        totals.sides += coherent.coherence().sides;
+        totals.plain += coherent.coherence().plain;
+        totals.work += coherent.coherence().work;
+        totals.work_anew += CoherentSearch::plain_work(anew);
     }
     return totals;
 }

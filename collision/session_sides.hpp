@@ -1,0 +1,77 @@
+// Clusters on either side of a plane. Layers that lie on each other and slide come no closer across the plane between them, however far
+// they drift along it: drifts and boxes say nothing then, the layers' own normals do.
+// This work is based on: Gottschalk, Lin, Manocha, "OBBTree" (1996), separating axes. Deviates: of swept hulls, along the mean normals of
+// both alone; face_planes.hpp, which asks every face, is tighter and takes ten times as long.
+#pragma once
+
+#include "collision/lanes.hpp"
+#include "collision/session_parts.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace seldinger::collision {
+
+class SessionSides {
+public:
+    /// The parts must outlive it. Allocates, as nothing after it does.
+    void build(std::span<const SurfacePart> parts);
+
+    /// All clusters are stale from here on. motions   [surface], living until the next call
+    void start_step(std::span<const SurfaceMotion> motions) noexcept;
+
+    /// Do they share a vertex? Then no plane is between them.
+    [[nodiscard]] bool are_neighbours(ClusterPlace a, ClusterPlace b) const noexcept;
+
+    /// Pairs of clusters that do, each cluster with itself included.
+    [[nodiscard]] std::size_t neighbour_pairs() const noexcept { return neighbour_pairs_; }
+
+    struct Apart {
+        bool during_step = false; // farther from each other than the distance, proven
+        double at_start = 0.0;    // m, they are apart by at least that much more than the distance at t0; <= 0: nothing is proven
+        Vec3 side = Vec3::Zero(); // unit, from a to b, along which they are; where something is proven
+    };
+    /// Along the mean normal of either, all of one must be beyond all of the other; at t0 and at t1 for the whole step, since differences
+    /// of vertices move linearly. 2^-38 of the largest coordinate is taken off: for the rounding of a dozen operations, each 2^-53, and
+    /// for what the elementary tests may see nearer than it is (sweep.hpp). Coordinates that are not finite, or enormous, prove nothing.
+    /// distance   m, >= 0
+    [[nodiscard]] Apart apart(ClusterPlace a, ClusterPlace b, double distance) noexcept;
+
+    /// Clusters that were looked at in this step.
+    [[nodiscard]] std::size_t hulls_made() const noexcept { return hulls_made_; }
+    [[nodiscard]] std::size_t memory() const noexcept;
+
+private:
+    static constexpr std::size_t kGroup = 6 * kLanes; // four vertices: x, y, z at t0, then at t1
+    struct Range {
+        double lo, hi;
+    };
+    struct Hull {
+        Vec3 normal = Vec3::Zero(); // of any length
+        Range t0{}, t1{};           // of the cluster along it
+        double size = 0.0;          // m, largest absolute coordinate; NaN or infinite if one is
+        std::uint32_t step = 0, normal_step = 0; // that it was made in, and its normal
+    };
+    struct Kernel;
+    struct PartHulls {
+        std::vector<Hull> hulls;              // [cluster_count]
+        std::vector<double> groups;           // [group][kGroup] cluster by cluster; a short group repeats its last vertex
+        std::vector<Index> first_group;       // [cluster_count + 1]
+        std::vector<Index> faces, first_face; // vertices of the surface, three a face; [cluster_count + 1] into it
+        std::vector<Index> neighbours, first_neighbour;
+    };
+    const Hull& make_hull(ClusterPlace place) noexcept;
+    [[nodiscard]] std::span<double> groups(ClusterPlace place) noexcept {
+        PartHulls& part = parts_hulls_[place.part];
+        const std::size_t first = part.first_group[place.cluster], last = part.first_group[place.cluster + 1];
+        return std::span(part.groups).subspan(first * kGroup, (last - first) * kGroup);
+    }
+
+    std::span<const SurfacePart> parts_;
+    std::span<const SurfaceMotion> motions_;
+    std::vector<PartHulls> parts_hulls_;
+    std::size_t neighbour_pairs_ = 0, hulls_made_ = 0;
+    std::uint32_t step_ = 0;
+};
+
+} // namespace seldinger::collision
