@@ -45,7 +45,9 @@ public:
         map_planes();
         RodDrive drive = outer_.drive;
         drive.friction = std::max(outer_.drive.friction, inner_.drive.friction);
-        RodStep step(work_.model, work_.state, drive, work_.planes, dt_, first_, work_.rod);
+        join_flow();
+        drive.flow = work_.flow;
+        RodStep step(work_.model, work_.state, drive, work_.planes, dt_, first_, share(), work_.rod);
         report.largest_residual = std::max(report.largest_residual, step.solve(report));
         part();
         end(outer_, outer_twist);
@@ -53,9 +55,10 @@ public:
         return_planes();
     }
 
-    void add_energy(RodReport& report) const noexcept { add_energies(work_.model, work_.state, first_, work_.rod, report); }
+    void add_energy(RodReport& report) const noexcept { add_energies(work_.model, work_.state, first_, share(), work_.rod, report); }
 
 private:
+    [[nodiscard]] double share() const noexcept { return inserted_share(outer_.model, outer_.state.insertion, first_); }
     [[nodiscard]] std::size_t free_count() const noexcept { return inner_.model.node_count() - free_; }
     [[nodiscard]] double junction() const noexcept {
         return arc_of(inner_.model, inner_.state.insertion, static_cast<double>(free_)) - outer_.state.insertion;
@@ -151,6 +154,14 @@ private:
         work_.rod.rest_bend[i] = stiffness > 0.0 ? Vec3(moment / stiffness) : Vec3(Vec3::Zero());
     }
 
+    /// What lies in the bore feels no fluid.
+    void join_flow() noexcept {
+        work_.flow.clear();
+        if (outer_.drive.flow.empty() || inner_.drive.flow.empty()) return;
+        work_.flow.insert(work_.flow.end(), outer_.drive.flow.begin(), outer_.drive.flow.end());
+        work_.flow.insert(work_.flow.end(), inner_.drive.flow.begin() + free_, inner_.drive.flow.end());
+    }
+
     /// The inner rod's planes at the same arc length of the chain.
     void map_planes() noexcept {
         const double most = std::max(outer_.drive.friction, inner_.drive.friction);
@@ -238,6 +249,7 @@ void reserve_coaxial(const RodModel& outer, const RodModel& inner, std::size_t p
     work.rod.band.reserve(3 * most * (kRodBandwidth + 1));
     work.rod.rhs.reserve(3 * most);
     work.planes.reserve(plane_count);
+    work.flow.reserve(most);
 }
 
 Index first_free_node(const RodModel& inner, double inner_insertion, double outer_insertion) noexcept {

@@ -26,6 +26,7 @@ struct CoaxialWorkspace {
     RodModel model; // of the chain: the outer rod's nodes, then the inner one's beyond its tip
     RodState state;
     std::vector<RodPlane> planes;
+    std::vector<RodFlow> flow; // of the chain's nodes; empty without
     RodWorkspace rod;
 };
 

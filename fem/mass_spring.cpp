@@ -34,12 +34,25 @@ public:
             const Vec3 along = v.dot(work_.tangent[i]) * work_.tangent[i];
             state_.velocity[i] = along + (v - along) / (1.0 + dt_ * whip / mass);
         }
+        if (!drive_.flow.empty()) drift();
         if (drive_.friction > 0.0)
             for (RodPlane& plane : planes_) rub(plane);
         for (std::size_t i = first_; i < nodes; ++i) state_.position[i] += dt_ * state_.velocity[i];
     }
 
 private:
+    /// Drag of the fluid, implicit: it never turns a velocity round.
+    void drift() noexcept {
+        for (std::size_t i = first_; i < model_.node_count(); ++i) {
+            const RodFlow& flow = drive_.flow[i];
+            const Vec3 slip = flow.velocity - state_.velocity[i];
+            const Vec3 along = slip.dot(work_.tangent[i]) * work_.tangent[i], across = slip - along;
+            const double share = dt_ * model_.segment * (i > 0 && i + 1 < model_.node_count() ? 1.0 : 0.5) / model_.mass[i];
+            const double a = share * flow.viscous, b = share * (2.0 * flow.viscous + flow.form * std::sqrt(across.squaredNorm()));
+            state_.velocity[i] += a / (1.0 + a) * along + b / (1.0 + b) * across;
+        }
+    }
+
     void add_springs() noexcept {
         const std::size_t nodes = model_.node_count();
         std::vector<Vec3>& force = work_.force;
@@ -137,7 +150,7 @@ RodReport solve_mass_spring(const RodModel& model, RodState& state, double step,
         MassSpringStep(model, state, drive, planes, dt, first, work).advance();
     }
     report.iterations = substeps;
-    add_energies(model, state, first, work, report);
+    add_energies(model, state, first, 1.0, work, report);
     return report;
 }
 

@@ -30,6 +30,18 @@ void find_rest_bend(const RodModel& model, const RodState& state, const RodPort&
     }
 }
 
+namespace {
+
+constexpr double kShortestPiece = 0.02; // of a segment
+
+} // namespace
+
+double inserted_share(const RodModel& model, double insertion, Index first) noexcept {
+    if (first == 0) return 1.0;
+    const double inside = insertion / model.segment - (static_cast<double>(model.node_count()) - 1.0 - static_cast<double>(first));
+    return std::clamp(inside, kShortestPiece, 1.0);
+}
+
 void move_behind_port(const RodModel& model, const RodPort& port, double insertion, double dt, Index first, RodState& state) noexcept {
     const double last = static_cast<double>(model.node_count() - 1);
     for (Index i = 0; i < first; ++i) {
@@ -39,12 +51,13 @@ void move_behind_port(const RodModel& model, const RodPort& port, double inserti
     }
 }
 
-void add_energies(const RodModel& model, const RodState& state, Index first, const RodWorkspace& work, RodReport& report) noexcept {
+void add_energies(const RodModel& model, const RodState& state, Index first, double share, const RodWorkspace& work,
+                  RodReport& report) noexcept {
     for (std::size_t i = first; i < model.node_count(); ++i) {
         report.kinetic_j += 0.5 * model.mass[i] * state.velocity[i].squaredNorm();
         if (i > 0) {
             const double stretch = std::sqrt((state.position[i] - state.position[i - 1]).squaredNorm()) - rest_length(model, i - 1);
-            report.stretch_j += 0.5 * model.stretch_stiffness[i - 1] * stretch * stretch;
+            report.stretch_j += 0.5 * model.stretch_stiffness[i - 1] / (i == first ? share : 1.0) * stretch * stretch;
         }
         if (i > 0 && i + 1 < model.node_count()) {
             const std::array<double, 3> w = bend_stencil(model, i);
@@ -143,14 +156,15 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
         work.start = state.position; // same size: copies, never allocates
         move_behind_port(model, drive.port, state.insertion, dt, first, state);
         for (std::size_t i = first; i < model.node_count(); ++i) state.position[i] += dt * state.velocity[i];
-        RodStep rod_step(model, state, drive, planes, dt, first, work, twists ? &twist : nullptr);
+        RodStep rod_step(model, state, drive, planes, dt, first, inserted_share(model, state.insertion, first), work,
+                         twists ? &twist : nullptr);
         report.largest_residual = std::max(report.largest_residual, rod_step.solve(report));
         for (std::size_t i = first; i < model.node_count(); ++i) state.velocity[i] = (state.position[i] - work.start[i]) / dt;
         if (!twists) continue;
         twist.end();
         report.twist_j = twist.energy();
     }
-    add_energies(model, state, first, work, report);
+    add_energies(model, state, first, inserted_share(model, state.insertion, first), work, report);
     return report;
 }
 

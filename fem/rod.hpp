@@ -11,6 +11,7 @@
 
 #include "base/result.hpp"
 #include "base/vec.hpp"
+#include "fem/rod_flow.hpp"
 
 #include <span>
 #include <vector>
@@ -42,6 +43,9 @@ struct RodDesign {
     bool torsion = false;                // the rod twists: a turn of the handle travels and winds it up
     double poisson_ratio = 0.4;          // [-] with torsion: shear modulus E / (2 + 2 nu)
 };
+
+/// rad a node of a pigtail; a polygon with sharper corners is no loop.
+inline constexpr double kSharpestNode = 0.8;
 
 /// Built once, then only read. Node 0 is the handle's end, node_count - 1 the tip.
 struct RodModel {
@@ -98,6 +102,7 @@ struct RodDrive {
     Vec3 gravity = Vec3::Zero();
     double contact_stiffness = 2000.0; // N/m
     double friction = 0.0;             // Coulomb mu
+    std::span<const RodFlow> flow;     // [node_count] of the fluid around it; empty: none
 };
 
 /// Memory of the solve: sized once, no allocation afterwards.

@@ -37,8 +37,6 @@ double rest_curvature(const RodDesign& design, double s) noexcept {
 
 /// A pigtail's loops lie beside one another: it rises by kLoopRise radii in a turn.
 constexpr double kLoopRise = 2.5;
-/// rad a node; a polygon with sharper corners is no loop.
-constexpr double kSharpestNode = 0.8;
 
 /// A helix in the frame of its root. Of a polygon: second differences of a curve that turns by x a node are 2 sin(x / 2).
 std::array<double, 2> pigtail_curvature(const RodDesign& design, double segment, double s) noexcept {
@@ -90,7 +88,7 @@ std::optional<Error> check_design(const RodDesign& design) {
             return bad_value("stiffness row at", row.from_tip, "lengths from the tip must be 0 or more and ascend");
     }
     const double turn = design.tip_angle * (design.length / pieces) / design.tip_length; // rad a node
-    if (design.tip == TipShape::Pigtail && !(turn <= kSharpestNode))
+    if (design.tip == TipShape::Pigtail && !(turn <= kSharpestNode * (1.0 + 1e-9)))
         return bad_value("segment", design.segment,
                          ("the pigtail turns by " + std::to_string(turn) + " rad at a node; at most 0.8 would be right").c_str());
     return std::nullopt;

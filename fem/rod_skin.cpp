@@ -1,7 +1,5 @@
 #include "fem/rod_skin.hpp"
 
-#include "base/trig.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -21,6 +19,7 @@ RodSkin make_rod_skin(const RodModel& model, std::size_t triangle_count) {
     const double per_side = 2.0 * static_cast<double>(nodes - 1) + 2.0;
     skin.sides = static_cast<unsigned>(std::max(6.0, std::round(static_cast<double>(triangle_count) / per_side)));
     const Index sides = skin.sides;
+    for (unsigned s = 0; s < sides; ++s) skin.turn.push_back(sin_cos(2.0 * std::numbers::pi / sides * s));
     for (Index i = 0; i < nodes; ++i) skin.vertex_node.insert(skin.vertex_node.end(), sides, i);
     const Index back = static_cast<Index>(skin.vertex_node.size()), front = back + 1;
     skin.vertex_node.push_back(0);
@@ -45,7 +44,6 @@ void place_rod_skin(const RodModel& model, const RodSkin& skin, const RodState& 
     const std::size_t nodes = model.node_count();
     const Index first = first_inserted_node(model, state.insertion);
     const double radius = model.design.radius;
-    const double angle = 2.0 * std::numbers::pi / skin.sides;
     const auto frame_tangent = [&](std::size_t i) {
         if (i < first) return port.direction;
         const Vec3 chord = state.position[std::min(i + 1, nodes - 1)] - state.position[i > 0 ? i - 1 : 0];
@@ -57,8 +55,7 @@ void place_rod_skin(const RodModel& model, const RodSkin& skin, const RodState& 
         const Vec3 tangent = frame_tangent(i);
         const Vec3 across = tangent.cross(axis[i]);
         for (unsigned s = 0; s < skin.sides; ++s) {
-            const SinCos turn = sin_cos(angle * s);
-            vertex[i * skin.sides + s] = centre + radius * (turn.cos * axis[i] + turn.sin * across);
+            vertex[i * skin.sides + s] = centre + radius * (skin.turn[s].cos * axis[i] + skin.turn[s].sin * across);
         }
     }
     const Vec3 back = first > 0 ? port.position : state.position.front();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/mesh.hpp"
+#include "base/trig.hpp"
 #include "fem/rod.hpp"
 
 namespace seldinger::fem {
@@ -11,6 +12,7 @@ struct RodSkin {
     std::vector<Triangle> triangles; // closed, outward
     std::vector<Index> vertex_node;  // [vertex_count] rod node whose frame carries the vertex
     unsigned sides = 0;              // vertices of a ring; ring of node i starts at vertex sides * i
+    std::vector<SinCos> turn;        // [sides] of a ring's vertices about the axis
 
     [[nodiscard]] std::size_t vertex_count() const noexcept { return vertex_node.size(); }
 };

@@ -44,9 +44,11 @@ inline constexpr double kTwistStickSpeed = 1e-4;
 /// One implicit Euler step: the nodes from `first` on move, those before it are where the port put them.
 class RodStep {
 public:
-    RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt, Index first,
+    /// share  of the segment behind `first`, see inserted_share
+    RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt, Index first, double share,
             RodWorkspace& workspace, RodTwist* twist = nullptr) noexcept
-        : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), work_(workspace), twist_(twist) {}
+        : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), share_(share), work_(workspace),
+          twist_(twist) {}
 
     /// Returns the largest correction of the last iteration.
     double solve(RodReport& report) noexcept {
@@ -69,12 +71,15 @@ private:
         add_stretch(band);
         add_bending(band);
         if (twist_ != nullptr) add_twist(band);
+        if (!drive_.flow.empty()) add_flow(band);
         for (RodPlane& plane : planes_) add_plane(band, plane);
         band.solve(std::span(work_.rhs).first(3 * moving));
         return apply_correction(moving);
     }
 
     [[nodiscard]] bool moves(std::size_t node) const noexcept { return node >= first_; }
+    /// Of what node i and the segment after it stand for.
+    [[nodiscard]] double share_of(std::size_t i) const noexcept { return i + 1 == first_ ? share_ : 1.0; }
 
     void push(std::size_t node, const Vec3& force) noexcept {
         if (!moves(node)) return;
@@ -104,7 +109,7 @@ private:
             const double length = std::sqrt(edge.squaredNorm());
             if (!(length > 0.0)) continue;
             const Vec3 along = edge / length;
-            const double k = model_.stretch_stiffness[i];
+            const double k = model_.stretch_stiffness[i] / share_of(i);
             const double rest = rest_length(model_, i);
             const Vec3 tension = k * (length - rest) * along;
             push(i, tension);
@@ -122,10 +127,11 @@ private:
     void add_bending(RodBand& band) noexcept {
         const bool uniform = model_.rest_length.empty();
         for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
-            const double k = model_.bend_stiffness[i];
+            const double share = share_of(i); // what has not passed the port neither bends nor has a rest curvature
+            const double k = model_.bend_stiffness[i] / share;
             const std::array<double, 3> weight = bend_stencil(model_, i);
             const Vec3 bend = uniform ? second_difference(state_.position, i) : unit_change(i, weight);
-            const Vec3 moment = k * (bend - work_.rest_bend[i]);
+            const Vec3 moment = k * (bend - share * work_.rest_bend[i]);
             for (std::size_t a = 0; a < 3; ++a) {
                 push(i - 1 + a, -weight[a] * moment);
                 for (std::size_t b = 0; b <= a; ++b) stiffen(band, i - 1 + a, i - 1 + b, k * weight[a] * weight[b]);
@@ -150,6 +156,27 @@ private:
             }
         }
         for (std::size_t i = first_ > 0 ? first_ - 1 : 0; i < model_.node_count(); ++i) work_.grip[i] = work_.push[i] = 0.0;
+    }
+
+    /// m of rod beyond the port that node i stands for.
+    [[nodiscard]] double length_of(std::size_t i) const noexcept {
+        const double before = i > 0 ? share_of(i - 1) * rest_length(model_, i - 1) : 0.0;
+        return 0.5 * (before + (i + 1 < model_.node_count() ? rest_length(model_, i) : 0.0));
+    }
+
+    /// Drag of the fluid; the speed in its square is that of the last iteration.
+    void add_flow(RodBand& band) noexcept {
+        for (std::size_t i = first_; i < model_.node_count(); ++i) {
+            const RodFlow& flow = drive_.flow[i];
+            const Vec3& tangent = work_.tangent[i];
+            const Vec3 slip = dt_ * flow.velocity - (state_.position[i] - work_.start[i]);
+            const Vec3 along = slip.dot(tangent) * tangent, across = slip - along;
+            const double share = length_of(i) / dt_;
+            const double k = 2.0 * flow.viscous + flow.form * std::sqrt(across.squaredNorm()) / dt_;
+            push(i, share * (flow.viscous * along + k * across));
+            const Mat3 axial = tangent * tangent.transpose();
+            stiffen(band, i, i, Mat3(share * (flow.viscous * axial + k * (Mat3::Identity() - axial))));
+        }
     }
 
     /// m; how far the rod's surface at the plane has rolled across it in this sub-step, as the angles are now.
@@ -222,6 +249,7 @@ private:
     std::span<RodPlane> planes_;
     double dt_;
     Index first_;
+    double share_;
     RodWorkspace& work_;
     RodTwist* twist_; // nullptr: no torsion
 };

@@ -1,6 +1,7 @@
 #include "fem/rod_twist.hpp"
 
 #include "base/trig.hpp"
+#include "fem/rod_parts.hpp"
 #include "fem/rod_step.hpp"
 
 #include <algorithm>
@@ -12,8 +13,6 @@ namespace {
 
 /// rad; no angle turns further in one Newton iteration: a tip that snaps round goes through all angles on its way.
 constexpr double kTrustAngle = 0.5;
-/// Of a segment; the piece between port and first node counts as at least this long, so that its stiffness stays finite.
-constexpr double kShortestPiece = 1e-3;
 
 /// rad, of (cos, sin), a few tenths in size: Newton's method on the sine of the difference, whose error is cubed every time.
 double small_angle(double cosine, double sine) noexcept {
@@ -38,8 +37,7 @@ void size_twist_workspace(const RodModel& model, RodWorkspace& work) {
 double RodTwist::stiffness(std::size_t i) const noexcept {
     const double k = model_.twist_stiffness[i];
     if (i + 1 != first_) return k;
-    const double inside = state_.insertion / model_.segment - static_cast<double>(model_.node_count() - 1 - first_);
-    return k / std::clamp(inside, kShortestPiece, 1.0);
+    return k / inserted_share(model_, state_.insertion, first_);
 }
 
 void RodTwist::carry_frames() noexcept {

@@ -49,12 +49,18 @@ struct Step {
     [[nodiscard]] bool operator>(const Step& other) const { return cost != other.cost ? cost > other.cost : ball > other.ball; }
 };
 
-/// Shortest way from ball to ball; `price(from, to)` is the cost of a step, negative where there is none, and
-/// `total(cost so far, price)` joins them. Empty: no way.
+struct Ways {
+    std::vector<double> cost;     // [ball_count] infinite: not reached
+    std::vector<Index> came_from; // [ball_count]
+};
+
+/// Shortest ways from ball to ball; `price(from, to)` is the cost of a step, negative where there is none, and
+/// `total(cost so far, price)` joins them. Ends at `to`, where it is a ball.
 template <class Price, class Total>
-std::vector<Index> find_way(const LumenTree& lumen, Index from, Index to, Price&& price, Total&& total) {
-    std::vector<double> cost(lumen.ball_count(), std::numeric_limits<double>::infinity());
-    std::vector<Index> came_from(lumen.ball_count(), kNoIndex);
+Ways find_ways(const LumenTree& lumen, Index from, Index to, Price&& price, Total&& total) {
+    Ways ways{std::vector<double>(lumen.ball_count(), std::numeric_limits<double>::infinity()),
+              std::vector<Index>(lumen.ball_count(), kNoIndex)};
+    auto& [cost, came_from] = ways;
     std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
     cost[from] = 0.0;
     open.push({0.0, from});
@@ -73,6 +79,13 @@ std::vector<Index> find_way(const LumenTree& lumen, Index from, Index to, Price&
             open.push({reached, next});
         }
     }
+    return ways;
+}
+
+/// Balls from the first to the last; empty: no way.
+template <class Price, class Total>
+std::vector<Index> find_way(const LumenTree& lumen, Index from, Index to, Price&& price, Total&& total) {
+    const auto [cost, came_from] = find_ways(lumen, from, to, price, total);
     std::vector<Index> way;
     if (cost[to] == std::numeric_limits<double>::infinity()) return way;
     for (Index ball = to; ball != kNoIndex; ball = came_from[ball]) way.push_back(ball);
@@ -168,6 +181,18 @@ double free_radius_at(const LumenTree& lumen, const Vec3& p) {
     Room room = room_in_ball(p, lumen.ball(best.ball));
     for (const Index neighbour : lumen.neighbours_of(best.ball)) improve_room(p, lumen.ball(best.ball), lumen.ball(neighbour), room);
     return room.radius;
+}
+
+Result<std::vector<double>> find_way_lengths(const LumenTree& lumen, const Vec3& from) {
+    const auto first = ball_near(lumen, from, "start");
+    if (!first) return first.error();
+    return find_ways(
+               lumen, *first, kNoIndex,
+               [&](Index a, Index b) {
+                   return passage(lumen.ball(a), lumen.ball(b)) > 0.0 ? (lumen.ball(a).centre - lumen.ball(b).centre).norm() : -1.0;
+               },
+               [](double so_far, double extra) { return so_far + extra; })
+        .cost;
 }
 
 Result<std::vector<LumenPathPoint>> find_lumen_path(const LumenTree& lumen, const Vec3& from, const Vec3& to, const PathOptions& options) {

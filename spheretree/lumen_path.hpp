@@ -24,6 +24,10 @@ struct PathOptions {
 [[nodiscard]] Result<std::vector<LumenPathPoint>> find_lumen_path(const LumenTree& lumen, const Vec3& from, const Vec3& to,
                                                                   const PathOptions& options = {});
 
+/// m, length of the shortest way from `from` to every ball's centre, from ball to overlapping ball; infinite where there is none.
+/// fails     BadValue: `from` lies outside the lumen
+[[nodiscard]] Result<std::vector<double>> find_way_lengths(const LumenTree& lumen, const Vec3& from);
+
 /// How much room a point has: radius of the largest free ball around it that the union proves; negative: distance to the
 /// union. Rest pose.
 [[nodiscard]] double free_radius_at(const LumenTree& lumen, const Vec3& p);
