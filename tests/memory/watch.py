@@ -3,7 +3,7 @@
 
     tests/memory/watch.py PROGRAM run SCENE [OPTIONS...]      e.g. build/release/seldinger run assets/scenes/hepatic.json
 
-Output goes to a folder that is removed again. Counted are the samples after the first step's row stands in steps.csv: preparation takes
+Output goes to a folder that is removed again. Counted are the samples while rows are added to steps.csv: preparation takes
 what it takes. Fails (exit 1) where the largest resident memory of the last quarter is more than 2 % above that of the second: the first
 one still learns how long lists become, and what the run keeps for its report (32 bytes a step and curve) stays far below that.
 """
@@ -45,7 +45,7 @@ def main():
             process = subprocess.Popen(sys.argv[1:] + ["--out", str(out), "--no-pictures"], stdout=said, stderr=subprocess.STDOUT)
             samples = []  # (rows, MiB)
             while process.poll() is None:
-                rows = count_rows(out / "steps.csv")
+                rows = count_rows(out / "steps.csv.partial")
                 memory = resident_mib(process.pid)
                 if rows > 0 and memory is not None:
                     samples.append((rows, memory))

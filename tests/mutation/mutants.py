@@ -2,14 +2,20 @@
 """Breaks the product on purpose, one place at a time, and shows that some test fails.
 
     tests/mutation/mutants.py [--work FOLDER] [--jobs N] [--only NAME ...] [--markdown FILE]
+    tests/mutation/mutants.py --build build/release [...]       of a finished build: a file is compiled and a program linked per mutant
 
 Every mutant is one small edit: a sign, a tolerance, a missed child, a wrong winding, a stale box. The edits are made in a copy of the
 tracked files (FOLDER, /tmp/seldinger-mutants by default, kept between runs so that ccache and ninja have little to do); for each the
 named test program is built and run with the named filter. A mutant is killed when that run fails, and survives when it passes: then a
 test is missing, and the exit code is 1. Before the first mutant every filter must pass on the unchanged sources.
+
+With --build nothing is copied or built but the mutated file, without optimisation: its object goes before the libraries of that build,
+whose sources must be those of this folder. Minutes instead of half an hour; a header cannot be broken that way.
 """
 
 import argparse
+import json
+import shlex
 import subprocess
 import sys
 import time
@@ -131,12 +137,79 @@ def copy_sources(work):
             old.unlink()
 
 
+class CopiedTree:
+    """Mutants in a copy of the sources, built by its own ninja."""
+
+    def __init__(self, work, jobs, rooms):
+        self.work, self.jobs, self.build = work, jobs, work / "build" / "mutants"
+        work.mkdir(parents=True, exist_ok=True)
+        copy_sources(work)
+        code, output = run(["cmake", "--preset", "release", "-B", str(self.build)], work)
+        if code != 0:
+            sys.exit(output)
+        print(f"building {', '.join(rooms)} ...", flush=True)
+        code, output = self.make(rooms)
+        if code != 0:
+            sys.exit(output[-4000:])
+
+    def make(self, rooms):
+        return run(["ninja", "-C", str(self.build), f"-j{self.jobs}"] + [f"test_{room}" for room in rooms], self.work)
+
+    def unchanged(self, room):
+        return find_program(self.build, room)
+
+    def mutated(self, mutant, text):
+        """Exit code, output, and the program; the copy's file is broken until `restore`."""
+        (self.work / mutant.file).write_text(text)
+        return *self.make([mutant.room]), find_program(self.build, mutant.room)
+
+    def restore(self, mutant):
+        (self.work / mutant.file).write_bytes((ROOT / mutant.file).read_bytes())
+
+
+class FinishedBuild:
+    """Mutants linked before the libraries of a build that is there."""
+
+    def __init__(self, build, work):
+        self.build, self.work = build.resolve(), work
+        work.mkdir(parents=True, exist_ok=True)
+        self.commands = {entry["file"]: entry for entry in json.loads((self.build / "compile_commands.json").read_text())}
+
+    def link(self, room, first, program):
+        listed = run(["ninja", "-t", "commands", f"tests/{room}/test_{room}"], self.build)[1]
+        words = shlex.split(listed.strip().splitlines()[-1].replace(": &&", "").replace("&& :", ""))
+        words[words.index("-o") + 1] = str(program)
+        return run(words[:1] + first + words[1:], self.build)
+
+    def unchanged(self, room):
+        program = self.work / f"test_{room}"
+        code, output = self.link(room, [], program)
+        if code != 0:
+            sys.exit(output[-4000:])
+        return program
+
+    def mutated(self, mutant, text):
+        source, thing, program = self.work / Path(mutant.file).name, self.work / "mutant.o", self.work / f"mutant_{mutant.room}"
+        source.write_text(text)
+        entry = next((e for file, e in self.commands.items() if file.endswith("/" + mutant.file)), None)
+        if entry is None:
+            sys.exit(f"{mutant.name}: {mutant.file} is not compiled by itself")
+        words = shlex.split(entry["command"])
+        words[words.index("-o") + 1], words[words.index("-c") + 1] = str(thing), str(source)
+        code, output = run(words + ["-O0", "-g0", "-Wno-invalid-pch"], entry["directory"])
+        if code == 0:
+            code, output = self.link(mutant.room, [str(thing)], program)
+        return code, output, program
+
+    def restore(self, mutant):
+        pass
+
+
 def find_program(build, room):
     return build / "tests" / room / f"test_{room}"
 
 
-def run_tests(build, room, pattern, limit):
-    program = find_program(build, room)
+def run_tests(program, pattern, limit):
     return run([str(program), f"--gtest_filter={pattern}", "--gtest_brief=1"], program.parent, limit)
 
 
@@ -150,6 +223,7 @@ def first_failure(output):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--work", type=Path, default=Path("/tmp/seldinger-mutants"))
+    parser.add_argument("--build", type=Path, help="a finished build of these sources")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", nargs="*", default=[])
     parser.add_argument("--markdown", type=Path)
@@ -158,37 +232,27 @@ def main():
     if not chosen:
         sys.exit("no such mutant; known: " + ", ".join(m.name for m in MUTANTS))
 
-    options.work.mkdir(parents=True, exist_ok=True)
-    copy_sources(options.work)
-    build = options.work / "build" / "mutants"
-    code, output = run(["cmake", "--preset", "release", "-B", str(build)], options.work)
-    if code != 0:
-        sys.exit(output)
     rooms = sorted({m.room for m in chosen})
-    print(f"building {', '.join(rooms)} ...", flush=True)
-    code, output = run(["ninja", "-C", str(build), f"-j{options.jobs}"] + [f"test_{room}" for room in rooms], options.work)
-    if code != 0:
-        sys.exit(output[-4000:])
+    tree = FinishedBuild(options.build, options.work) if options.build else CopiedTree(options.work, options.jobs, rooms)
+    programs = {room: tree.unchanged(room) for room in rooms}
     for room, pattern in sorted({(m.room, m.filter) for m in chosen}):
-        code, output = run_tests(build, room, pattern, LIMIT_S)
+        code, output = run_tests(programs[room], pattern, LIMIT_S)
         if code != 0 or "Running 0 tests" in output:
             sys.exit(f"test_{room} --gtest_filter={pattern} does not pass unchanged:\n{output[-3000:]}")
 
     rows, survived = [], 0
     for mutant in chosen:
-        path = options.work / mutant.file
-        sound = path.read_text()
+        sound = (ROOT / mutant.file).read_text()
         if sound.count(mutant.old) != 1:
             sys.exit(f"{mutant.name}: its place occurs {sound.count(mutant.old)} times in {mutant.file}")
         begun = time.monotonic()
-        path.write_text(sound.replace(mutant.old, mutant.new))
         try:
-            code, output = run(["ninja", "-C", str(build), f"-j{options.jobs}", f"test_{mutant.room}"], options.work)
+            code, output, program = tree.mutated(mutant, sound.replace(mutant.old, mutant.new))
             if code != 0:
                 sys.exit(f"{mutant.name} does not compile:\n{output[-3000:]}")
-            code, output = run_tests(build, mutant.room, mutant.filter, LIMIT_S)
+            code, output = run_tests(program, mutant.filter, LIMIT_S)
         finally:
-            path.write_text(sound)
+            tree.restore(mutant)
         killer = first_failure(output) if code != 0 else "SURVIVED"
         survived += code == 0
         rows.append((mutant, killer))
