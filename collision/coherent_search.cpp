@@ -50,8 +50,9 @@ Result<void> CoherentSearch::build(std::span<const SurfaceTopology* const> surfa
     }
     build_trees(parts_, positions, options.tree);
     volumes_.build(parts_);
-    features_.build(parts_);
-    sides_.build(parts_);
+    shapes_.build(parts_);
+    features_.build(parts_, shapes_.view());
+    sides_.build(parts_, shapes_.view());
     lengths_ = SessionLength(options.skipping ? options.session_length : 1);
     choice_ = SessionChoice(options.falls_back && options.skipping);
     if (choice_.falls_back()) {
@@ -170,7 +171,7 @@ void CoherentSearch::find_plainly() {
 
 void CoherentSearch::find_coherently() {
     for (Job& job : jobs_) job.candidates.clear();
-    features_.start_step(motions_);
+    features_.start_step();
     sides_.start_step(motions_);
     const std::uint64_t tests_before = volumes_.box_tests();
     if (!(session_step_ >= length_ ? start_session() : continue_session())) {
@@ -206,7 +207,8 @@ void CoherentSearch::find_coherently() {
     lengths_.note_step(static_cast<std::uint64_t>(session + work::kGap * static_cast<double>(coherence_.gaps)));
     const double tests = work::kElementaryTest * static_cast<double>(stats_.candidates_vf + stats_.candidates_ee);
     for (const SurfacePart& part : parts_) work_ += work::kDriftVertex * static_cast<double>(part.touched.size());
-    work_ += work::kClusterBox * static_cast<double>(features_.boxes_made()) + work::kClusterBlocks * static_cast<double>(features_.blocks_made()) +
+    work_ += work::kClusterBox * static_cast<double>(features_.boxes_made()) +
+             work::kClusterBlocks * static_cast<double>(features_.blocks_made()) +
              work::kClusterHull * static_cast<double>(sides_.hulls_made());
     work_ += session + tests + (coherence_.began_session ? work::kVolume * volumes_.cluster_count() : 0.0);
     choice_.note_session(work_, least_plain_work() + tests);
@@ -229,8 +231,8 @@ void CoherentSearch::decide(std::vector<SearchContact>& contacts) {
 
 std::size_t CoherentSearch::memory() const noexcept {
     const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    std::size_t sum = volumes_.memory() + features_.memory() + sides_.memory() + pairs_.memory() + bytes(drifts_) + bytes(strays_) + bytes(predicted_) +
-                      bytes(found_) + bytes(list_);
+    std::size_t sum = volumes_.memory() + features_.memory() + shapes_.memory() + sides_.memory() + pairs_.memory() + bytes(drifts_) +
+                      bytes(strays_) + bytes(predicted_) + bytes(found_) + bytes(list_);
     for (const SurfacePart& part : parts_) sum += part.memory();
     for (const DopTree& tree : plain_.trees()) sum += tree.memory();
     for (const auto& list : last_) sum += bytes(list);

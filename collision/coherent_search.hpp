@@ -142,6 +142,7 @@ private:
     std::vector<std::span<const Vec3>> from_, to_;
     bool has_last_ = false;
 
+    SessionShapes shapes_;
     SessionVolumes volumes_;
     SessionFeatures features_;
     SessionSides sides_;
@@ -149,10 +150,10 @@ private:
     SessionLength lengths_;
     SessionChoice choice_;
     ContactSearch plain_;
-    bool plain_step_ = false; // this step is ContactSearch's
-    unsigned plain_steps_ = 0; // in a row, up to this step
-    double work_ = 0.0;       // of this step, as counted
-    std::size_t lists_left_ = 0; // that may still be made in this step
+    bool plain_step_ = false;                   // this step is ContactSearch's
+    unsigned plain_steps_ = 0;                  // in a row, up to this step
+    double work_ = 0.0;                         // of this step, as counted
+    std::size_t lists_left_ = 0;                // that may still be made in this step
     std::vector<ClusterDrift> drifts_, strays_; // [cluster] of the step; from the predicted motion, since the volume was made
     std::vector<PredictedMotion> predicted_;    // [cluster]
     std::vector<std::uint8_t> dangling_;        // [cluster]

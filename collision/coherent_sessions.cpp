@@ -20,11 +20,8 @@ constexpr double kMostTraversal = 1.0;
 } // namespace
 
 void CoherentSearch::find_drifts(std::span<const std::span<const Vec3>> from, std::span<const std::span<const Vec3>> to) {
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-        const SurfacePart& part = parts_[p];
-        const Index first = volumes_.first_cluster(p), count = volumes_.first_cluster(p + 1) - first;
-        for (Index c = 0; c < count; ++c) drifts_[first + c] = find_drift(from[part.surface], to[part.surface], part.touched_by(c));
-    }
+    shapes_.gather(from, to);
+    for (Index c = 0; c < volumes_.cluster_count(); ++c) drifts_[c] = find_drift(shapes_.view().of(place_of(c)));
 }
 
 /// Drift of a pair after the motion that drifts_ tell of.

@@ -2,7 +2,7 @@
 
 #include "collision/clones.hpp"
 #include "collision/dop_tree.hpp"
-#include "collision/lanes.hpp"
+#include "collision/session_shapes.hpp"
 
 #include <algorithm>
 #include <array>
@@ -53,19 +53,16 @@ SELDINGER_LANES_INLINE Vec3 find_turn(std::span<const Lanes3> arms, std::span<co
 /// is predicted adds a cross product, two sums, three squares and a root: less than 16 u of the terms. 2^-46 of the largest ones and
 /// kDriftRounding cover them with room. Overflow gives infinity, which bounds everything.
 SELDINGER_CLONES
-ClusterDrift find_drift(std::span<const Vec3> from, std::span<const Vec3> to, std::span<const Index> vertices) noexcept {
+ClusterDrift find_drift(std::span<const double> rows) noexcept {
     Lanes3 strays[kMostGroups], arms[kMostGroups]; // left uninitialised
-    const std::size_t groups = (vertices.size() + kLanes - 1) / kLanes;
+    const std::size_t groups = rows.size() / kShapeGroup;
     const Lanes none = all(0.0);
     Lanes3 moves{none, none, none}, centres = moves;
     Lanes size = none;
     for (std::size_t g = 0; g < groups; ++g) {
-        Lanes3 start{none, none, none}, end = start;
-        for (int lane = 0; lane < kLanes; ++lane) {
-            const Index v = vertices[std::min(g * kLanes + static_cast<std::size_t>(lane), vertices.size() - 1)];
-            start.set(lane, from[v]);
-            end.set(lane, to[v]);
-        }
+        const double* row = rows.data() + g * kShapeGroup;
+        const Lanes3 start{load_lanes(row), load_lanes(row + kLanes), load_lanes(row + 2 * kLanes)};
+        const Lanes3 end{load_lanes(row + 3 * kLanes), load_lanes(row + 4 * kLanes), load_lanes(row + 5 * kLanes)};
         arms[g] = start;
         strays[g] = end - start;
         moves = moves + strays[g];
@@ -105,6 +102,13 @@ ClusterDrift find_drift(std::span<const Vec3> from, std::span<const Vec3> to, st
         drift.spread = drift.residual = drift.radius = std::numeric_limits<double>::infinity();
     }
     return drift;
+}
+
+ClusterDrift find_drift(std::span<const Vec3> from, std::span<const Vec3> to, std::span<const Index> vertices) noexcept {
+    std::array<double, kMostGroups * kShapeGroup> groups; // left uninitialised
+    const auto used = std::span(groups).first((vertices.size() + kLanes - 1) / kLanes * kShapeGroup);
+    gather_shape(from, to, vertices, used);
+    return find_drift(used);
 }
 
 } // namespace seldinger::collision

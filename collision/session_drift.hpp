@@ -58,7 +58,9 @@ inline constexpr double kDriftRounding = 1.0 + 0x1p-40;
 }
 
 /// Drift of some vertices, at least one, between two shapes.
-/// from, to   [vertex_count] m, finite
+/// groups   as session_shapes.hpp lays them out, finite
+[[nodiscard]] ClusterDrift find_drift(std::span<const double> groups) noexcept;
+/// from, to   [vertex_count] m, finite        vertices   at most 3 DopTree::kMaxClusterSize
 [[nodiscard]] ClusterDrift find_drift(std::span<const Vec3> from, std::span<const Vec3> to, std::span<const Index> vertices) noexcept;
 
 } // namespace seldinger::collision

@@ -19,6 +19,12 @@ bool boxes_near(const std::array<float, 6>& a, const std::array<float, 6>& b, fl
     return true;
 }
 
+Float4 load_four(const float* from) noexcept {
+    Float4 four;
+    std::memcpy(&four, from, sizeof four);
+    return four;
+}
+
 using FloatLanes = float __attribute__((vector_size(4 * kLanes)));
 
 /// round_down, lane by lane.
@@ -27,21 +33,20 @@ SELDINGER_LANES_INLINE FloatLanes round_down(Lanes x) noexcept {
 }
 
 /// The boxes of some vertices, four at a time, and the one around all: make_swept_box's numbers.
-/// places   of their rows
+/// groups   their shape        end_row   3 for boxes over the step, 0 for boxes at its start        places   of the rows
 SELDINGER_CLONES
-void box_vertices(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> ids, std::span<const Index> places,
-                  std::span<float> rows, std::array<float, kRow>& all_of_them) noexcept {
+void box_vertices(std::span<const double> groups, std::size_t end_row, std::span<const Index> places, std::span<float> rows,
+                  std::array<float, kRow>& all_of_them) noexcept {
     std::array<float, kRow> joined;
     joined.fill(SweptBox::kNothing);
-    for (std::size_t first = 0; first < ids.size(); first += kLanes) {
-        const std::size_t count = std::min<std::size_t>(kLanes, ids.size() - first);
-        Lanes3 p0{all(0.0), all(0.0), all(0.0)}, p1 = p0;
-        for (int lane = 0; lane < kLanes; ++lane) { // a short group repeats its last vertex
-            const Index v = ids[first + std::min(static_cast<std::size_t>(lane), count - 1)];
-            p0.set(lane, t0[v]);
-            p1.set(lane, t1[v]);
+    for (std::size_t first = 0; first < places.size(); first += kLanes) {
+        const std::size_t count = std::min<std::size_t>(kLanes, places.size() - first);
+        const double* from = groups.data() + first / kLanes * kShapeGroup;
+        Lanes start[3], end[3];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            start[axis] = load_lanes(from + axis * kLanes);
+            end[axis] = load_lanes(from + (axis + end_row) * kLanes);
         }
-        const Lanes start[3] = {p0.x, p0.y, p0.z}, end[3] = {p1.x, p1.y, p1.z};
         FloatLanes row[kRow];
         Mask fits = {-1, -1, -1, -1};
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -64,8 +69,9 @@ void box_vertices(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<
 
 } // namespace
 
-void SessionFeatures::build(std::span<const SurfacePart> parts) {
+void SessionFeatures::build(std::span<const SurfacePart> parts, const ShapeView& shapes) {
     parts_ = parts;
+    shapes_ = shapes;
     step_ = 0;
     found_.resize(kMostPairs);
     boxes_.assign(parts.size(), {});
@@ -88,18 +94,15 @@ void SessionFeatures::build(std::span<const SurfacePart> parts) {
     }
 }
 
-void SessionFeatures::start_step(std::span<const SurfaceMotion> motions) noexcept {
-    motions_ = motions;
+void SessionFeatures::start_step() noexcept {
     ++step_;
     boxes_made_ = blocks_made_ = 0;
 }
 
-void SessionFeatures::fill_vertices(const SurfacePart& part, Index cluster, BoxTime time, Boxes& boxes) const noexcept {
-    const SurfaceMotion& motion = motions_[part.surface];
-    const std::vector<Index>& local = local_[static_cast<std::size_t>(&part - parts_.data())];
-    const auto ids = part.touched_by(cluster);
-    box_vertices(motion.t0, time == BoxTime::Start ? motion.t0 : motion.t1, ids,
-                 std::span(local).subspan(part.touched_begin[cluster], ids.size()), boxes.vertices, boxes.clusters[cluster]);
+void SessionFeatures::fill_vertices(ClusterPlace place, BoxTime time, Boxes& boxes) const noexcept {
+    const SurfacePart& part = parts_[place.part];
+    const auto places = std::span(local_[place.part]).subspan(part.touched_begin[place.cluster], part.touched_by(place.cluster).size());
+    box_vertices(shapes_.of(place), time == BoxTime::Start ? 0 : 3, places, boxes.vertices, boxes.clusters[place.cluster]);
 }
 
 template <std::size_t Corners>
@@ -107,21 +110,23 @@ void SessionFeatures::fill_blocks(const DopTree& tree, const DopTree::BlockRange
     for (Index i = 0; i < range.count; ++i) {
         const std::size_t block = range.begin + i / kBlock, lane = i % kBlock;
         const Index* corner = tree.block_corners(static_cast<Index>(block)) + lane;
-        const float* rows[Corners];
-        for (std::size_t k = 0; k < Corners; ++k) rows[k] = boxes.vertices.data() + corner[k * kBlock] * kRow;
-        float* out = boxes.blocks.data() + block * kRow * kBlock + lane;
-        for (std::size_t r = 0; r < kRow; ++r) {
-            float joined = rows[0][r];
-            for (std::size_t k = 1; k < Corners; ++k) joined = rows[k][r] < joined ? rows[k][r] : joined;
-            out[r * kBlock] = joined;
+        const auto row_of = [&](std::size_t k) { return boxes.vertices.data() + corner[k * kBlock] * kRow; };
+        Float4 head = load_four(row_of(0)), tail = load_four(row_of(0) + 2); // a row of six
+        for (std::size_t k = 1; k < Corners; ++k) {
+            const Float4 other_head = load_four(row_of(k)), other_tail = load_four(row_of(k) + 2);
+            head = other_head < head ? other_head : head;
+            tail = other_tail < tail ? other_tail : tail;
         }
+        float* out = boxes.blocks.data() + block * kRow * kBlock + lane;
+        for (std::size_t r = 0; r < 4; ++r) out[r * kBlock] = head[static_cast<int>(r)];
+        for (std::size_t r = 4; r < kRow; ++r) out[r * kBlock] = tail[static_cast<int>(r - 2)];
     }
 }
 
 const std::array<float, SessionFeatures::kRow>& SessionFeatures::box_of(ClusterPlace place, BoxTime time) noexcept {
     Boxes& boxes = boxes_[place.part].at[static_cast<std::size_t>(time)];
     if (boxes.boxed[place.cluster] == step_) return boxes.clusters[place.cluster];
-    fill_vertices(parts_[place.part], place.cluster, time, boxes);
+    fill_vertices(place, time, boxes);
     boxes.boxed[place.cluster] = step_;
     ++boxes_made_;
     return boxes.clusters[place.cluster];

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "collision/near_pairs.hpp"
-#include "collision/session_parts.hpp"
+#include "collision/session_shapes.hpp"
 #include "collision/surface_pair.hpp"
 
 #include <array>
@@ -27,11 +27,11 @@ enum class BoxTime : std::uint8_t { Start, Step };
 
 class SessionFeatures {
 public:
-    /// The parts must outlive it.
-    void build(std::span<const SurfacePart> parts);
+    /// The parts and what the view sees must outlive it.
+    void build(std::span<const SurfacePart> parts, const ShapeView& shapes);
 
-    /// All boxes are stale from here on. motions   [surface], living until the next call
-    void start_step(std::span<const SurfaceMotion> motions) noexcept;
+    /// All boxes are stale from here on.
+    void start_step() noexcept;
 
     struct Gap {
         double distance = 0.0;    // m
@@ -60,13 +60,13 @@ private:
     };
     const std::array<float, kRow>& box_of(ClusterPlace place, BoxTime time) noexcept;
     const Boxes& fill(ClusterPlace place, BoxTime time) noexcept;
-    void fill_vertices(const SurfacePart& part, Index cluster, BoxTime time, Boxes& boxes) const noexcept;
+    void fill_vertices(ClusterPlace place, BoxTime time, Boxes& boxes) const noexcept;
     template <std::size_t Corners>
     void fill_blocks(const DopTree& tree, const DopTree::BlockRange& range, Boxes& boxes) const noexcept;
     void append(const SurfacePart& a, const SurfacePart& b, PairKind kind, std::size_t count, std::vector<FeaturePair>& out) const;
 
     std::span<const SurfacePart> parts_;
-    std::span<const SurfaceMotion> motions_;
+    ShapeView shapes_;
     std::vector<PartBoxes> boxes_;
     std::vector<std::vector<Index>> local_; // [part] as SurfacePart::touched, ids of the part
     std::vector<FeaturePair> found_;

@@ -4,7 +4,6 @@
 #include "collision/swept_box.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 
 namespace seldinger::collision {
@@ -36,8 +35,9 @@ std::vector<std::vector<Index>> find_neighbours(const SurfacePart& part) {
 
 } // namespace
 
-void SessionSides::build(std::span<const SurfacePart> parts) {
+void SessionSides::build(std::span<const SurfacePart> parts, const ShapeView& shapes) {
     parts_ = parts;
+    shapes_ = shapes;
     step_ = 0;
     neighbour_pairs_ = 0;
     parts_hulls_.assign(parts.size(), {});
@@ -47,8 +47,6 @@ void SessionSides::build(std::span<const SurfacePart> parts) {
         const auto neighbours = find_neighbours(part);
         hulls.hulls.resize(neighbours.size());
         for (Index c = 0; c < neighbours.size(); ++c) {
-            hulls.first_group.push_back(static_cast<Index>(hulls.groups.size() / kGroup));
-            hulls.groups.resize(hulls.groups.size() + (part.touched_by(c).size() + kLanes - 1) / kLanes * kGroup);
             hulls.first_face.push_back(static_cast<Index>(hulls.faces.size()));
             const DopTree::BlockRange& faces = part.tree.clusters()[c].faces;
             for (Index i = 0; i < faces.count; ++i) {
@@ -59,7 +57,6 @@ void SessionSides::build(std::span<const SurfacePart> parts) {
             hulls.neighbours.insert(hulls.neighbours.end(), neighbours[c].begin(), neighbours[c].end());
         }
         neighbour_pairs_ += neighbours.size() + hulls.neighbours.size();
-        hulls.first_group.push_back(static_cast<Index>(hulls.groups.size() / kGroup));
         hulls.first_face.push_back(static_cast<Index>(hulls.faces.size()));
         hulls.first_neighbour.push_back(static_cast<Index>(hulls.neighbours.size()));
     }
@@ -94,30 +91,14 @@ Vec3 mean_normal(std::span<const Vec3> positions, std::span<const Index> corners
 } // namespace
 
 struct SessionSides::Kernel {
-    SELDINGER_LANES_INLINE static Lanes load(const double* from) noexcept {
-        Lanes lanes;
-        std::memcpy(&lanes, from, sizeof lanes);
-        return lanes;
-    }
-
-    /// Copies the vertices beside each other; returns the largest absolute coordinate.
+    /// Largest absolute coordinate; NaN or infinite if one is.
     SELDINGER_CLONES
-    static double gather(const SurfaceMotion& motion, std::span<const Index> vertices, std::span<double> groups) noexcept {
+    static double size_of(std::span<const double> groups) noexcept {
         Lanes size = all(0.0), none = size;
-        for (std::size_t g = 0; g * kGroup < groups.size(); ++g) {
-            double* row = groups.data() + g * kGroup;
-            for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                const Index v = vertices[std::min(g * kLanes + lane, vertices.size() - 1)];
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    row[axis * kLanes + lane] = motion.t0[v][static_cast<Eigen::Index>(axis)];
-                    row[(axis + 3) * kLanes + lane] = motion.t1[v][static_cast<Eigen::Index>(axis)];
-                }
-            }
-            for (std::size_t r = 0; r < 6; ++r) {
-                const Lanes coordinates = load(row + r * kLanes);
-                size = larger(size, magnitude(coordinates));
-                none += 0.0 * coordinates; // comparisons pass NaN over
-            }
+        for (std::size_t at = 0; at < groups.size(); at += kLanes) {
+            const Lanes coordinates = load_lanes(groups.data() + at);
+            size = larger(size, magnitude(coordinates));
+            none += 0.0 * coordinates; // comparisons pass NaN over
         }
         return -least(-size) + (none[0] + none[1] + none[2] + none[3]);
     }
@@ -126,10 +107,10 @@ struct SessionSides::Kernel {
     static std::array<Range, 2> ranges(std::span<const double> groups, const Vec3& normal) noexcept {
         const Lanes x = all(normal[0]), y = all(normal[1]), z = all(normal[2]);
         Lanes lo0 = all(std::numeric_limits<double>::infinity()), lo1 = lo0, hi0 = -lo0, hi1 = hi0;
-        for (std::size_t at = 0; at < groups.size(); at += kGroup) {
+        for (std::size_t at = 0; at < groups.size(); at += kShapeGroup) {
             const double* row = groups.data() + at;
-            const Lanes at0 = x * load(row) + y * load(row + kLanes) + z * load(row + 2 * kLanes);
-            const Lanes at1 = x * load(row + 3 * kLanes) + y * load(row + 4 * kLanes) + z * load(row + 5 * kLanes);
+            const Lanes at0 = x * load_lanes(row) + y * load_lanes(row + kLanes) + z * load_lanes(row + 2 * kLanes);
+            const Lanes at1 = x * load_lanes(row + 3 * kLanes) + y * load_lanes(row + 4 * kLanes) + z * load_lanes(row + 5 * kLanes);
             lo0 = smaller(lo0, at0);
             hi0 = larger(hi0, at0);
             lo1 = smaller(lo1, at1);
@@ -144,13 +125,13 @@ const SessionSides::Hull& SessionSides::make_hull(ClusterPlace place) noexcept {
     Hull& hull = part.hulls[place.cluster];
     if (hull.step == step_) return hull;
     const SurfaceMotion& motion = motions_[parts_[place.part].surface];
-    hull.size = Kernel::gather(motion, parts_[place.part].touched_by(place.cluster), groups(place));
+    hull.size = Kernel::size_of(shapes_.of(place));
     if (hull.normal_step == 0 || step_ - hull.normal_step >= kNormalSteps) {
         const Index first_face = part.first_face[place.cluster], last_face = part.first_face[place.cluster + 1];
         hull.normal = mean_normal(motion.t0, std::span(part.faces).subspan(first_face, last_face - first_face));
         hull.normal_step = step_;
     }
-    const auto [t0, t1] = Kernel::ranges(groups(place), hull.normal);
+    const auto [t0, t1] = Kernel::ranges(shapes_.of(place), hull.normal);
     hull.t0 = t0;
     hull.t1 = t1;
     hull.step = step_;
@@ -168,7 +149,7 @@ SessionSides::Apart SessionSides::apart(ClusterPlace a, ClusterPlace b, double d
         const double length_sq = n.squaredNorm(), length = std::sqrt(length_sq);
         if (!(length_sq >= kShortest)) return;
         const double bound = distance * (1.0 + 0x1p-40) * length + 0x1p-38 * size * n.lpNorm<1>() + std::numeric_limits<double>::min();
-        const auto [t0, t1] = Kernel::ranges(groups(other), n);
+        const auto [t0, t1] = Kernel::ranges(shapes_.of(other), n);
         const double above = t0.lo - hull.t0.hi, below = hull.t0.lo - t0.hi, gap = std::max(above, below) - bound;
         if (!(gap > 0.0)) return;
         const double at_start = gap / length * (1.0 - 0x1p-40);
@@ -187,8 +168,7 @@ std::size_t SessionSides::memory() const noexcept {
     const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     std::size_t sum = 0;
     for (const PartHulls& p : parts_hulls_)
-        sum += bytes(p.hulls) + bytes(p.groups) + bytes(p.first_group) + bytes(p.faces) + bytes(p.first_face) + bytes(p.neighbours) +
-               bytes(p.first_neighbour);
+        sum += bytes(p.hulls) + bytes(p.faces) + bytes(p.first_face) + bytes(p.neighbours) + bytes(p.first_neighbour);
     return sum;
 }
 

@@ -4,8 +4,7 @@
 // both alone; face_planes.hpp, which asks every face, is tighter and takes ten times as long.
 #pragma once
 
-#include "collision/lanes.hpp"
-#include "collision/session_parts.hpp"
+#include "collision/session_shapes.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -14,8 +13,8 @@ namespace seldinger::collision {
 
 class SessionSides {
 public:
-    /// The parts must outlive it. Allocates, as nothing after it does.
-    void build(std::span<const SurfacePart> parts);
+    /// The parts and what the view sees must outlive it. Allocates, as nothing after it does.
+    void build(std::span<const SurfacePart> parts, const ShapeView& shapes);
 
     /// All clusters are stale from here on. motions   [surface], living until the next call
     void start_step(std::span<const SurfaceMotion> motions) noexcept;
@@ -42,31 +41,24 @@ public:
     [[nodiscard]] std::size_t memory() const noexcept;
 
 private:
-    static constexpr std::size_t kGroup = 6 * kLanes; // four vertices: x, y, z at t0, then at t1
     struct Range {
         double lo, hi;
     };
     struct Hull {
-        Vec3 normal = Vec3::Zero(); // of any length
-        Range t0{}, t1{};           // of the cluster along it
-        double size = 0.0;          // m, largest absolute coordinate; NaN or infinite if one is
+        Vec3 normal = Vec3::Zero();              // of any length
+        Range t0{}, t1{};                        // of the cluster along it
+        double size = 0.0;                       // m, largest absolute coordinate; NaN or infinite if one is
         std::uint32_t step = 0, normal_step = 0; // that it was made in, and its normal
     };
     struct Kernel;
     struct PartHulls {
         std::vector<Hull> hulls;              // [cluster_count]
-        std::vector<double> groups;           // [group][kGroup] cluster by cluster; a short group repeats its last vertex
-        std::vector<Index> first_group;       // [cluster_count + 1]
         std::vector<Index> faces, first_face; // vertices of the surface, three a face; [cluster_count + 1] into it
         std::vector<Index> neighbours, first_neighbour;
     };
     const Hull& make_hull(ClusterPlace place) noexcept;
-    [[nodiscard]] std::span<double> groups(ClusterPlace place) noexcept {
-        PartHulls& part = parts_hulls_[place.part];
-        const std::size_t first = part.first_group[place.cluster], last = part.first_group[place.cluster + 1];
-        return std::span(part.groups).subspan(first * kGroup, (last - first) * kGroup);
-    }
 
+    ShapeView shapes_;
     std::span<const SurfacePart> parts_;
     std::span<const SurfaceMotion> motions_;
     std::vector<PartHulls> parts_hulls_;

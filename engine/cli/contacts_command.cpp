@@ -84,8 +84,8 @@ public:
 
     int compare() {
         if (const auto usage = check_coherent(); !usage) return report_error(usage.error());
-        const auto compared =
-            compare_coherence(input_.sequence.frame_count - 1, [&](std::size_t k) { return motions(k); }, coherent_options());
+        const auto compared = compare_coherence(
+            input_.sequence.frame_count - 1, [&](std::size_t k) { return motions(k); }, coherent_options());
         if (!compared) return report_error(bad_usage(compared.error().message, "--coherent"));
         if (!request_.stats.empty())
             if (const auto written = write_file_atomically(request_.stats, compared->json().dump(2) + "\n"); !written)
@@ -354,7 +354,8 @@ Command add_contacts_command(CLI::App& app) {
     command->add_flag("--self", request->self, "with two meshes: each against itself as well (one mesh alone always is)");
     command->add_flag("--coherent", request->coherent,
                       "with --frames: keep from step to step what cannot have changed; the same contacts, in less time");
-    command->add_flag("--compare", request->compare, "with --coherent: every step without it as well, and the share of the time that is left");
+    command->add_flag("--compare", request->compare,
+                      "with --coherent: every step without it as well, and the share of the time that is left");
     command->add_option("--distance", request->distance,
                         "contact means no farther apart than this, in the files' unit; up to 1e-9 of it more may be reported");
     command->add_option("--method", request->method, kMethodWords);

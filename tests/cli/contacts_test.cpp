@@ -213,6 +213,27 @@ TEST_F(Contacts, KeptFromStepToStepAreTheSame) {
     EXPECT_TRUE(refuses(contacts({"a.obj", "b.obj", "--coherent"}), "--frames"));
 }
 
+TEST_F(Contacts, KeptFromStepToStepAreComparedWithThoseThatAreNot) {
+    const std::string frames = write_frames();
+    const fs::path stats = folder / "compared.json";
+    const Ended outcome = call({"contacts", "--frames", frames, "--coherent", "--compare", "--stats", stats.string()});
+    ASSERT_TRUE(ended_with(outcome, 0));
+    EXPECT_NE(outcome.out.find("the same contacts, bit for bit"), std::string::npos) << outcome.out;
+    const Json compared = Json::parse(text_of(stats), nullptr, false);
+    EXPECT_EQ(compared["same_contacts"], true);
+    EXPECT_EQ(compared["steps_with_contacts"], 1);
+    ASSERT_EQ(compared["steps"].size(), 2u);
+    double anew = 0.0, coherent = 0.0;
+    for (const Json& step : compared["steps"]) {
+        anew += step["anew_ms"].get<double>();
+        coherent += step["coherent_ms"].get<double>();
+        EXPECT_GT(step["anew_work"], 0.0);
+    }
+    EXPECT_NEAR(compared["share"].get<double>(), coherent / anew, 1e-12);
+    EXPECT_TRUE(refuses(call({"contacts", "--frames", frames, "--compare"}), "--coherent"));
+    EXPECT_TRUE(refuses(contacts({"--frames", frames, "--coherent", "--compare"}), "--compare")); // asks for a CSV as well
+}
+
 TEST_F(Contacts, OfASequenceAreWrittenStepByStep) {
     const fs::path dump = folder / "hits.bin";
     ASSERT_TRUE(ended_with(contacts({"--frames", write_frames(), "--dump", dump}), 0));
