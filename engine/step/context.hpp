@@ -60,6 +60,8 @@ struct SolidEntry {
     Index by = kNoIndex;         // triangle of other: the side that it came by
     double pushed = 0.0;         // m, by how much its spring started pressed in the last response: its depth, unless another side was nearer
 
+    Vec3 drawn = Vec3::Zero();   // m, from b to a: by how much friction's spring is drawn along the surface
+
     [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
 };
 

@@ -1,6 +1,7 @@
 #include "engine/step/solid_passage.hpp"
 
 #include "collision/sweep.hpp"
+#include "engine/step/solid_touch.hpp"
 #include "engine/step/surface_spring.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -107,22 +108,29 @@ bool was_before(const OneWay& way, Index vertex, const SurfacePoint& hit) {
     return twice_area(t0, t).dot(way.surface_t0(way.own)[vertex] - corner_sum(t0, t, hit.bary)) >= 0.0;
 }
 
+/// Round a corner from the side it came by another one is nearer. Sheets that meet look at each other: a table's vertex at the rim of a
+/// block that rests on it goes on pressing on the block's lower side, though the upright one is nearer, and one that the block slides
+/// over is not caught by its front.
+bool stays_round_the_corner(const OneWay& way, Index vertex, Index by, Index nearest) {
+    const Vec3& own = way.context.bodies[way.own].vertex_normal[vertex];
+    const std::vector<Vec3>& at = way.surface(way.other);
+    return unit_normal(at, way.face(by)).dot(own) < kFacing && !(unit_normal(at, way.face(nearest)).dot(own) < kFacing);
+}
+
 /// Behind the side by which it came, if it is: the body lies between it and where it came from.
-std::optional<Standing> stand_behind(const OneWay& way, Index by, const Vec3& place, bool inside, const SurfacePoint& nearest) {
+std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, bool inside, const SurfacePoint& nearest) {
     const double alike = cosine(way, nearest.triangle, by);
     Standing standing;
     standing.inside = true;
-    standing.by = by;
+    standing.by = nearest.triangle; // shallow: it slides along
     standing.at = nearest;
-    if (inside && alike > kSameSide) {
-        standing.by = nearest.triangle; // shallow: it slides along
-        return standing;
-    }
-    const auto out = find_way_out(way, place, unit_normal(way.surface(way.other), way.face(by)));
+    if (inside && (alike > kSameSide || (alike > kFarSide && !stays_round_the_corner(way, vertex, by, nearest.triangle)))) return standing;
+    const auto out = find_way_out(way, way.surface(way.own)[vertex], unit_normal(way.surface(way.other), way.face(by)));
     if (!out) return std::nullopt;
+    standing.by = by;
     standing.at = *out;
-    standing.pressed = true;
     standing.passed = !inside || alike < kFarSide;
+    standing.pressed = standing.passed || out->distance > way.model.contact.margin;
     return standing;
 }
 
@@ -146,14 +154,14 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     as_seen.by = nearest->triangle;
     as_seen.at = *nearest;
     if (entry != nullptr) { // its path says nothing: it began on the wrong side
-        auto kept = stand_behind(way, entry->by, place, inside, *nearest);
+        auto kept = stand_behind(way, vertex, entry->by, inside, *nearest);
         if (!kept) return as_seen;
         kept->before = entry->pushed;
         return kept;
     }
     if (inside ? was_before(way, vertex, *nearest) : nearest->distance > way_of_both) return as_seen;
     if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
-        if (const auto came = stand_behind(way, met, place, inside, *nearest)) return came;
+        if (const auto came = stand_behind(way, vertex, met, inside, *nearest)) return came;
     return as_seen;
 }
 

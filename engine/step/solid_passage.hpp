@@ -32,7 +32,7 @@ struct OneWay {
 /// How a vertex stands to the other body.
 struct Standing {
     bool inside = false;  // in the body, or through it
-    bool pressed = false; // nearest is another side than the one it came by
+    bool pressed = false; // nearest is another side than the one it came by, and that is deep
     bool passed = false;  // the far side, even: it lies beyond the middle, or beyond all of the body
     double before = -1.0; // m, SolidEntry::pushed of the step before; negative: it was not in
     Index by = kNoIndex;  // triangle of the other, by which it came

@@ -14,8 +14,8 @@ namespace seldinger::engine {
 
 namespace {
 
-/// m/s; below this slip friction fades with it, so that a force which is fixed for a step does not turn the slip round:
-/// mu g step stays below it up to mu = 0.4 at 5 ms. What rests on a slope creeps, at most at this speed.
+/// m/s; below this slip the friction of places that are not remembered from step to step (edges) fades with it, so that a force which
+/// is fixed for a step does not turn the slip round: mu g step stays below it up to mu = 0.4 at 5 ms.
 constexpr double kSlip = 0.02;
 
 /// [-]; the heavier of two bodies takes at least so much of the way apart: less would make its springs that much stiffer, and their
@@ -85,6 +85,25 @@ void push_both(const SceneModel& model, const Place& a, const Place& b, const Pu
     context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
 }
 
+/// Of a place that is in: what SolidScratch::entries remembers of it; nullptr: an edge, or a place outside.
+template <class Entries>
+auto find_entry(Entries& entries, const Contact& touch) -> decltype(entries.data()) {
+    if (touch.feature_a[1] != kNoIndex) return nullptr;
+    const SolidEntry wanted{touch.body_a, touch.body_b, touch.feature_a[0]};
+    const auto found =
+        std::lower_bound(entries.begin(), entries.end(), wanted, [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); });
+    return found != entries.end() && found->key() == wanted.key() ? &*found : nullptr;
+}
+
+/// m; friction's spring after a slip: drawn along with it, and dragged where it would pull harder than Coulomb's cone.
+/// source   Cundall & Strack 1979, tangential force of their contacts
+Vec3 draw_on(const Vec3& before, const Vec3& slip, const Vec3& normal, double longest) {
+    Vec3 drawn = before + slip;
+    drawn -= drawn.dot(normal) * normal;
+    const double length = drawn.norm();
+    return length > longest ? Vec3((longest / length) * drawn) : drawn;
+}
+
 /// gap: m, that its springs start with
 void push_touch(const SceneModel& model, const Contact& touch, double gap, const State& state, StepContext& context) {
     const ContactSettings& contact = model.contact;
@@ -96,12 +115,20 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
     const double most = contact.solid_friction * contact.solid_stiffness * std::max(0.0, -gap);
     if (!(most > 0.0)) return;
     context.report.effects.note(Effect::Friction);
-    Vec3 slip = (a.motion(model, state, context) - b.motion(model, state, context)) / model.step_s;
+    Vec3 slip = a.motion(model, state, context) - b.motion(model, state, context); // m, in the step
     slip -= slip.dot(touch.normal) * touch.normal;
-    const double speed = slip.norm();
-    if (!(speed > 0.0)) return;
-    const double force = most * std::min(1.0, speed / kSlip);
-    push_both(model, a, b, {-slip / speed, -force / contact.solid_stiffness, contact.solid_stiffness, 0.0, force}, state, context);
+    if (SolidEntry* own = find_entry(context.solids.entries, touch); own != nullptr) {
+        const SolidEntry* before = find_entry(context.solids.entries_before, touch);
+        own->drawn = draw_on(before != nullptr ? before->drawn : Vec3(Vec3::Zero()), slip, touch.normal, most / contact.solid_stiffness);
+        const double length = own->drawn.norm();
+        if (length > 0.0)
+            push_both(model, a, b, {-own->drawn / length, -length, contact.solid_stiffness, 0.0, most}, state, context);
+        return;
+    }
+    const double way = slip.norm();
+    if (!(way > 0.0)) return;
+    const double force = most * std::min(1.0, way / (kSlip * model.step_s));
+    push_both(model, a, b, {-slip / way, -force / contact.solid_stiffness, contact.solid_stiffness, 0.0, force}, state, context);
 }
 
 /// N; what a spring pushes with, as its nodes stand.

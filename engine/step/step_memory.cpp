@@ -119,7 +119,7 @@ void pass_solids(Stream& stream, Solids& solids) {
     });
     stream.list(solids.entries, [&](auto& entry) {
         stream.number(entry.own), stream.number(entry.other), stream.number(entry.vertex), stream.number(entry.by);
-        stream.number(entry.pushed);
+        stream.number(entry.pushed), stream.vector(entry.drawn);
     });
     stream.list(solids.springs, [&](auto& pair) {
         stream.number(pair.body_a), stream.number(pair.body_b), stream.number(pair.spring_a), stream.number(pair.spring_b);
@@ -239,7 +239,7 @@ bool solids_fit(const SceneModel& model, const StepContext& context) {
                        [&](const SolidEntry& e) {
                            return e.own < bodies && e.other < bodies && are_solid_pair(model, e.own, e.other) &&
                                   meet_by_surface(model, e.own, e.other) && e.vertex < model.bodies[e.own].surface.vertices.size() &&
-                                  e.by < model.bodies[e.other].surface.triangles.size() && std::isfinite(e.pushed);
+                                  e.by < model.bodies[e.other].surface.triangles.size() && std::isfinite(e.pushed) && is_finite(e.drawn);
                        }) &&
            std::is_sorted(s.entries.begin(), s.entries.end(),
                           [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
