@@ -33,6 +33,9 @@ struct BloodFlow {
 /// source    Murray 1926, "The physiological principle of minimum work": flow goes with the cube of the radius
 [[nodiscard]] BloodFlow make_blood_flow(const spheretree::CentrelineTree& tree, double speed);
 
+/// Where blood that flows along `direction` at the tree's root comes in: the end behind it; the root where nothing lies behind.
+[[nodiscard]] Vec3 find_inflow(const spheretree::CentrelineTree& tree, const Vec3& direction);
+
 /// The point at rest in whose cross-section p lies deepest.
 [[nodiscard]] Index find_flow_point(const BloodFlow& flow, const Vec3& p) noexcept;
 

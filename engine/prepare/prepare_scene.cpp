@@ -106,7 +106,7 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     return {};
 }
 
-/// Blood in every vessel with an instrument: from the scene's inlet where that lies in it, from the first instrument's port otherwise.
+/// Blood in every vessel with an instrument: from the scene's inlet where that lies in it, otherwise along the first instrument's entry.
 Result<void> prepare_blood(const Scene& scene, const CoarseBodies& coarse, PatientShelf& shelf, PreparedScene& prepared) {
     if (!scene.effects.blood_drag) return {};
     const BloodSpec& spec = *scene.effects.blood_drag;
@@ -122,8 +122,11 @@ Result<void> prepare_blood(const Scene& scene, const CoarseBodies& coarse, Patie
         BodyModel& vessel = prepared.model.bodies[instrument.lumen];
         if (!vessel.blood) {
             auto tree = spheretree::find_centreline_tree(*vessel.lumen, inlet ? inlet->position : instrument.port.position);
-            inlet_used |= inlet && tree.ok();
+            const bool from_inlet = inlet && tree.ok();
+            inlet_used |= from_inlet;
             if (inlet && !tree.ok()) tree = spheretree::find_centreline_tree(*vessel.lumen, instrument.port.position);
+            if (tree.ok() && !from_inlet)
+                tree = spheretree::find_centreline_tree(*vessel.lumen, find_inflow(*tree, instrument.port.direction));
             if (!tree.ok()) return scene_error(scene, key, tree.error().message, tree.error().code);
             vessel.blood = make_blood_flow(*tree, spec.speed);
             if (vessel.carrier != SIZE_MAX) {

@@ -191,7 +191,7 @@ void question_effects(const Scene& scene, CheckContext& context) {
             context.questions.push_back(fmt::format("instruments.{}.poisson_ratio: given, but the effect twist is off", instrument.name));
     if (effects.blood_drag && !effects.blood_drag->inlet && !scene.instruments.empty())
         context.questions.push_back(
-            "effects.blood_drag: without an inlet the blood comes in where the instrument enters, and flows along it");
+            "effects.blood_drag: without an inlet the blood comes in behind the instrument's entry, and flows along it");
     for (const SceneBody& body : scene.bodies) {
         const bool damped = body.material.viscosity > 0.0 || body.material.mass_damping > 0.0;
         if (body.kind == BodyKind::Deformable && damped && !effects.damping)

@@ -215,7 +215,7 @@ struct BloodSpec {
     double density = 1060.0;          // kg/m^3
     double viscosity = 3.5e-3;        // Pa s, of whole blood where it is sheared fast
     double pulsatility = 0.0;         // [-] share of the mean speed by which it rises and falls with the pulse
-    std::optional<SceneTarget> inlet; // where it comes in; absent: where the instrument enters
+    std::optional<SceneTarget> inlet; // where it comes in; absent: behind the instrument's entry
 };
 
 /// What is simulated. Nothing else is.

@@ -258,7 +258,9 @@ const ObjectSpec& blood_table() {
                          "Share of the mean speed by which the blood is faster and slower within a beat; needs the effect pulse, and is "
                          "fastest when that has widened the walls.")
                 .by_default(usual.pulsatility),
-            value_field("inlet", target_value(), "Where the blood comes in; where the instrument enters when absent."),
+            value_field(
+                "inlet", target_value(),
+                "Where the blood comes in. When absent: the end of the vessel behind the instrument's entry, so that it flows along it."),
         }};
     return table;
 }

@@ -218,12 +218,12 @@ TEST(Scenes, ColumnsOfACsvThatNobodyUsesAreAMistake) {
     (void)folder.write("hand.csv", "t,wire.insertion,wire.rotation,cor.insertion,cor.rotation\n0,20,0,25,0\n");
     const auto nobody = read_scene(folder.write("a.json", moved_by_one_file("\"inserted\": 25")));
     ASSERT_FALSE(nobody.ok());
-    EXPECT_TRUE(says(nobody.error(), "hand.csv:1:31: ")) << nobody.error().to_string();
+    EXPECT_TRUE(says(nobody.error(), "hand.csv:1:32: ")) << nobody.error().to_string();
     EXPECT_TRUE(says(nobody.error(), "nearest known instrument: \"core\""));
     (void)folder.write("hand.csv", "t,wire.insertion,wire.rotation,core.insertion,core.rotation\n0,20,0,25,0\n");
     const auto unused = read_scene(folder.write("b.json", moved_by_one_file("\"inserted\": 25")));
     ASSERT_FALSE(unused.ok());
-    EXPECT_TRUE(says(unused.error(), "hand.csv:1:31: ")) << unused.error().to_string();
+    EXPECT_TRUE(says(unused.error(), "hand.csv:1:32: ")) << unused.error().to_string();
     EXPECT_TRUE(says(unused.error(), "the same \"path\" in that instrument"));
     (void)folder.write("hand.csv", "t,core.insertion,core.rotation\n0,25,0\n");
     const auto missing = read_scene(folder.write("c.json", moved_by_one_file("\"path\": \"hand.csv\"")));
