@@ -51,11 +51,13 @@ void for_each_near_face(DopTree& tree, Index at, const PointQuery& query, Visit&
 } // namespace detail
 
 /// Calls found(triangle id, PointOnTriangle) for every triangle within radius of the point at t1, in the tree's order.
-/// The tree must be refit to this motion (its swept bounds hold the end positions too).
+/// The tree must be refit to this motion (its swept bounds hold the end positions too), or to an earlier one.
+/// drift  m, no vertex has come farther than this from the bounds it was refitted to
 template <class Found>
-void for_each_close_triangle(DopTree& tree, const SurfaceMotion& motion, const Vec3& point, double radius, Found&& found) {
+void for_each_close_triangle(DopTree& tree, const SurfaceMotion& motion, const Vec3& point, double radius, Found&& found,
+                             double drift = 0.0) {
     if (tree.empty()) return;
-    detail::for_each_near_face(tree, tree.root(), PointQuery(tree, point, radius), [&](Index id) {
+    detail::for_each_near_face(tree, tree.root(), PointQuery(tree, point, radius + drift), [&](Index id) {
         const Triangle& t = tree.topology().triangles[id];
         const PointOnTriangle on = closest_on_triangle(point, motion.t1[t[0]], motion.t1[t[1]], motion.t1[t[2]]);
         if (on.distance_sq <= radius * radius) found(id, on);

@@ -33,12 +33,14 @@ Result<BenchTable> bench_effects(const BenchOptions& options) {
                                   {"with_ms_p50", cost.with_ms},
                                   {"without_ms_p50", cost.without_ms},
                                   {"saved_ms", cost.saved_ms()},
+                                  {"noise_ms", cost.noise_ms},
                                   {"saved_share", cost.with_ms > 0.0 ? cost.saved_ms() / cost.with_ms : 0.0},
                                   {"entered", cost.entered},
                                   {"entered_without", cost.entered_without}});
     }
     table.notes.push_back("with, without: median processor time of a step, both runs in turns; less than nothing is saved where an effect "
                           "spares the others work");
+    table.notes.push_back("noise: twice the standard error of what is saved; less than that is below what can be measured");
     table.notes.push_back("entered: times that the effect's code was entered in the run with it, and in the run without it");
     return table;
 }

@@ -3,6 +3,7 @@
 #include "engine/cli/progress.hpp"
 #include "engine/gpu/describe_graphics.hpp"
 #include "engine/observe/effect_cost.hpp"
+#include "engine/observe/laid_out.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/simulator.hpp"
 
@@ -21,12 +22,21 @@ namespace {
 
 /// Steps that are tried out for the predicted cost: enough to pass the first steps' allocations.
 constexpr std::uint64_t kTrialSteps = 30;
+/// Steps before that of a trial whose instruments were laid along their routes: until they lean on the walls.
+constexpr std::uint64_t kSettlingSteps = 30;
 
 struct EffectLine {
     const char* name;
     bool runs;
     std::string why;
 };
+
+std::string describe_blood(const Effects& effects) {
+    if (!effects.blood_drag) return {};
+    const BloodSpec& blood = *effects.blood_drag;
+    return fmt::format("{:g} m/s at the inlet, {:g} kg/m^3, {:g} mPa s{}", blood.speed, blood.density, 1e3 * blood.viscosity,
+                       blood.pulsatility > 0.0 ? fmt::format(", {:g} % faster and slower with the pulse", 100.0 * blood.pulsatility) : "");
+}
 
 std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& prepared) {
     std::size_t deformable = 0, tets = 0;
@@ -69,6 +79,7 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
          listed(e.pulse.has_value(),
                 e.pulse ? fmt::format("walls widen by {:g} % of their radius every {:g} s", 100.0 * e.pulse->amplitude, e.pulse->period)
                         : "")},
+        {"blood_drag", e.blood_drag && instruments, !instruments ? "no instrument" : listed(e.blood_drag.has_value(), describe_blood(e))},
         {"fluoroscopy", e.fluoroscopy, listed(e.fluoroscopy, "X-ray pictures beside the shaded ones")},
     };
 }
@@ -121,27 +132,72 @@ void print_instruments(const Scene& scene, const PreparedScene& prepared) {
     }
 }
 
-void print_cost(const Scene& scene, const PreparedScene& prepared) {
-    Simulator simulator(prepared.model);
+/// Median step of a trial, ms.
+struct Trial {
     std::vector<double> total, collision;
     StepReport last;
-    for (std::uint64_t k = 0; k < std::min(kTrialSteps, prepared.model.step_count); ++k) {
-        last = simulator.step();
-        if (!last.finite) break;
-        total.push_back(last.ms.total);
-        collision.push_back(last.ms.descend + last.ms.exact);
+
+    [[nodiscard]] static double middle(std::vector<double>& values) {
+        std::sort(values.begin(), values.end());
+        return values.empty() ? 0.0 : values[values.size() / 2];
     }
+};
+
+/// memory  of a run to go on from; empty: from the start
+Trial try_steps(const SceneModel& model, const std::string& memory, std::uint64_t settling, std::uint64_t steps) {
+    Simulator simulator(model);
+    Trial trial;
+    if (!memory.empty()) trial.last.failure = simulator.take_over(memory);
+    for (std::uint64_t k = 0; k < settling + steps; ++k) {
+        trial.last = simulator.step();
+        if (!trial.last.finite) break;
+        if (k < settling) continue;
+        trial.total.push_back(trial.last.ms.total);
+        trial.collision.push_back(trial.last.ms.descend + trial.last.ms.exact);
+    }
+    return trial;
+}
+
+/// s until the slowest of the instruments that follow a route has gone along it, at best.
+double arrival_time(const SceneModel& model) {
+    double time = 0.0;
+    for (const InstrumentModel& instrument : model.instruments)
+        if (instrument.route) time = std::max(time, (instrument.route->length.back() - instrument.inserted) / instrument.follow.speed);
+    return time;
+}
+
+/// What the trials stand for, and the run that they promise.
+void print_prediction(const SceneModel& model, Trial& first, Trial& late) {
+    const double middle = Trial::middle(first.total), run_s = static_cast<double>(model.step_count) * model.step_s;
+    const auto run_time = [&](double mean_ms) { return 1e-3 * mean_ms * static_cast<double>(model.step_count); };
+    if (late.total.empty()) {
+        fmt::print(
+            "  predicted       {:.3g} ms a step (collision {:.3g} ms), from a trial of the first {} steps; whole run about {:.3g} s\n",
+            middle, Trial::middle(first.collision), first.total.size(), run_time(middle));
+        if (!model.instruments.empty()) fmt::print("  {:<15} steps with more of an instrument inside cost more\n", "");
+        return;
+    }
+    const double end = Trial::middle(late.total);
+    const double share = run_s > 0.0 ? std::min(1.0, arrival_time(model) / run_s) : 1.0; // of the run that is spent on the way
+    fmt::print("  predicted       {:.3g} ms a step at the start (collision {:.3g} ms), {:.3g} ms with instruments laid along their routes "
+               "(collision {:.3g} ms), from trials of {} steps; whole run about {:.3g} s\n",
+               middle, Trial::middle(first.collision), end, Trial::middle(late.collision), first.total.size(),
+               run_time(share * 0.5 * (middle + end) + (1.0 - share) * end));
+}
+
+void print_cost(const Scene& scene, const PreparedScene& prepared) {
+    const SceneModel& model = prepared.model;
+    const std::uint64_t steps = std::min(kTrialSteps, model.step_count);
+    Trial first = try_steps(model, {}, 0, steps);
     fmt::print("\ntime and cost\n  step            {:g} ms, {} steps, {} sub-steps of the tissue (stable step {:.3g} ms)\n",
-               1e3 * scene.time.step, prepared.model.step_count, last.substeps, 1e3 * last.stable_step_s);
+               1e3 * scene.time.step, model.step_count, first.last.substeps, 1e3 * first.last.stable_step_s);
     fmt::print("  budget          {} per step over {}\n", scene.budget.to_string(),
-               prepared.model.budget_covers_step ? "the whole step" : "collision");
-    if (!last.finite) fmt::print("  trial           stopped: {}\n", last.failure);
-    if (total.empty()) return;
-    std::sort(total.begin(), total.end());
-    std::sort(collision.begin(), collision.end());
-    const double middle = total[total.size() / 2];
-    fmt::print("  predicted       {:.3g} ms a step (collision {:.3g} ms), from a trial of {} steps; whole run about {:.3g} s\n", middle,
-               collision[collision.size() / 2], total.size(), 1e-3 * middle * static_cast<double>(prepared.model.step_count));
+               model.budget_covers_step ? "the whole step" : "collision");
+    if (!first.last.finite) fmt::print("  trial           stopped: {}\n", first.last.failure);
+    if (first.total.empty()) return;
+    Trial late;
+    if (const std::string memory = lay_along_routes(model); !memory.empty()) late = try_steps(model, memory, kSettlingSteps, steps);
+    print_prediction(model, first, late);
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     fmt::print("  memory          {:.0f} MB at most so far\n  preparation     {:.2f} s\n", static_cast<double>(usage.ru_maxrss) / 1024.0,
@@ -155,9 +211,11 @@ void print_effect_costs(const PreparedScene& prepared, ProgressLine& progress) {
         measure_effects(prepared.model, steps, [&](const std::string& what) { progress.show("trying the scene " + what); });
     progress.clear();
     fmt::print("\ncost of each effect, from a trial of {} steps (processor time of a step with it, without it)\n", steps);
-    for (const EffectCost& cost : costs)
-        fmt::print("  {:<15} {:.3g} ms  ({:.3g}, {:.3g}){}\n", effect_name(cost.effect), cost.saved_ms(), cost.with_ms, cost.without_ms,
-                   cost.saved_ms() < 0.0 ? "  the scene is cheaper with it" : "");
+    for (const EffectCost& cost : costs) {
+        const std::string saved = cost.is_lost_in_noise() ? fmt::format("below what can be measured ({:.2g} ms)", cost.noise_ms)
+                                                          : fmt::format("{:.3g} ms", cost.saved_ms());
+        fmt::print("  {:<15} {}  ({:.3g}, {:.3g})\n", effect_name(cost.effect), saved, cost.with_ms, cost.without_ms);
+    }
 }
 
 void print_graphics() {

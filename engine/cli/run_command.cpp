@@ -58,11 +58,7 @@ Result<void> apply_overrides(const RunOptions& options, Scene& scene) {
     if (!options.path.empty()) {
         if (scene.instruments.empty())
             return Error{ErrorCode::BadUsage, "the scene has no instrument that could follow a path", {}, 0, 0, "--path"};
-        auto path = read_instrument_path(scene, scene.instruments.front(), options.path);
-        if (!path.ok()) return path.error();
-        scene.instruments.front().path = std::move(*path);
-        scene.instruments.front().path_file = options.path;
-        scene.instruments.front().follow.reset();
+        if (const Result<void> read = read_instrument_paths(scene, options.path); !read.ok()) return read;
     }
     return {};
 }
@@ -291,7 +287,10 @@ Command add_run_command(CLI::App& app) {
         ->add_option("--pace", options.pace,
                      "simulated seconds in a second: 1 is real time, 0 as fast as it goes; as the scene says when absent")
         ->check(CLI::Range(0.0, 1e3));
-    command->add_option("--path", options.path, "CSV t,insertion,rotation in the scene's units, instead of the scene's script");
+    command->add_option(
+        "--path", options.path,
+        "CSV t,insertion,rotation (or NAME.insertion,NAME.rotation of several instruments) in the scene's units, instead of the "
+        "scene's script");
     CLI::Option* record = command->add_option("--record-grants", options.record_grants, "write every decision of the clock to this file");
     CLI::Option* replay =
         command->add_option("--replay", options.replay, "repeat the run of such a file bit for bit, under its budget")->excludes(budget);

@@ -11,9 +11,12 @@ namespace seldinger::engine {
 struct EffectCost {
     Effect effect = Effect::Elasticity;
     double with_ms = 0.0, without_ms = 0.0; // median of a whole step, processor time of this thread
+    double noise_ms = 0.0;                  // of saved_ms: twice its standard error, from the spread of the steps' differences
     std::uint64_t entered = 0;              // times that its code was entered in the run with it
     std::uint64_t entered_without = 0;      // in the run without it: 0
     [[nodiscard]] double saved_ms() const noexcept { return with_ms - without_ms; }
+    /// Less than the steps' spread lets one tell, or nothing at all.
+    [[nodiscard]] bool is_lost_in_noise() const noexcept { return saved_ms() <= noise_ms; }
 };
 
 /// Every effect that the model has, each left out alone. Runs in turns, so that what else the machine does falls on both.

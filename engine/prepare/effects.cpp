@@ -63,6 +63,8 @@ bool has_effect(const SceneModel& model, Effect effect) noexcept {
                std::any_of(model.instruments.begin(), model.instruments.end(), [](const InstrumentModel& i) { return i.friction > 0.0; });
     case Effect::Twist:
         return std::any_of(model.instruments.begin(), model.instruments.end(), twists_by_effect);
+    case Effect::BloodDrag:
+        return e.blood_drag && instruments;
     }
     return false;
 }
@@ -85,6 +87,7 @@ SceneModel without_effect(const SceneModel& model, Effect effect) {
         break;
     case Effect::Pulse:
         out.effects.pulse.reset();
+        if (out.effects.blood_drag) out.effects.blood_drag->pulsatility = out.effects.blood_drag->period = 0.0;
         for (BodyModel& body : out.bodies) body.pulse_reach.clear();
         break;
     case Effect::CoarseContact:
@@ -103,6 +106,11 @@ SceneModel without_effect(const SceneModel& model, Effect effect) {
     case Effect::Twist:
         for (InstrumentModel& instrument : out.instruments)
             if (twists_by_effect(instrument)) remove_torsion(instrument.rod);
+        break;
+    case Effect::BloodDrag:
+        out.effects.blood_drag.reset();
+        for (BodyModel& body : out.bodies) body.blood.reset();
+        for (InstrumentModel& instrument : out.instruments) instrument.flow_entry = 0;
         break;
     }
     return out;

@@ -20,10 +20,12 @@ enum class Effect : std::uint8_t {
     SelfContact,
     ExactContact,
     Friction,
-    Twist
+    Twist,
+    BloodDrag
 };
-inline constexpr std::array<std::string_view, 10> kEffectNames{"elasticity",     "damping",      "gravity",       "breathing", "pulse",
-                                                               "coarse_contact", "self_contact", "exact_contact", "friction",  "twist"};
+inline constexpr std::array<std::string_view, 11> kEffectNames{"elasticity", "damping",        "gravity",      "breathing",
+                                                               "pulse",      "coarse_contact", "self_contact", "exact_contact",
+                                                               "friction",   "twist",          "blood_drag"};
 inline constexpr std::size_t kEffectCount = kEffectNames.size();
 
 [[nodiscard]] constexpr std::string_view effect_name(Effect effect) noexcept { return kEffectNames[static_cast<std::size_t>(effect)]; }

@@ -3,6 +3,7 @@
 
 #include "base/mesh.hpp"
 #include "collision/topology.hpp"
+#include "engine/prepare/blood.hpp"
 #include "engine/prepare/drive.hpp"
 #include "engine/time/step_budget.hpp"
 #include "fem/integrator.hpp"
@@ -45,6 +46,7 @@ struct BodyModel {
     spheretree::CoveringTree covering;                // solid bodies; of a wrapped tree the tree alone
     std::optional<spheretree::DeformingTree> wrapped; // solid bodies on coarse nodes, unless SphereTrees::Covering
     std::optional<spheretree::LumenTree> lumen;       // hollow bodies
+    std::optional<BloodFlow> blood;                   // hollow bodies with an instrument inside, under the effect blood_drag
 
     [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || carrier != SIZE_MAX || !pulse_reach.empty(); }
 };
@@ -65,6 +67,7 @@ struct InstrumentModel {
     std::optional<Route> route;                 // at rest
     std::optional<fem::RigidLinks> route_links; // the route moves with the organ that carries the lumen
     FollowSettings follow;
+    Index flow_entry = 0;                // of the lumen's blood flow: the point at the port
     spheretree::ChainTree chain;         // links at nodes and midway between them, tip first
     collision::SurfaceTopology topology; // of the skin
 };
@@ -81,6 +84,14 @@ struct Pulse {
     double period = 0.9; // s
 };
 
+/// What the blood is like; how it flows is BodyModel::blood.
+struct Blood {
+    double density = 1060.0;   // kg/m^3
+    double viscosity = 3.5e-3; // Pa s
+    double pulsatility = 0.0;  // [-] the speed varies by this share of its mean, most when the pulse has widened the walls
+    double period = 0.9;       // s, of the pulse
+};
+
 /// Only what is set here has code that runs.
 struct EffectSet {
     bool elasticity = true;      // off: deformable bodies stay at rest
@@ -90,6 +101,7 @@ struct EffectSet {
     std::optional<Vec3> gravity; // m/s^2
     std::optional<Breathing> breathing;
     std::optional<Pulse> pulse;
+    std::optional<Blood> blood_drag; // of instruments
 };
 
 /// How tested pairs of solid bodies push.

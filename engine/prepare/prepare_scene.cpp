@@ -106,6 +106,45 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     return {};
 }
 
+/// Blood in every vessel with an instrument: from the scene's inlet where that lies in it, otherwise along the first instrument's entry.
+Result<void> prepare_blood(const Scene& scene, const CoarseBodies& coarse, PatientShelf& shelf, PreparedScene& prepared) {
+    if (!scene.effects.blood_drag) return {};
+    const BloodSpec& spec = *scene.effects.blood_drag;
+    const std::string key = "effects.blood_drag";
+    std::optional<Place> inlet;
+    if (spec.inlet) {
+        const auto place = find_place(scene, spec.inlet->place, key + ".inlet", shelf);
+        if (!place.ok()) return place.error();
+        inlet = *place;
+    }
+    bool inlet_used = false;
+    for (InstrumentModel& instrument : prepared.model.instruments) {
+        BodyModel& vessel = prepared.model.bodies[instrument.lumen];
+        if (!vessel.blood) {
+            auto tree = spheretree::find_centreline_tree(*vessel.lumen, inlet ? inlet->position : instrument.port.position);
+            const bool from_inlet = inlet && tree.ok();
+            inlet_used |= from_inlet;
+            if (inlet && !tree.ok()) tree = spheretree::find_centreline_tree(*vessel.lumen, instrument.port.position);
+            if (tree.ok() && !from_inlet)
+                tree = spheretree::find_centreline_tree(*vessel.lumen, find_inflow(*tree, instrument.port.direction));
+            if (!tree.ok()) return scene_error(scene, key, tree.error().message, tree.error().code);
+            vessel.blood = make_blood_flow(*tree, spec.speed);
+            if (vessel.carrier != SIZE_MAX) {
+                auto links =
+                    fem::make_embedded_links(coarse.meshes[vessel.carrier], vessel.blood->points, scene.bodies[instrument.lumen].blend);
+                if (!links.ok()) return links.error();
+                vessel.blood->links = std::move(*links);
+            }
+        }
+        instrument.flow_entry = find_flow_point(*vessel.blood, instrument.port.position);
+    }
+    if (!inlet || inlet_used || prepared.model.instruments.empty()) return {};
+    return scene_error(
+        scene, key + ".inlet",
+        fmt::format("({:.4g}, {:.4g}, {:.4g}) mm lies in no vessel that an instrument moves in; a place inside would be right",
+                    1e3 * inlet->position.x(), 1e3 * inlet->position.y(), 1e3 * inlet->position.z()));
+}
+
 EffectSet make_effects(const Scene& scene) {
     EffectSet effects;
     effects.elasticity = scene.effects.elasticity;
@@ -117,6 +156,10 @@ EffectSet make_effects(const Scene& scene) {
         effects.breathing =
             Breathing{scene.effects.breathing->amplitude, scene.effects.breathing->period, scene.effects.breathing->direction};
     if (scene.effects.pulse) effects.pulse = Pulse{scene.effects.pulse->period};
+    if (const auto& blood = scene.effects.blood_drag) {
+        effects.blood_drag = Blood{blood->density, blood->viscosity, blood->pulsatility, 0.0};
+        if (scene.effects.pulse) effects.blood_drag->period = scene.effects.pulse->period;
+    }
     return effects;
 }
 
@@ -198,6 +241,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress
         const Result<void> done = prepare_instrument(scene, instrument, coarse, shelf, prepared);
         if (!done.ok()) return done.error();
     }
+    if (const Result<void> flows = prepare_blood(scene, coarse, shelf, prepared); !flows.ok()) return flows.error();
     prepared.seconds = 1e-3 * watch.elapsed_ms();
     return prepared;
 }

@@ -179,7 +179,8 @@ const ObjectSpec& instrument_table() {
             object_field("limits", limits_table(), "Of the hand: 35 mm/s and 3.14 rad/s when absent."),
             value_field("path", path_value(),
                         "What the hand does: rows [t, insertion, rotation], or the name of a CSV file with such rows "
-                        "in the scene's units."),
+                        "in the scene's units. A file may move several instruments: its header then names them, as in "
+                        "t,catheter.insertion,catheter.rotation,wire.insertion,wire.rotation."),
             object_field("follow", follow_table(), "Instead of a path: steers to a target by itself."),
         }};
     return table;

@@ -1,5 +1,7 @@
 #include "engine/scene/nearest.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <vector>
 
@@ -53,6 +55,10 @@ std::string suggest(std::string_view kind, std::string_view word, std::span<cons
     for (std::size_t i = 0; i < std::min(names.size(), kMaxListed); ++i) text += (i > 0 ? ", " : "") + std::string(names[i]);
     if (names.size() > kMaxListed) text += " and " + std::to_string(names.size() - kMaxListed) + " more";
     return text + ")";
+}
+
+std::string refuse_unknown(std::string_view kind, std::string_view name, std::span<const std::string_view> known) {
+    return fmt::format("found the unknown {} \"{:.60}\"; {}", kind, name, suggest(kind, name, known));
 }
 
 } // namespace seldinger::engine

@@ -17,4 +17,7 @@ namespace seldinger::engine {
 /// `nearest known X: "name" (known: a, b, c)`, or `there are none` when there are none.
 [[nodiscard]] std::string suggest(std::string_view kind, std::string_view word, std::span<const std::string_view> names);
 
+/// `found the unknown X "name"; nearest known ...`
+[[nodiscard]] std::string refuse_unknown(std::string_view kind, std::string_view name, std::span<const std::string_view> known);
+
 } // namespace seldinger::engine

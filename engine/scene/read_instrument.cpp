@@ -1,4 +1,3 @@
-#include "engine/io/path_csv.hpp"
 #include "engine/scene/nearest.hpp"
 #include "engine/scene/reader.hpp"
 
@@ -10,17 +9,10 @@
 namespace seldinger::engine {
 namespace {
 
-/// A path that keeps a limit exactly, as written in decimals, must not fail by rounding.
-constexpr double kLimitTolerance = 1e-9; // [-]
-
 constexpr double kLeastSegments = 4.0;
 constexpr double kPigtailLength = 0.04; // m, when absent
 constexpr double kPigtailAngle = 6.0;   // rad, when absent
 constexpr double kMostSegments = 20000.0;
-
-std::string refuse_unknown(std::string_view kind, std::string_view name, const std::vector<std::string_view>& known) {
-    return fmt::format("found the unknown {} \"{:.60}\"; {}", kind, name, suggest(kind, name, known));
-}
 
 std::vector<std::string_view> recipe_bodies(const Scene& scene) {
     std::vector<std::string_view> names;
@@ -156,6 +148,22 @@ std::optional<Error> read_stiffness(const CheckContext& context, const Values& v
     return std::nullopt;
 }
 
+/// A coil of few nodes is none: said here, where units and keys are known.
+std::optional<Error> check_pigtail(const CheckContext& context, const Values& values, const fem::RodDesign& design) {
+    if (design.tip != fem::TipShape::Pigtail) return std::nullopt;
+    const double segment = design.length / std::round(design.length / design.segment);
+    const double turn = design.tip_angle * segment / design.tip_length;
+    if (turn <= fem::kSharpestNode) return std::nullopt;
+    const auto angle_text = [&](double angle) { return with_unit(angle, Dimension::Angle, context.units); };
+    const double longest = fem::kSharpestNode * design.tip_length / design.tip_angle;
+    return fail_at(context, values, "segment",
+                   fmt::format("found {}, at which the pigtail of {} over {} turns by {} from node to node; {} at most, a segment of {} or "
+                               "less, would be right",
+                               with_unit(design.segment, Dimension::Length, context.units), angle_text(design.tip_angle),
+                               with_unit(design.tip_length, Dimension::Length, context.units), angle_text(turn),
+                               angle_text(fem::kSharpestNode), with_unit(longest, Dimension::Length, context.units)));
+}
+
 std::optional<Error> read_design(const CheckContext& context, const Values& values, fem::RodDesign& design) {
     design.length = values.number("length");
     design.radius = values.number("radius");
@@ -181,80 +189,11 @@ std::optional<Error> read_design(const CheckContext& context, const Values& valu
                        fmt::format("found {}; at most the instrument's length, {}, would be right", length_text(design.tip_length),
                                    length_text(design.length)));
     const double segments = design.length / design.segment;
-    if (segments >= kLeastSegments && segments <= kMostSegments) return std::nullopt;
+    if (segments >= kLeastSegments && segments <= kMostSegments) return check_pigtail(context, values, design);
     return fail_at(context, values, "segment",
                    fmt::format("found {}, which divides the length of {} into {:.0f}; {} to {} would be right", length_text(design.segment),
                                length_text(design.length), segments, length_text(design.length / kMostSegments),
                                length_text(design.length / kLeastSegments)));
-}
-
-struct RowProblem {
-    std::size_t row;
-    std::string message;
-};
-
-/// How fast the hand would have to be from one row to the next, against its limit.
-std::optional<std::string> check_speed(double from, double to, double dt, double limit, std::string_view what, std::string_view key,
-                                       Dimension distance, Dimension speed, const Units& units) {
-    const double needed = std::abs(to - from) / dt;
-    if (needed <= limit * (1.0 + kLimitTolerance)) return std::nullopt;
-    return fmt::format("{} from {} to {} within {} needs {}; the hand's limit is {}: more time would be right, or "
-                       "\"limits\": {{\"{}\": {:.4g}}} in the instrument",
-                       what, with_unit(from, distance, units), with_unit(to, distance, units), with_unit(dt, Dimension::Time, units),
-                       with_unit(needed, speed, units), with_unit(limit, speed, units), key, needed / units.factor(speed));
-}
-
-std::optional<std::string> check_row(const PathPoint* before, const PathPoint& row, const SceneInstrument& instrument, const Units& units) {
-    if (row.time < 0.0) return fmt::format("found the time {}; 0 or more would be right", with_unit(row.time, Dimension::Time, units));
-    if (row.insertion < 0.0 || row.insertion > instrument.design.length)
-        return fmt::format("found the insertion {}; 0 to the instrument's length, {}, would be right",
-                           with_unit(row.insertion, Dimension::Length, units),
-                           with_unit(instrument.design.length, Dimension::Length, units));
-    if (before == nullptr) return std::nullopt;
-    const double dt = row.time - before->time;
-    if (!(dt > 0.0))
-        return fmt::format("found the time {} after {}; increasing times would be right", with_unit(row.time, Dimension::Time, units),
-                           with_unit(before->time, Dimension::Time, units));
-    if (auto text = check_speed(before->insertion, row.insertion, dt, instrument.speed_limit, "insertion", "speed", Dimension::Length,
-                                Dimension::Speed, units))
-        return text;
-    return check_speed(before->rotation, row.rotation, dt, instrument.rotation_limit, "rotation", "rotation", Dimension::Angle,
-                       Dimension::AngularSpeed, units);
-}
-
-std::optional<RowProblem> check_path(const std::vector<PathPoint>& path, const SceneInstrument& instrument, const Units& units) {
-    for (std::size_t i = 0; i < path.size(); ++i)
-        if (auto text = check_row(i > 0 ? &path[i - 1] : nullptr, path[i], instrument, units))
-            return RowProblem{i, fmt::format("row {}: {}", i + 1, *text)};
-    return std::nullopt;
-}
-
-Result<std::vector<PathPoint>> read_csv(const Units& units, const SceneInstrument& instrument, const std::filesystem::path& csv) {
-    const auto rows = read_path_csv(csv);
-    if (!rows) return rows.error();
-    std::vector<PathPoint> path;
-    for (const PathRow& row : *rows) path.push_back({row.time * units.time, row.insertion * units.length, row.rotation * units.angle});
-    if (auto problem = check_path(path, instrument, units))
-        return Error{ErrorCode::BadValue, problem->message, csv.string(), 0, 0, fmt::format("instruments.{}.path", instrument.name)};
-    return path;
-}
-
-std::optional<Error> read_path(const CheckContext& context, const Values& values, SceneInstrument& instrument) {
-    const JsonNode& node = *values.find("path");
-    if (node.type == JsonType::Text) {
-        const auto file = resolve_file(node.text, context.folder);
-        if (!file) return fail_at(context, values, "path", file.error().message, file.error().code);
-        auto path = read_csv(context.units, instrument, *file);
-        if (!path) return path.error();
-        instrument.path = std::move(path).value();
-        instrument.path_file = *file;
-        return std::nullopt;
-    }
-    for (const JsonNode& row : node.children)
-        instrument.path.push_back({values.column("path", row, 0), values.column("path", row, 1), values.column("path", row, 2)});
-    const auto problem = check_path(instrument.path, instrument, context.units);
-    if (!problem) return std::nullopt;
-    return error_at(context, node.children[problem->row].at, fmt::format("{}[{}]", values.path("path"), problem->row), problem->message);
 }
 
 std::optional<Error> read_follow(const CheckContext& context, const Values& instrument, const Scene& scene, double speed_limit,
@@ -320,11 +259,6 @@ std::optional<Error> read_instrument(const CheckContext& context, const Values& 
     instrument.speed_limit = limits.number("speed");
     instrument.rotation_limit = limits.number("rotation");
     return read_script(context, values, scene, instrument);
-}
-
-Result<std::vector<PathPoint>> read_instrument_path(const Scene& scene, const SceneInstrument& instrument,
-                                                    const std::filesystem::path& csv) {
-    return read_csv(scene.units, instrument, csv);
 }
 
 } // namespace seldinger::engine

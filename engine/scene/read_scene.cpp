@@ -103,7 +103,7 @@ void read_contact(const Values& values, ContactSpec& contact) {
 
 /// Effects that have details of their own: on or not.
 struct Detailed {
-    bool breathing = false, pulse = false;
+    bool breathing = false, pulse = false, blood_drag = false;
 };
 
 bool* find_effect(Effects& effects, std::string_view name, Detailed& detailed) {
@@ -116,6 +116,7 @@ bool* find_effect(Effects& effects, std::string_view name, Detailed& detailed) {
     if (name == "self_contact") return &effects.self_contact;
     if (name == "twist") return &effects.twist;
     if (name == "breathing") return &detailed.breathing;
+    if (name == "blood_drag") return &detailed.blood_drag;
     return name == "pulse" ? &detailed.pulse : &effects.fluoroscopy;
 }
 
@@ -131,27 +132,45 @@ std::optional<Error> read_effect_list(const CheckContext& context, const JsonNod
     return std::nullopt;
 }
 
-std::optional<Error> read_effects(const CheckContext& context, const Values& scene, Effects& effects) {
-    const JsonNode* node = scene.find("effects");
+std::optional<Error> read_blood(const CheckContext& context, const Values& effects, Scene& scene) {
+    const Values values = effects.object("blood_drag");
+    BloodSpec& blood = scene.effects.blood_drag.emplace();
+    blood.speed = values.number("speed");
+    blood.density = values.number("density");
+    blood.viscosity = values.number("viscosity");
+    blood.pulsatility = values.number("pulsatility");
+    if (blood.pulsatility > 0.0 && !scene.effects.pulse)
+        return fail_at(
+            context, values, "pulsatility",
+            fmt::format("found {:g}, but the effect pulse is off; adding it to the effects, or 0, would be right", blood.pulsatility));
+    if (!values.has("inlet")) return std::nullopt;
+    return read_target(context, values.object("inlet"), scene, blood.inlet.emplace());
+}
+
+std::optional<Error> read_effects(const CheckContext& context, const Values& root, Scene& scene) {
+    Effects& effects = scene.effects;
+    const JsonNode* node = root.find("effects");
     Detailed detailed;
     if (node == nullptr) {
         effects.elasticity = effects.damping = effects.coarse_contact = effects.exact_contact = effects.friction = true;
-        effects.gravity = scene.has("gravity");
+        effects.gravity = root.has("gravity");
         return std::nullopt;
     }
     if (node->type == JsonType::List)
         if (auto error = read_effect_list(context, *node, effects, detailed)) return error;
-    const Values values = scene.object("effects");
+    const Values values = root.object("effects");
     if (node->type == JsonType::Object)
         for (const JsonNode& member : node->children)
             *find_effect(effects, member.key, detailed) = member.type == JsonType::Object || member.flag;
-    if (effects.gravity && !scene.has("gravity"))
+    if (effects.gravity && !root.has("gravity"))
         return error_at(context, node->at, "effects",
                         "the effect gravity needs the key \"gravity\" of the scene; adding it would be right");
     if (detailed.pulse) {
         const Values pulse = values.object("pulse");
         effects.pulse = PulseSpec{pulse.number("amplitude"), pulse.number("period")};
     }
+    if (detailed.blood_drag)
+        if (auto error = read_blood(context, values, scene)) return error;
     if (!detailed.breathing) return std::nullopt;
     const Values details = values.object("breathing");
     BreathingSpec& spec = effects.breathing.emplace();
@@ -170,6 +189,9 @@ void question_effects(const Scene& scene, CheckContext& context) {
     for (const SceneInstrument& instrument : scene.instruments)
         if (context.positions.contains("instruments." + instrument.name + ".poisson_ratio") && !effects.twist)
             context.questions.push_back(fmt::format("instruments.{}.poisson_ratio: given, but the effect twist is off", instrument.name));
+    if (effects.blood_drag && !effects.blood_drag->inlet && !scene.instruments.empty())
+        context.questions.push_back(
+            "effects.blood_drag: without an inlet the blood comes in behind the instrument's entry, and flows along it");
     for (const SceneBody& body : scene.bodies) {
         const bool damped = body.material.viscosity > 0.0 || body.material.mass_damping > 0.0;
         if (body.kind == BodyKind::Deformable && damped && !effects.damping)
@@ -294,7 +316,7 @@ std::optional<Error> read_instruments(const CheckContext& context, const Values&
             return error;
         scene.instruments.push_back(std::move(instrument));
     }
-    return std::nullopt;
+    return check_path_files(scene);
 }
 
 /// Before anything is looked up by name, which takes longer the more there are.
@@ -320,7 +342,7 @@ std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& 
     if (auto error = read_targets(context, root, scene)) return error;
     if (auto error = read_instruments(context, root, scene)) return error;
     if (auto error = check_scene_size(context, scene)) return error;
-    if (auto error = read_effects(context, root, scene.effects)) return error;
+    if (auto error = read_effects(context, root, scene)) return error;
     if (auto error = check_breathing(context, scene)) return error;
     if (auto error = check_twist(context, root, scene)) return error;
     if (auto error = read_outputs(context, root, scene, scene.outputs)) return error;

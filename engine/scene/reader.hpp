@@ -11,6 +11,9 @@
 
 namespace seldinger::engine {
 
+/// [-] a path or a speed that keeps a limit exactly, as written in decimals, must not fail by rounding.
+inline constexpr double kLimitTolerance = 1e-9;
+
 /// An error about the value of a key that is there; about the object's place where it is absent.
 [[nodiscard]] Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message,
                             ErrorCode code = ErrorCode::BadValue);
@@ -30,5 +33,11 @@ namespace seldinger::engine {
 /// Bodies and targets have been read.
 [[nodiscard]] std::optional<Error> read_instrument(const CheckContext& context, const Values& values, const Scene& scene,
                                                    SceneInstrument& instrument);
+
+/// The instrument's key path; its name, length and limits are known.
+[[nodiscard]] std::optional<Error> read_path(const CheckContext& context, const Values& values, SceneInstrument& instrument);
+
+/// Instruments have been read, with the files that move them.
+[[nodiscard]] std::optional<Error> check_path_files(const Scene& scene);
 
 } // namespace seldinger::engine

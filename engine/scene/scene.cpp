@@ -87,6 +87,7 @@ std::vector<std::string> Effects::names() const {
     if (pulse) all.emplace_back("pulse");
     if (self_contact) all.emplace_back("self_contact");
     if (twist) all.emplace_back("twist");
+    if (blood_drag) all.emplace_back("blood_drag");
     if (fluoroscopy) all.emplace_back("fluoroscopy");
     return all;
 }

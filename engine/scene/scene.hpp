@@ -209,6 +209,15 @@ struct PulseSpec {
     double period = 0.9;     // s
 };
 
+/// Blood flows along the vessels that instruments move in, and takes them along.
+struct BloodSpec {
+    double speed = 0.2;               // m/s, at the inlet, mean over the cross-section and over time
+    double density = 1060.0;          // kg/m^3
+    double viscosity = 3.5e-3;        // Pa s, of whole blood where it is sheared fast
+    double pulsatility = 0.0;         // [-] share of the mean speed by which it rises and falls with the pulse
+    std::optional<SceneTarget> inlet; // where it comes in; absent: behind the instrument's entry
+};
+
 /// What is simulated. Nothing else is.
 struct Effects {
     bool elasticity = false;
@@ -219,9 +228,10 @@ struct Effects {
     bool friction = false; // of instruments on walls, felt by both
     std::optional<BreathingSpec> breathing;
     std::optional<PulseSpec> pulse;
-    bool self_contact = false; // of deformable bodies with themselves
-    bool twist = false;        // of instruments: off, a turn of the handle reaches the tip at once
-    bool fluoroscopy = false;  // X-ray pictures beside the shaded ones
+    std::optional<BloodSpec> blood_drag; // of instruments
+    bool self_contact = false;           // of deformable bodies with themselves
+    bool twist = false;                  // of instruments: off, a turn of the handle reaches the tip at once
+    bool fluoroscopy = false;            // X-ray pictures beside the shaded ones
 
     /// As a scene lists them.
     [[nodiscard]] std::vector<std::string> names() const;
@@ -270,9 +280,10 @@ struct Scene {
 /// The same on a text in memory; `file` is for messages and for names of files relative to it.
 [[nodiscard]] Result<Scene> parse_scene(std::string_view text, const std::filesystem::path& file);
 
-/// A path that replaces the scene's own: CSV in the scene's units, checked against the instrument's length and limits.
-[[nodiscard]] Result<std::vector<PathPoint>> read_instrument_path(const Scene& scene, const SceneInstrument& instrument,
-                                                                  const std::filesystem::path& csv);
+/// Paths that replace the scene's own: CSV in the scene's units, of the instruments that its header names, or of the first one;
+/// checked against the instruments' lengths and limits. The scene must have an instrument. After an error some may be replaced.
+/// fails     with file, line and column
+[[nodiscard]] Result<void> read_instrument_paths(Scene& scene, const std::filesystem::path& csv);
 
 /// An error about a key of a scene that was read: fills in file, line and column. For what only shows later, such as a
 /// mesh that its use does not allow. Falls back to the nearest enclosing key.

@@ -236,6 +236,35 @@ const ObjectSpec& pulse_table() {
     return table;
 }
 
+const ObjectSpec& blood_table() {
+    static const BloodSpec usual{};
+    static const ObjectSpec table{
+        "blood_drag",
+        "Blood flows from the inlet into every branch of the vessels that instruments move in, and drags them along. Branches share it "
+        "by the cubes of their ends' radii (Murray's law); it is twice as fast in a vessel's middle as on average (Poiseuille).",
+        "",
+        "",
+        {
+            number_field("speed", Dimension::Speed, {0.0, 5.0, false, 0.005, 1.5, "means are 0.1 to 0.3 m/s in large arteries"},
+                         "At the inlet, mean over the cross-section and over time.")
+                .by_default(usual.speed),
+            number_field("density", Dimension::Density, {500.0, 2000.0, false, 990.0, 1080.0, "water is 993, blood 1060 kg/m^3"},
+                         "Of the blood.")
+                .by_default(usual.density),
+            number_field("viscosity", Dimension::Viscosity, {1e-5, 1.0, false, 7e-4, 1e-2, "water is 0.7, whole blood 3 to 4 mPa s"},
+                         "Of the blood.")
+                .by_default(usual.viscosity),
+            number_field("pulsatility", Dimension::None, between(0.0, 3.0),
+                         "Share of the mean speed by which the blood is faster and slower within a beat; needs the effect pulse, and is "
+                         "fastest when that has widened the walls.")
+                .by_default(usual.pulsatility),
+            value_field(
+                "inlet", target_value(),
+                "Where the blood comes in. When absent: the end of the vessel behind the instrument's entry, so that it flows along it."),
+        }};
+    return table;
+}
+
 const std::vector<std::string_view>& effect_names() {
     static const std::vector<std::string_view> names = effects_table().keys();
     return names;
@@ -264,6 +293,9 @@ const ObjectSpec& effects_table() {
             flag_field("self_contact", "Solid bodies against themselves, where their leaf spheres lay apart at rest; needs coarse_contact.")
                 .by_default(false),
             flag_field("twist", "Instruments wind up: a turn of the handle travels along them; off, it reaches the tip at once.")
+                .by_default(false),
+            value_field("blood_drag", any_value({flag_field("", "").value, object_value(blood_table())}),
+                        "Drag of the blood on instruments: true for the defaults.")
                 .by_default(false),
             flag_field("fluoroscopy", "X-ray pictures.").by_default(false),
         }};

@@ -125,6 +125,15 @@ struct SolidScratch {
     std::vector<SpringPair> springs; // of the last response
 };
 
+/// How old the bounds of a wall's tree are, where they are refitted part by part.
+struct WallAge {
+    static constexpr std::size_t kParts = 16; // a vertex's bounds are this many steps old at most, a cluster's twice as many
+    std::array<double, 2 * kParts> moved{};   // m, longest way of a vertex in each of the last steps
+    std::size_t parts = 0;                    // refitted since a refit of everything
+    std::uint64_t last_step = UINT64_MAX - 1; // State::step of the last refit; a step that was missed makes the rest worthless
+    double drift = 0.0;                       // m, of any vertex from the bounds that hold it
+};
+
 struct BodyScratch {
     fem::TissueState tissue_t0;
     std::vector<Vec3> surface_t0; // [vertex_count] m
@@ -149,8 +158,11 @@ struct BodyScratch {
     SphereNodes sphere_nodes;                // solid bodies that hang on nodes
     spheretree::LumenState lumen;            // hollow bodies
     collision::DopTree tree;                 // hollow bodies, swept over the step
+    WallAge wall_age;                        // of the tree
     std::vector<Index> moving;               // vertices that are not static: what a refit looks at
-    InsideTest inside;                       // hollow bodies: the independent check; closed solids: depths of contacts
+    std::vector<Vec3> flow_points;           // [point_count] m, hollow bodies whose blood moves along with a carrier
+    fem::LinkFrames flow_frames;
+    InsideTest inside; // hollow bodies: the independent check; closed solids: depths of contacts
 };
 
 /// Somebody holds a point of a surface and pulls it towards a place.
@@ -172,6 +184,7 @@ struct InstrumentScratch {
     bool hand_stopped = false;        // in the last step: the motion that the hand asked for met the wall
     Route route;                      // where it is now
     fem::LinkFrames route_frames;
+    std::vector<fem::RodFlow> flow; // [node_count] of the blood around it in this step
     spheretree::ChainState chain;
     std::vector<spheretree::Sphere> links_t0, links_t1;
     std::vector<fem::RodPlane> planes; // of the last solve

@@ -146,14 +146,17 @@ double room_at(const SceneModel& model, std::size_t body, const State& state, St
     const collision::SurfaceMotion wall = wall_motion(model, body, state, context);
     double nearest = reach;
     bool behind = false;
-    collision::for_each_close_triangle(context.bodies[body].tree, wall, p, reach, [&](Index id, const PointOnTriangle& on) {
-        const double distance = std::sqrt(on.distance_sq);
-        if (distance >= nearest) return;
-        nearest = distance;
-        const Triangle& t = wall.topology->triangles[id];
-        const Vec3 outward = (wall.t1[t[1]] - wall.t1[t[0]]).cross(wall.t1[t[2]] - wall.t1[t[0]]);
-        behind = outward.dot(p - on.point) > 0.0;
-    });
+    collision::for_each_close_triangle(
+        context.bodies[body].tree, wall, p, reach,
+        [&](Index id, const PointOnTriangle& on) {
+            const double distance = std::sqrt(on.distance_sq);
+            if (distance >= nearest) return;
+            nearest = distance;
+            const Triangle& t = wall.topology->triangles[id];
+            const Vec3 outward = (wall.t1[t[1]] - wall.t1[t[0]]).cross(wall.t1[t[2]] - wall.t1[t[0]]);
+            behind = outward.dot(p - on.point) > 0.0;
+        },
+        context.bodies[body].wall_age.drift);
     return behind ? -nearest : nearest;
 }
 
@@ -179,13 +182,16 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
             if (proven_free(model, index, node, weight, context)) continue;
             const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
             list.clear();
-            collision::for_each_close_triangle(tree, before, p, room + kReach, [&](Index id, const PointOnTriangle& on) {
-                const double distance = std::sqrt(on.distance_sq);
-                if (!(distance > 0.0)) return;
-                // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
-                const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
-                list.add({id, distance, (p - on.point) / distance, now, (now - on.point) / model.step_s, on.bary});
-            });
+            collision::for_each_close_triangle(
+                tree, before, p, room + kReach,
+                [&](Index id, const PointOnTriangle& on) {
+                    const double distance = std::sqrt(on.distance_sq);
+                    if (!(distance > 0.0)) return;
+                    // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
+                    const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
+                    list.add({id, distance, (p - on.point) / distance, now, (now - on.point) / model.step_s, on.bary});
+                },
+                context.bodies[instrument.lumen].wall_age.drift);
             add_planes(list, node, weight, room, scratch);
         }
 }
@@ -225,7 +231,29 @@ bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& st
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
     BodyScratch& scratch = context.bodies[body];
     const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
-    if (model.bodies[body].moves()) scratch.tree.refit(motion);
+    if (!model.bodies[body].moves()) return;
+    scratch.tree.refit(motion);
+    scratch.wall_age = {.last_step = state.step};
+}
+
+void follow_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
+    BodyScratch& scratch = context.bodies[body];
+    WallAge& age = scratch.wall_age;
+    if (!model.bodies[body].moves()) return;
+    if (age.last_step != state.step && age.last_step + 1 != state.step) return refit_wall(model, body, state, context);
+    age.last_step = state.step;
+    const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
+    double longest_sq = 0.0;
+    for (std::size_t v = 0; v < motion.t1.size(); ++v) longest_sq = std::max(longest_sq, (motion.t1[v] - motion.t0[v]).squaredNorm());
+    age.moved[age.parts % age.moved.size()] = std::sqrt(longest_sq) * (1.0 + 0x1p-40);
+    age.drift = 0.0;
+    for (const double moved : age.moved) age.drift += moved; // from the oldest bounds to either end of this step
+    const auto part_of = [&](std::size_t count, std::size_t part) { return static_cast<Index>(count * part / WallAge::kParts); };
+    const std::size_t part = age.parts++ % WallAge::kParts;
+    const std::size_t vertices = scratch.tree.topology().vertex_count(), clusters = scratch.tree.clusters().size();
+    scratch.tree.refit_vertices(motion, part_of(vertices, part), part_of(vertices, part + 1));
+    scratch.tree.refit_clusters(part_of(clusters, part), part_of(clusters, part + 1));
+    scratch.tree.refit_nodes();
 }
 
 /// An instrument meets its wall along a line: smaller clusters than a search over whole surfaces wants leave less to refit.

@@ -24,11 +24,10 @@ TipView view_tip(const InstrumentModel& model, const InstrumentState& state, Ins
     fem::carry_material_axis(model.rod, state.rod, model.port, scratch.axis);
     const Vec3 chord = state.rod.position[root] - state.rod.position[root - 1];
     const double length = std::sqrt(chord.squaredNorm());
-    // The rod is compressed most where it enters: what the hand feels.
-    const std::size_t entry = std::min<std::size_t>(fem::first_inserted_node(model.rod, state.rod.insertion), last);
-    const std::size_t behind = entry > 0 ? entry - 1 : 0;
-    const double shortened = model.rod.segment - std::sqrt((state.rod.position[behind + 1] - state.rod.position[behind]).squaredNorm());
-    const double felt = model.rod.stretch_stiffness[behind] * std::max(0.0, shortened);
+    // The rod is compressed most where it enters: what the hand feels. The first segment that is in all of its length tells it.
+    const std::size_t entry = std::min<std::size_t>(fem::first_inserted_node(model.rod, state.rod.insertion), last - 1);
+    const double shortened = model.rod.segment - std::sqrt((state.rod.position[entry + 1] - state.rod.position[entry]).squaredNorm());
+    const double felt = model.rod.stretch_stiffness[entry] * std::max(0.0, shortened);
     return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, scratch.axis[root],
             scratch.hand_stopped ? kBlocked : felt};
 }
@@ -112,6 +111,7 @@ static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, Step
     drive.contact_stiffness = model.contact.rod_stiffness;
     drive.friction = instrument.friction;
     if (drive.friction > 0.0) context.report.effects.note(Effect::Friction);
+    drive.flow = scratch.flow; // empty without the effect
     if (twists_by_effect(instrument)) context.report.effects.note(Effect::Twist);
     return drive;
 }

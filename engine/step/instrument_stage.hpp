@@ -82,6 +82,10 @@ collision::ExactStats test_skin_at(const SceneModel& model, std::size_t instrume
 /// contacts.
 void build_exact_trees(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
+/// The same at a fraction of the cost, a part in each step: for planes alone, which allow for what the rest has moved since. Same
+/// planes, to the bit.
+void follow_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context);
+
 /// Wall bounds of the step that moves the lumen from surface_t0 to its current place.
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context);
 

@@ -38,6 +38,10 @@ void add_body(const BodyModel& body, BitHash& hash) noexcept {
         hash.add(row.displacement);
     }
     hash.add(body.pulse_reach);
+    if (body.blood) {
+        hash.add(body.blood->points);
+        for (const double speed : body.blood->speeds) hash.add(speed);
+    }
     if (body.tissue) add_tissue(*body.tissue, hash);
 }
 
@@ -82,6 +86,8 @@ std::uint64_t hash_model(const SceneModel& model) noexcept {
         hash.add(model.effects.breathing->direction);
     }
     if (model.effects.pulse) hash.add(model.effects.pulse->period);
+    if (const auto& blood = model.effects.blood_drag)
+        for (const double value : {blood->density, blood->viscosity, blood->pulsatility, blood->period}) hash.add(value);
     const ContactSettings& contact = model.contact;
     for (const double value : {contact.clearance, contact.exact_distance, contact.margin, contact.rod_stiffness, contact.wall_stiffness,
                                contact.solid_stiffness, contact.assumed_depth, contact.solid_damping, contact.solid_friction})

@@ -1,6 +1,7 @@
 // The step, in the order of the papers: hands, tissue, steering, coarse descent, exact contacts, response.
 #include "engine/step/simulator.hpp"
 
+#include "engine/step/blood_stage.hpp"
 #include "engine/step/instrument_stage.hpp"
 #include "engine/step/pull_stage.hpp"
 #include "engine/step/solid_stage.hpp"
@@ -133,6 +134,7 @@ void Simulator::move_everything() {
     budget_.begin_part(StepPart::Steer);
     steer_surfaces(model_, state_, context_);
     report.ms.steer = lap.lap_ms();
+    find_blood_flow(model_, state_, context_);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) solve_instrument(model_, i, state_, context_);
     report.ms.fem += lap.lap_ms();
     if (model_.effects.coarse_contact) {
@@ -194,6 +196,7 @@ void Simulator::join_step(const Simulator& other) {
             to.turn_t0 = from.turn_t0;
             to.turn_t1 = from.turn_t1;
         }
+        to.wall_age = {};      // the other's step may have ended elsewhere than where it was seen from here
         to.lumen = from.lumen; // goes on looking at the other's wall
     }
     context_.instruments = other.context_.instruments;
@@ -309,7 +312,10 @@ void Simulator::respond() {
     StepReport& report = context_.report;
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
         if (report.exact_ran || goes_along(model_, i) || !(model_.effects.coarse_contact || model_.effects.exact_contact)) continue;
-        refit(model_.instruments[i].lumen);
+        if (model_.effects.exact_contact)
+            refit(model_.instruments[i].lumen);
+        else
+            follow_wall(model_, model_.instruments[i].lumen, state_, context_);
         plane_from_walls(model_, i, state_, context_);
         budget_.begin_solve();
         solve_instrument(model_, i, state_, context_);

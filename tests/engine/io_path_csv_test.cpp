@@ -51,6 +51,58 @@ TEST(PathCsv, WhatIsWrongIsNamedWithLineAndColumn) {
     }
 }
 
+TEST(PathCsv, AHeaderOfNamesMovesSeveralInstruments) {
+    const auto paths = parse_path_table("time_s, wire.insertion_mm, cath.eter.rotation [rad],cath.eter.insertion,wire.rotation\n"
+                                        "0,1,2,3,4\n# on\n0.5,5,6,7,8\n",
+                                        "p.csv");
+    ASSERT_TRUE(paths.ok()) << paths.error().to_string();
+    ASSERT_EQ(paths->size(), 2u);
+    EXPECT_EQ((*paths)[0].instrument, "wire");
+    EXPECT_EQ((*paths)[1].instrument, "cath.eter");
+    ASSERT_EQ((*paths)[0].rows.size(), 2u);
+    ASSERT_EQ((*paths)[1].rows.size(), 2u);
+    EXPECT_EQ((*paths)[0].rows[1].time, 0.5);
+    EXPECT_EQ((*paths)[0].rows[1].insertion, 5);
+    EXPECT_EQ((*paths)[0].rows[1].rotation, 8);
+    EXPECT_EQ((*paths)[1].rows[0].insertion, 3);
+    EXPECT_EQ((*paths)[1].rows[0].rotation, 2);
+    EXPECT_EQ((*paths)[1].rows[1].line, 4u);
+    EXPECT_EQ((*paths)[1].rows[1].column, (std::array<std::size_t, 3>{1, 9, 7}));
+    const auto one = parse_path_csv("t,a.insertion,a.rotation\n0,1,2\n", "p.csv");
+    ASSERT_TRUE(one.ok());
+    EXPECT_EQ((*one)[0].rotation, 2);
+}
+
+TEST(PathCsv, WhatIsWrongWithNamedColumnsIsNamedWithLineAndColumn) {
+    struct Case {
+        const char* text;
+        std::size_t line, column;
+        const char* word;
+    };
+    const Case cases[] = {
+        {"t,a.insertion,a.rotation,b.insertion\n0,1,2,3\n", 1, 26, "b.insertion and b.rotation belong together"},
+        {"t,a.insertion,a.rotation,a.insertion\n0,1,2,3\n", 1, 26, "a.insertion stands twice"},
+        {"t,a.insertion,a.rotation,b.speed\n0,1,2,3\n", 1, 26, "'b.speed'"},
+        {"t,a.insertion,a.rotation,\n0,1,2,3\n", 1, 1, "NAME.insertion"},
+        {"t,a.insertion,a.rotation,b.insertion,b.rotation\n0,1,2,3\n", 2, 1, "4 columns; the header has 5"},
+        {"t,a.insertion,a.rotation\n0,1,2\n1,1,two\n", 3, 5, "a.rotation is 'two'"},
+        {"t,a.insertion,a.rotation\n0,,2\n", 2, 1, "a.insertion is missing"},
+        {"t,a.insertion,a.rotation\n", 0, 0, "no row"},
+        {"0,1,2\nt,a.insertion,a.rotation\n", 2, 1, "'t'"},
+    };
+    for (const Case& c : cases) {
+        const auto paths = parse_path_table(c.text, "p.csv");
+        ASSERT_FALSE(paths.ok()) << c.text;
+        EXPECT_EQ(paths.error().file, "p.csv");
+        EXPECT_EQ(paths.error().line, c.line) << paths.error().to_string();
+        EXPECT_EQ(paths.error().column, c.column) << paths.error().to_string();
+        EXPECT_NE(paths.error().message.find(c.word), std::string::npos) << paths.error().to_string();
+    }
+    const auto two = parse_path_csv("t,a.insertion,a.rotation,b.insertion,b.rotation\n0,1,2,3,4\n", "p.csv");
+    ASSERT_FALSE(two.ok());
+    EXPECT_NE(two.error().message.find("2 instruments"), std::string::npos);
+}
+
 using PathFiles = FolderTest;
 
 TEST_F(PathFiles, WrittenRowsComeBackToTheLastBit) {

@@ -171,15 +171,76 @@ TEST(Scenes, ACsvPathIsReadInTheScenesUnits) {
     const TemporaryFolder folder;
     (void)folder.write("hand.csv", "t,insertion,rotation\n0,20,0\n2,80,1\n");
     const auto file = folder.write("scene.json", spoil("[[0, 20, 0], [1, 50, 1]]", "\"hand.csv\""));
-    const auto scene = read_scene(file);
+    auto scene = read_scene(file);
     ASSERT_TRUE(scene.ok()) << scene.error().to_string();
     ASSERT_EQ(scene->instruments[0].path.size(), 2U);
     EXPECT_DOUBLE_EQ(scene->instruments[0].path[1].insertion, 0.080);
-    const auto fast = read_instrument_path(*scene, scene->instruments[0], folder.write("fast.csv", "0,0,0\n1,80,0\n"));
+    const auto fast = read_instrument_paths(*scene, folder.write("fast.csv", "0,0,0\n1,80,0\n"));
     ASSERT_FALSE(fast.ok());
-    EXPECT_TRUE(says(fast.error(), "fast.csv"));
+    EXPECT_TRUE(says(fast.error(), "fast.csv:2:3: "));
     EXPECT_TRUE(says(fast.error(), "row 2"));
     EXPECT_TRUE(says(fast.error(), "80 mm/s"));
+}
+
+/// The sound scene's wire and one in its bore, both moved by one file.
+std::string moved_by_one_file(const std::string& core) {
+    return spoil("\"path\": [[0, 20, 0], [1, 50, 1]]\n        }",
+                 "\"path\": \"hand.csv\"}, \"core\": {\"inside\": \"wire\", \"length\": 400, \"radius\": 0.2, " + core + "}");
+}
+
+TEST(Scenes, OneCsvMovesTwoInstruments) {
+    const TemporaryFolder folder;
+    (void)folder.write("hand.csv", "t,wire.insertion,core.insertion,wire.rotation,core.rotation\n0,20,25,0,0\n2,80,95,1,-1\n");
+    auto scene = read_scene(folder.write("scene.json", moved_by_one_file("\"path\": \"hand.csv\"")));
+    ASSERT_TRUE(scene.ok()) << scene.error().to_string();
+    EXPECT_DOUBLE_EQ(scene->instruments[0].path[1].insertion, 0.080);
+    EXPECT_DOUBLE_EQ(scene->instruments[1].path[1].insertion, 0.095);
+    EXPECT_DOUBLE_EQ(scene->instruments[1].path[1].rotation, -1.0);
+    EXPECT_DOUBLE_EQ(scene->instruments[1].inserted, 0.025);
+    // Instead of the scene's: those that are named.
+    ASSERT_TRUE(read_instrument_paths(*scene, folder.write("core.csv", "t,core.insertion,core.rotation\n0,30,0\n")).ok());
+    EXPECT_DOUBLE_EQ(scene->instruments[0].path[1].insertion, 0.080);
+    ASSERT_EQ(scene->instruments[1].path.size(), 1u);
+    EXPECT_DOUBLE_EQ(scene->instruments[1].path[0].insertion, 0.030);
+    const auto unknown = read_instrument_paths(*scene, folder.write("x.csv", "t,wier.insertion,wier.rotation\n0,30,0\n"));
+    ASSERT_FALSE(unknown.ok());
+    EXPECT_TRUE(says(unknown.error(), "x.csv:1:3: "));
+    EXPECT_TRUE(says(unknown.error(), "nearest known instrument: \"wire\""));
+    const auto fast = read_instrument_paths(
+        *scene, folder.write("fast.csv", "t,wire.insertion,wire.rotation,core.insertion,core.rotation\n0,20,0,20,0\n1,30,0,90,0\n"));
+    ASSERT_FALSE(fast.ok());
+    EXPECT_TRUE(says(fast.error(), "fast.csv:3:8: ")) << fast.error().to_string();
+    EXPECT_TRUE(says(fast.error(), "instruments.core.path"));
+}
+
+TEST(Scenes, ColumnsOfACsvThatNobodyUsesAreAMistake) {
+    const TemporaryFolder folder;
+    (void)folder.write("hand.csv", "t,wire.insertion,wire.rotation,cor.insertion,cor.rotation\n0,20,0,25,0\n");
+    const auto nobody = read_scene(folder.write("a.json", moved_by_one_file("\"inserted\": 25")));
+    ASSERT_FALSE(nobody.ok());
+    EXPECT_TRUE(says(nobody.error(), "hand.csv:1:32: ")) << nobody.error().to_string();
+    EXPECT_TRUE(says(nobody.error(), "nearest known instrument: \"core\""));
+    (void)folder.write("hand.csv", "t,wire.insertion,wire.rotation,core.insertion,core.rotation\n0,20,0,25,0\n");
+    const auto unused = read_scene(folder.write("b.json", moved_by_one_file("\"inserted\": 25")));
+    ASSERT_FALSE(unused.ok());
+    EXPECT_TRUE(says(unused.error(), "hand.csv:1:32: ")) << unused.error().to_string();
+    EXPECT_TRUE(says(unused.error(), "the same \"path\" in that instrument"));
+    (void)folder.write("hand.csv", "t,core.insertion,core.rotation\n0,25,0\n");
+    const auto missing = read_scene(folder.write("c.json", moved_by_one_file("\"path\": \"hand.csv\"")));
+    ASSERT_FALSE(missing.ok());
+    EXPECT_TRUE(says(missing.error(), "holds no column wire.insertion")) << missing.error().to_string();
+}
+
+TEST(Scenes, APigtailOfTooFewNodesIsRefusedWhereItIsWritten) {
+    const std::string text = spoil("\"path\": [[0, 20, 0], [1, 50, 1]]",
+                                   "\"path\": [[0, 20, 0], [1, 50, 1]], \"segment\": 8, \"tip\": {\"shape\": \"pigtail\", \"length\": 40, "
+                                   "\"angle\": 6}");
+    const Error error = refusal(text);
+    EXPECT_GT(error.line, 0u);
+    EXPECT_GT(error.column, 0u);
+    EXPECT_TRUE(says(error, "instruments.wire.segment")) << error.to_string();
+    EXPECT_TRUE(says(error, "a segment of 5.33")) << error.to_string();
+    EXPECT_TRUE(says(error, " mm"));
 }
 
 TEST(Scenes, AMistakeInARecipeIsShownInTheRecipe) {

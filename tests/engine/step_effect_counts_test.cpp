@@ -17,8 +17,8 @@ std::string everything(const std::string& effects) {
     return text;
 }
 
-const std::vector<std::string> kAll{"elasticity",     "damping",      "gravity",       "breathing", "pulse",
-                                    "coarse_contact", "self_contact", "exact_contact", "friction",  "twist"};
+const std::vector<std::string> kAll{"elasticity",   "damping",       "gravity",  "breathing", "pulse",     "coarse_contact",
+                                    "self_contact", "exact_contact", "friction", "twist",     "blood_drag"};
 
 std::string list_without(const std::string& left_out) {
     std::string list;
@@ -103,7 +103,8 @@ TEST(EffectCounts, WhatIsLeftOutFindsNoMemory) {
     };
     const PreparedScene no_coarse = prepare_without("coarse_contact"), no_exact = prepare_without("exact_contact"),
                         no_self = prepare_without("self_contact"), no_pulse = prepare_without("pulse"),
-                        no_elasticity = prepare_without("elasticity"), no_breathing = prepare_without("breathing");
+                        no_elasticity = prepare_without("elasticity"), no_breathing = prepare_without("breathing"),
+                        no_blood = prepare_without("blood_drag");
     for (const BodyScratch& body : context_of(no_coarse)->context().bodies) {
         EXPECT_TRUE(body.spheres.empty());
         EXPECT_TRUE(body.surface_ahead.empty());
@@ -111,6 +112,8 @@ TEST(EffectCounts, WhatIsLeftOutFindsNoMemory) {
     EXPECT_EQ(context_of(no_exact)->context().instruments[0].tree.memory(), collision::DopTree().memory());
     for (const BodyScratch& body : context_of(no_self)->context().bodies) EXPECT_TRUE(body.self_near.empty());
     for (const BodyModel& body : no_pulse.model.bodies) EXPECT_TRUE(body.pulse_reach.empty());
+    for (const BodyModel& body : no_blood.model.bodies) EXPECT_FALSE(body.blood.has_value());
+    for (const InstrumentScratch& instrument : context_of(no_blood)->context().instruments) EXPECT_TRUE(instrument.flow.empty());
     for (const BodyScratch& body : context_of(no_elasticity)->context().bodies) EXPECT_TRUE(body.pinned_target.empty());
     for (const BodyScratch& body : context_of(no_breathing)->context().bodies) EXPECT_TRUE(body.pinned_target.empty());
 }

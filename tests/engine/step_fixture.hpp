@@ -75,7 +75,7 @@ inline const std::string kOrgan = R"("organ": {"kind": "deformable",
 
 /// What a run came to: sums and extremes over its steps.
 struct Tally {
-    std::uint64_t steps = 0, lumen_exits = 0, exact_steps = 0, assumed = 0, open = 0, unproven = 0, held_back = 0;
+    std::uint64_t steps = 0, lumen_exits = 0, exact_steps = 0, insisted = 0, assumed = 0, open = 0, unproven = 0, held_back = 0;
     std::uint64_t pairs_tested = 0, candidates = 0;
     double largest_force = 0.0, insertion = 0.0, largest_energy = 0.0;
     StepReport last;
@@ -96,6 +96,7 @@ inline Tally run_steps(Simulator& simulator, std::uint64_t steps) {
         ++tally.steps;
         tally.lumen_exits += report.lumen_exits;
         tally.exact_steps += report.exact_ran;
+        tally.insisted += report.exact_insisted;
         tally.assumed += report.assumed;
         tally.open += report.pairs_open;
         tally.unproven += report.unproven_links;

@@ -62,12 +62,10 @@ std::uint64_t hash_of_run(const std::string& scene_text, const std::string& csv,
     std::ofstream(file) << csv;
     Result<Scene> scene = parse_scene(scene_text, "scenes/viewer.json");
     EXPECT_TRUE(scene.ok());
-    const auto path = read_instrument_path(*scene, scene->instruments.front(), file);
+    const auto path = read_instrument_paths(*scene, file);
     std::filesystem::remove(file);
     EXPECT_TRUE(path.ok()) << (path.ok() ? "" : path.error().to_string());
     if (!path.ok()) return 0;
-    scene->instruments.front().path = *path;
-    scene->instruments.front().follow.reset();
     scene->budget.limits = limits;
     const Result<PreparedScene> prepared = prepare_scene(*scene);
     EXPECT_TRUE(prepared.ok());

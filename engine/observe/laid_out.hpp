@@ -1,0 +1,14 @@
+// A scene as it will stand late in its run: instruments that follow a route laid along it.
+#pragma once
+
+#include "engine/prepare/model.hpp"
+
+#include <string>
+
+namespace seldinger::engine {
+
+/// The memory of such a run, for Simulator::take_over: bodies at rest, every instrument with a route as far along it as it reaches,
+/// others where they start. Empty: no instrument has a route.
+[[nodiscard]] std::string lay_along_routes(const SceneModel& model);
+
+} // namespace seldinger::engine

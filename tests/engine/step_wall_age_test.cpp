@@ -1,0 +1,83 @@
+// The wall's bounds refitted a part at a time: planes as from a refit of everything, to the bit.
+#include "engine/step/instrument_stage.hpp"
+#include "engine/step/tissue_stage.hpp"
+#include "step_fixture.hpp"
+
+namespace seldinger::engine {
+namespace {
+
+void expect_same_planes(const InstrumentScratch& a, const InstrumentScratch& b, int step) {
+    ASSERT_EQ(a.planes.size(), b.planes.size()) << "step " << step;
+    for (std::size_t k = 0; k < a.planes.size(); ++k) {
+        ASSERT_EQ(a.planes[k].node, b.planes[k].node) << "step " << step;
+        ASSERT_EQ(a.planes[k].weight, b.planes[k].weight);
+        ASSERT_EQ(a.planes[k].normal, b.planes[k].normal);
+        ASSERT_EQ(a.planes[k].offset, b.planes[k].offset);
+        ASSERT_EQ(a.planes[k].wall_velocity, b.planes[k].wall_velocity);
+        ASSERT_EQ(a.presses[k].triangle, b.presses[k].triangle);
+    }
+}
+
+TEST(WallAge, PlanesAreThoseOfAWholeRefit) {
+    const PreparedScene prepared = test::prepare(
+        test::bent_tube_scene({.effects = R"("elasticity", "damping", "breathing", "coarse_contact")", .carrier = test::kOrgan}));
+    SceneModel model = prepared.model;
+    model.effects.coarse_contact = false; // no descent, so that nothing is proven free: planes everywhere
+    ASSERT_TRUE(model.bodies[1].moves());
+    State state = make_initial_state(model);
+    fem::place_rod(model.instruments[0].rod, model.instruments[0].port, 0.035, 0.0, state.instruments[0].rod);
+    StepContext parts = make_step_context(prepared.model, state), whole = make_step_context(prepared.model, state);
+    std::size_t planes = 0;
+    double drift = 0.0;
+    for (int step = 0; step < 3 * static_cast<int>(WallAge::kParts); ++step, ++state.step) {
+        for (StepContext* context : {&parts, &whole}) {
+            keep_start(model, state, *context);
+            context->instruments[0].command = {0.035, 0.0};
+        }
+        // The tube goes to and fro by up to 0.7 mm a step, as whole as a breath and faster.
+        const double share = wave_at(0.2, 0.01 * (step + 1));
+        for (std::size_t v = 0; v < state.bodies[1].surface.size(); ++v)
+            state.bodies[1].surface[v] = model.bodies[1].surface.vertices[v] + share * Vec3(2e-3, 1e-3, 4e-3);
+        follow_wall(model, 1, state, parts);
+        refit_wall(model, 1, state, whole);
+        plane_from_wall(model, 0, state, parts);
+        plane_from_wall(model, 0, state, whole);
+        expect_same_planes(parts.instruments[0], whole.instruments[0], step);
+        planes += whole.instruments[0].planes.size();
+        drift = std::max(drift, parts.bodies[1].wall_age.drift);
+        EXPECT_EQ(pokes_into_wall(model, 0, state, parts), pokes_into_wall(model, 0, state, whole)) << "step " << step;
+    }
+    EXPECT_GT(planes, 500u);
+    EXPECT_GT(drift, 2e-3) << "old bounds were looked at";
+}
+
+/// Steps that nobody followed: the drift is not known, so that everything is refitted.
+TEST(WallAge, AStepThatWasMissedAsksForAWholeRefit) {
+    const PreparedScene prepared =
+        test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .carrier = test::kOrgan}));
+    State state = make_initial_state(prepared.model);
+    StepContext context = make_step_context(prepared.model, state);
+    for (const std::uint64_t step : {0, 1, 2, 7}) {
+        state.step = step;
+        keep_start(prepared.model, state, context);
+        for (Vec3& v : state.bodies[1].surface) v += Vec3(1e-3, 0, 0);
+        follow_wall(prepared.model, 1, state, context);
+        EXPECT_NEAR(context.bodies[1].wall_age.drift, step == 7 ? 0.0 : 1e-3 * static_cast<double>(step), 1e-9) << step;
+    }
+}
+
+TEST(WallAge, AWholeRefitMakesItNew) {
+    const PreparedScene prepared =
+        test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .carrier = test::kOrgan}));
+    Simulator simulator(prepared.model);
+    for (int k = 0; k < 40; ++k) simulator.step();
+    EXPECT_GT(simulator.context().bodies[1].wall_age.drift, 0.0) << "coarse contact alone follows in parts";
+    const PreparedScene exact = test::prepare(
+        test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact", "exact_contact")", .carrier = test::kOrgan}));
+    Simulator other(exact.model);
+    for (int k = 0; k < 40; ++k) other.step();
+    EXPECT_EQ(other.context().bodies[1].wall_age.drift, 0.0);
+}
+
+} // namespace
+} // namespace seldinger::engine
