@@ -12,7 +12,7 @@ namespace {
 
 /// Lists are made for one pair of clusters in so many a step, and a few more: what a session costs at first comes bit by bit, while it
 /// is seen whether it pays.
-constexpr std::size_t kListShare = 4, kFewestLists = 64;
+constexpr std::size_t kListShare = 6, kFewestLists = 64;
 /// One cluster in so many must keep its shape.
 constexpr std::size_t kCalmShare = 4;
 

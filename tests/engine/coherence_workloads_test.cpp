@@ -115,7 +115,8 @@ constexpr Switch kHeuristicSwitches[] = {
 };
 
 /// What meets, decided without rounding, by the set with every short cut off; then one switch after the other.
-void expect_switches(const char* name, const Workload& workload, std::size_t at_least) {
+void expect_switches(const char* name, const Workload& workload, std::size_t at_least, std::span<const Switch> exact = kExactSwitches,
+                     std::span<const Switch> heuristic = kHeuristicSwitches) {
     ProximityOptions off;
     off.normal_cones = NormalCones::Off;
     const Found wanted = find(workload, off);
@@ -125,7 +126,7 @@ void expect_switches(const char* name, const Workload& workload, std::size_t at_
         one.set(options);
         return options;
     };
-    for (const Switch& one : kExactSwitches) {
+    for (const Switch& one : exact) {
         SCOPED_TRACE(std::string(name) + ", " + one.name);
         ASSERT_EQ(exactness_of(with(one)), Exactness::Exact);
         const Found found = find(workload, with(one));
@@ -133,7 +134,7 @@ void expect_switches(const char* name, const Workload& workload, std::size_t at_
             EXPECT_TRUE(std::equal(found.steps[k].begin(), found.steps[k].end(), wanted.steps[k].begin(), wanted.steps[k].end(), same_bits))
                 << "step " << k << ": " << found.steps[k].size() << " instead of " << wanted.steps[k].size();
     }
-    for (const Switch& one : kHeuristicSwitches) {
+    for (const Switch& one : heuristic) {
         SCOPED_TRACE(std::string(name) + ", " + one.name);
         ASSERT_EQ(exactness_of(with(one)), Exactness::Heuristic);
         const Found found = find(workload, with(one));
@@ -150,11 +151,14 @@ TEST(CoherenceWorkloads, ExactSwitchesChangeNothingOnClothThatFolds) { expect_sw
 TEST(CoherenceWorkloads, ExactSwitchesChangeNothingOnAClothOnABall) {
     const Workload workload = cloth_on_a_ball();
     if (workload.frames.empty()) GTEST_SKIP() << "SELDINGER_TEST_DATA has no cloth/cloth_ball92.ply.gz";
-    expect_switches("cloth on a ball", workload, 10000);
+    // of 92 thousand triangles that cross themselves a hundred thousand times: what runs along other paths
+    constexpr Switch kExact[] = {kExactSwitches[0], kExactSwitches[3], kExactSwitches[8], kExactSwitches[9]};
+    expect_switches("cloth on a ball", workload, 10000, kExact, std::span(kHeuristicSwitches).subspan(1, 1));
 }
 
 /// Sessions beside the search that keeps nothing.
-void expect_sessions(const char* name, const Workload& workload) {
+/// most   of the switches that are tried
+void expect_sessions(const char* name, const Workload& workload, std::size_t most = SIZE_MAX) {
     SCOPED_TRACE(name);
     const std::pair<const char*, void (*)(CoherentOptions&)> switches[] = {
         {"as it is", [](CoherentOptions&) {}},
@@ -168,7 +172,7 @@ void expect_sessions(const char* name, const Workload& workload) {
          }},
         {"without skipping", [](CoherentOptions& o) { o.skipping = false; }},
     };
-    for (const auto& [what, set] : switches) {
+    for (const auto& [what, set] : std::span(switches).first(std::min(most, std::size(switches)))) {
         CoherentOptions options;
         set(options);
         const auto compared = compare_coherence(
@@ -185,8 +189,7 @@ TEST(CoherenceWorkloads, SessionsFindTheSameContacts) {
     if (const Workload ball = cloth_on_a_ball(); ball.frames.empty())
         std::printf("SELDINGER_TEST_DATA has no cloth/cloth_ball92.ply.gz: left out\n");
     else
-        expect_sessions("cloth on a ball",
-                        {ball.topology, {ball.frames[0], ball.frames[1], ball.frames[0], ball.frames[0], ball.frames[1]}});
+        expect_sessions("cloth on a ball", {ball.topology, {ball.frames[0], ball.frames[1], ball.frames[1]}}, 2);
 }
 
 } // namespace
