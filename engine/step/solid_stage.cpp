@@ -22,6 +22,9 @@ constexpr double kSlip = 0.02;
 /// stable step shorter.
 constexpr double kLeastShare = 0.1;
 
+/// Steps; friction's springs are damped by so many times their stiffness: without, what rests would go on shivering on them.
+constexpr double kFrictionLag = 0.5;
+
 /// Pairs of bodies that the list of those who meet holds without growing.
 constexpr std::size_t kReservedPairs = 4096;
 
@@ -122,7 +125,9 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
         own->drawn = draw_on(before != nullptr ? before->drawn : Vec3(Vec3::Zero()), slip, touch.normal, most / contact.solid_stiffness);
         const double length = own->drawn.norm();
         if (length > 0.0)
-            push_both(model, a, b, {-own->drawn / length, -length, contact.solid_stiffness, 0.0, most}, state, context);
+            push_both(model, a, b,
+                      {-own->drawn / length, -length, contact.solid_stiffness, kFrictionLag * model.step_s * contact.solid_stiffness, most},
+                      state, context);
         return;
     }
     const double way = slip.norm();
