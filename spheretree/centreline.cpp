@@ -69,14 +69,15 @@ private:
     }
 
     /// Marks what lies near the point as seen.
-    /// returns  m, the vessel's radius there: what is proven free around the point falls short of it between two balls
+    /// returns  m, the vessel's radius there; what find_lumen_path says is another measure, of the union of balls
     double see(const LumenPathPoint& point) {
-        double radius = std::max(point.radius, 0.0);
+        double radius = 0.0;
         for (Index ball = 0; ball < waiting_.size(); ++ball) {
             const Sphere& free = lumen_.ball(ball);
             if ((free.centre - point.centre).squaredNorm() <= kMiddle * kMiddle * free.radius * free.radius)
                 radius = std::max(radius, free.radius);
         }
+        if (radius == 0.0) radius = std::max(point.radius, 0.0); // off the middle of every ball
         const double reach = options_.seen * radius;
         for (Index ball = 0; ball < waiting_.size(); ++ball)
             if ((lumen_.ball(ball).centre - point.centre).squaredNorm() <= reach * reach) waiting_[ball] = -1.0;
