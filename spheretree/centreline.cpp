@@ -2,12 +2,15 @@
 
 #include "spheretree/lumen_path.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <limits>
 
 namespace seldinger::spheretree {
 
 namespace {
+
+/// Of a ball's radius: a point so near to its middle lies in a vessel as wide as the ball.
+constexpr double kMiddle = 0.5;
 
 class Grower {
 public:
@@ -59,17 +62,26 @@ private:
         if (begin == 0) parent = tree_.point_count() == 0 ? kNoIndex : 0;
         for (std::size_t k = begin; k < path.size(); ++k) {
             tree_.points.push_back(path[k].centre);
-            tree_.radii.push_back(std::max(path[k].radius, 0.0));
+            tree_.radii.push_back(see(path[k]));
             tree_.parents.push_back(parent);
             parent = static_cast<Index>(tree_.point_count() - 1);
-            see(path[k]);
         }
     }
 
-    void see(const LumenPathPoint& point) {
-        const double reach = options_.seen * point.radius;
+    /// Marks what lies near the point as seen.
+    /// returns  m, the vessel's radius there; what find_lumen_path says is another measure, of the union of balls
+    double see(const LumenPathPoint& point) {
+        double radius = 0.0;
+        for (Index ball = 0; ball < waiting_.size(); ++ball) {
+            const Sphere& free = lumen_.ball(ball);
+            if ((free.centre - point.centre).squaredNorm() <= kMiddle * kMiddle * free.radius * free.radius)
+                radius = std::max(radius, free.radius);
+        }
+        if (radius == 0.0) radius = std::max(point.radius, 0.0); // off the middle of every ball
+        const double reach = options_.seen * radius;
         for (Index ball = 0; ball < waiting_.size(); ++ball)
             if ((lumen_.ball(ball).centre - point.centre).squaredNorm() <= reach * reach) waiting_[ball] = -1.0;
+        return radius;
     }
 
     const LumenTree& lumen_;

@@ -13,7 +13,7 @@ namespace seldinger::spheretree {
 /// Point 0 is the root; every other one comes after its parent.
 struct CentrelineTree {
     std::vector<Vec3> points;   // [point_count] m, rest pose
-    std::vector<double> radii;  // [point_count] m, free around the point; a lower bound
+    std::vector<double> radii;  // [point_count] m, of the lumen: of the largest free ball in whose middle the point lies
     std::vector<Index> parents; // [point_count] kNoIndex: the root
 
     [[nodiscard]] std::size_t point_count() const noexcept { return points.size(); }

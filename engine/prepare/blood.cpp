@@ -29,28 +29,6 @@ double mean_radius(const BloodFlow& flow, Index from, Next&& next) {
     return sum / static_cast<double>(count);
 }
 
-/// Of the radius: as far to either side the widest place counts. The radii are lower bounds that dip from ball to ball.
-constexpr double kDip = 0.5;
-
-/// Every radius becomes the largest near it along its branch.
-void fill_dips(BloodFlow& flow) {
-    const std::vector<double> bounds = flow.radii;
-    for (Index i = 0; i < flow.point_count(); ++i) {
-        const double reach = kDip * bounds[i];
-        double length = 0.0;
-        for (Index at = i; flow.parents[at] != kNoIndex && length <= reach; at = flow.parents[at]) {
-            if (flow.children_of(flow.parents[at]).size() > 1) break; // a branch's width is its own
-            length += (flow.points[at] - flow.points[flow.parents[at]]).norm();
-            flow.radii[i] = std::max(flow.radii[i], bounds[flow.parents[at]]);
-        }
-        length = 0.0;
-        for (Index at = i; flow.children_of(at).size() == 1 && length <= reach; at = flow.children_of(at).front()) {
-            length += (flow.points[at] - flow.points[flow.children_of(at).front()]).norm();
-            flow.radii[i] = std::max(flow.radii[i], bounds[flow.children_of(at).front()]);
-        }
-    }
-}
-
 void list_children(BloodFlow& flow) {
     flow.child_begin.assign(flow.point_count() + 1, 0);
     for (const Index parent : flow.parents)
@@ -70,7 +48,6 @@ BloodFlow make_blood_flow(const spheretree::CentrelineTree& tree, double speed) 
     flow.radii = tree.radii;
     flow.parents = tree.parents;
     list_children(flow);
-    fill_dips(flow);
     std::vector<double> rate(flow.point_count(), 0.0); // of the flow, up to a factor
     for (Index i = static_cast<Index>(flow.point_count()); i-- > 0;) {
         if (flow.children_of(i).empty()) {
