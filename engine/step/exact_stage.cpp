@@ -93,6 +93,15 @@ bool proven_free(const SceneModel& model, std::size_t index, Index node, double 
     return link < status.size() && status[link] == spheretree::LinkStatus::Free;
 }
 
+/// What the descent proved it proved of the free motion, with the margin to spare. The solve against the planes may have taken this place
+/// farther than that: pushed back at its middle, a rod swings at its ends.
+static bool is_as_descended(const SceneModel& model, std::size_t index, Index node, double weight, const Vec3& place,
+                            const StepContext& context) {
+    const Index ahead = static_cast<Index>(model.instruments[index].rod.node_count()) - 2 - node;
+    const Vec3& seen = context.instruments[index].links_t1[2 * ahead + (weight < 1.0 ? 1 : 0)].centre;
+    return (place - seen).squaredNorm() <= model.contact.margin * model.contact.margin;
+}
+
 /// Place on the rod of a skin vertex, and of a point between two of them.
 double rod_place(const InstrumentModel& instrument, const Index* vertices, const double* weights, int count) {
     double place = 0.0;
@@ -215,8 +224,8 @@ static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, cons
     const Index first = fem::first_inserted_node(instrument.rod, rod.insertion);
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size(); ++node)
         for (const double weight : {0.5, 1.0}) {
-            if (proven_free(model, index, node, weight, context)) continue;
             const Vec3 p = (1.0 - weight) * rod.position[node] + weight * rod.position[node + 1];
+            if (proven_free(model, index, node, weight, context) && is_as_descended(model, index, node, weight, p, context)) continue;
             if (room_at(model, instrument.lumen, state, context, p, radius + kReach) < radius) return true;
         }
     return false;
