@@ -136,7 +136,9 @@ TEST(QueryCuller, TakesNothingAndTwo) {
     QueryCuller culler;
     std::vector<TrianglePair> pairs;
     EXPECT_TRUE(culler.cull({}, {}, canvas, pairs).ok());
-    const SweptCorners here{}, there{Vec3(1, 1, 1), Vec3(2, 1, 1), Vec3(1, 2, 1), Vec3(1, 1, 1), Vec3(2, 1, 1), Vec3(1, 2, 1)};
+    const Vec3 o = Vec3::Zero();
+    const SweptCorners here{o, o, o, o, o, o},
+        there{Vec3(1, 1, 1), Vec3(2, 1, 1), Vec3(1, 2, 1), Vec3(1, 1, 1), Vec3(2, 1, 1), Vec3(1, 2, 1)};
     const std::vector<Triangle> corners = {{0, 1, 2}, {3, 4, 5}};
     const std::vector<Index> sets = {0, 1};
     for (const bool apart : {true, false}) {
