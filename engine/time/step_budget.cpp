@@ -21,7 +21,7 @@ constexpr std::uint64_t kSmallestLesson = 32;
 constexpr double kLearning = 0.2;
 /// Rates that rise are followed faster: late is dearer than early.
 constexpr double kAlarm = 0.5;
-/// Contacts grow between steps: a third is kept in reserve.
+/// Contacts grow between steps, and what one costs changes from round to round: a third is kept in reserve.
 constexpr double kTestsReserve = 1.33;
 /// An abandoned stage would have cost more than it was given; how much more nobody knows.
 constexpr double kAbandonedCost = 1.5;
@@ -178,7 +178,8 @@ std::uint64_t StepBudget::affordable_tests(const ExactForecast& forecast) const 
     const std::uint64_t refit = forecast.triangles * kUnitsPerRefitTriangle;
     if (limits_.mode == BudgetMode::Exact) return WorkBudget::kUnlimited;
     if (limits_.mode == BudgetMode::Work) return units_left() > refit ? (units_left() - refit) / kUnitsPerCandidate : 0;
-    const double all = left_s() / tests_s_per_unit_ - static_cast<double>(refit);
+    const double all =
+        left_s() / (kTestsReserve * tests_s_per_unit_) - static_cast<double>(refit); // one grant: no second look at the clock
     return all > 0.0 ? static_cast<std::uint64_t>(all / kUnitsPerCandidate) : 0;
 }
 

@@ -53,12 +53,12 @@ TEST(StepBudget, AnotherRoundIsRefusedWhenItsSolveWouldNotFit) {
 
 TEST(StepBudget, TestsAreGrantedWhatIsLeftAfterTheRefit) {
     HandClock clock;
-    StepBudget budget(clock, wall(0.9e-3)); // 60000 units of 15 ns
+    StepBudget budget(clock, wall(1.33 * 0.9e-3)); // 60000 units of 15 ns, with the reserve
     budget.begin();
     EXPECT_NEAR(static_cast<double>(budget.grant_tests({100, 0}).left()), 10000.0, 1.0);
     EXPECT_NEAR(static_cast<double>(budget.grant_tests({100, 15000}).left()), 5000.0, 1.0);
     EXPECT_EQ(budget.grant_tests({100, 40000}).left(), 0u);
-    clock.pass(1e-3);
+    clock.pass(1.3e-3);
     EXPECT_EQ(budget.grant_tests({100, 0}).left(), 0u);
 }
 
@@ -206,7 +206,7 @@ TEST(StepBudget, WhatTestsCostIsNotForgottenBelowTheLowestThatWasSeen) {
     }
     for (int step = 0; step < 1000; ++step) budget.begin();
     const WorkBudget grant = budget.grant_tests(forecast);
-    EXPECT_NEAR(10e-9 * static_cast<double>(kUnitsPerCandidate * grant.left()), 2e-3, 2e-5);
+    EXPECT_NEAR(10e-9 * static_cast<double>(kUnitsPerCandidate * grant.left()), 2e-3 / 1.33, 2e-5);
 }
 
 } // namespace
