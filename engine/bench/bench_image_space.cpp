@@ -3,6 +3,7 @@
 #include "collision/cull_twin.hpp"
 #include "collision/cullide.hpp"
 #include "collision/image_space.hpp"
+#include "engine/bench/dented.hpp"
 #include "engine/bench/tables.hpp"
 #include "engine/gpu/gl_cull_backend.hpp"
 #include "engine/gpu/hand_over.hpp"
@@ -12,7 +13,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace seldinger::engine {
 
@@ -56,16 +56,6 @@ void merge_with_itself(TriMesh& mesh) {
         const Triangle c = mesh.triangles[t];
         mesh.triangles.push_back({c[0] + count, c[1] + count, c[2] + count});
     }
-}
-
-/// A dent from the highest point down, deep enough to come out below.
-void push_top_down(TriMesh& mesh) {
-    Index top = 0;
-    for (Index v = 0; v < mesh.vertices.size(); ++v)
-        if (mesh.vertices[v].y() > mesh.vertices[top].y()) top = v;
-    const Vec3 peak = mesh.vertices[top];
-    const double height = mesh.bounds().extent().y(), radius = 0.08 * mesh.bounds().longest_edge();
-    for (Vec3& v : mesh.vertices) v.y() -= 1.1 * height * std::exp(-(v - peak).squaredNorm() / (radius * radius));
 }
 
 double share(std::size_t part, std::size_t whole) { return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole); }

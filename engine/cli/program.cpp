@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <new>
 #include <system_error>
 
 namespace seldinger::engine {
@@ -44,6 +45,8 @@ int run_program(int argc, char** argv) {
             if (command.app->parsed()) return end_output(command.run());
     } catch (const std::system_error& error) { // of fmt::print
         return report_error({ErrorCode::CannotWrite, fmt::format("an output stream cannot be written: {}", error.what())});
+    } catch (const std::bad_alloc&) { // files that are to be whole are written under another name first: none is half-written
+        std::fputs("error: out of memory: this input needs more than the system grants; a smaller mesh or scene would do\n", stderr);
     }
     return kExitBadInput;
 }

@@ -56,11 +56,11 @@ struct LeafPair {
 /// A vertex of one body that is in another one, or through it, and where it went in.
 struct SolidEntry {
     std::size_t own = 0, other = 0;
-    Index vertex = 0;            // of own
-    Index by = kNoIndex;         // triangle of other: the side that it came by
-    double pushed = 0.0;         // m, by how much its spring started pressed in the last response: its depth, unless another side was nearer
+    Index vertex = 0;    // of own
+    Index by = kNoIndex; // triangle of other: the side that it came by
+    double pushed = 0.0; // m, by how much its spring started pressed in the last response: its depth, unless another side was nearer
 
-    Vec3 drawn = Vec3::Zero();   // m, from b to a: by how much friction's spring is drawn along the surface
+    Vec3 drawn = Vec3::Zero(); // m, from b to a: by how much friction's spring is drawn along the surface
 
     [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
 };
@@ -73,7 +73,7 @@ struct PressedTouch {
 };
 
 /// How far a surface goes in a step.
-struct SurfaceMotion {
+struct SurfaceTravel {
     Vec3 mean = Vec3::Zero(); // m
     double spread = 0.0;      // m, no vertex moves by more from the mean
     double farthest = 0.0;    // m, nor by more in all
@@ -153,7 +153,7 @@ struct BodyScratch {
     std::vector<Index> leaf_of_triangle;     // [triangle_count] solid bodies that are closed
     std::vector<SelfNear> self_near;         // [vertex_count] bodies that touch themselves, scratch of the response
     bool surface_is_fresh = false;           // inside, vertex_normal and motion are those of this step
-    SurfaceMotion motion;                    // solid bodies that may touch
+    SurfaceTravel motion;                    // solid bodies that may touch
     double thickness = 0.0;                  // m, solid bodies that something can touch: extent along the thinnest axis, at rest
     SphereNodes sphere_nodes;                // solid bodies that hang on nodes
     spheretree::LumenState lumen;            // hollow bodies

@@ -1,5 +1,6 @@
 // The exact stage of an instrument: planes from the wall's own triangles, then continuous tests of the skin until none hits.
 #include "engine/step/instrument_stage.hpp"
+#include "engine/step/surface_place.hpp"
 
 #include "collision/proximity.hpp"
 
@@ -62,10 +63,6 @@ collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, 
     return {motion.topology, motion.t0, motion.t0};
 }
 
-Vec3 point_on(const Triangle& t, const std::array<double, 3>& bary, std::span<const Vec3> positions) {
-    return bary[0] * positions[t[0]] + bary[1] * positions[t[1]] + bary[2] * positions[t[2]];
-}
-
 collision::SurfaceMotion skin_motion(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
     return {&model.instruments[index].topology, context.instruments[index].skin_t0, state.instruments[index].skin};
 }
@@ -84,21 +81,26 @@ void add_planes(const NearList& list, Index node, double weight, double room, In
     }
 }
 
+/// Of the chain that the descent saw: the sphere at a node, or midway to the next.
+Index link_at(const SceneModel& model, std::size_t index, Index node, double weight) {
+    const Index ahead = static_cast<Index>(model.instruments[index].rod.node_count()) - 2 - node; // segments to the tip
+    return 2 * ahead + (weight < 1.0 ? 1 : 0);
+}
+
 /// Has the descent proven that the rod keeps more than the margin from the wall here, all step long?
 bool proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const StepContext& context) {
     if (!model.effects.coarse_contact) return false;
     const auto status = context.descent.link_status(index);
-    const Index ahead = static_cast<Index>(model.instruments[index].rod.node_count()) - 2 - node; // segments to the tip
-    const Index link = 2 * ahead + (weight < 1.0 ? 1 : 0);
+    const Index link = link_at(model, index, node, weight);
     return link < status.size() && status[link] == spheretree::LinkStatus::Free;
 }
 
 /// What the descent proved it proved of the free motion, with the margin to spare. The solve against the planes may have taken this place
 /// farther than that: pushed back at its middle, a rod swings at its ends.
-static bool is_as_descended(const SceneModel& model, std::size_t index, Index node, double weight, const Vec3& place,
-                            const StepContext& context) {
-    const Index ahead = static_cast<Index>(model.instruments[index].rod.node_count()) - 2 - node;
-    const Vec3& seen = context.instruments[index].links_t1[2 * ahead + (weight < 1.0 ? 1 : 0)].centre;
+bool still_proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const Vec3& place,
+                       const StepContext& context) {
+    if (!proven_free(model, index, node, weight, context)) return false;
+    const Vec3& seen = context.instruments[index].links_t1[link_at(model, index, node, weight)].centre;
     return (place - seen).squaredNorm() <= model.contact.margin * model.contact.margin;
 }
 
@@ -162,8 +164,7 @@ double room_at(const SceneModel& model, std::size_t body, const State& state, St
             if (distance >= nearest) return;
             nearest = distance;
             const Triangle& t = wall.topology->triangles[id];
-            const Vec3 outward = (wall.t1[t[1]] - wall.t1[t[0]]).cross(wall.t1[t[2]] - wall.t1[t[0]]);
-            behind = outward.dot(p - on.point) > 0.0;
+            behind = twice_area(t, wall.t1).dot(p - on.point) > 0.0;
         },
         context.bodies[body].wall_age.drift);
     return behind ? -nearest : nearest;
@@ -225,7 +226,7 @@ static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, cons
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size(); ++node)
         for (const double weight : {0.5, 1.0}) {
             const Vec3 p = (1.0 - weight) * rod.position[node] + weight * rod.position[node + 1];
-            if (proven_free(model, index, node, weight, context) && is_as_descended(model, index, node, weight, p, context)) continue;
+            if (still_proven_free(model, index, node, weight, p, context)) continue;
             if (room_at(model, instrument.lumen, state, context, p, radius + kReach) < radius) return true;
         }
     return false;
@@ -333,12 +334,9 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     const std::size_t known = context.exact.size();
     plane_from_walls(model, index, state, context);
     std::array<std::size_t, 2> base_planes{};
-    ExactForecast forecast{scratch.forecast.candidates, 0}; // of a round
-    for (std::size_t k = 0; k < coaxial(model, index).count; ++k) {
-        const std::size_t one = coaxial(model, index).index[k];
-        base_planes[k] = context.instruments[one].planes.size();
-        forecast.triangles += model.instruments[one].topology.triangles.size();
-    }
+    const ExactForecast forecast{scratch.forecast.candidates, scratch.forecast.triangles}; // of a round
+    for (std::size_t k = 0; k < coaxial(model, index).count; ++k)
+        base_planes[k] = context.instruments[coaxial(model, index).index[k]].planes.size();
     ExactOutcome outcome;
     std::uint64_t seen = 0;
     for (unsigned round = 0;; ++round) {

@@ -271,13 +271,12 @@ void Simulator::find_exact() {
         if (goes_along(model_, i)) continue;
         InstrumentScratch& scratch = context_.instruments[i];
         const std::size_t wall = model_.instruments[i].lumen;
-        scratch.forecast.triangles = 0;
+        scratch.forecast.triangles = scratch.forecast.wall_triangles = 0;
         for (const std::size_t one : coaxial(model_, i)) scratch.forecast.triangles += model_.instruments[one].topology.triangles.size();
-        if (model_.bodies[wall].moves()) scratch.forecast.triangles += model_.bodies[wall].surface.triangles.size();
+        if (model_.bodies[wall].moves()) scratch.forecast.wall_triangles = model_.bodies[wall].surface.triangles.size();
         if (!is_dropped(Droppable::ExactContact) && budget_.exact_fits(scratch.forecast)) {
             refit(wall);
-            if (budget_.limits().mode == BudgetMode::Work) // declared, not measured: once a stage, the skin's in every round
-                budget_.settle_tests({0, model_.bodies[wall].moves() ? model_.bodies[wall].surface.triangles.size() : 0}, WorkBudget(0));
+            budget_.charge_refit(scratch.forecast.wall_triangles);
             const ExactOutcome outcome = find_exact_contacts(model_, i, state_, context_, &budget_);
             budget_.end_exact(outcome.finished);
             if (outcome.finished) {

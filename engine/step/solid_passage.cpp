@@ -2,6 +2,7 @@
 
 #include "collision/sweep.hpp"
 #include "engine/step/solid_touch.hpp"
+#include "engine/step/surface_place.hpp"
 #include "engine/step/surface_spring.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -24,15 +25,7 @@ constexpr int kPieces = 16;
 /// Of a triangle's doubled area: a way out between two triangles must not slip through where they join.
 constexpr double kJoin = 1e-9;
 
-Vec3 corner_sum(const std::vector<Vec3>& surface, const Triangle& t, const std::array<double, 3>& bary) {
-    return bary[0] * surface[t[0]] + bary[1] * surface[t[1]] + bary[2] * surface[t[2]];
-}
-
-Vec3 twice_area(const std::vector<Vec3>& surface, const Triangle& t) {
-    return (surface[t[1]] - surface[t[0]]).cross(surface[t[2]] - surface[t[0]]);
-}
-
-Vec3 unit_normal(const std::vector<Vec3>& surface, const Triangle& t) { return spheretree::direction_of(twice_area(surface, t)); }
+Vec3 unit_normal(const std::vector<Vec3>& surface, const Triangle& t) { return spheretree::direction_of(twice_area(t, surface)); }
 
 /// Where the way from `place` along `out` leaves the other body first, through a face that looks that way; nothing: it is beside it.
 std::optional<SurfacePoint> find_way_out(const OneWay& way, const Vec3& place, const Vec3& out) {
@@ -47,7 +40,7 @@ std::optional<SurfacePoint> find_way_out(const OneWay& way, const Vec3& place, c
         piece.add(place + (length * (k + 1) / kPieces) * out);
         tree.for_each_overlapping(piece, [&](Index triangle) {
             const Triangle& t = way.face(triangle);
-            const Vec3 area = twice_area(at, t);
+            const Vec3 area = twice_area(t, at);
             const double towards = area.dot(out), size_sq = area.squaredNorm();
             if (!(towards > 0.0)) return;
             const double distance = area.dot(at[t[0]] - place) / towards;
@@ -70,18 +63,9 @@ double cosine(const OneWay& way, Index triangle_a, Index triangle_b) {
     return unit_normal(at, way.face(triangle_a)).dot(unit_normal(at, way.face(triangle_b)));
 }
 
-/// nullptr: nobody remembers that it is in.
-const SolidEntry* find_entry(const OneWay& way, Index vertex) {
-    const std::vector<SolidEntry>& before = way.context.solids.entries_before;
-    const SolidEntry wanted{way.own, way.other, vertex};
-    const auto found =
-        std::lower_bound(before.begin(), before.end(), wanted, [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); });
-    return found != before.end() && found->key() == wanted.key() ? &*found : nullptr;
-}
-
 /// The first triangle that the vertex met in the step; kNoIndex: none.
 Index find_first_crossing(const OneWay& way, Index vertex) {
-    const SurfaceMotion& motion = way.context.bodies[way.other].motion;
+    const SurfaceTravel& motion = way.context.bodies[way.other].motion;
     const collision::SweptPoint path{way.surface_t0(way.own)[vertex], way.surface(way.own)[vertex]};
     const std::vector<Vec3>&t0 = way.surface_t0(way.other), &t1 = way.surface(way.other);
     Box3 box; // of the path, as the other body sees it
@@ -105,7 +89,7 @@ Index find_first_crossing(const OneWay& way, Index vertex) {
 bool was_before(const OneWay& way, Index vertex, const SurfacePoint& hit) {
     const std::vector<Vec3>& t0 = way.surface_t0(way.other);
     const Triangle& t = way.face(hit.triangle);
-    return twice_area(t0, t).dot(way.surface_t0(way.own)[vertex] - corner_sum(t0, t, hit.bary)) >= 0.0;
+    return twice_area(t, t0).dot(way.surface_t0(way.own)[vertex] - point_on(t, hit.bary, t0)) >= 0.0;
 }
 
 /// Round a corner from the side it came by another one is nearer. Sheets that meet look at each other: a table's vertex at the rim of a
@@ -141,7 +125,7 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     const Vec3& place = way.surface(way.own)[vertex];
     const Vec3 moved = place - way.surface_t0(way.own)[vertex];
     const double way_of_both = std::min((moved - other.motion.mean).norm() + other.motion.spread, moved.norm() + other.motion.farthest);
-    const SolidEntry* entry = find_entry(way, vertex);
+    const SolidEntry* entry = find_entry(way.context.solids.entries_before, {way.own, way.other, vertex});
     const double look = std::max(reach, way_of_both);
     Box3 bounds = other.inside.tree().bounds();
     bounds.inflate(look);
@@ -182,8 +166,8 @@ void press_touches(const SceneModel& model, const State& state, std::size_t firs
         const std::array<double, 3> bary{touch.bary_b[0], touch.bary_b[1], touch.bary_b[2]};
         const Index v = touch.feature_a[0];
         const double own = -touch.normal.dot(way.surface(way.own)[v] - way.surface_t0(way.own)[v]); // m, closed by either
-        const double others = touch.normal.dot(corner_sum(way.surface(way.other), face, bary) -
-                                               corner_sum(way.surface_t0(way.other), face, bary));
+        const double others =
+            touch.normal.dot(point_on(face, bary, way.surface(way.other)) - point_on(face, bary, way.surface_t0(way.other)));
         const bool own_is_free = model.bodies[way.own].links.has_value(), other_is_free = model.bodies[way.other].links.has_value();
         const double closed = (own_is_free ? own : 0.0) + (other_is_free ? others : 0.0);
         const double driven = own + others - closed;
@@ -195,8 +179,8 @@ void press_touches(const SceneModel& model, const State& state, std::size_t firs
     }
 }
 
-SurfaceMotion find_motion(std::span<const Vec3> t0, std::span<const Vec3> t1) noexcept {
-    SurfaceMotion motion;
+SurfaceTravel find_motion(std::span<const Vec3> t0, std::span<const Vec3> t1) noexcept {
+    SurfaceTravel motion;
     if (t1.empty()) return motion;
     for (std::size_t v = 0; v < t1.size(); ++v) motion.mean += t1[v] - t0[v];
     motion.mean /= static_cast<double>(t1.size());
@@ -211,7 +195,7 @@ SurfaceMotion find_motion(std::span<const Vec3> t0, std::span<const Vec3> t1) no
     return motion;
 }
 
-double find_relative_way(const SurfaceMotion& a, const SurfaceMotion& b) noexcept {
+double find_relative_way(const SurfaceTravel& a, const SurfaceTravel& b) noexcept {
     return std::min((a.mean - b.mean).norm() + a.spread + b.spread, a.farthest + b.farthest);
 }
 

@@ -11,6 +11,7 @@
 #include "base/triangle_tree.hpp"
 #include "engine/step/context.hpp"
 
+#include <algorithm>
 #include <optional>
 
 namespace seldinger::engine {
@@ -28,6 +29,14 @@ struct OneWay {
     }
     [[nodiscard]] const Triangle& face(Index triangle) const { return model.bodies[other].surface.triangles[triangle]; }
 };
+
+/// In a list by key; nullptr: nobody remembers that this vertex is in.
+template <class Entries>
+[[nodiscard]] auto find_entry(Entries& entries, const decltype(SolidEntry{}.key()) & key) -> decltype(entries.data()) {
+    const auto found =
+        std::lower_bound(entries.begin(), entries.end(), key, [](const SolidEntry& x, const auto& wanted) { return x.key() < wanted; });
+    return found != entries.end() && found->key() == key ? &*found : nullptr;
+}
 
 /// How a vertex stands to the other body.
 struct Standing {
@@ -54,10 +63,10 @@ void press_touches(const SceneModel& model, const State& state, std::size_t firs
 inline constexpr double kRecovery = 0.1;
 
 /// How far a body's surface goes in the step; found once in refresh.
-[[nodiscard]] SurfaceMotion find_motion(std::span<const Vec3> t0, std::span<const Vec3> t1) noexcept;
+[[nodiscard]] SurfaceTravel find_motion(std::span<const Vec3> t0, std::span<const Vec3> t1) noexcept;
 
 /// m; no vertex of one moves by more than this against any of the other in the step.
-[[nodiscard]] double find_relative_way(const SurfaceMotion& a, const SurfaceMotion& b) noexcept;
+[[nodiscard]] double find_relative_way(const SurfaceTravel& a, const SurfaceTravel& b) noexcept;
 
 /// m; extent along the thinnest principal axis of the points.
 [[nodiscard]] double find_thickness(std::span<const Vec3> points);

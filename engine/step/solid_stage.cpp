@@ -88,14 +88,11 @@ void push_both(const SceneModel& model, const Place& a, const Place& b, const Pu
     context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
 }
 
-/// Of a place that is in: what SolidScratch::entries remembers of it; nullptr: an edge, or a place outside.
+/// Of a place that is in: what `entries` remembers of it; nullptr: an edge, or a place outside.
 template <class Entries>
-auto find_entry(Entries& entries, const Contact& touch) -> decltype(entries.data()) {
+auto find_entry_of(Entries& entries, const Contact& touch) -> decltype(entries.data()) {
     if (touch.feature_a[1] != kNoIndex) return nullptr;
-    const SolidEntry wanted{touch.body_a, touch.body_b, touch.feature_a[0]};
-    const auto found =
-        std::lower_bound(entries.begin(), entries.end(), wanted, [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); });
-    return found != entries.end() && found->key() == wanted.key() ? &*found : nullptr;
+    return find_entry(entries, {touch.body_a, touch.body_b, touch.feature_a[0]});
 }
 
 /// m; friction's spring after a slip: drawn along with it, and dragged where it would pull harder than Coulomb's cone.
@@ -120,8 +117,8 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
     context.report.effects.note(Effect::Friction);
     Vec3 slip = a.motion(model, state, context) - b.motion(model, state, context); // m, in the step
     slip -= slip.dot(touch.normal) * touch.normal;
-    if (SolidEntry* own = find_entry(context.solids.entries, touch); own != nullptr) {
-        const SolidEntry* before = find_entry(context.solids.entries_before, touch);
+    if (SolidEntry* own = find_entry_of(context.solids.entries, touch); own != nullptr) {
+        const SolidEntry* before = find_entry_of(context.solids.entries_before, touch);
         own->drawn = draw_on(before != nullptr ? before->drawn : Vec3(Vec3::Zero()), slip, touch.normal, most / contact.solid_stiffness);
         const double length = own->drawn.norm();
         if (length > 0.0)

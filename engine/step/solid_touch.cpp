@@ -4,6 +4,7 @@
 #include "engine/step/solid_passage.hpp"
 #include "engine/step/solid_probe.hpp"
 #include "engine/step/solid_trees.hpp"
+#include "engine/step/surface_place.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,10 +21,7 @@ constexpr double kNoWay = 1e-9;
 /// millisecond; with more, what was not looked at is reported (unproven_solids).
 constexpr std::size_t kPathLooks = 4096;
 
-template <class Keyed>
-bool by_key(const Keyed& x, const Keyed& y) {
-    return x.key() < y.key();
-}
+constexpr auto by_key = [](const auto& x, const auto& y) { return x.key() < y.key(); };
 
 /// A place of a surface: a vertex, or a point of an edge.
 struct Probe {
@@ -38,19 +36,13 @@ struct Probe {
 void find_vertex_normals(const TriMesh& mesh, const std::vector<Vec3>& surface, std::vector<Vec3>& normals) {
     normals.assign(surface.size(), Vec3::Zero());
     for (const Triangle& t : mesh.triangles) {
-        const Vec3 twice_area = (surface[t[1]] - surface[t[0]]).cross(surface[t[2]] - surface[t[0]]);
-        for (const Index v : t) normals[v] += twice_area;
+        const Vec3 area = twice_area(t, surface);
+        for (const Index v : t) normals[v] += area;
     }
     for (Vec3& n : normals) n = spheretree::direction_of(n);
 }
 
-Vec3 corner_sum(const std::vector<Vec3>& surface, const Triangle& t, const std::array<double, 3>& bary) {
-    return bary[0] * surface[t[0]] + bary[1] * surface[t[1]] + bary[2] * surface[t[2]];
-}
-
-Vec3 face_normal(const std::vector<Vec3>& surface, const Triangle& t) {
-    return spheretree::direction_of((surface[t[1]] - surface[t[0]]).cross(surface[t[2]] - surface[t[0]]));
-}
+Vec3 face_normal(const std::vector<Vec3>& surface, const Triangle& t) { return spheretree::direction_of(twice_area(t, surface)); }
 
 /// What add_touch saw; vertex_seen holds it once a vertex was looked at.
 enum Seen : std::uint8_t { kNotSeen = 0, kFar, kNear, kInside };
@@ -86,8 +78,8 @@ Look look_at_vertex(const OneWay& way, Index v, double reach) {
     SolidScratch& solids = way.context.solids;
     if (!standing->inside) {
         const Triangle& face = way.face(standing->at.triangle);
-        const Vec3 now = corner_sum(way.surface(way.other), face, standing->at.bary);
-        const Vec3 before = corner_sum(way.surface_t0(way.other), face, standing->at.bary);
+        const Vec3 now = point_on(face, standing->at.bary, way.surface(way.other));
+        const Vec3 before = point_on(face, standing->at.bary, way.surface_t0(way.other));
         if (touch.gap > way.model.contact.margin + own_way + (now - before).norm()) return {};
         if (touch.normal.dot(way.context.bodies[way.own].vertex_normal[v]) > kFacing) return {};
     } else {
@@ -104,8 +96,7 @@ void add_edge_touch(const OneWay& way, const Probe& probe) {
     const InsideTest& against = way.context.bodies[way.other].inside;
     const Vec3 place = probe.at(way.surface(way.own));
     if (!against.inside(place)) return;
-    if (const auto hit = against.tree().closest(place))
-        way.context.solids.touches.push_back(make_touch(way, probe, place, *hit, true));
+    if (const auto hit = against.tree().closest(place)) way.context.solids.touches.push_back(make_touch(way, probe, place, *hit, true));
 }
 
 double reach_of(const OneWay& way) { return way.model.contact.margin + way.context.bodies[way.other].motion.farthest; }
@@ -125,7 +116,7 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
             }
     const SolidEntry from{way.own, way.other, 0}; // what was in is looked at whatever the descent found
     const std::vector<SolidEntry>& before = way.context.solids.entries_before;
-    for (auto entry = std::lower_bound(before.begin(), before.end(), from, by_key<SolidEntry>);
+    for (auto entry = std::lower_bound(before.begin(), before.end(), from, by_key);
          entry != before.end() && entry->own == way.own && entry->other == way.other; ++entry)
         if (scratch.vertex_seen[entry->vertex] == kNotSeen)
             scratch.vertex_seen[entry->vertex] = look_at_vertex(way, entry->vertex, reach).seen;
@@ -134,7 +125,7 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
 /// All vertices whose path comes near the other body. False: there were more than may be looked at.
 bool probe_paths(const OneWay& way, std::size_t& looks_left) {
     BodyScratch& scratch = way.context.bodies[way.own];
-    const SurfaceMotion& motion = way.context.bodies[way.other].motion;
+    const SurfaceTravel& motion = way.context.bodies[way.other].motion;
     const double reach = reach_of(way);
     Box3 bounds = way.context.bodies[way.other].inside.tree().bounds();
     bounds.inflate(way.model.contact.margin + motion.spread);
@@ -230,8 +221,7 @@ void refresh(const SceneModel& model, const State& state, std::size_t body, Step
 /// What is drawn back through a body meets the far side of it from behind: a touch that pushes the other way, among the places from
 /// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices of two
 /// bodies, and each that is in has an entry, in the same order, from `first_entry` on.
-void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, const State& state,
-                   SolidScratch& solids) {
+void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, const State& state, SolidScratch& solids) {
     if (first_pressed == solids.pressed.size()) return;
     const std::size_t a = solids.touches[first_touch].body_a;
     const auto direction_of = [a](const Contact& touch) { return touch.body_a == a ? touch.normal : Vec3(-touch.normal); };
@@ -320,7 +310,7 @@ void count_unproven(const SceneModel& model, const State& state, StepContext& co
         if (bodies.first >= model.bodies.size() || bodies.second >= model.bodies.size()) continue;
         last = bodies;
         if (meet_by_surface(model, bodies.first, bodies.second)) continue;
-        SurfaceMotion motion[2];
+        SurfaceTravel motion[2];
         for (std::size_t k = 0; k < 2; ++k)
             if (const std::size_t body = k == 0 ? bodies.first : bodies.second; model.bodies[body].moves())
                 motion[k] = find_motion(context.bodies[body].surface_t0, state.bodies[body].surface);
@@ -357,7 +347,7 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
             pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
     }
     probe_open_pairs(model, context);
-    std::sort(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() < y.key(); });
+    std::sort(pairs.begin(), pairs.end(), by_key);
     pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }),
                 pairs.end());
     std::size_t begin = 0, looks_left = kPathLooks;
@@ -371,7 +361,7 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
             touch_self(model, state, of_these, context);
         begin = end;
     }
-    std::sort(solids.entries.begin(), solids.entries.end(), by_key<SolidEntry>);
+    std::sort(solids.entries.begin(), solids.entries.end(), by_key);
     remember_touching(context);
     count_unproven(model, state, context);
 }

@@ -37,7 +37,7 @@ void learn(double& rate, double measured) noexcept {
 }
 
 std::uint64_t units_of(const ExactForecast& forecast) noexcept {
-    return forecast.candidates * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;
+    return forecast.candidates * kUnitsPerCandidate + (forecast.triangles + forecast.wall_triangles) * kUnitsPerRefitTriangle;
 }
 
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns) noexcept { return static_cast<double>(to_ns - from_ns) * 1e-9; }
@@ -156,13 +156,17 @@ bool StepBudget::exact_fits(const ExactForecast& last) {
         if (limits_.mode == BudgetMode::Exact) return 1;
         if (limits_.mode == BudgetMode::Work) return units_of(last) <= units_left();
         // What no grant interrupts is known from every step; the memory of whole stages may fade, this does not.
-        const double parts = forecast(StepPart::Refit).reserve_s() + solve_.reserve_s() + tests_seconds({last.candidates, 0});
+        const double parts = forecast(StepPart::Refit).reserve_s() + solve_.reserve_s() + tests_seconds({last.candidates, last.triangles});
         return std::max(exact_.reserve_s(), parts) <= left_s();
     }) != 0;
     if (!fits) return false;
     exact_tried_ = true;
     exact_start_ns_ = clock_->now_ns();
     return true;
+}
+
+void StepBudget::charge_refit(std::uint64_t triangles) noexcept {
+    if (limits_.mode == BudgetMode::Work) units_spent_ += triangles * kUnitsPerRefitTriangle;
 }
 
 bool StepBudget::round_fits(const ExactForecast& forecast) {
@@ -180,7 +184,8 @@ std::uint64_t StepBudget::affordable_tests(const ExactForecast& forecast) const 
     if (limits_.mode == BudgetMode::Work) return units_left() > refit ? (units_left() - refit) / kUnitsPerCandidate : 0;
     const double all =
         left_s() / (kTestsReserve * tests_s_per_unit_) - static_cast<double>(refit); // one grant: no second look at the clock
-    return all > 0.0 ? static_cast<std::uint64_t>(all / kUnitsPerCandidate) : 0;
+    constexpr double kMost = 1e18; // a clock that stood still while tests were timed makes them look free
+    return all > 0.0 ? static_cast<std::uint64_t>(std::min(all / kUnitsPerCandidate, kMost)) : 0;
 }
 
 WorkBudget StepBudget::grant_tests(const ExactForecast& forecast) {

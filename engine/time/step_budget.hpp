@@ -47,7 +47,8 @@ inline constexpr std::uint64_t kUnitsPerRefitTriangle = 2;
 /// What the exact stage is expected to do: the numbers of its last run.
 struct ExactForecast {
     std::uint64_t candidates = 0;
-    std::uint64_t triangles = 0; // whose boxes are refitted
+    std::uint64_t triangles = 0;      // of the skins: their boxes are refitted in every round
+    std::uint64_t wall_triangles = 0; // of the wall: refitted once
 };
 
 class StepBudget {
@@ -82,7 +83,10 @@ public:
     void settle_descent(const WorkBudget& grant) noexcept;
 
     /// The exact stage: does it fit, by the cost of its last runs, in what is left? True starts its account.
+    /// In mode Wall the wall's boxes are StepPart::Refit, measured; in mode Work they cost what is declared.
     [[nodiscard]] bool exact_fits(const ExactForecast& forecast);
+    /// The wall's boxes were refitted; in mode Work that is charged as declared.
+    void charge_refit(std::uint64_t triangles) noexcept;
     /// Is there time for one more solve and its tests? False: the stage is abandoned, its answer thrown away.
     [[nodiscard]] bool round_fits(const ExactForecast& forecast);
     /// The solve is done: the grant for its continuous tests. They end early when that runs out.

@@ -59,6 +59,29 @@ TEST(Headlines, CountBoundsAndNameThoseThatDoNotHold) {
     EXPECT_EQ(lines[0].remark, "missed: b");
 }
 
+TEST(Headlines, SayWhatIsBelowTheNoise) {
+    const auto lines = headlines_of("effects", table_of(R"json([
+        {"scene": "s", "effect": "gravity", "saved_ms": 0.5, "noise_ms": 0.1, "saved_share": 0.25},
+        {"scene": "s", "effect": "breathing", "saved_ms": -0.02, "noise_ms": 0.1, "saved_share": -0.01}])json"));
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(lines[0].here, "gravity 25 %, breathing less than can be measured");
+}
+
+TEST(Headlines, OfPicturesAreOneLineAMeshWithTheFastestOfEitherForm) {
+    const auto lines = headlines_of("image-space", table_of(R"json([
+        {"mesh": "cows", "triangles": 5, "culler": "CPU", "total_ms": 30, "crossings": 4, "paper": "p"},
+        {"mesh": "cows", "triangles": 5, "culler": "card", "total_ms": 3, "crossings": 4, "paper": "p"},
+        {"mesh": "cows", "triangles": 5, "culler": "as the paper, random", "total_ms": 9, "crossings": 2, "paper": "p"},
+        {"mesh": "cows", "triangles": 5, "culler": "as the paper, connected", "total_ms": 8, "crossings": 1, "paper": "p"},
+        {"mesh": "bunny", "triangles": 7, "culler": "CPU", "total_ms": 5, "crossings": 6, "paper": "q"}])json"));
+    ASSERT_EQ(lines.size(), 2u);
+    EXPECT_EQ(lines[0].what, "cows of 5 triangles, card / as the paper, connected: ms (crossings found)");
+    EXPECT_EQ(lines[0].here, "3 (4) / 8 (1)");
+    EXPECT_FALSE(lines[0].remark.empty());
+    EXPECT_EQ(lines[1].here, "5 (6)");
+    EXPECT_TRUE(lines[1].remark.empty());
+}
+
 TEST(Headlines, OfNoRowsAreFew) {
     for (const Bench& bench : benches()) EXPECT_LE(headlines_of(bench.name, {}).size(), 1u) << bench.name;
     EXPECT_TRUE(headlines_of("none", table_of(R"json([{"a": 1}])json")).empty());

@@ -2,6 +2,7 @@
 #include "base/self_intersection.hpp"
 #include "collision/cull_twin.hpp"
 #include "collision/image_space.hpp"
+#include "engine/bench/dented.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/chromatic_report.hpp"
 
@@ -83,16 +84,6 @@ TEST(ChromaticData, ImageSpaceLosesNoneOfTheKnownCrossings) {
         EXPECT_EQ(collision::find_crossings(mesh->triangles, mesh->vertices, *left).size(), known.crossings) << known.file;
         EXPECT_LT(left->size(), mesh->triangles.size() / 2) << known.file;
     }
-}
-
-/// Dented by its own highest point, so that it crosses itself.
-void push_top_down(TriMesh& mesh) {
-    Index top = 0;
-    for (Index v = 0; v < mesh.vertices.size(); ++v)
-        if (mesh.vertices[v].y() > mesh.vertices[top].y()) top = v;
-    const Vec3 peak = mesh.vertices[top];
-    const double height = mesh.bounds().extent().y(), radius = 0.08 * mesh.bounds().longest_edge();
-    for (Vec3& v : mesh.vertices) v.y() -= 1.1 * height * std::exp(-(v - peak).squaredNorm() / (radius * radius));
 }
 
 /// Whole patches first or triangle by triangle: the crossings of every surface are those that a tree finds, as it is and dented.

@@ -146,53 +146,59 @@ TEST(StepBudget, TheCostOfAnExactStageThatRunsEveryStepIsNotForgotten) {
     EXPECT_FALSE(budget.exact_fits(forecast)) << "0.92 ms do not fit in 0.8 ms";
 }
 
+/// Steps with something in each that takes `seconds(step)` outside of the account, as steps do whose scope is collision: in how many of
+/// those from the second on would an exact stage be begun?
+template <class Measured, class Seconds>
+int count_begun(HandClock& clock, StepBudget& budget, int steps, Measured measured, Seconds seconds) {
+    int begun = 0;
+    for (int step = 0; step < steps; ++step) {
+        budget.begin();
+        begun += step > 0 && budget.exact_fits({100, 100});
+        budget.pause();
+        measured([&] { clock.pass(seconds(step)); });
+    }
+    return begun;
+}
+
 /// The boxes of the wall take 1.7 ms and no grant interrupts them: a stage that begins with them never fits into 1 ms, however long it is
-/// since one was tried. Steps refit outside of the account, as those do whose scope is collision.
+/// since one was tried.
 TEST(StepBudget, AStageWhoseRefitAloneIsTooLongIsNotBegunAgainAndAgain) {
     HandClock clock;
     StepBudget budget(clock, wall(1e-3));
-    int begun = 0;
-    for (int step = 0; step < 5000; ++step) {
-        budget.begin();
-        clock.pass(0.1e-3);
-        begun += step > 0 && budget.exact_fits({100, 100});
-        budget.pause();
-        budget.begin_part(StepPart::Refit);
-        clock.pass(1.7e-3);
-        budget.end_part(StepPart::Refit);
-    }
-    EXPECT_EQ(begun, 0);
-}
-
-TEST(StepBudget, AWallThatBecameCheapIsTriedAgain) {
-    HandClock clock;
-    StepBudget budget(clock, wall(1e-3));
-    int begun = 0;
-    for (int step = 0; step < 300; ++step) {
-        budget.begin();
-        begun += step > 100 && budget.exact_fits({100, 100});
-        budget.pause();
-        budget.begin_part(StepPart::Refit);
-        clock.pass(step < 100 ? 1.7e-3 : 0.1e-3);
-        budget.end_part(StepPart::Refit);
-    }
-    EXPECT_GT(begun, 100);
+    const auto refit = [&](const auto& work) { budget.begin_part(StepPart::Refit), work(), budget.end_part(StepPart::Refit); };
+    EXPECT_EQ(count_begun(clock, budget, 5000, refit, [](int) { return 1.7e-3; }), 0);
+    EXPECT_GT(count_begun(clock, budget, 200, refit, [](int) { return 0.1e-3; }), 100) << "a wall that became cheap is tried again";
 }
 
 /// As the refit: a solve that is timed in every step, within an exact stage or in place of one, is not forgotten.
 TEST(StepBudget, ASolveThatIsTooLongIsNotForgottenAsLongAsItIsSeen) {
     HandClock clock;
     StepBudget budget(clock, wall(1e-3));
+    const auto solve = [&](const auto& work) { budget.begin_solve(), work(), budget.end_solve(); };
+    EXPECT_EQ(count_begun(clock, budget, 1000, solve, [](int) { return 2e-3; }), 0);
+}
+
+/// What is granted for the tests of a round is what the stage was begun for: the same forecast, the same reserve, the skin's boxes in it.
+TEST(StepBudget, AStageThatIsBegunIsGrantedAllItsTests) {
+    HandClock clock;
+    StepBudget budget(clock, wall(2e-3));
+    const ExactForecast forecast{4000, 20000}; // 24000 + 40000 units of 15 ns: 0.96 ms, 1.28 with the reserve
     int begun = 0;
-    for (int step = 0; step < 1000; ++step) {
+    for (int late = 0; late < 200; ++late) {
         budget.begin();
-        begun += step > 0 && budget.exact_fits({100, 100});
-        budget.pause();
-        budget.begin_solve();
-        clock.pass(2e-3);
-        budget.end_solve();
+        clock.pass(1e-5 * late);
+        if (!budget.exact_fits(forecast)) continue;
+        ++begun;
+        ASSERT_TRUE(budget.round_fits(forecast)) << late;
+        clock.pass(0.1e-3);
+        WorkBudget grant = budget.grant_tests(forecast);
+        EXPECT_TRUE(grant.spend(forecast.candidates)) << late;
+        clock.pass(0.96e-3);
+        budget.settle_tests(forecast, grant);
+        budget.end_exact(true);
     }
-    EXPECT_EQ(begun, 0);
+    EXPECT_GT(begun, 10);
+    EXPECT_LT(begun, 190);
 }
 
 /// Tests take 10 ns a unit. After a thousand steps without any they are not thought to take none: what is granted fits.
