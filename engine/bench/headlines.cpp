@@ -227,19 +227,18 @@ std::vector<Headline> of_image_space(Rows rows) {
         }
         const auto& [safe, paper] = fastest;
         if (safe != nullptr)
-            lines.push_back(
-                {fmt::format("{} of {:.0f} triangles, {}{}: ms (crossings found)", text(*safe, "mesh"),
-                             number(*safe, "triangles").value_or(0.0), text(*safe, "culler"),
-                             paper != nullptr ? " / " + text(*paper, "culler") : std::string()),
-                 fmt::format("{:.0f} ({:.0f})", *number(*safe, "total_ms"), number(*safe, "crossings").value_or(0.0)) +
-                     (paper != nullptr
-                          ? fmt::format(" / {:.0f} ({:.0f})", *number(*paper, "total_ms"), number(*paper, "crossings").value_or(0.0))
-                          : std::string()),
-                 "seed 002: " + text(*safe, "paper"),
-                 {},
-                 paper != nullptr && number(*paper, "crossings") < number(*safe, "crossings")
-                     ? "the paper's form prunes by pixel centres and loses crossings"
-                     : ""});
+            lines.push_back({fmt::format("{} of {:.0f} triangles, {}{}: ms (crossings found)", text(*safe, "mesh"),
+                                         number(*safe, "triangles").value_or(0.0), text(*safe, "culler"),
+                                         paper != nullptr ? " / " + text(*paper, "culler") : std::string()),
+                             fmt::format("{:.0f} ({:.0f})", *number(*safe, "total_ms"), number(*safe, "crossings").value_or(0.0)) +
+                                 (paper != nullptr ? fmt::format(" / {:.0f} ({:.0f})", *number(*paper, "total_ms"),
+                                                                 number(*paper, "crossings").value_or(0.0))
+                                                   : std::string()),
+                             "seed 002: " + text(*safe, "paper"),
+                             {},
+                             paper != nullptr && number(*paper, "crossings") < number(*safe, "crossings")
+                                 ? "the paper's form prunes by pixel centres and loses crossings"
+                                 : ""});
         begin = end;
     }
     return lines;
