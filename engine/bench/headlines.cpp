@@ -179,14 +179,17 @@ std::vector<Headline> of_chromatic(Rows rows) {
     std::vector<Headline> lines;
     for (const BenchRow& row : rows) {
         if (text(row, "method") != "sets, II where it pays") continue;
-        const BenchRow* plain = find(rows, [&](const BenchRow& r) {
-            return text(r, "scene") == text(row, "scene") && text(r, "method") == "this library's hierarchy";
-        });
-        const BenchRow* aabb =
-            find(rows, [&](const BenchRow& r) { return text(r, "scene") == text(row, "scene") && text(r, "method").starts_with("AABB"); });
+        const auto beside = [&](std::string_view method) {
+            return find(rows, [&](const BenchRow& r) {
+                return text(r, "scene") == text(row, "scene") && text(r, "looked_for") == text(row, "looked_for") &&
+                       text(r, "method").starts_with(method);
+            });
+        };
+        const BenchRow *plain = beside("this library's hierarchy"), *aabb = beside("AABB");
         const std::string paper = text(row, "paper_ms");
         lines.push_back(
-            {fmt::format("{}: AABB tree / sets / this library's hierarchy, ms", text(row, "scene")),
+            {fmt::format("{}{}: AABB tree / sets / this library's hierarchy, ms", text(row, "scene"),
+                         text(row, "looked_for").empty() ? std::string() : ", contacts with " + text(row, "looked_for")),
              fmt::format("{} / {:.1f} / {}", aabb != nullptr ? fmt::format("{:.1f}", number(*aabb, "total_ms").value_or(0.0)) : "-",
                          number(row, "total_ms").value_or(0.0),
                          plain != nullptr ? fmt::format("{:.1f}", number(*plain, "total_ms").value_or(0.0)) : "-"),

@@ -291,39 +291,45 @@ void build_exact_trees(const SceneModel& model, std::size_t index, const State& 
     if (model.effects.exact_contact) context.instruments[index].tree.build(instrument.topology, lay_out_skin(instrument), kExactTree);
 }
 
-collision::ExactStats test_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context, WorkBudget& budget,
-                                bool culled) {
-    return test_skin_at(model, index, state, context, model.contact.exact_distance, budget, culled);
+static void refit_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    context.instruments[index].tree.refit(skin_motion(model, index, state, context));
 }
 
-collision::ExactStats test_skin_at(const SceneModel& model, std::size_t index, const State& state, StepContext& context, double distance,
-                                   WorkBudget& budget, bool culled) {
+/// Of boxes that are those of this motion.
+static collision::ExactStats search_skin(const SceneModel& model, std::size_t index, const State& state, StepContext& context,
+                                         double distance, WorkBudget& budget, bool culled) {
     const InstrumentModel& instrument = model.instruments[index];
-    InstrumentScratch& scratch = context.instruments[index];
     const collision::SurfaceMotion skin = skin_motion(model, index, state, context);
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, context);
-    scratch.tree.refit(skin);
     const collision::PairOptions options{.distance = distance, .tolerance = 0.1 * distance};
-    const collision::SearchSide skin_side{static_cast<BodyId>(model.bodies.size() + index), &scratch.tree, skin};
+    const collision::SearchSide skin_side{static_cast<BodyId>(model.bodies.size() + index), &context.instruments[index].tree, skin};
     const collision::SearchSide wall_side{static_cast<BodyId>(instrument.lumen), &context.bodies[instrument.lumen].tree, wall};
     if (culled) return context.search.find(skin_side, wall_side, options, *context.cull, budget, context.exact);
     return context.search.find(skin_side, wall_side, options, budget, context.exact);
+}
+
+collision::ExactStats test_skin_at(const SceneModel& model, std::size_t index, const State& state, StepContext& context, double distance,
+                                   WorkBudget& budget) {
+    refit_skin(model, index, state, context);
+    return search_skin(model, index, state, context, distance, budget, false);
 }
 
 /// One solve and the continuous tests of its motion, each only if the budget has room for it. Not finished: it had not.
 static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t index, State& state, StepContext& context,
                                             const ExactForecast& forecast, StepBudget* budget) {
     collision::ExactStats stats;
-    if (budget != nullptr && !budget->round_fits(forecast)) {
+    if (budget != nullptr && !budget->round_fits()) {
         stats.finished = false;
         return stats;
     }
     solve_instrument(model, index, state, context);
+    if (budget != nullptr) budget->end_solve(), budget->begin_part(StepPart::Skin);
+    for (const std::size_t one : coaxial(model, index)) refit_skin(model, one, state, context);
+    if (budget != nullptr) budget->end_part(StepPart::Skin);
     WorkBudget grant = budget != nullptr ? budget->grant_tests(forecast) : WorkBudget();
     const bool culled = context.cull->wanted(context.instruments[index].forecast.candidates, budget);
-    stats = test_skin(model, index, state, context, grant, culled);
-    if (const std::size_t wire = model.instruments[index].wire; wire != SIZE_MAX && stats.finished)
-        stats.add(test_skin(model, wire, state, context, grant, culled));
+    for (const std::size_t one : coaxial(model, index))
+        if (stats.finished) stats.add(search_skin(model, one, state, context, model.contact.exact_distance, grant, culled));
     if (budget != nullptr) budget->settle_tests(forecast, grant);
     return stats;
 }
@@ -332,7 +338,9 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     context.report.effects.note(Effect::ExactContact);
     InstrumentScratch& scratch = context.instruments[index];
     const std::size_t known = context.exact.size();
+    if (budget != nullptr) budget->begin_part(StepPart::Planes);
     plane_from_walls(model, index, state, context);
+    if (budget != nullptr) budget->end_part(StepPart::Planes);
     std::array<std::size_t, 2> base_planes{};
     const ExactForecast forecast{scratch.forecast.candidates, scratch.forecast.triangles}; // of a round
     for (std::size_t k = 0; k < coaxial(model, index).count; ++k)

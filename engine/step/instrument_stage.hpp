@@ -70,13 +70,9 @@ void stop_hand(const SceneModel& model, std::size_t instrument, StepContext& con
 [[nodiscard]] bool pokes_into_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// Continuous tests of the skin's motion as it is. Appends to context.exact.
-/// culled   candidates are looked at by pictures first
-collision::ExactStats test_skin(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
-                                WorkBudget& budget, bool culled = false);
-
-/// The same with another distance that counts as touching, m; 0: touching itself.
+/// distance   m, counts as touching; 0: touching itself
 collision::ExactStats test_skin_at(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context,
-                                   double distance, WorkBudget& budget, bool culled = false);
+                                   double distance, WorkBudget& budget);
 
 /// Trees of wall and skin, built before the first step so that no step pays for them. Nothing when the scene has no
 /// contacts.

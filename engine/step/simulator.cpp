@@ -315,7 +315,9 @@ void Simulator::respond() {
             refit(model_.instruments[i].lumen);
         else
             follow_wall(model_, model_.instruments[i].lumen, state_, context_);
+        budget_.begin_part(StepPart::Planes);
         plane_from_walls(model_, i, state_, context_);
+        budget_.end_part(StepPart::Planes);
         budget_.begin_solve();
         solve_instrument(model_, i, state_, context_);
         budget_.end_solve();

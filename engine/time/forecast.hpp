@@ -4,6 +4,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <initializer_list>
 
 namespace seldinger::engine {
 
@@ -31,6 +33,14 @@ public:
         deviation_ *= kFade;
     }
     [[nodiscard]] double mean_s() const noexcept { return mean_; }
+    /// What is set aside for several things in turn: that each of them is late at once is as unlikely as its deviations are independent.
+    [[nodiscard]] static double reserve_of_all_s(std::initializer_list<CostForecast> parts) noexcept {
+        CostForecast all;
+        double squares = 0.0;
+        for (const CostForecast& part : parts) all.mean_ += part.mean_, squares += part.deviation_ * part.deviation_;
+        all.deviation_ = std::sqrt(squares);
+        return all.reserve_s();
+    }
     /// Few cost more: what is set aside.
     [[nodiscard]] double reserve_s() const noexcept { return mean_ + kSpread * deviation_; }
 

@@ -14,26 +14,31 @@ constexpr std::uint64_t kLargestGrant = 4096;
 /// measured is seen before the time is gone. Of a lumen's links each may cost a hundred times what a pair of spheres does, so the
 /// last grants are few.
 constexpr double kGrantShare = 0.5;
-constexpr std::uint64_t kSmallestShare = 32;
+constexpr std::uint64_t kSmallestShare = 8;
 /// Grants that spent less say more about the clock than about the tests: they teach nothing.
 constexpr std::uint64_t kSmallestLesson = 32;
 /// Weight of the newest measurement: a rate that changes tenfold is followed within some ten grants.
 constexpr double kLearning = 0.2;
 /// Rates that rise are followed faster: late is dearer than early.
 constexpr double kAlarm = 0.5;
+/// A unit of the descent costs five times as much in one grant as in the next (pairs of spheres, balls of a lumen): grants are sized by
+/// the slow ones, whose memory lasts.
+constexpr double kFallingDescent = 0.05;
 /// Contacts grow between steps, and what one costs changes from round to round: a third is kept in reserve.
 constexpr double kTestsReserve = 1.33;
 /// An abandoned stage would have cost more than it was given; how much more nobody knows.
 constexpr double kAbandonedCost = 1.5;
-/// Per step in which the exact stage was not tried its remembered rate shrinks by this, as CostForecast::fade.
+/// Per step in which the exact stage was not tried its remembered number of candidates counts for less by this, as CostForecast::fade.
 constexpr double kForget = 0.98;
+/// Per exact stage that was given up before any test, of what tests are thought to cost.
+constexpr double kDoubt = 0.9;
 
 /// As CostForecast: a program that was suspended has not become a thousand times slower.
 constexpr double kLargestLesson = 10.0;
 
-void learn(double& rate, double measured) noexcept {
+void learn(double& rate, double measured, double falling = kLearning, double rising = kAlarm) noexcept {
     measured = std::min(measured, kLargestLesson * rate);
-    rate += (measured > rate ? kAlarm : kLearning) * (measured - rate);
+    rate += (measured > rate ? rising : falling) * (measured - rate);
 }
 
 std::uint64_t units_of(const ExactForecast& forecast) noexcept {
@@ -49,9 +54,9 @@ void StepBudget::begin() noexcept {
     units_spent_ = 0;
     kept_back_s_ = 0.0;
     if (!exact_tried_) {
-        // Not below what was ever measured: a stage that cannot fit would be begun every few dozen steps to learn the same again.
-        tests_s_per_unit_ = std::max(std::min(tests_cheapest_, tests_s_per_unit_), kForget * tests_s_per_unit_);
+        trust_ *= kForget;
         exact_.fade();
+        parts_[static_cast<std::size_t>(StepPart::Skin)].fade();
         if (!solve_seen_) solve_.fade();
     }
     exact_tried_ = solve_seen_ = false;
@@ -144,23 +149,29 @@ WorkBudget StepBudget::grant_descent(std::uint64_t at_least) {
 void StepBudget::settle_descent(const WorkBudget& grant) noexcept {
     units_spent_ += grant.spent();
     if (limits_.mode != BudgetMode::Wall || grant.spent() < kSmallestLesson) return;
-    learn(descent_s_per_unit_, seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent()));
+    const double measured = seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent());
+    learn(descent_s_per_unit_, measured, kFallingDescent, 1.0);
 }
 
-double StepBudget::tests_seconds(const ExactForecast& forecast) const noexcept {
-    return kTestsReserve * static_cast<double>(units_of(forecast)) * tests_s_per_unit_;
+double StepBudget::tests_seconds(std::uint64_t candidates) const noexcept {
+    return kTestsReserve * static_cast<double>(candidates) * tests_s_per_candidate_;
 }
 
 bool StepBudget::exact_fits(const ExactForecast& last) {
     const bool fits = tape_.decide(DecisionKind::Fits, [&]() -> std::uint64_t {
         if (limits_.mode == BudgetMode::Exact) return 1;
         if (limits_.mode == BudgetMode::Work) return units_of(last) <= units_left();
-        // What no grant interrupts is known from every step; the memory of whole stages may fade, this does not.
-        const double parts = forecast(StepPart::Refit).reserve_s() + solve_.reserve_s() + tests_seconds({last.candidates, last.triangles});
+        // What no grant interrupts is known from every step. The memory of whole stages fades, and so does that of how many candidates
+        // the last one had: a stage that is begun for too few of them is given up in time.
+        const double parts =
+            CostForecast::reserve_of_all_s({forecast(StepPart::Refit), forecast(StepPart::Planes), solve_, forecast(StepPart::Skin)}) +
+            trust_ * tests_seconds(last.candidates);
         return std::max(exact_.reserve_s(), parts) <= left_s();
     }) != 0;
     if (!fits) return false;
     exact_tried_ = true;
+    trust_ = 1.0;
+    learned_ = false;
     exact_start_ns_ = clock_->now_ns();
     return true;
 }
@@ -169,10 +180,10 @@ void StepBudget::charge_refit(std::uint64_t triangles) noexcept {
     if (limits_.mode == BudgetMode::Work) units_spent_ += triangles * kUnitsPerRefitTriangle;
 }
 
-bool StepBudget::round_fits(const ExactForecast& forecast) {
+bool StepBudget::round_fits() {
     const bool fits = tape_.decide(DecisionKind::Round, [&]() -> std::uint64_t {
         if (limits_.mode != BudgetMode::Wall) return 1; // work is charged where the tests are granted
-        return solve_.reserve_s() + tests_seconds({0, forecast.triangles}) <= left_s();
+        return solve_.reserve_s() + forecast(StepPart::Skin).reserve_s() <= left_s();
     }) != 0;
     round_start_ns_ = clock_->now_ns();
     return fits;
@@ -182,24 +193,26 @@ std::uint64_t StepBudget::affordable_tests(const ExactForecast& forecast) const 
     const std::uint64_t refit = forecast.triangles * kUnitsPerRefitTriangle;
     if (limits_.mode == BudgetMode::Exact) return WorkBudget::kUnlimited;
     if (limits_.mode == BudgetMode::Work) return units_left() > refit ? (units_left() - refit) / kUnitsPerCandidate : 0;
-    const double all =
-        left_s() / (kTestsReserve * tests_s_per_unit_) - static_cast<double>(refit); // one grant: no second look at the clock
+    const double all = left_s() / (kTestsReserve * tests_s_per_candidate_); // one grant: no second look at the clock
     constexpr double kMost = 1e18; // a clock that stood still while tests were timed makes them look free
-    return all > 0.0 ? static_cast<std::uint64_t>(std::min(all / kUnitsPerCandidate, kMost)) : 0;
+    return all > 0.0 ? static_cast<std::uint64_t>(std::min(all, kMost)) : 0;
 }
 
 WorkBudget StepBudget::grant_tests(const ExactForecast& forecast) {
     operation_start_ns_ = clock_->now_ns();
-    if (limits_.mode == BudgetMode::Wall) end_solve();
     return WorkBudget(tape_.decide(DecisionKind::Tests, [&] { return affordable_tests(forecast); }));
 }
 
 void StepBudget::settle_tests(const ExactForecast& forecast, const WorkBudget& grant) noexcept {
-    const std::uint64_t units = grant.spent() * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;
-    units_spent_ += units;
-    if (limits_.mode != BudgetMode::Wall || units == 0) return;
-    learn(tests_s_per_unit_, seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(units));
-    tests_cheapest_ = std::min(tests_cheapest_, tests_s_per_unit_);
+    units_spent_ += grant.spent() * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;
+    if (limits_.mode != BudgetMode::Wall || grant.spent() < kSmallestLesson) return;
+    const double measured = seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent());
+    if (tests_cheapest_ > 0.0)
+        learn(tests_s_per_candidate_, measured);
+    else
+        tests_s_per_candidate_ = tests_cheapest_ = measured; // better than any guess
+    tests_cheapest_ = std::min(tests_cheapest_, measured);
+    learned_ = true;
 }
 
 bool StepBudget::choose_cull(double look_s, bool pays) {
@@ -214,6 +227,9 @@ void StepBudget::end_exact(bool finished) noexcept {
         exact_.learn(spent);
     else
         exact_.learn(std::max(kAbandonedCost * spent, exact_.mean_s()));
+    // A rate that leaves no time for any test is never measured again: it falls, with each stage that is given up for it.
+    if (!finished && !learned_)
+        tests_s_per_candidate_ = std::max(std::min(tests_cheapest_, tests_s_per_candidate_), kDoubt * tests_s_per_candidate_);
 }
 
 } // namespace seldinger::engine

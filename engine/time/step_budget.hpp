@@ -35,12 +35,15 @@ enum class StepPart : std::uint8_t {
     List,    // the descent's answer, pair by pair: what it left open takes time to name, and there is more of it the more it tested
     Respond, // what follows the descent when there is no exact answer
     Refit,   // the walls' boxes: every step needs them, with or without an exact answer, so what they cost is always known
+    Planes,  // what an instrument finds of its wall before it is solved against that: likewise
+    Skin,    // the boxes of an instrument's skin, before its continuous tests
 };
-inline constexpr std::size_t kStepPartCount = 5;
+inline constexpr std::size_t kStepPartCount = 7;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
-/// machine changes an answer: from measurements of the main scene (a pair test ~10 ns, a candidate ~60 ns, a triangle's
-/// refit ~20 ns), rounded.
+/// machine changes an answer: from measurements of a growing cloth (a pair test ~10 ns, a candidate ~60 ns, a triangle's
+/// refit ~20 ns), rounded. They are no forecast of seconds: a candidate of the main scene takes ten times as long, most of it
+/// on the way to it.
 inline constexpr std::uint64_t kUnitsPerCandidate = 6;
 inline constexpr std::uint64_t kUnitsPerRefitTriangle = 2;
 
@@ -69,7 +72,7 @@ public:
     void begin_part(StepPart part) noexcept { part_start_ns_[static_cast<std::size_t>(part)] = clock_->now_ns(); }
     void end_part(StepPart part) noexcept;
     [[nodiscard]] const CostForecast& forecast(StepPart part) const noexcept { return parts_[static_cast<std::size_t>(part)]; }
-    /// A solve of an instrument outside of the exact stage: it tells what the next one inside will cost.
+    /// A solve of an instrument, in the exact stage or outside of it: it tells what the next one will cost.
     void begin_solve() noexcept { round_start_ns_ = clock_->now_ns(); }
     void end_solve() noexcept;
     /// Which of the droppable effects this step leaves out, in their order, so that the forecast of the rest fits.
@@ -83,13 +86,15 @@ public:
     void settle_descent(const WorkBudget& grant) noexcept;
 
     /// The exact stage: does it fit, by the cost of its last runs, in what is left? True starts its account.
-    /// In mode Wall the wall's boxes are StepPart::Refit, measured; in mode Work they cost what is declared.
+    /// In mode Wall all parts but the tests are measured by themselves (Refit, Planes, solves, Skin); in mode Work they cost what is
+    /// declared.
     [[nodiscard]] bool exact_fits(const ExactForecast& forecast);
     /// The wall's boxes were refitted; in mode Work that is charged as declared.
     void charge_refit(std::uint64_t triangles) noexcept;
-    /// Is there time for one more solve and its tests? False: the stage is abandoned, its answer thrown away.
-    [[nodiscard]] bool round_fits(const ExactForecast& forecast);
-    /// The solve is done: the grant for its continuous tests. They end early when that runs out.
+    /// Is there time for one more solve and the boxes of what it moved? False: the stage is abandoned, its answer thrown away. True
+    /// starts the solve's account, which end_solve ends.
+    [[nodiscard]] bool round_fits();
+    /// The solve is done, and so are the skin's boxes: the grant of candidates for the continuous tests. They end early when that runs out.
     [[nodiscard]] WorkBudget grant_tests(const ExactForecast& forecast);
     void settle_tests(const ExactForecast& forecast, const WorkBudget& grant) noexcept;
     /// Are the candidates of the next tests looked at by pictures first? Only where that pays, and fits into what is left.
@@ -108,7 +113,7 @@ public:
 private:
     [[nodiscard]] double left_s() const noexcept;
     [[nodiscard]] std::uint64_t units_left() const noexcept;
-    [[nodiscard]] double tests_seconds(const ExactForecast& forecast) const noexcept;
+    [[nodiscard]] double tests_seconds(std::uint64_t candidates) const noexcept;
     [[nodiscard]] std::uint64_t affordable_tests(const ExactForecast& forecast) const noexcept;
     [[nodiscard]] std::uint64_t affordable_descent(std::uint64_t at_least) const noexcept;
 
@@ -123,10 +128,13 @@ private:
     std::uint64_t units_spent_ = 0;
     std::array<std::int64_t, kStepPartCount> part_start_ns_{};
     std::int64_t operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
-    double descent_s_per_unit_ = 100e-9; // s, replaced by the first measurement
-    double tests_s_per_unit_ = 15e-9;    // s per work unit of the continuous tests, likewise
-    double tests_cheapest_ = 15e-9;      // the lowest of these so far: what is forgotten ends here
-    std::array<CostForecast, kStepPartCount> parts_{CostForecast{}, CostForecast{}, CostForecast{0.1e-3}, CostForecast{}, CostForecast{}};
+    double descent_s_per_unit_ = 100e-9;    // s, replaced by the first measurement
+    double tests_s_per_candidate_ = 500e-9; // s, likewise
+    double tests_cheapest_ = 0.0;           // s, the lowest that was measured so far; 0: none was
+    double trust_ = 1.0;                    // in the number of candidates of the last exact stage
+    bool learned_ = false;                  // what tests cost, in this stage
+    std::array<CostForecast, kStepPartCount> parts_{CostForecast{}, CostForecast{}, CostForecast{0.1e-3}, CostForecast{},
+                                                    CostForecast{}, CostForecast{}, CostForecast{0.1e-3}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
 };

@@ -67,6 +67,19 @@ TEST(Headlines, SayWhatIsBelowTheNoise) {
     EXPECT_EQ(lines[0].here, "gravity 25 %, breathing less than can be measured");
 }
 
+TEST(Headlines, OfSetsStandBesideWhatLookedForTheSameContacts) {
+    const auto lines = headlines_of("chromatic", table_of(R"json([
+        {"scene": "s", "looked_for": "self", "method": "AABB tree, pair by pair", "total_ms": 300},
+        {"scene": "s", "looked_for": "self", "method": "sets, II where it pays", "total_ms": 50},
+        {"scene": "s", "looked_for": "other", "method": "AABB tree, pair by pair", "total_ms": 20},
+        {"scene": "s", "looked_for": "other", "method": "this library's hierarchy", "total_ms": 5},
+        {"scene": "s", "looked_for": "other", "method": "sets, II where it pays", "total_ms": 7}])json"));
+    ASSERT_EQ(lines.size(), 2u);
+    EXPECT_EQ(lines[0].here, "300.0 / 50.0 / -");
+    EXPECT_EQ(lines[1].here, "20.0 / 7.0 / 5.0");
+    EXPECT_NE(lines[0].what, lines[1].what);
+}
+
 TEST(Headlines, OfPicturesAreOneLineAMeshWithTheFastestOfEitherForm) {
     const auto lines = headlines_of("image-space", table_of(R"json([
         {"mesh": "cows", "triangles": 5, "culler": "CPU", "total_ms": 30, "crossings": 4, "paper": "p"},

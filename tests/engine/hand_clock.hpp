@@ -24,22 +24,23 @@ inline constexpr BudgetLimits kExact{};
 struct Rounds {
     int count = 1;
     double solve_s = 0.1e-3;
-    double unit_s = 15e-9; // of the tests
+    double candidate_s = 90e-9; // of the tests
 };
 
 /// True when it was started and came to its end.
 inline bool run_exact(StepBudget& budget, HandClock& clock, const ExactForecast& forecast, const Rounds& rounds) {
     if (!budget.exact_fits(forecast)) return false;
     for (int round = 0; round < rounds.count; ++round) {
-        if (!budget.round_fits(forecast)) {
+        if (!budget.round_fits()) {
             budget.end_exact(false);
             return false;
         }
         clock.pass(rounds.solve_s);
+        budget.end_solve();
         WorkBudget grant = budget.grant_tests(forecast);
-        const bool enough = grant.spend(forecast.candidates);
-        const std::uint64_t units = grant.spent() * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;
-        clock.pass(rounds.unit_s * static_cast<double>(units));
+        bool enough = true;
+        for (std::uint64_t k = 0; k < forecast.candidates && enough; ++k) enough = grant.spend(1);
+        clock.pass(rounds.candidate_s * static_cast<double>(grant.spent()));
         budget.settle_tests(forecast, grant);
         if (!enough) {
             budget.end_exact(false);
