@@ -10,10 +10,9 @@ namespace {
 /// Pair tests between two readings of the clock at most; the clock's own cost (about 30 ns) stays below a thousandth of the
 /// tests'.
 constexpr std::uint64_t kLargestGrant = 4096;
-/// Of the time that is left, a grant takes this share until it would be this small: a rate that has doubled since it was
-/// measured is seen before the time is gone. Of a lumen's links each may cost a hundred times what a pair of spheres does, so the
-/// last grants are few.
-constexpr double kGrantShare = 0.5;
+/// Of the time that is left, a grant takes this share until it would be this small: units that
+/// cost five times what the last ones did are seen before the time is gone.
+constexpr double kGrantShare = 0.125;
 constexpr std::uint64_t kSmallestShare = 8;
 /// Grants that spent less say more about the clock than about the tests: they teach nothing.
 constexpr std::uint64_t kSmallestLesson = 32;
@@ -21,9 +20,11 @@ constexpr std::uint64_t kSmallestLesson = 32;
 constexpr double kLearning = 0.2;
 /// Rates that rise are followed faster: late is dearer than early.
 constexpr double kAlarm = 0.5;
-/// A unit of the descent costs five times as much in one grant as in the next (pairs of spheres, balls of a lumen): grants are sized by
-/// the slow ones, whose memory lasts.
+/// A unit of the descent costs several times as much in one grant as in the next: grants are sized by the slow ones, whose memory lasts.
 constexpr double kFallingDescent = 0.05;
+/// What takes more units than this at once is done in one piece (a ball's part of the wall), and is granted by itself: a unit of it costs
+/// ten times as much as one of a test.
+constexpr bool is_piece(std::uint64_t at_least) noexcept { return at_least > kSmallestShare; }
 /// Contacts grow between steps, and what one costs changes from round to round: a third is kept in reserve.
 constexpr double kTestsReserve = 1.33;
 /// An abandoned stage would have cost more than it was given; how much more nobody knows.
@@ -131,15 +132,16 @@ unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
 std::uint64_t StepBudget::affordable_descent(std::uint64_t at_least) const noexcept {
     const double left = left_s();
     if (!(left > 0.0)) return 0;
+    if (is_piece(at_least)) return left >= static_cast<double>(at_least) * piece_s_per_unit_ ? at_least : 0;
     const double all = left / descent_s_per_unit_;
-    const auto least = static_cast<double>(at_least);
-    if (all < least) return 0;
+    if (all < static_cast<double>(at_least)) return 0;
     const double share = std::max(kGrantShare * all, std::min(all, static_cast<double>(kSmallestShare)));
-    return static_cast<std::uint64_t>(std::max(least, std::min(share, static_cast<double>(kLargestGrant))));
+    return static_cast<std::uint64_t>(std::min(share, static_cast<double>(kLargestGrant)));
 }
 
 WorkBudget StepBudget::grant_descent(std::uint64_t at_least) {
     operation_start_ns_ = clock_->now_ns();
+    granted_piece_ = is_piece(at_least);
     return WorkBudget(tape_.decide(DecisionKind::Descent, [&]() -> std::uint64_t {
         if (limits_.mode == BudgetMode::Wall) return affordable_descent(at_least);
         return units_left() >= at_least ? units_left() : 0;
@@ -150,7 +152,7 @@ void StepBudget::settle_descent(const WorkBudget& grant) noexcept {
     units_spent_ += grant.spent();
     if (limits_.mode != BudgetMode::Wall || grant.spent() < kSmallestLesson) return;
     const double measured = seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent());
-    learn(descent_s_per_unit_, measured, kFallingDescent, 1.0);
+    learn(granted_piece_ ? piece_s_per_unit_ : descent_s_per_unit_, measured, kFallingDescent, 1.0);
 }
 
 double StepBudget::tests_seconds(std::uint64_t candidates) const noexcept {

@@ -128,7 +128,9 @@ private:
     std::uint64_t units_spent_ = 0;
     std::array<std::int64_t, kStepPartCount> part_start_ns_{};
     std::int64_t operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
-    double descent_s_per_unit_ = 100e-9;    // s, replaced by the first measurement
+    double descent_s_per_unit_ = 100e-9; // s, replaced by the first measurement
+    double piece_s_per_unit_ = 100e-9;   // s, of what is done in one piece
+    bool granted_piece_ = false;
     double tests_s_per_candidate_ = 500e-9; // s, likewise
     double tests_cheapest_ = 0.0;           // s, the lowest that was measured so far; 0: none was
     double trust_ = 1.0;                    // in the number of candidates of the last exact stage

@@ -33,11 +33,11 @@ std::uint64_t descend(StepBudget& budget, HandClock& clock, double seconds_per_u
 
 TEST(StepBudget, AWallGrantIsNeverLargerThanWhatTheTimePaysForOrTheClockShouldBeLeftAlone) {
     HandClock clock;
-    StepBudget large(clock, wall(1e-3)), small(clock, wall(10e-6));
+    StepBudget large(clock, wall(10e-3)), small(clock, wall(10e-6));
     large.begin();
     small.begin();
     EXPECT_EQ(large.grant_descent().left(), 4096u);
-    EXPECT_EQ(small.grant_descent().left(), 50u) << "half of 10 us at 100 ns";
+    EXPECT_EQ(small.grant_descent().left(), 12u) << "an eighth of 10 us at 100 ns";
     StepBudget tiny(clock, wall(0.8e-6));
     tiny.begin();
     EXPECT_EQ(tiny.grant_descent().left(), 8u) << "all of 0.8 us: less is not worth a look at the clock";
@@ -83,13 +83,13 @@ TEST(StepBudget, TestsTenTimesSlowerThanForecastOverrunOnceByLessThanAGrantAndTh
     EXPECT_GE(budget.elapsed_s(), 0.9e-3) << "slow is no reason to give the time away";
 }
 
-TEST(StepBudget, AGrantTakesHalfOfWhatIsLeftSoThatARateThatDoublesIsSeenInTime) {
+TEST(StepBudget, AGrantTakesAnEighthOfWhatIsLeftSoThatARateThatRisesIsSeenInTime) {
     HandClock clock;
     StepBudget budget(clock, wall(0.5e-3));
     budget.begin();
-    EXPECT_EQ(budget.grant_descent().left(), 2500u) << "of 5000 at 100 ns";
-    descend(budget, clock, 200e-9);
-    EXPECT_LE(budget.elapsed_s(), 0.5e-3 + 100e-9 * 256) << "late by a share of the smallest grant at most";
+    EXPECT_EQ(budget.grant_descent().left(), 625u) << "of 5000 at 100 ns";
+    descend(budget, clock, 500e-9);
+    EXPECT_LE(budget.elapsed_s(), 0.5e-3 + 500e-9 * 8) << "late by a share of the smallest grant at most";
 }
 
 /// A ball's wall is looked at in one piece: what is granted for it pays for all of it, or nothing is.
@@ -97,9 +97,17 @@ TEST(StepBudget, AGrantIsNoSmallerThanWhatIsDoneNextOrThereIsNone) {
     HandClock clock;
     StepBudget budget(clock, wall(10e-6)); // 100 tests of 100 ns
     budget.begin();
-    EXPECT_EQ(budget.grant_descent(80).left(), 80u) << "more than the half that is usually given";
+    EXPECT_EQ(budget.grant_descent(80).left(), 80u) << "more than the eighth that is usually given";
     EXPECT_EQ(budget.grant_descent(100).left(), 100u);
     EXPECT_EQ(budget.grant_descent(101).left(), 0u);
+    WorkBudget piece = budget.grant_descent(50);
+    ASSERT_TRUE(piece.spend(50));
+    clock.pass(50 * 0.5e-6); // five times as slow as a test
+    budget.settle_descent(piece);
+    budget.begin();
+    EXPECT_EQ(budget.grant_descent(20).left(), 20u) << "of 10 us at 0.5 us";
+    EXPECT_EQ(budget.grant_descent(21).left(), 0u);
+    EXPECT_EQ(budget.grant_descent(5).left(), 12u) << "tests are no slower for that";
     StepBudget counted(clock, work(100));
     counted.begin();
     EXPECT_EQ(counted.grant_descent(100).left(), 100u);
@@ -140,12 +148,12 @@ TEST(StepBudget, AGrantOfAFewTestsTeachesNothing) {
     StepBudget budget(clock, wall(10e-6));
     budget.begin();
     WorkBudget grant = budget.grant_descent();
-    ASSERT_EQ(grant.left(), 50u);
-    ASSERT_TRUE(grant.spend(31));
-    clock.pass(5e-6); // 160 ns a test, but most of it is the clock's
+    ASSERT_EQ(grant.left(), 12u);
+    ASSERT_TRUE(grant.spend(12));
+    clock.pass(5e-6); // 400 ns a test, but most of it is the clock's
     budget.settle_descent(grant);
     budget.begin();
-    EXPECT_EQ(budget.grant_descent().left(), 50u);
+    EXPECT_EQ(budget.grant_descent().left(), 12u);
 }
 
 TEST(StepBudget, PausedTimeIsNotCharged) {
