@@ -152,7 +152,10 @@ void StepBudget::settle_descent(const WorkBudget& grant) noexcept {
     units_spent_ += grant.spent();
     if (limits_.mode != BudgetMode::Wall || grant.spent() < kSmallestLesson) return;
     const double measured = seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent());
-    learn(granted_piece_ ? piece_s_per_unit_ : descent_s_per_unit_, measured, kFallingDescent, 1.0);
+    if (granted_piece_)
+        learn(piece_s_per_unit_, measured);
+    else
+        learn(descent_s_per_unit_, measured, kFallingDescent, 1.0);
 }
 
 double StepBudget::tests_seconds(std::uint64_t candidates) const noexcept {
