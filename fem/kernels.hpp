@@ -86,6 +86,9 @@ struct NodeJob {
 /// An acceleration beyond this is counted as not finite: its square must still be a double.
 inline constexpr double kAccelerationLimit = 1e150; // m/s^2
 
+/// Nodes that one thread takes at least.
+inline constexpr std::size_t kLeastNodes = 256;
+
 /// Returns the lowest caller's id of a node whose acceleration is not finite; kNoIndex: all are.
 Index update_nodes(const ForcePlan& plan, const NodeJob& job) noexcept;
 

@@ -147,8 +147,6 @@ namespace {
 HWY_EXPORT(turn_range);
 HWY_EXPORT(move_range);
 
-constexpr std::size_t kLeastFrames = 512, kLeastVertices = 2048; // of a block
-
 } // namespace
 
 SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames,

@@ -6,6 +6,9 @@
 
 namespace seldinger::fem {
 
+/// Link triangles and dense vertices that one thread takes at least.
+inline constexpr std::size_t kLeastFrames = 512, kLeastVertices = 2048;
+
 /// Turns link triangles begin .. end - 1. nodes [node_count]: x the position, v the displacement; frames [frame_count].
 SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames,
                              unsigned threads) noexcept;

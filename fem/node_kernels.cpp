@@ -91,8 +91,6 @@ namespace {
 
 HWY_EXPORT(pick_update);
 
-constexpr std::size_t kLeastNodes = 256; // of a block
-
 } // namespace
 
 Index update_nodes(const ForcePlan& plan, const NodeJob& job) noexcept {

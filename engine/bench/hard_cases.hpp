@@ -63,6 +63,7 @@ struct HardCase {
 [[nodiscard]] std::span<const HardCase> hard_steps() noexcept;
 [[nodiscard]] std::span<const HardCase> hard_sweeps() noexcept;
 [[nodiscard]] std::span<const HardCase> hard_contacts() noexcept;
+[[nodiscard]] std::span<const HardCase> hard_places() noexcept;
 [[nodiscard]] std::span<const HardCase> hard_tunnels() noexcept;
 [[nodiscard]] std::span<const HardCase> hard_instruments() noexcept;
 [[nodiscard]] std::span<const HardCase> hard_runs() noexcept;

@@ -1,4 +1,5 @@
 // Elements where they are hard: at load, inverted in a run, collapsed, nearly incompressible, of very unlike neighbours, turned.
+#include "base/topology.hpp"
 #include "engine/bench/hard_bodies.hpp"
 #include "engine/bench/hard_cases.hpp"
 #include "fem/integrate.hpp"
@@ -63,11 +64,13 @@ void zero_volume_and_inverted_tets_are_refused_by_id(HardReport& report) {
     std::swap(mesh.tets[7][0], mesh.tets[7][1]);
     report.require(refusal(mesh).find("tet 7 (nodes") != std::string::npos, "the refusal says \"tet 7 (nodes\"");
     report.require(refusal(mesh).find("inverted") != std::string::npos, "the refusal says \"inverted\"");
-    mesh = make_bar(2, 1, 1, kCell);
-    const Tet& flat = mesh.tets[4];
-    mesh.vertices[flat[3]] = (mesh.vertices[flat[0]] + mesh.vertices[flat[1]] + mesh.vertices[flat[2]]) / 3.0;
-    report.require(refusal(mesh).find("is ") != std::string::npos, "the refusal says \"is \"");
-    report.require(refusal(mesh).find("tet ") != std::string::npos, "the refusal says \"tet \"");
+    mesh = make_bar(2, 1, 1, kCell); // one more tet, on a face of the border, whose apex lies in that face: no other is flat
+    const Triangle face = boundary_surface(mesh).triangles[5];
+    const Tet flat{face[0], face[2], face[1], static_cast<Index>(mesh.vertices.size())};
+    mesh.vertices.push_back((mesh.vertices[face[0]] + mesh.vertices[face[1]] + mesh.vertices[face[2]]) / 3.0);
+    mesh.tets.insert(mesh.tets.begin() + 7, flat);
+    const std::string named = fmt::format("tet 7 (nodes {}, {}, {}, {}) is flat", flat[0], flat[1], flat[2], flat[3]);
+    report.require(refusal(mesh).find(named) != std::string::npos, "the refusal says \"" + named + "\": " + refusal(mesh));
     const std::vector<double> factors(3, 1.0);
     report.require(refusal(make_bar(2, 1, 1, kCell), {.stiffness = factors}).find("3 of them for 12 tets") != std::string::npos,
                    "a list of factors that is too short is refused with both counts");
@@ -130,20 +133,25 @@ void neo_hookean_recovers_from_plane_point_inside_out_and_chaos(HardReport& repo
     run("nodes at random within two cells", [&](Vec3& x) { x += random_vec(random, 0.02); });
 }
 
-void bar_twisted_by_a_full_turn_unwinds(HardReport& report) {
-    const TetMesh mesh = make_bar(3, 3, 12, kCell);
-    Material material = damped(MaterialLaw::NeoHookean);
-    material.mass_damping = 20.0; // a long bar is slow: 3 s must be enough
-    const auto model = make_model(mesh, material, nodes_at(mesh, 2, 0.0));
-    TissueState state = deform_free(model, [](Vec3& x) {
-        const double angle = 2.0 * std::numbers::pi * x[2] / (12.0 * kCell), u = x[0] - 1.5 * kCell, v = x[1] - 1.5 * kCell;
-        x[0] = 1.5 * kCell + std::cos(angle) * u - std::sin(angle) * v;
-        x[1] = 1.5 * kCell + std::sin(angle) * u + std::cos(angle) * v;
-    });
-    const auto end = let_go(report, model, state, "twisted bar");
-    report.below("bar of 12 cells twisted by 360 degrees", farthest_from_rest(model, state), 1e-3, "m");
-    report.require(end.inverted == 0, "no tet is inverted at the end");
-    // a tenth of a cell
+void twisted_by_a_full_turn_they_unwind(HardReport& report) {
+    const auto twist = [&](Index cells, double viscosity) { // farthest from rest after 3 s
+        const TetMesh mesh = make_bar(3, 3, cells, kCell);
+        Material material = damped(MaterialLaw::NeoHookean);
+        material.viscosity = viscosity;
+        material.mass_damping = 20.0; // a long bar is slow: 3 s must be enough
+        const auto model = make_model(mesh, material, nodes_at(mesh, 2, 0.0));
+        TissueState state = deform_free(model, [cells](Vec3& x) {
+            const double angle = 2.0 * std::numbers::pi * x[2] / (cells * kCell), u = x[0] - 1.5 * kCell, v = x[1] - 1.5 * kCell;
+            x[0] = 1.5 * kCell + std::cos(angle) * u - std::sin(angle) * v;
+            x[1] = 1.5 * kCell + std::sin(angle) * u + std::cos(angle) * v;
+        });
+        const auto end = let_go(report, model, state, fmt::format("{} cells twisted", cells));
+        report.require(end.inverted == 0, "no tet is inverted at the end");
+        return farthest_from_rest(model, state);
+    };
+    report.below("bar of 12 cells twisted by 360 degrees", twist(12, 1.0), 1e-3, "m"); // a tenth of a cell
+    report.below("cube of 3 cells twisted by 360 degrees, 120 a cell", twist(3, 0.1), 1e-3, "m");
+    report.note(fmt::format("the same cube of 1 Pa s, ten times as viscous, stays {:.1f} mm off, in another minimum", 1e3 * twist(3, 1.0)));
 }
 
 void st_vk_that_inverts_is_counted(HardReport& report) {
@@ -188,8 +196,8 @@ void st_vk_peaks_and_collapses(HardReport& report) {
     }
     report.below("StVK: peak of uniaxial stress over E, off 0.1924500897", std::abs(peak - 0.1924500897), 1e-6);
     report.below("StVK: stretch at that peak, off 0.5773502692", std::abs(at - 0.5773502692), 1e-3);
-    for (const double load : {0.12, 0.24}) { // rho g H / E of a bonded slab under sudden gravity
-        Material material = make_material(MaterialLaw::StVK, 0.3);
+    for (const double load : {0.12, 0.196, 0.24}) {                 // rho g H / E of a bonded slab under sudden gravity
+        Material material = make_material(MaterialLaw::StVK, 0.45); // tissue's; at 0.3 it is softer, and collapses at 0.196 already
         material.young_modulus = 1000.0 * 9.81 * 0.04 / load;
         material.mass_damping = 2.0;
         const TetMesh mesh = make_bar(6, 6, 4, kCell);
@@ -205,11 +213,13 @@ void st_vk_peaks_and_collapses(HardReport& report) {
             least = std::min(least, done.integrate.min_volume_ratio);
             most = std::max(most, done.integrate.inverted);
         }
+        const std::string what = fmt::format("StVK slab at rho g H / E = {}: ", load);
+        const double share = most / double(slab.tet_count());
         if (load < 0.2) {
-            report.above("StVK slab at rho g H / E = 0.12: smallest volume ratio", least, 0.4);
-            report.require(most == 0, "no tet is inverted");
+            report.equal(what + "tets ever inverted", most, 0);
+            report.above(what + "smallest volume ratio", least, load < 0.15 ? 0.8 : 0.5);
         } else {
-            report.above("StVK slab at rho g H / E = 0.24: share of tets inverted, all finite", most / double(slab.tet_count()), 0.5);
+            report.above(what + "share of tets inverted, all finite", share, 0.9);
         }
     }
 }
@@ -279,10 +289,10 @@ constexpr HardCase kCases[] = {
     {"elements", "NodePulledThroughItsFaceComesBack", "0.1 mm from rest after 3 s, 1 % of a cell", node_pulled_through_its_face_comes_back},
     {"elements", "NeoHookeanRecoversFromPlanePointInsideOutAndChaos", "1 mm from rest after 3 s, a tenth of a cell; no tet inverted",
      neo_hookean_recovers_from_plane_point_inside_out_and_chaos},
-    {"elements", "BarTwistedByAFullTurnUnwinds", "the same", bar_twisted_by_a_full_turn_unwinds},
+    {"elements", "BarTwistedByAFullTurnUnwinds", "the same, of a bar of 12 cells and a cube of 3", twisted_by_a_full_turn_they_unwind},
     {"elements", "StVKThatInvertsIsCountedAndNeverSpreadsNaN", "all finite, inverted tets counted", st_vk_that_inverts_is_counted},
     {"elements", "StVKPeaksAtOneFifthOfYoungsModulusAndCollapsesThere",
-     "peak 0.1925 E at 0.577; below it J stays above 0.4, above it more than half of the tets invert, finite and counted",
+     "peak 0.1925 E at 0.577; a slab at 0.12 and 0.196 of rho g H / E inverts no tet, at 0.24 more than 0.9 of them, finite and counted",
      st_vk_peaks_and_collapses},
     {"elements", "UnlikeNeighboursInOneBodyAreStableAtTheirDerivedStep",
      "energy never above 1.01 of the start: RK4 below its limit only loses",

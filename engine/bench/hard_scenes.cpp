@@ -14,17 +14,23 @@ std::optional<PreparedScene> prepare_hard_scene(HardReport& report, const std::s
 }
 
 std::string tube_scene(const StraightTube& tube) {
-    const char* axis = tube.bent ? "[[0, 0, 0, 3], [0, 0, 50, 3], [5, 0, 70, 3], [20, 0, 85, 3], [40, 0, 90, 3], [80, 0, 90, 3]]"
-                                 : "[[0, 0, 0, 3], [0, 0, 50, 3], [0, 0, 100, 3]]";
+    std::string axis;
+    const auto add = [&](double x, double z) { axis += fmt::format("{}[{}, 0, {}, 3]", axis.empty() ? "" : ", ", tube.away + x, z); };
+    add(0, 0), add(0, 50);
+    if (tube.bent)
+        add(5, 70), add(20, 85), add(40, 90), add(80, 90);
+    else
+        add(0, 100);
     return fmt::format(R"({{
     "name": "tube", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.01, "duration": 2}}, "budget": "{}",
-    "bodies": {{"tube": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube", "axis": {}, "sides": 20}}}}}},
+    "bodies": {{"tube": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube", "axis": [{}], "sides": 20}}}}}},
     "instruments": {{"wire": {{"length": 240, "radius": 0.5, "young_modulus": 60000, "segment": 2.5, "skin_triangles": 1500,
-        "tip": {{"shape": "straight"}}, "lumen": "tube", "entry": {{"position": [0, 0, 10], "direction": [0, 0, 1]}},
+        "tip": {{"shape": "straight"}}, "lumen": "tube", "entry": {{"position": [{}, 0, 10], "direction": [0, 0, 1]}},
         "limits": {{"speed": {}, "rotation": 31.4}}, "path": [[0, {}, 0], [{:.9f}, {}, 0]]}}}},
     "effects": [{}]
 }})",
-                       tube.budget, axis, tube.speed, tube.from, 1.001 * (tube.to - tube.from) / tube.speed, tube.to, tube.effects);
+                       tube.budget, axis, tube.away, tube.speed, tube.from, 1.001 * (tube.to - tube.from) / tube.speed, tube.to,
+                       tube.effects);
 }
 
 std::string organ_scene(const std::string& budget) {
@@ -46,8 +52,9 @@ std::string organ_scene(const std::string& budget) {
 }
 
 std::string solid_scene(const SolidScene& scene) {
-    const char* table =
-        R"("table": {"kind": "static", "surface": {"shape": "box", "centre": [0, 0, -5], "extent": [120, 120, 10], "cells": 24}})";
+    const std::string table = fmt::format(
+        R"("table": {{"kind": "static", "surface": {{"shape": "box", "centre": [{}, 0, -5], "extent": [120, 120, 10], "cells": 24}}}})",
+        scene.away);
     std::string bodies = scene.bodies;
     if (scene.table)
         bodies += table;

@@ -19,6 +19,7 @@ struct StraightTube {
     double speed = 35.0;           // mm/s, of the hand
     std::string effects = R"("coarse_contact", "exact_contact", "friction")";
     bool bent = false; // the second half goes to the side
+    double away = 0.0; // mm, all of it, along x
 };
 /// A wire of 0.5 mm in a tube of 3 mm that is closed 100 mm above.
 [[nodiscard]] std::string tube_scene(const StraightTube& tube);
@@ -33,6 +34,7 @@ struct SolidScene {
     std::string contact;
     double step = 0.005; // s
     bool gravity = true, table = true;
+    double away = 0.0; // mm, the table along x
 };
 [[nodiscard]] std::string solid_scene(const SolidScene& scene);
 /// "name": {...}, of a soft body; surface as in a scene

@@ -78,12 +78,12 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    Mark::Note,
                                    "Places beyond the middle of another body, or through it, were pushed back to where they came from. A "
                                    "shorter step, or a larger solid_stiffness."));
-        losses.push_back(make_loss("Solids that may have passed through", t.unproven_solid_steps,
-                                   fmt::format("{} in {}", count_text(t.unproven_solids, "pair", "pairs"),
-                                               of_steps(t.unproven_solid_steps, record)),
-                                   Mark::Bad,
-                                   "They went farther than half of the thinner one's thickness in a step and nothing looked at their paths. "
-                                   "A shorter step, closed surfaces with the response of surfaces, or a larger budget."));
+        losses.push_back(make_loss(
+            "Solids that may have passed through", t.unproven_solid_steps,
+            fmt::format("{} in {}", count_text(t.unproven_solids, "pair", "pairs"), of_steps(t.unproven_solid_steps, record)), Mark::Bad,
+            "They went farther than half of the thinner one's thickness in a step and nothing looked at their paths; or "
+            "one began inside the other, and they do not touch. A shorter step, closed surfaces with the response "
+            "of surfaces, a larger budget, or bodies that begin apart."));
     }
     if (!instruments) return;
     if (effects.exact_contact) {

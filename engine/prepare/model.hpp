@@ -155,6 +155,9 @@ struct SceneModel {
     bool budget_covers_step = false; // scope: the whole step, not collision alone
     std::vector<Droppable> drop;     // scope step: what may be left out of a step that would not fit, first to go first
     std::vector<BodyModel> bodies;
+    /// Solids of which one starts wholly inside the other, lower id first, sorted. They do not touch one another: depth that nothing has
+    /// worked for would throw them apart. Steps in which they come near count them as unproven.
+    std::vector<std::pair<std::size_t, std::size_t>> nested;
     std::vector<InstrumentModel> instruments;
     EffectSet effects;
     ContactSettings contact;

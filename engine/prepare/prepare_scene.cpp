@@ -1,6 +1,7 @@
 #include "engine/prepare/prepare_scene.hpp"
 
 #include "base/inside.hpp"
+#include "engine/prepare/nested.hpp"
 #include "engine/prepare/prepare_body.hpp"
 #include "engine/prepare/wrap_solids.hpp"
 #include "engine/scene/scene_size.hpp"
@@ -230,6 +231,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress
         const Result<void> done = link_to_carrier(scene, i, coarse, prepared);
         if (!done.ok()) return done.error();
     }
+    find_nested(prepared);
     if (const Result<void> wrapped = wrap_solids(scene, prepared); !wrapped.ok()) return wrapped.error();
     for (const SceneTarget& target : scene.targets) {
         const auto place = find_place(scene, target.place, "targets." + target.name, shelf);

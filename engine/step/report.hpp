@@ -68,7 +68,9 @@ struct StepReport {
     std::uint64_t held_pairs = 0;    // sphere pairs of solid bodies that push or hold for want of a surface's depth
     std::uint64_t probe_tests = 0;   // closest-point queries that stood in for sphere pairs which the budget left open
     std::uint64_t passed_places = 0; // vertices that lie beyond the middle of a solid body, or through it: pushed back to where they came from
-    unsigned unproven_solids = 0;    // pairs of solid bodies that moved so far in the step that one may have passed the other unseen
+    /// Pairs of solid bodies that moved so far in the step that one may have passed the other unseen, or that came near and do not touch
+    /// since one began inside the other (SceneModel::nested).
+    unsigned unproven_solids = 0;
     double residual_n = 0.0;         // at the step's end, sum over solid contacts of what both bodies receive: 0 is balanced
     double pull_force_n = 0.0;       // of the hand that holds a point of a surface
     double target_distance_m = -1.0; // tip to the followed target; negative: none

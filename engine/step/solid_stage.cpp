@@ -146,16 +146,20 @@ double force_of(const SceneModel& model, std::size_t body, Index index, const St
 
 } // namespace
 
+bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept {
+    return std::binary_search(model.nested.begin(), model.nested.end(), std::pair(std::min(i, j), std::max(i, j)));
+}
+
 bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexcept {
     const BodyModel& a = model.bodies[i];
     const BodyModel& b = model.bodies[j];
-    if (a.hollow || b.hollow || (!a.moves() && !b.moves())) return false;
+    if (a.hollow || b.hollow || (!a.moves() && !b.moves()) || are_nested(model, i, j)) return false;
     return a.carrier != j && b.carrier != i;
 }
 
 bool can_touch_any(const SceneModel& model, std::size_t body) noexcept {
     for (std::size_t other = 0; other < model.bodies.size(); ++other)
-        if (other != body && are_solid_pair(model, body, other)) return true;
+        if (other != body && (are_solid_pair(model, body, other) || are_nested(model, body, other))) return true;
     return touches_itself(model, body);
 }
 
@@ -198,7 +202,10 @@ void add_solid_pairs(const SceneModel& model, StepContext& context) {
     }
     solids.sweep.find_pairs(solids.boxes, solids.near);
     for (const auto& [i, j] : solids.near)
-        if (are_solid_pair(model, i, j)) context.descent.add_solid_pair(view_solid(model, i, context), view_solid(model, j, context));
+        if (are_solid_pair(model, i, j))
+            context.descent.add_solid_pair(view_solid(model, i, context), view_solid(model, j, context));
+        else
+            context.report.unproven_solids += are_nested(model, i, j);
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         if (touches_itself(model, i)) {
             context.report.effects.note(Effect::SelfContact);

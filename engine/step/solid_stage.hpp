@@ -5,7 +5,11 @@
 
 namespace seldinger::engine {
 
-/// Can these two bodies touch? Both are solid, one moves, and neither carries the other: those are one body.
+/// Does one of them start wholly inside the other? See SceneModel::nested.
+[[nodiscard]] bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept;
+
+/// Can these two bodies touch? Both are solid, one moves, neither carries the other (those are one body), and neither starts inside the
+/// other.
 [[nodiscard]] bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexcept;
 
 /// Is there anything that this body can touch, itself included?

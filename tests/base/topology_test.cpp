@@ -124,6 +124,34 @@ TEST(TetReport, TheBoundaryOfATetMeshIsClosedAndOutward) {
     EXPECT_DOUBLE_EQ(signed_volume(surface), 1.0);
 }
 
+TEST(SurfaceReport, CountsThousandsOfComponentsAndOneFanOfTwoHundredTriangles) {
+    TriMesh many;
+    for (Index k = 0; k < 3000; ++k) {
+        const Vec3 corner(10.0 * (k % 15), 10.0 * (k / 15 % 15), 10.0 * (k / 225));
+        for (const Vec3& side : {Vec3(0, 0, 0), Vec3(5, 0, 0), Vec3(0, 5, 0), Vec3(0, 0, 5)}) many.vertices.push_back(corner + side);
+        const Index v = 4 * k;
+        for (const Triangle& t : {Triangle{0, 2, 1}, Triangle{0, 1, 3}, Triangle{1, 2, 3}, Triangle{2, 0, 3}})
+            many.triangles.push_back({v + t[0], v + t[1], v + t[2]});
+    }
+    const SurfaceReport report = inspect_surface(many);
+    EXPECT_EQ(report.components, 3000u);
+    EXPECT_TRUE(report.closed() && report.manifold() && report.oriented());
+    EXPECT_NEAR(report.signed_volume, 3000.0 * 125.0 / 6.0, 1e-6);
+    TriMesh bipyramid;
+    bipyramid.vertices = {Vec3(0, 0, 20), Vec3(0, 0, -20)};
+    for (Index k = 0; k < 200; ++k) {
+        const double angle = 0.01 * 3.14159265358979 * k;
+        bipyramid.vertices.emplace_back(30.0 * std::cos(angle), 30.0 * std::sin(angle), 0.0);
+        const Index a = 2 + k, b = 2 + (k + 1) % 200;
+        bipyramid.triangles.push_back({0, a, b});
+        bipyramid.triangles.push_back({1, b, a});
+    }
+    const SurfaceReport fan = inspect_surface(bipyramid);
+    EXPECT_EQ(fan.components, 1u);
+    EXPECT_TRUE(fan.closed() && fan.manifold() && fan.oriented());
+    EXPECT_EQ(vertex_triangles(bipyramid.triangles, bipyramid.vertices.size()).of(0).size(), 200u);
+}
+
 TEST(TetReport, CountsEveryDefectByKind) {
     TetMesh tets = make_cube_tets();
     std::swap(tets.tets[2][0], tets.tets[2][1]);

@@ -2,11 +2,18 @@
 #include "program.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 namespace seldinger::cli_test {
 namespace {
 
 class Output : public Program {};
+
+/// Until the run in `out` has a file of this name; false: it never came.
+bool wait_for_file(const fs::path& file) {
+    for (int wait = 0; wait < 3000 && !fs::exists(file); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return fs::exists(file);
+}
 
 TEST_F(Output, StepTableStartsWithTheContractsColumnsAndHasARowPerStep) {
     ASSERT_TRUE(ended_with(run(write("tube.json", kTube)), 0));
@@ -80,18 +87,13 @@ TEST_F(Output, AnInterruptedRunEndsWith130AndAReadableSummary) {
 
 TEST_F(Output, ARunThatIsKilledLeavesNothingThatLooksFinished) {
     const pid_t child = start({"run", write("long.json", kTube), "--out", out(), "--no-pictures", "-n", "100000000"});
-    for (int wait = 0; wait < 2000 && !fs::exists(out()); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    ASSERT_TRUE(wait_for_file(out() / "steps.csv.partial")) << "killed before it began it would leave nothing either";
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
     ASSERT_EQ(kill(child, SIGKILL), 0);
     EXPECT_EQ(wait_for(child, 30.0).signal, SIGKILL);
+    EXPECT_TRUE(fs::exists(out() / "steps.csv.partial"));
     EXPECT_FALSE(fs::exists(out() / "summary.json"));
     EXPECT_FALSE(fs::exists(out() / "steps.csv"));
-}
-
-/// Until the run in `out` has a file of this name; false: it never came.
-bool wait_for_file(const fs::path& file) {
-    for (int wait = 0; wait < 3000 && !fs::exists(file); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    return fs::exists(file);
 }
 
 class Checkpoints : public Program {
@@ -210,6 +212,77 @@ TEST_F(Output, ADiskThatIsFullIsExit2AndNothingLooksFinished) {
     EXPECT_NE(text_of(folder / "full").find("cannot be written"), std::string::npos) << text_of(folder / "full");
     EXPECT_FALSE(fs::exists(out() / "summary.json"));
     EXPECT_FALSE(fs::exists(out() / "steps.csv"));
+}
+
+/// A VTK file whose blocks of raw numbers follow one another to its end, as many as it names.
+testing::AssertionResult is_whole_vtk(const fs::path& file) {
+    const std::string text = text_of(file), begin = "<AppendedData encoding=\"raw\">\n_", end = "\n</AppendedData>\n</VTKFile>\n";
+    const std::size_t first = text.find(begin);
+    if (text.rfind("<?xml", 0) != 0 || first == std::string::npos || text.size() < end.size() ||
+        text.compare(text.size() - end.size(), end.size(), end) != 0)
+        return testing::AssertionFailure() << file << " is cut off, " << text.size() << " bytes";
+    const std::size_t data = first + begin.size(), stop = text.size() - end.size();
+    std::size_t at = data;
+    for (std::size_t name = text.find(" offset=\""); name < first; name = text.find(" offset=\"", name + 1)) {
+        if (std::stoull(text.substr(name + 9)) != at - data) return testing::AssertionFailure() << file << ": an array begins elsewhere";
+        std::uint64_t bytes = 0;
+        if (at + sizeof bytes > stop) return testing::AssertionFailure() << file << ": an array is not there";
+        std::memcpy(&bytes, text.data() + at, sizeof bytes);
+        at += sizeof bytes + bytes;
+    }
+    if (at == stop) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << file << ": its arrays end at " << at << ", it at " << stop;
+}
+
+/// All that is there under its final name can be read, and the collection names nothing else. Returns how many states it has.
+std::size_t expect_readable_states(const fs::path& folder) {
+    std::size_t states = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string(), kind = entry.path().extension().string();
+        if (name.front() == '.') continue; // not finished, and not called so
+        if (kind == ".vtp" || kind == ".vtu") EXPECT_TRUE(is_whole_vtk(entry.path()));
+        if (kind != ".pvd") continue;
+        const std::string text = text_of(entry.path());
+        EXPECT_EQ(text.rfind("<?xml", 0), 0u);
+        EXPECT_NE(text.find("</VTKFile>\n"), std::string::npos) << entry.path() << " is cut off";
+        for (std::size_t at = text.find(" file=\""); at != std::string::npos; at = text.find(" file=\"", at + 1), ++states) {
+            const std::string file = text.substr(at + 7, text.find('"', at + 7) - at - 7);
+            EXPECT_TRUE(fs::exists(entry.path().parent_path() / file)) << file << " is named and not there";
+        }
+    }
+    return states;
+}
+
+TEST_F(Output, RecordedStatesOfAKilledRunCanBeReadAndTheCollectionNamesNoOthers) {
+    const fs::path scene = write("tube.json", with(kTube, "\"budget\"", "\"outputs\": {\"record_every\": 2}, \"budget\""));
+    std::size_t least = 1000;
+    for (const int ms : {0, 7, 23, 61, 150}) { // after its first states are there: in the middle of something
+        fs::remove_all(out());
+        const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "--force", "--record", "-n", "100000000"});
+        ASSERT_TRUE(wait_for_file(out() / "record/states.pvd")) << "no collection came";
+        std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+        ASSERT_EQ(kill(child, SIGKILL), 0);
+        EXPECT_EQ(wait_for(child, 30.0).signal, SIGKILL);
+        EXPECT_FALSE(fs::exists(out() / "summary.json"));
+        least = std::min(least, expect_readable_states(out()));
+    }
+    EXPECT_GT(least, 0u);
+}
+
+TEST_F(Output, OnAFullDiskWhatIsThereUnderItsFinalNameCanBeRead) {
+    const fs::path scene = write("tube.json", kTube);
+    for (const int kib : {8, 128}) { // no state fits; the states do, and the table of steps does not
+        fs::remove_all(out());
+        const std::string command = "ulimit -f " + std::to_string(kib) + "; trap '' XFSZ; exec " + std::string(SELDINGER_PROGRAM) +
+                                    " run " + scene.string() + " --no-pictures -n 2000 --record --out " + out().string() + " > " +
+                                    (folder / "full").string() + " 2>&1";
+        EXPECT_EQ(WEXITSTATUS(std::system(("bash -c \"" + command + "\"").c_str())), 2) << text_of(folder / "full");
+        EXPECT_NE(text_of(folder / "full").find("cannot be written"), std::string::npos) << text_of(folder / "full");
+        EXPECT_FALSE(fs::exists(out() / "summary.json"));
+        EXPECT_FALSE(fs::exists(out() / "steps.csv"));
+        const std::size_t states = expect_readable_states(out());
+        EXPECT_EQ(states > 0, kib == 128) << kib << " KiB a file";
+    }
 }
 
 } // namespace

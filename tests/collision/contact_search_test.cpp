@@ -98,25 +98,6 @@ std::set<Key> without(const std::set<Key>& keys, const std::set<Key>& left_out) 
     return out;
 }
 
-/// Positions on a coarse lattice: coplanar, touching, duplicate and zero-area triangles everywhere.
-Surface make_lattice_soup(Random& random, std::size_t vertices, std::size_t triangles) {
-    Surface s;
-    const auto point = [&] {
-        Vec3 p;
-        for (int axis = 0; axis < 3; ++axis) p[axis] = static_cast<double>(random.bits() % 4);
-        return p;
-    };
-    for (std::size_t i = 0; i < vertices; ++i) {
-        s.t0.push_back(point());
-        s.t1.push_back(random.bits() % 2 == 0 ? s.t0.back() : point());
-    }
-    const auto any = [&] { return static_cast<Index>(random.bits() % vertices); };
-    while (s.triangles.size() < triangles) s.triangles.push_back({any(), any(), any()});
-    s.triangles.push_back(s.triangles.front());
-    s.close();
-    return s;
-}
-
 TEST(ContactSearch, FindsWhatRationalArithmeticFindsOfEveryPair) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
         SCOPED_TRACE(seed);
@@ -143,7 +124,7 @@ TEST(ContactSearch, FindsDegenerateContactsAsRationalArithmeticDoes) {
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        const Surface a = make_lattice_soup(random, 12, 8);
+        const Surface a = testing::make_lattice_soup(random, 12, 8);
         const std::array<const Surface*, 1> surfaces{&a};
         Truth truth;
         truth.add_vertex_face(a, 0, a, 0);

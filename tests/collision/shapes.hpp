@@ -65,6 +65,25 @@ inline Surface make_bent_tube(double length, double radius, std::size_t rings, s
     return s;
 }
 
+/// Positions on a coarse lattice: coplanar, touching, duplicate and zero-area triangles everywhere.
+inline Surface make_lattice_soup(Random& random, std::size_t vertices, std::size_t triangles) {
+    Surface s;
+    const auto point = [&] {
+        Vec3 p;
+        for (int axis = 0; axis < 3; ++axis) p[axis] = static_cast<double>(random.bits() % 4);
+        return p;
+    };
+    for (std::size_t i = 0; i < vertices; ++i) {
+        s.t0.push_back(point());
+        s.t1.push_back(random.bits() % 2 == 0 ? s.t0.back() : point());
+    }
+    const auto any = [&] { return static_cast<Index>(random.bits() % vertices); };
+    while (s.triangles.size() < triangles) s.triangles.push_back({any(), any(), any()});
+    s.triangles.push_back(s.triangles.front());
+    s.close();
+    return s;
+}
+
 /// Loose triangles thrown into a cube of the given half edge, each vertex with its own motion.
 inline Surface make_triangle_soup(Random& random, std::size_t triangles, double reach, double size, double motion) {
     Surface s;

@@ -19,10 +19,11 @@ bool is_beneath(const SphereTree& tree, Index leaf, Index sphere) {
 }
 
 struct SolidPairFixture {
-    CoveringTree a = build_covering_tree(make_icosphere(Vec3::Zero(), 0.05, 3));
-    CoveringTree b = build_covering_tree(make_icosphere(Vec3(0.09, 0.01, 0), 0.05, 3));
-    std::vector<Sphere> spheres_a = nested(a, make_icosphere(Vec3::Zero(), 0.05, 3));
-    std::vector<Sphere> spheres_b = nested(b, make_icosphere(Vec3(0.09, 0.01, 0), 0.05, 3));
+    Vec3 away = Vec3::Zero(); // m, where the two stand
+    CoveringTree a = build_covering_tree(make_icosphere(away, 0.05, 3));
+    CoveringTree b = build_covering_tree(make_icosphere(away + Vec3(0.09, 0.01, 0), 0.05, 3));
+    std::vector<Sphere> spheres_a = nested(a, make_icosphere(away, 0.05, 3));
+    std::vector<Sphere> spheres_b = nested(b, make_icosphere(away + Vec3(0.09, 0.01, 0), 0.05, 3));
     SolidView view_a{1, &a.tree, spheres_a}, view_b{2, &b.tree, spheres_b};
 
     /// Updated spheres hold their children; rest spheres hold the surface alone, and children may poke out.
@@ -85,6 +86,97 @@ TEST(Descent, NeverDropsATrueContactAtAnyBudget) {
         EXPECT_LE(stats.pairs_tested, units);
         for (const auto& pair : expected) ASSERT_TRUE(is_known(f, contacts, pair)) << "budget " << units;
     }
+}
+
+TEST(Descent, TenThousandBodySizesFromTheOriginItDropsNoTrueContactEither) {
+    const SolidPairFixture here, f{.away = Vec3(1000.0, -2000.0, 1000.0)};
+    const auto expected = f.brute_force();
+    EXPECT_NEAR(static_cast<double>(expected.size()), static_cast<double>(here.brute_force().size()), 2.0)
+        << "places are rounded to 1e-13 m there: a pair that just touched may have moved apart";
+    for (const std::uint64_t units : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{17}, std::uint64_t{700}, WorkBudget::kUnlimited}) {
+        const auto contacts = f.run(units);
+        for (const auto& pair : expected) ASSERT_TRUE(is_known(f, contacts, pair)) << "budget " << units;
+        if (units == WorkBudget::kUnlimited) EXPECT_EQ(contacts.size(), expected.size());
+    }
+}
+
+TEST(Descent, OfTwoBodiesSwappedFindsTheMirroredPairs) {
+    const SolidPairFixture f;
+    using Pairs = std::set<std::pair<Index, Index>>;
+    for (const DescentOrder order : {DescentOrder::Breadth, DescentOrder::Deepest, DescentOrder::Depth})
+        for (const bool complete : {true, false}) {
+            Pairs found, mirrored;
+            for (const bool swapped : {false, true}) {
+                Descent descent;
+                descent.begin(0.0, order, 1);
+                descent.add_solid_pair(swapped ? f.view_b : f.view_a, swapped ? f.view_a : f.view_b);
+                WorkBudget budget(complete ? WorkBudget::kUnlimited : 300);
+                EXPECT_EQ(descent.run(budget), complete);
+                std::vector<Contact> contacts;
+                descent.add_contacts(contacts);
+                for (const Contact& c : contacts) {
+                    EXPECT_EQ(c.body_a, swapped ? 2 : 1);
+                    const Index a = swapped ? c.feature_b[0] : c.feature_a[0], b = swapped ? c.feature_a[0] : c.feature_b[0];
+                    (swapped ? mirrored : found).emplace(a, b);
+                }
+                if (!complete)
+                    for (const auto& [a, b] : f.brute_force())
+                        EXPECT_TRUE(std::any_of(
+                            (swapped ? mirrored : found).begin(), (swapped ? mirrored : found).end(),
+                            [&](const auto& seen) { return is_beneath(f.a.tree, a, seen.first) && is_beneath(f.b.tree, b, seen.second); }))
+                            << "what a tight budget leaves open differs, and still holds every true pair";
+            }
+            if (complete) EXPECT_EQ(found, mirrored) << int(order);
+        }
+}
+
+/// A body of one triangle has one sphere, one without triangles none.
+TEST(Descent, TakesBodiesOfOneTriangleAndOfNoneAtAnyBudget) {
+    const SolidPairFixture f;
+    TriMesh near_mesh, far_mesh;
+    near_mesh.vertices = {Vec3(0.05, 0, 0), Vec3(0.06, 0, 0), Vec3(0.05, 0.01, 0)}; // touches the first ball
+    near_mesh.triangles = {{0, 1, 2}};
+    far_mesh = near_mesh;
+    for (Vec3& v : far_mesh.vertices) v += Vec3(0, 0, 3);
+    const CoveringTree one = build_covering_tree(near_mesh), apart = build_covering_tree(far_mesh), none = build_covering_tree({});
+    ASSERT_EQ(one.tree.sphere_count(), 1u);
+    ASSERT_EQ(none.tree.sphere_count(), 0u);
+    const std::vector<Sphere> of_one = SolidPairFixture::nested(one, near_mesh), of_far = SolidPairFixture::nested(apart, far_mesh),
+                              of_none = SolidPairFixture::nested(none, {});
+    const SolidView triangle{3, &one.tree, of_one}, far_triangle{4, &apart.tree, of_far}, empty{5, &none.tree, of_none};
+    struct Case {
+        const char* what;
+        SolidView a, b;
+        bool meets;
+    };
+    for (const Case& c :
+         {Case{"a triangle and a ball", triangle, f.view_a, true}, Case{"a ball and a triangle", f.view_a, triangle, true},
+          Case{"a triangle and itself", triangle, triangle, true}, Case{"two triangles", triangle, far_triangle, false},
+          Case{"an empty body and a ball", empty, f.view_a, false}, Case{"a ball and an empty body", f.view_a, empty, false},
+          Case{"an empty body and a triangle", empty, triangle, false}, Case{"two empty bodies", empty, empty, false}})
+        for (const std::uint64_t units : {std::uint64_t{0}, std::uint64_t{1}, WorkBudget::kUnlimited}) {
+            SCOPED_TRACE(::testing::Message() << c.what << ", budget " << units);
+            Descent descent;
+            descent.begin(0.0);
+            descent.add_solid_pair(c.a, c.b);
+            WorkBudget budget(units);
+            const bool finished = descent.run(budget);
+            const bool nothing = c.a.spheres.empty() || c.b.spheres.empty();
+            EXPECT_TRUE(finished || units <= 1);
+            EXPECT_TRUE(finished || !nothing) << "nothing to do is done";
+            std::vector<Contact> contacts;
+            descent.add_contacts(contacts);
+            if (nothing) EXPECT_TRUE(contacts.empty());
+            if (c.meets) EXPECT_FALSE(contacts.empty()) << "never dropped";
+            if (finished && !c.meets) EXPECT_TRUE(contacts.empty());
+            if (units == 0 && !nothing) EXPECT_EQ(contacts.size(), 1u) << "assumed";
+            for (const Contact& contact : contacts) EXPECT_TRUE(contact.normal.allFinite() && std::isfinite(contact.gap));
+        }
+    Descent descent; // against itself: one leaf is never a pair
+    descent.begin(0.0);
+    for (const SolidView& body : {triangle, empty}) descent.add_self_pair(body);
+    WorkBudget nothing(0);
+    EXPECT_TRUE(descent.run(nothing));
 }
 
 TEST(Descent, EveryOrderKnowsEveryTrueContactAtAnyBudgetAndEndsWithTheSameOnes) {

@@ -1,0 +1,13 @@
+// Solids that begin inside one another.
+#pragma once
+
+#include "engine/prepare/prepare_scene.hpp"
+
+namespace seldinger::engine {
+
+/// Lists the solids that lie wholly inside another at the start (SceneModel::nested), where one of the two moves, with a note at each. What
+/// is hollow, or carried by the other, belongs there.
+/// cost   a winding number per vertex, of solids whose box lies in another's
+void find_nested(PreparedScene& prepared);
+
+} // namespace seldinger::engine
