@@ -105,8 +105,8 @@ TEST(StepBudget, AGrantIsNoSmallerThanWhatIsDoneNextOrThereIsNone) {
     clock.pass(50 * 0.5e-6); // five times as slow as a test
     budget.settle_descent(piece);
     budget.begin();
-    EXPECT_EQ(budget.grant_descent(20).left(), 20u) << "of 10 us at 0.5 us";
-    EXPECT_EQ(budget.grant_descent(21).left(), 0u);
+    EXPECT_EQ(budget.grant_descent(33).left(), 33u) << "of 10 us at 0.3 us, half of the way to what it took";
+    EXPECT_EQ(budget.grant_descent(34).left(), 0u);
     EXPECT_EQ(budget.grant_descent(5).left(), 12u) << "tests are no slower for that";
     StepBudget counted(clock, work(100));
     counted.begin();
