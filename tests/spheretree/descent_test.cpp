@@ -33,19 +33,20 @@ struct SolidPairFixture {
         return spheres;
     }
 
-    [[nodiscard]] std::set<std::pair<Index, Index>> brute_force() const {
+    [[nodiscard]] std::set<std::pair<Index, Index>> brute_force(double margin = 0.0) const {
         std::set<std::pair<Index, Index>> pairs;
         for (Index i = 0; i < a.tree.sphere_count(); ++i)
             for (Index k = 0; k < b.tree.sphere_count(); ++k) {
                 const Sphere &s = spheres_a[i], &t = spheres_b[k];
-                if (a.tree.is_leaf(i) && b.tree.is_leaf(k) && (s.centre - t.centre).norm() <= s.radius + t.radius) pairs.emplace(i, k);
+                if (a.tree.is_leaf(i) && b.tree.is_leaf(k) && (s.centre - t.centre).norm() <= s.radius + t.radius + margin)
+                    pairs.emplace(i, k);
             }
         return pairs;
     }
-    [[nodiscard]] std::vector<Contact> run(std::uint64_t units, DescentStats* stats = nullptr,
-                                           DescentOrder order = DescentOrder::Breadth) const {
+    [[nodiscard]] std::vector<Contact> run(std::uint64_t units, DescentStats* stats = nullptr, DescentOrder order = DescentOrder::Breadth,
+                                           double margin = 0.0) const {
         Descent descent;
-        descent.begin(0.0, order, 1);
+        descent.begin(margin, order, 1);
         descent.add_solid_pair(view_a, view_b);
         WorkBudget budget(units);
         descent.run(budget);
@@ -75,6 +76,20 @@ TEST(Descent, FindsWhatBruteForceFinds) {
         EXPECT_TRUE(found.emplace(c.feature_a[0], c.feature_b[0]).second) << "twice";
     }
     EXPECT_EQ(found, expected);
+}
+
+TEST(Descent, FindsWhatComesAsNearAsTheMargin) {
+    const SolidPairFixture f;
+    for (const double margin : {1e-4, 1e-3, 5e-3}) {
+        const auto expected = f.brute_force(margin);
+        EXPECT_GT(expected.size(), f.brute_force().size()) << margin;
+        std::set<std::pair<Index, Index>> found;
+        for (const Contact& c : f.run(WorkBudget::kUnlimited, nullptr, DescentOrder::Breadth, margin)) {
+            EXPECT_LE(c.gap, margin);
+            found.emplace(c.feature_a[0], c.feature_b[0]);
+        }
+        EXPECT_EQ(found, expected) << margin;
+    }
 }
 
 TEST(Descent, NeverDropsATrueContactAtAnyBudget) {
