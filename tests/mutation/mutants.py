@@ -100,7 +100,7 @@ MUTANTS = [
            "for (const Index vertex : touched(c)) join(", "for (const Index vertex : touched(c).first(touched(c).size() - 1)) join(",
            "collision", "ContactSearch.*:InterruptibleSearch.*"),
     Mutant("frames-overflow", "the reader of frames takes an object's number below zero", "engine/io/frames.cpp",
-           "frames.objects[v] < 0 || ", "", "engine", "*rames*"),
+           "frames.objects[v] < 0 || ", "", "engine", "Frames.*"),
     Mutant("checkpoint-forgets-hints", "a checkpoint forgets what the descent remembers", "engine/step/step_memory.cpp",
            "stream.list(scratch.chain.hint, [&](auto& leaf) { stream.number(leaf); });", "", "engine", "*Resumed*"),
     Mutant("budget-one-more", "a budget of work may be overspent by one unit", "engine/time/step_budget.cpp",

@@ -146,6 +146,32 @@ TEST(LumenState, BallsStayFreeInABentVessel) {
     EXPECT_GT(kept / static_cast<double>(lumen->ball_count()), 0.9) << "balls do not waste the lumen";
 }
 
+TEST(LumenState, ABallIsFreeAtBothEndsOfAStepInWhichItsWallClosesInOrGivesWay) {
+    const TriMesh wall = winding_vessel();
+    const auto lumen = build_lumen_tree(wall);
+    ASSERT_TRUE(lumen);
+    TriMesh narrow = wall; // by a tenth of a millimetre all around
+    std::vector<Vec3> normal(wall.vertices.size(), Vec3::Zero());
+    for (const Triangle& t : wall.triangles)
+        for (const Index v : t) normal[v] += (wall.vertices[t[1]] - wall.vertices[t[0]]).cross(wall.vertices[t[2]] - wall.vertices[t[0]]);
+    for (std::size_t v = 0; v < normal.size(); ++v) narrow.vertices[v] -= 1e-4 * normal[v].normalized();
+    const InsideTest wide_inside(wall), narrow_inside(narrow);
+    for (const bool closes : {true, false}) {
+        LumenState state;
+        if (closes)
+            state.update(*lumen, wall.vertices, narrow.vertices);
+        else
+            state.update(*lumen, narrow.vertices, wall.vertices);
+        const InsideTest &at_t0 = closes ? wide_inside : narrow_inside, &at_t1 = closes ? narrow_inside : wide_inside;
+        for (Index b = 0; b < lumen->ball_count(); ++b) {
+            const MovingBall& ball = state.ball(*lumen, b);
+            if (ball.radius < 0.0) continue;
+            ASSERT_LE(ball.radius, at_t0.tree().closest(ball.centre_t0)->distance * (1 + 1e-9)) << "ball " << b << ", closes " << closes;
+            ASSERT_LE(ball.radius, at_t1.tree().closest(ball.centre_t1)->distance * (1 + 1e-9)) << "ball " << b << ", closes " << closes;
+        }
+    }
+}
+
 TEST(LumenState, BoundsHoldTheMovedBalls) {
     const TriMesh wall = winding_vessel();
     const auto lumen = build_lumen_tree(wall);
