@@ -240,7 +240,9 @@ std::size_t expect_readable_states(const fs::path& folder) {
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
         const std::string name = entry.path().filename().string(), kind = entry.path().extension().string();
         if (name.front() == '.') continue; // not finished, and not called so
-        if (kind == ".vtp" || kind == ".vtu") EXPECT_TRUE(is_whole_vtk(entry.path()));
+        if (kind == ".vtp" || kind == ".vtu") {
+            EXPECT_TRUE(is_whole_vtk(entry.path()));
+        }
         if (kind != ".pvd") continue;
         const std::string text = text_of(entry.path());
         EXPECT_EQ(text.rfind("<?xml", 0), 0u);
