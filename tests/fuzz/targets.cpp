@@ -123,8 +123,9 @@ std::uint64_t hash_of(std::string_view bytes) {
 
 void read_replay(std::string_view bytes) {
     const auto record = parse_grant_record(std::string(bytes), kName);
-    if (is_fine(record)) require(grant_record_text(*record) == bytes, "a record that is read is written alike");
     const std::string body(bytes.substr(0, bytes.rfind("end ")));
+    if (is_fine(record)) // the hash itself may be spelt in capitals
+        require(grant_record_text(*record).starts_with(body + "end "), "a record that is read is written alike");
     const auto sealed = parse_grant_record(fmt::format("{}end {:016x}\n", body, hash_of(body)), kName);
     if (!is_fine(sealed)) return;
     const std::string written = grant_record_text(*sealed); // not always alike: numbers have several spellings
