@@ -216,6 +216,10 @@ std::vector<Headline> of_seed001(Rows rows) {
     return lines;
 }
 
+std::string ms_and_crossings(const BenchRow& row) {
+    return fmt::format("{:.0f} ({:.0f})", *number(row, "total_ms"), number(row, "crossings").value_or(0.0));
+}
+
 /// A line per mesh: the fastest of the safe forms, and of the paper's.
 std::vector<Headline> of_image_space(Rows rows) {
     std::vector<Headline> lines;
@@ -233,10 +237,7 @@ std::vector<Headline> of_image_space(Rows rows) {
             lines.push_back({fmt::format("{} of {:.0f} triangles, {}{}: ms (crossings found)", text(*safe, "mesh"),
                                          number(*safe, "triangles").value_or(0.0), text(*safe, "culler"),
                                          paper != nullptr ? " / " + text(*paper, "culler") : std::string()),
-                             fmt::format("{:.0f} ({:.0f})", *number(*safe, "total_ms"), number(*safe, "crossings").value_or(0.0)) +
-                                 (paper != nullptr ? fmt::format(" / {:.0f} ({:.0f})", *number(*paper, "total_ms"),
-                                                                 number(*paper, "crossings").value_or(0.0))
-                                                   : std::string()),
+                             ms_and_crossings(*safe) + (paper != nullptr ? " / " + ms_and_crossings(*paper) : std::string()),
                              "seed 002: " + text(*safe, "paper"),
                              {},
                              paper != nullptr && number(*paper, "crossings") < number(*safe, "crossings")

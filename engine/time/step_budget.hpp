@@ -41,9 +41,9 @@ enum class StepPart : std::uint8_t {
 inline constexpr std::size_t kStepPartCount = 7;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
-/// machine changes an answer: from measurements of a growing cloth (a pair test ~10 ns, a candidate ~60 ns, a triangle's
-/// refit ~20 ns), rounded. They are no forecast of seconds: a candidate of the main scene takes ten times as long, most of it
-/// on the way to it.
+/// machine changes an answer: a pair test ~10 ns, a candidate ~60 ns, a triangle's refit ~20 ns when they were measured,
+/// rounded. They are no forecast of seconds, which mode Wall measures as it runs: the way to a candidate costs more than the
+/// candidate, and is not counted here.
 inline constexpr std::uint64_t kUnitsPerCandidate = 6;
 inline constexpr std::uint64_t kUnitsPerRefitTriangle = 2;
 

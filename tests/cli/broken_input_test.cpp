@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 
 #include <sys/resource.h>
 
@@ -110,6 +113,25 @@ TEST_F(BrokenScene, OfTooLargeASizeIsRefusedInLittleMemory) {
             EXPECT_LT(memory, kSmallMemory) << command << " " << each.expected;
         }
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // their shadows alone are more than any limit
+/// A sound file of 25 MB in an address space that holds little more than the program: memory ends while it is read.
+TEST_F(BrokenScene, ThatNeedsMoreMemoryThanThereIsIsExit2) {
+    constexpr std::uint32_t kTriangles = 500'000;
+    std::string stl(84 + 50 * std::size_t{kTriangles}, '\0');
+    std::memcpy(stl.data() + 80, &kTriangles, sizeof kTriangles);
+    for (std::uint32_t t = 0; t < kTriangles; ++t) {
+        const auto x = static_cast<float>(t);
+        const float corners[] = {x, 0, 0, x + 1, 0, 0, x, 1, 0};
+        std::memcpy(stl.data() + 84 + 50 * std::size_t{t} + 12, corners, sizeof corners);
+    }
+    const std::string command = "ulimit -v 100000; exec " + std::string(SELDINGER_PROGRAM) + " prepare " +
+                                write("large.stl", stl).string() + " > " + (folder / "said").string() + " 2>&1";
+    const int status = std::system(("bash -c \"" + command + "\"").c_str());
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 2) << status << "\n" << text_of(folder / "said");
+    EXPECT_NE(text_of(folder / "said").find("error: out of memory"), std::string::npos) << text_of(folder / "said");
+}
+#endif
 
 /// Every file of the nasty collection, sorted.
 std::vector<fs::path> nasty_files(const char* data) {

@@ -3,6 +3,7 @@
 
 #include "base/box.hpp"
 #include "tests/collision/rational.hpp"
+#include "tests/collision/search_all.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>
@@ -14,6 +15,7 @@ namespace seldinger::collision {
 namespace {
 
 using testing::Random;
+using testing::search_all;
 using testing::RationalPair;
 using testing::Surface;
 using testing::Verdict;
@@ -36,21 +38,8 @@ struct Found {
 };
 
 Found find(std::span<const Surface* const> surfaces, const SearchOptions& options) {
-    std::vector<const SurfaceTopology*> topologies;
-    std::vector<std::span<const Vec3>> positions;
-    std::vector<SurfaceMotion> motions;
-    for (const Surface* s : surfaces) {
-        topologies.push_back(&s->topology);
-        positions.push_back(s->t0);
-        motions.push_back(s->motion());
-    }
-    ContactSearch search;
-    search.build(topologies, positions, options);
-    search.refit(motions);
-    search.find_candidates();
     Found found;
-    search.decide(found.contacts);
-    found.stats = search.stats();
+    found.stats = search_all(surfaces, options, found.contacts);
     return found;
 }
 

@@ -2,6 +2,7 @@
 // moved and scaled so that no number is rounded. The answer may not differ by one pair.
 #include "collision/contact_search.hpp"
 
+#include "tests/collision/search_all.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>
@@ -13,6 +14,7 @@ namespace seldinger::collision {
 namespace {
 
 using testing::Random;
+using testing::search_all;
 using testing::Surface;
 
 /// Body and vertices of either side, however its triangle was written: two vertices of an edge, one, or the three of a face, sorted.
@@ -29,20 +31,8 @@ Side side_of(BodyId body, std::vector<Index> vertices) {
 /// `first` of the two is called body 0 in the keys; the lesser side comes first, since an edge pair has no order.
 std::set<Key> find_keys(const Surface& a, const Surface& b, bool swapped) {
     const std::array<const Surface*, 2> surfaces = swapped ? std::array{&b, &a} : std::array{&a, &b};
-    std::vector<const SurfaceTopology*> topologies;
-    std::vector<std::span<const Vec3>> positions;
-    std::vector<SurfaceMotion> motions;
-    for (const Surface* s : surfaces) {
-        topologies.push_back(&s->topology);
-        positions.push_back(s->t0);
-        motions.push_back(s->motion());
-    }
-    ContactSearch search;
-    search.build(topologies, positions, {});
-    search.refit(motions);
-    search.find_candidates();
     std::vector<SearchContact> contacts;
-    search.decide(contacts);
+    search_all(surfaces, {}, contacts);
     std::set<Key> keys;
     for (const SearchContact& c : contacts) {
         const auto body = [&](BodyId id) { return static_cast<BodyId>(swapped ? 1 - id : id); };
