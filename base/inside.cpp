@@ -2,17 +2,53 @@
 
 namespace seldinger {
 
+namespace {
+
+/// Along an axis to the nearest side of the box.
+struct Ray {
+    int axis = 0;
+    bool positive = true;
+};
+
+Ray shortest_way_out(const Box3& box, const Vec3& p) noexcept {
+    Ray ray;
+    double shortest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 3; ++k) {
+        if (box.hi[k] - p[k] < shortest) shortest = box.hi[k] - p[k], ray = {k, true};
+        if (p[k] - box.lo[k] < shortest) shortest = p[k] - box.lo[k], ray = {k, false};
+    }
+    return ray;
+}
+
+} // namespace
+
 int InsideTest::winding_number(const Vec3& p) const noexcept {
     const Box3 box = tree_.bounds();
     if (!is_finite(p) || !box.contains(p)) return 0;
-    int axis = 0;
-    bool positive = true;
-    double shortest = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < 3; ++k) {
-        if (box.hi[k] - p[k] < shortest) shortest = box.hi[k] - p[k], axis = k, positive = true;
-        if (p[k] - box.lo[k] < shortest) shortest = p[k] - box.lo[k], axis = k, positive = false;
+    const Ray ray = shortest_way_out(box, p);
+    return tree_.ray_crossings(p, ray.axis, ray.positive);
+}
+
+std::size_t InsideTest::count_outside(std::span<const Vec3> points) const noexcept {
+    const Box3 box = tree_.bounds();
+    std::size_t outside = 0;
+    std::array<Vec3, TriangleTree::kMaxPacket> packet;
+    std::array<int, TriangleTree::kMaxPacket> crossings;
+    std::size_t size = 0;
+    for (std::size_t k = 0; k <= points.size(); ++k) {
+        if (size > 0 && (k == points.size() || size == packet.size())) {
+            const Ray ray = shortest_way_out(box, packet[0]);
+            tree_.ray_crossings({packet.data(), size}, ray.axis, ray.positive, {crossings.data(), size});
+            for (std::size_t i = 0; i < size; ++i) outside += crossings[i] == 0;
+            size = 0;
+        }
+        if (k == points.size()) break;
+        if (is_finite(points[k]) && box.contains(points[k]))
+            packet[size++] = points[k];
+        else
+            ++outside;
     }
-    return tree_.ray_crossings(p, axis, positive);
+    return outside;
 }
 
 double InsideTest::signed_distance(const Vec3& p) const noexcept {

@@ -17,9 +17,16 @@ public:
     /// New positions of the same vertices. No allocation.
     void refit(std::span<const Vec3> vertices) noexcept { tree_.refit(vertices); }
 
+    /// See TriangleTree.
+    void start_following(std::span<const Vec3> vertices) { tree_.start_following(vertices); }
+    void follow(std::span<const Vec3> vertices) noexcept { tree_.follow(vertices); }
+
     /// How often the surface winds around p; 0 outside, and for a p that is not finite.
     [[nodiscard]] int winding_number(const Vec3& p) const noexcept;
     [[nodiscard]] bool inside(const Vec3& p) const noexcept { return winding_number(p) != 0; }
+
+    /// How many of the points are outside. Points that are near to each other belong next to each other: they share their way.
+    [[nodiscard]] std::size_t count_outside(std::span<const Vec3> points) const noexcept;
 
     /// Distance to the surface, negative inside. Infinity for an empty surface or a p that is not finite.
     [[nodiscard]] double signed_distance(const Vec3& p) const noexcept;

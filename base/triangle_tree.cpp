@@ -86,6 +86,9 @@ void TriangleTree::fit_leaf(Node& node) const noexcept {
 }
 
 void TriangleTree::refit(std::span<const Vec3> vertices) noexcept {
+    now_ = {};
+    slack_.setZero();
+    left_ = 0;
     for (std::size_t slot = 0; slot < triangles_.size(); ++slot)
         for (std::size_t k = 0; k < 3; ++k) {
             assert(triangles_[slot][k] < vertices.size());
@@ -112,14 +115,14 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
     std::size_t size = 0;
     double best_sq = max_distance * max_distance;
     SurfacePoint best;
-    stack[size++] = {0, distance_sq(nodes_[0].box, p)};
+    stack[size++] = {0, distance_sq(bounds(), p)};
     while (size > 0) {
         const Entry entry = stack[--size];
         if (!(entry.distance_sq <= best_sq)) continue;
         const Node& node = nodes_[entry.node];
         if (node.count == 0) {
-            Entry near{entry.node + 1, distance_sq(nodes_[entry.node + 1].box, p)};
-            Entry far{node.first, distance_sq(nodes_[node.first].box, p)};
+            Entry near{entry.node + 1, distance_sq(opened(nodes_[entry.node + 1].box), p)};
+            Entry far{node.first, distance_sq(opened(nodes_[node.first].box), p)};
             if (far.distance_sq < near.distance_sq) std::swap(near, far);
             stack[size++] = far;
             stack[size++] = near;
@@ -127,7 +130,7 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
         }
         for (Index slot = node.first; slot < node.first + node.count; ++slot) {
             if (distance_sq(triangle_box(slot), p) > best_sq) continue; // cheaper than the triangle itself
-            const auto& [a, b, c] = corners_[slot];
+            const auto [a, b, c] = corners_at(slot);
             const PointOnTriangle hit = closest_on_triangle(p, a, b, c);
             const bool better = hit.distance_sq < best_sq || (hit.distance_sq == best_sq && order_[slot] < best.triangle);
             if (!better || !std::isfinite(hit.distance_sq)) continue; // a corner may not be finite
@@ -139,27 +142,33 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
     return best;
 }
 
+int TriangleTree::crossing(Index slot, const Vec3& p, int axis, bool positive) const noexcept {
+    const auto [a, b, c] = corners_at(slot);
+    const Point2 flat = project(p, axis), fa = project(a, axis), fb = project(b, axis), fc = project(c, axis);
+    const int turn = shifted_orient2d(fa, fb, flat);
+    if (turn == 0 || shifted_orient2d(fb, fc, flat) != turn || shifted_orient2d(fc, fa, flat) != turn) return 0;
+    // turn > 0: the front face looks along +axis. A p in the plane counts as just below it along the axis.
+    int side = orient3d(a, b, c, p) * turn;
+    if (side == 0) side = -1;
+    if (positive ? side >= 0 : side <= 0) return 0;
+    return positive ? turn : -turn;
+}
+
+/// May a ray from p meet what is in the box?
+static bool ray_meets(const Box3& box, const Vec3& p, int axis, bool positive) noexcept {
+    const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    return box.lo[i] <= p[i] && p[i] <= box.hi[i] && box.lo[j] <= p[j] && p[j] <= box.hi[j] &&
+           (positive ? box.hi[axis] >= p[axis] : box.lo[axis] <= p[axis]);
+}
+
 template <class Visit>
 void TriangleTree::walk_ray(const Vec3& p, int axis, bool positive, Visit&& visit) const noexcept {
     if (!is_finite(p)) return;
-    const int i = (axis + 1) % 3, j = (axis + 2) % 3;
-    const Point2 flat = project(p, axis);
     bool go_on = true;
-    walk(
-        [&](const Box3& box) {
-            return go_on && box.lo[i] <= p[i] && p[i] <= box.hi[i] && box.lo[j] <= p[j] && p[j] <= box.hi[j] &&
-                   (positive ? box.hi[axis] >= p[axis] : box.lo[axis] <= p[axis]);
-        },
-        [&](Index slot) {
-            const auto& [a, b, c] = corners_[slot];
-            const Point2 fa = project(a, axis), fb = project(b, axis), fc = project(c, axis);
-            const int turn = shifted_orient2d(fa, fb, flat);
-            if (turn == 0 || shifted_orient2d(fb, fc, flat) != turn || shifted_orient2d(fc, fa, flat) != turn) return;
-            // turn > 0: the front face looks along +axis. A p in the plane counts as just below it along the axis.
-            int side = orient3d(a, b, c, p) * turn;
-            if (side == 0) side = -1;
-            if (positive ? side < 0 : side > 0) go_on = visit(positive ? turn : -turn);
-        });
+    walk([&](const Box3& box) { return go_on && ray_meets(box, p, axis, positive); },
+         [&](Index slot) {
+             if (const int sign = crossing(slot, p, axis, positive); sign != 0) go_on = visit(sign);
+         });
 }
 
 int TriangleTree::ray_crossings(const Vec3& p, int axis, bool positive) const noexcept {
@@ -169,6 +178,20 @@ int TriangleTree::ray_crossings(const Vec3& p, int axis, bool positive) const no
         return true;
     });
     return crossings;
+}
+
+void TriangleTree::ray_crossings(std::span<const Vec3> points, int axis, bool positive, std::span<int> crossings) const noexcept {
+    assert(points.size() <= kMaxPacket && crossings.size() == points.size());
+    Box3 rays; // all of them, as far as they go
+    for (const Vec3& p : points) rays.add(p);
+    (positive ? rays.hi : rays.lo)[axis] = positive ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity();
+    std::fill(crossings.begin(), crossings.end(), 0);
+    walk([&](const Box3& box) { return box.overlaps(rays); },
+         [&](Index slot) {
+             const Box3 box = triangle_box(slot);
+             for (std::size_t k = 0; k < points.size(); ++k)
+                 if (ray_meets(box, points[k], axis, positive)) crossings[k] += crossing(slot, points[k], axis, positive);
+         });
 }
 
 bool TriangleTree::ray_meets_any(const Vec3& p, int axis, bool positive) const noexcept {

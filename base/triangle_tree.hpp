@@ -30,6 +30,13 @@ public:
     /// New positions of the same vertices. No allocation. Cost O(triangles).
     void refit(std::span<const Vec3> vertices) noexcept;
 
+    /// Makes room for follow(), and refits.
+    void start_following(std::span<const Vec3> vertices);
+    /// The same as refit for a surface that moves little from call to call, at a fraction of the cost: boxes stay as they were, opened by
+    /// what has moved since, and are renewed a part in each call, faster where the motion is. Corners are read where they are: `vertices`
+    /// must live until the next call of this or of refit. Same answers to every query. After start_following; no allocation.
+    void follow(std::span<const Vec3> vertices) noexcept;
+
     /// Nearest point of the surface within max_distance; of equally near triangles the one with the lowest id.
     /// Empty where nothing is that near, the tree is empty, or p is not finite.
     [[nodiscard]] std::optional<SurfacePoint> closest(const Vec3& p,
@@ -46,12 +53,17 @@ public:
     /// the ray count once. On a closed oriented surface this is p's winding number, whatever the direction.
     [[nodiscard]] int ray_crossings(const Vec3& p, int axis, bool positive) const noexcept;
 
+    /// The same for each of some points near to each other, at less than the cost of as many rays.
+    /// points, crossings   of the same length, at most kMaxPacket
+    void ray_crossings(std::span<const Vec3> points, int axis, bool positive, std::span<int> crossings) const noexcept;
+    static constexpr std::size_t kMaxPacket = 64;
+
     /// True if the same ray meets any triangle, from either side. Exact in the same sense.
     [[nodiscard]] bool ray_meets_any(const Vec3& p, int axis, bool positive) const noexcept;
 
     [[nodiscard]] bool empty() const noexcept { return order_.empty(); }
     [[nodiscard]] std::size_t triangle_count() const noexcept { return order_.size(); }
-    [[nodiscard]] Box3 bounds() const noexcept { return nodes_.empty() ? Box3{} : nodes_.front().box; }
+    [[nodiscard]] Box3 bounds() const noexcept { return nodes_.empty() ? Box3{} : opened(nodes_.front().box); }
 
 private:
     struct Node {
@@ -65,9 +77,14 @@ private:
     /// visit(+1 or -1 as above) for each triangle on the ray; stops once it returns false.
     template <class Visit>
     void walk_ray(const Vec3& p, int axis, bool positive, Visit&& visit) const noexcept;
+    /// +1 or -1 where the ray crosses the slot's triangle, 0 where it does not.
+    [[nodiscard]] int crossing(Index slot, const Vec3& p, int axis, bool positive) const noexcept;
 
     Index build_node(std::span<Index> slots, std::span<const Vec3> centres, Index first);
     void fit_leaf(Node& node) const noexcept;
+    static void fit_nodes(std::span<Node> nodes, std::size_t from, std::size_t to, std::span<const Triangle> triangles,
+                          std::span<const Vec3> vertices) noexcept;
+    void renew_part(double share) noexcept;
 
     template <class Enter, class Leaf>
     void walk(Enter&& enter, Leaf&& leaf) const {
@@ -78,7 +95,7 @@ private:
         while (size > 0) {
             const Index id = stack[--size];
             const Node& node = nodes_[id];
-            if (!enter(node.box)) continue;
+            if (!enter(opened(node.box))) continue;
             if (node.count > 0) {
                 for (Index slot = node.first; slot < node.first + node.count; ++slot)
                     if (enter(triangle_box(slot))) leaf(slot);
@@ -90,14 +107,33 @@ private:
     }
     [[nodiscard]] Box3 triangle_box(Index slot) const noexcept {
         Box3 box;
-        for (const Vec3& corner : corners_[slot]) box.add(corner);
+        for (const Vec3& corner : corners_at(slot)) box.add(corner);
         return box;
+    }
+    [[nodiscard]] std::array<Vec3, 3> corners_at(Index slot) const noexcept {
+        if (now_.empty()) return corners_[slot];
+        const Triangle& t = triangles_[slot];
+        return {now_[t[0]], now_[t[1]], now_[t[2]]};
+    }
+    [[nodiscard]] Box3 opened(const Box3& box) const noexcept {
+        Box3 wider = box;
+        wider.lo -= slack_;
+        wider.hi += slack_;
+        return wider;
     }
 
     std::vector<Node> nodes_;                  // depth-first, root first
     std::vector<Index> order_;                 // [slot] triangle id
     std::vector<Triangle> triangles_;          // [slot] vertex ids, kept for refits
-    std::vector<std::array<Vec3, 3>> corners_; // [slot] m
+    std::vector<std::array<Vec3, 3>> corners_; // [slot] m, unless it follows
+
+    // A tree that follows: nodes_ hold the surface as it was at fitted_, renewed_ is becoming that of renewing_.
+    std::span<const Vec3> now_;           // [vertex] m, where corners are read; empty: from corners_
+    Vec3 slack_ = Vec3::Zero();           // m per axis, of any vertex since nodes_ were fitted
+    double loosest_ = 0.0;                // m, slack at which everything is fitted anew at once
+    std::vector<Vec3> fitted_, renewing_; // [vertex] m
+    std::vector<Node> renewed_;           // as nodes_
+    std::size_t left_ = 0;                // nodes of renewed_ that are not fitted yet; 0: nothing is under way
 };
 
 } // namespace seldinger

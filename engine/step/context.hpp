@@ -132,6 +132,7 @@ struct WallAge {
     std::size_t parts = 0;                    // refitted since a refit of everything
     std::uint64_t last_step = UINT64_MAX - 1; // State::step of the last refit; a step that was missed makes the rest worthless
     double drift = 0.0;                       // m, of any vertex from the bounds that hold it
+    double longest = std::numeric_limits<double>::infinity(); // m, way of a vertex in this step; infinite where nobody has looked
 };
 
 struct BodyScratch {

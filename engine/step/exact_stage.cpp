@@ -1,8 +1,5 @@
-// The exact stage of an instrument: planes from the wall's own triangles, then continuous tests of the skin until none hits.
+// The exact stage of an instrument: planes from the wall, then continuous tests of the skin until none hits; and the trees of both.
 #include "engine/step/instrument_stage.hpp"
-#include "engine/step/surface_place.hpp"
-
-#include "collision/proximity.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,45 +8,8 @@ namespace seldinger::engine {
 
 namespace {
 
-/// m; wall triangles this far beyond the clearance get a plane: a little more than the hand moves in a step at most.
-constexpr double kReach = 1.2 * kHandReach;
-/// Cosine above which a farther plane says nothing new.
-constexpr double kSameDirection = 0.9;
-constexpr std::size_t kNearTriangles = 64;
 /// Round after which the hand is stopped: the first one has planes from the wall, the second one contacts as well.
 constexpr unsigned kHandStopRound = 1;
-
-struct NearTriangle {
-    Index triangle;
-    double distance;
-    Vec3 normal;
-    Vec3 point;    // m, of the wall at t1
-    Vec3 velocity; // m/s
-    std::array<double, 3> bary;
-};
-
-/// The nearest triangles of one place, nearest first; a longer list than kNearTriangles drops its farthest.
-class NearList {
-public:
-    void clear() noexcept { size_ = 0; }
-    void add(const NearTriangle& entry) noexcept {
-        std::size_t at = size_;
-        while (at > 0 && before(entry, entries_[at - 1])) --at;
-        if (at >= kNearTriangles) return;
-        const std::size_t kept = std::min(size_, kNearTriangles - 1);
-        for (std::size_t i = kept; i > at; --i) entries_[i] = entries_[i - 1];
-        entries_[at] = entry;
-        size_ = kept + 1;
-    }
-    [[nodiscard]] std::span<const NearTriangle> entries() const noexcept { return {entries_.data(), size_}; }
-
-private:
-    static bool before(const NearTriangle& a, const NearTriangle& b) noexcept {
-        return a.distance < b.distance || (a.distance == b.distance && a.triangle < b.triangle);
-    }
-    std::array<NearTriangle, kNearTriangles> entries_;
-    std::size_t size_ = 0;
-};
 
 collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
     const BodyModel& wall = model.bodies[body];
@@ -57,51 +17,8 @@ collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, 
     return {&wall.topology, wall.moves() ? context.bodies[body].surface_t0 : now, now};
 }
 
-/// The wall where it stood at the start of the step: what the rod was inside of.
-collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
-    const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
-    return {motion.topology, motion.t0, motion.t0};
-}
-
 collision::SurfaceMotion skin_motion(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
     return {&model.instruments[index].topology, context.instruments[index].skin_t0, state.instruments[index].skin};
-}
-
-/// Planes of one place from the list, nearest first, those that say nothing new left out.
-void add_planes(const NearList& list, Index node, double weight, double room, InstrumentScratch& scratch) {
-    const std::size_t first = scratch.planes.size();
-    for (const NearTriangle& near : list.entries()) {
-        bool known = false;
-        for (std::size_t k = first; k < scratch.planes.size() && !known; ++k)
-            known = scratch.planes[k].normal.dot(near.normal) > kSameDirection;
-        if (known) continue;
-        scratch.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0, near.velocity});
-        scratch.presses.push_back({near.triangle, near.bary});
-        if (scratch.planes.size() - first == kPlanesPerPlace) return;
-    }
-}
-
-/// Of the chain that the descent saw: the sphere at a node, or midway to the next.
-Index link_at(const SceneModel& model, std::size_t index, Index node, double weight) {
-    const Index ahead = static_cast<Index>(model.instruments[index].rod.node_count()) - 2 - node; // segments to the tip
-    return 2 * ahead + (weight < 1.0 ? 1 : 0);
-}
-
-/// Has the descent proven that the rod keeps more than the margin from the wall here, all step long?
-bool proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const StepContext& context) {
-    if (!model.effects.coarse_contact) return false;
-    const auto status = context.descent.link_status(index);
-    const Index link = link_at(model, index, node, weight);
-    return link < status.size() && status[link] == spheretree::LinkStatus::Free;
-}
-
-/// What the descent proved it proved of the free motion, with the margin to spare. The solve against the planes may have taken this place
-/// farther than that: pushed back at its middle, a rod swings at its ends.
-bool still_proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const Vec3& place,
-                       const StepContext& context) {
-    if (!proven_free(model, index, node, weight, context)) return false;
-    const Vec3& seen = context.instruments[index].links_t1[link_at(model, index, node, weight)].centre;
-    return (place - seen).squaredNorm() <= model.contact.margin * model.contact.margin;
 }
 
 /// Place on the rod of a skin vertex, and of a point between two of them.
@@ -151,64 +68,7 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
     scratch.presses.push_back(press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]));
 }
 
-/// Distance to the nearest wall triangle within reach, negative behind it; reach where there is none. Beside an edge the
-/// sign is that of one of its faces: good enough to ask for the exact stage, not to replace it.
-double room_at(const SceneModel& model, std::size_t body, const State& state, StepContext& context, const Vec3& p, double reach) {
-    const collision::SurfaceMotion wall = wall_motion(model, body, state, context);
-    double nearest = reach;
-    bool behind = false;
-    collision::for_each_close_triangle(
-        context.bodies[body].tree, wall, p, reach,
-        [&](Index id, const PointOnTriangle& on) {
-            const double distance = std::sqrt(on.distance_sq);
-            if (distance >= nearest) return;
-            nearest = distance;
-            const Triangle& t = wall.topology->triangles[id];
-            behind = twice_area(t, wall.t1).dot(p - on.point) > 0.0;
-        },
-        context.bodies[body].wall_age.drift);
-    return behind ? -nearest : nearest;
-}
-
 } // namespace
-
-void plane_from_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
-    const InstrumentModel& instrument = model.instruments[index];
-    InstrumentScratch& scratch = context.instruments[index];
-    const collision::SurfaceMotion before = wall_before(model, instrument.lumen, state, context);
-    const std::span<const Vec3> after = state.bodies[instrument.lumen].surface;
-    collision::DopTree& tree = context.bodies[instrument.lumen].tree;
-    const double room = instrument.rod.design.radius + model.contact.clearance;
-    const Index nodes = static_cast<Index>(instrument.rod.node_count());
-    Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
-    if (goes_along(model, index)) // what is in the bore meets no wall
-        first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
-                                                     context.instruments[instrument.inside].command.insertion));
-    scratch.planes.clear();
-    scratch.presses.clear();
-    NearList list;
-    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
-        for (const double weight : {0.5, 1.0}) {
-            if (proven_free(model, index, node, weight, context)) continue;
-            const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
-            list.clear();
-            collision::for_each_close_triangle(
-                tree, before, p, room + kReach,
-                [&](Index id, const PointOnTriangle& on) {
-                    const double distance = std::sqrt(on.distance_sq);
-                    if (!(distance > 0.0)) return;
-                    // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
-                    const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
-                    list.add({id, distance, (p - on.point) / distance, now, (now - on.point) / model.step_s, on.bary});
-                },
-                context.bodies[instrument.lumen].wall_age.drift);
-            add_planes(list, node, weight, room, scratch);
-        }
-}
-
-void plane_from_walls(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
-    for (const std::size_t one : coaxial(model, index)) plane_from_wall(model, one, state, context);
-}
 
 void stop_hand(const SceneModel& model, std::size_t index, StepContext& context) {
     for (const std::size_t one : coaxial(model, index)) {
@@ -216,26 +76,6 @@ void stop_hand(const SceneModel& model, std::size_t index, StepContext& context)
         scratch.command = {std::min(scratch.command.insertion, scratch.rod_t0.insertion), scratch.rod_t0.rotation};
         scratch.hand_stopped = true;
     }
-}
-
-static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
-    const InstrumentModel& instrument = model.instruments[index];
-    const fem::RodState& rod = state.instruments[index].rod;
-    const double radius = instrument.rod.design.radius;
-    const Index first = fem::first_inserted_node(instrument.rod, rod.insertion);
-    for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size(); ++node)
-        for (const double weight : {0.5, 1.0}) {
-            const Vec3 p = (1.0 - weight) * rod.position[node] + weight * rod.position[node + 1];
-            if (still_proven_free(model, index, node, weight, p, context)) continue;
-            if (room_at(model, instrument.lumen, state, context, p, radius + kReach) < radius) return true;
-        }
-    return false;
-}
-
-bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
-    for (const std::size_t one : coaxial(model, index))
-        if (rod_pokes_into_wall(model, one, state, context)) return true;
-    return false;
 }
 
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
@@ -255,7 +95,8 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
     const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
     double longest_sq = 0.0;
     for (std::size_t v = 0; v < motion.t1.size(); ++v) longest_sq = std::max(longest_sq, (motion.t1[v] - motion.t0[v]).squaredNorm());
-    age.moved[age.parts % age.moved.size()] = std::sqrt(longest_sq) * (1.0 + 0x1p-40);
+    age.longest = std::sqrt(longest_sq) * (1.0 + 0x1p-40);
+    age.moved[age.parts % age.moved.size()] = age.longest;
     age.drift = 0.0;
     for (const double moved : age.moved) age.drift += moved; // from the oldest bounds to either end of this step
     const auto part_of = [&](std::size_t count, std::size_t part) { return static_cast<Index>(count * part / WallAge::kParts); };
@@ -339,7 +180,7 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     InstrumentScratch& scratch = context.instruments[index];
     const std::size_t known = context.exact.size();
     if (budget != nullptr) budget->begin_part(StepPart::Planes);
-    plane_from_walls(model, index, state, context);
+    plane_from_walls(model, index, state, context, kPlaneReach);
     if (budget != nullptr) budget->end_part(StepPart::Planes);
     std::array<std::size_t, 2> base_planes{};
     const ExactForecast forecast{scratch.forecast.candidates, scratch.forecast.triangles}; // of a round

@@ -244,11 +244,14 @@ void list_presses(const SceneModel& model, std::size_t index, const State& state
 std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     const InstrumentState& now = state.instruments[index];
-    InsideTest& inside = context.bodies[instrument.lumen].inside;
+    const InsideTest& inside = context.bodies[instrument.lumen].inside;
     const Index first = fem::first_inserted_node(instrument.rod, now.rod.insertion);
     std::uint32_t exits = 0;
-    for (std::size_t v = 0; v < now.skin.size(); ++v)
-        if (instrument.skin.vertex_node[v] >= first && !inside.inside(now.skin[v])) ++exits;
+    const std::vector<Index>& node = instrument.skin.vertex_node;
+    for (std::size_t from = 0, to = 0; from < node.size(); from = to) { // a ring of the skin after another
+        while (to < node.size() && node[to] == node[from]) ++to;
+        if (node[from] >= first) exits += static_cast<std::uint32_t>(inside.count_outside(std::span(now.skin).subspan(from, to - from)));
+    }
     return exits;
 }
 

@@ -42,12 +42,17 @@ void update_instrument_trees(const SceneModel& model, std::size_t instrument, co
 void add_to_descent(const SceneModel& model, std::size_t instrument, StepContext& context);
 
 /// Both of a coaxial pair, as below.
-void plane_from_walls(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+void plane_from_walls(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context, double reach);
 
 /// Half-spaces around the rod from the wall's triangles, wherever the descent did not prove it free: the response's own view
 /// of the wall, needed with and without the exact stage. Seen from where the rod stood at the start of the step, towards
-/// the wall where it stands at the end. refit_wall must have been called.
-void plane_from_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+/// the wall where it stands at the end. refit_wall or follow_wall must have been called.
+/// reach   m; triangles at most this far beyond the clearance get a plane
+void plane_from_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context, double reach);
+
+/// Planes and the solve against them. Slow motion needs no planes of what is far: they reach as far as the rod's free motion suggests, and
+/// where the solve takes it farther than that, both are made again with kPlaneReach.
+void solve_between_walls(const SceneModel& model, std::size_t instrument, State& state, StepContext& context, StepBudget& budget);
 
 /// What the exact stage of one instrument came to.
 struct ExactOutcome {
@@ -100,6 +105,8 @@ inline constexpr std::size_t kPlanesPerPlace = 6;
 /// m; the hand moves at most this far in one step, or the contact response would not see what lies ahead. 35 mm/s reach it
 /// at a step of 29 ms. Shortening is counted (StepReport::hand_limited).
 inline constexpr double kHandReach = 1.0e-3;
+/// m, beyond the clearance: a little more than the hand moves in a step at most.
+inline constexpr double kPlaneReach = 1.2 * kHandReach;
 /// N per place on the rod: a vessel perforates at about this; more comes from planes that contradict each other in a jam.
 inline constexpr double kMaxPress = 2.0;
 

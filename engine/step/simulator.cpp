@@ -65,6 +65,7 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         if (const BodyModel& body = model.bodies[i]; body.hollow) {
             context.bodies[i].inside = InsideTest(body.surface);
+            if (body.moves()) context.bodies[i].inside.start_following(state.bodies[i].surface);
             if (body.links) context.bodies[i].lumen.mark_still(*body.lumen, body.links->vertex_blend);
         }
     prepare_solids(model, state, context);
@@ -315,12 +316,7 @@ void Simulator::respond() {
             refit(model_.instruments[i].lumen);
         else
             follow_wall(model_, model_.instruments[i].lumen, state_, context_);
-        budget_.begin_part(StepPart::Planes);
-        plane_from_walls(model_, i, state_, context_);
-        budget_.end_part(StepPart::Planes);
-        budget_.begin_solve();
-        solve_instrument(model_, i, state_, context_);
-        budget_.end_solve();
+        solve_between_walls(model_, i, state_, context_, budget_);
         if (!pokes_into_wall(model_, i, state_, context_)) continue;
         if (model_.effects.exact_contact)
             insist_on_exact(i);
@@ -458,7 +454,7 @@ void Simulator::scale_motion(double fraction) {
 void Simulator::observe() {
     StepReport& report = context_.report;
     for (std::size_t i = 0; i < model_.bodies.size(); ++i)
-        if (model_.bodies[i].hollow && model_.bodies[i].moves()) context_.bodies[i].inside.refit(state_.bodies[i].surface);
+        if (model_.bodies[i].hollow && model_.bodies[i].moves()) context_.bodies[i].inside.follow(state_.bodies[i].surface);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
         report.lumen_exits += count_lumen_exits(model_, i, state_, context_);
         const fem::RodReport& rod = context_.instruments[i].rod_report;

@@ -40,8 +40,8 @@ TEST(WallAge, PlanesAreThoseOfAWholeRefit) {
             state.bodies[1].surface[v] = model.bodies[1].surface.vertices[v] + share * Vec3(2e-3, 1e-3, 4e-3);
         follow_wall(model, 1, state, parts);
         refit_wall(model, 1, state, whole);
-        plane_from_wall(model, 0, state, parts);
-        plane_from_wall(model, 0, state, whole);
+        plane_from_wall(model, 0, state, parts, kPlaneReach);
+        plane_from_wall(model, 0, state, whole, kPlaneReach);
         expect_same_planes(parts.instruments[0], whole.instruments[0], step);
         planes += whole.instruments[0].planes.size();
         drift = std::max(drift, parts.bodies[1].wall_age.drift);

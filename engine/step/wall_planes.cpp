@@ -1,0 +1,208 @@
+// Planes around a rod from its wall's own triangles, and whether a rod pokes into that wall.
+#include "engine/step/instrument_stage.hpp"
+#include "engine/step/surface_place.hpp"
+
+#include "collision/proximity.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace seldinger::engine {
+
+namespace {
+
+/// A push at one place takes others farther than the rod's free motion would have: by this factor, until it is measured.
+constexpr double kSwing = 3.0;
+/// Cosine above which a farther plane says nothing new.
+constexpr double kSameDirection = 0.9;
+constexpr std::size_t kNearTriangles = 64;
+struct NearTriangle {
+    Index triangle;
+    double distance;
+    Vec3 normal;
+    Vec3 point;    // m, of the wall at t1
+    Vec3 velocity; // m/s
+    std::array<double, 3> bary;
+};
+
+/// The nearest triangles of one place, nearest first; a longer list than kNearTriangles drops its farthest.
+class NearList {
+public:
+    void clear() noexcept { size_ = 0; }
+    void add(const NearTriangle& entry) noexcept {
+        std::size_t at = size_;
+        while (at > 0 && before(entry, entries_[at - 1])) --at;
+        if (at >= kNearTriangles) return;
+        const std::size_t kept = std::min(size_, kNearTriangles - 1);
+        for (std::size_t i = kept; i > at; --i) entries_[i] = entries_[i - 1];
+        entries_[at] = entry;
+        size_ = kept + 1;
+    }
+    [[nodiscard]] std::span<const NearTriangle> entries() const noexcept { return {entries_.data(), size_}; }
+
+private:
+    static bool before(const NearTriangle& a, const NearTriangle& b) noexcept {
+        return a.distance < b.distance || (a.distance == b.distance && a.triangle < b.triangle);
+    }
+    std::array<NearTriangle, kNearTriangles> entries_;
+    std::size_t size_ = 0;
+};
+
+collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
+    const BodyModel& wall = model.bodies[body];
+    const std::vector<Vec3>& now = state.bodies[body].surface;
+    return {&wall.topology, wall.moves() ? context.bodies[body].surface_t0 : now, now};
+}
+
+/// The wall where it stood at the start of the step: what the rod was inside of.
+collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
+    const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
+    return {motion.topology, motion.t0, motion.t0};
+}
+
+/// Planes of one place from the list, nearest first, those that say nothing new left out.
+void add_planes(const NearList& list, Index node, double weight, double room, InstrumentScratch& scratch) {
+    const std::size_t first = scratch.planes.size();
+    for (const NearTriangle& near : list.entries()) {
+        bool known = false;
+        for (std::size_t k = first; k < scratch.planes.size() && !known; ++k)
+            known = scratch.planes[k].normal.dot(near.normal) > kSameDirection;
+        if (known) continue;
+        scratch.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0, near.velocity});
+        scratch.presses.push_back({near.triangle, near.bary});
+        if (scratch.planes.size() - first == kPlanesPerPlace) return;
+    }
+}
+
+/// Of the chain that the descent saw: the sphere at a node, or midway to the next.
+Index link_at(const SceneModel& model, std::size_t index, Index node, double weight) {
+    const Index ahead = static_cast<Index>(model.instruments[index].rod.node_count()) - 2 - node; // segments to the tip
+    return 2 * ahead + (weight < 1.0 ? 1 : 0);
+}
+
+/// Has the descent proven that the rod keeps more than the margin from the wall here, all step long?
+bool proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const StepContext& context) {
+    if (!model.effects.coarse_contact) return false;
+    const auto status = context.descent.link_status(index);
+    const Index link = link_at(model, index, node, weight);
+    return link < status.size() && status[link] == spheretree::LinkStatus::Free;
+}
+
+/// What the descent proved it proved of the free motion, with the margin to spare. The solve against the planes may have taken this place
+/// farther than that: pushed back at its middle, a rod swings at its ends.
+bool still_proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const Vec3& place,
+                       const StepContext& context) {
+    if (!proven_free(model, index, node, weight, context)) return false;
+    const Vec3& seen = context.instruments[index].links_t1[link_at(model, index, node, weight)].centre;
+    return (place - seen).squaredNorm() <= model.contact.margin * model.contact.margin;
+}
+
+/// Is the wall nearer to p than `radius`, or p up to `reach` behind it? Beside an edge the side is that of one of its faces: good enough to
+/// ask for the exact stage, not to replace it.
+bool wall_is_near(const SceneModel& model, std::size_t body, const State& state, StepContext& context, const Vec3& p, double radius,
+                  double reach) {
+    const collision::SurfaceMotion wall = wall_motion(model, body, state, context);
+    double nearest = reach;
+    bool behind = false;
+    collision::for_each_close_triangle(
+        context.bodies[body].tree, wall, p, reach,
+        [&](Index id, const PointOnTriangle& on) {
+            const double distance = std::sqrt(on.distance_sq);
+            if (distance >= nearest) return;
+            nearest = distance;
+            const Triangle& t = wall.topology->triangles[id];
+            behind = twice_area(t, wall.t1).dot(p - on.point) > 0.0;
+        },
+        context.bodies[body].wall_age.drift);
+    return behind || nearest < radius;
+}
+
+} // namespace
+
+void plane_from_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context, double reach) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentScratch& scratch = context.instruments[index];
+    const collision::SurfaceMotion before = wall_before(model, instrument.lumen, state, context);
+    const std::span<const Vec3> after = state.bodies[instrument.lumen].surface;
+    collision::DopTree& tree = context.bodies[instrument.lumen].tree;
+    const double room = instrument.rod.design.radius + model.contact.clearance;
+    const Index nodes = static_cast<Index>(instrument.rod.node_count());
+    Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
+    if (goes_along(model, index)) // what is in the bore meets no wall
+        first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
+                                                     context.instruments[instrument.inside].command.insertion));
+    scratch.planes.clear();
+    scratch.presses.clear();
+    NearList list;
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
+        for (const double weight : {0.5, 1.0}) {
+            if (proven_free(model, index, node, weight, context)) continue;
+            const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
+            list.clear();
+            collision::for_each_close_triangle(
+                tree, before, p, room + reach,
+                [&](Index id, const PointOnTriangle& on) {
+                    const double distance = std::sqrt(on.distance_sq);
+                    if (!(distance > 0.0)) return;
+                    // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
+                    const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
+                    list.add({id, distance, (p - on.point) / distance, now, (now - on.point) / model.step_s, on.bary});
+                },
+                context.bodies[instrument.lumen].wall_age.drift);
+            add_planes(list, node, weight, room, scratch);
+        }
+}
+
+void plane_from_walls(const SceneModel& model, std::size_t index, const State& state, StepContext& context, double reach) {
+    for (const std::size_t one : coaxial(model, index)) plane_from_wall(model, one, state, context, reach);
+}
+
+/// The longest way of a place on the rods in this step and that of its wall, together: what lies farther away than this was not met.
+static double longest_approach(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
+    const BodyModel& wall = model.bodies[model.instruments[index].lumen];
+    double longest_sq = 0.0;
+    for (const std::size_t one : coaxial(model, index)) {
+        const std::vector<Vec3>&before = context.instruments[one].rod_t0.position, &after = state.instruments[one].rod.position;
+        for (std::size_t node = 0; node < after.size(); ++node)
+            longest_sq = std::max(longest_sq, (after[node] - before[node]).squaredNorm());
+    }
+    return std::sqrt(longest_sq) + (wall.moves() ? context.bodies[model.instruments[index].lumen].wall_age.longest : 0.0);
+}
+
+void solve_between_walls(const SceneModel& model, std::size_t index, State& state, StepContext& context, StepBudget& budget) {
+    const double suggested = kSwing * longest_approach(model, index, state, context) + model.contact.margin;
+    for (double reach = std::min(suggested, kPlaneReach);; reach = kPlaneReach) {
+        budget.begin_part(StepPart::Planes);
+        plane_from_walls(model, index, state, context, reach);
+        budget.end_part(StepPart::Planes);
+        budget.begin_solve();
+        solve_instrument(model, index, state, context);
+        budget.end_solve();
+        if (reach == kPlaneReach || longest_approach(model, index, state, context) <= reach) return;
+    }
+}
+
+static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const fem::RodState& rod = state.instruments[index].rod;
+    const double radius = instrument.rod.design.radius;
+    // What passes through the wall comes nearer to it than the radius on its way, unless it is faster than that.
+    const bool fast = longest_approach(model, index, state, context) >= radius;
+    const double reach = fast ? radius + kPlaneReach : radius;
+    const Index first = fem::first_inserted_node(instrument.rod, rod.insertion);
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size(); ++node)
+        for (const double weight : {0.5, 1.0}) {
+            const Vec3 p = (1.0 - weight) * rod.position[node] + weight * rod.position[node + 1];
+            if (still_proven_free(model, index, node, weight, p, context)) continue;
+            if (wall_is_near(model, instrument.lumen, state, context, p, radius, reach)) return true;
+        }
+    return false;
+}
+
+bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    for (const std::size_t one : coaxial(model, index))
+        if (rod_pokes_into_wall(model, one, state, context)) return true;
+    return false;
+}
+
+} // namespace seldinger::engine
