@@ -175,14 +175,16 @@ std::shared_ptr<const std::string> FrameStore::encode(std::uint32_t base) {
     return encoded_[base] = std::move(message);
 }
 
-std::string encode_model(std::size_t part, const std::vector<Triangle>& triangles) {
+std::string encode_model(std::size_t part, const std::vector<Triangle>& triangles, const std::vector<Triangle>& far) {
     std::string out;
     put(out, kModelMessage);
     put(out, kWireVersion);
     put(out, static_cast<std::uint16_t>(part));
-    put(out, static_cast<std::uint32_t>(triangles.size()));
-    for (const Triangle& triangle : triangles)
-        for (const Index corner : triangle) put(out, static_cast<std::uint32_t>(corner));
+    for (const std::vector<Triangle>* list : {&triangles, &far}) {
+        put(out, static_cast<std::uint32_t>(list->size()));
+        for (const Triangle& triangle : *list)
+            for (const Index corner : triangle) put(out, static_cast<std::uint32_t>(corner));
+    }
     return out;
 }
 

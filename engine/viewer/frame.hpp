@@ -2,11 +2,12 @@
 // metre; a frame says what changed since an earlier one that the viewer has, in one byte an axis where that is enough.
 //
 // Message, little endian, every part at a multiple of four bytes:
-//   u8 kind (1), u8 version (1), u16 parts, u32 id, u32 base (0: none), u32 dots, f64 time [s], u32 spheres, u32 rod points
+//   u8 kind (1), u8 version (2), u16 parts, u32 id, u32 base (0: none), u32 dots, f64 time [s], u32 spheres, u32 rod points
 //   part:    f32 low[3] [m], f32 unit[3] [m], u32 vertices, u8 coding[ceil(vertices / 512)]; then block by block
 //            coding 0: as in the base; 1: u16 xyz per vertex; 2: i8 xyz per vertex, added to the base's numbers
 //   dots:    f32 x, y, z, depth [m];   rod: f32 x, y, z;   spheres: f32 x, y, z, radius; then u8 kind each
-// A model message (kind 2) gives a part's triangles once: u8 kind, u8 version, u16 part, u32 triangles, u32 corners[3 n].
+// A model message (kind 2) gives a part's triangles once: u8 kind, u8 version, u16 part, u32 triangles, u32 corners[3 n], u32 far
+// triangles, u32 corners[3 n] of those, fewer on some of the same vertices (0: there are none).
 #pragma once
 
 #include "base/mesh.hpp"
@@ -20,7 +21,7 @@
 
 namespace seldinger::engine::viewer {
 
-inline constexpr std::uint8_t kFrameMessage = 1, kModelMessage = 2, kWireVersion = 1;
+inline constexpr std::uint8_t kFrameMessage = 1, kModelMessage = 2, kWireVersion = 2;
 inline constexpr std::size_t kBlockVertices = 512;
 
 /// Numbers of one surface: low + unit * number.
@@ -59,6 +60,6 @@ private:
     std::map<std::uint32_t, std::shared_ptr<const std::string>> encoded_; // by base
 };
 
-[[nodiscard]] std::string encode_model(std::size_t part, const std::vector<Triangle>& triangles);
+[[nodiscard]] std::string encode_model(std::size_t part, const std::vector<Triangle>& triangles, const std::vector<Triangle>& far = {});
 
 } // namespace seldinger::engine::viewer

@@ -2,6 +2,7 @@
 
 #include "engine/time/clock.hpp"
 #include "engine/viewer/client.hpp"
+#include "engine/viewer/far_triangles.hpp"
 
 #include <fmt/format.h>
 
@@ -10,11 +11,13 @@ namespace seldinger::engine::viewer {
 namespace {
 
 /// ns between two looks at the simulation: what an input waits for at most, twice.
-constexpr std::chrono::milliseconds kTick{3};
+constexpr std::chrono::milliseconds kTick{2};
 /// ns between two frames at least: about 65 a second, a little more than screens show.
 constexpr std::int64_t kFrameInterval = 15'000'000;
 /// ns; a hand that moves and of which nothing was heard for so long is let go: its page hangs, or its connection does.
 constexpr std::int64_t kDeadHand = 600'000'000;
+/// Triangles of a surface as seen from afar: a page without a graphics card draws some ten thousand in 5 ms. A vessel's branches want more.
+constexpr std::size_t kFarVessel = 6000, kFarBody = 2000;
 /// Recordings that may be waited for at the same time.
 constexpr std::size_t kMostWaiting = 16;
 
@@ -25,7 +28,8 @@ Hub::Hub(const Scene& scene, const PreparedScene& prepared, const Session& sessi
     scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session));
     std::size_t part = 0;
     for (const BodyModel& body : prepared.model.bodies)
-        model_messages_.push_back(std::make_shared<const std::string>(encode_model(part++, body.surface.triangles)));
+        model_messages_.push_back(std::make_shared<const std::string>(
+            encode_model(part++, body.surface.triangles, far_triangles(body.surface, body.hollow ? kFarVessel : kFarBody))));
     for (const InstrumentModel& instrument : prepared.model.instruments)
         model_messages_.push_back(std::make_shared<const std::string>(encode_model(part++, instrument.skin.triangles)));
 }
@@ -62,12 +66,14 @@ void Hub::tick() {
 
 /// Only what somebody can be sent now: the simulation copies the next one when this one was taken.
 void Hub::take_snapshot(std::int64_t now) {
-    if (now - last_frame_ns_ < kFrameInterval) return;
+    const std::uint64_t answers = exchange_.answers.load(std::memory_order_acquire);
+    if (now - last_frame_ns_ < kFrameInterval && answers == answers_shown_) return; // what a hand waits for goes at once
     bool ready = false;
     for (const auto& [number, weak] : clients_)
         if (const auto client = weak.lock()) ready = ready || client->is_idle();
     if (!ready || !exchange_.snapshot.take()) return;
     last_frame_ns_ = now;
+    answers_shown_ = answers;
     frames_.add(exchange_.snapshot.front());
     for (const auto& [number, weak] : clients_)
         if (const auto client = weak.lock()) client->frame_is_due();

@@ -83,6 +83,7 @@ private:
     std::map<unsigned, std::weak_ptr<Client>> clients_;
     std::multimap<std::uint64_t, OnSealed> waiting_; // by the count of answers that holds theirs
     std::uint64_t seals_asked_ = 0;
+    std::uint64_t answers_shown_ = 0;
     unsigned next_client_ = 1, driver_ = 0;
     std::size_t connections_ = 0;
     std::int64_t last_frame_ns_ = 0, last_drive_ns_ = 0;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace seldinger::engine::viewer {
 
@@ -115,11 +116,12 @@ private:
         behind_ = behind_ || changed;
         if (!behind_ || exchange_.viewers.load(std::memory_order_relaxed) == 0) return;
         if (!exchange_.snapshot.taken() && !answer_due_) return;
-        answer_due_ = false;
+        const bool answers = std::exchange(answer_due_, false);
         Snapshot& snapshot = exchange_.snapshot.back();
         fill_snapshot(session_, exchange_.spheres.load(std::memory_order_relaxed), snapshot);
         snapshot.pace = meter_.pace();
         exchange_.snapshot.publish();
+        if (answers) exchange_.answers.fetch_add(1, std::memory_order_release);
         behind_ = false;
     }
 

@@ -37,9 +37,10 @@ struct Exchange {
     boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps; // simulation -> network
     std::atomic<std::uint64_t> steps_not_shown{0};                                 // the queue was full
     Latest<Snapshot> snapshot;
-    Latest<Sealed> sealed;            // answers to Seal
-    std::atomic<unsigned> viewers{0}; // nobody looks: nothing is copied
-    std::atomic<bool> spheres{false}; // somebody wants them
+    std::atomic<std::uint64_t> answers{0}; // snapshots published that show what a command did
+    Latest<Sealed> sealed;                 // answers to Seal
+    std::atomic<unsigned> viewers{0};      // nobody looks: nothing is copied
+    std::atomic<bool> spheres{false};      // somebody wants them
     std::atomic<bool> stop{false};
 };
 

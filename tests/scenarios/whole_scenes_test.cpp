@@ -124,7 +124,7 @@ TEST_P(Steered, ReachesItsTargetAndStaysInside) {
     EXPECT_LE(closest, prepared.model.instruments.front().follow.tolerance);
 }
 INSTANTIATE_TEST_SUITE_P(Vessels, Steered, ::testing::Values("u_bend", "s_bend", "bifurcation", "stenosis", "aneurysm", "aortic_arch"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& vessel) { return std::string(vessel.param); });
 
 } // namespace
 } // namespace seldinger::engine

@@ -28,7 +28,7 @@ public:
         text_ = &message;
         at_ = 0;
         ASSERT_EQ(get<std::uint8_t>(), 1);
-        ASSERT_EQ(get<std::uint8_t>(), 1);
+        ASSERT_EQ(get<std::uint8_t>(), 2);
         parts.resize(get<std::uint16_t>());
         const auto last = id;
         id = get<std::uint32_t>();
@@ -217,6 +217,18 @@ TEST(ViewerFrames, SurviveVerticesThatAreNotFinite) {
     decoder.id = 1;
     decoder.read(*store.encode(0));
     EXPECT_NEAR(decoder.position(0, 2, 1), 0.1, 1e-5);
+}
+
+TEST(ViewerModels, SayTheirTrianglesAndThoseFromAfar) {
+    const std::vector<Triangle> all{{0, 1, 2}, {2, 1, 3}}, far{{0, 1, 3}};
+    for (const auto& few : {std::vector<Triangle>{}, far}) {
+        const std::string message = encode_model(5, all, few);
+        std::vector<std::uint32_t> words((message.size() + 3) / 4);
+        std::memcpy(words.data(), message.data(), message.size());
+        std::vector<std::uint32_t> expected{2u | 2u << 8 | 5u << 16, 2, 0, 1, 2, 2, 1, 3, static_cast<std::uint32_t>(few.size())};
+        for (const Triangle& t : few) expected.insert(expected.end(), t.begin(), t.end());
+        EXPECT_EQ(words, expected);
+    }
 }
 
 } // namespace

@@ -177,6 +177,20 @@ test("the picture shows vessel and catheter, and the X-ray is another picture", 
     noComplaints(page);
 });
 
+test("without a card fewer triangles are drawn, unless a picture is asked for as it is", async () => {
+    const whole = await openPage(browser, `${served.url}&pixels=1`);
+    await until(whole, "s.triangles > 1000");
+    const count = await whole.evaluate(() => window.seldinger.scene.parts.reduce((sum, part) => sum + part.triangles, 0));
+    const plain = await openPage(browser, served.url);
+    await until(plain, "s.triangles > 1000");
+    assert.ok(await plain.evaluate(() => window.seldinger.triangles) < 0.8 * count);
+    assert.ok(await whole.evaluate(() => window.seldinger.triangles) >= count);
+    noComplaints(whole);
+    noComplaints(plain);
+    await whole.close();
+    await plain.close();
+});
+
 test("tissue is pulled with the mouse", async () => {
     const tissue = await Served.start(tissueScene);
     const page = await openPage(browser, tissue.url);

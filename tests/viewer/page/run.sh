@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # The page in headless Chromium. 77, with the reason: something it needs is not here.
-# run.sh PROGRAM BUILD_FOLDER SOURCE_FOLDER
+# run.sh PROGRAM BUILD_FOLDER SOURCE_FOLDER [measure SCENE [KEYS]]
 set -euo pipefail
-program=$1 build=$2 source=$3
+program=$(realpath "$1") build=$(realpath "$2") source=$(realpath "$3")
 skip() { echo "skipped: $*"; exit 77; }
 node=$(command -v node || command -v nodejs) || skip "node is not installed (apt-get install nodejs npm)"
 chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)}
@@ -11,4 +11,5 @@ chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || com
 [[ -d $build/page_build/node_modules/playwright-core ]] || skip "the page's packages are not there (cmake --build $build --target viewer_page)"
 (cd "$build/page_build" && "$node" node_modules/typescript/bin/tsc --noEmit) # the types hold
 export CHROMIUM=$chromium SELDINGER=$program PAGE_BUILD=$build/page_build SELDINGER_SOURCE=$source
+if [[ ${4:-} == measure ]]; then exec "$node" "$source/tests/viewer/page/measure.mjs" "${@:5}"; fi
 exec "$node" --test --test-concurrency=1 "$source/tests/viewer/page/page.test.mjs"

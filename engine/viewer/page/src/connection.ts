@@ -1,9 +1,9 @@
 // The WebSocket, which comes back by itself when it is lost.
-import { readFrame, readModel, type Frame, type PartShape, type SceneMessage, type Status, type TextMessage } from "./protocol";
+import { readFrame, readModel, type Frame, type Model, type PartShape, type SceneMessage, type Status, type TextMessage } from "./protocol";
 
 export interface Listener {
     onScene(scene: SceneMessage): void;
-    onModel(part: number, corners: Uint32Array): void;
+    onModel(model: Model): void;
     onFrame(frame: Frame, shapes: PartShape[]): void;
     onStatus(status: Status): void;
     onMessage(kind: "error" | "notice", text: string): void;
@@ -74,8 +74,7 @@ export class Connection {
         this.received += data.byteLength;
         const kind = new Uint8Array(data, 0, 1)[0];
         if (kind === 2) {
-            const model = readModel(data);
-            this.listener.onModel(model.part, model.corners);
+            this.listener.onModel(readModel(data));
         } else if (kind === 1) {
             const frame = readFrame(data, this.shapes, this.lastId);
             this.lastId = frame.id;

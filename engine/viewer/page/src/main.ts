@@ -17,6 +17,7 @@ export interface Probe {
     frameMs: number;
     drawMs: number;
     pixels: number;
+    triangles: number;   // of the last picture
     bytes: number;
     drop(): void;
 }
@@ -36,7 +37,6 @@ class App {
     private readonly welcome = element<HTMLDialogElement>("welcome");
     private status: Status | undefined;
     private scene: SceneMessage | undefined;
-    private last = performance.now();
     private awaited: { at: number; insertion: number; rotation: number } | undefined;
     private seen: number | undefined; // moment of the key whose effect the next picture shows
     private turns = 0;
@@ -47,7 +47,7 @@ class App {
         document.body.classList.toggle("plain", this.stage.software);
         this.connection = new Connection({
             onScene: (scene) => this.setScene(scene),
-            onModel: (part, corners) => this.stage.setModel(part, corners),
+            onModel: (model) => this.stage.setModel(model),
             onFrame: (frame, shapes) => {
                 this.stage.setFrame(frame, shapes);
                 this.puller.follow();
@@ -67,7 +67,7 @@ class App {
             if (button === 3) this.panel.toggleXray();
         };
         this.probe = {
-            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, bytes: 0,
+            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, triangles: 0, bytes: 0,
             drop: () => this.connection.drop(),
         };
         addEventListener("keydown", (event) => this.key(event));
@@ -105,6 +105,7 @@ class App {
         if (this.awaited && (Math.abs(status.insertion_m - this.awaited.insertion) > 1e-6 || Math.abs(status.rotation_rad - this.awaited.rotation) > 1e-4)) {
             this.seen = this.awaited.at;
             this.awaited = undefined;
+            if (this.stage.software) this.showAwaited(); // at once: the next turn may be a while away where the CPU draws
         }
         this.plot.add(status.steps);
         this.panel.setStatus(status);
@@ -144,23 +145,27 @@ class App {
         if (this.panel.key(event)) event.preventDefault();
     }
 
-    private draw(now: number): void {
-        const elapsed = now - this.last;
-        this.last = now;
-        this.hand.poll(now);
-        const shown = this.seen;
+    /// The picture that shows what a key did, and how long after the key it stood there.
+    private showAwaited(): void {
+        const key = this.seen!;
         this.seen = undefined;
-        if (this.stage.render(elapsed)) ++this.probe.pictures;
-        if (shown !== undefined) {
-            this.probe.latencyMs.push(performance.now() - shown);
-            if (this.probe.latencyMs.length > 100) this.probe.latencyMs.shift();
-        }
+        if (this.stage.render(true)) ++this.probe.pictures;
+        if (this.stage.software) this.stage.waitForPicture(); // drawn, not only asked for
+        this.probe.latencyMs.push(performance.now() - key);
+        if (this.probe.latencyMs.length > 100) this.probe.latencyMs.shift();
+    }
+
+    private draw(now: number): void {
+        this.hand.poll(now);
+        if (this.seen !== undefined) this.showAwaited();
+        else if (this.stage.render()) ++this.probe.pictures;
         ++this.turns;
         this.probe.frameMs = this.stage.frameMs;
         this.probe.drawMs = this.stage.drawMs;
         this.probe.pixels = this.stage.pixels;
+        this.probe.triangles = this.stage.triangles;
         this.probe.bytes = this.connection.received;
-        if (this.scene && this.turns % (this.stage.software ? 8 : 3) === 0) this.plot.draw(1e3 * this.scene.step_s);
+        if (this.scene && this.turns % (this.stage.software ? 12 : 3) === 0) this.plot.draw(1e3 * this.scene.step_s);
         if (this.turns % 20 === 0) this.panel.setFooter(this.stage.frameMs, this.stage.pixels, this.probe.latencyMs, this.hand.gamepadName);
         requestAnimationFrame((next) => this.draw(next));
     }

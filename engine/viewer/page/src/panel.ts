@@ -78,8 +78,23 @@ export class Panel {
         levels.replaceChildren(...Array.from({ length: scene.leaf_level + 1 }, () => document.createElement("i")));
     }
 
+    /// Numbers are for reading: a few times a second. Drawing them anew takes as long as a small picture where there is no card.
     setStatus(status: Status): void {
+        const turned = status.paused !== this.status?.paused;
         this.status = status;
+        const wait = this.shownAt + (this.stage.software ? 250 : 80) - performance.now();
+        if (wait > 0 && !turned) this.later ??= setTimeout(() => this.show(), wait);
+        else this.show();
+    }
+    private shownAt = -1e9;
+    private later: ReturnType<typeof setTimeout> | undefined;
+
+    private show(): void {
+        clearTimeout(this.later);
+        this.later = undefined;
+        this.shownAt = performance.now();
+        const status = this.status;
+        if (status === undefined) return;
         const text = (id: string, value: string, kind = "") => {
             const node = element(id);
             if (node.textContent !== value) node.textContent = value;

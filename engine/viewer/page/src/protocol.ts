@@ -106,7 +106,7 @@ export interface Frame {
     bytes: number;
 }
 
-const kVersion = 1;
+const kVersion = 2;
 const kBlock = 512;
 
 /// Reads on at multiples of four bytes.
@@ -129,12 +129,16 @@ class Reader {
     signed(n: number): Int8Array { const from = this.at; this.at += n; this.pad(); return new Int8Array(this.buffer, from, n); }
 }
 
-export function readModel(buffer: ArrayBuffer): { part: number; corners: Uint32Array } {
+/// far  fewer triangles on some of the same vertices; empty: there are none
+export interface Model { part: number; corners: Uint32Array; far: Uint32Array }
+
+export function readModel(buffer: ArrayBuffer): Model {
     const reader = new Reader(buffer);
     reader.u8();
     if (reader.u8() !== kVersion) throw new Error("the server speaks another version of this page's language: reload the page");
     const part = reader.u16();
-    return { part, corners: reader.words(3 * reader.u32()).slice() };
+    const corners = reader.words(3 * reader.u32()).slice();
+    return { part, corners, far: reader.words(3 * reader.u32()).slice() };
 }
 
 function readPart(reader: Reader, shape: PartShape | undefined): PartShape {

@@ -6,13 +6,17 @@ import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { Fluoroscope } from "./fluoroscope";
 import { Surface } from "./surface";
-import type { Frame, PartShape, SceneMessage } from "./protocol";
+import type { Frame, Model, PartShape, SceneMessage } from "./protocol";
 
 const kDeepest = 2e-4;          // m, where the colours of contacts end
 const kSphereColours = [0x4ade80, 0xf87171, 0xfbbf24].map((hex) => new THREE.Color(hex));
 const kSlowDraw = 24;           // ms of drawing; slower pictures are drawn more simply, then with fewer pixels
-const kQuickDraw = 7;
+const kQuickDraw = 10;          // quicker ones get more of them: 1.2 times a side, 1.44 times the work
+const kSimpleDraw = 4;          // ms; quick enough for everything again
 const kProbeEvery = 8;          // pictures; only then the page waits for the drawing to end
+const kRest = 3;                // in software from one picture to the next, times of drawing one: queued pictures would make a hand wait
+const kLongestRest = 60;        // ms
+const kThinnestLine = 2;        // of the pixels that are drawn; a thinner one has gaps
 const kTail = 0.035;            // m around the tip in the tip's view
 
 export interface Picked { body: number; vertex: number; point: THREE.Vector3 }
@@ -28,6 +32,7 @@ export class Stage {
     frameMs = 16;               // time between pictures, smoothed
     readonly software: boolean; // drawn on the CPU
     drawMs = 10;                // smoothed
+    triangles = 0;              // of the last picture
     private pixelShare = 1;
     private readonly fixed: boolean;
     private simple = false;     // near sides of shells alone
@@ -52,7 +57,9 @@ export class Stage {
         this.software = drawsOnTheCpu();
         const pixels = Number(new URLSearchParams(location.search).get("pixels")); // &pixels=1: never fewer, for pictures
         this.fixed = pixels > 0 && pixels <= 1;
-        this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !this.software, powerPreference: "high-performance" });
+        // Where the CPU draws, a picture need not wait for the rest of the page.
+        const context = this.software ? canvas.getContext("webgl2", { alpha: false, antialias: false, desynchronized: true }) : null;
+        this.renderer = new THREE.WebGLRenderer({ canvas, context: context ?? undefined, antialias: !this.software, powerPreference: "high-performance" });
         if (this.fixed) this.pixelShare = pixels;
         else if (this.software) {
             this.pixelShare = 0.6;
@@ -116,14 +123,29 @@ export class Stage {
 
     private rodRadius = 5e-4;   // m
 
-    setModel(part: number, corners: Uint32Array): void { this.surfaces[part]?.setCorners(corners); }
+    setModel(model: Model): void { this.surfaces[model.part]?.setCorners(model.corners, model.far); }
 
+    /// More frames come than are drawn where the CPU draws: most of the work waits for the picture.
     setFrame(frame: Frame, shapes: PartShape[]): void {
         this.shapes = shapes;
         this.stale = true;
         shapes.forEach((shape, k) => {
             if (shape.changed) this.surfaces[k]?.setPositions(shape.position);
         });
+        this.frame = frame;
+        this.hasTip = frame.rod.length >= 3;
+        if (this.hasTip) this.tip.fromArray(frame.rod, frame.rod.length - 3);
+        if (!this.framed) {
+            this.framed = true;
+            this.frameAll();
+        }
+    }
+    private frame: Frame | undefined; // the last one, until it is drawn
+
+    private takeFrame(): void {
+        const frame = this.frame;
+        if (frame === undefined) return;
+        this.frame = undefined;
         this.setRod(frame.rod);
         const geometry = this.dots.geometry;
         geometry.setAttribute("position", new THREE.InterleavedBufferAttribute(new THREE.InterleavedBuffer(frame.dots, 4), 3, 0));
@@ -131,19 +153,13 @@ export class Stage {
         geometry.setDrawRange(0, frame.dots.length / 4);
         this.setSpheres(frame);
         for (const target of this.targets) {
-            if (target.part === null || shapes[target.part] === undefined) continue;
-            target.mesh.position.fromArray(shapes[target.part].position, 3 * target.vertex).add(target.offset);
-        }
-        if (!this.framed) {
-            this.framed = true;
-            this.frameAll();
+            const shape = target.part === null ? undefined : this.shapes[target.part];
+            if (shape !== undefined) target.mesh.position.fromArray(shape.position, 3 * target.vertex).add(target.offset);
         }
     }
 
     private setRod(points: Float32Array): void {
         this.rod.visible = points.length >= 6;
-        this.hasTip = points.length >= 3;
-        if (this.hasTip) this.tip.fromArray(points, points.length - 3);
         if (!this.rod.visible) return;
         this.rod.geometry.dispose();
         this.rod.geometry = new LineGeometry();
@@ -169,9 +185,9 @@ export class Stage {
         const box = new THREE.Box3();
         const organs = this.surfaces.filter((surface) => surface.part.kind !== "instrument");
         for (const surface of organs.length > 0 ? organs : this.surfaces) {
-            if (surface.geometry.getAttribute("position") === undefined) continue;
-            surface.geometry.computeBoundingBox();
-            box.union(surface.geometry.boundingBox!);
+            if (surface.whole.getAttribute("position") === undefined) continue;
+            surface.whole.computeBoundingBox();
+            box.union(surface.whole.boundingBox!);
         }
         return box;
     }
@@ -203,7 +219,7 @@ export class Stage {
     }
 
     setOrganOpacity(share: number): void {
-        this.stale = true;
+        this.touch();
         for (const surface of this.surfaces) if (surface.part.kind === "organ") surface.setOpacity(share);
     }
 
@@ -211,7 +227,7 @@ export class Stage {
         const ray = this.rayAt(clientX, clientY);
         let best: { distance: number; picked: Picked } | undefined;
         this.surfaces.forEach((surface, body) => {
-            if (!surface.part.pullable || surface.geometry.index === null) return;
+            if (!surface.part.pullable || surface.whole.index === null) return;
             const [hit] = ray.intersectObject(surface.pick, false);
             if (!hit?.face || (best && hit.distance >= best.distance)) return;
             const position = this.shapes[body].position;
@@ -253,15 +269,15 @@ export class Stage {
         this.fluoroscope.resize(Math.round(clientWidth * ratio), Math.round(clientHeight * ratio));
         (this.dots.material as THREE.ShaderMaterial).uniforms.ratio.value = ratio;
         this.rodMaterial.resolution.set(clientWidth * ratio, clientHeight * ratio);
-        this.stale = true;
+        this.touch();
     }
 
     /// Something else than a frame has changed.
     touch(): void { this.stale = true; }
 
-    /// Draws where there is something new to see. False: there was nothing.
-    render(elapsedMs: number): boolean {
-        if (elapsedMs < 1000) this.frameMs += 0.1 * (elapsedMs - this.frameMs);
+    /// Draws where there is something new to see. False: there was nothing, or the CPU that draws is left some time for the rest; not when
+    /// somebody waits for this picture.
+    render(awaited = false): boolean {
         if (this.followTip && this.hasTip) {
             const way = this.tip.clone().sub(this.controls.target).multiplyScalar(this.reduced ? 1 : 0.25);
             this.controls.target.add(way);
@@ -271,17 +287,24 @@ export class Stage {
         this.camera.updateMatrixWorld();
         if (!this.stale && this.seen.equals(this.camera.matrixWorld)) return false;
         const start = performance.now();
+        if (this.software && !awaited && start < this.restUntil) return false;
+        if (start - this.drawnAt < 1000) this.frameMs += 0.1 * (start - this.drawnAt - this.frameMs);
+        this.drawnAt = start;
         this.stale = false;
         this.seen.copy(this.camera.matrixWorld);
         this.draw();
-        if (++this.drawn % kProbeEvery !== 0) return true;
-        this.waitForPicture();
-        this.adapt(performance.now() - start);
+        if (++this.drawn % kProbeEvery === 0) {
+            this.waitForPicture();
+            this.adapt(performance.now() - start);
+        }
+        this.restUntil = start + Math.min(kRest * this.drawMs, kLongestRest);
         return true;
     }
+    private restUntil = 0; // ms
+    private drawnAt = -1e9;
 
     /// Reads one pixel: or the time would be spent later, unseen.
-    private waitForPicture(): void {
+    waitForPicture(): void {
         const gl = this.renderer.getContext();
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, this.onePixel);
     }
@@ -289,10 +312,13 @@ export class Stage {
     private readonly onePixel = new Uint8Array(4);
 
     private draw(): void {
+        this.takeFrame();
+        for (const surface of this.surfaces) surface.follow();
         this.dots.visible = this.showContacts && !this.xray;
         this.spheres.visible = this.showSpheres && !this.xray;
-        this.styleRod();
-        for (const surface of this.surfaces) surface.shaded.visible = !this.xray;
+        const thin = this.styleRod();
+        for (const surface of this.surfaces)
+            surface.shaded.visible = !this.xray && !(thin && this.simple && surface.part.kind === "instrument");
         if (this.xray) {
             for (const surface of this.surfaces) surface.setXrayCentre(this.camera.position.distanceTo(this.controls.target));
             this.fluoroscope.render(this.renderer, this.camera);
@@ -303,10 +329,12 @@ export class Stage {
             this.fluoroscope.renderBackdrop(this.renderer);
         }
         this.renderer.render(this.scene, this.camera);
+        this.triangles = this.renderer.info.render.triangles;
     }
 
     /// The line keeps a thin catheter visible from afar, through walls; where its own skin is wide enough, the line fades.
-    private styleRod(): void {
+    /// True where the line hides all of the skin.
+    private styleRod(): boolean {
         const distance = this.camera.position.distanceTo(this.controls.target);
         const half = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
         const pixels = (this.rodRadius / (distance * half)) * this.canvas.clientHeight;
@@ -314,6 +342,8 @@ export class Stage {
         this.rodMaterial.color.set(this.xray ? 0x101418 : 0x7fd4ff);
         this.rodMaterial.opacity = this.xray ? 0.75 * far : 0.18 + 0.67 * far;
         this.rodMaterial.linewidth = Math.max(3, this.xray ? 0 : 0.9 * pixels) * Math.min(devicePixelRatio, 2) * this.pixelShare;
+        this.rodMaterial.linewidth = Math.max(kThinnestLine, this.rodMaterial.linewidth);
+        return pixels < 2;
     }
 
     /// Where drawing is slow, as without a graphics card: simpler shells, then fewer pixels, until it is quick enough.
@@ -322,9 +352,9 @@ export class Stage {
         this.drawMs += 0.4 * (drawMs - this.drawMs);
         const before = this.pixelShare;
         if (this.drawMs > kSlowDraw && !this.simple) this.simple = true;
-        else if (this.drawMs > kSlowDraw) this.pixelShare = Math.max(0.35, 0.8 * this.pixelShare);
+        else if (this.drawMs > kSlowDraw) this.pixelShare = Math.max(0.5, 0.8 * this.pixelShare);
         else if (this.drawMs < kQuickDraw && this.pixelShare < 1) this.pixelShare = Math.min(1, 1.2 * this.pixelShare);
-        else if (this.drawMs < 0.5 * kQuickDraw && !this.software) this.simple = false;
+        else if (this.drawMs < kSimpleDraw && !this.software) this.simple = false;
         for (const surface of this.surfaces) surface.setSimple(this.simple);
         if (Math.abs(before - this.pixelShare) > 0.01) this.resize();
     }

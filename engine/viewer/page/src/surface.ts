@@ -72,15 +72,45 @@ function updateNormals(position: Float32Array, corners: Uint32Array, normal: Flo
     }
 }
 
+/// Fewer triangles on some of a surface's vertices, those numbered anew.
+class FarSide {
+    readonly vertices: Uint32Array; // of the whole surface
+    readonly corners: Uint32Array;
+    constructor(far: Uint32Array) {
+        this.vertices = Uint32Array.from(new Set(far)).sort();
+        const number = new Map(Array.from(this.vertices, (vertex, k) => [vertex, k]));
+        this.corners = far.map((vertex) => number.get(vertex)!);
+    }
+    gather(from: Float32Array, to: Float32Array): void {
+        this.vertices.forEach((vertex, k) => {
+            to[3 * k] = from[3 * vertex]; to[3 * k + 1] = from[3 * vertex + 1]; to[3 * k + 2] = from[3 * vertex + 2];
+        });
+    }
+}
+
+function setAttribute(geometry: THREE.BufferGeometry, name: string, values: Float32Array): void {
+    const attribute = geometry.getAttribute(name) as THREE.BufferAttribute | undefined;
+    if (attribute?.array.length !== values.length) {
+        geometry.setAttribute(name, new THREE.BufferAttribute(values, 3).setUsage(THREE.DynamicDrawUsage));
+        return;
+    }
+    attribute.array = values;
+    attribute.needsUpdate = true;
+}
+
 export class Surface {
-    readonly geometry = new THREE.BufferGeometry();
+    readonly whole = new THREE.BufferGeometry(); // every triangle; not on the card where it is drawn from afar
+    private afar: { side: FarSide; geometry: THREE.BufferGeometry; position: Float32Array; normal: Float32Array } | undefined;
+    private simple = false;
+    private position: Float32Array | undefined;
+    private moved = false; // since it was last followed
+    private normal = new Float32Array(0);
     readonly shaded = new THREE.Group();
     readonly xray: THREE.Mesh;
     readonly pick: THREE.Mesh; // for rays alone
     private readonly materials: THREE.ShaderMaterial[] = [];
     private readonly xrayMaterial: THREE.ShaderMaterial;
     private corners: Uint32Array | undefined;
-    private sized = false;
 
     constructor(readonly part: Part, order: number) {
         const look = kLooks[part.kind];
@@ -88,7 +118,7 @@ export class Surface {
         const sides: THREE.Side[] = look.opacity < 1 ? [THREE.BackSide, THREE.FrontSide] : [THREE.DoubleSide];
         sides.forEach((side, k) => {
             const material = shadedMaterial(look, side);
-            const mesh = new THREE.Mesh(this.geometry, material);
+            const mesh = new THREE.Mesh(this.whole, material);
             mesh.renderOrder = look.opacity < 1 ? 10 + 2 * order + (side === THREE.FrontSide ? 20 : 0) + k : 0;
             mesh.frustumCulled = false;
             this.materials.push(material);
@@ -99,44 +129,72 @@ export class Surface {
             transparent: true, blending: THREE.CustomBlending, blendEquation: THREE.AddEquation, blendSrc: THREE.OneFactor,
             blendDst: THREE.OneFactor, uniforms: { attenuation: { value: look.attenuation }, centre: { value: 0 } },
         });
-        this.xray = new THREE.Mesh(this.geometry, this.xrayMaterial);
+        this.xray = new THREE.Mesh(this.whole, this.xrayMaterial);
         this.xray.frustumCulled = false;
-        this.pick = new THREE.Mesh(this.geometry, new THREE.MeshBasicMaterial({ side: THREE.DoubleSide }));
+        this.pick = new THREE.Mesh(this.whole, new THREE.MeshBasicMaterial({ side: THREE.DoubleSide }));
     }
 
-    setCorners(corners: Uint32Array): void {
+    setCorners(corners: Uint32Array, far: Uint32Array): void {
         this.corners = corners;
-        this.geometry.setIndex(new THREE.BufferAttribute(corners, 1));
+        this.whole.setIndex(new THREE.BufferAttribute(corners, 1));
+        this.afar?.geometry.dispose();
+        this.afar = undefined;
+        if (far.length > 0) {
+            const side = new FarSide(far), size = 3 * side.vertices.length, geometry = new THREE.BufferGeometry();
+            geometry.setIndex(new THREE.BufferAttribute(side.corners, 1));
+            this.afar = { side, geometry, position: new Float32Array(size), normal: new Float32Array(size) };
+        }
+        this.choose();
+    }
+
+    /// Which triangles are drawn.
+    private choose(): void {
+        const geometry = this.simple && this.afar !== undefined ? this.afar.geometry : this.whole;
+        for (const mesh of [...this.shaded.children, this.xray]) (mesh as THREE.Mesh).geometry = geometry;
+        this.moved = true;
     }
 
     setPositions(position: Float32Array): void {
-        if (!this.sized) {
-            this.geometry.setAttribute("position", new THREE.BufferAttribute(position, 3).setUsage(THREE.DynamicDrawUsage));
-            this.geometry.setAttribute("normal", new THREE.BufferAttribute(new Float32Array(position.length), 3).setUsage(THREE.DynamicDrawUsage));
-            this.sized = true;
+        this.position = position;
+        setAttribute(this.whole, "position", position);
+        this.whole.boundingSphere = null;
+        this.moved = true;
+    }
+
+    /// What is drawn goes where the surface is.
+    follow(): void {
+        if (!this.moved || this.corners === undefined || this.position === undefined) return;
+        this.moved = false;
+        if (this.simple && this.afar !== undefined) {
+            const { side, geometry, position, normal } = this.afar;
+            side.gather(this.position, position);
+            updateNormals(position, side.corners, normal);
+            setAttribute(geometry, "position", position);
+            setAttribute(geometry, "normal", normal);
+            return;
         }
-        const attribute = this.geometry.getAttribute("position") as THREE.BufferAttribute;
-        attribute.array = position;
-        attribute.needsUpdate = true;
-        this.geometry.boundingSphere = null;
-        if (this.corners === undefined) return;
-        const normal = this.geometry.getAttribute("normal") as THREE.BufferAttribute;
-        updateNormals(position, this.corners, normal.array as Float32Array);
-        normal.needsUpdate = true;
+        if (this.normal.length !== this.position.length) this.normal = new Float32Array(this.position.length);
+        updateNormals(this.position, this.corners, this.normal);
+        setAttribute(this.whole, "position", this.position);
+        setAttribute(this.whole, "normal", this.normal);
     }
 
     /// share  of the usual opacity, up to opaque
     setOpacity(share: number): void {
         for (const material of this.materials) material.uniforms.opacity.value = Math.min(kLooks[this.part.kind].opacity * share, 0.97);
     }
-    /// Simple: the near side of a shell alone.
+    /// Simple: the near side of a shell alone, and fewer triangles where there are such.
     setSimple(simple: boolean): void {
         this.shaded.children.forEach((mesh, k) => { mesh.visible = !simple || k === this.shaded.children.length - 1; });
+        if (simple === this.simple) return;
+        this.simple = simple;
+        this.choose();
     }
     setXrayCentre(distance: number): void { this.xrayMaterial.uniforms.centre.value = distance; }
 
     dispose(): void {
-        this.geometry.dispose();
+        this.whole.dispose();
+        this.afar?.geometry.dispose();
         for (const material of this.materials) material.dispose();
         this.xrayMaterial.dispose();
     }
