@@ -20,6 +20,7 @@ export class Hand {
     gamepadName = "";
     onGamepadButton: (button: number) => void = () => {};
     private buttons = 0;
+    private place = ""; // of the knob
 
     constructor(pad: HTMLElement, private readonly knob: HTMLElement, private readonly send: (wish: Wish) => boolean,
                 private readonly onStart: () => void) {
@@ -103,7 +104,8 @@ export class Hand {
             this.sent = wish;
             this.sentAt = now;
         }
-        this.knob.style.transform = `translate(${wish.rotation * 34}px, ${-wish.insertion * 34}px)`;
+        const place = `translate(${wish.rotation * 34}px, ${-wish.insertion * 34}px)`;
+        if (this.place !== place) this.knob.style.transform = this.place = place;
         return wish;
     }
     forget(): void { this.sent = { insertion: 0, rotation: 0 }; }
