@@ -6,16 +6,16 @@
 
 namespace seldinger::engine {
 
-namespace {
-
-/// Round after which the hand is stopped: the first one has planes from the wall, the second one contacts as well.
-constexpr unsigned kHandStopRound = 1;
-
 collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
     const BodyModel& wall = model.bodies[body];
     const std::vector<Vec3>& now = state.bodies[body].surface;
     return {&wall.topology, wall.moves() ? context.bodies[body].surface_t0 : now, now};
 }
+
+namespace {
+
+/// Round after which the hand is stopped: the first one has planes from the wall, the second one contacts as well.
+constexpr unsigned kHandStopRound = 1;
 
 collision::SurfaceMotion skin_motion(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
     return {&model.instruments[index].topology, context.instruments[index].skin_t0, state.instruments[index].skin};

@@ -41,6 +41,10 @@ void update_instrument_trees(const SceneModel& model, std::size_t instrument, co
 /// Adds the hollow pair of instrument and lumen to the descent.
 void add_to_descent(const SceneModel& model, std::size_t instrument, StepContext& context);
 
+/// A wall's surface at both ends of the step; the same twice where it does not move.
+[[nodiscard]] collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state,
+                                                   const StepContext& context);
+
 /// Both of a coaxial pair, as below.
 void plane_from_walls(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context, double reach);
 

@@ -48,12 +48,6 @@ private:
     std::size_t size_ = 0;
 };
 
-collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
-    const BodyModel& wall = model.bodies[body];
-    const std::vector<Vec3>& now = state.bodies[body].surface;
-    return {&wall.topology, wall.moves() ? context.bodies[body].surface_t0 : now, now};
-}
-
 /// The wall where it stood at the start of the step: what the rod was inside of.
 collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
     const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
