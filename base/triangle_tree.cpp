@@ -42,6 +42,7 @@ int shifted_orient2d(const Point2& a, const Point2& b, const Point2& p) noexcept
 
 void TriangleTree::build(std::span<const Vec3> vertices, std::span<const Triangle> triangles) {
     nodes_.clear();
+    fitted_.clear(), renewing_.clear(), renewed_.clear();
     const std::size_t count = triangles.size();
     order_.resize(count);
     std::iota(order_.begin(), order_.end(), Index{0});
@@ -89,6 +90,7 @@ void TriangleTree::refit(std::span<const Vec3> vertices) noexcept {
     now_ = {};
     slack_.setZero();
     left_ = 0;
+    if (fitted_.size() == vertices.size()) std::copy(vertices.begin(), vertices.end(), fitted_.begin()); // a follow may come after
     for (std::size_t slot = 0; slot < triangles_.size(); ++slot)
         for (std::size_t k = 0; k < 3; ++k) {
             assert(triangles_[slot][k] < vertices.size());

@@ -34,7 +34,8 @@ public:
     void start_following(std::span<const Vec3> vertices);
     /// The same as refit for a surface that moves little from call to call, at a fraction of the cost: boxes stay as they were, opened by
     /// what has moved since, and are renewed a part in each call, faster where the motion is. Corners are read where they are: `vertices`
-    /// must live until the next call of this or of refit. Same answers to every query. After start_following; no allocation.
+    /// must live until the next call of this or of refit. Same answers to every query, but that bounds() may be wider and equally near
+    /// points of closest() may be told apart by rounding. After start_following, or it refits; no allocation.
     void follow(std::span<const Vec3> vertices) noexcept;
 
     /// Nearest point of the surface within max_distance; of equally near triangles the one with the lowest id.

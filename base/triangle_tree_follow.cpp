@@ -2,7 +2,7 @@
 #include "base/triangle_tree.hpp"
 
 #include <algorithm>
-#include <cassert>
+#include <cmath>
 
 namespace seldinger {
 namespace {
@@ -35,7 +35,7 @@ void TriangleTree::start_following(std::span<const Vec3> vertices) {
     renewed_ = nodes_;
     double extents = 0.0;
     for (Index slot = 0; slot < order_.size(); ++slot) extents += triangle_box(slot).extent().maxCoeff();
-    loosest_ = order_.empty() ? 0.0 : kLoosest * extents / static_cast<double>(order_.size());
+    loosest_ = order_.empty() || !std::isfinite(extents) ? 0.0 : kLoosest * extents / static_cast<double>(order_.size());
 }
 
 void TriangleTree::fit_nodes(std::span<Node> nodes, std::size_t from, std::size_t to, std::span<const Triangle> triangles,
@@ -65,7 +65,7 @@ void TriangleTree::renew_part(double share) noexcept {
 }
 
 void TriangleTree::follow(std::span<const Vec3> vertices) noexcept {
-    assert(vertices.size() == fitted_.size());
+    if (vertices.size() != fitted_.size()) return refit(vertices); // nobody made room
     now_ = vertices;
     const double before = slack_.maxCoeff();
     slack_ = longest_ways(fitted_, vertices);

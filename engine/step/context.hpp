@@ -183,6 +183,7 @@ struct InstrumentScratch {
     DriveCommand command;
     std::optional<DriveCommand> hand; // what somebody's hand wants, in place of the script
     bool hand_stopped = false;        // in the last step: the motion that the hand asked for met the wall
+    bool kept_inside = false;         // the last look found the rod within its wall, and every step since was looked at
     Route route;                      // where it is now
     fem::LinkFrames route_frames;
     std::vector<fem::RodFlow> flow; // [node_count] of the blood around it in this step

@@ -90,12 +90,17 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
     BodyScratch& scratch = context.bodies[body];
     WallAge& age = scratch.wall_age;
     if (!model.bodies[body].moves()) return;
-    if (age.last_step != state.step && age.last_step + 1 != state.step) return refit_wall(model, body, state, context);
-    age.last_step = state.step;
     const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
     double longest_sq = 0.0;
     for (std::size_t v = 0; v < motion.t1.size(); ++v) longest_sq = std::max(longest_sq, (motion.t1[v] - motion.t0[v]).squaredNorm());
-    age.longest = std::sqrt(longest_sq) * (1.0 + 0x1p-40);
+    const double longest = std::sqrt(longest_sq) * (1.0 + 0x1p-40);
+    if (age.last_step != state.step && age.last_step + 1 != state.step) {
+        refit_wall(model, body, state, context);
+        age.longest = longest; // known all the same: how far planes reach does not depend on how old bounds are
+        return;
+    }
+    age.last_step = state.step;
+    age.longest = longest;
     age.moved[age.parts % age.moved.size()] = age.longest;
     age.drift = 0.0;
     for (const double moved : age.moved) age.drift += moved; // from the oldest bounds to either end of this step

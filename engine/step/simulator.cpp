@@ -232,6 +232,7 @@ std::optional<DriveCommand> Simulator::follow_route(std::size_t instrument) {
 
 void Simulator::effects_changed() {
     for (BodyScratch& body : context_.bodies) body.lumen.reset();
+    for (InstrumentScratch& instrument : context_.instruments) instrument.kept_inside = false;
 }
 
 void Simulator::descend() {
@@ -311,13 +312,16 @@ std::span<const std::string> Simulator::cull_notes() const noexcept {
 void Simulator::respond() {
     StepReport& report = context_.report;
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
+        if (!(model_.effects.coarse_contact || model_.effects.exact_contact)) context_.instruments[i].kept_inside = false;
         if (report.exact_ran || goes_along(model_, i) || !(model_.effects.coarse_contact || model_.effects.exact_contact)) continue;
         if (model_.effects.exact_contact)
             refit(model_.instruments[i].lumen);
         else
             follow_wall(model_, model_.instruments[i].lumen, state_, context_);
         solve_between_walls(model_, i, state_, context_, budget_);
-        if (!pokes_into_wall(model_, i, state_, context_)) continue;
+        const bool pokes = pokes_into_wall(model_, i, state_, context_);
+        for (const std::size_t one : coaxial(model_, i)) context_.instruments[one].kept_inside = !pokes;
+        if (!pokes) continue;
         if (model_.effects.exact_contact)
             insist_on_exact(i);
         else

@@ -89,7 +89,7 @@ void pass_instrument(Stream& stream, Instrument& instrument, Scratch& scratch) {
     stream.list(instrument.rod.spin, [&](auto& spin) { stream.number(spin); });
     pass_points(stream, instrument.skin);
     pass_follow(stream, instrument.follow);
-    stream.number(scratch.hand_stopped);
+    stream.number(scratch.hand_stopped), stream.number(scratch.kept_inside);
     pass_points(stream, scratch.route.points);
     pass_frames(stream, scratch.route_frames);
     stream.list(scratch.chain.hint, [&](auto& leaf) { stream.number(leaf); });

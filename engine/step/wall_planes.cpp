@@ -164,7 +164,9 @@ static double longest_approach(const SceneModel& model, std::size_t index, const
 }
 
 void solve_between_walls(const SceneModel& model, std::size_t index, State& state, StepContext& context, StepBudget& budget) {
-    const double suggested = kSwing * longest_approach(model, index, state, context) + model.contact.margin;
+    // A scene with an exact stage learns here what that one's planes will cost: those always reach all the way.
+    const double suggested =
+        model.effects.exact_contact ? kPlaneReach : kSwing * longest_approach(model, index, state, context) + model.contact.margin;
     for (double reach = std::min(suggested, kPlaneReach);; reach = kPlaneReach) {
         budget.begin_part(StepPart::Planes);
         plane_from_walls(model, index, state, context, reach);
@@ -180,9 +182,9 @@ static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, cons
     const InstrumentModel& instrument = model.instruments[index];
     const fem::RodState& rod = state.instruments[index].rod;
     const double radius = instrument.rod.design.radius;
-    // What passes through the wall comes nearer to it than the radius on its way, unless it is faster than that.
-    const bool fast = longest_approach(model, index, state, context) >= radius;
-    const double reach = fast ? radius + kPlaneReach : radius;
+    // From within, what passes through the wall comes nearer to it than the radius on its way, unless it is faster than that.
+    const bool near_first = context.instruments[index].kept_inside && longest_approach(model, index, state, context) < radius;
+    const double reach = near_first ? radius : radius + kPlaneReach;
     const Index first = fem::first_inserted_node(instrument.rod, rod.insertion);
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size(); ++node)
         for (const double weight : {0.5, 1.0}) {

@@ -79,6 +79,32 @@ TEST(TriangleTree, FollowsThroughVerticesThatAreNotFinite) {
     }
 }
 
+TEST(TriangleTree, RefitsAndFollowsInTurnAndWithoutRoomMadeForIt) {
+    Random random{34};
+    SCOPED_TRACE(random.trace());
+    const TriMesh rest = make_torus(24, 12);
+    TriMesh mesh = rest;
+    TriangleTree fitted(mesh), follows(mesh), unprepared(mesh);
+    follows.start_following(mesh.vertices);
+    for (int step = 0; step < 60; ++step) {
+        if (step % 7 == 5) // away, and back to where it was followed last
+            for (Vec3& v : mesh.vertices) v += Vec3(0.4, 0, 0);
+        if (step % 7 == 6)
+            for (Vec3& v : mesh.vertices) v -= Vec3(0.4, 0, 0);
+        for (Vec3& v : mesh.vertices) v += 0.01 * random.point();
+        fitted.refit(mesh.vertices);
+        unprepared.follow(mesh.vertices);
+        step % 7 == 5 ? follows.refit(mesh.vertices) : follows.follow(mesh.vertices);
+        SCOPED_TRACE(step);
+        expect_same_answers(follows, fitted, random);
+        expect_same_answers(unprepared, fitted, random);
+    }
+    const TriMesh other = make_torus(10, 6); // built anew: nothing of the old surface is left
+    follows.build(other.vertices, other.triangles);
+    follows.follow(other.vertices);
+    expect_same_answers(follows, TriangleTree(other), random);
+}
+
 TEST(TriangleTree, AnEmptySurfaceIsFollowed) {
     TriangleTree tree;
     tree.start_following({});

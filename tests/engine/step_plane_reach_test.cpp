@@ -7,11 +7,12 @@
 namespace seldinger::engine {
 namespace {
 
-/// A wire pushed through the bend, half a step by each way of solving. `advance` in m for a step.
 struct Course {
     std::size_t presses = 0, planes_short = 0, planes_all = 0;
 };
 
+/// A wire pushed through the bend in two ways: between planes as far as the motion suggests, and between all of them.
+/// advance  m in a step
 Course push_through_the_bend(double advance, int steps) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene(
         {.speed = 1e3, .effects = R"("elasticity", "damping", "breathing", "coarse_contact", "friction")", .carrier = test::kOrgan}));
@@ -44,6 +45,8 @@ Course push_through_the_bend(double advance, int steps) {
             EXPECT_EQ(near_state.instruments[0].rod.position[node], all_state.instruments[0].rod.position[node])
                 << "step " << step << ", node " << node;
         if (::testing::Test::HasFailure()) return course;
+        near.instruments[0].kept_inside = true; // looks as far as its radius
+        all.instruments[0].kept_inside = false; // looks all the way
         EXPECT_EQ(pokes_into_wall(model, 0, near_state, near), pokes_into_wall(model, 0, all_state, all)) << step;
         course.planes_short += near.instruments[0].planes.size();
         course.planes_all += all.instruments[0].planes.size();
@@ -61,6 +64,68 @@ TEST(PlaneReach, SlowMotionNeedsFewerPlanesForTheSameSolve) {
 TEST(PlaneReach, FastMotionGetsThemAll) {
     const Course fast = push_through_the_bend(9e-4, 100);
     EXPECT_GT(fast.presses, 100u) << "it pressed on the wall";
+    EXPECT_EQ(fast.planes_short, fast.planes_all);
+}
+
+/// A solve that takes the rod farther than was looked is made again with all planes: the hand's sudden advance is not in the free motion
+/// that this one is asked to judge by.
+TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.speed = 1e3, .effects = R"("coarse_contact", "friction")"}));
+    SceneModel model = prepared.model;
+    model.effects.coarse_contact = false;
+    State state = make_initial_state(model), other = state;
+    StepContext context = make_step_context(prepared.model, state), all = make_step_context(prepared.model, other);
+    hand_clock::HandClock clock;
+    StepBudget budget(clock, {});
+    budget.begin();
+    std::size_t leaps = 0;
+    for (int step = 0; step < 130; ++step) {
+        const bool leap = step % 10 == 9;
+        for (State* one : {&state, &other}) {
+            StepContext& c = one == &state ? context : all;
+            one->step = static_cast<std::uint64_t>(step);
+            keep_start(model, *one, c);
+            // What was found before the leap: a rod that stands still.
+            c.instruments[0].command = {one->instruments[0].rod.insertion + (leap ? 0.0 : 8e-4), 0.0};
+            solve_instrument(model, 0, *one, c);
+            if (leap) c.instruments[0].command.insertion += 8e-4;
+        }
+        solve_between_walls(model, 0, state, context, budget);
+        plane_from_walls(model, 0, other, all, kPlaneReach);
+        solve_instrument(model, 0, other, all);
+        ASSERT_EQ(state.instruments[0].rod.position, other.instruments[0].rod.position) << "step " << step;
+        if (!leap) continue;
+        EXPECT_EQ(context.instruments[0].planes.size(), all.instruments[0].planes.size()) << "step " << step;
+        ++leaps;
+    }
+    EXPECT_EQ(leaps, 13u);
+}
+
+/// From within, a look as far as the radius; where nothing says that the rod is within, beyond.
+TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.effects = R"("coarse_contact")"}));
+    SceneModel model = prepared.model;
+    model.effects.coarse_contact = false;
+    State state = make_initial_state(model);
+    StepContext context = make_step_context(prepared.model, state);
+    keep_start(model, state, context);
+    fem::RodState& rod = state.instruments[0].rod;
+    const fem::RodState straight = rod;
+    for (const auto& [aside, near, all] : {std::tuple{0.0, false, false},
+                                           {2.0e-3, false, false},
+                                           {2.7e-3, true, true}, // of 3 mm
+                                           {3.2e-3, true, true},
+                                           {3.9e-3, false, true},
+                                           {6.0e-3, false, false}}) {
+        rod = straight;
+        for (Vec3& p : rod.position) p += Vec3(0.0, aside, 0.0);
+        context.instruments[0].rod_t0 = rod; // it does not move
+        for (const bool within : {true, false}) {
+            context.instruments[0].kept_inside = within;
+            EXPECT_EQ(pokes_into_wall(model, 0, state, context), within ? near : all)
+                << 1e3 * aside << " mm aside, seen within: " << within;
+        }
+    }
 }
 
 } // namespace

@@ -80,7 +80,8 @@ export class Panel {
 
     /// Numbers are for reading: a few times a second. Drawing them anew takes as long as a small picture where there is no card.
     setStatus(status: Status): void {
-        const turned = status.paused !== this.status?.paused;
+        const before = this.status;
+        const turned = before === undefined || status.paused !== before.paused || status.driver !== before.driver || status.failure !== before.failure;
         this.status = status;
         const wait = this.shownAt + (this.stage.software ? 250 : 80) - performance.now();
         if (wait > 0 && !turned) this.later ??= setTimeout(() => this.show(), wait);
@@ -247,6 +248,8 @@ export class Panel {
     }
 
     setConnection(open: boolean): void {
+        clearTimeout(this.later);
+        this.later = this.status = undefined;
         const seat = element("seat");
         seat.textContent = open ? "connected" : "connection lost: trying again";
         seat.className = open ? "pill" : "pill bad";

@@ -102,6 +102,8 @@ export class Stage {
             surface.dispose();
         }
         this.surfaces = message.parts.map((part, k) => new Surface(part, k));
+        this.frame = undefined; // of another scene
+        this.shapes = [];
         // Organs hold vessels: their far sides come before those of the vessels, their near sides after.
         for (const surface of this.surfaces) {
             this.scene.add(surface.shaded);
@@ -270,6 +272,7 @@ export class Stage {
         (this.dots.material as THREE.ShaderMaterial).uniforms.ratio.value = ratio;
         this.rodMaterial.resolution.set(clientWidth * ratio, clientHeight * ratio);
         this.touch();
+        this.restUntil = 0;
     }
 
     /// Something else than a frame has changed.
@@ -295,9 +298,9 @@ export class Stage {
         this.draw();
         if (++this.drawn % kProbeEvery === 0) {
             this.waitForPicture();
+            this.restUntil = start + Math.min(kRest * this.drawMs, kLongestRest);
             this.adapt(performance.now() - start);
-        }
-        this.restUntil = start + Math.min(kRest * this.drawMs, kLongestRest);
+        } else this.restUntil = start + Math.min(kRest * this.drawMs, kLongestRest);
         return true;
     }
     private restUntil = 0; // ms
@@ -317,8 +320,8 @@ export class Stage {
         this.dots.visible = this.showContacts && !this.xray;
         this.spheres.visible = this.showSpheres && !this.xray;
         const thin = this.styleRod();
-        for (const surface of this.surfaces)
-            surface.shaded.visible = !this.xray && !(thin && this.simple && surface.part.kind === "instrument");
+        const lined = thin && this.simple ? this.surfaces.find((surface) => surface.part.kind === "instrument") : undefined; // the line is the first one's
+        for (const surface of this.surfaces) surface.shaded.visible = !this.xray && surface !== lined;
         if (this.xray) {
             for (const surface of this.surfaces) surface.setXrayCentre(this.camera.position.distanceTo(this.controls.target));
             this.fluoroscope.render(this.renderer, this.camera);
@@ -356,7 +359,10 @@ export class Stage {
         else if (this.drawMs < kQuickDraw && this.pixelShare < 1) this.pixelShare = Math.min(1, 1.2 * this.pixelShare);
         else if (this.drawMs < kSimpleDraw && !this.software) this.simple = false;
         for (const surface of this.surfaces) surface.setSimple(this.simple);
-        if (Math.abs(before - this.pixelShare) > 0.01) this.resize();
+        if (Math.abs(before - this.pixelShare) < 0.01) return;
+        this.resize(); // which wipes the picture
+        this.draw();
+        this.stale = false;
     }
 }
 
