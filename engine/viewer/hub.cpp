@@ -12,8 +12,9 @@ namespace {
 
 /// ns between two looks at the simulation: what an input waits for at most, twice.
 constexpr std::chrono::milliseconds kTick{2};
-/// ns between two frames at least: about 65 a second, a little more than screens show; less before one that shows what a command did.
-constexpr std::int64_t kFrameInterval = 15'000'000, kAnswerInterval = 5'000'000;
+/// ns between two frames at least: about 65 a second, a little more than screens show. One that shows what a command did goes at once, as
+/// often as that in between.
+constexpr std::int64_t kFrameInterval = 15'000'000;
 /// ns; a hand that moves and of which nothing was heard for so long is let go: its page hangs, or its connection does.
 constexpr std::int64_t kDeadHand = 600'000'000;
 /// Triangles of a surface as seen from afar: a page without a graphics card draws some ten thousand in 5 ms. A vessel's branches want more.
@@ -67,13 +68,15 @@ void Hub::tick() {
 /// Only what somebody can be sent now: the simulation copies the next one when this one was taken.
 void Hub::take_snapshot(std::int64_t now) {
     const std::uint64_t answers = exchange_.answers.load(std::memory_order_acquire);
-    if (now - last_frame_ns_ < (answers == answers_shown_ ? kFrameInterval : kAnswerInterval)) return;
+    const bool early = now - last_frame_ns_ < kFrameInterval;
+    if (early && (answers == answers_shown_ || now - last_answer_ns_ < kFrameInterval)) return;
     bool ready = false;
     for (const auto& [number, weak] : clients_)
         if (const auto client = weak.lock()) ready = ready || client->is_idle();
     if (!ready || !exchange_.snapshot.take()) return;
     last_frame_ns_ = now;
     answers_shown_ = answers;
+    if (early) last_answer_ns_ = now;
     frames_.add(exchange_.snapshot.front());
     for (const auto& [number, weak] : clients_)
         if (const auto client = weak.lock()) client->frame_is_due();

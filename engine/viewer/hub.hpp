@@ -86,7 +86,7 @@ private:
     std::uint64_t answers_shown_ = 0;
     unsigned next_client_ = 1, driver_ = 0;
     std::size_t connections_ = 0;
-    std::int64_t last_frame_ns_ = 0, last_drive_ns_ = 0;
+    std::int64_t last_frame_ns_ = 0, last_drive_ns_ = 0, last_answer_ns_ = 0; // an answer: a frame before its time
     bool hand_moves_ = false, stop_is_due_ = false;
     boost::asio::io_context io_{1}; // goes before the rest: what waits in it still refers to that
     boost::asio::steady_timer timer_{io_};
