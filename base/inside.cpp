@@ -1,5 +1,7 @@
 #include "base/inside.hpp"
 
+#include <algorithm>
+
 namespace seldinger {
 
 namespace {
@@ -35,19 +37,22 @@ std::size_t InsideTest::count_outside(std::span<const Vec3> points) const noexce
     std::array<Vec3, TriangleTree::kMaxPacket> packet;
     std::array<int, TriangleTree::kMaxPacket> crossings;
     std::size_t size = 0;
-    for (std::size_t k = 0; k <= points.size(); ++k) {
-        if (size > 0 && (k == points.size() || size == packet.size())) {
-            const Ray ray = shortest_way_out(box, packet[0]);
-            tree_.ray_crossings({packet.data(), size}, ray.axis, ray.positive, {crossings.data(), size});
-            for (std::size_t i = 0; i < size; ++i) outside += crossings[i] == 0;
-            size = 0;
-        }
-        if (k == points.size()) break;
-        if (is_finite(points[k]) && box.contains(points[k]))
-            packet[size++] = points[k];
-        else
+    const auto test_packet = [&] {
+        if (size == 0) return;
+        const Ray ray = shortest_way_out(box, packet[0]);
+        tree_.ray_crossings({packet.data(), size}, ray.axis, ray.positive, {crossings.data(), size});
+        outside += static_cast<std::size_t>(std::count(crossings.begin(), crossings.begin() + size, 0));
+        size = 0;
+    };
+    for (const Vec3& p : points) {
+        if (!is_finite(p) || !box.contains(p)) {
             ++outside;
+            continue;
+        }
+        packet[size++] = p;
+        if (size == packet.size()) test_packet();
     }
+    test_packet();
     return outside;
 }
 

@@ -1,5 +1,6 @@
 // The exact stage of an instrument: planes from the wall, then continuous tests of the skin until none hits; and the trees of both.
 #include "engine/step/instrument_stage.hpp"
+#include "engine/step/surface_place.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -91,9 +92,7 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
     WallAge& age = scratch.wall_age;
     if (!model.bodies[body].moves()) return;
     const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
-    double longest_sq = 0.0;
-    for (std::size_t v = 0; v < motion.t1.size(); ++v) longest_sq = std::max(longest_sq, (motion.t1[v] - motion.t0[v]).squaredNorm());
-    const double longest = std::sqrt(longest_sq) * (1.0 + 0x1p-40);
+    const double longest = longest_way(motion.t0, motion.t1) * (1.0 + 0x1p-40); // their sum is rounded, too
     if (age.last_step != state.step && age.last_step + 1 != state.step) {
         refit_wall(model, body, state, context);
         age.longest = longest; // known all the same: how far planes reach does not depend on how old bounds are

@@ -312,8 +312,9 @@ std::span<const std::string> Simulator::cull_notes() const noexcept {
 void Simulator::respond() {
     StepReport& report = context_.report;
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
-        if (!(model_.effects.coarse_contact || model_.effects.exact_contact)) context_.instruments[i].kept_inside = false;
-        if (report.exact_ran || goes_along(model_, i) || !(model_.effects.coarse_contact || model_.effects.exact_contact)) continue;
+        const bool looked_at = model_.effects.coarse_contact || model_.effects.exact_contact;
+        if (!looked_at) context_.instruments[i].kept_inside = false;
+        if (report.exact_ran || goes_along(model_, i) || !looked_at) continue;
         if (model_.effects.exact_contact)
             refit(model_.instruments[i].lumen);
         else

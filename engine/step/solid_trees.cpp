@@ -1,6 +1,7 @@
 #include "engine/step/solid_trees.hpp"
 
 #include "engine/step/solid_stage.hpp"
+#include "engine/step/surface_place.hpp"
 #include "engine/step/surface_spring.hpp"
 
 #include <algorithm>
@@ -15,13 +16,6 @@ void read_turns(const fem::LinkFrames& frames, std::vector<Mat3>& turns) {
     for (std::size_t f = 0; f < turns.size(); ++f)
         for (Eigen::Index column = 0; column < 3; ++column)
             for (Eigen::Index row = 0; row < 3; ++row) turns[f](row, column) = frames.frame[f].turn[column][row];
-}
-
-/// m; the farthest that a vertex came in the step.
-double longest_way(std::span<const Vec3> before, std::span<const Vec3> now) {
-    double longest_sq = 0.0;
-    for (std::size_t v = 0; v < now.size(); ++v) longest_sq = std::max(longest_sq, (now[v] - before[v]).squaredNorm());
-    return std::sqrt(longest_sq) * (1.0 + 0x1p-50);
 }
 
 void follow_wrapped(const SceneModel& model, std::size_t i, const State& state, StepContext& context) {

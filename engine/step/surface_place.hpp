@@ -1,9 +1,11 @@
-// Places of a surface as it stands: points of its triangles, and where they face.
+// Places of a surface as it stands: points of its triangles, where they face, and how far they came.
 #pragma once
 
 #include "base/mesh.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 namespace seldinger::engine {
@@ -15,6 +17,13 @@ namespace seldinger::engine {
 /// Normal, outward, twice as long as the triangle is large.
 [[nodiscard]] inline Vec3 twice_area(const Triangle& t, std::span<const Vec3> positions) {
     return (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]);
+}
+
+/// m; the farthest that one of the points came, rounded up.
+[[nodiscard]] inline double longest_way(std::span<const Vec3> before, std::span<const Vec3> now) {
+    double longest_sq = 0.0;
+    for (std::size_t v = 0; v < now.size(); ++v) longest_sq = std::max(longest_sq, (now[v] - before[v]).squaredNorm());
+    return std::sqrt(longest_sq) * (1.0 + 0x1p-50);
 }
 
 } // namespace seldinger::engine

@@ -154,13 +154,10 @@ void plane_from_walls(const SceneModel& model, std::size_t index, const State& s
 /// The longest way of a place on the rods in this step and that of its wall, together: what lies farther away than this was not met.
 static double longest_approach(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
     const BodyModel& wall = model.bodies[model.instruments[index].lumen];
-    double longest_sq = 0.0;
-    for (const std::size_t one : coaxial(model, index)) {
-        const std::vector<Vec3>&before = context.instruments[one].rod_t0.position, &after = state.instruments[one].rod.position;
-        for (std::size_t node = 0; node < after.size(); ++node)
-            longest_sq = std::max(longest_sq, (after[node] - before[node]).squaredNorm());
-    }
-    return std::sqrt(longest_sq) + (wall.moves() ? context.bodies[model.instruments[index].lumen].wall_age.longest : 0.0);
+    double longest = 0.0;
+    for (const std::size_t one : coaxial(model, index))
+        longest = std::max(longest, longest_way(context.instruments[one].rod_t0.position, state.instruments[one].rod.position));
+    return longest + (wall.moves() ? context.bodies[model.instruments[index].lumen].wall_age.longest : 0.0);
 }
 
 void solve_between_walls(const SceneModel& model, std::size_t index, State& state, StepContext& context, StepBudget& budget) {

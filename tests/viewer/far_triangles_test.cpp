@@ -14,7 +14,7 @@ using test::join;
 using test::make_sphere;
 using test::make_torus;
 
-/// m, of the far surface from the whole one, at corners and middles of its triangles.
+/// m, of the far surface from the whole one, at the middles of its triangles and of their edges.
 double farthest_off(const TriMesh& whole, const std::vector<Triangle>& far) {
     const TriangleTree tree(whole);
     double farthest = 0.0;

@@ -296,11 +296,11 @@ export class Stage {
         this.stale = false;
         this.seen.copy(this.camera.matrixWorld);
         this.draw();
+        this.restUntil = start + Math.min(kRest * this.drawMs, kLongestRest);
         if (++this.drawn % kProbeEvery === 0) {
             this.waitForPicture();
-            this.restUntil = start + Math.min(kRest * this.drawMs, kLongestRest);
             this.adapt(performance.now() - start);
-        } else this.restUntil = start + Math.min(kRest * this.drawMs, kLongestRest);
+        }
         return true;
     }
     private restUntil = 0; // ms

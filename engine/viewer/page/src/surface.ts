@@ -175,7 +175,6 @@ export class Surface {
         }
         if (this.normal.length !== this.position.length) this.normal = new Float32Array(this.position.length);
         updateNormals(this.position, this.corners, this.normal);
-        setAttribute(this.whole, "position", this.position);
         setAttribute(this.whole, "normal", this.normal);
     }
 
