@@ -132,7 +132,7 @@ double CoherentSearch::least_plain_work() const noexcept {
     double vertices = 0.0;
     for (const auto& of_surface : last_) vertices += static_cast<double>(of_surface.size());
     return work::kRefitVertex * vertices + work::kRefitCluster * volumes_.cluster_count() +
-           (options_.within ? work::kClusterPair * static_cast<double>(sides_.neighbour_pairs()) : 0.0);
+           (options_.within ? work::kNeighbours * static_cast<double>(sides_.neighbour_pairs()) : 0.0);
 }
 
 ClusterPlace CoherentSearch::place_of(Index cluster) const noexcept {
@@ -149,9 +149,12 @@ void CoherentSearch::find_candidates() {
     coherence_.work = work_;
 }
 
-double CoherentSearch::plain_work(const ContactSearch& search) noexcept {
+double CoherentSearch::plain_work(const ContactSearch& search) const noexcept {
     const ExactStats& stats = search.stats();
-    double work = work::kBoxTest * static_cast<double>(stats.box_tests) + work::kClusterPair * static_cast<double>(stats.cluster_pairs) +
+    const double pairs = static_cast<double>(stats.cluster_pairs);
+    const double neighbours = options_.within ? std::min(pairs, static_cast<double>(sides_.neighbour_pairs())) : 0.0;
+    double work = work::kBoxTest * static_cast<double>(stats.box_tests) + work::kNeighbours * neighbours +
+                  work::kClusterPair * (pairs - neighbours) +
                   work::kElementaryTest * static_cast<double>(stats.candidates_vf + stats.candidates_ee);
     for (const DopTree& tree : search.trees())
         if (!tree.empty())

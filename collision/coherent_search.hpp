@@ -94,8 +94,8 @@ public:
 
     [[nodiscard]] const ExactStats& stats() const noexcept { return stats_; }
     [[nodiscard]] const CoherenceStats& coherence() const noexcept { return coherence_; }
-    /// Counted work of a search's last step, in the units of CoherenceStats::work.
-    [[nodiscard]] static double plain_work(const ContactSearch& search) noexcept;
+    /// Counted work of the last step of a search through the same surfaces, in the units of CoherenceStats::work.
+    [[nodiscard]] double plain_work(const ContactSearch& search) const noexcept;
     /// Bytes of the trees and of everything that is kept.
     [[nodiscard]] std::size_t memory() const noexcept;
 

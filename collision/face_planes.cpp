@@ -50,13 +50,16 @@ struct LaneFaces {
 SELDINGER_LANES_INLINE LaneFaces gather(const SurfaceMotion& motion, const FaceRun& faces, Index first) noexcept {
     constexpr std::size_t kBlock = DopTree::kLanes;
     LaneFaces out;
-    for (int lane = 0; lane < kLanes; ++lane) {
-        const std::size_t face = first + static_cast<Index>(lane) < faces.count ? first + static_cast<Index>(lane) : first;
-        const Index* corner = faces.corners + face / kBlock * 3 * kBlock + face % kBlock;
-        for (std::size_t k = 0; k < 3; ++k) {
-            out.t0[k].set(lane, motion.t0[corner[k * kBlock]]);
-            out.t1[k].set(lane, motion.t1[corner[k * kBlock]]);
-        }
+    const Index* face[kLanes]; // its corners, a row each
+    for (Index lane = 0; lane < kLanes; ++lane) {
+        const std::size_t at = first + lane < faces.count ? first + lane : first;
+        face[lane] = faces.corners + at / kBlock * 3 * kBlock + at % kBlock;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t row = k * kBlock;
+        const Index c0 = face[0][row], c1 = face[1][row], c2 = face[2][row], c3 = face[3][row];
+        out.t0[k] = gather_points(motion.t0[c0], motion.t0[c1], motion.t0[c2], motion.t0[c3]);
+        out.t1[k] = gather_points(motion.t1[c0], motion.t1[c1], motion.t1[c2], motion.t1[c3]);
     }
     out.size = all(0.0);
     Lanes none = out.size;

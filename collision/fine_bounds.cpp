@@ -19,8 +19,9 @@ struct Projections {
 /// A short span repeats its last vertex. The sums are those of project_vertex, so its bound on their error, 2^-50 of
 /// the size, holds.
 SELDINGER_LANES_INLINE Projections project(std::span<const Vec3> from, std::span<const Index> vertices) noexcept {
-    Lanes3 p;
-    for (int lane = 0; lane < kLanes; ++lane) p.set(lane, from[vertices[std::min(static_cast<std::size_t>(lane), vertices.size() - 1)]]);
+    const std::size_t last = vertices.size() - 1;
+    const Lanes3 p = gather_points(from[vertices[0]], from[vertices[std::min<std::size_t>(1, last)]],
+                                   from[vertices[std::min<std::size_t>(2, last)]], from[vertices[std::min<std::size_t>(3, last)]]);
     const Lanes sum = p.x + p.y, difference = p.x - p.y;
     return {{sum + p.z, sum - p.z, difference + p.z, difference - p.z, sum, p.x + p.z, p.y + p.z, difference, p.x - p.z, p.y - p.z},
             magnitude(p.x) + magnitude(p.y) + magnitude(p.z)};

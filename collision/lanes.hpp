@@ -5,6 +5,7 @@
 #include "base/vec.hpp"
 
 #include <cmath>
+#include <cstring>
 
 namespace seldinger::collision {
 
@@ -27,13 +28,22 @@ SELDINGER_LANES_INLINE Lanes square_root(Lanes a) noexcept {
 struct Lanes3 {
     Lanes x, y, z;
 
-    SELDINGER_LANES_INLINE void set(int lane, const Vec3& v) noexcept {
-        x[lane] = v[0];
-        y[lane] = v[1];
-        z[lane] = v[2];
-    }
     [[nodiscard]] Vec3 get(int lane) const noexcept { return {x[lane], y[lane], z[lane]}; }
 };
+
+/// Four points side by side: x and y come together, which halves the shuffles of setting lane by lane.
+SELDINGER_LANES_INLINE Lanes3 gather_points(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) noexcept {
+    using Two = double __attribute__((vector_size(16)));
+    const auto load = [](const double* from) __attribute__((always_inline)) {
+        Two two;
+        std::memcpy(&two, from, sizeof two);
+        return two;
+    };
+    const auto join = [](Two low, Two high) __attribute__((always_inline)) { return __builtin_shufflevector(low, high, 0, 1, 2, 3); };
+    const Lanes xy_ac = join(load(a.data()), load(c.data())), xy_bd = join(load(b.data()), load(d.data()));
+    return {__builtin_shufflevector(xy_ac, xy_bd, 0, 4, 2, 6), __builtin_shufflevector(xy_ac, xy_bd, 1, 5, 3, 7),
+            Lanes{a[2], b[2], c[2], d[2]}};
+}
 
 SELDINGER_LANES_INLINE Lanes3 operator+(const Lanes3& a, const Lanes3& b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 SELDINGER_LANES_INLINE Lanes3 operator-(const Lanes3& a, const Lanes3& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }

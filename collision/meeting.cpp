@@ -8,28 +8,6 @@
 namespace seldinger::collision {
 namespace {
 
-/// Corners of the hull in order around it, as in exact_meeting.hpp: indices into Differences.
-constexpr std::array<int, 3> around(const Differences<3>&) noexcept { return {0, 1, 2}; }
-constexpr std::array<int, 4> around(const Differences<4>&) noexcept { return {0, 2, 3, 1}; }
-
-/// The coplanarity determinant and its derivative by time.
-struct Plane {
-    double value, slope;
-};
-
-template <int Count>
-Plane plane_at(const Differences<Count>& q, double t) noexcept {
-    const auto order = around(q);
-    std::array<Vec3, 3> x, v;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const int i = order[k < 2 ? k : Count - 1];
-        x[k] = (1.0 - t) * q.t0[i] + t * q.t1[i];
-        v[k] = q.t1[i] - q.t0[i];
-    }
-    const Vec3 c01 = x[0].cross(x[1]);
-    return {c01.dot(x[2]), c01.dot(v[2]) + x[1].cross(x[2]).dot(v[0]) + x[2].cross(x[0]).dot(v[1])};
-}
-
 /// Rounding of Plane.value, in units of u M^3. A position at a time is off by at most 6 u M (the difference u, two products and the
 /// sum 3.01 u of at most 2 M of terms, 1 - t another); the determinant is a sum of 6 products of three such numbers, each at most M
 /// (1 + 7u), off by 3 * 6 + 2 roundings, and the sums add 5 more: 6 (18 + 2 + 5) = 150.

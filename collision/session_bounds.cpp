@@ -1,6 +1,7 @@
 #include "collision/session_bounds.hpp"
 
 #include "collision/clones.hpp"
+#include "collision/gather_pairs.hpp"
 #include "collision/nearest_lanes.hpp"
 
 #include <algorithm>
@@ -25,12 +26,6 @@ SELDINGER_LANES_INLINE Lanes bound_of(const std::array<Lanes3, Count>& corner) n
     return proven ? bound : all(0.0);
 }
 
-SELDINGER_LANES_INLINE FeaturePair lane_pair(std::span<const FeaturePair> pairs, int lane) noexcept {
-    return pairs[static_cast<std::size_t>(lane) < pairs.size() ? static_cast<std::size_t>(lane) : 0];
-}
-
-SELDINGER_LANES_INLINE Lanes3 nought() noexcept { return {all(0.0), all(0.0), all(0.0)}; }
-
 SELDINGER_LANES_INLINE void write(Lanes bound, std::span<double> out) noexcept {
     for (std::size_t k = 0; k < std::min<std::size_t>(kLanes, out.size()); ++k) out[k] = bound[static_cast<int>(k)];
 }
@@ -40,34 +35,15 @@ SELDINGER_LANES_INLINE void write(Lanes bound, std::span<double> out) noexcept {
 SELDINGER_CLONES
 void bound_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
                         std::span<double> bounds) noexcept {
-    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
-        Lanes3 p = nought();
-        std::array<Lanes3, 3> f{p, p, p};
-        for (int lane = 0; lane < kLanes; ++lane) {
-            const FeaturePair pair = lane_pair(pairs.subspan(first), lane);
-            const Triangle& t = faces.topology->triangles[pair.b];
-            p.set(lane, vertices.t0[pair.a]);
-            for (std::size_t k = 0; k < 3; ++k) f[k].set(lane, faces.t0[t[k]]);
-        }
-        write(bound_of<3>({p - f[0], p - f[1], p - f[2]}), bounds.subspan(first));
-    }
+    for (std::size_t first = 0; first < pairs.size(); first += kLanes)
+        write(bound_of(vertex_face_differences(vertices.t0, faces.t0, *faces.topology, pairs.subspan(first))), bounds.subspan(first));
 }
 
 SELDINGER_CLONES
 void bound_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs,
                       std::span<double> bounds) noexcept {
-    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
-        std::array<Lanes3, 2> x{nought(), nought()}, y = x;
-        for (int lane = 0; lane < kLanes; ++lane) {
-            const FeaturePair pair = lane_pair(pairs.subspan(first), lane);
-            const Edge &e = a.topology->edges[pair.a], &f = b.topology->edges[pair.b];
-            for (std::size_t k = 0; k < 2; ++k) {
-                x[k].set(lane, a.t0[e[k]]);
-                y[k].set(lane, b.t0[f[k]]);
-            }
-        }
-        write(bound_of<4>({x[0] - y[0], x[0] - y[1], x[1] - y[0], x[1] - y[1]}), bounds.subspan(first));
-    }
+    for (std::size_t first = 0; first < pairs.size(); first += kLanes)
+        write(bound_of(edge_edge_differences(a.t0, *a.topology, b.t0, *b.topology, pairs.subspan(first))), bounds.subspan(first));
 }
 
 } // namespace seldinger::collision

@@ -1,6 +1,7 @@
 #include "collision/sweep_batch.hpp"
 
 #include "collision/clones.hpp"
+#include "collision/gather_pairs.hpp"
 #include "collision/nearest_lanes.hpp"
 #include "collision/separation.hpp"
 
@@ -9,8 +10,8 @@
 namespace seldinger::collision {
 namespace {
 
-/// Advances of a batch before its open lanes are handed to the scalar routine.
-constexpr int kBatchSteps = 4;
+/// Advances of a batch before its open lanes are handed to the scalar routine: where features are to touch, it soon turns its direction.
+constexpr int kBatchSteps = 4, kBatchStepsToTouch = 2;
 /// As in sweep.cpp; smaller advances are left to it.
 constexpr double kSmallestBatchAdvance = 0x1p-40;
 
@@ -115,15 +116,13 @@ SELDINGER_LANES_INLINE void find_safe_time(const LaneDifferences<Count>& q, doub
 }
 
 template <int Count>
-SELDINGER_LANES_INLINE LaneSweep sweep_lanes(LaneDifferences<Count>& q, const SweepLimits& limits) noexcept {
-    measure(q);
+SELDINGER_LANES_INLINE LaneSweep sweep_lanes(const LaneDifferences<Count>& q, Mask open, const SweepLimits& limits) noexcept {
     const Lanes distance = all(limits.distance);
+    const int steps = limits.distance + limits.tolerance > 0.0 ? kBatchSteps : kBatchStepsToTouch;
     LaneSweep sweep{};
-    Mask open = ~stays_on_one_side(q, distance);
-    if (!any(open)) return sweep;
     Lanes time = all(0.0);
     LaneNearest nearest = find_nearest(q.t0);
-    for (int step = 0; step < kBatchSteps && any(open); ++step) {
+    for (int step = 0; step < steps && any(open); ++step) {
         const Mask near = open & (nearest.distance <= limits.distance + limits.tolerance);
         sweep.hit |= near;
         sweep.time = near ? time : sweep.time;
@@ -156,61 +155,56 @@ SELDINGER_LANES_INLINE void write_lane(const LaneSweep& lanes, int lane, Sweep& 
     sweep.normal = lanes.nearest.offset.get(lane) / sweep.gap;
 }
 
-SELDINGER_LANES_INLINE std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, Index edge) noexcept {
-    const auto [from, to] = motion.topology->edges[edge];
-    return {SweptPoint{motion.t0[from], motion.t1[from]}, SweptPoint{motion.t0[to], motion.t1[to]}};
+SELDINGER_LANES_INLINE SweptPoint swept(const SurfaceMotion& motion, Index vertex) noexcept {
+    return {motion.t0[vertex], motion.t1[vertex]};
+}
+SELDINGER_LANES_INLINE std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, const Edge& e) noexcept {
+    return {swept(motion, e[0]), swept(motion, e[1])};
 }
 
-Sweep sweep_alone(const SurfaceMotion& vertices, const SurfaceMotion& faces, FeaturePair pair, const SweepLimits& limits) noexcept {
-    const Triangle& t = faces.topology->triangles[pair.b];
-    return sweep_vertex_face({vertices.t0[pair.a], vertices.t1[pair.a]},
-                             {SweptPoint{faces.t0[t[0]], faces.t1[t[0]]}, SweptPoint{faces.t0[t[1]], faces.t1[t[1]]},
-                              SweptPoint{faces.t0[t[2]], faces.t1[t[2]]}},
-                             limits);
-}
+struct VertexFaces {
+    const SurfaceMotion &vertices, &faces;
 
-/// Positions of up to four pairs, side by side; missing lanes repeat the first.
-SELDINGER_LANES_INLINE LaneDifferences<3> gather_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces,
-                                                              std::span<const FeaturePair> pairs) noexcept {
-    Lanes3 p0, p1;
-    std::array<Lanes3, 3> f0, f1;
-    for (int lane = 0; lane < kLanes; ++lane) {
-        const FeaturePair pair = pairs[static_cast<std::size_t>(lane) < pairs.size() ? static_cast<std::size_t>(lane) : 0];
-        p0.set(lane, vertices.t0[pair.a]);
-        p1.set(lane, vertices.t1[pair.a]);
+    SELDINGER_LANES_INLINE LaneDifferences<3> gather(std::span<const FeaturePair> pairs) const noexcept {
+        return {vertex_face_differences(vertices.t0, faces.t0, *faces.topology, pairs),
+                vertex_face_differences(vertices.t1, faces.t1, *faces.topology, pairs), all(0.0)};
+    }
+    Sweep sweep_alone(FeaturePair pair, const SweepLimits& limits) const noexcept {
         const Triangle& t = faces.topology->triangles[pair.b];
-        for (std::size_t k = 0; k < 3; ++k) {
-            f0[k].set(lane, faces.t0[t[k]]);
-            f1[k].set(lane, faces.t1[t[k]]);
-        }
+        return sweep_vertex_face(swept(vertices, pair.a), {swept(faces, t[0]), swept(faces, t[1]), swept(faces, t[2])}, limits);
     }
-    LaneDifferences<3> q;
-    for (std::size_t k = 0; k < 3; ++k) {
-        q.t0[k] = p0 - f0[k];
-        q.t1[k] = p1 - f1[k];
-    }
-    return q;
-}
+};
 
-SELDINGER_LANES_INLINE LaneDifferences<4> gather_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b,
-                                                            std::span<const FeaturePair> pairs) noexcept {
-    std::array<Lanes3, 2> a0, a1, b0, b1;
-    for (int lane = 0; lane < kLanes; ++lane) {
-        const FeaturePair pair = pairs[static_cast<std::size_t>(lane) < pairs.size() ? static_cast<std::size_t>(lane) : 0];
-        const Edge &ea = a.topology->edges[pair.a], &eb = b.topology->edges[pair.b];
-        for (std::size_t k = 0; k < 2; ++k) {
-            a0[k].set(lane, a.t0[ea[k]]);
-            a1[k].set(lane, a.t1[ea[k]]);
-            b0[k].set(lane, b.t0[eb[k]]);
-            b1[k].set(lane, b.t1[eb[k]]);
+struct EdgeEdges {
+    const SurfaceMotion &a, &b;
+
+    SELDINGER_LANES_INLINE LaneDifferences<4> gather(std::span<const FeaturePair> pairs) const noexcept {
+        return {edge_edge_differences(a.t0, *a.topology, b.t0, *b.topology, pairs),
+                edge_edge_differences(a.t1, *a.topology, b.t1, *b.topology, pairs), all(0.0)};
+    }
+    Sweep sweep_alone(FeaturePair pair, const SweepLimits& limits) const noexcept {
+        return sweep_edge_edge(swept(a, a.topology->edges[pair.a]), swept(b, b.topology->edges[pair.b]), limits);
+    }
+};
+
+template <class Pairs>
+SELDINGER_LANES_INLINE void sweep_all(const Pairs& kind, std::span<const FeaturePair> pairs, const SweepLimits& limits,
+                                      std::span<Sweep> sweeps) noexcept {
+    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
+        auto q = kind.gather(pairs.subspan(first));
+        measure(q);
+        const Mask separated = stays_on_one_side(q, all(limits.distance));
+        for (std::size_t k = first; k < std::min(first + kLanes, pairs.size()); ++k) sweeps[k].outcome = SweepOutcome::Separated;
+        if (!any(~separated)) continue;
+        const LaneSweep lanes = sweep_lanes(q, ~separated, limits);
+        for (std::size_t k = first; k < std::min(first + kLanes, pairs.size()); ++k) {
+            const int lane = static_cast<int>(k - first);
+            if (lanes.unclear[lane])
+                sweeps[k] = kind.sweep_alone(pairs[k], limits);
+            else if (lanes.hit[lane])
+                write_lane(lanes, lane, sweeps[k]);
         }
     }
-    LaneDifferences<4> q;
-    for (std::size_t i = 0; i < 4; ++i) {
-        q.t0[i] = a0[i / 2] - b0[i % 2];
-        q.t1[i] = a1[i / 2] - b1[i % 2];
-    }
-    return q;
 }
 
 } // namespace
@@ -218,41 +212,13 @@ SELDINGER_LANES_INLINE LaneDifferences<4> gather_edge_edges(const SurfaceMotion&
 SELDINGER_CLONES
 void sweep_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
                         const SweepLimits& limits, std::span<Sweep> sweeps) noexcept {
-    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
-        LaneDifferences<3> q = gather_vertex_faces(vertices, faces, pairs.subspan(first));
-        const LaneSweep lanes = sweep_lanes(q, limits);
-        const std::size_t used = std::min<std::size_t>(kLanes, pairs.size() - first);
-        for (std::size_t k = 0; k < used; ++k) {
-            const int lane = static_cast<int>(k);
-            Sweep& sweep = sweeps[first + k];
-            if (lanes.unclear[lane])
-                sweep = sweep_alone(vertices, faces, pairs[first + k], limits);
-            else if (lanes.hit[lane])
-                write_lane(lanes, lane, sweep);
-            else
-                sweep.outcome = SweepOutcome::Separated;
-        }
-    }
+    sweep_all(VertexFaces{vertices, faces}, pairs, limits, sweeps);
 }
 
 SELDINGER_CLONES
 void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, const SweepLimits& limits,
                       std::span<Sweep> sweeps) noexcept {
-    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
-        LaneDifferences<4> q = gather_edge_edges(a, b, pairs.subspan(first));
-        const LaneSweep lanes = sweep_lanes(q, limits);
-        const std::size_t used = std::min<std::size_t>(kLanes, pairs.size() - first);
-        for (std::size_t k = 0; k < used; ++k) {
-            const int lane = static_cast<int>(k);
-            Sweep& sweep = sweeps[first + k];
-            if (lanes.unclear[lane])
-                sweep = sweep_edge_edge(swept(a, pairs[first + k].a), swept(b, pairs[first + k].b), limits);
-            else if (lanes.hit[lane])
-                write_lane(lanes, lane, sweep);
-            else
-                sweep.outcome = SweepOutcome::Separated;
-        }
-    }
+    sweep_all(EdgeEdges{a, b}, pairs, limits, sweeps);
 }
 
 } // namespace seldinger::collision

@@ -1,4 +1,5 @@
-// What the continuous tests share beneath their interfaces: corner differences at a time, the flat normal, the normal of a contact.
+// What the continuous tests share beneath their interfaces: corner differences at a time, the plane that they come to
+// lie in, the flat normal, the normal of a contact.
 #pragma once
 
 #include "collision/nearest.hpp"
@@ -38,6 +39,28 @@ template <int Count>
 }
 [[nodiscard]] inline Vec3 flat_normal(const std::array<Vec3, 4>& corner) noexcept {
     return (corner[2] - corner[0]).cross(corner[0] - corner[1]);
+}
+
+/// Corners of the hull in order around it, as in exact_meeting.hpp: indices into Differences.
+[[nodiscard]] constexpr std::array<int, 3> around(const Differences<3>&) noexcept { return {0, 1, 2}; }
+[[nodiscard]] constexpr std::array<int, 4> around(const Differences<4>&) noexcept { return {0, 2, 3, 1}; }
+
+/// The coplanarity determinant and its derivative by time.
+struct Plane {
+    double value, slope;
+};
+
+template <int Count>
+[[nodiscard]] Plane plane_at(const Differences<Count>& q, double t) noexcept {
+    const auto order = around(q);
+    std::array<Vec3, 3> x, v;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const int i = order[k < 2 ? k : Count - 1];
+        x[k] = (1.0 - t) * q.t0[i] + t * q.t1[i];
+        v[k] = q.t1[i] - q.t0[i];
+    }
+    const Vec3 c01 = x[0].cross(x[1]);
+    return {c01.dot(x[2]), c01.dot(v[2]) + x[1].cross(x[2]).dot(v[0]) + x[2].cross(x[0]).dot(v[1])};
 }
 
 /// Unit normal at contact, finite whatever came in: the shortest vector; where that is lost in rounding, the flat normal on the side

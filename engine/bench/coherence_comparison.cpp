@@ -109,7 +109,7 @@ Result<CoherenceComparison> compare_coherence(std::size_t steps,
         if (k % 2 != 0) run_anew();
         step.contacts = wanted.size();
         step.plain = coherent.coherence().plain;
-        step.anew_work = collision::CoherentSearch::plain_work(anew);
+        step.anew_work = coherent.plain_work(anew);
         step.coherent_work = coherent.coherence().work;
         out.same = out.same && std::equal(found.begin(), found.end(), wanted.begin(), wanted.end(), same_bits);
         out.steps.push_back(step);

@@ -24,6 +24,23 @@ std::size_t session_count(const ContactsReport& report) {
         std::count_if(report.rows.begin(), report.rows.end(), [](const ContactsStepRow& r) { return r.coherence.began_session; }));
 }
 
+/// What a step did with what is kept.
+nlohmann::ordered_json kept_json(const collision::CoherenceStats& kept) {
+    return {{"plain", kept.plain},
+            {"began_session", kept.began_session},
+            {"session_length", kept.session_length},
+            {"dangling_clusters", kept.dangling},
+            {"cluster_pairs", kept.kept_clusters},
+            {"feature_pairs", kept.kept_features},
+            {"looked_at", kept.awake},
+            {"gaps", kept.gaps},
+            {"sides", kept.sides},
+            {"lists_made", kept.relisted},
+            {"anew", kept.anew},
+            {"bounds", kept.bounds},
+            {"work", kept.work}};
+}
+
 } // namespace
 
 nlohmann::ordered_json contacts_report_json(const ContactsReport& report) {
@@ -61,19 +78,23 @@ nlohmann::ordered_json contacts_report_json(const ContactsReport& report) {
     }
     json["tree_bytes"] = report.memory;
     if (!report.sequence) return json;
-    for (const ContactsStepRow& r : report.rows)
-        json["steps"].push_back({{"frame", r.frame},
-                                 {"candidates_vf", r.stats.candidates_vf},
-                                 {"candidates_ee", r.stats.candidates_ee},
-                                 {"hits_vf", r.stats.hits_vf},
-                                 {"hits_ee", r.stats.hits_ee},
-                                 {"unresolved", r.stats.unresolved},
-                                 {"exact", r.stats.exact},
-                                 {"refit_ms", r.refit_ms},
-                                 {"broad_ms", r.broad_ms},
-                                 {"cull_ms", r.cull_ms},
-                                 {"narrow_ms", r.narrow_ms},
-                                 {"total_ms", r.total_ms()}});
+    for (const ContactsStepRow& r : report.rows) {
+        auto& step = json["steps"].emplace_back(nlohmann::ordered_json{{"frame", r.frame},
+                                                                       {"box_tests", r.stats.box_tests},
+                                                                       {"cluster_pairs", r.stats.cluster_pairs},
+                                                                       {"candidates_vf", r.stats.candidates_vf},
+                                                                       {"candidates_ee", r.stats.candidates_ee},
+                                                                       {"hits_vf", r.stats.hits_vf},
+                                                                       {"hits_ee", r.stats.hits_ee},
+                                                                       {"unresolved", r.stats.unresolved},
+                                                                       {"exact", r.stats.exact},
+                                                                       {"refit_ms", r.refit_ms},
+                                                                       {"broad_ms", r.broad_ms},
+                                                                       {"cull_ms", r.cull_ms},
+                                                                       {"narrow_ms", r.narrow_ms},
+                                                                       {"total_ms", r.total_ms()}});
+        if (report.coherent) step["kept"] = kept_json(r.coherence);
+    }
     return json;
 }
 

@@ -179,7 +179,7 @@ inline Totals compare(const MeshSequence& q, const CoherentOptions& options) {
         totals.sides += coherent.coherence().sides;
         totals.plain += coherent.coherence().plain;
         totals.work += coherent.coherence().work;
-        totals.work_anew += CoherentSearch::plain_work(anew);
+        totals.work_anew += coherent.plain_work(anew);
     }
     return totals;
 }
