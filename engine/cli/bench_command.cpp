@@ -78,7 +78,7 @@ int run_bench(Request& request) {
     }
     if (const char* data = std::getenv("SELDINGER_TEST_DATA"); data != nullptr && std::filesystem::is_directory(data))
         request.options.data = data;
-    ProgressLine progress(true);
+    ProgressLine progress(true, ProgressLine::Elsewhere::ALineAMinute);
     if (request.name == "all") return run_all(request, progress);
     request.options.progress = [&](const std::string& what) { progress.show(what); };
     auto table = bench->run(request.options);

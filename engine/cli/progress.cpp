@@ -8,10 +8,22 @@
 
 namespace seldinger::engine {
 
-ProgressLine::ProgressLine(bool wanted) : on_terminal_(wanted && isatty(STDERR_FILENO) == 1) {}
+namespace {
+constexpr double kLogEvery = 60e3; // ms
+}
+
+ProgressLine::ProgressLine(bool wanted, Elsewhere elsewhere)
+    : on_terminal_(wanted && isatty(STDERR_FILENO) == 1), logs_(wanted && !on_terminal_ && elsewhere == Elsewhere::ALineAMinute) {}
+
+void ProgressLine::log(const std::string& text) {
+    const double now = since_start_.elapsed_ms();
+    if (!logs_ || now - last_log_ms_ < kLogEvery) return;
+    last_log_ms_ = now;
+    fmt::print(stderr, "{:.0f} s: {}\n", 1e-3 * now, text);
+}
 
 void ProgressLine::show(const std::string& text) {
-    if (!on_terminal_) return;
+    if (!on_terminal_) return log(text);
     fmt::print(stderr, "\r\033[K{:.110}", text);
     std::fflush(stderr);
     shown_ = true;

@@ -1,16 +1,18 @@
-// One line on a terminal that tells how far a run is; nothing where standard error is no terminal.
+// One line on a terminal that tells how far a run is. Where standard error is no terminal: nothing, or a line a minute.
 #pragma once
 
 #include "engine/step/report.hpp"
 #include "engine/time/clock.hpp"
 
+#include <cstdint>
 #include <string>
 
 namespace seldinger::engine {
 
 class ProgressLine {
 public:
-    explicit ProgressLine(bool wanted);
+    enum class Elsewhere : std::uint8_t { Silent, ALineAMinute }; // than on a terminal
+    explicit ProgressLine(bool wanted, Elsewhere elsewhere = Elsewhere::Silent);
     void show(const std::string& text);
     /// At most ten times a second.
     void show_now_and_then(const std::string& text);
@@ -19,10 +21,12 @@ public:
     void clear();
 
 private:
-    bool on_terminal_;
+    void log(const std::string& text);
+
+    bool on_terminal_, logs_;
     bool shown_ = false;
     StopWatch since_start_;
-    double last_ms_ = -1e9;
+    double last_ms_ = -1e9, last_log_ms_ = 0.0;
 };
 
 } // namespace seldinger::engine

@@ -138,6 +138,22 @@ TEST(Sweep, FindsEveryCrossingAtEveryScaleAndFarFromTheOrigin) {
     EXPECT_LT(unresolved, 400);
 }
 
+/// Features that are to touch are aimed at where they will lie in one plane: without that all of these, which turn as much as they move,
+/// take more than six advances, and half of them more than twelve.
+TEST(Sweep, ReachesATouchInFewAdvances) {
+    constexpr std::uint64_t kSeed = 27;
+    Random random(kSeed);
+    int beyond_six = 0, beyond_twelve = 0;
+    for (int trial = 0; trial < 20000; ++trial) {
+        const Pair pair = crossing_pair(random, trial % 2 == 0, random.real(0.05, 0.45), random.real(0.05, 0.45));
+        beyond_six += pair.sweep({.max_steps = 6}).outcome == SweepOutcome::Unresolved;
+        beyond_twelve += pair.sweep({.max_steps = 12}).outcome == SweepOutcome::Unresolved;
+    }
+    std::printf("of 20000 crossings %d take more than 6 advances, %d more than 12\n", beyond_six, beyond_twelve);
+    EXPECT_LT(beyond_six, 4000);
+    EXPECT_LT(beyond_twelve, 1000);
+}
+
 /// Small whole numbers: these contacts are exact.
 Pair whole(bool vertex_face, std::array<std::array<double, 3>, 4> t0, std::array<std::array<double, 3>, 4> t1) {
     Pair pair{vertex_face, {}};
