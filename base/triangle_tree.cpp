@@ -81,11 +81,6 @@ Index TriangleTree::build_node(std::span<Index> slots, std::span<const Vec3> cen
     return id;
 }
 
-void TriangleTree::fit_leaf(Node& node) const noexcept {
-    node.box = {};
-    for (Index slot = node.first; slot < node.first + node.count; ++slot) node.box.add(triangle_box(slot));
-}
-
 void TriangleTree::refit(std::span<const Vec3> vertices) noexcept {
     now_ = {};
     slack_.setZero();
@@ -96,15 +91,7 @@ void TriangleTree::refit(std::span<const Vec3> vertices) noexcept {
             assert(triangles_[slot][k] < vertices.size());
             corners_[slot][k] = vertices[triangles_[slot][k]];
         }
-    for (std::size_t id = nodes_.size(); id-- > 0;) { // children lie behind their parent
-        Node& node = nodes_[id];
-        if (node.count > 0) {
-            fit_leaf(node);
-        } else {
-            node.box = nodes_[id + 1].box;
-            node.box.add(nodes_[node.first].box);
-        }
-    }
+    fit_nodes(nodes_, 0, nodes_.size(), triangles_, vertices);
 }
 
 std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_distance) const noexcept {

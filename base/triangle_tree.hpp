@@ -82,7 +82,6 @@ private:
     [[nodiscard]] int crossing(Index slot, const Vec3& p, int axis, bool positive) const noexcept;
 
     Index build_node(std::span<Index> slots, std::span<const Vec3> centres, Index first);
-    void fit_leaf(Node& node) const noexcept;
     static void fit_nodes(std::span<Node> nodes, std::size_t from, std::size_t to, std::span<const Triangle> triangles,
                           std::span<const Vec3> vertices) noexcept;
     void renew_part(double share) noexcept;
