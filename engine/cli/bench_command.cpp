@@ -76,6 +76,9 @@ int run_bench(Request& request) {
         for (const Bench& b : all) known += ", " + std::string(b.name);
         return report_error({ErrorCode::BadUsage, fmt::format("no bench '{}'; known: {}", request.name, known), {}, 0, 0, "bench"});
     }
+    for (const auto& [file, option] : {std::pair(request.options.page, "--page"), std::pair(request.options.json, "--json")})
+        if (!file.empty())
+            if (const auto fits = check_place(file, option); !fits) return report_error(fits.error());
     if (const char* data = std::getenv("SELDINGER_TEST_DATA"); data != nullptr && std::filesystem::is_directory(data))
         request.options.data = data;
     ProgressLine progress(true, ProgressLine::Elsewhere::ALineAMinute);

@@ -2,6 +2,7 @@
 #include "collision/meeting.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/io/ccd_queries.hpp"
+#include "engine/io/file_bytes.hpp"
 #include "engine/time/clock.hpp"
 
 #include <CLI/CLI.hpp>
@@ -75,6 +76,8 @@ int answer_files(const Request& request) {
     Tally total;
     std::size_t rounded = 0;
     for (const std::string& file : request.files) {
+        if (!std::filesystem::is_regular_file(file)) // the name of what is not there says nothing
+            return report_error(read_file_bytes(file).error());
         const auto vertex_face = is_vertex_face(std::filesystem::path(file).filename().string(), request.kind);
         if (!vertex_face) return report_error({vertex_face.error().code, vertex_face.error().message, file});
         const auto read = read_ccd_queries(file);

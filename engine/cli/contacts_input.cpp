@@ -80,7 +80,8 @@ Result<void> check_contacts_usage(const ContactsRequest& request) {
         return bad_usage(
             fmt::format("{} meshes; two frames of one mesh (A0 A1) or of two (A0 A1 B0 B1) are wanted, or --frames DIR", meshes));
     if (!request.dump.empty() && request.frames.empty()) return bad_usage("goes with --frames", "--dump");
-    if (request.compare && !request.coherent) return bad_usage("compares steps with and without what is kept: with --coherent", "--compare");
+    if (request.compare && !request.coherent)
+        return bad_usage("compares steps with and without what is kept: with --coherent", "--compare");
     if (request.compare && (!request.out.empty() || !request.dump.empty()))
         return bad_usage("tells times only; ask for contacts in a run of their own", "--compare");
     if (request.coherent && request.frames.empty()) return bad_usage("goes with --frames: one step has none before it", "--coherent");

@@ -6,6 +6,7 @@
 #include "engine/observe/laid_out.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/simulator.hpp"
+#include "engine/time/clock.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 
 namespace seldinger::engine {
@@ -24,6 +26,9 @@ namespace {
 constexpr std::uint64_t kTrialSteps = 30;
 /// Steps before that of a trial whose instruments were laid along their routes: until they lean on the walls.
 constexpr std::uint64_t kSettlingSteps = 30;
+/// A heavy scene's trial ends after so long, and what its effects cost is asked in so long at most; fewer steps than that tell nothing.
+constexpr double kTrialTime = 5e3, kEffectsTime = 20e3; // ms
+constexpr std::uint64_t kFewestSteps = 3;
 
 struct EffectLine {
     const char* name;
@@ -148,7 +153,9 @@ Trial try_steps(const SceneModel& model, const std::string& memory, std::uint64_
     Simulator simulator(model);
     Trial trial;
     if (!memory.empty()) trial.last.failure = simulator.take_over(memory);
+    const StopWatch watch;
     for (std::uint64_t k = 0; k < settling + steps; ++k) {
+        if (trial.total.size() >= kFewestSteps && watch.elapsed_ms() > kTrialTime) break;
         trial.last = simulator.step();
         if (!trial.last.finite) break;
         if (k < settling) continue;
@@ -185,16 +192,19 @@ void print_prediction(const SceneModel& model, Trial& first, Trial& late) {
                run_time(share * 0.5 * (middle + end) + (1.0 - share) * end));
 }
 
-void print_cost(const Scene& scene, const PreparedScene& prepared) {
+/// returns   ms of a step where it is dearest, as far as was tried
+double print_cost(const Scene& scene, const PreparedScene& prepared, ProgressLine& progress) {
     const SceneModel& model = prepared.model;
     const std::uint64_t steps = std::min(kTrialSteps, model.step_count);
+    progress.show("trying the first steps");
     Trial first = try_steps(model, {}, 0, steps);
+    progress.clear();
     fmt::print("\ntime and cost\n  step            {:g} ms, {} steps, {} sub-steps of the tissue (stable step {:.3g} ms)\n",
                1e3 * scene.time.step, model.step_count, first.last.substeps, 1e3 * first.last.stable_step_s);
     fmt::print("  budget          {} per step over {}\n", scene.budget.to_string(),
                model.budget_covers_step ? "the whole step" : "collision");
     if (!first.last.finite) fmt::print("  trial           stopped: {}\n", first.last.failure);
-    if (first.total.empty()) return;
+    if (first.total.empty()) return 0.0;
     Trial late;
     if (const std::string memory = lay_along_routes(model); !memory.empty()) late = try_steps(model, memory, kSettlingSteps, steps);
     print_prediction(model, first, late);
@@ -202,11 +212,21 @@ void print_cost(const Scene& scene, const PreparedScene& prepared) {
     getrusage(RUSAGE_SELF, &usage);
     fmt::print("  memory          {:.0f} MB at most so far\n  preparation     {:.2f} s\n", static_cast<double>(usage.ru_maxrss) / 1024.0,
                prepared.seconds);
+    return std::max(Trial::middle(first.total), Trial::middle(late.total));
 }
 
 /// Each effect left out alone, beside the whole scene.
-void print_effect_costs(const PreparedScene& prepared, ProgressLine& progress) {
-    const std::uint64_t steps = std::min(kTrialSteps, prepared.model.step_count);
+/// step_ms   what a step takes, about
+void print_effect_costs(const PreparedScene& prepared, double step_ms, ProgressLine& progress) {
+    std::uint64_t runs = 0;
+    for (std::size_t k = 0; k < kEffectCount; ++k) runs += 2 * has_effect(prepared.model, static_cast<Effect>(k));
+    const double round_ms = static_cast<double>(runs) * step_ms;
+    const auto affordable = static_cast<std::uint64_t>(std::min(kEffectsTime / std::max(round_ms, 1e-3), 1e6));
+    if (affordable < kFewestSteps) {
+        fmt::print("\ncost of each effect: not tried, for a step with and without each takes {:.3g} s\n", 1e-3 * round_ms);
+        return;
+    }
+    const std::uint64_t steps = std::min({kTrialSteps, prepared.model.step_count, affordable});
     const std::vector<EffectCost> costs =
         measure_effects(prepared.model, steps, [&](const std::string& what) { progress.show("trying the scene " + what); });
     progress.clear();
@@ -236,8 +256,10 @@ int explain(const std::filesystem::path& file) {
     print_bodies(*prepared);
     print_instruments(*scene, *prepared);
     print_graphics();
-    print_cost(*scene, *prepared);
-    print_effect_costs(*prepared, progress);
+    std::fflush(stdout); // what is tried from here on may take a while
+    const double step_ms = print_cost(*scene, *prepared, progress);
+    std::fflush(stdout);
+    print_effect_costs(*prepared, step_ms, progress);
     return kExitFine;
 }
 

@@ -1,12 +1,17 @@
 #include "engine/cli/commands.hpp"
+#include "engine/scene/nearest.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <new>
+#include <optional>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 namespace seldinger::engine {
 
@@ -22,6 +27,15 @@ static int end_output(int code) {
     return code == kExitFine ? failed : code;
 }
 
+/// A first word that is no command: the library would only say that one is missing.
+static std::optional<Error> check_command(const CLI::App& app, int argc, char** argv) {
+    if (argc < 2 || argv[1][0] == '-' || argv[1][0] == '\0') return std::nullopt;
+    std::vector<std::string_view> known;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) known.push_back(command->get_name());
+    if (std::find(known.begin(), known.end(), argv[1]) != known.end()) return std::nullopt;
+    return Error{ErrorCode::BadUsage, refuse_unknown("command", argv[1], known) + "; --help describes them"};
+}
+
 int run_program(int argc, char** argv) {
     CLI::App app{"Time-critical, interactive surgical simulation", "seldinger"};
     app.set_version_flag("--version", "seldinger 0.1.0");
@@ -33,6 +47,7 @@ int run_program(int argc, char** argv) {
         add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app),
         add_ccd_command(app),    add_contacts_command(app), add_schema_command(app),
     };
+    if (const auto unknown = check_command(app, argc, argv)) return report_error(*unknown);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

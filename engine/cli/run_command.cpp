@@ -72,9 +72,10 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
         fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} held back, {} unresolved, {} assumed\n", summary.lumen_exits,
                    summary.exact_steps, summary.steps, summary.held_back_steps, summary.unresolved, summary.assumed);
     if (summary.passed_places + summary.unproven_solids > 0)
-        fmt::print("{} places of solids beyond the middle of another, pushed back to where they came from; {} pairs of solids may have passed "
-                   "through each other\n",
-                   summary.passed_places, summary.unproven_solids);
+        fmt::print(
+            "{} places of solids beyond the middle of another, pushed back to where they came from; {} pairs of solids may have passed "
+            "through each other\n",
+            summary.passed_places, summary.unproven_solids);
     if (summary.pace)
         fmt::print("pace {:g}: {} of {} steps began late, by {:.3g} ms at worst; {:.3g} s of slow motion\n", summary.pace->speed,
                    summary.pace_stats.late_steps, summary.steps, 1e-6 * static_cast<double>(summary.pace_stats.worst_late_ns),
@@ -184,17 +185,6 @@ Result<void> write_record(const RunOptions& options, const PreparedScene& prepar
     return write_grant_record(options.record_grants, record);
 }
 
-/// Before the run: a file that could not be written in the end would have cost all of it.
-Result<void> check_place(const std::filesystem::path& file) {
-    std::error_code failed;
-    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
-    if (std::filesystem::is_directory(file, failed))
-        return Error{ErrorCode::CannotWrite, "is a folder; the name of a file would be right", file.string(), 0, 0, "--record-grants"};
-    if (!std::filesystem::is_directory(folder, failed))
-        return Error{ErrorCode::CannotWrite, "its folder does not exist", file.string(), 0, 0, "--record-grants"};
-    return {};
-}
-
 int simulate(const RunOptions& options, const Scene& scene, const PreparedScene& prepared, const GrantRecord* replay,
              ProgressLine& progress) {
     ObserveOptions observe;
@@ -214,8 +204,6 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     const std::uint64_t first_step = simulator.state().step;
     auto observer = RunObserver::open(scene, prepared, observe);
     if (!observer.ok()) return report_error(observer.error());
-    if (!options.record_grants.empty())
-        if (const auto fits = check_place(options.record_grants); !fits.ok()) return report_error(fits.error());
 
     catch_interrupts();
     if (const std::string culler = attach_culler(simulator); !culler.empty()) fmt::print(stderr, "notice: {}\n", culler);
@@ -255,6 +243,8 @@ int run(const RunOptions& options) {
     if (!scene.ok()) return report_error(scene.error());
     const Result<void> overridden = apply_overrides(options, *scene);
     if (!overridden.ok()) return report_error(overridden.error());
+    if (!options.record_grants.empty())
+        if (const auto fits = check_place(options.record_grants, "--record-grants"); !fits.ok()) return report_error(fits.error());
     std::optional<GrantRecord> replay;
     if (!options.replay.empty()) {
         auto record = read_grant_record(options.replay);

@@ -77,4 +77,14 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::strin
     return cannot_write(path, reason);
 }
 
+Result<void> check_place(const std::filesystem::path& file, std::string option) {
+    std::error_code failed;
+    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+    if (std::filesystem::is_directory(file, failed))
+        return Error{ErrorCode::CannotWrite, "is a folder; the name of a file would be right", file.string(), 0, 0, std::move(option)};
+    if (!std::filesystem::is_directory(folder, failed))
+        return Error{ErrorCode::CannotWrite, "its folder does not exist", file.string(), 0, 0, std::move(option)};
+    return {};
+}
+
 } // namespace seldinger::engine

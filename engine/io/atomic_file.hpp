@@ -4,6 +4,7 @@
 #include "base/result.hpp"
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace seldinger::engine {
@@ -13,5 +14,8 @@ namespace seldinger::engine {
 /// written directly. The folder must exist.
 /// fails     CannotWrite with the system's reason (disk full, read-only, no such folder); nothing is left behind
 [[nodiscard]] Result<void> write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
+
+/// Before long work whose result is to be written there: is it a folder, or in none? Says which option named it.
+[[nodiscard]] Result<void> check_place(const std::filesystem::path& file, std::string option);
 
 } // namespace seldinger::engine

@@ -7,6 +7,7 @@
 #include "engine/observe/report_page.hpp"
 #include "engine/observe/step_table.hpp"
 #include "engine/observe/summary.hpp"
+#include "engine/observe/verdict.hpp"
 #include "engine/step/checkpoint.hpp"
 
 #include <algorithm>
@@ -177,6 +178,8 @@ Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s
     for (const TakenPicture& picture : parts.photographer.taken()) record.pictures.push_back(picture.file);
     make_run_summary(record, static_cast<double>(parts.statistics.steps) * parts.scene.time.step, std::max(wall_s - record.observe_s, 0.0),
                      hash_state(state));
+    for (const auto& told : {parts.scene.questions, list_warnings(record)})
+        parts.notices.insert(parts.notices.end(), told.begin(), told.end());
     if (Result<void> written = parts.write_pages(record); !written) return written.error();
     return record.summary;
 }

@@ -221,8 +221,6 @@ void add_effects(const RunRecord& record, Page& page) {
     for (const char* effect : kEffects)
         page.add("<span{}>{}</span>", std::find(on.begin(), on.end(), effect) == on.end() ? " class=\"off\"" : "", effect);
     page.add("</p>\n");
-    for (const std::string& question : record.scene.questions)
-        page.add("<p class=\"soft\">Unusual number: {}</p>\n", escape_html(question));
 }
 
 void add_repeat(const RunRecord& record, Page& page) {

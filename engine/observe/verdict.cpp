@@ -60,6 +60,12 @@ Loss make_loss(const char* name, std::uint64_t amount, std::string text, Mark ma
     return {mark, name, std::move(text), std::move(advice)};
 }
 
+/// A loss that changes what the scene asks for.
+Loss loud(Loss loss) {
+    loss.loud = true;
+    return loss;
+}
+
 void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
     const RunStatistics& t = record.statistics;
     const EffectSet& effects = record.prepared.model.effects;
@@ -78,12 +84,12 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    Mark::Note,
                                    "Places beyond the middle of another body, or through it, were pushed back to where they came from. A "
                                    "shorter step, or a larger solid_stiffness."));
-        losses.push_back(make_loss(
+        losses.push_back(loud(make_loss(
             "Solids that may have passed through", t.unproven_solid_steps,
             fmt::format("{} in {}", count_text(t.unproven_solids, "pair", "pairs"), of_steps(t.unproven_solid_steps, record)), Mark::Bad,
             "They went farther than half of the thinner one's thickness in a step and nothing looked at their paths; or "
             "one began inside the other, and they do not touch. A shorter step, closed surfaces with the response "
-            "of surfaces, a larger budget, or bodies that begin apart."));
+            "of surfaces, a larger budget, or bodies that begin apart.")));
     }
     if (!instruments) return;
     if (effects.exact_contact) {
@@ -106,18 +112,18 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    fmt::format("in {}", of_steps(t.within_distance, record)), Mark::Note,
                                    "Skin and wall were pressed nearer than that; the motion was proven not to touch."));
     }
-    losses.push_back(make_loss("Hand slowed", t.hand_limited_steps, fmt::format("in {}", of_steps(t.hand_limited_steps, record)),
-                               Mark::Note, "It moved less than the script asked for in one step. A shorter step lets it keep up."));
-    losses.push_back(make_loss("Hand stopped", t.hand_stop_steps, fmt::format("in {}", of_steps(t.hand_stop_steps, record)), Mark::Note,
-                               "Its push met a wall; the script waited or drew back."));
-    losses.push_back(make_loss("Forces cut", t.clamped_steps, fmt::format("in {}", of_steps(t.clamped_steps, record)), Mark::Note,
-                               "A wall was pressed harder than any tissue bears; the push on the tissue was limited."));
+    losses.push_back(loud(make_loss("Hand slowed", t.hand_limited_steps, fmt::format("in {}", of_steps(t.hand_limited_steps, record)),
+                                    Mark::Note, "It moved less than the script asked for in one step. A shorter step lets it keep up.")));
+    losses.push_back(loud(make_loss("Hand stopped", t.hand_stop_steps, fmt::format("in {}", of_steps(t.hand_stop_steps, record)),
+                                    Mark::Note, "Its push met a wall; the script waited or drew back.")));
+    losses.push_back(loud(make_loss("Forces cut", t.clamped_steps, fmt::format("in {}", of_steps(t.clamped_steps, record)), Mark::Note,
+                                    "A wall was pressed harder than any tissue bears; the push on the tissue was limited.")));
     losses.push_back(make_loss("Instrument not proven free", t.unproven_steps, fmt::format("in {}", of_steps(t.unproven_steps, record)),
                                Mark::Note, "A larger budget lets the exact stage prove it."));
-    losses.push_back(make_loss("Instrument outside the lumen", t.lumen_exits,
-                               fmt::format("{} in {}, by an independent inside test", count_text(t.lumen_exits, "vertex", "vertices"),
-                                           of_steps(t.exit_steps, record)),
-                               Mark::Bad, "A larger budget, a shorter step, or a slower hand."));
+    losses.push_back(loud(make_loss("Instrument outside the lumen", t.lumen_exits,
+                                    fmt::format("{} in {}, by an independent inside test", count_text(t.lumen_exits, "vertex", "vertices"),
+                                                of_steps(t.exit_steps, record)),
+                                    Mark::Bad, "A larger budget, a shorter step, or a slower hand.")));
 }
 
 } // namespace
@@ -161,20 +167,27 @@ std::vector<Loss> list_losses(const RunRecord& record) {
                 : fmt::format("The run went in slow motion: {} s behind the clock in the end. A slower pace, or less to do in a step.",
                               number_text(1e-9 * static_cast<double>(s.pace_stats.lost_ns)))));
     if (!record.scene.budget.drop.empty())
-        losses.push_back(make_loss("Effects left out", t.dropped_steps, fmt::format("in {}", of_steps(t.dropped_steps, record)), Mark::Note,
-                                   "Their forecast did not fit in the step; the scene's budget says which go first."));
+        losses.push_back(loud(make_loss("Effects left out", t.dropped_steps, fmt::format("in {}", of_steps(t.dropped_steps, record)),
+                                        Mark::Note, "Their forecast did not fit in the step; the scene's budget says which go first.")));
     add_contact_losses(record, losses);
     bool tissue = false;
     for (const BodyModel& body : record.prepared.model.bodies) tissue = tissue || body.tissue.has_value();
     if (tissue)
-        losses.push_back(make_loss("Crushed elements", t.inverted_steps,
-                                   fmt::format("up to {} in {}; smallest volume {:.3g} of rest",
-                                               count_text(t.inverted_tets, "tetrahedron", "tetrahedra"), of_steps(t.inverted_steps, record),
-                                               t.min_volume_ratio),
-                                   Mark::Bad, "Softer contact, a shorter step, or a coarser mesh there."));
+        losses.push_back(loud(make_loss("Crushed elements", t.inverted_steps,
+                                        fmt::format("up to {} in {}; smallest volume {:.3g} of rest",
+                                                    count_text(t.inverted_tets, "tetrahedron", "tetrahedra"),
+                                                    of_steps(t.inverted_steps, record), t.min_volume_ratio),
+                                        Mark::Bad, "Softer contact, a shorter step, or a coarser mesh there.")));
     losses.push_back(make_loss("Numbers that are not finite", record.summary.finite ? 0 : 1, record.summary.failure, Mark::Bad,
                                "The run was stopped before they could spread."));
     return losses;
+}
+
+std::vector<std::string> list_warnings(const RunRecord& record) {
+    std::vector<std::string> warnings;
+    for (const Loss& loss : list_losses(record))
+        if (loss.loud && loss.mark != Mark::Good) warnings.push_back(fmt::format("{}: {}. {}", loss.name, loss.amount, loss.advice));
+    return warnings;
 }
 
 } // namespace seldinger::engine

@@ -24,8 +24,11 @@ struct Loss {
     std::string name;   // "Exact contacts"
     std::string amount; // "skipped in 12 of 2400 steps", "none"
     std::string advice; // empty when nothing was lost
+    bool loud = false;  // the run is not what the scene asks for: told on the terminal and in summary.json as well
 };
 [[nodiscard]] std::vector<Loss> list_losses(const RunRecord& record);
+/// "Crushed elements: up to 3 tetrahedra in ...", of those losses that are loud.
+[[nodiscard]] std::vector<std::string> list_warnings(const RunRecord& record);
 
 /// Three digits that count, all those before the point: "0.0123", "45.6", "1234".
 [[nodiscard]] std::string number_text(double value);

@@ -116,6 +116,29 @@ fem::Material effective_material(const Scene& scene, const SceneBody& body) {
     return material;
 }
 
+/// A coarse mesh from a file may be of something else, or in another unit: then it is many times larger or smaller than the surface, or
+/// parts of the surface hang on it from afar.
+constexpr double kMostSizeRatio = 5.0; // of the boxes' longest edges, either way
+constexpr double kLongestLink = 0.5;   // of the surface's longest edge: as far off as half of the body
+
+/// Nothing, or what does not fit.
+std::string find_misfit(const TetMesh& coarse, const TriMesh& surface, double longest_link) {
+    Box3 inner, outer;
+    for (const Vec3& x : coarse.vertices) inner.add(x);
+    for (const Vec3& x : surface.vertices) outer.add(x);
+    const double ratio = inner.longest_edge() / outer.longest_edge();
+    const std::string sizes =
+        fmt::format("the coarse mesh is {:.3g} mm long and the surface {:.3g} mm", 1e3 * inner.longest_edge(), 1e3 * outer.longest_edge());
+    if (!(ratio <= kMostSizeRatio && ratio >= 1.0 / kMostSizeRatio))
+        return sizes + "; one of about its size would be right, perhaps by another \"unit\" of one of the two";
+    if (!(longest_link <= kLongestLink * outer.longest_edge()))
+        return fmt::format(
+            "{}, and a vertex of the surface is {:.3g} mm from the nearest tetrahedron; a mesh of the same shape at the same "
+            "place would be right",
+            sizes, 1e3 * longest_link);
+    return {};
+}
+
 constexpr double kSliverHeight = 0.05; // [-] of the longest edge; a regular tetrahedron has 0.82
 
 /// The tet that sets the step, where it does so by being thin.
@@ -170,6 +193,9 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const Roo
     if (!tissue.ok()) return scene_error(scene, key, tissue.error().message, tissue.error().code);
     Result<fem::RigidLinks> links = fem::make_surface_links(*mesh, model.surface);
     if (!links.ok()) return scene_error(scene, key + ".surface", links.error().message, links.error().code);
+    if (!body.coarse.file.empty())
+        if (const std::string misfit = find_misfit(*mesh, model.surface, links->max_length); !misfit.empty())
+            return scene_error(scene, key + ".coarse", fmt::format("{}: {}", body.coarse.file.string(), misfit));
     fem::StableStepWorkspace workspace;
     fem::StableStep stable = fem::find_stable_step(*tissue, tissue->rest_position, nullptr, workspace, scene.time.integrator);
     cap_viscosity(scene, body, *tissue, stable, workspace, summary.notes);

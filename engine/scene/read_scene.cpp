@@ -179,6 +179,19 @@ std::optional<Error> read_effects(const CheckContext& context, const Values& roo
     return read_direction(context, details, "direction", spec.direction);
 }
 
+/// Settings of contact that nothing in this scene reads.
+void question_contact(const Scene& scene, CheckContext& context) {
+    const Effects& effects = scene.effects;
+    const bool exact = effects.exact_contact && !scene.instruments.empty();
+    const auto ask = [&](const char* key, bool used, const char* why) {
+        if (!used && context.positions.contains(std::string("contact.") + key))
+            context.questions.push_back(fmt::format("contact.{}: given, but {}", key, why));
+    };
+    for (const char* key : {"culling", "exact_distance"}) ask(key, exact, "no instrument has exact contacts");
+    ask("solid_friction", effects.friction, "the effect friction is off");
+    ask("depth_cap", scene.contact.descent_order == spheretree::DescentOrder::DepthCapped, "descent_order is not depth-capped");
+}
+
 /// Switched off is not forgotten: effects exist to be switched. A question reminds of what that leaves unused.
 void question_effects(const Scene& scene, CheckContext& context) {
     const Effects& effects = scene.effects;
@@ -192,6 +205,8 @@ void question_effects(const Scene& scene, CheckContext& context) {
     if (effects.blood_drag && !effects.blood_drag->inlet && !scene.instruments.empty())
         context.questions.push_back(
             "effects.blood_drag: without an inlet the blood comes in behind the instrument's entry, and flows along it");
+    if (effects.exact_contact && scene.instruments.empty())
+        context.questions.push_back("effects: exact_contact is of instruments, and there are none");
     for (const SceneBody& body : scene.bodies) {
         const bool damped = body.material.viscosity > 0.0 || body.material.mass_damping > 0.0;
         if (body.kind == BodyKind::Deformable && damped && !effects.damping)
@@ -348,6 +363,7 @@ std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& 
     if (auto error = read_outputs(context, root, scene, scene.outputs)) return error;
     if (scene.bodies.empty()) return fail_at(context, root, "bodies", "the scene is empty; at least one body would be right");
     question_effects(scene, context);
+    question_contact(scene, context);
     return std::nullopt;
 }
 

@@ -1,0 +1,110 @@
+// What a run tells that a user would not think of asking: settings that nothing reads, what was given up, meshes that do not fit. And
+// what is refused before it costs anything.
+#include "program.hpp"
+
+namespace seldinger::cli_test {
+namespace {
+
+class Told : public Program {
+protected:
+    [[nodiscard]] bool notices(const std::string& piece) const {
+        const Json all = summary()["notices"];
+        for (const Json& notice : all)
+            if (notice.get<std::string>().find(piece) != std::string::npos) return true;
+        return false;
+    }
+};
+
+/// A soft ball of 60 mm on a table, and a press that leaves it a millimetre within a hundredth of a second.
+const std::string kPress = R"({
+  "units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.005, "duration": 0.05},
+  "bodies": {
+    "ball": {"kind": "deformable", "surface": {"shape": "sphere", "centre": [0, 0, 30], "radius": 30, "subdivisions": 2},
+             "material": {"young_modulus": 20, "density": 1000}, "coarse": {"mesher": "lattice", "surface_triangles": 100}},
+    "table": {"kind": "static", "surface": {"shape": "box", "centre": [0, 0, -5], "extent": [200, 200, 10]}},
+    "press": {"kind": "kinematic", "surface": {"shape": "box", "centre": [0, 0, 70], "extent": [200, 200, 10]},
+              "motion": [[0, 0, 0, 0], [0.01, 0, 0, -64], [1, 0, 0, -64]]}
+  },
+  "effects": ["elasticity", "coarse_contact"]
+})";
+
+/// A cube of 20 mm whose tetrahedra come from a file.
+std::string cube_scene(const std::string& file, const std::string& unit) {
+    return R"({"units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 0.02}, "bodies": {"cube": {
+        "kind": "deformable", "surface": {"shape": "box", "centre": [10, 10, 10], "extent": [20, 20, 20]},
+        "material": {"young_modulus": 20, "density": 1000}, "coarse": {"file": ")" +
+           file + R"(", "unit": ")" + unit + R"("}}}, "effects": ["elasticity"]})";
+}
+/// Its six tetrahedra about one diagonal, moved along x.
+std::string cube_tets(double size, double away = 0.0) {
+    std::string text = "# vtk DataFile Version 3.0\ncube\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n";
+    for (int i = 0; i < 8; ++i)
+        text += std::to_string((i & 1) * size + away) + " " + std::to_string((i >> 1 & 1) * size) + " " + std::to_string((i >> 2) * size) +
+                "\n";
+    text += "CELLS 6 30\n";
+    for (const auto& [a, b] : {std::pair(1, 3), {3, 2}, {2, 6}, {6, 4}, {4, 5}, {5, 1}})
+        text += "4 0 " + std::to_string(a) + " " + std::to_string(b) + " 7\n";
+    return text + "CELL_TYPES 6\n10\n10\n10\n10\n10\n10\n";
+}
+
+TEST_F(Told, ACrushedBodyIsOnTheTerminalAndInTheSummary) {
+    const Ended ended = run(write("press.json", kPress));
+    ASSERT_TRUE(ended_with(ended, 0));
+    ASSERT_GT(summary()["inverted_tets_max"], 0);
+    EXPECT_NE(ended.err.find("Crushed elements: up to "), std::string::npos) << ended;
+    EXPECT_TRUE(notices("Crushed elements: up to ")) << summary()["notices"];
+}
+
+TEST_F(Told, AHandThatWasSlowedIsOnTheTerminalAndInTheSummary) {
+    const Ended ended = run(write("tube.json", with(kTube, "\"step\": 0.01", "\"step\": 0.1")));
+    ASSERT_TRUE(ended_with(ended, 0));
+    ASSERT_GT(summary()["hand_limited_steps"], 0);
+    EXPECT_NE(ended.err.find("Hand slowed: in "), std::string::npos) << ended;
+    EXPECT_TRUE(notices("Hand slowed: in ")) << summary()["notices"];
+}
+
+TEST_F(Told, ARunThatKeepsWhatItsSceneAsksSaysNothing) {
+    const Ended ended = run(write("tube.json", kTube));
+    ASSERT_TRUE(ended_with(ended, 0));
+    EXPECT_EQ(summary()["notices"], Json::array());
+    EXPECT_EQ(ended.err, "");
+}
+
+TEST_F(Told, SettingsThatNothingReadsAreNamed) {
+    const std::string settings = R"("contact": {"culling": "cpu", "depth_cap": 3, "solid_friction": 0.2}, "bodies":)";
+    const Ended ended = run(write("press.json", with(kPress, "\"bodies\":", settings)));
+    ASSERT_TRUE(ended_with(ended, 0));
+    for (const char* key : {"contact.culling", "contact.depth_cap", "contact.solid_friction"}) {
+        EXPECT_NE(ended.err.find(std::string("notice: ") + key + ": given, but "), std::string::npos) << key << ended;
+        EXPECT_TRUE(notices(std::string(key) + ": given, but ")) << key;
+    }
+}
+
+TEST_F(Told, ACoarseMeshOfAnotherSizeOrPlaceIsRefusedAndTheFittingOneIsTaken) {
+    write("cube.vtk", cube_tets(20.0));
+    write("away.vtk", cube_tets(20.0, 40.0));
+    EXPECT_TRUE(ended_with(run(write("fits.json", cube_scene("cube.vtk", "mm"))), 0));
+    const Ended unit = run(write("unit.json", cube_scene("cube.vtk", "cm")));
+    EXPECT_TRUE(refuses(unit, "the coarse mesh is 200 mm long and the surface 20 mm"));
+    EXPECT_TRUE(unit.says("cube.vtk") && unit.says("unit.json:")) << unit;
+    EXPECT_TRUE(refuses(run(write("away.json", cube_scene("away.vtk", "mm"))), "from the nearest tetrahedron"));
+}
+
+TEST_F(Told, PlacesThatCannotBeWrittenAreRefusedBeforeAnythingIsDone) {
+    const fs::path nowhere = folder / "no" / "such" / "place";
+    EXPECT_TRUE(refuses(run(write("tube.json", kTube), {"--record-grants", nowhere}), "--record-grants"));
+    EXPECT_FALSE(fs::exists(out())) << "what is left there would stand in the next run's way";
+    for (const char* option : {"--json", "--page"}) {
+        const Ended ended = call({"bench", "spheretree", "--quick", option, nowhere});
+        EXPECT_TRUE(refuses(ended, option));
+        EXPECT_EQ(ended.out, "");
+    }
+}
+
+TEST_F(Told, AQueryFileThatIsNotThereIsSaidToBeNotThere) {
+    EXPECT_TRUE(refuses(call({"ccd", folder / "none.csv"}), "cannot be opened"));
+    EXPECT_TRUE(refuses(call({"ccd", folder}), "folder"));
+}
+
+} // namespace
+} // namespace seldinger::cli_test
