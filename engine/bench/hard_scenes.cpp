@@ -74,7 +74,7 @@ std::string soft_body(const std::string& name, const std::string& surface, int t
                        name, surface, triangles);
 }
 
-std::string heap_bodies(int balls) {
+std::string heap_bodies(int balls, int triangles) {
     std::string bodies;
     int made = 0;
     for (int layer = 0; made < balls; ++layer) {
@@ -83,7 +83,8 @@ std::string heap_bodies(int balls) {
             bodies +=
                 soft_body(fmt::format("ball{}", made),
                           fmt::format(R"({{"shape": "sphere", "centre": [{}, {}, {}], "radius": 10, "subdivisions": 2}})",
-                                      21.0 * (i % side - 0.5 * (side - 1)), 21.0 * (i / side - 0.5 * (side - 1)), 11.0 + 17.0 * layer));
+                                      21.0 * (i % side - 0.5 * (side - 1)), 21.0 * (i / side - 0.5 * (side - 1)), 11.0 + 17.0 * layer),
+                          triangles);
     }
     for (int k = 0; k < 4; ++k) {
         const double away = k % 2 == 0 ? 37.5 : -37.5;

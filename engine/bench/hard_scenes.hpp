@@ -40,7 +40,7 @@ struct SolidScene {
 /// "name": {...}, of a soft body; surface as in a scene
 [[nodiscard]] std::string soft_body(const std::string& name, const std::string& surface, int triangles = 150);
 /// Balls in layers of 3 x 3, 2 x 2 and 1 over the table, with walls around: a tray of 65 mm.
-[[nodiscard]] std::string heap_bodies(int balls);
+[[nodiscard]] std::string heap_bodies(int balls, int triangles = 150);
 
 [[nodiscard]] bool all_finite(const State& state);
 
