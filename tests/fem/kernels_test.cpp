@@ -3,6 +3,7 @@
 #include "fem/integrate.hpp"
 #include "tests/fem/bodies.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <gtest/gtest.h>
 #include <numeric>
@@ -48,8 +49,10 @@ std::vector<PartialForce> run_all(const TissueModel& model, unsigned threads, st
     return all;
 }
 
+/// Of the three numbers that count; the fourth is padding.
 bool same_bits(const std::vector<PartialForce>& a, const std::vector<PartialForce>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(PartialForce)) == 0;
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const PartialForce& x, const PartialForce& y) { return std::memcmp(x.f, y.f, 3 * sizeof(double)) == 0; });
 }
 
 TissueState run(const TissueModel& model, Integrator integrator, unsigned threads) {
