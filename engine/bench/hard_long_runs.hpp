@@ -6,7 +6,7 @@
 namespace seldinger::engine {
 
 /// Rows and plots of the main scene (or --scene) and of a heap of 16 bodies: energy, memory and step time, second by second.
-/// Takes as long as that takes: half an hour on two cores, about.
+/// Takes as long as that takes: half an hour of one core, about.
 [[nodiscard]] Result<void> add_long_runs(const BenchOptions& options, BenchTable& table);
 
 } // namespace seldinger::engine
