@@ -2,6 +2,8 @@
 
 #include "collision/sweep_parts.hpp"
 
+#include <optional>
+
 namespace seldinger::collision {
 namespace {
 
@@ -68,15 +70,15 @@ double find_end_turning(const Differences<Count>& q, double time, const Nearest&
 }
 
 /// Where to try to come at once when the features are to touch, not to come near: just before they lie in one plane, as Newton's rule
-/// finds it from here. A 2^24th of the gap is kept, or what the proof needs. 1 where nothing is found: no more than a guess is wanted.
+/// finds it from here: a guess, which need not be one. A 2^24th of the gap is kept, or what the proof needs.
 constexpr double kKeptOfGap = 0x1p-24, kProofNeeds = 512.0 * kUnitRoundoff;
 template <int Count>
-double guess_end_before_touch(const Differences<Count>& q, double time, const Nearest& nearest) noexcept {
+std::optional<double> guess_end_before_touch(const Differences<Count>& q, double time, const Nearest& nearest) noexcept {
     double touch = time;
     for (int round = 0; round < 4; ++round) {
         const Plane plane = plane_at(q, touch);
         touch -= plane.value / plane.slope;
-        if (!(touch > time && touch <= 1.0)) return 1.0;
+        if (!(touch > time && touch <= 1.0)) return std::nullopt;
     }
     return touch - (touch - time) * std::max(kKeptOfGap, std::min(0.5, kProofNeeds * q.magnitude / nearest.distance));
 }
@@ -93,11 +95,10 @@ Advance advance(const Differences<Count>& q, double time, Nearest nearest, doubl
         const FreeTime free = find_free_time(q, nearest.offset, distance);
         double end = free.holds(time) ? free.to : time;
         if (step >= (touches ? kPlainStepsToTouch : kPlainSteps) && end < 1.0) {
-            double goal = 1.0;
             const double approach = (last_distance - nearest.distance) / (time - last_time);
-            if (touches) goal = guess_end_before_touch(q, time, nearest);
-            if (goal == 1.0 && approach > 0.0) goal = time + 0.99 * (nearest.distance - distance) / approach;
-            end = std::max(end, find_end_turning(q, time, nearest, std::min(goal, 1.0), distance));
+            double goal = approach > 0.0 ? std::min(1.0, time + 0.99 * (nearest.distance - distance) / approach) : 1.0;
+            if (touches) goal = guess_end_before_touch(q, time, nearest).value_or(goal);
+            end = std::max(end, find_end_turning(q, time, nearest, goal, distance));
         }
         if (end >= 1.0) return {1.0, Stop::End, nearest};
         if (end <= time + kSmallestAdvance || (touches && nearest.distance <= rounding)) {

@@ -26,7 +26,7 @@ namespace {
 constexpr std::uint64_t kTrialSteps = 30;
 /// Steps before that of a trial whose instruments were laid along their routes: until they lean on the walls.
 constexpr std::uint64_t kSettlingSteps = 30;
-/// A heavy scene's trial ends after so long, and what its effects cost is asked in so long at most; fewer steps than that tell nothing.
+/// A heavy scene's trial ends after so long, and what its effects cost is asked in so long, about; fewer steps than that tell nothing.
 constexpr double kTrialTime = 5e3, kEffectsTime = 20e3; // ms
 constexpr std::uint64_t kFewestSteps = 3;
 
@@ -148,17 +148,19 @@ struct Trial {
     }
 };
 
-/// memory  of a run to go on from; empty: from the start
+/// memory    of a run to go on from; empty: from the start
+/// settling  steps that do not count, as far as there is time for them
 Trial try_steps(const SceneModel& model, const std::string& memory, std::uint64_t settling, std::uint64_t steps) {
     Simulator simulator(model);
     Trial trial;
     if (!memory.empty()) trial.last.failure = simulator.take_over(memory);
+    if (!trial.last.failure.empty()) return trial;
     const StopWatch watch;
-    for (std::uint64_t k = 0; k < settling + steps; ++k) {
-        if (trial.total.size() >= kFewestSteps && watch.elapsed_ms() > kTrialTime) break;
-        trial.last = simulator.step();
-        if (!trial.last.finite) break;
-        if (k < settling) continue;
+    const auto step = [&] { return (trial.last = simulator.step()).finite; };
+    for (std::uint64_t k = 0; k < settling && watch.elapsed_ms() < kTrialTime; ++k)
+        if (!step()) return trial;
+    while (trial.total.size() < steps && (trial.total.size() < kFewestSteps || watch.elapsed_ms() < kTrialTime)) {
+        if (!step()) return trial;
         trial.total.push_back(trial.last.ms.total);
         trial.collision.push_back(trial.last.ms.descend + trial.last.ms.exact);
     }
@@ -221,12 +223,12 @@ void print_effect_costs(const PreparedScene& prepared, double step_ms, ProgressL
     std::uint64_t runs = 0;
     for (std::size_t k = 0; k < kEffectCount; ++k) runs += 2 * has_effect(prepared.model, static_cast<Effect>(k));
     const double round_ms = static_cast<double>(runs) * step_ms;
-    const auto affordable = static_cast<std::uint64_t>(std::min(kEffectsTime / std::max(round_ms, 1e-3), 1e6));
-    if (affordable < kFewestSteps) {
+    if (static_cast<double>(kFewestSteps) * round_ms > kEffectsTime) {
         fmt::print("\ncost of each effect: not tried, for a step with and without each takes {:.3g} s\n", 1e-3 * round_ms);
         return;
     }
-    const std::uint64_t steps = std::min({kTrialSteps, prepared.model.step_count, affordable});
+    std::uint64_t steps = std::min(kTrialSteps, prepared.model.step_count);
+    while (steps > kFewestSteps && static_cast<double>(steps) * round_ms > kEffectsTime) --steps;
     const std::vector<EffectCost> costs =
         measure_effects(prepared.model, steps, [&](const std::string& what) { progress.show("trying the scene " + what); });
     progress.clear();

@@ -25,6 +25,8 @@ std::uint64_t record_interval(const Scene& scene, const ObserveOptions& options)
     return std::max<std::uint64_t>(1, (options.steps + kRecordedStates - 1) / kRecordedStates);
 }
 
+void append(const std::vector<std::string>& lines, std::vector<std::string>& to) { to.insert(to.end(), lines.begin(), lines.end()); }
+
 /// ms; infinite where the budget is no time.
 double budget_limit_ms(const BudgetSpec& budget) {
     return budget.limits.mode == BudgetMode::Wall ? 1e3 * budget.limits.wall_s : std::numeric_limits<double>::infinity();
@@ -121,6 +123,7 @@ Result<void> RunObserver::Parts::write_pages(RunRecord& record) {
     const Result<std::string> page = make_report_page(record, photographer.taken(), folder.path(), notices);
     if (!page) return page.error();
     if (Result<void> written = write_file_atomically(folder.path() / output_name::kReport, *page); !written) return written;
+    append(list_warnings(record), notices); // the report has them as losses, with what would help
     record.notices = notices;
     return write_file_atomically(folder.path() / output_name::kSummary, summary_text(record));
 }
@@ -178,8 +181,7 @@ Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s
     for (const TakenPicture& picture : parts.photographer.taken()) record.pictures.push_back(picture.file);
     make_run_summary(record, static_cast<double>(parts.statistics.steps) * parts.scene.time.step, std::max(wall_s - record.observe_s, 0.0),
                      hash_state(state));
-    for (const auto& told : {parts.scene.questions, list_warnings(record)})
-        parts.notices.insert(parts.notices.end(), told.begin(), told.end());
+    append(parts.scene.questions, parts.notices);
     if (Result<void> written = parts.write_pages(record); !written) return written.error();
     return record.summary;
 }

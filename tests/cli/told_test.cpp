@@ -53,6 +53,10 @@ TEST_F(Told, ACrushedBodyIsOnTheTerminalAndInTheSummary) {
     ASSERT_GT(summary()["inverted_tets_max"], 0);
     EXPECT_NE(ended.err.find("Crushed elements: up to "), std::string::npos) << ended;
     EXPECT_TRUE(notices("Crushed elements: up to ")) << summary()["notices"];
+    const std::string report = text_of(out() / "report.html");
+    const std::size_t told = report.find("Crushed elements");
+    ASSERT_NE(told, std::string::npos);
+    EXPECT_EQ(report.find("Crushed elements", told + 1), std::string::npos) << "said once";
 }
 
 TEST_F(Told, AHandThatWasSlowedIsOnTheTerminalAndInTheSummary) {
