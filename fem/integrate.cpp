@@ -60,10 +60,11 @@ struct Substep {
     RkWorkspace& w;
     StiffnessWatch* watch; // may be null
     IntegrateReport& report;
+    double time = 0.0; // s, of its start, since the springs were made
 };
 
-/// Springs and external forces at `now`; null where there are none.
-const PartialForce* find_extra(const Substep& s, std::span<const NodeRecord> now) noexcept {
+/// Springs and external forces at `now`, `since` the sub-step's start; null where there are none.
+const PartialForce* find_extra(const Substep& s, double since, std::span<const NodeRecord> now) noexcept {
     const bool pushed = !s.inputs.external_force.empty(), sprung = s.inputs.springs && !s.inputs.springs->springs.empty();
     if (!pushed && !sprung) return nullptr;
     const ForcePlan& plan = s.model.plan;
@@ -71,12 +72,14 @@ const PartialForce* find_extra(const Substep& s, std::span<const NodeRecord> now
         const Vec3 force = pushed ? s.inputs.external_force[plan.node_of[record]] : Vec3(0.0, 0.0, 0.0);
         s.w.extra[record] = {{force[0], force[1], force[2], 0.0}};
     }
-    if (sprung) add_spring_forces(*s.inputs.springs, plan, now, s.w.extra);
+    if (sprung) add_spring_forces(*s.inputs.springs, s.time + since, plan, now, s.w.extra);
     return s.w.extra.data();
 }
 
-/// Forces at `now`, then every node's update. Not Fine: the report names the bad node and tet; w.start is as it was.
-StageOutcome run_stage(const Substep& s, std::span<const NodeRecord> now, NodeUpdate update, double reach, double drift) noexcept {
+/// Forces at `now`, which stands for `since` (s) after the sub-step's start, then every node's update. Not Fine: the report names the bad
+/// node and tet; w.start is as it was.
+StageOutcome run_stage(const Substep& s, double since, std::span<const NodeRecord> now, NodeUpdate update, double reach,
+                       double drift) noexcept {
     const ForcePlan& plan = s.model.plan;
     const TetKernel kernel = s.model.material.viscosity > 0.0 ? TetKernel::ViscousForce : TetKernel::Force;
     TetJob forces = make_tet_job(s.model, kernel, s.w.threads);
@@ -90,7 +93,7 @@ StageOutcome run_stage(const Substep& s, std::span<const NodeRecord> now, NodeUp
                 .out = s.w.stage.data(),
                 .slope = s.w.slope.data(),
                 .partial = s.w.partial.data(),
-                .extra = find_extra(s, now)};
+                .extra = find_extra(s, since, now)};
     for (int axis = 0; axis < 3; ++axis) job.gravity[axis] = s.inputs.gravity[axis];
     job.mass_damping = s.model.material.mass_damping;
     job.reach = reach;
@@ -106,15 +109,15 @@ StageOutcome run_stage(const Substep& s, std::span<const NodeRecord> now, NodeUp
 StageOutcome take_rk4(const Substep& s, double h) noexcept {
     struct Stage {
         NodeUpdate update;
-        double reach;
+        double since, reach;
     };
-    const Stage stages[4] = {{NodeUpdate::FirstStage, 0.5 * h},
-                             {NodeUpdate::MiddleStage, 0.5 * h},
-                             {NodeUpdate::MiddleStage, h},
-                             {NodeUpdate::LastStage, h / 6.0}};
+    const Stage stages[4] = {{NodeUpdate::FirstStage, 0.0, 0.5 * h},
+                             {NodeUpdate::MiddleStage, 0.5 * h, 0.5 * h},
+                             {NodeUpdate::MiddleStage, 0.5 * h, h},
+                             {NodeUpdate::LastStage, h, h / 6.0}};
     std::span<const NodeRecord> now = s.w.start;
     for (const Stage& stage : stages) {
-        const StageOutcome outcome = run_stage(s, now, stage.update, stage.reach, 0.0);
+        const StageOutcome outcome = run_stage(s, stage.since, now, stage.update, stage.reach, 0.0);
         if (outcome != StageOutcome::Fine) return outcome;
         now = s.w.stage;
     }
@@ -129,7 +132,7 @@ StageOutcome take_leapfrog(const Substep& s, double h) noexcept {
         to = from;
         for (int axis = 0; axis < 3; ++axis) to.x[axis] += 0.5 * h * from.v[axis];
     }
-    const StageOutcome outcome = run_stage(s, s.w.stage, NodeUpdate::KickDrift, h, 0.5 * h);
+    const StageOutcome outcome = run_stage(s, 0.5 * h, s.w.stage, NodeUpdate::KickDrift, h, 0.5 * h);
     if (outcome == StageOutcome::Fine) std::swap(s.w.start, s.w.stage);
     return outcome;
 }
@@ -201,8 +204,8 @@ IntegrateReport integrate(const TissueModel& model, TissueState& state, double s
     IntegrateReport report;
     begin(model, state, step, inputs, w, report);
     const double h = step / substeps;
-    const Substep substep{model, inputs, w, nullptr, report};
-    while (report.finite() && report.substeps_done < substeps && take_substep(substep, h, integrator) == StageOutcome::Fine)
+    while (report.finite() && report.substeps_done < substeps &&
+           take_substep({model, inputs, w, nullptr, report, report.substeps_done * h}, h, integrator) == StageOutcome::Fine)
         ++report.substeps_done;
     finish(model, state, inputs, report.finite(), w, report);
     return report;
@@ -238,11 +241,10 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
         if (report.refused) break;
         const double h = left / wanted;
         StiffnessWatch watch = make_watch(model.plan, stable_workspace, derive);
-        const Substep substep{model, inputs, w, &watch, done};
         StageOutcome outcome = StageOutcome::Fine;
         unsigned taken = 0;
         while (taken < wanted && outcome == StageOutcome::Fine && holds(stable_workspace, limits, watch.largest)) {
-            outcome = take_substep(substep, h, limits.integrator);
+            outcome = take_substep({model, inputs, w, &watch, done, (step - left) + taken * h}, h, limits.integrator);
             if (outcome == StageOutcome::Fine) ++taken, ++stable_workspace.rates_age;
         }
         stable_workspace.rates_hold = outcome == StageOutcome::Fine && holds(stable_workspace, limits, watch.largest);

@@ -8,11 +8,11 @@ namespace {
 
 /// position(node), velocity(node), push(node, force)
 template <class Position, class Velocity, class Push>
-SpringReport add_forces(const ContactSprings& springs, Position&& position, Velocity&& velocity, Push&& push_node) noexcept {
+SpringReport add_forces(const ContactSprings& springs, double time, Position&& position, Velocity&& velocity, Push&& push_node) noexcept {
     SpringReport report;
     for (const ContactSpring& spring : springs.springs) {
         const std::span<const SpringEntry> entries(springs.entries.data() + spring.first_entry, spring.entry_count);
-        double gap = spring.offset, rate = 0.0;
+        double gap = spring.offset + spring.rate * time, rate = spring.rate;
         for (const SpringEntry& entry : entries) {
             gap += entry.g.dot(position(entry.node));
             rate += entry.g.dot(velocity(entry.node));
@@ -30,17 +30,17 @@ SpringReport add_forces(const ContactSprings& springs, Position&& position, Velo
 
 } // namespace
 
-SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position, std::span<const Vec3> velocity,
+SpringReport add_spring_forces(const ContactSprings& springs, double time, std::span<const Vec3> position, std::span<const Vec3> velocity,
                                std::span<Vec3> force) noexcept {
     return add_forces(
-        springs, [&](Index node) -> const Vec3& { return position[node]; }, [&](Index node) -> const Vec3& { return velocity[node]; },
+        springs, time, [&](Index node) -> const Vec3& { return position[node]; }, [&](Index node) -> const Vec3& { return velocity[node]; },
         [&](Index node, const Vec3& push) { force[node] += push; });
 }
 
-SpringReport add_spring_forces(const ContactSprings& springs, const ForcePlan& plan, std::span<const NodeRecord> records,
+SpringReport add_spring_forces(const ContactSprings& springs, double time, const ForcePlan& plan, std::span<const NodeRecord> records,
                                std::span<PartialForce> force) noexcept {
     return add_forces(
-        springs, [&](Index node) { return Vec3(records[plan.record_of[node]].x); },
+        springs, time, [&](Index node) { return Vec3(records[plan.record_of[node]].x); },
         [&](Index node) { return Vec3(records[plan.record_of[node]].v); },
         [&](Index node, const Vec3& push) {
             for (int axis = 0; axis < 3; ++axis) force[plan.record_of[node]].f[axis] += push[axis];

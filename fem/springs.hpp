@@ -15,12 +15,13 @@ struct SpringEntry {
     Vec3 g = Vec3::Zero(); // d gap / d x_node, [-]
 };
 
-/// gap(x) = offset + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping max(0, -d gap/dt),
-/// at most `limit`. Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
+/// gap(x, t) = offset + rate t + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping
+/// max(0, -d gap/dt), at most `limit`. Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
 struct ContactSpring {
     Index first_entry = 0;                                  // into ContactSprings::entries
     std::uint16_t entry_count = 0;                          // coarse nodes it hangs on, 3 for a linked vertex
     double offset = 0.0;                                    // m
+    double rate = 0.0;                                      // m/s, what it stands against moves on by itself; < 0: it comes nearer
     double stiffness = 0.0;                                 // N/m, >= 0
     double damping = 0.0;                                   // N s/m, >= 0
     double limit = std::numeric_limits<double>::infinity(); // N, >= 0
@@ -43,11 +44,12 @@ struct SpringReport {
 };
 
 /// Adds the force of every pressed spring. position, velocity, force [node_count]; entries name nodes below node_count.
-SpringReport add_spring_forces(const ContactSprings& springs, std::span<const Vec3> position, std::span<const Vec3> velocity,
+/// time: s since the springs were made
+SpringReport add_spring_forces(const ContactSprings& springs, double time, std::span<const Vec3> position, std::span<const Vec3> velocity,
                                std::span<Vec3> force) noexcept;
 
 /// The same on records in the plan's order; entries name nodes in the caller's.
-SpringReport add_spring_forces(const ContactSprings& springs, const ForcePlan& plan, std::span<const NodeRecord> records,
+SpringReport add_spring_forces(const ContactSprings& springs, double time, const ForcePlan& plan, std::span<const NodeRecord> records,
                                std::span<PartialForce> force) noexcept;
 
 } // namespace seldinger::fem

@@ -16,7 +16,7 @@ void find_forces(const Simulator& simulator, std::vector<Vec3>& forces, std::vec
         const std::vector<Vec3>& position = simulator.state().bodies[i].tissue.position;
         nodal.assign(position.size(), Vec3::Zero());
         rest.assign(position.size(), Vec3::Zero());
-        fem::add_spring_forces(simulator.context().bodies[i].springs, position, rest, nodal);
+        fem::add_spring_forces(simulator.context().bodies[i].springs, 0.0, position, rest, nodal);
         Vec3 sum = Vec3::Zero();
         for (const Vec3& f : nodal) sum += f;
         forces.push_back(sum);

@@ -56,10 +56,8 @@ struct LeafPair {
 /// A vertex of one body that is in another one, or through it, and where it went in.
 struct SolidEntry {
     std::size_t own = 0, other = 0;
-    Index vertex = 0;    // of own
-    Index by = kNoIndex; // triangle of other: the side that it came by
-    double pushed = 0.0; // m, by how much its spring started pressed in the last response: its depth, unless another side was nearer
-
+    Index vertex = 0;          // of own
+    Index by = kNoIndex;       // triangle of other: the side that it came by
     Vec3 drawn = Vec3::Zero(); // m, from b to a: by how much friction's spring is drawn along the surface
 
     [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
@@ -67,9 +65,18 @@ struct SolidEntry {
 
 /// A touch of a vertex to which another side is nearer than the one it came by: its spring starts pressed by less than its depth.
 struct PressedTouch {
-    std::size_t touch = 0, entry = 0; // in SolidScratch::touches and ::entries
-    double before = -1.0;             // m, SolidEntry::pushed of the step before; negative: it was not in
-    double pushed = 0.0;              // m
+    std::size_t touch = 0; // in SolidScratch::touches
+    double pushed = 0.0;   // m
+};
+
+/// The springs of a vertex against another body, and by how much they were pressed at the end of the step.
+struct SprungPlace {
+    std::size_t own = 0, other = 0;
+    Index vertex = 0;                               // of own
+    Index spring_a = kNoIndex, spring_b = kNoIndex; // of own's owner, and of other's
+    double held = 0.0;                              // m, by how much they are pressed together; see note_held
+
+    [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
 };
 
 /// How far a surface goes in a step.
@@ -122,7 +129,8 @@ struct SolidScratch {
     std::vector<Contact> touches;                // of this step: places of surfaces, with depth
     std::vector<SphereHold> holds, holds_before; // of this step and of the last one, by key
     std::vector<Piercing> piercings[2];
-    std::vector<SpringPair> springs; // of the last response
+    std::vector<SpringPair> springs;                // of the last response
+    std::vector<SprungPlace> sprung, sprung_before; // the vertices' among them, of this response and of the last one, by key
 };
 
 /// How old the bounds of a wall's tree are, where they are refitted part by part.

@@ -7,6 +7,7 @@
 #include "engine/step/solid_stage.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/solid_trees.hpp"
+#include "engine/step/spring_memory.hpp"
 #include "engine/step/step_memory.hpp"
 #include "engine/step/tissue_stage.hpp"
 
@@ -207,6 +208,7 @@ void Simulator::join_step(const Simulator& other) {
         rejoin_trees(model_, state_, context_);
     } else { // what it remembers names its own leaves
         context_.solids.springs = other.context_.solids.springs;
+        context_.solids.sprung = other.context_.solids.sprung;
         context_.solids.entries = other.context_.solids.entries;
         if (model_.effects.coarse_contact) update_solid_trees(model_, state_, context_);
     }
@@ -338,6 +340,7 @@ void Simulator::respond() {
         forget_forces();
     }
     report.residual_n = find_residual(model_, state_, context_);
+    note_held(model_, state_, context_);
     for (BodyScratch& body : context_.bodies) body.springs.clear();
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) push_wall(model_, i, state_, context_);
     push_solids(model_, state_, context_);

@@ -2,6 +2,7 @@
 
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/surface_spring.hpp"
+#include "engine/step/tissue_stage.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -53,10 +54,17 @@ double leaves_beneath(const spheretree::SphereTree& tree, Index sphere) {
     return std::max(1.0, leaves * share);
 }
 
+/// m/s; how a body's path takes it on in the coming step.
+Vec3 scripted_velocity(const SceneModel& model, std::size_t body, const State& state) {
+    const double now = state.time + model.step_s; // the state's time is that of the step's start
+    return find_scripted_way(model, body, {}, {}, now, now + model.step_s) / model.step_s;
+}
+
 struct SphereSide {
     std::size_t body;
     Index sphere;
     Vec3 direction; // unit, this side is pushed along it
+    double rate;    // m/s, of the gap, by what scripts move
 };
 
 /// Index of the spring, kNoIndex where nothing gives way.
@@ -72,6 +80,7 @@ Index add_sphere_spring(const SceneModel& model, const SphereSide& side, double 
     spring.damping = model.contact.solid_damping;
     spring.limit = limit;
     spring.offset = gap;
+    spring.rate = side.rate;
     for (Index k = hangs.begin[side.sphere]; k < hangs.begin[side.sphere + 1]; ++k) {
         springs.entries.push_back({hangs.node[k], hangs.weight[k] * side.direction});
         spring.offset -= springs.entries.back().g.dot(state.bodies[owner].tissue.position[hangs.node[k]]);
@@ -178,8 +187,11 @@ void push_spheres(const SceneModel& model, const State& state, StepContext& cont
         const double stiffness = model.contact.solid_stiffness * leaves / static_cast<double>(pairs);
         const double limit = hold.tested ? std::numeric_limits<double>::infinity() : stiffness * model.contact.assumed_depth;
         const auto push = [&](const Vec3& direction, double gap, double most) {
-            const Index on_a = add_sphere_spring(model, {hold.body_a, hold.sphere_a, direction}, gap, stiffness, most, state, context);
-            const Index on_b = add_sphere_spring(model, {hold.body_b, hold.sphere_b, -direction}, gap, stiffness, most, state, context);
+            const double rate = direction.dot(scripted_velocity(model, hold.body_a, state) - scripted_velocity(model, hold.body_b, state));
+            const Index on_a =
+                add_sphere_spring(model, {hold.body_a, hold.sphere_a, direction, rate}, gap, stiffness, most, state, context);
+            const Index on_b =
+                add_sphere_spring(model, {hold.body_b, hold.sphere_b, -direction, rate}, gap, stiffness, most, state, context);
             solids.springs.push_back({hold.body_a, hold.body_b, on_a, on_b, direction});
         };
         push(hold.normal, gap_of(hold, stiffness, limit, model, state, context), limit);

@@ -1,4 +1,5 @@
 #include "engine/step/solid_passage.hpp"
+#include "engine/step/spring_memory.hpp"
 
 #include "collision/sweep.hpp"
 #include "engine/step/solid_touch.hpp"
@@ -138,10 +139,8 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     as_seen.by = nearest->triangle;
     as_seen.at = *nearest;
     if (entry != nullptr) { // its path says nothing: it began on the wrong side
-        auto kept = stand_behind(way, vertex, entry->by, inside, *nearest);
-        if (!kept) return as_seen;
-        kept->before = entry->pushed;
-        return kept;
+        const auto kept = stand_behind(way, vertex, entry->by, inside, *nearest);
+        return kept ? kept : as_seen;
     }
     if (inside ? was_before(way, vertex, *nearest) : nearest->distance > way_of_both) return as_seen;
     if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
@@ -165,17 +164,19 @@ void press_touches(const SceneModel& model, const State& state, std::size_t firs
         const Triangle face{touch.feature_b[0], touch.feature_b[1], touch.feature_b[2]};
         const std::array<double, 3> bary{touch.bary_b[0], touch.bary_b[1], touch.bary_b[2]};
         const Index v = touch.feature_a[0];
-        const double own = -touch.normal.dot(way.surface(way.own)[v] - way.surface_t0(way.own)[v]); // m, closed by either
+        const double own = touch.normal.dot(way.surface(way.own)[v] - way.surface_t0(way.own)[v]) / model.step_s; // m/s
         const double others =
-            touch.normal.dot(point_on(face, bary, way.surface(way.other)) - point_on(face, bary, way.surface_t0(way.other)));
-        const bool own_is_free = model.bodies[way.own].links.has_value(), other_is_free = model.bodies[way.other].links.has_value();
-        const double closed = (own_is_free ? own : 0.0) + (other_is_free ? others : 0.0);
-        const double driven = own + others - closed;
-        const double held = pressed.before < 0.0 ? 0.0 : std::max(0.0, pressed.before + closed);
-        const double leaving = std::max(0.0, -closed) / model.step_s;
-        const double wanted = std::max(0.0, std::max(0.0, driven) / model.step_s + kRecovery - leaving);
-        pressed.pushed = std::min(-touch.gap, held + (frequency > 0.0 ? wanted / frequency : 0.0));
-        solids.entries[pressed.entry].pushed = pressed.pushed;
+            touch.normal.dot(point_on(face, bary, way.surface(way.other)) - point_on(face, bary, way.surface_t0(way.other))) / model.step_s;
+        double wanted = kRecovery - std::max(0.0, own - others);
+        const double* held = find_held(solids, touch);
+        if (held == nullptr) { // what a script drove through it in this step had no spring to go along with
+            const bool own_is_free = model.bodies[way.own].links.has_value(), other_is_free = model.bodies[way.other].links.has_value();
+            const double driven = (own_is_free ? 0.0 : -own) + (other_is_free ? 0.0 : others);
+            const double leaving = (own_is_free ? own : 0.0) - (other_is_free ? others : 0.0);
+            wanted = std::max(0.0, driven) + kRecovery - std::max(0.0, leaving);
+        }
+        const double brought = frequency > 0.0 ? std::max(0.0, wanted) / frequency : 0.0;
+        pressed.pushed = std::min(-touch.gap, (held ? *held : 0.0) + brought);
     }
 }
 

@@ -43,7 +43,6 @@ struct Standing {
     bool inside = false;  // in the body, or through it
     bool pressed = false; // nearest is another side than the one it came by, and that is deep
     bool passed = false;  // the far side, even: it lies beyond the middle, or beyond all of the body
-    double before = -1.0; // m, SolidEntry::pushed of the step before; negative: it was not in
     Index by = kNoIndex;  // triangle of the other, by which it came
     SurfacePoint at;      // of the other's surface at the end of the step, on that side
 };
@@ -54,9 +53,9 @@ struct Standing {
 [[nodiscard]] std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach);
 
 /// By how much the springs of context.solids.pressed, from `first` on, start pressed: all are of these two bodies. Their depth is no
-/// measure: nothing has worked against them on their way in, and springs that are as long as the way through a body would throw it off
-/// with energy from nowhere. So they start with what they held before and what the bodies that forces move have closed since, and get on
-/// top as much as brings those to the speed of what is driven by a script, and moves them out at kRecovery.
+/// measure: nothing has worked against them on their way in. So they start with what they held before (spring_memory.hpp), and get on
+/// top as much as moves the two apart at kRecovery; where no spring waited for them, also as much as gives them the speed of what a
+/// script drove through them.
 void press_touches(const SceneModel& model, const State& state, std::size_t first, StepContext& context);
 
 /// m/s; what has passed comes back at this speed, where nothing drives it. Faster would heat what is only pressed too hard.

@@ -5,7 +5,9 @@
 #include "engine/step/solid_passage.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/solid_trees.hpp"
+#include "engine/step/spring_memory.hpp"
 #include "engine/step/surface_spring.hpp"
+#include "engine/step/tissue_stage.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -41,20 +43,27 @@ struct Place {
             moved += weights[k] * (state.bodies[body].surface[vertices[k]] - context.bodies[body].surface_t0[vertices[k]]);
         return moved;
     }
+
+    /// m/s; how scripts move it on in the coming step.
+    [[nodiscard]] Vec3 scripted_velocity(const SceneModel& model, const State& state) const {
+        const double now = state.time + model.step_s; // the state's time is that of the step's start
+        return find_scripted_way(model, body, vertices, weights, now, now + model.step_s) / model.step_s;
+    }
 };
 
 struct Push {
     Vec3 direction; // unit, of the first body
     double gap, stiffness, damping, limit;
+    double rate = 0.0; // m/s, of the gap, by what scripts move
 };
 
 /// Index of the spring among its owner's.
 Index push_place(const SceneModel& model, const Place& place, const Vec3& direction, const Push& push, const State& state,
                  StepContext& context) {
     if (!model.bodies[place.body].links) return kNoIndex;
-    if (!add_surface_spring(model,
-                            {place.body, place.vertices, place.weights, direction, push.gap, push.stiffness, push.damping, push.limit},
-                            state, context))
+    if (!add_surface_spring(
+            model, {place.body, place.vertices, place.weights, direction, push.gap, push.stiffness, push.damping, push.limit, push.rate},
+            state, context))
         return kNoIndex;
     return static_cast<Index>(context.bodies[owner_of(model, place.body)].springs.springs.size() - 1);
 }
@@ -71,6 +80,7 @@ Index push_side(const SceneModel& model, const Place& place, const Vec3& directi
                 StepContext& context) {
     Push own = push;
     own.gap = share * push.gap;
+    own.rate = share * push.rate;
     own.stiffness = push.stiffness / share;
     own.damping = push.damping / share;
     return push_place(model, place, direction, own, state, context);
@@ -82,7 +92,10 @@ Index push_side(const SceneModel& model, const Place& place, const Vec3& directi
 /// What they go too far by, d_a and d_b, has cost them k (d_a^2 / share_a + d_b^2 / share_b) / 2, never less than the k (d_a + d_b)^2 / 2
 /// that the next step's springs start with: energy is lost, not found. The price: something that stands in the way and does not move is
 /// felt before it is reached, by half of what the two came nearer in the step.
-void push_both(const SceneModel& model, const Place& a, const Place& b, const Push& push, const State& state, StepContext& context) {
+/// What a script moves is known ahead: the springs go along with it during the step. If it stood still and jumped at the step's end, each
+/// spring would begin with k (v h)^2 / 2 from nowhere, for a speed v and a step h: stiff ones would throw off what is pressed slowly.
+void push_both(const SceneModel& model, const Place& a, const Place& b, Push push, const State& state, StepContext& context) {
+    push.rate = push.direction.dot(a.scripted_velocity(model, state) - b.scripted_velocity(model, state));
     const Index on_a = push_side(model, a, push.direction, push, share_of(model, a.body, b.body), state, context);
     const Index on_b = push_side(model, b, -push.direction, push, share_of(model, b.body, a.body), state, context);
     context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
@@ -112,6 +125,7 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
     const Place b{touch.body_b, touch.feature_b, touch.bary_b};
     constexpr double kNoLimit = std::numeric_limits<double>::infinity();
     push_both(model, a, b, {touch.normal, gap, contact.solid_stiffness, contact.solid_damping, kNoLimit}, state, context);
+    remember_springs(touch, context.solids);
     const double most = contact.solid_friction * contact.solid_stiffness * std::max(0.0, -gap);
     if (!(most > 0.0)) return;
     context.report.effects.note(Effect::Friction);
@@ -133,14 +147,10 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
     push_both(model, a, b, {-slip / way, -force / contact.solid_stiffness, contact.solid_stiffness, 0.0, force}, state, context);
 }
 
-/// N; what a spring pushes with, as its nodes stand.
+/// N; what a spring pushes with at the step's end, as its nodes stand.
 double force_of(const SceneModel& model, std::size_t body, Index index, const State& state, const StepContext& context) {
-    const std::size_t owner = owner_of(model, body);
-    const fem::ContactSprings& springs = context.bodies[owner].springs;
-    const fem::ContactSpring& spring = springs.springs[index];
-    double gap = spring.offset;
-    for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k)
-        gap += springs.entries[k].g.dot(state.bodies[owner].tissue.position[springs.entries[k].node]);
+    const fem::ContactSpring& spring = context.bodies[owner_of(model, body)].springs.springs[index];
+    const double gap = find_spring_gap(model, body, index, model.step_s, state, context);
     return std::min(std::max(0.0, -gap) * spring.stiffness, spring.limit);
 }
 
@@ -186,6 +196,7 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
                 for (const Index t : tree.items_of(s)) context.bodies[i].leaf_of_triangle[t] = s;
     }
     for (std::vector<SolidEntry>* entries : {&context.solids.entries, &context.solids.entries_before}) entries->reserve(vertices);
+    for (std::vector<SprungPlace>* places : {&context.solids.sprung, &context.solids.sprung_before}) places->reserve(vertices);
     context.solids.pressed.reserve(vertices);
     context.solids.meeting.reserve(std::min<std::size_t>(model.bodies.size() * (model.bodies.size() + 1) / 2, kReservedPairs));
 }
@@ -220,10 +231,12 @@ void push_solids(const SceneModel& model, const State& state, StepContext& conte
     for (std::size_t k = 0; k < context.solids.touches.size(); ++k) {
         const Contact& touch = context.solids.touches[k];
         const bool is_pressed = pressed != context.solids.pressed.end() && pressed->touch == k;
-        push_touch(model, touch, is_pressed ? -(pressed++)->pushed : touch.gap, state, context);
+        const double gap = is_pressed ? -(pressed++)->pushed : find_start_gap(model, context.solids, touch);
+        push_touch(model, touch, gap, state, context);
         context.report.solid_touches += touch.gap <= 0.0;
         context.report.deepest_touch_m = std::max(context.report.deepest_touch_m, -touch.gap);
     }
+    sort_memory(context.solids);
     push_spheres(model, state, context);
     context.report.held_pairs = context.solids.holds.size();
 }

@@ -83,9 +83,9 @@ Look look_at_vertex(const OneWay& way, Index v, double reach) {
         if (touch.gap > way.model.contact.margin + own_way + (now - before).norm()) return {};
         if (touch.normal.dot(way.context.bodies[way.own].vertex_normal[v]) > kFacing) return {};
     } else {
-        if (standing->pressed) solids.pressed.push_back({solids.touches.size(), solids.entries.size(), standing->before, 0.0});
+        if (standing->pressed) solids.pressed.push_back({solids.touches.size(), 0.0});
         way.context.report.passed_places += standing->passed;
-        solids.entries.push_back({way.own, way.other, v, standing->by, -touch.gap});
+        solids.entries.push_back({way.own, way.other, v, standing->by});
     }
     solids.touches.push_back(touch);
     return {standing->inside ? kInside : kNear, touch.gap};

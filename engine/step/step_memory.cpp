@@ -38,7 +38,7 @@ template <class Stream, class Springs>
 void pass_springs(Stream& stream, Springs& springs) {
     stream.list(springs.springs, [&](auto& s) {
         stream.number(s.first_entry), stream.number(s.entry_count);
-        stream.number(s.offset), stream.number(s.stiffness), stream.number(s.damping), stream.number(s.limit);
+        stream.number(s.offset), stream.number(s.rate), stream.number(s.stiffness), stream.number(s.damping), stream.number(s.limit);
     });
     stream.list(springs.entries, [&](auto& e) {
         stream.number(e.node);
@@ -119,11 +119,15 @@ void pass_solids(Stream& stream, Solids& solids) {
     });
     stream.list(solids.entries, [&](auto& entry) {
         stream.number(entry.own), stream.number(entry.other), stream.number(entry.vertex), stream.number(entry.by);
-        stream.number(entry.pushed), stream.vector(entry.drawn);
+        stream.vector(entry.drawn);
     });
     stream.list(solids.springs, [&](auto& pair) {
         stream.number(pair.body_a), stream.number(pair.body_b), stream.number(pair.spring_a), stream.number(pair.spring_b);
         stream.vector(pair.normal);
+    });
+    stream.list(solids.sprung, [&](auto& place) {
+        stream.number(place.own), stream.number(place.other), stream.number(place.vertex);
+        stream.number(place.spring_a), stream.number(place.spring_b);
     });
 }
 
@@ -172,7 +176,7 @@ bool is_id(Index id, std::size_t count) { return id == kNoIndex || id < count; }
 bool springs_fit(const fem::ContactSprings& springs, std::size_t nodes) {
     for (const fem::ContactSpring& s : springs.springs) {
         if (std::size_t{s.first_entry} + s.entry_count > springs.entries.size()) return false;
-        if (!std::isfinite(s.offset) || !std::isfinite(s.stiffness) || !(s.stiffness >= 0.0)) return false;
+        if (!std::isfinite(s.offset) || !std::isfinite(s.rate) || !std::isfinite(s.stiffness) || !(s.stiffness >= 0.0)) return false;
         if (!std::isfinite(s.damping) || !(s.damping >= 0.0) || !(s.limit >= 0.0)) return false;
     }
     return std::all_of(springs.entries.begin(), springs.entries.end(),
@@ -239,13 +243,20 @@ bool solids_fit(const SceneModel& model, const StepContext& context) {
                        [&](const SolidEntry& e) {
                            return e.own < bodies && e.other < bodies && are_solid_pair(model, e.own, e.other) &&
                                   meet_by_surface(model, e.own, e.other) && e.vertex < model.bodies[e.own].surface.vertices.size() &&
-                                  e.by < model.bodies[e.other].surface.triangles.size() && std::isfinite(e.pushed) && is_finite(e.drawn);
+                                  e.by < model.bodies[e.other].surface.triangles.size() && is_finite(e.drawn);
                        }) &&
-           std::is_sorted(s.entries.begin(), s.entries.end(),
-                          [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
-           std::all_of(s.springs.begin(), s.springs.end(), [&](const SpringPair& p) {
-               return p.body_a < bodies && p.body_b < bodies && is_spring(p.body_a, p.spring_a) && is_spring(p.body_b, p.spring_b);
-           });
+           std::is_sorted(s.entries.begin(), s.entries.end(), [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
+           std::all_of(s.springs.begin(), s.springs.end(),
+                       [&](const SpringPair& p) {
+                           return p.body_a < bodies && p.body_b < bodies && is_spring(p.body_a, p.spring_a) &&
+                                  is_spring(p.body_b, p.spring_b);
+                       }) &&
+           std::all_of(s.sprung.begin(), s.sprung.end(),
+                       [&](const SprungPlace& p) {
+                           return p.own < bodies && p.other < bodies && p.vertex < model.bodies[p.own].surface.vertices.size() &&
+                                  is_spring(p.own, p.spring_a) && is_spring(p.other, p.spring_b);
+                       }) &&
+           std::is_sorted(s.sprung.begin(), s.sprung.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
 }
 
 std::string find_misfit(const SceneModel& model, const State& state, const StepContext& context, const Balls& balls) {

@@ -16,6 +16,7 @@ bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const 
     spring.damping = push.damping;
     spring.limit = push.limit;
     spring.offset = push.gap;
+    spring.rate = push.rate;
     for (std::size_t k = 0; k < push.vertices.size(); ++k) {
         const fem::LinkForces share =
             fem::spread_link_force(*model.bodies[push.body].links, push.vertices[k], nodes, push.weights[k] * push.direction);
@@ -29,6 +30,17 @@ bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const 
     if (spring.entry_count == 0) return false;
     springs.springs.push_back(spring);
     return true;
+}
+
+double find_spring_gap(const SceneModel& model, std::size_t body, Index index, double time, const State& state,
+                       const StepContext& context) {
+    const std::size_t owner = owner_of(model, body);
+    const fem::ContactSprings& springs = context.bodies[owner].springs;
+    const fem::ContactSpring& spring = springs.springs[index];
+    double gap = spring.offset + spring.rate * time;
+    for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k)
+        gap += springs.entries[k].g.dot(state.bodies[owner].tissue.position[springs.entries[k].node]);
+    return gap;
 }
 
 } // namespace seldinger::engine

@@ -21,10 +21,15 @@ struct SurfacePush {
     double stiffness = 0.0;                                 // N/m
     double damping = 0.0;                                   // N s/m, on approach
     double limit = std::numeric_limits<double>::infinity(); // N
+    double rate = 0.0;                                      // m/s, of the gap, by what it stands against
 };
 
 /// Adds a spring to the owner's; the nodes get the force through the transpose of the links' derivative, so that
 /// momentum is kept. False if no vertex hangs on a node: nothing was added.
 bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const State& state, StepContext& context);
+
+/// m; of the owner's spring of that index, as its nodes stand, `time` (s) after it was made.
+[[nodiscard]] double find_spring_gap(const SceneModel& model, std::size_t body, Index index, double time, const State& state,
+                                     const StepContext& context);
 
 } // namespace seldinger::engine

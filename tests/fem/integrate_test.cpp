@@ -252,7 +252,7 @@ TEST(Springs, PushOnlyAndHoldABodyAboveAFloor) {
         ASSERT_TRUE(integrate_rk4(model, state, 0.01, substeps, inputs, workspace).finite());
     }
     auto force = zeros(model.node_count());
-    const SpringReport report = add_spring_forces(floor, state.position, state.velocity, force);
+    const SpringReport report = add_spring_forces(floor, 0.0, state.position, state.velocity, force);
     Vec3 sum = Vec3::Zero();
     for (const Vec3& f : force) {
         EXPECT_GE(f[2], 0.0);
@@ -268,14 +268,14 @@ TEST(Springs, NeverStickToABodyThatLeaves) {
                            .entries = {{0, Vec3(0, 0, 1)}, {1, Vec3(0, 0, -1)}}};
     const std::vector<Vec3> position{Vec3(0, 0, -0.01), Vec3(0, 0, 0)};
     std::vector<Vec3> leaving{Vec3(0, 0, 5), Vec3(0, 0, 0)}, coming{Vec3(0, 0, -5), Vec3(0, 0, 0)}, force = zeros(2);
-    add_spring_forces(springs, position, leaving, force);
+    add_spring_forces(springs, 0.0, position, leaving, force);
     EXPECT_EQ(force[0], Vec3(0, 0, 0.1));
     EXPECT_EQ(force[0], -force[1]);
     force = zeros(2);
-    add_spring_forces(springs, position, coming, force);
+    add_spring_forces(springs, 0.0, position, coming, force);
     EXPECT_NEAR(force[0][2], 500.1, 1e-9);
     force = zeros(2);
-    EXPECT_EQ(add_spring_forces(springs, {leaving}, coming, force).pressed, 0U) << "apart: no force";
+    EXPECT_EQ(add_spring_forces(springs, 0.0, {leaving}, coming, force).pressed, 0U) << "apart: no force";
     EXPECT_EQ(force[0], Vec3(0, 0, 0));
 }
 

@@ -1,0 +1,51 @@
+#include "engine/step/spring_memory.hpp"
+
+#include "engine/step/surface_spring.hpp"
+
+#include <algorithm>
+
+namespace seldinger::engine {
+
+namespace {
+
+bool is_of_vertex(const Contact& touch) noexcept { return touch.feature_a[1] == kNoIndex; }
+
+} // namespace
+
+void note_held(const SceneModel& model, const State& state, StepContext& context) {
+    SolidScratch& solids = context.solids;
+    std::swap(solids.sprung, solids.sprung_before);
+    solids.sprung.clear();
+    for (SprungPlace& place : solids.sprung_before) { // each body closes its share of the gap: the rest of it is the sum
+        double gap = 0.0;
+        if (place.spring_a != kNoIndex) gap += find_spring_gap(model, place.own, place.spring_a, model.step_s, state, context);
+        if (place.spring_b != kNoIndex) gap += find_spring_gap(model, place.other, place.spring_b, model.step_s, state, context);
+        place.held = std::max(0.0, -gap);
+    }
+}
+
+const double* find_held(const SolidScratch& solids, const Contact& touch) noexcept {
+    if (!is_of_vertex(touch)) return nullptr;
+    const std::tuple<std::size_t, std::size_t, Index> key{touch.body_a, touch.body_b, touch.feature_a[0]};
+    const auto place = std::lower_bound(solids.sprung_before.begin(), solids.sprung_before.end(), key,
+                                        [](const SprungPlace& x, const auto& wanted) { return x.key() < wanted; });
+    return place != solids.sprung_before.end() && place->key() == key ? &place->held : nullptr;
+}
+
+double find_start_gap(const SceneModel& model, const SolidScratch& solids, const Contact& touch) noexcept {
+    if (!(touch.gap < 0.0) || !is_of_vertex(touch)) return touch.gap;
+    const double* held = find_held(solids, touch);
+    return std::max(touch.gap, -((held ? *held : 0.0) + kSettling * model.step_s));
+}
+
+void remember_springs(const Contact& touch, SolidScratch& solids) {
+    if (!is_of_vertex(touch)) return;
+    const SpringPair& made = solids.springs.back();
+    solids.sprung.push_back({touch.body_a, touch.body_b, touch.feature_a[0], made.spring_a, made.spring_b});
+}
+
+void sort_memory(SolidScratch& solids) {
+    std::sort(solids.sprung.begin(), solids.sprung.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
+}
+
+} // namespace seldinger::engine
