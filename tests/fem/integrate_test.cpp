@@ -263,6 +263,44 @@ TEST(Springs, PushOnlyAndHoldABodyAboveAFloor) {
     EXPECT_LT(report.deepest_gap, 0.0);
 }
 
+/// A floor that rises against a body at rest, and the body that falls on a floor at rest: the same, seen from elsewhere.
+void falls_as_the_floor_rises(Integrator integrator, bool adaptive) {
+    constexpr double kSpeed = 0.3, kStep = 0.02; // m/s, s
+    const TetMesh mesh = make_bar(2, 2, 2, 0.01);
+    const auto model = make_model(mesh, make_material(MaterialLaw::NeoHookean, 0.4));
+    const auto run = [&](double floor_rises, double body_falls) {
+        ContactSprings floor;
+        for (Index node = 0; node < mesh.vertices.size(); ++node) {
+            floor.springs.push_back(
+                {.first_entry = node, .entry_count = 1, .offset = 0.001, .rate = -floor_rises, .stiffness = 50.0, .damping = 0.02});
+            floor.entries.push_back({node, Vec3::UnitZ()});
+        }
+        TissueState state = make_rest_state(model);
+        for (Vec3& v : state.velocity) v[2] = -body_falls;
+        RkWorkspace workspace;
+        StableStepWorkspace stable;
+        const IntegrateInputs inputs{.springs = &floor};
+        if (adaptive)
+            EXPECT_EQ(advance(model, state, kStep, inputs, {.integrator = integrator}, workspace, stable).time_done, kStep);
+        else
+            EXPECT_TRUE(integrate(model, state, kStep, 64, inputs, integrator, workspace).finite());
+        return state;
+    };
+    const TissueState pushed = run(kSpeed, 0.0), fallen = run(0.0, kSpeed);
+    double fastest = 0.0;
+    for (std::size_t n = 0; n < model.node_count(); ++n) {
+        EXPECT_LT((pushed.position[n] - fallen.position[n] - Vec3(0, 0, kSpeed * kStep)).norm(), 1e-12) << n;
+        EXPECT_LT((pushed.velocity[n] - fallen.velocity[n] - Vec3(0, 0, kSpeed)).norm(), 1e-9) << n;
+        fastest = std::max(fastest, pushed.velocity[n][2]);
+    }
+    EXPECT_GT(fastest, 0.5 * kSpeed) << "it was pushed at all";
+}
+
+TEST(Springs, GoAlongWithWhatMovesByItself) {
+    for (const Integrator integrator : {Integrator::Rk4, Integrator::Leapfrog})
+        for (const bool adaptive : {false, true}) falls_as_the_floor_rises(integrator, adaptive);
+}
+
 TEST(Springs, NeverStickToABodyThatLeaves) {
     ContactSprings springs{.springs = {{.first_entry = 0, .entry_count = 2, .offset = 0.0, .stiffness = 10.0, .damping = 100.0}},
                            .entries = {{0, Vec3(0, 0, 1)}, {1, Vec3(0, 0, -1)}}};
