@@ -17,9 +17,11 @@ SpringReport add_forces(const ContactSprings& springs, double time, Position&& p
             gap += entry.g.dot(position(entry.node));
             rate += entry.g.dot(velocity(entry.node));
         }
-        if (!(gap < 0.0)) continue;
-        const double elastic = std::min(-spring.stiffness * gap, spring.limit);
-        const double push = std::min(elastic + (rate < 0.0 ? -spring.damping * rate : 0.0), spring.limit);
+        if (!(gap < 0.0) && !spring.holds) continue;
+        const double least = spring.holds ? -spring.limit : 0.0;
+        const double elastic = std::clamp(-spring.stiffness * gap, least, spring.limit);
+        const double drag = spring.holds || rate < 0.0 ? -spring.damping * rate : 0.0;
+        const double push = std::clamp(elastic + drag, least, spring.limit);
         for (const SpringEntry& entry : entries) push_node(entry.node, push * entry.g);
         ++report.pressed;
         report.energy += elastic * (-gap - (spring.stiffness > 0.0 ? 0.5 * elastic / spring.stiffness : 0.0));

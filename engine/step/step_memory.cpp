@@ -37,7 +37,7 @@ void pass_frames(Stream& stream, Frames& frames) {
 template <class Stream, class Springs>
 void pass_springs(Stream& stream, Springs& springs) {
     stream.list(springs.springs, [&](auto& s) {
-        stream.number(s.first_entry), stream.number(s.entry_count);
+        stream.number(s.first_entry), stream.number(s.entry_count), stream.number(s.holds);
         stream.number(s.offset), stream.number(s.rate), stream.number(s.stiffness), stream.number(s.damping), stream.number(s.limit);
     });
     stream.list(springs.entries, [&](auto& e) {
