@@ -5,6 +5,7 @@
 #include "engine/observe/effect_cost.hpp"
 #include "engine/observe/laid_out.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/step/instrument_stage.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/time/clock.hpp"
 
@@ -29,6 +30,8 @@ constexpr std::uint64_t kSettlingSteps = 30;
 /// A heavy scene's trial ends after so long, and what its effects cost is asked in so long, about; fewer steps than that tell nothing.
 constexpr double kTrialTime = 5e3, kEffectsTime = 20e3; // ms
 constexpr std::uint64_t kFewestSteps = 3;
+/// [-]; a way that is the hand's reach but for this is not beyond it.
+constexpr double kRounding = 1e-9;
 
 struct EffectLine {
     const char* name;
@@ -116,6 +119,15 @@ void print_bodies(const PreparedScene& prepared) {
     }
 }
 
+/// m/s; the fastest that its script or its route asks of the hand.
+double fastest_asked(const InstrumentModel& m) {
+    if (m.route) return m.follow.speed;
+    double fastest = 0.0;
+    for (std::size_t k = 1; k < m.path.size(); ++k)
+        fastest = std::max(fastest, std::abs(m.path[k].insertion - m.path[k - 1].insertion) / (m.path[k].time - m.path[k - 1].time));
+    return fastest;
+}
+
 void print_instruments(const Scene& scene, const PreparedScene& prepared) {
     if (prepared.model.instruments.empty()) return;
     fmt::print("\ninstruments\n");
@@ -134,6 +146,9 @@ void print_instruments(const Scene& scene, const PreparedScene& prepared) {
                        1e3 * *std::min_element(m.route->radii.begin(), m.route->radii.end()));
         else
             fmt::print("  {:<15} script of {} rows\n", "", m.path.size());
+        if (const double way = fastest_asked(m) * prepared.model.step_s; way > kHandReach * (1.0 + kRounding))
+            fmt::print("  {:<15} its hand would go {:.3g} mm in a step; {:g} mm are taken: a step of {:.3g} ms would be right\n", "",
+                       1e3 * way, 1e3 * kHandReach, 1e3 * prepared.model.step_s * kHandReach / way);
     }
 }
 

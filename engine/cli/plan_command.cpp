@@ -1,4 +1,5 @@
 #include "engine/cli/commands.hpp"
+#include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/observe/output_folder.hpp"
 #include "engine/observe/plan_files.hpp"
@@ -123,7 +124,7 @@ Command add_plan_command(CLI::App& app) {
     command->add_option("scene", options->scene, "scene file (JSON)")->required();
     command->add_option("--to", options->target, "one of the scene's targets")->required();
     command->add_option("--out", options->out, "output folder; out/<scene>-to-<target> where none is given");
-    command->add_option("--time", options->time_limit, "s of simulated time that the trial may take")->check(CLI::Range(0.0, 1e5));
+    command->add_option("--time", options->time_limit, "s of simulated time that the trial may take")->check(number_range(0.0, 1e5));
     command->add_flag("--force", options->force, "write into an output folder that is not empty");
     command->add_flag("--quiet", options->quiet, "no progress line");
     return {command, [options] { return plan(*options); }};

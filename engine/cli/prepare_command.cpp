@@ -1,4 +1,5 @@
 #include "engine/cli/commands.hpp"
+#include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/observe/output_folder.hpp"
@@ -134,9 +135,9 @@ Command add_prepare_command(CLI::App& app) {
     command->add_option("--unit", request->unit, "of the file's coordinates: m, mm, ... or metres as a number; spheres.sph keeps it");
     command->add_option("--coarse-triangles", request->options.coarse_triangles, "of the simplified surface that is filled with tetrahedra")
         ->check(CLI::Range(std::size_t{20}, std::size_t{1'000'000}));
-    command->add_option("--young", request->options.material.young_modulus, "Pa, for the stable step");
-    command->add_option("--poisson", request->options.material.poisson_ratio, "for the stable step");
-    command->add_option("--density", request->options.material.density, "kg/m^3, for the stable step");
+    command->add_option("--young", request->options.material.young_modulus, "Pa, for the stable step")->check(number_range(10.0, 3e10));
+    command->add_option("--poisson", request->options.material.poisson_ratio, "for the stable step")->check(number_range(0.0, 0.4999));
+    command->add_option("--density", request->options.material.density, "kg/m^3, for the stable step")->check(number_range(50.0, 23000.0));
     command->add_flag("--force", request->force, "write into an output folder that is not empty");
     command->add_flag("--no-cache", request->no_cache, "make everything anew");
     command->add_flag("--quiet", request->quiet, "no progress line");

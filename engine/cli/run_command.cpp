@@ -1,5 +1,6 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/interrupt.hpp"
+#include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/gpu/attach_culler.hpp"
 #include "engine/io/atomic_file.hpp"
@@ -167,7 +168,10 @@ int judge_replay(const RunOptions& options, const GrantRecord& record, const Tak
                    options.replay.string(), taken.left_record);
         return kExitDiffers;
     }
-    if (summary.steps < record.steps.size()) return kExitFine; // a part was asked for, or it was interrupted
+    if (summary.steps < record.steps.size()) { // a part was asked for, or it was interrupted
+        fmt::print("replayed {} of {} steps, each as it was recorded\n", summary.steps, record.steps.size());
+        return kExitFine;
+    }
     if (summary.state_hash != hash) {
         fmt::print(stderr, "error: {}: ends in state {}, the recorded run in {}\n", options.replay.string(), summary.state_hash, hash);
         return kExitDiffers;
@@ -276,7 +280,7 @@ Command add_run_command(CLI::App& app) {
     command
         ->add_option("--pace", options.pace,
                      "simulated seconds in a second: 1 is real time, 0 as fast as it goes; as the scene says when absent")
-        ->check(CLI::Range(0.0, 1e3));
+        ->check(number_range(0.0, 1e3));
     command->add_option(
         "--path", options.path,
         "CSV t,insertion,rotation (or NAME.insertion,NAME.rotation of several instruments) in the scene's units, instead of the "

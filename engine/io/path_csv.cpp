@@ -59,7 +59,7 @@ public:
     }
 
 private:
-    /// Which path a column belongs to, and which number of its rows it is.
+    /// Which path a column belongs to, and which of kColumns it is.
     struct Place {
         std::size_t path = 0, column = 0;
     };
@@ -86,44 +86,61 @@ private:
         const bool may_be_header = !header_over_;
         header_over_ = true;
         if (may_be_header && names_instruments()) return read_names();
-        if (fields_.size() != places_.size() + 1)
+        if (fields_.size() != places_.size())
             return fail(ErrorCode::BadSyntax,
-                        paths_.front().instrument.empty()
-                            ? fmt::format("{} columns; t, insertion, rotation are wanted", fields_.size())
-                            : fmt::format("{} columns; the header has {}", fields_.size(), places_.size() + 1),
+                        paths_.front().instrument.empty() ? fmt::format("{} columns; t, insertion, rotation are wanted", fields_.size())
+                                                          : fmt::format("{} columns; the header has {}", fields_.size(), places_.size()),
                         line_text_);
         if (may_be_header && is_header()) return true;
         return read_row();
     }
 
-    [[nodiscard]] bool is_header() const { return is_column(fields_[0], 0) && is_column(fields_[1], 1) && is_column(fields_[2], 2); }
+    /// A header without names: the three columns, each once; they are read in its order.
+    [[nodiscard]] bool is_header() {
+        std::vector<Place> order;
+        for (const std::string_view field : fields_)
+            for (std::size_t column = 0; column < kColumns.size(); ++column)
+                if (is_column(field, column)) order.push_back({0, column});
+        const auto holds = [&](std::size_t column) {
+            return std::any_of(order.begin(), order.end(), [&](const Place& p) { return p.column == column; });
+        };
+        if (order.size() != kColumns.size() || !holds(0) || !holds(1) || !holds(2)) return false;
+        places_ = std::move(order);
+        return true;
+    }
     [[nodiscard]] bool names_instruments() const {
-        if (!is_column(fields_[0], 0)) return false;
-        return std::any_of(fields_.begin() + 1, fields_.end(), [](std::string_view field) { return named_column(field).column > 0; });
+        return std::any_of(fields_.begin(), fields_.end(), [](std::string_view field) { return named_column(field).column > 0; });
     }
 
     bool read_names() {
         paths_.clear();
         places_.clear();
-        for (std::size_t i = 1; i < fields_.size(); ++i) {
-            const NamedColumn named = named_column(fields_[i]);
+        std::size_t times = 0;
+        for (const std::string_view field : fields_) {
+            if (is_column(field, 0)) {
+                if (++times > 1) return fail(ErrorCode::BadSyntax, "t stands twice; once would be right", field);
+                places_.push_back({0, 0});
+                continue;
+            }
+            const NamedColumn named = named_column(field);
             if (named.column == 0)
-                return fail(ErrorCode::BadSyntax,
-                            fmt::format("found the column '{}'; NAME.insertion or NAME.rotation of an instrument would be right",
-                                        shown(fields_[i])),
-                            fields_[i].empty() ? line_text_ : fields_[i]);
+                return fail(
+                    ErrorCode::BadSyntax,
+                    fmt::format("found the column '{}'; t, NAME.insertion or NAME.rotation of an instrument would be right", shown(field)),
+                    field.empty() ? line_text_ : field);
             std::size_t path = 0;
             while (path < paths_.size() && paths_[path].instrument != named.instrument) ++path;
-            if (path == paths_.size()) paths_.push_back({std::string(named.instrument), {}, line_, column_of(fields_[i])});
+            if (path == paths_.size()) paths_.push_back({std::string(named.instrument), {}, line_, column_of(field)});
             for (const Place& known : places_)
                 if (known.path == path && known.column == named.column)
                     return fail(ErrorCode::BadSyntax,
                                 fmt::format("{}.{} stands twice; once would be right", shown(named.instrument), kColumns[named.column]),
-                                fields_[i]);
+                                field);
             places_.push_back({path, named.column});
         }
+        if (times == 0) return fail(ErrorCode::BadSyntax, "has no column t", line_text_);
         for (std::size_t path = 0; path < paths_.size(); ++path)
-            if (std::count_if(places_.begin(), places_.end(), [&](const Place& p) { return p.path == path; }) != 2)
+            if (std::count_if(places_.begin(), places_.end(), [&](const Place& p) { return p.path == path && p.column > 0; }) != 2)
                 return fail(
                     ErrorCode::BadSyntax,
                     fmt::format("{0}.insertion and {0}.rotation belong together; found one of them", shown(paths_[path].instrument)),
@@ -144,20 +161,22 @@ private:
     }
 
     bool read_row() {
+        const auto at = std::find_if(places_.begin(), places_.end(), [](const Place& p) { return p.column == 0; });
+        const std::string_view time_field = fields_[static_cast<std::size_t>(at - places_.begin())];
         double time = 0.0;
-        if (!read_number(fields_[0], "t", time)) return false;
+        if (!read_number(time_field, "t", time)) return false;
         const std::vector<PathRow>& before = paths_.front().rows;
         if (!before.empty() && !(time > before.back().time))
-            return fail(ErrorCode::BadValue, fmt::format("t is {} after {}; it must increase", time, before.back().time), fields_[0]);
-        for (NamedPath& path : paths_) path.rows.push_back({time, 0.0, 0.0, line_, {column_of(fields_[0]), 0, 0}});
+            return fail(ErrorCode::BadValue, fmt::format("t is {} after {}; it must increase", time, before.back().time), time_field);
+        for (NamedPath& path : paths_) path.rows.push_back({time, 0.0, 0.0, line_, {column_of(time_field), 0, 0}});
         for (std::size_t i = 0; i < places_.size(); ++i) {
+            const std::size_t column = places_[i].column;
+            if (column == 0) continue;
             NamedPath& path = paths_[places_[i].path];
             PathRow& row = path.rows.back();
-            const std::size_t column = places_[i].column;
             const std::string prefix = path.instrument.empty() ? "" : std::string(shown(path.instrument)) + ".";
-            if (!read_number(fields_[i + 1], prefix + std::string(kColumns[column]), column == 1 ? row.insertion : row.rotation))
-                return false;
-            row.column[column] = column_of(fields_[i + 1]);
+            if (!read_number(fields_[i], prefix + std::string(kColumns[column]), column == 1 ? row.insertion : row.rotation)) return false;
+            row.column[column] = column_of(fields_[i]);
         }
         return true;
     }
@@ -167,7 +186,7 @@ private:
     bool header_over_ = false;
     std::vector<std::string_view> fields_; // of the line
     std::vector<NamedPath> paths_{NamedPath{}};
-    std::vector<Place> places_{{0, 1}, {0, 2}}; // [columns behind the time]
+    std::vector<Place> places_{{0, 0}, {0, 1}, {0, 2}}; // [columns]; the time is no path's own
     std::optional<Error> error_;
 };
 

@@ -27,15 +27,15 @@ struct NamedPath {
 };
 
 /// Reads a path: three finite numbers a row, time strictly increasing, at least one row. A header line is optional
-/// (its columns must be t or time, insertion, rotation, each with a unit suffix or without); blank lines and what
-/// follows a # are passed over.
+/// (its columns must be t or time, insertion, rotation, each with a unit suffix or without, and tell their order); blank lines and
+/// what follows a # are passed over.
 /// fails     with file, line and column
 [[nodiscard]] Result<std::vector<PathRow>> read_path_csv(const std::filesystem::path& path);
 
 /// The same on a text in memory; file_name is only for messages.
 [[nodiscard]] Result<std::vector<PathRow>> parse_path_csv(std::string_view text, std::string_view file_name);
 
-/// The same, or of several instruments: then a header names them, NAME.insertion and NAME.rotation for each, in any order behind
+/// The same, or of several instruments: then a header names them, NAME.insertion and NAME.rotation for each, in any order beside
 /// the time. Every row has all columns.
 /// returns   one path without a name, or those of the header in its order
 [[nodiscard]] Result<std::vector<NamedPath>> read_path_table(const std::filesystem::path& path);

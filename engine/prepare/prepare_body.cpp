@@ -190,7 +190,11 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const Roo
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
     Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned);
-    if (!tissue.ok()) return scene_error(scene, key, tissue.error().message, tissue.error().code);
+    if (!tissue.ok())
+        return scene_error(scene, key,
+                           body.coarse.file.empty() ? tissue.error().message
+                                                    : fmt::format("{}: {}", body.coarse.file.string(), tissue.error().message),
+                           tissue.error().code);
     Result<fem::RigidLinks> links = fem::make_surface_links(*mesh, model.surface);
     if (!links.ok()) return scene_error(scene, key + ".surface", links.error().message, links.error().code);
     if (!body.coarse.file.empty())

@@ -94,6 +94,29 @@ TEST_F(Told, ACoarseMeshOfAnotherSizeOrPlaceIsRefusedAndTheFittingOneIsTaken) {
     EXPECT_TRUE(refuses(run(write("away.json", cube_scene("away.vtk", "mm"))), "from the nearest tetrahedron"));
 }
 
+TEST_F(Told, AFlatTetrahedronOfAFileIsSaidToBeInThatFile) {
+    std::string flat = cube_tets(20.0); // the first one's corner 1 becomes corner 3, as its second is
+    write("flat.vtk", flat.replace(flat.find("4 0 1 3 7"), 9, "4 0 3 3 7"));
+    const Ended ended = run(write("flat.json", cube_scene("flat.vtk", "mm")));
+    EXPECT_TRUE(refuses(ended, "flat.vtk: ") && refuses(ended, "flat.json:")) << ended;
+}
+
+TEST_F(Told, AHandThatWouldBeSlowedIsExplainedBeforehand) {
+    const Ended slow = call({"explain", write("tube.json", kTube)});
+    EXPECT_EQ(slow.out.find("its hand would go"), std::string::npos) << slow;
+    const Ended fast = call({"explain", write("fast.json", with(kTube, "\"step\": 0.01", "\"step\": 0.1"))});
+    ASSERT_TRUE(ended_with(fast, 0));
+    EXPECT_NE(fast.out.find("mm in a step; 1 mm are taken: a step of "), std::string::npos) << fast;
+}
+
+TEST_F(Told, MaterialsOfPrepareAreRefusedByTheirOptions) {
+    const fs::path cube = write("cube.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+    for (const auto& [option, value] : {std::pair{"--young", "-3"}, {"--young", "nan"}, {"--poisson", "0.5"}, {"--density", "1e9"}})
+        EXPECT_TRUE(refuses(call({"prepare", cube, "--out", out(), option, value}), option)) << value;
+    EXPECT_FALSE(fs::exists(out()));
+    EXPECT_TRUE(refuses(run(write("tube.json", kTube), {"--pace", "nan"}), "--pace"));
+}
+
 TEST_F(Told, PlacesThatCannotBeWrittenAreRefusedBeforeAnythingIsDone) {
     const fs::path nowhere = folder / "no" / "such" / "place";
     EXPECT_TRUE(refuses(run(write("tube.json", kTube), {"--record-grants", nowhere}), "--record-grants"));

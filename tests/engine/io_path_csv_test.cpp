@@ -20,6 +20,20 @@ TEST(PathCsv, HeaderCommentsAndBlankLinesAreOptional) {
     }
 }
 
+TEST(PathCsv, AHeaderTellsTheOrderOfTheColumns) {
+    const auto rows = parse_path_csv("rotation_rad,time_s,insertion_mm\n-0.25,1.5,20\n0.5,2,30\n", "p.csv");
+    ASSERT_TRUE(rows.ok()) << rows.error().to_string();
+    ASSERT_EQ(rows->size(), 2u);
+    EXPECT_EQ((*rows)[0].time, 1.5);
+    EXPECT_EQ((*rows)[0].insertion, 20);
+    EXPECT_EQ((*rows)[0].rotation, -0.25);
+    EXPECT_EQ((*rows)[1].column, (std::array<std::size_t, 3>{5, 7, 1}));
+    const auto named = parse_path_csv("wire.rotation,wire.insertion,t\n1,2,3\n", "p.csv");
+    ASSERT_TRUE(named.ok()) << named.error().to_string();
+    EXPECT_EQ((*named)[0].time, 3);
+    EXPECT_EQ((*named)[0].insertion, 2);
+}
+
 TEST(PathCsv, WhatIsWrongIsNamedWithLineAndColumn) {
     struct Case {
         const char* text;
@@ -37,7 +51,8 @@ TEST(PathCsv, WhatIsWrongIsNamedWithLineAndColumn) {
         {"0,1,0\n0,1,0\n", 2, 1, "must increase"},
         {"1,1,0\n0.5,1,0\n", 2, 1, "must increase"},
         {"0,1,\n", 1, 1, "rotation is missing"},
-        {"t,rotation,insertion\n0,0,0\n", 1, 1, "'t'"},
+        {"t,insertion,insertion\n0,0,0\n", 1, 1, "'t'"},
+        {"rotation,t,insertion\n0,0,0\n1,0,0\n", 3, 3, "must increase"},
         {"0,1,0\nt,insertion,rotation\n", 2, 1, "'t'"},
         {"0;1;0\n", 1, 1, "1 columns"},
     };
@@ -84,6 +99,8 @@ TEST(PathCsv, WhatIsWrongWithNamedColumnsIsNamedWithLineAndColumn) {
         {"t,a.insertion,a.rotation,a.insertion\n0,1,2,3\n", 1, 26, "a.insertion stands twice"},
         {"t,a.insertion,a.rotation,b.speed\n0,1,2,3\n", 1, 26, "'b.speed'"},
         {"t,a.insertion,a.rotation,\n0,1,2,3\n", 1, 1, "NAME.insertion"},
+        {"a.insertion,a.rotation\n1,2\n", 1, 1, "has no column t"},
+        {"t,a.insertion,time,a.rotation\n0,1,2,3\n", 1, 15, "t stands twice"},
         {"t,a.insertion,a.rotation,b.insertion,b.rotation\n0,1,2,3\n", 2, 1, "4 columns; the header has 5"},
         {"t,a.insertion,a.rotation\n0,1,2\n1,1,two\n", 3, 5, "a.rotation is 'two'"},
         {"t,a.insertion,a.rotation\n0,,2\n", 2, 1, "a.insertion is missing"},
