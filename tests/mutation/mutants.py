@@ -3,6 +3,7 @@
 
     tests/mutation/mutants.py [--work FOLDER] [--jobs N] [--only NAME ...] [--markdown FILE]
     tests/mutation/mutants.py --build build/release [...]       of a finished build: a file is compiled and a program linked per mutant
+    tests/mutation/mutants.py --places                          only: is each mutant's place still there, once?
 
 Every mutant is one small edit: a sign, a tolerance, a missed child, a wrong winding, a stale box. The edits are made in a copy of the
 tracked files (FOLDER, /tmp/seldinger-mutants by default, kept between runs so that ccache and ninja have little to do); for each the
@@ -41,8 +42,8 @@ MUTANTS = [
            "a + best.bary[1] * ab - best.bary[2] * ca", "a + best.bary[1] * ab + best.bary[2] * ca", "base", "ClosestPoint.*"),
     Mutant("segment-end", "a segment's far end is forgotten", "base/closest_point.cpp",
            "std::min(along / length_sq, 1.0)", "along / length_sq", "base", "ClosestPoint.*:ClosestSegments.*"),
-    Mutant("tree-stale-box", "stale boxes: only leaves are refitted", "base/triangle_tree.cpp",
-           "node.box.add(nodes_[node.first].box);", "", "base", "TriangleTree.*:InsideTest.*"),
+    Mutant("tree-stale-box", "stale boxes: only leaves are refitted", "base/triangle_tree_follow.cpp",
+           "node.box.add(nodes[node.first].box);", "", "base", "TriangleTree.*:InsideTest.*"),
     Mutant("tree-stale-corners", "stale corners: a refit moves two of three corners", "base/triangle_tree.cpp",
            "for (std::size_t k = 0; k < 3; ++k) {\n            assert(triangles_[slot][k]",
            "for (std::size_t k = 0; k < 2; ++k) {\n            assert(triangles_[slot][k]", "base", "TriangleTree.*:InsideTest.*"),
@@ -52,14 +53,18 @@ MUTANTS = [
     Mutant("spring-sign", "a contact spring pulls where it should push", "fem/springs.cpp",
            "push_node(entry.node, push * entry.g)", "push_node(entry.node, -push * entry.g)", "fem", "Springs.*"),
     Mutant("spring-sticks", "damping acts on leaving too: a spring sticks", "fem/springs.cpp",
-           "rate < 0.0 ? -spring.damping * rate : 0.0", "-spring.damping * rate", "fem", "Springs.*"),
+           "spring.holds || rate < 0.0 ? -spring.damping * rate : 0.0", "-spring.damping * rate", "fem", "Springs.*"),
+    Mutant("spring-stays-behind", "a spring forgets that what it stands against moves", "fem/springs.cpp",
+           "spring.offset + spring.rate * time", "spring.offset", "fem", "Springs.*"),
+    Mutant("spring-from-full-depth", "a spring starts with all of its place's depth", "engine/step/spring_memory.cpp",
+           "return std::max(touch.gap, ", "return touch.gap; return std::max(touch.gap, ", "hard_cases", "*Flesh*"),
     Mutant("step-without-springs", "the stable step forgets the contact springs", "fem/stable_step.cpp",
            "std::sqrt(tissue.elastic + contact.stiffness)", "std::sqrt(tissue.elastic)", "fem", "StableStep.*:Advance.*"),
     Mutant("step-too-long", "a sub-step too few", "fem/stable_step.cpp",
            "const double count = std::ceil(step / stable.step);", "const double count = std::floor(step / stable.step);", "fem",
            "StableStep.*:Advance.*"),
     Mutant("rk4-weights", "the third stage of Runge-Kutta goes half as far", "fem/integrate.cpp",
-           "{NodeUpdate::MiddleStage, h},", "{NodeUpdate::MiddleStage, 0.5 * h},", "fem", "Integrate.*"),
+           "{NodeUpdate::MiddleStage, 0.5 * h, h},", "{NodeUpdate::MiddleStage, 0.5 * h, 0.5 * h},", "fem", "Integrate.*"),
     Mutant("leapfrog-drift", "leapfrog evaluates its forces at the start", "fem/integrate.cpp",
            "to.x[axis] += 0.5 * h * from.v[axis];", "to.x[axis] += 0.0 * h * from.v[axis];", "fem", "Leapfrog.*:Integrate.*"),
     Mutant("link-lever-sign", "the moment of a link force has the wrong sign", "fem/links.cpp",
@@ -107,6 +112,12 @@ MUTANTS = [
            "limits_.work_units > units_spent_ ? limits_.work_units - units_spent_ : 0",
            "limits_.work_units >= units_spent_ ? limits_.work_units - units_spent_ + 1 : 0", "engine", "StepBudget.*:Wire.*"),
 ]
+
+
+def find_loss(mutant):
+    """What is wrong with its place; empty: it is there, once."""
+    count = (ROOT / mutant.file).read_text().count(mutant.old)
+    return "" if count == 1 else f"{mutant.name}: its place occurs {count} times in {mutant.file}"
 
 
 def run(command, cwd, limit=None):
@@ -228,7 +239,11 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", nargs="*", default=[])
     parser.add_argument("--markdown", type=Path)
+    parser.add_argument("--places", action="store_true")
     options = parser.parse_args()
+    if options.places:
+        lost = [message for message in map(find_loss, MUTANTS) if message]
+        sys.exit("\n".join(lost) or 0)
     chosen = [m for m in MUTANTS if not options.only or m.name in options.only]
     if not chosen:
         sys.exit("no such mutant; known: " + ", ".join(m.name for m in MUTANTS))
@@ -244,8 +259,8 @@ def main():
     rows, survived = [], 0
     for mutant in chosen:
         sound = (ROOT / mutant.file).read_text()
-        if sound.count(mutant.old) != 1:
-            sys.exit(f"{mutant.name}: its place occurs {sound.count(mutant.old)} times in {mutant.file}")
+        if loss := find_loss(mutant):
+            sys.exit(loss)
         begun = time.monotonic()
         try:
             code, output, program = tree.mutated(mutant, sound.replace(mutant.old, mutant.new))
