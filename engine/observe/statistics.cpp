@@ -122,6 +122,9 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
     open_steps += report.pairs_open > 0;
     lumen_exits += report.lumen_exits;
     exit_steps += report.lumen_exits > 0;
+    deepest_touch_m = std::max(deepest_touch_m, report.deepest_touch_m);
+    deepest_share = std::max(deepest_share, report.deepest_share);
+    deep_steps += report.deepest_share > kDeep;
     passed_places += report.passed_places;
     passed_steps += report.passed_places > 0;
     unproven_solids += report.unproven_solids;

@@ -122,6 +122,7 @@ void add_losses(const RunRecord& record, Json& json) {
     json["smallest_safe_fraction"] = t.smallest_safe_fraction;
     json["exact_abandoned_steps"] = t.exact_abandoned;
     json["unproven_steps"] = t.unproven_steps;
+    json["deepest_touch_m"] = t.deepest_touch_m;
     json["passed_places_total"] = t.passed_places;
     json["unproven_solids_total"] = t.unproven_solids;
     json["steps_with_open_pairs"] = t.open_steps;

@@ -79,6 +79,12 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Open sphere pairs", t.open_steps,
                                    fmt::format("in {}, as coarse as level {}", of_steps(t.open_steps, record), t.coarsest_level),
                                    Mark::Note, "The descent ended there, with the answer it had."));
+    if (effects.coarse_contact && t.deep_steps > 0)
+        losses.push_back(
+            loud(make_loss("Solids deep in one another", t.deep_steps,
+                           fmt::format("by up to {} mm, up to {:.0f} % of the thinner one, in {}", number_text(1e3 * t.deepest_touch_m),
+                                       100.0 * t.deepest_share, of_steps(t.deep_steps, record)),
+                           Mark::Note, "The springs of contact give way: a larger solid_stiffness, or a gentler press.")));
     if (effects.coarse_contact && t.passed_steps + t.unproven_solid_steps > 0) { // only where solids press that hard, or go that fast
         losses.push_back(make_loss("Solids deeper than the middle", t.passed_steps, fmt::format("in {}", of_steps(t.passed_steps, record)),
                                    Mark::Note,

@@ -158,6 +158,14 @@ double force_of(const SceneModel& model, std::size_t body, Index index, const St
     return std::clamp(-gap * spring.stiffness, spring.holds ? -spring.limit : 0.0, spring.limit);
 }
 
+void note_depth(const Contact& touch, StepContext& context) {
+    StepReport& report = context.report;
+    report.deepest_touch_m = std::max(report.deepest_touch_m, -touch.gap);
+    if (touch.body_a == touch.body_b) return;
+    const double thinner = std::min(context.bodies[touch.body_a].thickness, context.bodies[touch.body_b].thickness);
+    if (thinner > 0.0) report.deepest_share = std::max(report.deepest_share, -touch.gap / thinner);
+}
+
 } // namespace
 
 bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept {
@@ -238,7 +246,7 @@ void push_solids(const SceneModel& model, const State& state, StepContext& conte
         const double gap = is_pressed ? -(pressed++)->pushed : find_start_gap(model, context.solids, touch);
         push_touch(model, touch, gap, state, context);
         context.report.solid_touches += touch.gap <= 0.0;
-        context.report.deepest_touch_m = std::max(context.report.deepest_touch_m, -touch.gap);
+        note_depth(touch, context);
     }
     sort_memory(context.solids);
     push_spheres(model, state, context);

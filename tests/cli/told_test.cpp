@@ -53,6 +53,8 @@ TEST_F(Told, ACrushedBodyIsOnTheTerminalAndInTheSummary) {
     ASSERT_GT(summary()["inverted_tets_max"], 0);
     EXPECT_NE(ended.err.find("Crushed elements: up to "), std::string::npos) << ended;
     EXPECT_TRUE(notices("Crushed elements: up to ")) << summary()["notices"];
+    EXPECT_TRUE(notices("Solids deep in one another: by up to ")) << summary()["notices"];
+    EXPECT_GT(summary()["deepest_touch_m"], 0.25 * 0.01) << "a quarter of the table";
     const std::string report = text_of(out() / "report.html");
     const std::size_t told = report.find("Crushed elements");
     ASSERT_NE(told, std::string::npos);
