@@ -6,26 +6,55 @@ namespace seldinger::fem {
 
 namespace {
 
-/// position(node), velocity(node), push(node, force)
+struct Moment {
+    double gap = 0.0, rate = 0.0;     // m, m/s
+    double elastic = 0.0, push = 0.0; // N
+};
+
+/// position(node), velocity(node); bound: N, of a spring that holds
+template <class Position, class Velocity>
+Moment look_at(const ContactSprings& springs, const ContactSpring& spring, double time, double bound, Position&& position,
+               Velocity&& velocity) noexcept {
+    Moment m{spring.offset + spring.rate * time, spring.rate};
+    for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k) {
+        const SpringEntry& entry = springs.entries[k];
+        m.gap += entry.g.dot(position(entry.node));
+        m.rate += entry.g.dot(velocity(entry.node));
+    }
+    const bool holds = spring.load != kNoIndex;
+    if (!holds && !(m.gap < 0.0)) return m;
+    const double most = holds ? bound : spring.limit, least = holds ? -bound : 0.0;
+    m.elastic = std::clamp(-spring.stiffness * m.gap, least, most);
+    const double drag = holds || m.rate < 0.0 ? -spring.damping * m.rate : 0.0;
+    m.push = std::clamp(m.elastic + drag, least, most);
+    return m;
+}
+
+/// push_node(node, force)
 template <class Position, class Velocity, class Push>
 SpringReport add_forces(const ContactSprings& springs, double time, Position&& position, Velocity&& velocity, Push&& push_node) noexcept {
     SpringReport report;
-    for (const ContactSpring& spring : springs.springs) {
-        const std::span<const SpringEntry> entries(springs.entries.data() + spring.first_entry, spring.entry_count);
-        double gap = spring.offset + spring.rate * time, rate = spring.rate;
-        for (const SpringEntry& entry : entries) {
-            gap += entry.g.dot(position(entry.node));
-            rate += entry.g.dot(velocity(entry.node));
+    Index before = kNoIndex; // a spring that was just looked at, and what it pushes with: mostly the load of those behind it
+    double push_before = 0.0;
+    for (Index index = 0; index < springs.springs.size(); ++index) {
+        const ContactSpring& spring = springs.springs[index];
+        double bound = 0.0;
+        if (spring.load != kNoIndex) {
+            if (spring.load != before) {
+                before = spring.load;
+                push_before = look_at(springs, springs.springs[before], time, 0.0, position, velocity).push;
+            }
+            bound = spring.friction * push_before;
+            if (!(bound > 0.0)) continue;
         }
-        if (!(gap < 0.0) && !spring.holds) continue;
-        const double least = spring.holds ? -spring.limit : 0.0;
-        const double elastic = std::clamp(-spring.stiffness * gap, least, spring.limit);
-        const double drag = spring.holds || rate < 0.0 ? -spring.damping * rate : 0.0;
-        const double push = std::clamp(elastic + drag, least, spring.limit);
-        for (const SpringEntry& entry : entries) push_node(entry.node, push * entry.g);
+        const Moment m = look_at(springs, spring, time, bound, position, velocity);
+        if (spring.load == kNoIndex) before = index, push_before = m.push;
+        if (spring.load == kNoIndex && !(m.gap < 0.0)) continue;
+        for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k)
+            push_node(springs.entries[k].node, m.push * springs.entries[k].g);
         ++report.pressed;
-        report.energy += elastic * (-gap - (spring.stiffness > 0.0 ? 0.5 * elastic / spring.stiffness : 0.0));
-        if (gap < report.deepest_gap) report.deepest_gap = gap;
+        report.energy += m.elastic * (-m.gap - (spring.stiffness > 0.0 ? 0.5 * m.elastic / spring.stiffness : 0.0));
+        if (m.gap < report.deepest_gap && spring.load == kNoIndex) report.deepest_gap = m.gap;
     }
     return report;
 }

@@ -17,16 +17,18 @@ struct SpringEntry {
 
 /// gap(x, t) = offset + rate t + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping
 /// max(0, -d gap/dt), at most `limit`. Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
-/// One that holds (friction's) pulls as it pushes: N = -stiffness gap - damping d gap/dt whatever the gap, within +-limit.
+/// One that holds (friction's) pulls as it pushes: N = -stiffness gap - damping d gap/dt whatever the gap, within +-friction times
+/// what the spring `load` before it pushes with at that moment.
 struct ContactSpring {
     Index first_entry = 0;                                  // into ContactSprings::entries
     std::uint16_t entry_count = 0;                          // coarse nodes it hangs on, 3 for a linked vertex
-    bool holds = false;                                     // pulls, too
+    Index load = kNoIndex;                                  // the spring whose push bounds its own; kNoIndex: it does not hold
     double offset = 0.0;                                    // m
     double rate = 0.0;                                      // m/s, what it stands against moves on by itself; < 0: it comes nearer
     double stiffness = 0.0;                                 // N/m, >= 0
     double damping = 0.0;                                   // N s/m, >= 0
     double limit = std::numeric_limits<double>::infinity(); // N, >= 0
+    double friction = 0.0;                                  // Coulomb's, >= 0
 };
 
 struct ContactSprings {
@@ -40,7 +42,7 @@ struct ContactSprings {
 };
 
 struct SpringReport {
-    std::uint32_t pressed = 0; // springs with a negative gap, and those that hold
+    std::uint32_t pressed = 0; // springs with a negative gap, and those that hold beneath such a load
     double energy = 0.0;       // J, what the pressed ones give back: 1/2 stiffness gap^2 up to their limit
     double deepest_gap = 0.0;  // m, <= 0
 };

@@ -44,8 +44,8 @@ void add_rows(const HardCase& hard, BenchTable& table) {
 
 std::vector<HardCase> hard_cases() {
     std::vector<HardCase> all;
-    for (const auto& group :
-         {hard_elements(), hard_steps(), hard_sweeps(), hard_contacts(), hard_presses(), hard_places(), hard_tunnels(), hard_instruments(), hard_runs()})
+    for (const auto& group : {hard_elements(), hard_steps(), hard_sweeps(), hard_contacts(), hard_presses(), hard_slopes(), hard_places(),
+                              hard_tunnels(), hard_instruments(), hard_runs()})
         all.insert(all.end(), group.begin(), group.end());
     return all;
 }

@@ -66,6 +66,7 @@ struct HardCase {
 [[nodiscard]] std::span<const HardCase> hard_places() noexcept;
 [[nodiscard]] std::span<const HardCase> hard_tunnels() noexcept;
 [[nodiscard]] std::span<const HardCase> hard_presses() noexcept;
+[[nodiscard]] std::span<const HardCase> hard_slopes() noexcept;
 [[nodiscard]] std::span<const HardCase> hard_instruments() noexcept;
 [[nodiscard]] std::span<const HardCase> hard_runs() noexcept;
 

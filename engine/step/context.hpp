@@ -56,10 +56,8 @@ struct LeafPair {
 /// A vertex of one body that is in another one, or through it, and where it went in.
 struct SolidEntry {
     std::size_t own = 0, other = 0;
-    Index vertex = 0;          // of own
-    Index by = kNoIndex;       // triangle of other: the side that it came by
-    Vec3 drawn = Vec3::Zero(); // m, from b to a: by how much friction's spring is drawn along the surface
-
+    Index vertex = 0;    // of own
+    Index by = kNoIndex; // triangle of other: the side that it came by
     [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
 };
 
@@ -74,16 +72,19 @@ struct SprungPlace {
     std::size_t own = 0, other = 0;
     Index vertex = 0;                               // of own
     Index spring_a = kNoIndex, spring_b = kNoIndex; // of own's owner, and of other's
-    double held = 0.0;                              // m, by how much they are pressed together; see note_held
+    double pressed = 0.0;                           // m, that they started with
+    double held = 0.0;                              // m, by how much they are pressed in the end; see note_held
+    Vec3 drawn = Vec3::Zero();                      // m, from other to own: by how much friction's are drawn along the surface
 
     [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
 };
 
 /// How far a surface goes in a step.
 struct SurfaceTravel {
-    Vec3 mean = Vec3::Zero(); // m
-    double spread = 0.0;      // m, no vertex moves by more from the mean
-    double farthest = 0.0;    // m, nor by more in all
+    Vec3 mean = Vec3::Zero();   // m
+    double spread = 0.0;        // m, no vertex moves by more from the mean
+    double farthest = 0.0;      // m, nor by more in all
+    Vec3 change = Vec3::Zero(); // m, that the next step is known to add; see find_known_change
 };
 
 /// A sphere of one body and what its distance to another body's surface promises.

@@ -168,7 +168,7 @@ void press_touches(const SceneModel& model, const State& state, std::size_t firs
         const double others =
             touch.normal.dot(point_on(face, bary, way.surface(way.other)) - point_on(face, bary, way.surface_t0(way.other))) / model.step_s;
         double wanted = kRecovery - std::max(0.0, own - others);
-        const double* held = find_held(solids, touch);
+        const SprungPlace* held = find_sprung(solids, touch);
         if (held == nullptr) { // what a script drove through it in this step had no spring to go along with
             const bool own_is_free = model.bodies[way.own].links.has_value(), other_is_free = model.bodies[way.other].links.has_value();
             const double driven = (own_is_free ? 0.0 : -own) + (other_is_free ? 0.0 : others);
@@ -176,7 +176,7 @@ void press_touches(const SceneModel& model, const State& state, std::size_t firs
             wanted = std::max(0.0, driven) + kRecovery - std::max(0.0, leaving);
         }
         const double brought = frequency > 0.0 ? std::max(0.0, wanted) / frequency : 0.0;
-        pressed.pushed = std::min(-touch.gap, (held ? *held : 0.0) + brought);
+        pressed.pushed = std::min(-touch.gap, (held ? held->held : 0.0) + brought);
     }
 }
 

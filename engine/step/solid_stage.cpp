@@ -16,17 +16,13 @@ namespace seldinger::engine {
 
 namespace {
 
-/// m/s; below this slip the friction of places that are not remembered from step to step (edges) fades with it, so that a force which
-/// is fixed for a step does not turn the slip round: mu g step stays below it up to mu = 0.4 at 5 ms.
-constexpr double kSlip = 0.02;
-
 /// [-]; the heavier of two bodies takes at least so much of the way apart: less would make its springs that much stiffer, and their
 /// stable step shorter.
 constexpr double kLeastShare = 0.1;
 
-/// Steps; friction's springs are damped by so many times their stiffness: without, what rests would go on shivering on them. Twice as
-/// much leaves a third of the shivering, and the damping's own stable step takes 1.7 times as long.
-constexpr double kFrictionLag = 0.5;
+/// [-]; friction's springs are damped by so much of what would be critical for the nodes beneath one place, without which what rests would
+/// go on shivering on them. Several places hang on a node: together they come near to critical, and need no shorter stable step.
+constexpr double kFrictionDamping = 0.1;
 
 /// Pairs of bodies that the list of those who meet holds without growing.
 constexpr std::size_t kReservedPairs = 4096;
@@ -55,8 +51,10 @@ struct Place {
 struct Push {
     Vec3 direction; // unit, of the first body
     double gap, stiffness, damping, limit;
-    bool holds = false; // pulls, too
-    double rate = 0.0;  // m/s, of the gap, by what scripts move
+    double friction = 0.0;             // Coulomb's, of one that holds beneath the load of `under`
+    const SpringPair* under = nullptr; // null: it does not
+    double rate = 0.0;                 // m/s, of the gap, by what scripts move
+    Index load = kNoIndex;             // the side's own spring of `under`
 };
 
 /// Index of the spring among its owner's.
@@ -65,16 +63,23 @@ Index push_place(const SceneModel& model, const Place& place, const Vec3& direct
     if (!model.bodies[place.body].links) return kNoIndex;
     if (!add_surface_spring(model,
                             {place.body, place.vertices, place.weights, direction, push.gap, push.stiffness, push.damping, push.limit,
-                             push.rate, push.holds},
+                             push.rate, push.load, push.friction},
                             state, context))
         return kNoIndex;
     return static_cast<Index>(context.bodies[owner_of(model, place.body)].springs.springs.size() - 1);
 }
 
-/// Of the gap between two bodies that move, so much is the first one's to close; 1 where the other takes any force.
-double share_of(const SceneModel& model, std::size_t body, std::size_t other) {
-    if (!model.bodies[body].links || !model.bodies[other].links) return 1.0;
-    const double own = model.bodies[owner_of(model, body)].tissue->mass, others = model.bodies[owner_of(model, other)].tissue->mass;
+/// Does it hang on nodes that a force moves? What stands still, or goes its scripted way, takes any.
+bool gives_way(const SceneModel& model, const Place& place) {
+    const std::optional<fem::RigidLinks>& links = model.bodies[place.body].links;
+    return links && std::any_of(place.vertices.begin(), place.vertices.end(), [&](Index v) { return links->vertex_frame[v] != kNoIndex; });
+}
+
+/// Of the gap between two places, so much is the first one's to close.
+double share_of(const SceneModel& model, const Place& place, const Place& other) {
+    if (!gives_way(model, place) || !gives_way(model, other)) return 1.0;
+    const double own = model.bodies[owner_of(model, place.body)].tissue->mass;
+    const double others = model.bodies[owner_of(model, other.body)].tissue->mass;
     return std::clamp(others / (own + others), kLeastShare, 1.0 - kLeastShare);
 }
 
@@ -99,16 +104,11 @@ Index push_side(const SceneModel& model, const Place& place, const Vec3& directi
 /// spring would begin with k (v h)^2 / 2 from nowhere, for a speed v and a step h: stiff ones would throw off what is pressed slowly.
 void push_both(const SceneModel& model, const Place& a, const Place& b, Push push, const State& state, StepContext& context) {
     push.rate = push.direction.dot(a.scripted_velocity(model, state) - b.scripted_velocity(model, state));
-    const Index on_a = push_side(model, a, push.direction, push, share_of(model, a.body, b.body), state, context);
-    const Index on_b = push_side(model, b, -push.direction, push, share_of(model, b.body, a.body), state, context);
+    if (push.under) push.load = push.under->spring_a;
+    const Index on_a = push_side(model, a, push.direction, push, share_of(model, a, b), state, context);
+    if (push.under) push.load = push.under->spring_b;
+    const Index on_b = push_side(model, b, -push.direction, push, share_of(model, b, a), state, context);
     context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
-}
-
-/// Of a place that is in: what `entries` remembers of it; nullptr: an edge, or a place outside.
-template <class Entries>
-auto find_entry_of(Entries& entries, const Contact& touch) -> decltype(entries.data()) {
-    if (touch.feature_a[1] != kNoIndex) return nullptr;
-    return find_entry(entries, {touch.body_a, touch.body_b, touch.feature_a[0]});
 }
 
 /// m; friction's spring after a slip: drawn along with it, and dragged where it would pull harder than Coulomb's cone.
@@ -120,6 +120,43 @@ Vec3 draw_on(const Vec3& before, const Vec3& slip, const Vec3& normal, double lo
     return length > longest ? Vec3((longest / length) * drawn) : drawn;
 }
 
+/// 1/kg; how fast the nodes that a spring hangs on let its place give way. 0: it does not.
+double find_lightness(const SceneModel& model, std::size_t body, Index index, const StepContext& context) {
+    if (index == kNoIndex) return 0.0;
+    const std::size_t owner = owner_of(model, body);
+    const fem::ContactSprings& springs = context.bodies[owner].springs;
+    const fem::ContactSpring& spring = springs.springs[index];
+    double lightness = 0.0;
+    for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k)
+        lightness += springs.entries[k].g.squaredNorm() / model.bodies[owner].tissue->node_mass[springs.entries[k].node];
+    return lightness;
+}
+
+/// Two springs along the surface: the way that it was drawn and across, each at any moment within mu times what the place is pressed with
+/// at that moment. How far they are drawn is bounded by the larger of the loads at the ends of the step: one that bounces a little from
+/// step to step does not lose its hold at each end where it is light.
+void hold_against_slip(const SceneModel& model, const Contact& touch, const Place& a, const Place& b, const State& state,
+                       StepContext& context, SprungPlace& own) {
+    const ContactSettings& contact = model.contact;
+    const SprungPlace* before = find_sprung(context.solids, touch);
+    const Vec3 slip = a.motion(model, state, context) - b.motion(model, state, context); // m, in the step
+    const double longest = contact.solid_friction * std::max(own.pressed, before != nullptr ? before->pressed : 0.0);
+    own.drawn = draw_on(before != nullptr ? before->drawn : Vec3(Vec3::Zero()), slip, touch.normal, longest);
+    const double length = own.drawn.norm();
+    const Vec3 along = length > 0.0 ? Vec3(-own.drawn / length) : touch.normal.unitOrthogonal();
+    const SpringPair load = context.solids.springs.back();
+    const double lightness =
+        find_lightness(model, load.body_a, load.spring_a, context) + find_lightness(model, load.body_b, load.spring_b, context);
+    const double damping = lightness > 0.0 ? 2.0 * kFrictionDamping * std::sqrt(contact.solid_stiffness / lightness) : 0.0;
+    Push push{along, -length, contact.solid_stiffness, damping, 0.0};
+    push.friction = contact.solid_friction;
+    push.under = &load;
+    push_both(model, a, b, push, state, context);
+    push.direction = touch.normal.cross(along);
+    push.gap = 0.0;
+    push_both(model, a, b, push, state, context);
+}
+
 /// gap: m, that its springs start with
 void push_touch(const SceneModel& model, const Contact& touch, double gap, const State& state, StepContext& context) {
     const ContactSettings& contact = model.contact;
@@ -128,34 +165,21 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
     const Place b{touch.body_b, touch.feature_b, touch.bary_b};
     constexpr double kNoLimit = std::numeric_limits<double>::infinity();
     push_both(model, a, b, {touch.normal, gap, contact.solid_stiffness, contact.solid_damping, kNoLimit}, state, context);
-    remember_springs(touch, context.solids);
-    const double most = contact.solid_friction * contact.solid_stiffness * std::max(0.0, -gap);
-    if (!(most > 0.0)) return;
+    SprungPlace of_edge; // forgotten: it holds from the slip of the last step on
+    of_edge.pressed = std::max(0.0, -gap);
+    SprungPlace* own = remember_springs(touch, gap, context.solids);
+    if (!(contact.solid_friction > 0.0)) return;
     context.report.effects.note(Effect::Friction);
-    Vec3 slip = a.motion(model, state, context) - b.motion(model, state, context); // m, in the step
-    slip -= slip.dot(touch.normal) * touch.normal;
-    if (SolidEntry* own = find_entry_of(context.solids.entries, touch); own != nullptr) {
-        const SolidEntry* before = find_entry_of(context.solids.entries_before, touch);
-        own->drawn = draw_on(before != nullptr ? before->drawn : Vec3(Vec3::Zero()), slip, touch.normal, most / contact.solid_stiffness);
-        const double length = own->drawn.norm();
-        if (length > 0.0)
-            push_both(
-                model, a, b,
-                {-own->drawn / length, -length, contact.solid_stiffness, kFrictionLag * model.step_s * contact.solid_stiffness, most, true},
-                state, context);
-        return;
-    }
-    const double way = slip.norm();
-    if (!(way > 0.0)) return;
-    const double force = most * std::min(1.0, way / (kSlip * model.step_s));
-    push_both(model, a, b, {-slip / way, -force / contact.solid_stiffness, contact.solid_stiffness, 0.0, force}, state, context);
+    hold_against_slip(model, touch, a, b, state, context, own != nullptr ? *own : of_edge);
 }
 
 /// N; what a spring pushes with at the step's end, as its nodes stand.
 double force_of(const SceneModel& model, std::size_t body, Index index, const State& state, const StepContext& context) {
     const fem::ContactSpring& spring = context.bodies[owner_of(model, body)].springs.springs[index];
-    const double gap = find_spring_gap(model, body, index, model.step_s, state, context);
-    return std::clamp(-gap * spring.stiffness, spring.holds ? -spring.limit : 0.0, spring.limit);
+    const double pushed = -spring.stiffness * find_spring_gap(model, body, index, model.step_s, state, context);
+    if (spring.load == kNoIndex) return std::clamp(pushed, 0.0, spring.limit);
+    const double most = spring.friction * force_of(model, body, spring.load, state, context);
+    return std::clamp(pushed, -most, most);
 }
 
 void note_depth(const Contact& touch, StepContext& context) {

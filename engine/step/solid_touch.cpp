@@ -80,7 +80,7 @@ Look look_at_vertex(const OneWay& way, Index v, double reach) {
         const Triangle& face = way.face(standing->at.triangle);
         const Vec3 now = point_on(face, standing->at.bary, way.surface(way.other));
         const Vec3 before = point_on(face, standing->at.bary, way.surface_t0(way.other));
-        if (touch.gap > way.model.contact.margin + own_way + (now - before).norm()) return {};
+        if (touch.gap > way.model.contact.margin + own_way + (now - before).norm() + way.known_change()) return {};
         if (touch.normal.dot(way.context.bodies[way.own].vertex_normal[v]) > kFacing) return {};
     } else {
         if (standing->pressed) solids.pressed.push_back({solids.touches.size(), 0.0});
@@ -99,7 +99,7 @@ void add_edge_touch(const OneWay& way, const Probe& probe) {
     if (const auto hit = against.tree().closest(place)) way.context.solids.touches.push_back(make_touch(way, probe, place, *hit, true));
 }
 
-double reach_of(const OneWay& way) { return way.model.contact.margin + way.context.bodies[way.other].motion.farthest; }
+double reach_of(const OneWay& way) { return way.model.contact.margin + way.context.bodies[way.other].motion.farthest + way.known_change(); }
 
 void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a) {
     BodyScratch& scratch = way.context.bodies[way.own];
@@ -213,6 +213,7 @@ void refresh(const SceneModel& model, const State& state, std::size_t body, Step
     if (model.bodies[body].moves()) {
         scratch.inside.refit(state.bodies[body].surface);
         scratch.motion = find_motion(scratch.surface_t0, state.bodies[body].surface);
+        scratch.motion.change = find_known_change(model, body, state);
     }
     if (model.bodies[body].moves() || scratch.vertex_normal.empty())
         find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, scratch.vertex_normal);

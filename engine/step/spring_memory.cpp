@@ -24,24 +24,25 @@ void note_held(const SceneModel& model, const State& state, StepContext& context
     }
 }
 
-const double* find_held(const SolidScratch& solids, const Contact& touch) noexcept {
+const SprungPlace* find_sprung(const SolidScratch& solids, const Contact& touch) noexcept {
     if (!is_of_vertex(touch)) return nullptr;
     const std::tuple<std::size_t, std::size_t, Index> key{touch.body_a, touch.body_b, touch.feature_a[0]};
     const auto place = std::lower_bound(solids.sprung_before.begin(), solids.sprung_before.end(), key,
                                         [](const SprungPlace& x, const auto& wanted) { return x.key() < wanted; });
-    return place != solids.sprung_before.end() && place->key() == key ? &place->held : nullptr;
+    return place != solids.sprung_before.end() && place->key() == key ? &*place : nullptr;
 }
 
 double find_start_gap(const SceneModel& model, const SolidScratch& solids, const Contact& touch) noexcept {
     if (!(touch.gap < 0.0) || !is_of_vertex(touch)) return touch.gap;
-    const double* held = find_held(solids, touch);
-    return std::max(touch.gap, -((held ? *held : 0.0) + kSettling * model.step_s));
+    const SprungPlace* before = find_sprung(solids, touch);
+    return std::max(touch.gap, -((before ? before->held : 0.0) + kSettling * model.step_s));
 }
 
-void remember_springs(const Contact& touch, SolidScratch& solids) {
-    if (!is_of_vertex(touch)) return;
+SprungPlace* remember_springs(const Contact& touch, double gap, SolidScratch& solids) {
+    if (!is_of_vertex(touch)) return nullptr;
     const SpringPair& made = solids.springs.back();
-    solids.sprung.push_back({touch.body_a, touch.body_b, touch.feature_a[0], made.spring_a, made.spring_b});
+    return &solids.sprung.emplace_back(
+        SprungPlace{touch.body_a, touch.body_b, touch.feature_a[0], made.spring_a, made.spring_b, std::max(0.0, -gap)});
 }
 
 void sort_memory(SolidScratch& solids) {

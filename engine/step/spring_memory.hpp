@@ -19,14 +19,14 @@ inline constexpr double kSettling = 1e-3;
 /// Notes what the vertices' springs of the last response hold at the step's end, and forgets whose they were.
 void note_held(const SceneModel& model, const State& state, StepContext& context);
 
-/// m; nullptr: no spring waited for it.
-[[nodiscard]] const double* find_held(const SolidScratch& solids, const Contact& touch) noexcept;
+/// Of the last response; nullptr: no spring waited for it, or it is no vertex.
+[[nodiscard]] const SprungPlace* find_sprung(const SolidScratch& solids, const Contact& touch) noexcept;
 
 /// m, <= 0; the gap that the springs of a place start with. Of vertices that are in what they held, and a little more, up to their depth.
 [[nodiscard]] double find_start_gap(const SceneModel& model, const SolidScratch& solids, const Contact& touch) noexcept;
 
-/// Remembers the springs that were just made for a touch, if it is a vertex's; sort_memory once all are made.
-void remember_springs(const Contact& touch, SolidScratch& solids);
+/// Remembers the springs that were just made for a touch with this gap; nullptr: it is no vertex's. sort_memory once all are made.
+SprungPlace* remember_springs(const Contact& touch, double gap, SolidScratch& solids);
 void sort_memory(SolidScratch& solids);
 
 } // namespace seldinger::engine

@@ -37,7 +37,7 @@ void pass_frames(Stream& stream, Frames& frames) {
 template <class Stream, class Springs>
 void pass_springs(Stream& stream, Springs& springs) {
     stream.list(springs.springs, [&](auto& s) {
-        stream.number(s.first_entry), stream.number(s.entry_count), stream.number(s.holds);
+        stream.number(s.first_entry), stream.number(s.entry_count), stream.number(s.load), stream.number(s.friction);
         stream.number(s.offset), stream.number(s.rate), stream.number(s.stiffness), stream.number(s.damping), stream.number(s.limit);
     });
     stream.list(springs.entries, [&](auto& e) {
@@ -119,7 +119,6 @@ void pass_solids(Stream& stream, Solids& solids) {
     });
     stream.list(solids.entries, [&](auto& entry) {
         stream.number(entry.own), stream.number(entry.other), stream.number(entry.vertex), stream.number(entry.by);
-        stream.vector(entry.drawn);
     });
     stream.list(solids.springs, [&](auto& pair) {
         stream.number(pair.body_a), stream.number(pair.body_b), stream.number(pair.spring_a), stream.number(pair.spring_b);
@@ -127,7 +126,7 @@ void pass_solids(Stream& stream, Solids& solids) {
     });
     stream.list(solids.sprung, [&](auto& place) {
         stream.number(place.own), stream.number(place.other), stream.number(place.vertex);
-        stream.number(place.spring_a), stream.number(place.spring_b);
+        stream.number(place.spring_a), stream.number(place.spring_b), stream.number(place.pressed), stream.vector(place.drawn);
     });
 }
 
@@ -174,7 +173,10 @@ bool is_none_or(std::size_t count, std::size_t wanted) { return count == 0 || co
 bool is_id(Index id, std::size_t count) { return id == kNoIndex || id < count; }
 
 bool springs_fit(const fem::ContactSprings& springs, std::size_t nodes) {
-    for (const fem::ContactSpring& s : springs.springs) {
+    for (Index index = 0; index < springs.springs.size(); ++index) {
+        const fem::ContactSpring& s = springs.springs[index];
+        if (s.load != kNoIndex && (s.load >= index || springs.springs[s.load].load != kNoIndex)) return false;
+        if (!std::isfinite(s.friction) || !(s.friction >= 0.0)) return false;
         if (std::size_t{s.first_entry} + s.entry_count > springs.entries.size()) return false;
         if (!std::isfinite(s.offset) || !std::isfinite(s.rate) || !std::isfinite(s.stiffness) || !(s.stiffness >= 0.0)) return false;
         if (!std::isfinite(s.damping) || !(s.damping >= 0.0) || !(s.limit >= 0.0)) return false;
@@ -243,7 +245,7 @@ bool solids_fit(const SceneModel& model, const StepContext& context) {
                        [&](const SolidEntry& e) {
                            return e.own < bodies && e.other < bodies && are_solid_pair(model, e.own, e.other) &&
                                   meet_by_surface(model, e.own, e.other) && e.vertex < model.bodies[e.own].surface.vertices.size() &&
-                                  e.by < model.bodies[e.other].surface.triangles.size() && is_finite(e.drawn);
+                                  e.by < model.bodies[e.other].surface.triangles.size();
                        }) &&
            std::is_sorted(s.entries.begin(), s.entries.end(), [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
            std::all_of(s.springs.begin(), s.springs.end(),
@@ -254,7 +256,8 @@ bool solids_fit(const SceneModel& model, const StepContext& context) {
            std::all_of(s.sprung.begin(), s.sprung.end(),
                        [&](const SprungPlace& p) {
                            return p.own < bodies && p.other < bodies && p.vertex < model.bodies[p.own].surface.vertices.size() &&
-                                  is_spring(p.own, p.spring_a) && is_spring(p.other, p.spring_b);
+                                  is_spring(p.own, p.spring_a) && is_spring(p.other, p.spring_b) && std::isfinite(p.pressed) &&
+                                  is_finite(p.drawn);
                        }) &&
            std::is_sorted(s.sprung.begin(), s.sprung.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
 }

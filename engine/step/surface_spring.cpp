@@ -17,7 +17,8 @@ bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const 
     spring.limit = push.limit;
     spring.offset = push.gap;
     spring.rate = push.rate;
-    spring.holds = push.holds;
+    spring.load = push.load;
+    spring.friction = push.friction;
     for (std::size_t k = 0; k < push.vertices.size(); ++k) {
         const fem::LinkForces share =
             fem::spread_link_force(*model.bodies[push.body].links, push.vertices[k], nodes, push.weights[k] * push.direction);

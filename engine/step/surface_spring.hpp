@@ -22,7 +22,8 @@ struct SurfacePush {
     double damping = 0.0;                                   // N s/m, on approach
     double limit = std::numeric_limits<double>::infinity(); // N
     double rate = 0.0;                                      // m/s, of the gap, by what it stands against
-    bool holds = false;                                     // pulls, too, once the gap is open
+    Index load = kNoIndex;                                  // of friction: the owner's spring that it rubs under; it pulls, too
+    double friction = 0.0;                                  // Coulomb's
 };
 
 /// Adds a spring to the owner's; the nodes get the force through the transpose of the links' derivative, so that
