@@ -24,8 +24,8 @@ void add_solid_pairs(const SceneModel& model, StepContext& context);
 /// Contacts of solid pairs in context.coarse become springs on both bodies, equal and opposite, evaluated in every stage of
 /// the next step's integration. Beneath leaves the closest points of the surfaces push (find_touches), and where the budget left pairs
 /// open, the places that a bounded look finds (probe_open_pairs); where a surface has no inside the spheres do (push_spheres).
-/// Friction, where the scene has it, is a spring along the surface for each vertex that is in, drawn by what slips and dragged
-/// at mu times the normal force: what rests stays where it is. Edges, and spheres, have a force against the slip of the last step.
+/// Friction, where the scene has it, is two springs along the surface for each vertex that touches, drawn by what slips and within mu times
+/// what presses at any moment: what rests stays where it is. Those of edges begin anew in each step, with its last slip.
 /// source   seed 003, section 4: forces on the coarse vertices linked to the spheres. Deviates: the depth is the surfaces', by
 ///          which a body rests where its surface is, and not where its spheres bulge.
 void push_solids(const SceneModel& model, const State& state, StepContext& context);
