@@ -30,6 +30,12 @@ Moment look_at(const ContactSprings& springs, const ContactSpring& spring, doubl
     return m;
 }
 
+Moment look_at_rest(const ContactSprings& springs, Index spring, double time, double bound, std::span<const Vec3> position) noexcept {
+    return look_at(
+        springs, springs.springs[spring], time, bound, [&](Index node) -> const Vec3& { return position[node]; },
+        [](Index) -> Vec3 { return Vec3::Zero(); });
+}
+
 /// push_node(node, force)
 template <class Position, class Velocity, class Push>
 SpringReport add_forces(const ContactSprings& springs, double time, Position&& position, Velocity&& velocity, Push&& push_node) noexcept {
@@ -60,6 +66,16 @@ SpringReport add_forces(const ContactSprings& springs, double time, Position&& p
 }
 
 } // namespace
+
+double find_spring_gap(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept {
+    return look_at_rest(springs, spring, time, 0.0, position).gap;
+}
+
+double find_spring_push(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept {
+    const ContactSpring& s = springs.springs[spring];
+    const double bound = s.load == kNoIndex ? 0.0 : s.friction * find_spring_push(springs, s.load, time, position);
+    return look_at_rest(springs, spring, time, bound, position).push;
+}
 
 SpringReport add_spring_forces(const ContactSprings& springs, double time, std::span<const Vec3> position, std::span<const Vec3> velocity,
                                std::span<Vec3> force) noexcept {

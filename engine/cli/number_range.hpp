@@ -2,21 +2,17 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
 
+#include <cmath>
+#include <cstdlib>
 #include <string>
 
 namespace seldinger::engine {
 
 /// A number from least to most, both included, and no NaN.
 [[nodiscard]] inline CLI::Validator number_range(double least, double most) {
-    const std::string range = fmt::format("{:g} to {:g}", least, most);
-    const auto check = [=](std::string& text) {
-        double value = 0.0;
-        if (!CLI::detail::lexical_cast(text, value)) return fmt::format("'{}' is no number; {} would be right", text, range);
-        return value >= least && value <= most ? std::string() : fmt::format("found {}; {} would be right", text, range);
-    };
-    return CLI::Validator(check, fmt::format("[{:g} - {:g}]", least, most));
+    const auto no_nan = [](std::string& text) { return std::isnan(std::strtod(text.c_str(), nullptr)) ? text + " is no number" : ""; };
+    return CLI::Range(least, most) & CLI::Validator(no_nan, "");
 }
 
 } // namespace seldinger::engine

@@ -81,10 +81,9 @@ struct SprungPlace {
 
 /// How far a surface goes in a step.
 struct SurfaceTravel {
-    Vec3 mean = Vec3::Zero();   // m
-    double spread = 0.0;        // m, no vertex moves by more from the mean
-    double farthest = 0.0;      // m, nor by more in all
-    Vec3 change = Vec3::Zero(); // m, that the next step is known to add; see find_known_change
+    Vec3 mean = Vec3::Zero(); // m
+    double spread = 0.0;      // m, no vertex moves by more from the mean
+    double farthest = 0.0;    // m, nor by more in all
 };
 
 /// A sphere of one body and what its distance to another body's surface promises.
@@ -164,6 +163,8 @@ struct BodyScratch {
     std::vector<SelfNear> self_near;         // [vertex_count] bodies that touch themselves, scratch of the response
     bool surface_is_fresh = false;           // inside, vertex_normal and motion are those of this step
     SurfaceTravel motion;                    // solid bodies that may touch
+    Vec3 coming = Vec3::Zero();              // m, where its path takes a kinematic one in the next step
+    Vec3 change = Vec3::Zero();              // m, by how much its next step is known to differ from this one
     double thickness = 0.0;                  // m, solid bodies that something can touch: extent along the thinnest axis, at rest
     SphereNodes sphere_nodes;                // solid bodies that hang on nodes
     spheretree::LumenState lumen;            // hollow bodies

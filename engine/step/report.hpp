@@ -68,8 +68,7 @@ struct StepReport {
     double deepest_share = 0.0;      // the most that one has, of the thinner body's thickness (of a body with itself: 0)
     std::uint64_t held_pairs = 0;    // sphere pairs of solid bodies that push or hold for want of a surface's depth
     std::uint64_t probe_tests = 0;   // closest-point queries that stood in for sphere pairs which the budget left open
-    std::uint64_t passed_places =
-        0; // vertices that lie beyond the middle of a solid body, or through it: pushed back to where they came from
+    std::uint64_t passed_places = 0; // vertices beyond the middle of a solid body, or through it: pushed back to where they came from
     /// Pairs of solid bodies that moved so far in the step that one may have passed the other unseen, or that came near and do not touch
     /// since one began inside the other (SceneModel::nested).
     unsigned unproven_solids = 0;

@@ -2,7 +2,6 @@
 
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/surface_spring.hpp"
-#include "engine/step/tissue_stage.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -52,12 +51,6 @@ double leaves_beneath(const spheretree::SphereTree& tree, Index sphere) {
     const double leaves = static_cast<double>(tree.sphere_count() - tree.level_begin[tree.level_count() - 1]);
     const double share = static_cast<double>(tree.item_end[sphere] - tree.item_begin[sphere]) / static_cast<double>(tree.items.size());
     return std::max(1.0, leaves * share);
-}
-
-/// m/s; how a body's path takes it on in the coming step.
-Vec3 scripted_velocity(const SceneModel& model, std::size_t body, const State& state) {
-    const double now = state.time + model.step_s; // the state's time is that of the step's start
-    return find_scripted_way(model, body, {}, {}, now, now + model.step_s) / model.step_s;
 }
 
 struct SphereSide {
@@ -187,7 +180,7 @@ void push_spheres(const SceneModel& model, const State& state, StepContext& cont
         const double stiffness = model.contact.solid_stiffness * leaves / static_cast<double>(pairs);
         const double limit = hold.tested ? std::numeric_limits<double>::infinity() : stiffness * model.contact.assumed_depth;
         const auto push = [&](const Vec3& direction, double gap, double most) {
-            const double rate = direction.dot(scripted_velocity(model, hold.body_a, state) - scripted_velocity(model, hold.body_b, state));
+            const double rate = direction.dot(context.bodies[hold.body_a].coming - context.bodies[hold.body_b].coming) / model.step_s;
             const Index on_a =
                 add_sphere_spring(model, {hold.body_a, hold.sphere_a, direction, rate}, gap, stiffness, most, state, context);
             const Index on_b =

@@ -1,8 +1,8 @@
 #include "engine/step/solid_passage.hpp"
-#include "engine/step/spring_memory.hpp"
 
 #include "collision/sweep.hpp"
 #include "engine/step/solid_touch.hpp"
+#include "engine/step/spring_memory.hpp"
 #include "engine/step/surface_place.hpp"
 #include "engine/step/surface_spring.hpp"
 

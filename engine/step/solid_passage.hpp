@@ -28,7 +28,7 @@ struct OneWay {
         return model.bodies[body].moves() ? context.bodies[body].surface_t0 : state.bodies[body].surface;
     }
     /// m; how much farther than in the last step the two may come against each other, as far as that is known.
-    [[nodiscard]] double known_change() const { return (context.bodies[own].motion.change - context.bodies[other].motion.change).norm(); }
+    [[nodiscard]] double known_change() const { return (context.bodies[own].change - context.bodies[other].change).norm(); }
     [[nodiscard]] const Triangle& face(Index triangle) const { return model.bodies[other].surface.triangles[triangle]; }
 };
 

@@ -7,7 +7,6 @@
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/spring_memory.hpp"
 #include "engine/step/surface_spring.hpp"
-#include "engine/step/tissue_stage.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,34 +39,15 @@ struct Place {
             moved += weights[k] * (state.bodies[body].surface[vertices[k]] - context.bodies[body].surface_t0[vertices[k]]);
         return moved;
     }
-
-    /// m/s; how scripts move it on in the coming step.
-    [[nodiscard]] Vec3 scripted_velocity(const SceneModel& model, const State& state) const {
-        const double now = state.time + model.step_s; // the state's time is that of the step's start
-        return find_scripted_way(model, body, vertices, weights, now, now + model.step_s) / model.step_s;
-    }
 };
 
 struct Push {
     Vec3 direction; // unit, of the first body
-    double gap, stiffness, damping, limit;
-    double friction = 0.0;             // Coulomb's, of one that holds beneath the load of `under`
-    const SpringPair* under = nullptr; // null: it does not
-    double rate = 0.0;                 // m/s, of the gap, by what scripts move
-    Index load = kNoIndex;             // the side's own spring of `under`
+    double gap, stiffness, damping;
+    double limit = std::numeric_limits<double>::infinity(); // N
+    double friction = 0.0;                                  // Coulomb's, of one that holds beneath the load of `under`
+    const SpringPair* under = nullptr;                      // null: it does not
 };
-
-/// Index of the spring among its owner's.
-Index push_place(const SceneModel& model, const Place& place, const Vec3& direction, const Push& push, const State& state,
-                 StepContext& context) {
-    if (!model.bodies[place.body].links) return kNoIndex;
-    if (!add_surface_spring(model,
-                            {place.body, place.vertices, place.weights, direction, push.gap, push.stiffness, push.damping, push.limit,
-                             push.rate, push.load, push.friction},
-                            state, context))
-        return kNoIndex;
-    return static_cast<Index>(context.bodies[owner_of(model, place.body)].springs.springs.size() - 1);
-}
 
 /// Does it hang on nodes that a force moves? What stands still, or goes its scripted way, takes any.
 bool gives_way(const SceneModel& model, const Place& place) {
@@ -83,15 +63,32 @@ double share_of(const SceneModel& model, const Place& place, const Place& other)
     return std::clamp(others / (own + others), kLeastShare, 1.0 - kLeastShare);
 }
 
-/// Index of the spring that one side gets.
-Index push_side(const SceneModel& model, const Place& place, const Vec3& direction, const Push& push, double share, const State& state,
-                StepContext& context) {
-    Push own = push;
-    own.gap = share * push.gap;
-    own.rate = share * push.rate;
-    own.stiffness = push.stiffness / share;
-    own.damping = push.damping / share;
-    return push_place(model, place, direction, own, state, context);
+/// What one body gets of a push.
+struct Side {
+    const Place& place;
+    Vec3 direction;        // unit, its own
+    double share;          // of the gap
+    double rate;           // m/s, of the whole gap
+    Index load = kNoIndex; // its spring of Push::under
+};
+
+/// Index of the spring among its owner's.
+Index push_side(const SceneModel& model, const Side& side, const Push& push, const State& state, StepContext& context) {
+    const Place& place = side.place;
+    if (!model.bodies[place.body].links) return kNoIndex;
+    const SurfacePush own{place.body,
+                          place.vertices,
+                          place.weights,
+                          side.direction,
+                          side.share * push.gap,
+                          push.stiffness / side.share,
+                          push.damping / side.share,
+                          push.limit,
+                          side.share * side.rate,
+                          side.load,
+                          push.friction};
+    if (!add_surface_spring(model, own, state, context)) return kNoIndex;
+    return static_cast<Index>(context.bodies[owner_of(model, place.body)].springs.springs.size() - 1);
 }
 
 /// Each body is integrated against the other as it stands at the step's start. If each took the whole gap for its own, both would close
@@ -102,12 +99,11 @@ Index push_side(const SceneModel& model, const Place& place, const Vec3& directi
 /// felt before it is reached, by half of what the two came nearer in the step.
 /// What a script moves is known ahead: the springs go along with it during the step. If it stood still and jumped at the step's end, each
 /// spring would begin with k (v h)^2 / 2 from nowhere, for a speed v and a step h: stiff ones would throw off what is pressed slowly.
-void push_both(const SceneModel& model, const Place& a, const Place& b, Push push, const State& state, StepContext& context) {
-    push.rate = push.direction.dot(a.scripted_velocity(model, state) - b.scripted_velocity(model, state));
-    if (push.under) push.load = push.under->spring_a;
-    const Index on_a = push_side(model, a, push.direction, push, share_of(model, a, b), state, context);
-    if (push.under) push.load = push.under->spring_b;
-    const Index on_b = push_side(model, b, -push.direction, push, share_of(model, b, a), state, context);
+void push_both(const SceneModel& model, const Place& a, const Place& b, const Push& push, const State& state, StepContext& context) {
+    const double rate = push.direction.dot(context.bodies[a.body].coming - context.bodies[b.body].coming) / model.step_s;
+    const SpringPair load = push.under != nullptr ? *push.under : SpringPair{};
+    const Index on_a = push_side(model, {a, push.direction, share_of(model, a, b), rate, load.spring_a}, push, state, context);
+    const Index on_b = push_side(model, {b, -push.direction, share_of(model, b, a), rate, load.spring_b}, push, state, context);
     context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
 }
 
@@ -148,13 +144,15 @@ void hold_against_slip(const SceneModel& model, const Contact& touch, const Plac
     const double lightness =
         find_lightness(model, load.body_a, load.spring_a, context) + find_lightness(model, load.body_b, load.spring_b, context);
     const double damping = lightness > 0.0 ? 2.0 * kFrictionDamping * std::sqrt(contact.solid_stiffness / lightness) : 0.0;
-    Push push{along, -length, contact.solid_stiffness, damping, 0.0};
-    push.friction = contact.solid_friction;
-    push.under = &load;
-    push_both(model, a, b, push, state, context);
-    push.direction = touch.normal.cross(along);
-    push.gap = 0.0;
-    push_both(model, a, b, push, state, context);
+    for (const auto& [direction, gap] : {std::pair(along, -length), std::pair(Vec3(touch.normal.cross(along)), 0.0)})
+        push_both(model, a, b,
+                  {.direction = direction,
+                   .gap = gap,
+                   .stiffness = contact.solid_stiffness,
+                   .damping = damping,
+                   .friction = contact.solid_friction,
+                   .under = &load},
+                  state, context);
 }
 
 /// gap: m, that its springs start with
@@ -163,8 +161,7 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
     const std::size_t corners = touch.feature_a[1] == kNoIndex ? 1 : 2;
     const Place a{touch.body_a, std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)};
     const Place b{touch.body_b, touch.feature_b, touch.bary_b};
-    constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-    push_both(model, a, b, {touch.normal, gap, contact.solid_stiffness, contact.solid_damping, kNoLimit}, state, context);
+    push_both(model, a, b, {touch.normal, gap, contact.solid_stiffness, contact.solid_damping}, state, context);
     SprungPlace of_edge; // forgotten: it holds from the slip of the last step on
     of_edge.pressed = std::max(0.0, -gap);
     SprungPlace* own = remember_springs(touch, gap, context.solids);
@@ -175,11 +172,8 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
 
 /// N; what a spring pushes with at the step's end, as its nodes stand.
 double force_of(const SceneModel& model, std::size_t body, Index index, const State& state, const StepContext& context) {
-    const fem::ContactSpring& spring = context.bodies[owner_of(model, body)].springs.springs[index];
-    const double pushed = -spring.stiffness * find_spring_gap(model, body, index, model.step_s, state, context);
-    if (spring.load == kNoIndex) return std::clamp(pushed, 0.0, spring.limit);
-    const double most = spring.friction * force_of(model, body, spring.load, state, context);
-    return std::clamp(pushed, -most, most);
+    const std::size_t owner = owner_of(model, body);
+    return fem::find_spring_push(context.bodies[owner].springs, index, model.step_s, state.bodies[owner].tissue.position);
 }
 
 void note_depth(const Contact& touch, StepContext& context) {

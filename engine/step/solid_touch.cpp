@@ -213,7 +213,6 @@ void refresh(const SceneModel& model, const State& state, std::size_t body, Step
     if (model.bodies[body].moves()) {
         scratch.inside.refit(state.bodies[body].surface);
         scratch.motion = find_motion(scratch.surface_t0, state.bodies[body].surface);
-        scratch.motion.change = find_known_change(model, body, state);
     }
     if (model.bodies[body].moves() || scratch.vertex_normal.empty())
         find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, scratch.vertex_normal);

@@ -27,7 +27,7 @@ void follow_wrapped(const SceneModel& model, std::size_t i, const State& state, 
         model.contact.sphere_trees == SphereTrees::Heuristic ? spheretree::SphereUpdate::Heuristic : spheretree::SphereUpdate::Conservative;
     scratch.wrapped.begin(*body.wrapped, update, {state.bodies[owner].tissue.position, scratch.turn_t1},
                           {context.bodies[owner].tissue_t0.position, scratch.turn_t0},
-                          longest_way(scratch.surface_t0, state.bodies[i].surface) + find_known_change(model, i, state).norm());
+                          longest_way(scratch.surface_t0, state.bodies[i].surface) + scratch.change.norm());
 }
 
 /// Wrapped trees of bodies without coarse nodes go where the body is carried, as a whole.
@@ -46,20 +46,27 @@ void carry_wrapped(const BodyModel& body, std::span<const Vec3> before, std::spa
 /// Its spheres are found one by one, in `wrapped`.
 bool is_lazy(const BodyScratch& scratch) noexcept { return !scratch.wrapped.spheres().empty(); }
 
-void follow_corners(const BodyModel& body, std::span<const Vec3> before, std::span<const Vec3> now, const Vec3& change,
-                    BodyScratch& scratch) {
+void follow_corners(const BodyModel& body, std::span<const Vec3> before, std::span<const Vec3> now, BodyScratch& scratch) {
     scratch.surface_ahead.resize(now.size());
-    for (std::size_t v = 0; v < now.size(); ++v) scratch.surface_ahead[v] = now[v] + (now[v] - before[v]) + change;
+    for (std::size_t v = 0; v < now.size(); ++v) scratch.surface_ahead[v] = now[v] + (now[v] - before[v]) + scratch.change;
     spheretree::update_covering_spheres(body.covering, before, scratch.surface_ahead, scratch.spheres);
 }
 
-} // namespace
-
-Vec3 find_known_change(const SceneModel& model, std::size_t body, const State& state) noexcept {
+/// What is known of a body's next step: where its path takes it, and by how much that differs from the last one, as falling flesh does
+/// by gravity. Of how flesh is pushed nothing is known.
+void look_ahead(const SceneModel& model, std::size_t i, const State& state, BodyScratch& scratch) {
     const double h = model.step_s, now = state.time + h; // the state's time is that of the step's start
-    if (model.bodies[owner_of(model, body)].tissue) return model.effects.gravity ? Vec3(h * h * *model.effects.gravity) : Vec3::Zero();
-    return find_scripted_way(model, body, {}, {}, now, now + h) - find_scripted_way(model, body, {}, {}, state.time, now);
+    if (model.bodies[i].motion == Motion::Kinematic) {
+        const std::vector<MotionRow>& path = model.bodies[i].path;
+        const Vec3 at = evaluate_motion(path, now);
+        scratch.coming = evaluate_motion(path, now + h) - at;
+        scratch.change = scratch.coming - (at - evaluate_motion(path, state.time));
+    } else if (model.bodies[owner_of(model, i)].tissue && model.effects.gravity) {
+        scratch.change = h * h * *model.effects.gravity;
+    }
 }
+
+} // namespace
 
 void update_solid_trees(const SceneModel& model, const State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
@@ -68,14 +75,14 @@ void update_solid_trees(const SceneModel& model, const State& state, StepContext
         if (!can_touch_any(model, i) || (!body.moves() && !scratch.spheres.empty())) continue;
         const std::vector<Vec3>& now = state.bodies[i].surface;
         const std::vector<Vec3>& before = body.moves() ? scratch.surface_t0 : now;
-        const Vec3 change = find_known_change(model, i, state);
+        look_ahead(model, i, state, scratch);
         if (body.wrapped) {
             read_turns(scratch.frames, scratch.turn_t1);
             follow_wrapped(model, i, state, context);
         } else if (model.contact.sphere_trees != SphereTrees::Covering) {
-            carry_wrapped(body, before, now, change, scratch.spheres);
+            carry_wrapped(body, before, now, scratch.change, scratch.spheres);
         } else {
-            follow_corners(body, before, now, change, scratch);
+            follow_corners(body, before, now, scratch);
         }
     }
 }

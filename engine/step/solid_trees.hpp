@@ -11,10 +11,6 @@ namespace seldinger::engine {
 /// and may lose some of their surface.
 void update_solid_trees(const SceneModel& model, const State& state, StepContext& context);
 
-/// m; by how much a body's next step is known to differ from its last one: what gravity adds to falling flesh, what a script starts or
-/// stops. Of how flesh is pushed nothing is known.
-[[nodiscard]] Vec3 find_known_change(const SceneModel& model, std::size_t body, const State& state) noexcept;
-
 /// False: nothing can touch the body, it has no spheres.
 [[nodiscard]] bool has_spheres(const StepContext& context, std::size_t body) noexcept;
 

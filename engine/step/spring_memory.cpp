@@ -16,12 +16,13 @@ void note_held(const SceneModel& model, const State& state, StepContext& context
     SolidScratch& solids = context.solids;
     std::swap(solids.sprung, solids.sprung_before);
     solids.sprung.clear();
-    for (SprungPlace& place : solids.sprung_before) { // each body closes its share of the gap: the rest of it is the sum
-        double gap = 0.0;
-        if (place.spring_a != kNoIndex) gap += find_spring_gap(model, place.own, place.spring_a, model.step_s, state, context);
-        if (place.spring_b != kNoIndex) gap += find_spring_gap(model, place.other, place.spring_b, model.step_s, state, context);
-        place.held = std::max(0.0, -gap);
-    }
+    const auto gap_of = [&](std::size_t body, Index spring) {
+        const std::size_t owner = owner_of(model, body);
+        if (spring == kNoIndex) return 0.0;
+        return fem::find_spring_gap(context.bodies[owner].springs, spring, model.step_s, state.bodies[owner].tissue.position);
+    };
+    for (SprungPlace& place : solids.sprung_before) // each body closes its share of the gap: the rest of it is the sum
+        place.held = std::max(0.0, -(gap_of(place.own, place.spring_a) + gap_of(place.other, place.spring_b)));
 }
 
 const SprungPlace* find_sprung(const SolidScratch& solids, const Contact& touch) noexcept {

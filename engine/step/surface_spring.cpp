@@ -34,15 +34,4 @@ bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const 
     return true;
 }
 
-double find_spring_gap(const SceneModel& model, std::size_t body, Index index, double time, const State& state,
-                       const StepContext& context) {
-    const std::size_t owner = owner_of(model, body);
-    const fem::ContactSprings& springs = context.bodies[owner].springs;
-    const fem::ContactSpring& spring = springs.springs[index];
-    double gap = spring.offset + spring.rate * time;
-    for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k)
-        gap += springs.entries[k].g.dot(state.bodies[owner].tissue.position[springs.entries[k].node]);
-    return gap;
-}
-
 } // namespace seldinger::engine

@@ -30,8 +30,4 @@ struct SurfacePush {
 /// momentum is kept. False if no vertex hangs on a node: nothing was added.
 bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const State& state, StepContext& context);
 
-/// m; of the owner's spring of that index, as its nodes stand, `time` (s) after it was made.
-[[nodiscard]] double find_spring_gap(const SceneModel& model, std::size_t body, Index index, double time, const State& state,
-                                     const StepContext& context);
-
 } // namespace seldinger::engine

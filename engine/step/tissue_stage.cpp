@@ -112,17 +112,6 @@ double wave_at(double period, double time) noexcept {
     return 0.5 * (1.0 - sin_cos(phase).cos);
 }
 
-Vec3 find_scripted_way(const SceneModel& model, std::size_t body, std::span<const Index> vertices, std::span<const double> weights,
-                       double from, double to) noexcept {
-    const BodyModel& own = model.bodies[body];
-    Vec3 way = Vec3::Zero();
-    if (own.motion == Motion::Kinematic) way = evaluate_motion(own.path, to) - evaluate_motion(own.path, from);
-    if (own.pulse_reach.empty()) return way;
-    const double beat = wave_at(model.effects.pulse->period, to) - wave_at(model.effects.pulse->period, from);
-    for (std::size_t k = 0; k < vertices.size(); ++k) way += weights[k] * beat * own.pulse_reach[vertices[k]];
-    return way;
-}
-
 void keep_start(const SceneModel& model, const State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].moves()) continue;

@@ -18,11 +18,6 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
 /// Displacement of a kinematic body: linear between rows, held outside.
 [[nodiscard]] Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept;
 
-/// What scripts carry a place of a surface by, from one time to another: a kinematic body's path, a vessel's beat; nothing of what
-/// its tissue does. vertices, weights: the place, as a mean; none: the path alone.
-[[nodiscard]] Vec3 find_scripted_way(const SceneModel& model, std::size_t body, std::span<const Index> vertices,
-                                     std::span<const double> weights, double from, double to) noexcept;
-
 /// Share of a breath or a beat at a time, 0 at the start of a period, 1 in its middle; smooth, and free of libm.
 /// source   amplitude (1 - cos) / 2
 [[nodiscard]] double wave_at(double period, double time) noexcept;
