@@ -39,6 +39,7 @@ void DopTree::build(const SurfaceTopology& topology, std::span<const Vec3> posit
     std::iota(order.begin(), order.end(), Index{0});
     build_node(state, order);
     node_bounds_.assign(children_.size() * 2 * slabs(), kNothing);
+    above_.assign(children_.size() / options_.arity, 0);
     cluster_bounds_.assign(clusters_.size() * 2 * slabs(), kNothing);
     bounds_.assign(ids_.size() * 2 * slabs(), kNothing);
     fresh_.assign(clusters_.size(), 0);
@@ -117,7 +118,7 @@ void DopTree::refit(const SurfaceMotion& motion) {
     if (empty()) return;
     refit_vertices(motion, 0, static_cast<Index>(topology_->vertex_count()));
     refit_clusters(0, static_cast<Index>(clusters_.size()));
-    refit_nodes();
+    refit_nodes(0, static_cast<Index>(clusters_.size()));
 }
 
 void DopTree::refit_vertices(const SurfaceMotion& motion, Index begin, Index end) noexcept {
@@ -203,27 +204,34 @@ void DopTree::refit_lanes(const BlockRange& range) noexcept {
     }
 }
 
-void DopTree::refit_nodes() noexcept {
+void DopTree::refit_nodes(Index begin, Index end) noexcept {
     const std::size_t stride = 2 * slabs(), arity = options_.arity;
-    for (std::size_t node = children_.size() / arity; node-- > 0;)
+    for (std::size_t node = children_.size() / arity; node-- > 0;) { // children lie behind their parent
+        above_[node] = 0;
         for (std::size_t i = 0; i < arity; ++i) {
             const Index child = children_[node * arity + i];
-            float* out = node_bounds_.data() + node * stride * arity + i;
             if (child == kNoChild) continue;
+            float* out = node_bounds_.data() + node * stride * arity + i;
             if (child & kLeafBit) {
-                const float* bounds = cluster_bounds(child & ~kLeafBit);
+                const Index cluster = child & ~kLeafBit;
+                if (cluster < begin || cluster >= end) continue;
+                const float* bounds = cluster_bounds(cluster);
                 for (std::size_t s = 0; s < stride; ++s) out[s * arity] = bounds[s];
-                continue;
+            } else {
+                if (!above_[child]) continue;
+                const float* rows = child_bounds(child);
+                for (std::size_t s = 0; s < stride; ++s) out[s * arity] = *std::min_element(rows + s * arity, rows + (s + 1) * arity);
             }
-            const float* rows = child_bounds(child);
-            for (std::size_t s = 0; s < stride; ++s) out[s * arity] = *std::min_element(rows + s * arity, rows + (s + 1) * arity);
+            above_[node] = 1;
         }
+    }
 }
 
 std::size_t DopTree::memory() const noexcept {
     const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     return bytes(children_) + bytes(node_bounds_) + bytes(clusters_) + bytes(cluster_bounds_) + bytes(bounds_) + bytes(ids_) +
-           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) + bytes(fine_vertices_) + bytes(fine_clusters_);
+           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) + bytes(above_) + bytes(fine_vertices_) +
+           bytes(fine_clusters_);
 }
 
 } // namespace seldinger::collision

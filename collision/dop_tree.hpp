@@ -71,7 +71,8 @@ public:
     void refit(const SurfaceMotion& motion);
     void refit_vertices(const SurfaceMotion& motion, Index begin, Index end) noexcept;
     void refit_clusters(Index begin, Index end) noexcept;
-    void refit_nodes() noexcept;
+    /// Nodes above the clusters begin .. end - 1.
+    void refit_nodes(Index begin, Index end) noexcept;
     /// What is refitted when it is wanted: the bounds of a cluster's features; where options().fine is set, the fine bounds of the
     /// cluster, and those of its vertices. Different clusters on different threads, but for the vertices, which clusters share.
     [[nodiscard]] bool blocks_are_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kBlocks) != 0; }
@@ -134,6 +135,7 @@ private:
     std::vector<Index> touched_;        // vertex ids, cluster by cluster
     std::vector<float> cluster_bounds_; // [cluster_count][2 slabs]
     std::vector<std::uint8_t> fresh_;   // [cluster_count] what belongs to the last refit
+    std::vector<std::uint8_t> above_;   // [node_count] scratch of refit_nodes: what is beneath has changed
     std::vector<float> bounds_;         // [block_count][2 slabs][kLanes]
     std::vector<Index> ids_;            // [block_count][kLanes] feature ids, kNoIndex in empty lanes
     std::vector<Index> corners_;        // [block_count][3][kLanes]

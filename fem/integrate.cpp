@@ -47,6 +47,12 @@ bool can_keep(const TissueModel& model, const StableStepWorkspace& w, const Subs
            holds(w, limits, 1.0);
 }
 
+/// Is the next derivation so near, with so many sub-steps in a call, that a round of it should be taken now?
+bool comes_near(const StableStepWorkspace& w, const SubstepLimits& limits, unsigned substeps) noexcept {
+    const int left = w.warm_rounds - 1 - w.rounds_ahead;
+    return left > 0 && w.rates_age + std::uint64_t{substeps} * static_cast<unsigned>(left) >= limits.substeps_per_estimate;
+}
+
 /// The first evaluation after a derivation notes how stiff every tet is, all others compare.
 StiffnessWatch make_watch(const ForcePlan& plan, StableStepWorkspace& w, bool derived) {
     w.notes.resize(plan.batches.size());
@@ -230,6 +236,8 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
     double left = step, cap = kNone;
     while (done.finite() && left > 0.0) {
         const bool derive = !can_keep(model, stable_workspace, limits);
+        // what stiffened is looked at with all rounds, not with those from before
+        if (derive && stable_workspace.rates_age < limits.substeps_per_estimate) stable_workspace.rounds_ahead = 0;
         const StableStep stable = derive ? find_stable_step(model, w.start, inputs.springs, stable_workspace, limits.integrator)
                                          : find_stable_step_again(model, inputs.springs, stable_workspace, limits.integrator);
         if (derive) ++report.estimates;
@@ -239,6 +247,7 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
             spent < limits.max_substeps ? count_substeps(left, {.step = std::min(stable.step, cap)}, limits.max_substeps - spent) : 0;
         report.refused = wanted == 0;
         if (report.refused) break;
+        if (!derive && comes_near(stable_workspace, limits, wanted)) derive_ahead(model, w.start, stable_workspace);
         const double h = left / wanted;
         StiffnessWatch watch = make_watch(model.plan, stable_workspace, derive);
         StageOutcome outcome = StageOutcome::Fine;

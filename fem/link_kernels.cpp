@@ -76,13 +76,17 @@ SteerReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFra
     return report;
 }
 
-void move_range(const RigidLinks& links, const LinkFrame* frames, const Vec3* rest, Vec3* out, std::size_t begin, std::size_t end) {
+void move_range(const RigidLinks& links, const LinkFrame* frames, bool leave_static, const Vec3* rest, Vec3* out, std::size_t begin,
+                std::size_t end) {
     const D4 d4;
     const auto three = hn::FirstN(d4, 3);
-    const LinkFrame still{};
     for (std::size_t v = begin; v < end; ++v) {
         const Index id = links.vertex_frame[v];
-        const LinkFrame& frame = id == kNoIndex ? still : frames[id];
+        if (id == kNoIndex) {
+            if (!leave_static) out[v] = rest[v];
+            continue;
+        }
+        const LinkFrame& frame = frames[id];
         const double *a = links.vertex_weight[v].data(), *r = links.vertex_projection[v].data();
         const auto part = [&](double factor, const double* column) HWY_ATTR { return hn::Mul(hn::Set(d4, factor), hn::Load(d4, column)); };
         const auto origin =
@@ -118,10 +122,12 @@ SteerReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFra
     return report;
 }
 
-void move_range(const RigidLinks& links, const LinkFrame* frames, const Vec3* rest, Vec3* out, std::size_t begin, std::size_t end) {
+void move_range(const RigidLinks& links, const LinkFrame* frames, bool leave_static, const Vec3* rest, Vec3* out, std::size_t begin,
+                std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-        out[v] = rest[v];
-        if (links.vertex_frame[v] == kNoIndex) continue;
+        const bool still = links.vertex_frame[v] == kNoIndex;
+        if (!still || !leave_static) out[v] = rest[v];
+        if (still) continue;
         const LinkFrame& frame = frames[links.vertex_frame[v]];
         const std::array<double, 3>& a = links.vertex_weight[v];
         const Vec3& r = links.vertex_projection[v];
@@ -164,11 +170,10 @@ SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord
     return found[0];
 }
 
-void move_vertices(const RigidLinks& links, std::span<const LinkFrame> frames, std::span<const Vec3> rest, std::span<Vec3> out,
-                   unsigned threads) noexcept {
+void move_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<const Vec3> rest, std::span<Vec3> out) noexcept {
     const auto run = HWY_DYNAMIC_DISPATCH(move_range);
-    for_each_block(rest.size(), threads, kLeastVertices, [&](std::size_t, std::size_t begin, std::size_t end) {
-        run(links, frames.data(), rest.data(), out.data(), begin, end);
+    for_each_block(rest.size(), frames.threads, kLeastVertices, [&](std::size_t, std::size_t begin, std::size_t end) {
+        run(links, frames.frame.data(), frames.leave_static, rest.data(), out.data(), begin, end);
     });
 }
 

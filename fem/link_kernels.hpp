@@ -14,7 +14,6 @@ SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord
                              unsigned threads) noexcept;
 
 /// p' = p + w (sum a_i u_i + (A' - A) r) of every vertex. out must not be rest.
-void move_vertices(const RigidLinks& links, std::span<const LinkFrame> frames, std::span<const Vec3> rest, std::span<Vec3> out,
-                   unsigned threads) noexcept;
+void move_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<const Vec3> rest, std::span<Vec3> out) noexcept;
 
 } // namespace seldinger::fem

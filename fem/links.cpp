@@ -52,7 +52,7 @@ SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, 
             frames.node[node].v[axis] = node_position[node][axis] - links.node_rest[node][axis];
         }
     const SteerReport report = turn_link_frames(links, frames.node, frames.frame, frames.threads);
-    move_vertices(links, frames.frame, rest, out, frames.threads);
+    move_vertices(links, frames, rest, out);
     return report;
 }
 

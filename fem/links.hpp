@@ -45,6 +45,7 @@ struct LinkFrames {
     std::vector<LinkFrame> frame; // [frame_count]
     std::vector<NodeRecord> node; // [node_count] x: position, v: displacement, m
     unsigned threads = 1;         // the bits are the same for any number
+    bool leave_static = false;    // static vertices are not written: `out` is one that holds them already
 };
 
 struct SteerReport {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <span>
+#include <type_traits>
 
 namespace seldinger::fem {
 
@@ -13,7 +14,7 @@ inline constexpr std::size_t kRodBandwidth = 8;
 
 class RodBand {
 public:
-    /// storage  [3 node_count][kRodBandwidth + 1], the lower band, diagonal last
+    /// storage  [3 node_count][kRodBandwidth + 1], the lower band by columns, diagonal first
     RodBand(std::span<double> storage, std::size_t node_count) noexcept : data_(storage), size_(3 * node_count) {
         std::fill_n(data_.begin(), size_ * (kRodBandwidth + 1), 0.0);
     }
@@ -25,44 +26,42 @@ public:
             for (std::size_t c = 0; c < 3; ++c) {
                 const std::size_t row = lower ? 3 * i + r : 3 * j + r;
                 const std::size_t column = lower ? 3 * j + c : 3 * i + c;
-                if (row >= column) at(row, column) += lower ? m(int(r), int(c)) : m(int(c), int(r));
+                if (row >= column) column_of(column)[row - column] += lower ? m(int(r), int(c)) : m(int(c), int(r));
             }
     }
     void add(std::size_t i, std::size_t j, double scale) noexcept {
         const std::size_t high = std::max(i, j), low = std::min(i, j);
-        for (std::size_t r = 0; r < 3; ++r) at(3 * high + r, 3 * low + r) += scale;
+        for (std::size_t r = 0; r < 3; ++r) column_of(3 * low + r)[3 * (high - low)] += scale;
     }
 
     /// Factorises in place and solves; x holds the right side before, the solution after. O(size * bandwidth^2).
     void solve(std::span<double> x) noexcept {
-        for (std::size_t row = 0; row < size_; ++row) factorise_row(row, x);
-        for (std::size_t row = 0; row < size_; ++row) x[row] /= at(row, row);
-        for (std::size_t row = size_; row-- > 0;)
-            for (std::size_t column = first_column(row); column < row; ++column) x[column] -= at(row, column) * x[row];
+        const std::size_t whole = size_ > kRodBandwidth ? size_ - kRodBandwidth : 0; // columns with all of their band beneath
+        for (std::size_t c = 0; c < whole; ++c) eliminate(c, Whole(), x.data());
+        for (std::size_t c = whole; c < size_; ++c) eliminate(c, size_ - 1 - c, x.data());
+        for (std::size_t c = 0; c < size_; ++c) x[c] /= column_of(c)[0];
+        for (std::size_t c = size_; c-- > 0;)
+            for (std::size_t m = std::min(kRodBandwidth, size_ - 1 - c); m > 0; --m) x[c] -= column_of(c)[m] * x[c + m];
     }
 
 private:
-    [[nodiscard]] static std::size_t first_column(std::size_t row) noexcept { return row > kRodBandwidth ? row - kRodBandwidth : 0; }
-    [[nodiscard]] double& at(std::size_t row, std::size_t column) noexcept {
-        return data_[row * (kRodBandwidth + 1) + (kRodBandwidth - (row - column))];
-    }
-    /// Leaves L in the row and D on the diagonal, and does the forward substitution on the way.
-    void factorise_row(std::size_t row, std::span<double> x) noexcept {
-        const std::size_t first = first_column(row);
-        for (std::size_t column = first; column < row; ++column) {
-            double sum = at(row, column);
-            for (std::size_t k = std::max(first, first_column(column)); k < column; ++k)
-                sum -= at(row, k) * at(column, k); // L_rk D_k (not yet divided) times L_ck
-            at(row, column) = sum;
+    using Whole = std::integral_constant<std::size_t, kRodBandwidth>;
+
+    [[nodiscard]] double* column_of(std::size_t column) noexcept { return data_.data() + column * (kRodBandwidth + 1); }
+
+    /// Leaves D and L in column c, takes what it does to the `reach` columns after it off those, and substitutes forward on the way.
+    /// The products of a column wait for nothing but its divisions: entry by entry, each after the one before, it takes five times as long.
+    template <class Reach>
+    void eliminate(std::size_t c, Reach reach, double* x) noexcept {
+        double* own = column_of(c);
+        double before[kRodBandwidth + 1]; // L D
+        for (std::size_t m = 1; m <= reach; ++m) before[m] = own[m];
+        for (std::size_t m = 1; m <= reach; ++m) own[m] = before[m] / own[0];
+        for (std::size_t i = 1; i <= reach; ++i) {
+            double* other = column_of(c + i);
+            for (std::size_t m = i; m <= reach; ++m) other[m - i] -= before[m] * own[i];
         }
-        double diagonal = at(row, row);
-        for (std::size_t column = first; column < row; ++column) {
-            const double factor = at(row, column) / at(column, column);
-            diagonal -= factor * at(row, column);
-            x[row] -= factor * x[column];
-            at(row, column) = factor;
-        }
-        at(row, row) = diagonal;
+        for (std::size_t m = 1; m <= reach; ++m) x[c + m] -= own[m] * x[c];
     }
 
     std::span<double> data_;

@@ -103,8 +103,11 @@ void prepare_workspace(const TissueModel& model, StableStepWorkspace& w) {
     const std::size_t count = model.node_count();
     if (w.mode.size() != count) w.warm = false;
     size_workspace(model, w);
+    const bool viscous = model.material.viscosity > 0.0, both_warm = w.warm && w.damping_mode.size() == count;
+    if (w.rounds_ahead > 0 && (viscous ? both_warm : w.warm)) return; // the modes are on their way
+    w.rounds_ahead = 0;
     prepare_mode(w.mode, model.plan, w.root_inv_mass, w.warm);
-    if (model.material.viscosity > 0.0) prepare_mode(w.damping_mode, model.plan, w.root_inv_mass, w.warm && w.damping_mode.size() == count);
+    if (viscous) prepare_mode(w.damping_mode, model.plan, w.root_inv_mass, both_warm);
 }
 
 /// Seconds, safety included; infinite where nothing moves.
@@ -133,12 +136,16 @@ StableStep join(const TissueModel& model, const TissueRates& tissue, const Conta
 }
 
 /// w.records hold the positions.
-StableStep find_from_records(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
-    const int rounds = w.warm ? w.warm_rounds : w.cold_rounds;
+TissueRates find_rates(const TissueModel& model, int rounds, StableStepWorkspace& w) noexcept {
     const Eigenvalue elastic = iterate(model, TetKernel::Stiffness, w.mode, w, rounds);
     const Eigenvalue viscous =
         model.material.viscosity > 0.0 ? iterate(model, TetKernel::Damping, w.damping_mode, w, rounds) : Eigenvalue{};
-    w.rates = {elastic.value, viscous.value, elastic.worst_tet};
+    return {elastic.value, viscous.value, elastic.worst_tet};
+}
+
+StableStep find_from_records(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
+    w.rates = find_rates(model, w.warm ? std::max(1, w.warm_rounds - w.rounds_ahead) : w.cold_rounds, w);
+    w.rounds_ahead = 0;
     w.rates_age = 0;
     w.rates_hold = false;
     return join(model, w.rates, springs, w, integrator);
@@ -163,6 +170,13 @@ StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord
 StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
     if (w.root_inv_mass.size() != model.node_count()) size_workspace(model, w); // its rates came with a checkpoint
     return join(model, w.rates, springs, w, integrator);
+}
+
+void derive_ahead(const TissueModel& model, std::span<const NodeRecord> records, StableStepWorkspace& w) {
+    prepare_workspace(model, w);
+    std::copy(records.begin(), records.end(), w.records.begin());
+    (void)find_rates(model, 1, w);
+    ++w.rounds_ahead;
 }
 
 double cap_viscosity(const TissueModel& model, const StableStep& at_rest, Integrator integrator) noexcept {

@@ -48,6 +48,7 @@ struct StableStepWorkspace {
     bool rates_hold = false; // the notes were taken with them, and no tet has stiffened since
     unsigned threads = 1;
     bool warm = false;
+    int rounds_ahead = 0; // of the next derivation, taken already
     int cold_rounds = 30; // first call, or after warm = false
     int warm_rounds = 4;  // every call after that
 };
@@ -63,6 +64,11 @@ struct StableStepWorkspace {
 /// tets have not stiffened beyond KeptGrowth since.
 [[nodiscard]] StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& workspace,
                                                 Integrator integrator);
+
+/// A round of the next derivation, taken while the last one still holds: spread over the steps before it, it is no longer the one step
+/// that takes twice as long as all others. For a workspace that is warm; the last round is left to the derivation itself.
+/// records [node_count] in the plan's order
+void derive_ahead(const TissueModel& model, std::span<const NodeRecord> records, StableStepWorkspace& workspace);
 
 /// How much any tet may stiffen, by a bound on its tangent, before the step is derived again. If all of them stiffen alike, the
 /// frequency grows with the root. Undamped, RK4's derived step bears a growth of 1.46 ((2.828 / (2.6 kStepSafety))^2),

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 
 namespace seldinger::spheretree {
@@ -98,6 +99,9 @@ void LumenState::rest(const LumenTree& lumen) {
         balls_[b] = {ball.centre, ball.centre, ball.radius, ball.radius, ball.radius};
         stamp_[b] = step_;
     }
+    bounds_ = lumen.tree.spheres;
+    largest_ = lumen.largest_ball;
+    all_bounds_fit_ = false;
 }
 
 void LumenState::size_for(const LumenTree& lumen) {
@@ -105,9 +109,22 @@ void LumenState::size_for(const LumenTree& lumen) {
     swept_.resize(lumen.ball_count());
     stamp_.assign(lumen.ball_count(), 0);
     step_ = 0;
+    list_moving(lumen);
 }
 
-void LumenState::update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1) {
+void LumenState::list_moving(const LumenTree& lumen) {
+    moving_.clear();
+    moving_bounds_.clear();
+    const auto moves = [&](Index b) { return still_.empty() || !still_[b]; };
+    for (Index b = 0; b < lumen.ball_count(); ++b)
+        if (moves(b)) moving_.push_back(b);
+    for (Index s = 0; s < lumen.tree.sphere_count(); ++s) {
+        const auto next = std::lower_bound(moving_.begin(), moving_.end(), lumen.tree.item_begin[s]);
+        if (next != moving_.end() && *next < lumen.tree.item_end[s]) moving_bounds_.push_back(s);
+    }
+}
+
+void LumenState::update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1, bool continues) {
     const bool fresh = balls_.size() != lumen.ball_count();
     if (fresh) size_for(lumen);
     balls_updated_ = 0;
@@ -116,21 +133,18 @@ void LumenState::update(const LumenTree& lumen, std::span<const Vec3> vertices_t
     const bool resting = vertices_t0.empty() && vertices_t1.empty();
     if (resting && at_rest_ && !fresh) return;
     ++step_;
-    if (fresh || resting) {
-        rest(lumen);
-        bounds_ = lumen.tree.spheres;
-        largest_ = lumen.largest_ball;
-    }
+    if (fresh || resting) rest(lumen);
+    continues = continues && !fresh && !at_rest_;
     at_rest_ = resting;
     if (resting) return;
-    move_centres(lumen);
+    move_centres(lumen, continues);
     move_bounds(lumen);
 }
 
 std::vector<KeptBall> LumenState::kept() const {
     std::vector<KeptBall> kept;
     if (at_rest_) return kept;
-    for (std::size_t b = 0; b < balls_.size(); ++b) kept.push_back({balls_[b].centre_t1, balls_[b].radius_t1, stamp_[b] == step_});
+    for (std::size_t b = 0; b < balls_.size(); ++b) kept.push_back({balls_[b].centre_t1, balls_[b].radius_t1, is_known(b)});
     return kept;
 }
 
@@ -138,8 +152,6 @@ void LumenState::keep(const LumenTree& lumen, std::span<const KeptBall> kept) {
     size_for(lumen);
     ++step_;
     rest(lumen); // balls that stand still stay like this
-    bounds_ = lumen.tree.spheres;
-    largest_ = lumen.largest_ball;
     at_rest_ = false;
     for (Index b = 0; b < kept.size(); ++b) {
         if (!still_.empty() && still_[b]) continue;
@@ -149,54 +161,57 @@ void LumenState::keep(const LumenTree& lumen, std::span<const KeptBall> kept) {
     }
 }
 
-void LumenState::move_centres(const LumenTree& lumen) {
-    for (Index b = 0; b < lumen.ball_count(); ++b) {
-        const Sphere& rest_ball = lumen.ball(b);
-        if (!still_.empty() && still_[b]) {
-            swept_[b] = rest_ball;
-            stamp_[b] = step_;
-            continue;
-        }
-        Vec3 shift_t0 = Vec3::Zero(), shift_t1 = Vec3::Zero();
-        for (Index k = lumen.anchor_begin[b]; k < lumen.anchor_begin[b + 1]; ++k) {
-            const Index v = lumen.anchors[k];
-            shift_t0 += lumen.anchor_weights[k] * (vertices_t0_[v] - lumen.rest_vertices[v]);
-            shift_t1 += lumen.anchor_weights[k] * (vertices_t1_[v] - lumen.rest_vertices[v]);
-        }
+void LumenState::move_centres(const LumenTree& lumen, bool continues) {
+    const auto moved = [&](Index b, std::span<const Vec3> vertices) {
+        Vec3 shift = Vec3::Zero();
+        for (Index k = lumen.anchor_begin[b]; k < lumen.anchor_begin[b + 1]; ++k)
+            shift += lumen.anchor_weights[k] * (vertices[lumen.anchors[k]] - lumen.rest_vertices[lumen.anchors[k]]);
+        return Vec3(lumen.ball(b).centre + shift);
+    };
+    for (const Index b : moving_) {
         MovingBall& ball = balls_[b];
         const Vec3 last = ball.centre_t1;
-        ball.centre_t0 = rest_ball.centre + shift_t0;
-        ball.centre_t1 = rest_ball.centre + shift_t1;
+        ball.centre_t0 = continues ? last : moved(b, vertices_t0_);
+        ball.centre_t1 = moved(b, vertices_t1_);
         // The step begins where the last one ended: what was measured then still holds.
         ball.radius_t0 = stamp_[b] + 1 == step_ && last == ball.centre_t0 ? ball.radius_t1 : kUnknown;
-        const double cap = rest_ball.radius * (1.0 + 0.5 * lumen.link_reach);
+        const double cap = lumen.ball(b).radius * (1.0 + 0.5 * lumen.link_reach);
         swept_[b] = {0.5 * (ball.centre_t0 + ball.centre_t1), (cap + 0.5 * (ball.centre_t1 - ball.centre_t0).norm()) * kRoundOut};
         stamp_[b] = step_ - 1; // its radius is not known yet
     }
 }
 
 /// Inner bounds keep their rest centre relative to the balls beneath, and hold both ends of every one of them.
-void LumenState::move_bounds(const LumenTree& lumen) {
+void LumenState::move_bound(const LumenTree& lumen, Index s) {
     const SphereTree& tree = lumen.tree;
-    for (Index s = 0; s < tree.sphere_count(); ++s) {
-        const auto beneath = std::span<const Sphere>(swept_).subspan(tree.item_begin[s], tree.item_end[s] - tree.item_begin[s]);
-        if (tree.is_leaf(s)) {
-            bounds_[s] = beneath.front();
-        } else {
-            Vec3 shift = Vec3::Zero();
-            for (Index b = tree.item_begin[s]; b < tree.item_end[s]; ++b) shift += swept_[b].centre - lumen.ball(b).centre;
-            const Vec3 centre = tree.spheres[s].centre + shift / static_cast<double>(beneath.size());
-            bounds_[s] = {centre, enclosing_radius(centre, beneath)};
-        }
-        double largest = 0.0;
-        for (const Sphere& ball : beneath) largest = std::max(largest, ball.radius);
-        largest_[s] = largest;
+    const auto beneath = std::span<const Sphere>(swept_).subspan(tree.item_begin[s], tree.item_end[s] - tree.item_begin[s]);
+    if (tree.is_leaf(s)) {
+        bounds_[s] = beneath.front();
+    } else {
+        Vec3 shift = Vec3::Zero();
+        for (Index b = tree.item_begin[s]; b < tree.item_end[s]; ++b) shift += swept_[b].centre - lumen.ball(b).centre;
+        const Vec3 centre = tree.spheres[s].centre + shift / static_cast<double>(beneath.size());
+        bounds_[s] = {centre, enclosing_radius(centre, beneath)};
     }
+    double largest = 0.0;
+    for (const Sphere& ball : beneath) largest = std::max(largest, ball.radius);
+    largest_[s] = largest;
+}
+
+void LumenState::move_bounds(const LumenTree& lumen) {
+    if (!all_bounds_fit_) {
+        for (Index b = 0; b < lumen.ball_count(); ++b)
+            if (!still_.empty() && still_[b]) swept_[b] = lumen.ball(b), stamp_[b] = kAlways;
+        for (Index s = 0; s < lumen.tree.sphere_count(); ++s) move_bound(lumen, s);
+    } else {
+        for (const Index s : moving_bounds_) move_bound(lumen, s);
+    }
+    all_bounds_fit_ = true;
 }
 
 const MovingBall& LumenState::ball(const LumenTree& lumen, Index ball) {
     MovingBall& b = balls_[ball];
-    if (stamp_[ball] == step_) return b;
+    if (is_known(ball)) return b;
     stamp_[ball] = step_;
     ++balls_updated_;
     const double cap = lumen.ball(ball).radius * (1.0 + 0.5 * lumen.link_reach);
@@ -207,7 +222,7 @@ const MovingBall& LumenState::ball(const LumenTree& lumen, Index ball) {
 }
 
 std::uint64_t LumenState::cost_of(const LumenTree& lumen, Index ball) const noexcept {
-    if (stamp_[ball] == step_) return 0;
+    if (is_known(ball)) return 0;
     return (balls_[ball].radius_t0 == kUnknown ? 2 : 1) * (1 + lumen.wall_of(ball).size() / kTrianglesPerTest);
 }
 

@@ -35,7 +35,8 @@ public:
     /// vertices_t0/_t1  [vertex_count] m, the wall at both ends of the step; they must stay alive and unchanged until the
     ///                  next update. Both empty: the wall rests, which costs nothing. Where a step does not begin where
     ///                  the last one ended, call reset() first: radii measured at t1 are taken over as those of t0.
-    void update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1);
+    /// continues        vertices_t0 is to the bit what vertices_t1 was in the last update: half of the centres are known
+    void update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1, bool continues = false);
 
     void reset() noexcept { balls_.clear(); } // forgets the last step; the next update starts afresh
 
@@ -63,12 +64,19 @@ public:
 private:
     void size_for(const LumenTree& lumen);
     void rest(const LumenTree& lumen);
-    void move_centres(const LumenTree& lumen);
+    void list_moving(const LumenTree& lumen);
+    void move_centres(const LumenTree& lumen, bool continues);
+    void move_bound(const LumenTree& lumen, Index sphere);
     void move_bounds(const LumenTree& lumen);
+    [[nodiscard]] bool is_known(std::size_t ball) const noexcept { return stamp_[ball] == step_ || stamp_[ball] == kAlways; }
+
+    static constexpr std::uint32_t kAlways = UINT32_MAX; // the stamp of a ball that stands still
 
     std::vector<MovingBall> balls_;    // [ball_count]
     std::vector<Sphere> swept_;        // [ball_count] bounds a ball at both ends
     std::vector<char> still_;          // [ball_count] or empty
+    std::vector<Index> moving_;        // the other balls
+    std::vector<Index> moving_bounds_; // spheres with such a ball beneath
     std::vector<std::uint32_t> stamp_; // [ball_count] step of the radius
     std::vector<Sphere> bounds_;       // [sphere_count] over both ends of the step
     std::vector<double> largest_;      // [sphere_count] m
@@ -76,6 +84,7 @@ private:
     std::uint32_t step_ = 0;
     std::size_t balls_updated_ = 0;
     bool at_rest_ = false;
+    bool all_bounds_fit_ = false; // those of balls that stand still, too
 };
 
 /// Nearest point of the wall among the triangles linked to a ball: where a contact with that ball presses.

@@ -133,12 +133,15 @@ struct SolidScratch {
     std::vector<SprungPlace> sprung, sprung_before; // the vertices' among them, of this response and of the last one, by key
 };
 
+/// Of State::step: none, and none that comes before another.
+inline constexpr std::uint64_t kNoStep = UINT64_MAX - 1;
+
 /// How old the bounds of a wall's tree are, where they are refitted part by part.
 struct WallAge {
     static constexpr std::size_t kParts = 16; // a vertex's bounds are this many steps old at most, a cluster's twice as many
     std::array<double, 2 * kParts> moved{};   // m, longest way of a vertex in each of the last steps
     std::size_t parts = 0;                    // refitted since a refit of everything
-    std::uint64_t last_step = UINT64_MAX - 1; // State::step of the last refit; a step that was missed makes the rest worthless
+    std::uint64_t last_step = kNoStep;        // State::step of the last refit; a step that was missed makes the rest worthless
     double drift = 0.0;                       // m, of any vertex from the bounds that hold it
     double longest = std::numeric_limits<double>::infinity(); // m, way of a vertex in this step; infinite where nobody has looked
 };
@@ -168,9 +171,9 @@ struct BodyScratch {
     double thickness = 0.0;                  // m, solid bodies that something can touch: extent along the thinnest axis, at rest
     SphereNodes sphere_nodes;                // solid bodies that hang on nodes
     spheretree::LumenState lumen;            // hollow bodies
+    std::uint64_t lumen_step = kNoStep;      // State::step at its last update; kNoStep: it saw another wall than the step left
     collision::DopTree tree;                 // hollow bodies, swept over the step
     WallAge wall_age;                        // of the tree
-    std::vector<Index> moving;               // vertices that are not static: what a refit looks at
     std::vector<Vec3> flow_points;           // [point_count] m, hollow bodies whose blood moves along with a carrier
     fem::LinkFrames flow_frames;
     InsideTest inside; // hollow bodies: the independent check; closed solids: depths of contacts

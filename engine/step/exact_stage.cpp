@@ -92,7 +92,9 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
     WallAge& age = scratch.wall_age;
     if (!model.bodies[body].moves()) return;
     const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
-    const double longest = longest_way(motion.t0, motion.t1) * (1.0 + 0x1p-40); // their sum is rounded, too
+    const BodyModel& wall = model.bodies[body];
+    const fem::RigidLinks* links = wall.links && wall.pulse_reach.empty() ? &*wall.links : nullptr;
+    const double longest = longest_way(motion.t0, motion.t1, links) * (1.0 + 0x1p-40); // their sum is rounded, too
     if (age.last_step != state.step && age.last_step + 1 != state.step) {
         refit_wall(model, body, state, context);
         age.longest = longest; // known all the same: how far planes reach does not depend on how old bounds are
@@ -108,7 +110,7 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
     const std::size_t vertices = scratch.tree.topology().vertex_count(), clusters = scratch.tree.clusters().size();
     scratch.tree.refit_vertices(motion, part_of(vertices, part), part_of(vertices, part + 1));
     scratch.tree.refit_clusters(part_of(clusters, part), part_of(clusters, part + 1));
-    scratch.tree.refit_nodes();
+    scratch.tree.refit_nodes(part_of(clusters, part), part_of(clusters, part + 1));
 }
 
 /// An instrument meets its wall along a line: smaller clusters than a search over whole surfaces wants leave less to refit.

@@ -53,6 +53,18 @@ LinkPlace place_of_link(const fem::RodModel& rod, Index link) {
     return behind == 0 ? LinkPlace{last - 1, 1.0} : LinkPlace{last - behind, 0.0};
 }
 
+/// Once in a step, however many instruments are in it.
+void update_lumen(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
+    const BodyModel& wall = model.bodies[body];
+    BodyScratch& scratch = context.bodies[body];
+    if (scratch.lumen_step == state.step) return;
+    if (wall.moves())
+        scratch.lumen.update(*wall.lumen, scratch.surface_t0, state.bodies[body].surface, scratch.lumen_step + 1 == state.step);
+    else
+        scratch.lumen.update(*wall.lumen, {}, {});
+    scratch.lumen_step = state.step;
+}
+
 Index count_links(const fem::RodModel& rod, double insertion) {
     const Index nodes = static_cast<Index>(rod.node_count());
     const Index inserted = nodes - fem::first_inserted_node(rod, insertion);
@@ -159,8 +171,6 @@ void solve_instrument(const SceneModel& model, std::size_t index, State& state, 
 void update_instrument_trees(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
-    const BodyModel& wall = model.bodies[instrument.lumen];
-    BodyScratch& wall_scratch = context.bodies[instrument.lumen];
     const fem::RodModel& rod = instrument.rod;
     // Spheres half a segment apart hold the tube between them when their radius reaches its edge midway.
     const double half = 0.25 * rod.segment;
@@ -174,10 +184,7 @@ void update_instrument_trees(const SceneModel& model, std::size_t index, const S
         scratch.links_t1.push_back({point_at(state.instruments[index].rod, place), radius});
     }
     spheretree::update_chain(instrument.chain, scratch.links_t0, scratch.links_t1, scratch.chain);
-    if (wall.moves())
-        wall_scratch.lumen.update(*wall.lumen, wall_scratch.surface_t0, state.bodies[instrument.lumen].surface);
-    else
-        wall_scratch.lumen.update(*wall.lumen, {}, {});
+    update_lumen(model, instrument.lumen, state, context);
 }
 
 void add_to_descent(const SceneModel& model, std::size_t index, StepContext& context) {

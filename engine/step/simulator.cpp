@@ -132,6 +132,7 @@ void Simulator::move_everything() {
         budget_.end_part(StepPart::Tissue);
     }
     report.ms.fem = lap.lap_ms();
+    keep_surfaces(model_, state_, context_);
     if (!report.finite) return;
     budget_.begin_part(StepPart::Steer);
     steer_surfaces(model_, state_, context_);
@@ -200,6 +201,7 @@ void Simulator::join_step(const Simulator& other) {
         }
         to.wall_age = {};      // the other's step may have ended elsewhere than where it was seen from here
         to.lumen = from.lumen; // goes on looking at the other's wall
+        to.lumen_step = from.lumen_step;
     }
     context_.instruments = other.context_.instruments;
     context_.report = other.context_.report;
@@ -457,6 +459,7 @@ void Simulator::scale_motion(double fraction) {
         fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis, state_.instruments[i].skin);
     }
     steer_surfaces(model_, state_, context_);
+    for (BodyScratch& body : context_.bodies) body.lumen_step = kNoStep;
 }
 
 void Simulator::observe() {

@@ -56,6 +56,7 @@ void pass_stable_step(Stream& stream, Stable& stable) {
     });
     stream.number(stable.rates.elastic), stream.number(stable.rates.viscous), stream.number(stable.rates.worst_tet);
     stream.number(stable.rates_age), stream.number(stable.rates_hold), stream.number(stable.warm);
+    stream.number(stable.rounds_ahead);
 }
 
 template <class Stream, class Body, class Scratch, class Balls>
@@ -195,8 +196,8 @@ bool body_fits(const BodyModel& model, std::size_t nodes, const BodyState& body,
            are_finite(body.surface) && is_none_or(scratch.frames.frame.size(), model.links ? model.links->frame_nodes.size() : 0) &&
            is_none_or(stable.mode.size(), tissue_nodes) && is_none_or(stable.damping_mode.size(), tissue_nodes) &&
            are_finite(stable.mode) && are_finite(stable.damping_mode) && is_none_or(stable.notes.size(), batches) &&
-           is_id(stable.rates.worst_tet, tets) && springs_fit(scratch.springs, nodes) &&
-           is_none_or(balls.size(), model.lumen ? model.lumen->ball_count() : 0);
+           is_id(stable.rates.worst_tet, tets) && stable.rounds_ahead >= 0 && stable.rounds_ahead < stable.warm_rounds &&
+           springs_fit(scratch.springs, nodes) && is_none_or(balls.size(), model.lumen ? model.lumen->ball_count() : 0);
 }
 
 bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const InstrumentState& state, const InstrumentScratch& scratch) {
@@ -310,7 +311,10 @@ std::string read_step_memory(const SceneModel& model, std::string_view bytes, St
     if (std::string misfit = find_misfit(model, state, context, balls); !misfit.empty()) return misfit;
     complete_routes(model, context);
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (!balls[i].empty()) context.bodies[i].lumen.keep(*model.bodies[i].lumen, balls[i]);
+        if (!balls[i].empty()) {
+            context.bodies[i].lumen.keep(*model.bodies[i].lumen, balls[i]);
+            context.bodies[i].lumen_step = kNoStep;
+        }
     return {};
 }
 

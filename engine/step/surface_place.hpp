@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/mesh.hpp"
+#include "fem/links.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,10 +20,11 @@ namespace seldinger::engine {
     return (positions[t[1]] - positions[t[0]]).cross(positions[t[2]] - positions[t[0]]);
 }
 
-/// m; the farthest that one of the points came, rounded up.
-[[nodiscard]] inline double longest_way(std::span<const Vec3> before, std::span<const Vec3> now) {
+/// m; the farthest that one of the points came, rounded up. links: null, or those that do not move have no frame there.
+[[nodiscard]] inline double longest_way(std::span<const Vec3> before, std::span<const Vec3> now, const fem::RigidLinks* links = nullptr) {
     double longest_sq = 0.0;
-    for (std::size_t v = 0; v < now.size(); ++v) longest_sq = std::max(longest_sq, (now[v] - before[v]).squaredNorm());
+    for (std::size_t v = 0; v < now.size(); ++v)
+        if (!links || links->vertex_frame[v] != kNoIndex) longest_sq = std::max(longest_sq, (now[v] - before[v]).squaredNorm());
     return std::sqrt(longest_sq) * (1.0 + 0x1p-50);
 }
 

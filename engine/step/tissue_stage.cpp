@@ -116,12 +116,22 @@ void keep_start(const SceneModel& model, const State& state, StepContext& contex
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].moves()) continue;
         context.bodies[i].tissue_t0 = state.bodies[i].tissue;
-        context.bodies[i].surface_t0 = state.bodies[i].surface;
         keep_turns(model, i, context);
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         context.instruments[i].rod_t0 = state.instruments[i].rod;
         context.instruments[i].skin_t0 = state.instruments[i].skin;
+    }
+}
+
+void keep_surfaces(const SceneModel& model, State& state, StepContext& context) {
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!model.bodies[i].moves()) continue;
+        std::vector<Vec3>&kept = context.bodies[i].surface_t0, &surface = state.bodies[i].surface;
+        if (kept.size() == surface.size())
+            std::swap(kept, surface); // its vertices that never move stand in both
+        else
+            kept = surface; // the first step
     }
 }
 
@@ -140,6 +150,7 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
             const Vec3 moved = evaluate_motion(body.path, state.time + model.step_s);
             for (std::size_t v = 0; v < surface.size(); ++v) surface[v] = body.surface.vertices[v] + moved;
         } else if (body.links) {
+            context.bodies[i].frames.leave_static = body.pulse_reach.empty();
             fem::steer(*body.links, state.bodies[owner_of(model, i)].tissue.position, body.surface.vertices, context.bodies[i].frames,
                        surface);
         } else if (!body.pulse_reach.empty()) {

@@ -5,8 +5,11 @@
 
 namespace seldinger::engine {
 
-/// Remembers where everything is before the step moves it.
+/// Remembers where everything is before the step moves it, but for the surfaces.
 void keep_start(const SceneModel& model, const State& state, StepContext& context);
+
+/// Remembers those, without a copy: until steer_surfaces they stand where they stood a step earlier.
+void keep_surfaces(const SceneModel& model, State& state, StepContext& context);
 
 /// Integrates every deformable body over the step with the springs of the last response. On a value that is not finite,
 /// or when more sub-steps than allowed are needed, the report says which body, element and number.
