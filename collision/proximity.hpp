@@ -59,7 +59,9 @@ void for_each_close_triangle(DopTree& tree, const SurfaceMotion& motion, const V
     if (tree.empty()) return;
     detail::for_each_near_face(tree, tree.root(), PointQuery(tree, point, radius + drift), [&](Index id) {
         const Triangle& t = tree.topology().triangles[id];
-        const PointOnTriangle on = closest_on_triangle(point, motion.t1[t[0]], motion.t1[t[1]], motion.t1[t[2]]);
+        const Vec3 &a = motion.t1[t[0]], &b = motion.t1[t[1]], &c = motion.t1[t[2]];
+        if (is_beyond_plane(point, a, b, c, radius)) return;
+        const PointOnTriangle on = closest_on_triangle(point, a, b, c);
         if (on.distance_sq <= radius * radius) found(id, on);
     });
 }

@@ -186,7 +186,7 @@ void Descent::add_open_link(const Entry& entry, std::vector<Contact>& out) const
     contact.point = sphere.centre;
     const Index hint = pair.chain.state->hint[pair.chain.chain->tree.item_begin[entry.first]];
     const SphereTree& tree = pair.lumen.lumen->tree;
-    if (hint < tree.sphere_count() && tree.is_leaf(hint)) {
+    if (hint < tree.sphere_count() && tree.is_leaf(hint) && pair.lumen.state->has_bounds()) {
         contact.feature_b[0] = hint;
         const Vec3 towards = pair.lumen.state->bound_centre(hint) - sphere.centre;
         contact.normal = direction_of(towards);

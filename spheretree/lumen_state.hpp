@@ -58,6 +58,7 @@ public:
         const Sphere& s = bounds_[sphere];
         return std::min(s.radius - (s.centre - p).norm(), largest_[sphere]);
     }
+    [[nodiscard]] bool has_bounds() const noexcept { return !bounds_.empty(); } // false: there was no update yet
     [[nodiscard]] const Vec3& bound_centre(Index sphere) const noexcept { return bounds_[sphere].centre; }
     [[nodiscard]] std::size_t balls_updated() const noexcept { return balls_updated_; } // this step, of all balls
 

@@ -17,7 +17,7 @@ namespace seldinger::engine {
 
 namespace {
 
-constexpr std::string_view kMagic = "seldinger-grants 1";
+constexpr std::string_view kMagic = "seldinger-grants 2";
 constexpr std::array<char, 6> kLetters{'d', 'f', 'r', 't', 'x', 'c'}; // by DecisionKind
 
 std::uint64_t hash_bytes(std::string_view bytes) noexcept {

@@ -204,6 +204,7 @@ struct InstrumentScratch {
     std::vector<spheretree::Sphere> links_t0, links_t1;
     std::vector<fem::RodPlane> planes; // of the last solve
     std::vector<WallPress> presses;    // [planes]
+    std::vector<double> wall_distance; // [2 node_count] m, at t0, at least; negative: not looked at; empty: nothing was, in this step
     collision::DopTree tree;           // of the skin, swept over the step
     ExactForecast forecast;
 };

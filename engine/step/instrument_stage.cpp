@@ -53,18 +53,6 @@ LinkPlace place_of_link(const fem::RodModel& rod, Index link) {
     return behind == 0 ? LinkPlace{last - 1, 1.0} : LinkPlace{last - behind, 0.0};
 }
 
-/// Once in a step, however many instruments are in it.
-void update_lumen(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
-    const BodyModel& wall = model.bodies[body];
-    BodyScratch& scratch = context.bodies[body];
-    if (scratch.lumen_step == state.step) return;
-    if (wall.moves())
-        scratch.lumen.update(*wall.lumen, scratch.surface_t0, state.bodies[body].surface, scratch.lumen_step + 1 == state.step);
-    else
-        scratch.lumen.update(*wall.lumen, {}, {});
-    scratch.lumen_step = state.step;
-}
-
 Index count_links(const fem::RodModel& rod, double insertion) {
     const Index nodes = static_cast<Index>(rod.node_count());
     const Index inserted = nodes - fem::first_inserted_node(rod, insertion);
@@ -184,7 +172,18 @@ void update_instrument_trees(const SceneModel& model, std::size_t index, const S
         scratch.links_t1.push_back({point_at(state.instruments[index].rod, place), radius});
     }
     spheretree::update_chain(instrument.chain, scratch.links_t0, scratch.links_t1, scratch.chain);
-    update_lumen(model, instrument.lumen, state, context);
+}
+
+void update_lumen(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+    const std::size_t body = model.instruments[index].lumen;
+    const BodyModel& wall = model.bodies[body];
+    BodyScratch& scratch = context.bodies[body];
+    if (scratch.lumen_step == state.step) return; // another instrument is in it, too
+    if (wall.moves())
+        scratch.lumen.update(*wall.lumen, scratch.surface_t0, state.bodies[body].surface, scratch.lumen_step + 1 == state.step);
+    else
+        scratch.lumen.update(*wall.lumen, {}, {});
+    scratch.lumen_step = state.step;
 }
 
 void add_to_descent(const SceneModel& model, std::size_t index, StepContext& context) {

@@ -35,8 +35,11 @@ void move_hands(const SceneModel& model, State& state, StepContext& context);
 /// wire in its bore, where it has one.
 void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
 
-/// Moves the sphere chain to the candidate motion, and the lumen's balls with their wall.
+/// Moves the sphere chain to the candidate motion.
 void update_instrument_trees(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+
+/// Moves the balls of the instrument's lumen with their wall, unless that is done in this step: what its descent looks at.
+void update_lumen(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// Adds the hollow pair of instrument and lumen to the descent.
 void add_to_descent(const SceneModel& model, std::size_t instrument, StepContext& context);

@@ -40,6 +40,7 @@ static void reserve_lists(const InstrumentModel& instrument, InstrumentScratch& 
     scratch.chain.links_t1.reserve(places);
     scratch.planes.reserve(places * kPlanesPerPlace + kSparePlanes);
     scratch.presses.reserve(places * kPlanesPerPlace + kSparePlanes);
+    scratch.wall_distance.reserve(places);
 }
 
 static void reserve_pairs(const SceneModel& model, StepContext& context) {
@@ -239,17 +240,34 @@ void Simulator::effects_changed() {
     for (InstrumentScratch& instrument : context_.instruments) instrument.kept_inside = false;
 }
 
+/// The balls that instruments are looked for in, where there is time for them and for what follows. False: there is not.
+bool Simulator::follow_lumens(double after_s) {
+    if (!any_instrument()) return true;
+    budget_.keep_back(after_s + budget_.forecast(StepPart::Lumen).reserve_s());
+    const bool fits = budget_.grant_descent().left() > 0;
+    budget_.keep_back(after_s);
+    if (!fits) {
+        budget_.leave_out(StepPart::Lumen);
+        return false;
+    }
+    budget_.begin_part(StepPart::Lumen);
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_lumen(model_, i, state_, context_);
+    budget_.end_part(StepPart::Lumen);
+    return true;
+}
+
 void Simulator::descend() {
     context_.coarse.clear();
     const double after = model_.budget_covers_step ? budget_.forecast(StepPart::Respond).reserve_s() : 0.0;
     budget_.keep_back(after);
     if (!model_.effects.coarse_contact) return;
     context_.report.effects.note(Effect::CoarseContact);
-    budget_.keep_back(after + budget_.forecast(StepPart::List).reserve_s());
+    const double listing = after + budget_.forecast(StepPart::List).reserve_s();
+    budget_.keep_back(listing);
     context_.descent.begin(model_.contact.margin, model_.contact.descent_order, model_.contact.depth_cap);
     add_solid_pairs(model_, context_);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, context_);
-    for (bool finished = false; !finished;) {
+    for (bool finished = !follow_lumens(listing); !finished;) {
         WorkBudget grant = budget_.grant_descent(context_.descent.next_cost());
         if (grant.left() == 0) break;
         finished = context_.descent.run(grant);

@@ -63,6 +63,7 @@ public:
 
 private:
     void move_everything();
+    bool follow_lumens(double after_s);
     void descend();
     void find_exact();
     void refit(std::size_t wall);

@@ -121,6 +121,7 @@ void keep_start(const SceneModel& model, const State& state, StepContext& contex
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         context.instruments[i].rod_t0 = state.instruments[i].rod;
         context.instruments[i].skin_t0 = state.instruments[i].skin;
+        context.instruments[i].wall_distance.clear();
     }
 }
 

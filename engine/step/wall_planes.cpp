@@ -11,8 +11,8 @@ namespace seldinger::engine {
 
 namespace {
 
-/// A push at one place takes others farther than the rod's free motion would have: by this factor, until it is measured.
-constexpr double kSwing = 3.0;
+/// A push at one place takes others farther than the rod's free motion would have: by this factor and so much, until it is measured.
+constexpr double kSwing = 3.0, kLeastSwing = 1e-4; // [-], m
 /// Cosine above which a farther plane says nothing new.
 constexpr double kSameDirection = 0.9;
 constexpr std::size_t kNearTriangles = 64;
@@ -91,6 +91,9 @@ bool still_proven_free(const SceneModel& model, std::size_t index, Index node, d
     return (place - seen).squaredNorm() <= model.contact.margin * model.contact.margin;
 }
 
+/// Of InstrumentScratch::wall_distance.
+std::size_t slot_of(Index node, double weight) noexcept { return 2 * std::size_t{node} + (weight < 1.0 ? 0 : 1); }
+
 /// Is the wall nearer to p than `radius`, or p up to `reach` behind it? Beside an edge the side is that of one of its faces: good enough to
 /// ask for the exact stage, not to replace it.
 bool wall_is_near(const SceneModel& model, std::size_t body, const State& state, StepContext& context, const Vec3& p, double radius,
@@ -127,16 +130,20 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
                                                      context.instruments[instrument.inside].command.insertion));
     scratch.planes.clear();
     scratch.presses.clear();
+    scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
     NearList list;
+    double nearest = 0.0;
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
         for (const double weight : {0.5, 1.0}) {
             if (proven_free(model, index, node, weight, context)) continue;
             const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
             list.clear();
+            nearest = room + reach;
             collision::for_each_close_triangle(
                 tree, before, p, room + reach,
                 [&](Index id, const PointOnTriangle& on) {
                     const double distance = std::sqrt(on.distance_sq);
+                    nearest = std::min(nearest, distance);
                     if (!(distance > 0.0)) return;
                     // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
                     const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
@@ -144,6 +151,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
                 },
                 context.bodies[instrument.lumen].wall_age.drift);
             add_planes(list, node, weight, room, scratch);
+            scratch.wall_distance[slot_of(node, weight)] = nearest;
         }
 }
 
@@ -163,7 +171,7 @@ static double longest_approach(const SceneModel& model, std::size_t index, const
 void solve_between_walls(const SceneModel& model, std::size_t index, State& state, StepContext& context, StepBudget& budget) {
     // A scene with an exact stage learns here what that one's planes will cost: those always reach all the way.
     const double suggested =
-        model.effects.exact_contact ? kPlaneReach : kSwing * longest_approach(model, index, state, context) + model.contact.margin;
+        model.effects.exact_contact ? kPlaneReach : kSwing * longest_approach(model, index, state, context) + kLeastSwing;
     for (double reach = std::min(suggested, kPlaneReach);; reach = kPlaneReach) {
         budget.begin_part(StepPart::Planes);
         plane_from_walls(model, index, state, context, reach);
@@ -173,6 +181,18 @@ void solve_between_walls(const SceneModel& model, std::size_t index, State& stat
         budget.end_solve();
         if (reach == kPlaneReach || longest_approach(model, index, state, context) <= reach) return;
     }
+}
+
+/// Was the wall so far from this place at the step's start that it cannot have come within `reach` since?
+static bool stayed_away(const SceneModel& model, std::size_t index, Index node, double weight, const Vec3& place, double reach,
+                        const StepContext& context) {
+    const InstrumentScratch& scratch = context.instruments[index];
+    if (scratch.wall_distance.empty()) return false; // nobody has looked
+    const double before = scratch.wall_distance[slot_of(node, weight)];
+    const Vec3 from = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
+    const BodyModel& wall = model.bodies[model.instruments[index].lumen];
+    const double wall_way = wall.moves() ? context.bodies[model.instruments[index].lumen].wall_age.longest : 0.0;
+    return before - wall_way - std::sqrt((place - from).squaredNorm()) > reach * (1.0 + 0x1p-40);
 }
 
 static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
@@ -186,6 +206,7 @@ static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, cons
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size(); ++node)
         for (const double weight : {0.5, 1.0}) {
             const Vec3 p = (1.0 - weight) * rod.position[node] + weight * rod.position[node + 1];
+            if (stayed_away(model, index, node, weight, p, reach, context)) continue;
             if (still_proven_free(model, index, node, weight, p, context)) continue;
             if (wall_is_near(model, instrument.lumen, state, context, p, radius, reach)) return true;
         }

@@ -57,7 +57,7 @@ void StepBudget::begin() noexcept {
     if (!exact_tried_) {
         trust_ *= kForget;
         exact_.fade();
-        parts_[static_cast<std::size_t>(StepPart::Skin)].fade();
+        leave_out(StepPart::Skin);
         if (!solve_seen_) solve_.fade();
     }
     exact_tried_ = solve_seen_ = false;
@@ -114,7 +114,7 @@ void StepBudget::end_solve() noexcept {
 unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
     const auto by_forecast = [&]() -> std::uint64_t {
         if (limits_.mode != BudgetMode::Wall) return 0;
-        CostForecast& tissue = parts_[static_cast<std::size_t>(StepPart::Tissue)];
+        const CostForecast& tissue = forecast(StepPart::Tissue);
         double need =
             tissue.reserve_s() + forecast(StepPart::Steer).reserve_s() + forecast(StepPart::Respond).reserve_s() + exact_.reserve_s();
         unsigned dropped = 0;
@@ -123,7 +123,7 @@ unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
             dropped |= drop_bit(effect);
             need -= effect == Droppable::Elasticity ? tissue.reserve_s() : exact_.reserve_s();
         }
-        if ((dropped & drop_bit(Droppable::Elasticity)) != 0) tissue.fade(); // or it would be left out for ever
+        if ((dropped & drop_bit(Droppable::Elasticity)) != 0) leave_out(StepPart::Tissue);
         return dropped;
     };
     return order.empty() ? 0u : static_cast<unsigned>(tape_.decide(DecisionKind::Drop, by_forecast));

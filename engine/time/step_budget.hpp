@@ -32,13 +32,14 @@ enum class Droppable : std::uint8_t { ExactContact, Elasticity };
 enum class StepPart : std::uint8_t {
     Tissue,  // integration
     Steer,   // surfaces, sphere trees and the free motion of instruments
+    Lumen,   // a lumen's balls on its moved wall, before an instrument's descent looks at them
     List,    // the descent's answer, pair by pair: what it left open takes time to name, and there is more of it the more it tested
     Respond, // what follows the descent when there is no exact answer
     Refit,   // the walls' boxes: every step needs them, with or without an exact answer, so what they cost is always known
     Planes,  // what an instrument finds of its wall before it is solved against that: likewise
     Skin,    // the boxes of an instrument's skin, before its continuous tests
 };
-inline constexpr std::size_t kStepPartCount = 7;
+inline constexpr std::size_t kStepPartCount = 8;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
 /// machine changes an answer: a pair test ~10 ns, a candidate ~60 ns, a triangle's refit ~20 ns when they were measured,
@@ -71,6 +72,8 @@ public:
     /// A part of the step begins, and ends: what it cost is the forecast for the next one. Parts may stand within each other.
     void begin_part(StepPart part) noexcept { part_start_ns_[static_cast<std::size_t>(part)] = clock_->now_ns(); }
     void end_part(StepPart part) noexcept;
+    /// A part was left out for want of time: what is remembered of its cost fades, or it would be left out for ever.
+    void leave_out(StepPart part) noexcept { parts_[static_cast<std::size_t>(part)].fade(); }
     [[nodiscard]] const CostForecast& forecast(StepPart part) const noexcept { return parts_[static_cast<std::size_t>(part)]; }
     /// A solve of an instrument, in the exact stage or outside of it: it tells what the next one will cost.
     void begin_solve() noexcept { round_start_ns_ = clock_->now_ns(); }
@@ -135,8 +138,8 @@ private:
     double tests_cheapest_ = 0.0;           // s, the lowest that was measured so far; 0: none was
     double trust_ = 1.0;                    // in the number of candidates of the last exact stage
     bool learned_ = false;                  // what tests cost, in this stage
-    std::array<CostForecast, kStepPartCount> parts_{CostForecast{}, CostForecast{}, CostForecast{0.1e-3}, CostForecast{},
-                                                    CostForecast{}, CostForecast{}, CostForecast{0.1e-3}};
+    std::array<CostForecast, kStepPartCount> parts_{CostForecast{}, CostForecast{}, CostForecast{}, CostForecast{0.1e-3},
+                                                    CostForecast{}, CostForecast{}, CostForecast{}, CostForecast{0.1e-3}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
 };

@@ -3,6 +3,7 @@
 
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/simulator.hpp"
+#include "engine/step/tissue_stage.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -108,6 +109,13 @@ inline Tally run_steps(Simulator& simulator, std::uint64_t steps) {
         tally.insertion = report.insertion_m;
     }
     return tally;
+}
+
+/// The start of a step for tests that move the surfaces themselves.
+inline void keep_whole_start(const SceneModel& model, const State& state, StepContext& context) {
+    keep_start(model, state, context);
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (model.bodies[i].moves()) context.bodies[i].surface_t0 = state.bodies[i].surface;
 }
 
 inline bool all_finite(const State& state) {

@@ -30,7 +30,7 @@ Course push_through_the_bend(double advance, int steps) {
         for (State* state : {&near_state, &all_state}) {
             StepContext& context = state == &near_state ? near : all;
             state->step = static_cast<std::uint64_t>(step);
-            keep_start(model, *state, context);
+            test::keep_whole_start(model, *state, context);
             context.instruments[0].command = {insertion, 0.5 * step * advance / 1e-3};
             const double share = wave_at(0.2, 0.01 * (step + 1));
             for (std::size_t v = 0; v < state->bodies[1].surface.size(); ++v)
@@ -84,7 +84,7 @@ TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
         for (State* one : {&state, &other}) {
             StepContext& c = one == &state ? context : all;
             one->step = static_cast<std::uint64_t>(step);
-            keep_start(model, *one, c);
+            test::keep_whole_start(model, *one, c);
             // What was found before the leap: a rod that stands still.
             c.instruments[0].command = {one->instruments[0].rod.insertion + (leap ? 0.0 : 8e-4), 0.0};
             solve_instrument(model, 0, *one, c);
@@ -108,7 +108,7 @@ TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
     model.effects.coarse_contact = false;
     State state = make_initial_state(model);
     StepContext context = make_step_context(prepared.model, state);
-    keep_start(model, state, context);
+    test::keep_whole_start(model, state, context);
     fem::RodState& rod = state.instruments[0].rod;
     const fem::RodState straight = rod;
     for (const auto& [aside, near, all] : {std::tuple{0.0, false, false},

@@ -31,7 +31,7 @@ TEST(WallAge, PlanesAreThoseOfAWholeRefit) {
     double drift = 0.0;
     for (int step = 0; step < 3 * static_cast<int>(WallAge::kParts); ++step, ++state.step) {
         for (StepContext* context : {&parts, &whole}) {
-            keep_start(model, state, *context);
+            test::keep_whole_start(model, state, *context);
             context->instruments[0].command = {0.035, 0.0};
         }
         // The tube goes to and fro by up to 0.7 mm a step, as whole as a breath and faster.
@@ -59,7 +59,7 @@ TEST(WallAge, AStepThatWasMissedAsksForAWholeRefit) {
     StepContext context = make_step_context(prepared.model, state);
     for (const std::uint64_t step : {0, 1, 2, 7}) {
         state.step = step;
-        keep_start(prepared.model, state, context);
+        test::keep_whole_start(prepared.model, state, context);
         for (Vec3& v : state.bodies[1].surface) v += Vec3(1e-3, 0, 0);
         follow_wall(prepared.model, 1, state, context);
         EXPECT_NEAR(context.bodies[1].wall_age.drift, step == 7 ? 0.0 : 1e-3 * static_cast<double>(step), 1e-9) << step;
