@@ -48,8 +48,8 @@ bool can_keep(const TissueModel& model, const StableStepWorkspace& w, const Subs
 }
 
 /// Is the next derivation so near, with so many sub-steps in a call, that a round of it should be taken now?
-bool comes_near(const StableStepWorkspace& w, const SubstepLimits& limits, unsigned substeps) noexcept {
-    const int left = w.warm_rounds - 1 - w.rounds_ahead;
+bool comes_near(const TissueModel& model, const StableStepWorkspace& w, const SubstepLimits& limits, unsigned substeps) noexcept {
+    const int left = rounds_to_come(model, w);
     return left > 0 && w.rates_age + std::uint64_t{substeps} * static_cast<unsigned>(left) >= limits.substeps_per_estimate;
 }
 
@@ -247,7 +247,7 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
             spent < limits.max_substeps ? count_substeps(left, {.step = std::min(stable.step, cap)}, limits.max_substeps - spent) : 0;
         report.refused = wanted == 0;
         if (report.refused) break;
-        if (!derive && comes_near(stable_workspace, limits, wanted)) derive_ahead(model, w.start, stable_workspace);
+        if (!derive && comes_near(model, stable_workspace, limits, wanted)) derive_ahead(model, w.start, stable_workspace);
         const double h = left / wanted;
         StiffnessWatch watch = make_watch(model.plan, stable_workspace, derive);
         StageOutcome outcome = StageOutcome::Fine;

@@ -135,16 +135,27 @@ StableStep join(const TissueModel& model, const TissueRates& tissue, const Conta
     return stable;
 }
 
-/// w.records hold the positions.
-TissueRates find_rates(const TissueModel& model, int rounds, StableStepWorkspace& w) noexcept {
-    const Eigenvalue elastic = iterate(model, TetKernel::Stiffness, w.mode, w, rounds);
-    const Eigenvalue viscous =
-        model.material.viscosity > 0.0 ? iterate(model, TetKernel::Damping, w.damping_mode, w, rounds) : Eigenvalue{};
-    return {elastic.value, viscous.value, elastic.worst_tet};
+void find_elastic(const TissueModel& model, int rounds, StableStepWorkspace& w) noexcept {
+    const Eigenvalue found = iterate(model, TetKernel::Stiffness, w.mode, w, rounds);
+    w.rates.elastic = found.value;
+    w.rates.worst_tet = found.worst_tet;
 }
 
+void find_viscous(const TissueModel& model, int rounds, StableStepWorkspace& w) noexcept {
+    w.rates.viscous = model.material.viscosity > 0.0 ? iterate(model, TetKernel::Damping, w.damping_mode, w, rounds).value : 0.0;
+}
+
+/// Rounds that are taken ahead: in turn, the drag's first, if there is drag.
+int viscous_ahead(const TissueModel& model, const StableStepWorkspace& w) noexcept {
+    return model.material.viscosity > 0.0 ? (w.rounds_ahead + 1) / 2 : 0;
+}
+int elastic_ahead(const TissueModel& model, const StableStepWorkspace& w) noexcept { return w.rounds_ahead - viscous_ahead(model, w); }
+
+/// w.records hold the positions.
 StableStep find_from_records(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
-    w.rates = find_rates(model, w.warm ? std::max(1, w.warm_rounds - w.rounds_ahead) : w.cold_rounds, w);
+    const int rounds = w.warm ? w.warm_rounds : w.cold_rounds;
+    find_elastic(model, std::max(1, rounds - elastic_ahead(model, w)), w);
+    if (const int left = rounds - viscous_ahead(model, w); left > 0) find_viscous(model, left, w);
     w.rounds_ahead = 0;
     w.rates_age = 0;
     w.rates_hold = false;
@@ -172,11 +183,22 @@ StableStep find_stable_step_again(const TissueModel& model, const ContactSprings
     return join(model, w.rates, springs, w, integrator);
 }
 
+int rounds_to_come(const TissueModel& model, const StableStepWorkspace& w) noexcept {
+    return (model.material.viscosity > 0.0 ? 2 : 1) * w.warm_rounds - 1 - w.rounds_ahead;
+}
+
 void derive_ahead(const TissueModel& model, std::span<const NodeRecord> records, StableStepWorkspace& w) {
     prepare_workspace(model, w);
     std::copy(records.begin(), records.end(), w.records.begin());
-    (void)find_rates(model, 1, w);
+    const bool drag = viscous_ahead(model, w) <= elastic_ahead(model, w) && model.material.viscosity > 0.0;
+    const TissueRates now = w.rates;
+    if (drag)
+        find_viscous(model, 1, w);
+    else
+        find_elastic(model, 1, w);
     ++w.rounds_ahead;
+    // only the last round tells the rate; the elastic one is the derivation's
+    if (!drag || viscous_ahead(model, w) < w.warm_rounds) w.rates = now;
 }
 
 double cap_viscosity(const TissueModel& model, const StableStep& at_rest, Integrator integrator) noexcept {

@@ -66,8 +66,10 @@ struct StableStepWorkspace {
                                                 Integrator integrator);
 
 /// A round of the next derivation, taken while the last one still holds: spread over the steps before it, it is no longer the one step
-/// that takes twice as long as all others. For a workspace that is warm; the last round is left to the derivation itself.
+/// that takes twice as long as all others. For a workspace that is warm, while there are rounds to come: the last one, which tells the
+/// elastic rate, is left to the derivation itself.
 /// records [node_count] in the plan's order
+[[nodiscard]] int rounds_to_come(const TissueModel& model, const StableStepWorkspace& workspace) noexcept;
 void derive_ahead(const TissueModel& model, std::span<const NodeRecord> records, StableStepWorkspace& workspace);
 
 /// How much any tet may stiffen, by a bound on its tangent, before the step is derived again. If all of them stiffen alike, the

@@ -26,6 +26,8 @@ constexpr double kHoldShares[] = {0.9, 0.5};
 constexpr double kStuck = 0.01;
 /// Contacts that the step's lists hold without growing.
 constexpr std::size_t kReservedContacts = 4096;
+/// Steps in which a lumen's balls were left out, for one look less at what they cost.
+constexpr std::uint64_t kForgetLumen = 64;
 /// Planes from corrections beside those of the wall.
 constexpr std::size_t kSparePlanes = 4096;
 
@@ -247,7 +249,8 @@ bool Simulator::follow_lumens(double after_s) {
     const bool fits = budget_.grant_descent().left() > 0;
     budget_.keep_back(after_s);
     if (!fits) {
-        budget_.leave_out(StepPart::Lumen);
+        // Its cost is the mesh's, and does not change from step to step; only what an outlier taught must be forgotten some day.
+        if (state_.step % kForgetLumen == 0) budget_.leave_out(StepPart::Lumen);
         return false;
     }
     budget_.begin_part(StepPart::Lumen);

@@ -196,7 +196,7 @@ bool body_fits(const BodyModel& model, std::size_t nodes, const BodyState& body,
            are_finite(body.surface) && is_none_or(scratch.frames.frame.size(), model.links ? model.links->frame_nodes.size() : 0) &&
            is_none_or(stable.mode.size(), tissue_nodes) && is_none_or(stable.damping_mode.size(), tissue_nodes) &&
            are_finite(stable.mode) && are_finite(stable.damping_mode) && is_none_or(stable.notes.size(), batches) &&
-           is_id(stable.rates.worst_tet, tets) && stable.rounds_ahead >= 0 && stable.rounds_ahead < stable.warm_rounds &&
+           is_id(stable.rates.worst_tet, tets) && stable.rounds_ahead >= 0 && stable.rounds_ahead < 2 * stable.warm_rounds &&
            springs_fit(scratch.springs, nodes) && is_none_or(balls.size(), model.lumen ? model.lumen->ball_count() : 0);
 }
 
