@@ -39,7 +39,6 @@ void DopTree::build(const SurfaceTopology& topology, std::span<const Vec3> posit
     std::iota(order.begin(), order.end(), Index{0});
     build_node(state, order);
     node_bounds_.assign(children_.size() * 2 * slabs(), kNothing);
-    above_.assign(children_.size() / options_.arity, 0);
     cluster_bounds_.assign(clusters_.size() * 2 * slabs(), kNothing);
     bounds_.assign(ids_.size() * 2 * slabs(), kNothing);
     fresh_.assign(clusters_.size(), 0);
@@ -56,10 +55,12 @@ Index DopTree::build_node(BuildState& state, std::span<Index> order) {
     const CutParts parts = cut_into_parts(plan, order, options_.arity, options_.cluster_size);
     const Index node = static_cast<Index>(children_.size() / options_.arity);
     children_.resize(children_.size() + options_.arity, kNoChild);
+    beneath_.push_back({static_cast<Index>(clusters_.size()), 0});
     for (std::size_t i = 0; i < parts.count; ++i) {
         const Index child = build_node(state, parts.part[i]);
         children_[node * options_.arity + i] = child;
     }
+    beneath_[node][1] = static_cast<Index>(clusters_.size());
     return node;
 }
 
@@ -207,22 +208,18 @@ void DopTree::refit_lanes(const BlockRange& range) noexcept {
 void DopTree::refit_nodes(Index begin, Index end) noexcept {
     const std::size_t stride = 2 * slabs(), arity = options_.arity;
     for (std::size_t node = children_.size() / arity; node-- > 0;) { // children lie behind their parent
-        above_[node] = 0;
+        if (beneath_[node][0] >= end || beneath_[node][1] <= begin) continue;
         for (std::size_t i = 0; i < arity; ++i) {
             const Index child = children_[node * arity + i];
-            if (child == kNoChild) continue;
             float* out = node_bounds_.data() + node * stride * arity + i;
+            if (child == kNoChild) continue;
             if (child & kLeafBit) {
-                const Index cluster = child & ~kLeafBit;
-                if (cluster < begin || cluster >= end) continue;
-                const float* bounds = cluster_bounds(cluster);
+                const float* bounds = cluster_bounds(child & ~kLeafBit);
                 for (std::size_t s = 0; s < stride; ++s) out[s * arity] = bounds[s];
-            } else {
-                if (!above_[child]) continue;
-                const float* rows = child_bounds(child);
-                for (std::size_t s = 0; s < stride; ++s) out[s * arity] = *std::min_element(rows + s * arity, rows + (s + 1) * arity);
+                continue;
             }
-            above_[node] = 1;
+            const float* rows = child_bounds(child);
+            for (std::size_t s = 0; s < stride; ++s) out[s * arity] = *std::min_element(rows + s * arity, rows + (s + 1) * arity);
         }
     }
 }
@@ -230,7 +227,7 @@ void DopTree::refit_nodes(Index begin, Index end) noexcept {
 std::size_t DopTree::memory() const noexcept {
     const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     return bytes(children_) + bytes(node_bounds_) + bytes(clusters_) + bytes(cluster_bounds_) + bytes(bounds_) + bytes(ids_) +
-           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) + bytes(above_) + bytes(fine_vertices_) +
+           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) + bytes(beneath_) + bytes(fine_vertices_) +
            bytes(fine_clusters_);
 }
 

@@ -132,14 +132,14 @@ private:
     std::vector<Index> children_;    // [node_count][arity], parents before children
     std::vector<float> node_bounds_; // [node_count][2 slabs][arity]
     std::vector<Cluster> clusters_;
-    std::vector<Index> touched_;        // vertex ids, cluster by cluster
-    std::vector<float> cluster_bounds_; // [cluster_count][2 slabs]
-    std::vector<std::uint8_t> fresh_;   // [cluster_count] what belongs to the last refit
-    std::vector<std::uint8_t> above_;   // [node_count] scratch of refit_nodes: what is beneath has changed
-    std::vector<float> bounds_;         // [block_count][2 slabs][kLanes]
-    std::vector<Index> ids_;            // [block_count][kLanes] feature ids, kNoIndex in empty lanes
-    std::vector<Index> corners_;        // [block_count][3][kLanes]
-    std::vector<float> vertex_bounds_;  // [vertex_count][2 slabs]
+    std::vector<Index> touched_;                // vertex ids, cluster by cluster
+    std::vector<float> cluster_bounds_;         // [cluster_count][2 slabs]
+    std::vector<std::uint8_t> fresh_;           // [cluster_count] what belongs to the last refit
+    std::vector<std::array<Index, 2>> beneath_; // [node_count] clusters, from .. to - 1
+    std::vector<float> bounds_;                 // [block_count][2 slabs][kLanes]
+    std::vector<Index> ids_;                    // [block_count][kLanes] feature ids, kNoIndex in empty lanes
+    std::vector<Index> corners_;                // [block_count][3][kLanes]
+    std::vector<float> vertex_bounds_;          // [vertex_count][2 slabs]
     std::vector<FineBounds> fine_vertices_, fine_clusters_;
 };
 

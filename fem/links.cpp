@@ -39,11 +39,8 @@ Mat3 skew(const Vec3& v) noexcept {
 
 } // namespace
 
-SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
-                  std::span<Vec3> out) noexcept {
+SteerReport turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames) noexcept {
     assert(node_position.size() == links.node_rest.size());
-    assert(rest.size() == links.vertex_count() && out.size() == links.vertex_count());
-    assert(rest.data() != out.data() || rest.empty());
     frames.frame.resize(links.frame_nodes.size());
     frames.node.resize(links.node_rest.size());
     for (std::size_t node = 0; node < node_position.size(); ++node)
@@ -51,8 +48,20 @@ SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, 
             frames.node[node].x[axis] = node_position[node][axis];
             frames.node[node].v[axis] = node_position[node][axis] - links.node_rest[node][axis];
         }
-    const SteerReport report = turn_link_frames(links, frames.node, frames.frame, frames.threads);
+    return turn_link_frames(links, frames.node, frames.frame, frames.threads);
+}
+
+void place_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<const Vec3> rest, std::span<Vec3> out) noexcept {
+    assert(rest.size() == links.vertex_count() && out.size() == links.vertex_count());
+    assert(rest.data() != out.data() || rest.empty());
+    assert(frames.frame.size() == links.frame_nodes.size());
     move_vertices(links, frames, rest, out);
+}
+
+SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
+                  std::span<Vec3> out) noexcept {
+    const SteerReport report = turn_frames(links, node_position, frames);
+    place_vertices(links, frames, rest, out);
     return report;
 }
 

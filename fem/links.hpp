@@ -72,6 +72,10 @@ struct SteerReport {
 SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
                   std::span<Vec3> out) noexcept;
 
+/// The two halves of it. What a vertex does follows from the frames alone, so that it can be placed when somebody looks at it.
+SteerReport turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames) noexcept;
+void place_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<const Vec3> rest, std::span<Vec3> out) noexcept;
+
 /// Bytes that one call of steer reads and writes, every array once.
 [[nodiscard]] std::size_t steer_bytes(const RigidLinks& links) noexcept;
 

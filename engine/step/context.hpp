@@ -150,6 +150,7 @@ struct BodyScratch {
     fem::TissueState tissue_t0;
     std::vector<Vec3> surface_t0; // [vertex_count] m
     fem::LinkFrames frames;
+    bool surface_waits = false; // its frames are those of the step, its vertices not placed yet: nothing in a step looks at them
     fem::RkWorkspace rk;
     fem::StableStepWorkspace stable;
     fem::ContactSprings springs; // made by the last step's response

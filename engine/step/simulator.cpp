@@ -127,6 +127,7 @@ void Simulator::move_everything() {
     StopWatch lap;
     keep_start(model_, state_, context_);
     move_hands(model_, state_, context_);
+    if (context_.pull) place_surface(model_, context_.pull->body, state_, context_);
     add_pull(model_, state_, context_);
     report.ms.script = lap.lap_ms();
     if (!is_dropped(Droppable::Elasticity)) {
@@ -197,6 +198,7 @@ void Simulator::join_step(const Simulator& other) {
         to.surface_t0 = from.surface_t0;
         to.springs = from.springs;
         to.frames = from.frames;
+        to.surface_waits = from.surface_waits;
         if (same_trees) {
             to.spheres = from.spheres;
             to.turn_t0 = from.turn_t0;
@@ -507,15 +509,12 @@ void Simulator::finish_report() {
     }
     if (report.finite) return;
     stopped_ = true;
-    for (std::size_t i = 0; i < model_.bodies.size(); ++i) // the last good state
-        if (model_.bodies[i].moves()) {
-            state_.bodies[i].tissue = context_.bodies[i].tissue_t0;
-            state_.bodies[i].surface = context_.bodies[i].surface_t0;
-        }
-    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
-        state_.instruments[i].rod = context_.instruments[i].rod_t0;
-        state_.instruments[i].skin = context_.instruments[i].skin_t0;
-    }
+    restore_start(model_, state_, context_); // the last good state
+}
+
+const State& Simulator::state() const noexcept {
+    for (std::size_t i = 0; i < model_.bodies.size(); ++i) place_surface(model_, i, state_, context_);
+    return state_;
 }
 
 std::span<const Contact> Simulator::contacts() const noexcept { return context_.contacts; }

@@ -54,7 +54,8 @@ public:
     [[nodiscard]] DecisionTape& tape() noexcept { return budget_.tape(); }
 
     [[nodiscard]] const SceneModel& model() const noexcept { return model_; }
-    [[nodiscard]] const State& state() const noexcept { return state_; }
+    /// Surfaces that no step looks at are placed here: not from several threads at once.
+    [[nodiscard]] const State& state() const noexcept;
     /// What the last step's response pushed against: places where an instrument presses on its wall (gap: what is missing
     /// of the clearance), and sphere contacts of solid bodies.
     [[nodiscard]] std::span<const Contact> contacts() const noexcept;
@@ -84,8 +85,8 @@ private:
     const SceneModel& model_;
     MonotonicClock own_clock_;
     StepBudget budget_;
-    State state_;
-    StepContext context_;
+    mutable State state_; // and its surfaces that wait for state()
+    mutable StepContext context_;
     unsigned dropped_ = 0; // effects that this step leaves out
     bool stopped_ = false;
 };

@@ -1,6 +1,7 @@
 #include "engine/step/tissue_stage.hpp"
 
 #include "base/trig.hpp"
+#include "engine/step/solid_stage.hpp"
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/surface_spring.hpp"
 
@@ -125,14 +126,45 @@ void keep_start(const SceneModel& model, const State& state, StepContext& contex
     }
 }
 
+/// Nothing meets it: what a step does with its tissue needs none of its surface.
+static bool may_wait(const SceneModel& model, std::size_t i) {
+    const BodyModel& body = model.bodies[i];
+    return body.links && body.pulse_reach.empty() && !body.hollow && !can_touch_any(model, i);
+}
+
+void place_surface(const SceneModel& model, std::size_t i, State& state, StepContext& context) noexcept {
+    if (!context.bodies[i].surface_waits) return;
+    fem::place_vertices(*model.bodies[i].links, context.bodies[i].frames, model.bodies[i].surface.vertices, state.bodies[i].surface);
+    context.bodies[i].surface_waits = false;
+}
+
 void keep_surfaces(const SceneModel& model, State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (!model.bodies[i].moves()) continue;
+        if (!model.bodies[i].moves() || may_wait(model, i)) continue;
+        place_surface(model, i, state, context);
         std::vector<Vec3>&kept = context.bodies[i].surface_t0, &surface = state.bodies[i].surface;
         if (kept.size() == surface.size())
             std::swap(kept, surface); // its vertices that never move stand in both
         else
             kept = surface; // the first step
+    }
+}
+
+void restore_start(const SceneModel& model, State& state, StepContext& context) {
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!model.bodies[i].moves()) continue;
+        BodyScratch& scratch = context.bodies[i];
+        state.bodies[i].tissue = scratch.tissue_t0;
+        if (may_wait(model, i)) {
+            fem::turn_frames(*model.bodies[i].links, context.bodies[owner_of(model, i)].tissue_t0.position, scratch.frames);
+            scratch.surface_waits = true;
+        } else {
+            state.bodies[i].surface = scratch.surface_t0;
+        }
+    }
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        state.instruments[i].rod = context.instruments[i].rod_t0;
+        state.instruments[i].skin = context.instruments[i].skin_t0;
     }
 }
 
@@ -151,9 +183,11 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
             const Vec3 moved = evaluate_motion(body.path, state.time + model.step_s);
             for (std::size_t v = 0; v < surface.size(); ++v) surface[v] = body.surface.vertices[v] + moved;
         } else if (body.links) {
-            context.bodies[i].frames.leave_static = body.pulse_reach.empty();
-            fem::steer(*body.links, state.bodies[owner_of(model, i)].tissue.position, body.surface.vertices, context.bodies[i].frames,
-                       surface);
+            BodyScratch& scratch = context.bodies[i];
+            scratch.frames.leave_static = body.pulse_reach.empty();
+            fem::turn_frames(*body.links, state.bodies[owner_of(model, i)].tissue.position, scratch.frames);
+            scratch.surface_waits = true;
+            if (!may_wait(model, i)) place_surface(model, i, state, context);
         } else if (!body.pulse_reach.empty()) {
             std::copy(body.surface.vertices.begin(), body.surface.vertices.end(), surface.begin());
         }
