@@ -91,6 +91,8 @@ void LumenState::mark_still(const LumenTree& lumen, std::span<const double> moti
         for (const Index t : lumen.wall_of(b))
             for (const Index v : lumen.triangles[t])
                 if (motion_weight[v] != 0.0) still_[b] = 0;
+    list_moving(lumen);
+    all_bounds_fit_ = false;
 }
 
 void LumenState::rest(const LumenTree& lumen) {

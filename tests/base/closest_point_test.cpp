@@ -47,6 +47,33 @@ TEST(ClosestPoint, MatchesSamplingOnRandomTriangles) {
     }
 }
 
+/// A proof by the plane is never wrong, however thin, far off or small the triangle is; and it is found where the plane shows it.
+TEST(ClosestPoint, BeyondThePlaneMeansBeyondTheRadius) {
+    Random random{91};
+    SCOPED_TRACE(random.trace());
+    std::size_t proven = 0, could = 0;
+    for (int trial = 0; trial < 200000; ++trial) {
+        const double size = std::pow(10.0, random.uniform(-6.0, 2.0)), thin = std::pow(10.0, random.uniform(-7.0, 0.0));
+        const Vec3 origin = random.point(std::pow(10.0, random.uniform(-3.0, 3.0)));
+        const Vec3 along = random.point(size), a = origin + random.point(size), b = a + along;
+        const Vec3 c = a + random.uniform(-1.0, 2.0) * along + thin * random.point(size);
+        const Vec3 p = a + random.point(2.0 * size);
+        // seen from a corner: far from the origin the closest point itself is rounded to where it lies
+        const double distance = std::sqrt(closest_on_triangle(p - a, Vec3::Zero(), b - a, c - a).distance_sq);
+        for (const double share : {0.2, 0.9, 1.0 - 1e-6, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 1.5}) {
+            const bool beyond = is_beyond_plane(p, a, b, c, share * distance);
+            ASSERT_TRUE(!beyond || share <= 1.0) << "trial " << trial << ", share " << share;
+            if (share != 0.2) continue;
+            const Vec3 normal = (b - a).cross(c - a);
+            const bool clear = std::abs(normal.dot(p - a)) > 0.3 * distance * normal.norm() && thin > 0.1;
+            could += clear && normal.norm() > 1e-2 * (b - a).norm() * (c - a).norm();
+            proven += clear && beyond && normal.norm() > 1e-2 * (b - a).norm() * (c - a).norm();
+        }
+    }
+    EXPECT_GT(could, 5000u);
+    EXPECT_EQ(proven, could);
+}
+
 TEST(ClosestPoint, OnASliverTriangleIsTheSameForAllSixVertexOrders) {
     Random random{5};
     SCOPED_TRACE(random.trace());

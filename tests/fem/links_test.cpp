@@ -141,6 +141,31 @@ TEST(Links, CollapsedTriangleKeepsItsLastGoodFrameAndIsCounted) {
     EXPECT_EQ(steer(f.links, nodes, f.dense.vertices, frames, after).collapsed_frames, f.links.frame_nodes.size());
 }
 
+TEST(Links, StaticVerticesAreLeftAloneWhereAskedAndTheHalvesAreTheWhole) {
+    Fixture f;
+    for (std::size_t v = 0; v < f.links.vertex_count(); v += 3) f.links.vertex_frame[v] = kNoIndex, f.links.vertex_blend[v] = 0.0;
+    const auto nodes = deform(f.coarse.vertices, 23, 0.001);
+    const std::vector<Vec3> whole = steered(f.links, nodes, f.dense.vertices);
+    for (const char* isa : {"portable", "avx2", "avx512"}) {
+        if (!choose_isa(isa)) continue;
+        LinkFrames frames;
+        frames.leave_static = true;
+        std::vector<Vec3> held = f.dense.vertices, marked(held.size(), Vec3(7.0, 8.0, 9.0));
+        EXPECT_EQ(turn_frames(f.links, nodes, frames).collapsed_frames, 0u);
+        place_vertices(f.links, frames, f.dense.vertices, held);
+        place_vertices(f.links, frames, f.dense.vertices, marked);
+        choose_isa("");
+        for (std::size_t v = 0; v < held.size(); ++v) {
+            ASSERT_EQ(held[v], whole[v]) << isa << ", vertex " << v;
+            if (v % 3 == 0) {
+                ASSERT_EQ(marked[v].tail<2>(), (Vec3(7.0, 8.0, 9.0).tail<2>())) << isa << ", vertex " << v;
+            } else {
+                ASSERT_EQ(marked[v], whole[v]) << isa << ", vertex " << v;
+            }
+        }
+    }
+}
+
 TEST(Links, SteeringHasTheSameBitsOnEveryInstructionSetAndThreadCount) {
     const TetMesh coarse = make_bar(13, 11, 9, 0.01);
     const TriMesh dense = make_dense_surface(coarse, 2); // some 7,000 vertices on more than 512 triangles: several blocks

@@ -162,4 +162,42 @@ TEST(StableStep, IsInfiniteWithNothingToMoveAndNamesWhatIsNotFinite) {
     EXPECT_EQ(count_substeps(1.0, {.step = 0.3}, 3), 0U);
 }
 
+/// Rounds that are spread over the steps before a derivation find the rates that they find at once: of a body that is being bent, with
+/// and without drag.
+TEST(StableStep, ADerivationSpreadOverTheStepsBeforeItIsAsGood) {
+    for (const double viscosity : {0.0, 2.0}) {
+        Material material = make_material(MaterialLaw::NeoHookean, 0.45);
+        material.viscosity = viscosity;
+        const auto model = make_model(make_rough_bar(7), material);
+        std::mt19937_64 random(29);
+        std::vector<Vec3> way = model.rest_position;
+        for (Vec3& v : way) v = random_vec(random, 2e-5);
+        const auto at = [&](int step) {
+            std::vector<Vec3> position = model.rest_position;
+            for (std::size_t n = 0; n < position.size(); ++n) position[n] += step * way[n];
+            return position;
+        };
+        const auto records = [&](int step) {
+            std::vector<NodeRecord> out(model.node_count());
+            gather_records(model.plan, at(step), {}, out);
+            return out;
+        };
+        StableStepWorkspace spread, at_once;
+        for (StableStepWorkspace* w : {&spread, &at_once}) (void)find_stable_step(model, records(0), nullptr, *w, Integrator::Leapfrog);
+        int rounds = 0;
+        for (int step = 1; step <= 60; ++step) {
+            if (step % 12 > 12 - 8 && rounds_to_come(model, spread) > 0) derive_ahead(model, records(step), spread), ++rounds;
+            if (step % 12 != 0) continue;
+            EXPECT_EQ(rounds_to_come(model, spread), 0);
+            const StableStep one = find_stable_step(model, records(step), nullptr, spread, Integrator::Leapfrog);
+            const StableStep other = find_stable_step(model, records(step), nullptr, at_once, Integrator::Leapfrog);
+            EXPECT_NEAR(one.tissue_omega / other.tissue_omega, 1.0, 0.01) << "viscosity " << viscosity << ", step " << step;
+            EXPECT_NEAR(one.step / other.step, 1.0, 0.01);
+            EXPECT_LT(one.tissue_omega, true_omega(model, at(step)) * (1.0 + 1e-9));
+            EXPECT_GT(one.tissue_omega, true_omega(model, at(step)) * 0.96);
+        }
+        EXPECT_EQ(rounds, 5 * (viscosity > 0.0 ? 7 : 3));
+    }
+}
+
 } // namespace seldinger::fem

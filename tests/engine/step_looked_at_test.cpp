@@ -1,0 +1,114 @@
+// What a step leaves undone because nothing in it looks there: surfaces that wait, a lumen without time for its descent. Whoever looks
+// finds what would have been there.
+#include "engine/step/bit_hash.hpp"
+#include "engine/step/state.hpp"
+#include "step_fixture.hpp"
+
+#include <vector>
+
+namespace seldinger::engine {
+namespace {
+
+PreparedScene breathing_tube() {
+    return test::prepare(test::bent_tube_scene(
+        {.effects = R"("elasticity", "damping", "breathing", "coarse_contact", "friction")", .carrier = test::kOrgan}));
+}
+
+TEST(LookedAt, AStateThatIsSeenInEveryStepIsTheOneThatIsSeenAtTheEnd) {
+    const PreparedScene prepared = breathing_tube();
+    Simulator seen(prepared.model), unseen(prepared.model);
+    const Vec3 corner = prepared.model.bodies[0].surface.vertices[5];
+    std::size_t waited = 0;
+    for (int step = 0; step < 60; ++step) {
+        for (Simulator* simulator : {&seen, &unseen}) {
+            if (step == 20) simulator->set_pull(Pull{0, 5, corner + Vec3(2e-3, 4e-3, -1e-3)}); // somebody pulls at what waits
+            if (step == 40) simulator->set_pull(std::nullopt);
+            ASSERT_TRUE(simulator->step().finite) << simulator->context().report.failure;
+        }
+        (void)hash_state(seen.state());
+        EXPECT_FALSE(seen.context().bodies[0].surface_waits);
+        waited += unseen.context().bodies[0].surface_waits;
+        EXPECT_EQ(seen.context().report.pull_force_n, unseen.context().report.pull_force_n) << "step " << step;
+        EXPECT_EQ(seen.context().report.pull_force_n > 0.0, step >= 20 && step < 40) << "step " << step;
+    }
+    EXPECT_EQ(waited, 60u);
+    EXPECT_EQ(hash_state(seen.state()), hash_state(unseen.state()));
+    fem::LinkFrames frames;
+    const BodyModel& organ = prepared.model.bodies[0];
+    std::vector<Vec3> placed = organ.surface.vertices;
+    fem::steer(*organ.links, unseen.state().bodies[0].tissue.position, organ.surface.vertices, frames, placed);
+    EXPECT_EQ(unseen.state().bodies[0].surface, placed);
+    EXPECT_NE(placed, organ.surface.vertices) << "it breathes";
+}
+
+/// Steps that fail leave the state as it was, also what nobody had looked at.
+TEST(LookedAt, AFailedStepLeavesTheSurfaceOfTheLastGoodOne) {
+    for (const int good : {0, 1, 7}) {
+        PreparedScene prepared = breathing_tube();
+        Simulator simulator(prepared.model), other(prepared.model);
+        for (int step = 0; step < good; ++step) {
+            ASSERT_TRUE(simulator.step().finite);
+            ASSERT_TRUE(other.step().finite);
+        }
+        const std::uint64_t before = hash_state(other.state());
+        prepared.model.max_substeps = 0;
+        ASSERT_FALSE(simulator.step().finite);
+        EXPECT_EQ(hash_state(simulator.state()), before) << "after " << good << " steps";
+    }
+}
+
+/// A body that waits until something can touch it, and again: its surface is there whenever it is met.
+TEST(LookedAt, ContactThatIsSwitchedOnAndOffFindsTheSurface) {
+    const std::string scene = R"({"units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.005, "duration": 10}, "budget": "exact",
+        "gravity": [0, 0, -9810], "bodies": {
+        "ball": {"kind": "deformable", "surface": {"shape": "sphere", "centre": [0, 0, 16], "radius": 15, "subdivisions": 2},
+            "coarse": {"mesher": "lattice", "surface_triangles": 120},
+            "material": {"young_modulus": 30, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.005, "mass_damping": 2}},
+        "table": {"kind": "static", "surface": {"shape": "box", "centre": [0, 0, -20], "extent": [90, 90, 40], "cells": 5}}},
+        "effects": ["elasticity", "gravity", "damping", "coarse_contact"]})";
+    PreparedScene prepared = test::prepare(scene);
+    Simulator seen(prepared.model), unseen(prepared.model);
+    for (int step = 0; step < 120; ++step) {
+        if (step % 30 == 0) {
+            prepared.model.effects.coarse_contact = step % 60 == 0;
+            seen.effects_changed();
+            unseen.effects_changed();
+        }
+        ASSERT_TRUE(seen.step().finite);
+        ASSERT_TRUE(unseen.step().finite);
+        (void)seen.state();
+        ASSERT_EQ(seen.context().report.solid_touches, unseen.context().report.solid_touches) << "step " << step;
+    }
+    EXPECT_EQ(hash_state(seen.state()), hash_state(unseen.state()));
+}
+
+/// Under no budget at all the balls stay where the last descent left them. The next one that has time finds what it would have found.
+TEST(LookedAt, ALumenThatWasLeftOutIsFoundWhereItIs) {
+    const PreparedScene prepared = breathing_tube();
+    Simulator always(prepared.model), sometimes(prepared.model);
+    std::size_t contacts = 0;
+    for (int step = 0; step < 90; ++step) {
+        const bool left_out = step % 20 < 13;
+        sometimes.set_budget({left_out ? BudgetMode::Work : BudgetMode::Exact, 0.0, 0});
+        ASSERT_TRUE(always.step().finite);
+        ASSERT_TRUE(sometimes.step().finite);
+        if (left_out) {
+            EXPECT_EQ(sometimes.context().report.pairs_tested, 0u);
+            EXPECT_EQ(sometimes.context().report.assumed, 1u) << "told, not silent";
+            continue;
+        }
+        const std::vector<Contact>&all = always.context().coarse, &found = sometimes.context().coarse;
+        ASSERT_EQ(all.size(), found.size()) << "step " << step;
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            EXPECT_EQ(all[k].gap, found[k].gap);
+            EXPECT_EQ(all[k].point, found[k].point);
+            EXPECT_EQ(all[k].normal, found[k].normal);
+        }
+        contacts += all.size();
+    }
+    EXPECT_GT(contacts, 20u);
+    EXPECT_EQ(hash_state(always.state()), hash_state(sometimes.state()));
+}
+
+} // namespace
+} // namespace seldinger::engine
