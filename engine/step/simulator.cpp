@@ -203,6 +203,8 @@ void Simulator::join_step(const Simulator& other) {
             to.spheres = from.spheres;
             to.turn_t0 = from.turn_t0;
             to.turn_t1 = from.turn_t1;
+            to.coming = from.coming;
+            to.change = from.change;
         }
         to.wall_age = {};      // the other's step may have ended elsewhere than where it was seen from here
         to.lumen = from.lumen; // goes on looking at the other's wall

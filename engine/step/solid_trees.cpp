@@ -56,6 +56,7 @@ void follow_corners(const BodyModel& body, std::span<const Vec3> before, std::sp
 /// by gravity. Of how flesh is pushed nothing is known.
 void look_ahead(const SceneModel& model, std::size_t i, const State& state, BodyScratch& scratch) {
     const double h = model.step_s, now = state.time + h; // the state's time is that of the step's start
+    scratch.coming = scratch.change = Vec3::Zero();
     if (model.bodies[i].motion == Motion::Kinematic) {
         const std::vector<MotionRow>& path = model.bodies[i].path;
         const Vec3 at = evaluate_motion(path, now);
