@@ -160,6 +160,12 @@ void TriangleTree::walk_ray(const Vec3& p, int axis, bool positive, Visit&& visi
          });
 }
 
+bool TriangleTree::overlaps_any(const Box3& box) const noexcept {
+    bool any = false;
+    walk([&](const Box3& node) { return !any && node.overlaps(box); }, [&any](Index) { any = true; });
+    return any;
+}
+
 int TriangleTree::ray_crossings(const Vec3& p, int axis, bool positive) const noexcept {
     int crossings = 0;
     walk_ray(p, axis, positive, [&crossings](int sign) {

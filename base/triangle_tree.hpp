@@ -49,6 +49,9 @@ public:
         walk([&](const Box3& node) { return node.overlaps(box); }, [&](Index slot) { visit(order_[slot]); });
     }
 
+    /// Does any triangle's own box overlap the given one?
+    [[nodiscard]] bool overlaps_any(const Box3& box) const noexcept;
+
     /// Sum of the signs of the crossings of the ray from p along +axis or -axis: +1 where it leaves through a front face.
     /// Exact: all decisions are signs of exact predicates for a point shifted by infinitesimals, so edges and vertices on
     /// the ray count once. On a closed oriented surface this is p's winding number, whatever the direction.

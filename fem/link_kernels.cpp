@@ -93,7 +93,9 @@ void move_range(const RigidLinks& links, const LinkFrame* frames, bool leave_sta
             hn::Add(hn::Add(part(a[0], frame.displacement[0]), part(a[1], frame.displacement[1])), part(a[2], frame.displacement[2]));
         const auto link = hn::Add(part(r[0], frame.turn[0]), hn::Add(part(r[1], frame.turn[1]), part(r[2], frame.turn[2])));
         const auto moved = hn::Mul(hn::Set(d4, links.vertex_blend[v]), hn::Add(origin, link));
-        if (v + 1 < end) { // four numbers where three are meant: the fourth is the next vertex's first, written once more by its own turn
+        // Four numbers where three are meant: the fourth is the next vertex's first, which its own turn writes once more. If that one is
+        // static it becomes its rest position: the fourth numbers of all columns are 0.
+        if (v + 1 < end) {
             hn::StoreU(hn::Add(hn::LoadU(d4, rest[v].data()), moved), d4, out[v].data());
             continue;
         }

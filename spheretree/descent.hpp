@@ -53,6 +53,7 @@ public:
     /// cap    level at which DepthCapped stops
     void begin(double margin, DescentOrder order = DescentOrder::Breadth, int cap = 0);
     void add_solid_pair(const SolidView& a, const SolidView& b);
+    [[nodiscard]] bool has_solids() const noexcept { return !solids_.empty(); }
     /// A body against itself: pairs of leaves whose spheres (with the margin) lay apart at rest. Neighbours on the surface always
     /// overlap and are not looked at, nor what lies beneath one leaf. An open pair may be a sphere with itself.
     void add_self_pair(const SolidView& body);

@@ -38,7 +38,8 @@ public:
     /// continues        vertices_t0 is to the bit what vertices_t1 was in the last update: half of the centres are known
     void update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1, bool continues = false);
 
-    void reset() noexcept { balls_.clear(); } // forgets the last step; the next update starts afresh
+    void reset() noexcept { balls_.clear(); }                 // forgets the last step; the next update starts afresh
+    void miss_steps() noexcept { step_ += at_rest_ ? 0 : 1; } // the wall moved on, nobody said where: no radius of the last update holds
 
     /// For a run that is saved and goes on elsewhere: [ball_count] what the next update would take over. Empty: nothing, it starts
     /// afresh, or from a wall at rest, which is the same.

@@ -179,8 +179,10 @@ void update_lumen(const SceneModel& model, std::size_t index, const State& state
     const BodyModel& wall = model.bodies[body];
     BodyScratch& scratch = context.bodies[body];
     if (scratch.lumen_step == state.step) return; // another instrument is in it, too
+    const bool continues = scratch.lumen_step + 1 == state.step;
+    if (!continues && scratch.lumen_step != kNoStep) scratch.lumen.miss_steps();
     if (wall.moves())
-        scratch.lumen.update(*wall.lumen, scratch.surface_t0, state.bodies[body].surface, scratch.lumen_step + 1 == state.step);
+        scratch.lumen.update(*wall.lumen, scratch.surface_t0, state.bodies[body].surface, continues);
     else
         scratch.lumen.update(*wall.lumen, {}, {});
     scratch.lumen_step = state.step;

@@ -26,8 +26,6 @@ constexpr double kHoldShares[] = {0.9, 0.5};
 constexpr double kStuck = 0.01;
 /// Contacts that the step's lists hold without growing.
 constexpr std::size_t kReservedContacts = 4096;
-/// Steps in which a lumen's balls were left out, for one look less at what they cost.
-constexpr std::uint64_t kForgetLumen = 64;
 /// Planes from corrections beside those of the wall.
 constexpr std::size_t kSparePlanes = 4096;
 
@@ -252,9 +250,8 @@ bool Simulator::follow_lumens(double after_s) {
     budget_.keep_back(after_s + budget_.forecast(StepPart::Lumen).reserve_s());
     const bool fits = budget_.grant_descent().left() > 0;
     budget_.keep_back(after_s);
-    if (!fits) {
-        // Its cost is the mesh's, and does not change from step to step; only what an outlier taught must be forgotten some day.
-        if (state_.step % kForgetLumen == 0) budget_.leave_out(StepPart::Lumen);
+    if (!fits && !context_.descent.has_solids()) { // those would have to wait with it
+        budget_.leave_out(StepPart::Lumen);
         return false;
     }
     budget_.begin_part(StepPart::Lumen);
@@ -484,7 +481,10 @@ void Simulator::scale_motion(double fraction) {
         fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis, state_.instruments[i].skin);
     }
     steer_surfaces(model_, state_, context_);
-    for (BodyScratch& body : context_.bodies) body.lumen_step = kNoStep;
+    for (BodyScratch& body : context_.bodies) {
+        body.lumen.miss_steps(); // what it saw is not where the step ends
+        body.lumen_step = kNoStep;
+    }
 }
 
 void Simulator::observe() {

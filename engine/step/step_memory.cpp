@@ -296,7 +296,12 @@ void complete_routes(const SceneModel& model, StepContext& context) {
 
 void append_step_memory(const SceneModel& model, const State& state, const StepContext& context, std::string& bytes) {
     Balls balls;
-    for (const BodyScratch& body : context.bodies) balls.push_back(body.lumen.kept());
+    for (const BodyScratch& body : context.bodies) {
+        balls.push_back(body.lumen.kept());
+        const bool missed = body.lumen_step != kNoStep && body.lumen_step + 1 != state.step;
+        if (missed)
+            for (spheretree::KeptBall& ball : balls.back()) ball.measured = false;
+    }
     balls.resize(model.bodies.size());
     ByteWriter stream(bytes);
     pass_all(stream, state, context, balls);
@@ -310,11 +315,14 @@ std::string read_step_memory(const SceneModel& model, std::string_view bytes, St
     if (!stream.at_end()) return fmt::format("{} bytes are left over", stream.left());
     if (std::string misfit = find_misfit(model, state, context, balls); !misfit.empty()) return misfit;
     complete_routes(model, context);
-    for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (!balls[i].empty()) {
-            context.bodies[i].lumen.keep(*model.bodies[i].lumen, balls[i]);
-            context.bodies[i].lumen_step = kNoStep;
-        }
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        BodyScratch& body = context.bodies[i];
+        body.surface_waits = false;
+        body.wall_age = {};
+        body.lumen_step = kNoStep;
+        body.lumen.reset();
+        if (!balls[i].empty()) body.lumen.keep(*model.bodies[i].lumen, balls[i]);
+    }
     return {};
 }
 
