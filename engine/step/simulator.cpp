@@ -18,15 +18,6 @@
 
 namespace seldinger::engine {
 
-namespace {
-
-/// Shares of the remaining motion that are tried before everything stays where it was.
-constexpr double kHoldShares[] = {0.9, 0.5};
-/// A safe share of a motion below this is none.
-constexpr double kStuck = 0.01;
-
-} // namespace
-
 Simulator::Simulator(const SceneModel& model) : Simulator(model, own_clock_) {}
 
 Simulator::Simulator(const SceneModel& model, const Clock& clock) : Simulator(model, clock, model.budget) {}
@@ -191,9 +182,11 @@ bool Simulator::follow_lumens(double after_s) {
         budget_.leave_out(StepPart::Lumen);
         return false;
     }
+    bool makes_room = false; // the first time: it says nothing of the next
+    for (const InstrumentModel& instrument : model_.instruments) makes_room |= !context_.bodies[instrument.lumen].lumen.has_bounds();
     budget_.begin_part(StepPart::Lumen);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_lumen(model_, i, state_, context_);
-    budget_.end_part(StepPart::Lumen);
+    if (!makes_room) budget_.end_part(StepPart::Lumen);
     return true;
 }
 
@@ -348,80 +341,6 @@ void Simulator::retry_with_hand_stopped(std::size_t instrument) {
     stop_hand(model_, instrument, context_);
     ++context_.report.hand_stops;
     solve_instrument(model_, instrument, state_, context_);
-}
-
-/// Contacts were left after all corrections: everything moves only as far as that is proven free.
-void Simulator::hold_back(double fraction) {
-    // A skin that stands within the exact distance (a step that was held back ends at its edge) is touching from the start, whatever it
-    // does, and would stand there for ever. It moves as far as it is proven not to touch at all.
-    if (fraction < kStuck) {
-        double taken = 1.0;
-        for (double share = find_free_share(0.0); taken * share >= kStuck; share = find_free_share(0.0)) {
-            if (share == 1.0) {
-                context_.report.safe_fraction = taken;
-                context_.report.within_distance = true;
-                return;
-            }
-            taken *= 0.5 * share;
-            scale_motion(0.5 * share);
-        }
-    }
-    for (const double share : kHoldShares) {
-        scale_motion(share * fraction);
-        context_.report.safe_fraction = share * fraction;
-        if (find_free_share(model_.contact.exact_distance) == 1.0) return;
-    }
-    scale_motion(0.0);
-    context_.report.safe_fraction = 0.0;
-}
-
-/// Up to which share of the motion as it is does no skin come so near to its wall? Safety is not negotiable: without a budget.
-double Simulator::find_free_share(double distance) {
-    double share = 1.0;
-    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
-        WorkBudget budget;
-        refit_wall(model_, model_.instruments[i].lumen, state_, context_);
-        context_.exact.clear();
-        share = std::min(share, test_skin_at(model_, i, state_, context_, distance, budget).safe_fraction);
-    }
-    return share;
-}
-
-/// Forces of a solve whose motion was not taken mean nothing: nothing is pushed in the next step.
-void Simulator::forget_forces() {
-    for (InstrumentScratch& scratch : context_.instruments)
-        for (fem::RodPlane& plane : scratch.planes) plane.force = 0.0;
-}
-
-/// Bodies and rods go `fraction` of the way from the start of the step to where they are now.
-void Simulator::scale_motion(double fraction) {
-    const auto scale = [fraction](const std::vector<Vec3>& from, std::vector<Vec3>& to) {
-        for (std::size_t k = 0; k < to.size(); ++k) to[k] = from[k] + fraction * (to[k] - from[k]);
-    };
-    for (std::size_t i = 0; i < model_.bodies.size(); ++i) {
-        if (!model_.bodies[i].tissue) continue;
-        scale(context_.bodies[i].tissue_t0.position, state_.bodies[i].tissue.position);
-        for (Vec3& v : state_.bodies[i].tissue.velocity) v *= fraction;
-    }
-    for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
-        const InstrumentModel& instrument = model_.instruments[i];
-        InstrumentScratch& scratch = context_.instruments[i];
-        fem::RodState& rod = state_.instruments[i].rod;
-        scale(scratch.rod_t0.position, rod.position);
-        for (Vec3& v : rod.velocity) v *= fraction;
-        rod.insertion = scratch.rod_t0.insertion + fraction * (rod.insertion - scratch.rod_t0.insertion);
-        rod.rotation = scratch.rod_t0.rotation + fraction * (rod.rotation - scratch.rod_t0.rotation);
-        for (std::size_t k = 0; k < rod.angle.size(); ++k) {
-            rod.angle[k] = scratch.rod_t0.angle[k] + fraction * (rod.angle[k] - scratch.rod_t0.angle[k]);
-            rod.spin[k] *= fraction;
-        }
-        fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis, state_.instruments[i].skin);
-    }
-    steer_surfaces(model_, state_, context_);
-    for (BodyScratch& body : context_.bodies) {
-        body.lumen.miss_steps(); // what it saw is not where the step ends
-        body.lumen_step = kNoStep;
-    }
 }
 
 void Simulator::observe() {
