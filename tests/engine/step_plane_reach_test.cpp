@@ -4,6 +4,8 @@
 #include "hand_clock.hpp"
 #include "step_fixture.hpp"
 
+#include <algorithm>
+
 namespace seldinger::engine {
 namespace {
 
@@ -125,6 +127,29 @@ TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
             context.instruments[0].kept_inside = within;
             EXPECT_EQ(pokes_into_wall(model, 0, state, context), within ? near : all)
                 << 1e3 * aside << " mm aside, seen within: " << within;
+        }
+    }
+}
+
+/// A rod that stands still, and a wall that comes: what was far away when the planes were made is looked at again.
+TEST(PlaneReach, AWallThatComesByItselfIsSeen) {
+    const PreparedScene prepared =
+        test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .carrier = test::kOrgan}));
+    SceneModel model = prepared.model;
+    model.effects.coarse_contact = false;
+    for (const auto& [comes, pokes] : {std::pair{0.0, false}, {2.0e-4, false}, {4.5e-4, true}}) {
+        State state = make_initial_state(model);
+        StepContext context = make_step_context(prepared.model, state);
+        for (Vec3& p : state.instruments[0].rod.position) p += Vec3(0.0, 2.1e-3, 0.0); // 0.4 mm between a wire of 0.5 and the wall
+        test::keep_whole_start(model, state, context);
+        context.instruments[0].command = {state.instruments[0].rod.insertion, 0.0};
+        for (Vec3& v : state.bodies[1].surface) v -= Vec3(0.0, comes, 0.0);
+        follow_wall(model, 1, state, context);
+        plane_from_walls(model, 0, state, context, kPlaneReach);
+        EXPECT_GT(std::ranges::count_if(context.instruments[0].wall_distance, [](double d) { return d > 0.8e-3; }), 4);
+        for (const bool within : {true, false}) {
+            context.instruments[0].kept_inside = within;
+            EXPECT_EQ(pokes_into_wall(model, 0, state, context), pokes) << 1e3 * comes << " mm, seen within: " << within;
         }
     }
 }
