@@ -77,6 +77,8 @@ void Simulator::move_everything() {
     if (model_.effects.coarse_contact) {
         update_solid_trees(model_, state_, context_);
         for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_instrument_trees(model_, i, state_, context_);
+        if (!model_.budget_covers_step) // not on its account: always
+            for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_lumen(model_, i, state_, context_);
     }
     budget_.end_part(StepPart::Steer);
     report.ms.steer += lap.lap_ms();
@@ -176,9 +178,10 @@ void Simulator::effects_changed() {
     for (InstrumentScratch& instrument : context_.instruments) instrument.kept_inside = false;
 }
 
-/// The balls that instruments are looked for in, where there is time for them and for what follows. False: there is not.
+/// The balls that instruments are looked for in, where the budget covers them and has time for them and for what follows. False: it has
+/// not.
 bool Simulator::follow_lumens(double after_s) {
-    if (!any_instrument()) return true;
+    if (!any_instrument() || !model_.budget_covers_step) return true;
     budget_.keep_back(after_s + budget_.forecast(StepPart::Lumen).reserve_s());
     const bool fits = budget_.grant_descent().left() > 0;
     budget_.keep_back(after_s);

@@ -84,7 +84,8 @@ TEST(LookedAt, ContactThatIsSwitchedOnAndOffFindsTheSurface) {
 
 /// Under no budget at all the balls stay where the last descent left them. The next one that has time finds what it would have found.
 TEST(LookedAt, ALumenThatWasLeftOutIsFoundWhereItIs) {
-    const PreparedScene prepared = breathing_tube();
+    PreparedScene prepared = breathing_tube();
+    prepared.model.budget_covers_step = true; // with the lumen on its account
     Simulator always(prepared.model), sometimes(prepared.model);
     std::size_t contacts = 0;
     for (int step = 0; step < 90; ++step) {
