@@ -135,16 +135,6 @@ StableStep join(const TissueModel& model, const TissueRates& tissue, const Conta
     return stable;
 }
 
-void find_elastic(const TissueModel& model, int rounds, StableStepWorkspace& w) noexcept {
-    const Eigenvalue found = iterate(model, TetKernel::Stiffness, w.mode, w, rounds);
-    w.rates.elastic = found.value;
-    w.rates.worst_tet = found.worst_tet;
-}
-
-void find_viscous(const TissueModel& model, int rounds, StableStepWorkspace& w) noexcept {
-    w.rates.viscous = model.material.viscosity > 0.0 ? iterate(model, TetKernel::Damping, w.damping_mode, w, rounds).value : 0.0;
-}
-
 /// Rounds that are taken ahead: in turn, the drag's first, if there is drag.
 int viscous_ahead(const TissueModel& model, const StableStepWorkspace& w) noexcept {
     return model.material.viscosity > 0.0 ? (w.rounds_ahead + 1) / 2 : 0;
@@ -154,8 +144,13 @@ int elastic_ahead(const TissueModel& model, const StableStepWorkspace& w) noexce
 /// w.records hold the positions.
 StableStep find_from_records(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
     const int rounds = w.warm ? w.warm_rounds : w.cold_rounds;
-    find_elastic(model, std::max(1, rounds - elastic_ahead(model, w)), w);
-    if (const int left = rounds - viscous_ahead(model, w); left > 0) find_viscous(model, left, w);
+    const Eigenvalue elastic = iterate(model, TetKernel::Stiffness, w.mode, w, std::max(1, rounds - elastic_ahead(model, w)));
+    w.rates.elastic = elastic.value;
+    w.rates.worst_tet = elastic.worst_tet;
+    if (!(model.material.viscosity > 0.0))
+        w.rates.viscous = 0.0;
+    else if (const int left = rounds - viscous_ahead(model, w); left > 0)
+        w.rates.viscous = iterate(model, TetKernel::Damping, w.damping_mode, w, left).value;
     w.rounds_ahead = 0;
     w.rates_age = 0;
     w.rates_hold = false;
@@ -191,14 +186,10 @@ void derive_ahead(const TissueModel& model, std::span<const NodeRecord> records,
     prepare_workspace(model, w);
     std::copy(records.begin(), records.end(), w.records.begin());
     const bool drag = viscous_ahead(model, w) <= elastic_ahead(model, w) && model.material.viscosity > 0.0;
-    const TissueRates now = w.rates;
-    if (drag)
-        find_viscous(model, 1, w);
-    else
-        find_elastic(model, 1, w);
+    const Eigenvalue found =
+        drag ? iterate(model, TetKernel::Damping, w.damping_mode, w, 1) : iterate(model, TetKernel::Stiffness, w.mode, w, 1);
     ++w.rounds_ahead;
-    // only the last round tells the rate; the elastic one is the derivation's
-    if (!drag || viscous_ahead(model, w) < w.warm_rounds) w.rates = now;
+    if (drag && viscous_ahead(model, w) == w.warm_rounds) w.rates.viscous = found.value; // the last round tells the rate
 }
 
 double cap_viscosity(const TissueModel& model, const StableStep& at_rest, Integrator integrator) noexcept {

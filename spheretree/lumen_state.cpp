@@ -202,8 +202,11 @@ void LumenState::move_bound(const LumenTree& lumen, Index s) {
 
 void LumenState::move_bounds(const LumenTree& lumen) {
     if (!all_bounds_fit_) {
-        for (Index b = 0; b < lumen.ball_count(); ++b)
-            if (!still_.empty() && still_[b]) swept_[b] = lumen.ball(b), stamp_[b] = kAlways;
+        for (Index b = 0; b < still_.size(); ++b) {
+            if (!still_[b]) continue;
+            swept_[b] = lumen.ball(b);
+            stamp_[b] = kAlways;
+        }
         for (Index s = 0; s < lumen.tree.sphere_count(); ++s) move_bound(lumen, s);
     } else {
         for (const Index s : moving_bounds_) move_bound(lumen, s);

@@ -48,6 +48,8 @@ struct BodyModel {
     std::optional<spheretree::LumenTree> lumen;       // hollow bodies
     std::optional<BloodFlow> blood;                   // hollow bodies with an instrument inside, under the effect blood_drag
 
+    /// Its vertices without a frame never leave their rest place.
+    [[nodiscard]] bool moves_by_links_alone() const noexcept { return links && pulse_reach.empty(); }
     [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || carrier != SIZE_MAX || !pulse_reach.empty(); }
 };
 

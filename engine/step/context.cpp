@@ -53,8 +53,12 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
         if (const BodyModel& body = model.bodies[i]; body.hollow) {
             context.bodies[i].inside = InsideTest(body.surface);
             if (body.moves()) context.bodies[i].inside.start_following(state.bodies[i].surface);
-            if (body.links && body.pulse_reach.empty()) context.bodies[i].lumen.mark_still(*body.lumen, body.links->vertex_blend);
+            if (body.moves_by_links_alone()) context.bodies[i].lumen.mark_still(*body.lumen, body.links->vertex_blend);
         }
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        const BodyModel& body = model.bodies[i];
+        context.bodies[i].may_wait = body.moves_by_links_alone() && !body.hollow && !can_touch_any(model, i);
+    }
     prepare_solids(model, state, context);
     if (!model.instruments.empty()) context.cull = std::make_unique<CullStage>(model.contact.culling);
     context.coarse.reserve(kReservedContacts);

@@ -150,7 +150,8 @@ struct BodyScratch {
     fem::TissueState tissue_t0;
     std::vector<Vec3> surface_t0; // [vertex_count] m
     fem::LinkFrames frames;
-    bool surface_waits = false; // its frames are those of the step, its vertices not placed yet: nothing in a step looks at them
+    bool may_wait = false;      // nothing can meet it: what a step does with its tissue needs none of its surface
+    bool surface_waits = false; // its frames are those of the step, its vertices are not placed yet
     fem::RkWorkspace rk;
     fem::StableStepWorkspace stable;
     fem::ContactSprings springs; // made by the last step's response

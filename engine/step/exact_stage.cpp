@@ -92,8 +92,7 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
     WallAge& age = scratch.wall_age;
     if (!model.bodies[body].moves()) return;
     const collision::SurfaceMotion motion = wall_motion(model, body, state, context);
-    const BodyModel& wall = model.bodies[body];
-    const fem::RigidLinks* links = wall.links && wall.pulse_reach.empty() ? &*wall.links : nullptr;
+    const fem::RigidLinks* links = model.bodies[body].moves_by_links_alone() ? &*model.bodies[body].links : nullptr;
     const double longest = longest_way(motion.t0, motion.t1, links) * (1.0 + 0x1p-40); // their sum is rounded, too
     if (age.last_step != state.step && age.last_step + 1 != state.step) {
         refit_wall(model, body, state, context);

@@ -174,18 +174,19 @@ void update_instrument_trees(const SceneModel& model, std::size_t index, const S
     spheretree::update_chain(instrument.chain, scratch.links_t0, scratch.links_t1, scratch.chain);
 }
 
-void update_lumen(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
-    const std::size_t body = model.instruments[index].lumen;
-    const BodyModel& wall = model.bodies[body];
-    BodyScratch& scratch = context.bodies[body];
-    if (scratch.lumen_step == state.step) return; // another instrument is in it, too
-    const bool continues = scratch.lumen_step + 1 == state.step;
-    if (!continues && scratch.lumen_step != kNoStep) scratch.lumen.miss_steps();
-    if (wall.moves())
-        scratch.lumen.update(*wall.lumen, scratch.surface_t0, state.bodies[body].surface, continues);
-    else
-        scratch.lumen.update(*wall.lumen, {}, {});
-    scratch.lumen_step = state.step;
+void update_lumens(const SceneModel& model, const State& state, StepContext& context) {
+    for (const InstrumentModel& instrument : model.instruments) {
+        const BodyModel& wall = model.bodies[instrument.lumen];
+        BodyScratch& scratch = context.bodies[instrument.lumen];
+        if (scratch.lumen_step == state.step) continue; // another instrument is in it, too
+        const bool continues = scratch.lumen_step + 1 == state.step;
+        if (!continues && scratch.lumen_step != kNoStep) scratch.lumen.miss_steps();
+        if (wall.moves())
+            scratch.lumen.update(*wall.lumen, scratch.surface_t0, state.bodies[instrument.lumen].surface, continues);
+        else
+            scratch.lumen.update(*wall.lumen, {}, {});
+        scratch.lumen_step = state.step;
+    }
 }
 
 void add_to_descent(const SceneModel& model, std::size_t index, StepContext& context) {

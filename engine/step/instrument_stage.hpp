@@ -38,8 +38,8 @@ void solve_instrument(const SceneModel& model, std::size_t instrument, State& st
 /// Moves the sphere chain to the candidate motion.
 void update_instrument_trees(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
-/// Moves the balls of the instrument's lumen with their wall, unless that is done in this step: what its descent looks at.
-void update_lumen(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+/// Moves the balls of every instrument's lumen with their wall: what its descent looks at.
+void update_lumens(const SceneModel& model, const State& state, StepContext& context);
 
 /// Adds the hollow pair of instrument and lumen to the descent.
 void add_to_descent(const SceneModel& model, std::size_t instrument, StepContext& context);

@@ -77,8 +77,7 @@ void Simulator::move_everything() {
     if (model_.effects.coarse_contact) {
         update_solid_trees(model_, state_, context_);
         for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_instrument_trees(model_, i, state_, context_);
-        if (!model_.budget_covers_step) // not on its account: always
-            for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_lumen(model_, i, state_, context_);
+        if (!model_.budget_covers_step) update_lumens(model_, state_, context_); // not on its account: always
     }
     budget_.end_part(StepPart::Steer);
     report.ms.steer += lap.lap_ms();
@@ -192,7 +191,7 @@ bool Simulator::follow_lumens(double after_s) {
     bool makes_room = false; // the first time: it says nothing of the next
     for (const InstrumentModel& instrument : model_.instruments) makes_room |= !context_.bodies[instrument.lumen].lumen.has_bounds();
     budget_.begin_part(StepPart::Lumen);
-    for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_lumen(model_, i, state_, context_);
+    update_lumens(model_, state_, context_);
     if (!makes_room) budget_.end_part(StepPart::Lumen);
     return true;
 }

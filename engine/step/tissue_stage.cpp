@@ -1,7 +1,6 @@
 #include "engine/step/tissue_stage.hpp"
 
 #include "base/trig.hpp"
-#include "engine/step/solid_stage.hpp"
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/surface_spring.hpp"
 
@@ -126,12 +125,6 @@ void keep_start(const SceneModel& model, const State& state, StepContext& contex
     }
 }
 
-/// Nothing meets it: what a step does with its tissue needs none of its surface.
-static bool may_wait(const SceneModel& model, std::size_t i) {
-    const BodyModel& body = model.bodies[i];
-    return body.links && body.pulse_reach.empty() && !body.hollow && !can_touch_any(model, i);
-}
-
 void place_surface(const SceneModel& model, std::size_t i, State& state, StepContext& context) noexcept {
     if (!context.bodies[i].surface_waits) return;
     fem::place_vertices(*model.bodies[i].links, context.bodies[i].frames, model.bodies[i].surface.vertices, state.bodies[i].surface);
@@ -140,8 +133,7 @@ void place_surface(const SceneModel& model, std::size_t i, State& state, StepCon
 
 void keep_surfaces(const SceneModel& model, State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (!model.bodies[i].moves() || may_wait(model, i)) continue;
-        place_surface(model, i, state, context);
+        if (!model.bodies[i].moves() || context.bodies[i].may_wait) continue;
         std::vector<Vec3>&kept = context.bodies[i].surface_t0, &surface = state.bodies[i].surface;
         if (kept.size() == surface.size())
             std::swap(kept, surface); // its vertices that never move stand in both
@@ -155,7 +147,7 @@ void restore_start(const SceneModel& model, State& state, StepContext& context) 
         if (!model.bodies[i].moves()) continue;
         BodyScratch& scratch = context.bodies[i];
         state.bodies[i].tissue = scratch.tissue_t0;
-        if (may_wait(model, i)) {
+        if (scratch.may_wait) {
             fem::turn_frames(*model.bodies[i].links, context.bodies[owner_of(model, i)].tissue_t0.position, scratch.frames);
             scratch.surface_waits = true;
         } else {
@@ -184,10 +176,10 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
             for (std::size_t v = 0; v < surface.size(); ++v) surface[v] = body.surface.vertices[v] + moved;
         } else if (body.links) {
             BodyScratch& scratch = context.bodies[i];
-            scratch.frames.leave_static = body.pulse_reach.empty();
+            scratch.frames.leave_static = body.moves_by_links_alone();
             fem::turn_frames(*body.links, state.bodies[owner_of(model, i)].tissue.position, scratch.frames);
             scratch.surface_waits = true;
-            if (!may_wait(model, i)) place_surface(model, i, state, context);
+            if (!scratch.may_wait) place_surface(model, i, state, context);
         } else if (!body.pulse_reach.empty()) {
             std::copy(body.surface.vertices.begin(), body.surface.vertices.end(), surface.begin());
         }

@@ -13,6 +13,12 @@ class CostForecast {
 public:
     constexpr CostForecast() noexcept = default;
     explicit constexpr CostForecast(double first_guess_s) noexcept : mean_(first_guess_s) {}
+    /// Of what costs nearly the same every time: what takes twice as long was held up by something else.
+    [[nodiscard]] static constexpr CostForecast of_steady() noexcept {
+        CostForecast steady;
+        steady.largest_lesson_ = 1.5;
+        return steady;
+    }
 
     void learn(double seconds) noexcept {
         if (!known_) {
@@ -21,7 +27,7 @@ public:
             deviation_ = kFirstSpread * seconds; // one measurement says little
             return;
         }
-        seconds = std::min(seconds, kLargestLesson * reserve_s());
+        seconds = std::min(seconds, largest_lesson_ * reserve_s());
         const double error = seconds - mean_;
         mean_ += kMeanGain * error;
         const double size = error < 0.0 ? -error : error;
@@ -49,7 +55,7 @@ private:
     static constexpr double kSpread = 3.0, kFirstSpread = 0.2;
     static constexpr double kFade = 0.98;
     /// Of the reserve: what takes longer was not this work's doing (the program was suspended), and says no more than this.
-    static constexpr double kLargestLesson = 10.0;
+    double largest_lesson_ = 10.0;
     double mean_ = 0.0, deviation_ = 0.0;
     bool known_ = false;
 };

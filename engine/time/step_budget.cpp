@@ -34,8 +34,6 @@ constexpr double kForget = 0.98;
 /// Per exact stage that was given up before any test, of what tests are thought to cost.
 constexpr double kDoubt = 0.9;
 
-/// What a part costs that depends on its mesh alone, at most, of its mean: more was something else's doing.
-constexpr double kSteady = 2.0;
 /// As CostForecast: a program that was suspended has not become a thousand times slower.
 constexpr double kLargestLesson = 10.0;
 
@@ -105,9 +103,7 @@ std::uint64_t StepBudget::units_left() const noexcept {
 
 void StepBudget::end_part(StepPart part) noexcept {
     const auto index = static_cast<std::size_t>(part);
-    CostForecast& cost = parts_[index];
-    const double seconds = seconds_between(part_start_ns_[index], clock_->now_ns());
-    cost.learn(part == StepPart::Lumen && cost.mean_s() > 0.0 ? std::min(seconds, kSteady * cost.mean_s()) : seconds);
+    parts_[index].learn(seconds_between(part_start_ns_[index], clock_->now_ns()));
 }
 
 void StepBudget::end_solve() noexcept {

@@ -138,8 +138,9 @@ private:
     double tests_cheapest_ = 0.0;           // s, the lowest that was measured so far; 0: none was
     double trust_ = 1.0;                    // in the number of candidates of the last exact stage
     bool learned_ = false;                  // what tests cost, in this stage
-    std::array<CostForecast, kStepPartCount> parts_{CostForecast{}, CostForecast{}, CostForecast{}, CostForecast{0.1e-3},
-                                                    CostForecast{}, CostForecast{}, CostForecast{}, CostForecast{0.1e-3}};
+    std::array<CostForecast, kStepPartCount> parts_{CostForecast{},       CostForecast{},      CostForecast::of_steady(),
+                                                    CostForecast{0.1e-3}, CostForecast{},      CostForecast{},
+                                                    CostForecast{},       CostForecast{0.1e-3}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
 };
