@@ -121,6 +121,7 @@ private:
     void predict(Index cluster, double begin) noexcept;
     [[nodiscard]] bool left_volume(Index cluster) const noexcept;
     [[nodiscard]] bool start_session();
+    [[nodiscard]] bool find_session_pairs();
     [[nodiscard]] bool continue_session();
     [[nodiscard]] double drift_on(const KeptClusters& kept) const noexcept;
     void look_at(KeptClusters& kept);
@@ -151,6 +152,7 @@ private:
     SessionChoice choice_;
     ContactSearch plain_;
     bool plain_step_ = false;                   // this step is ContactSearch's
+    bool jumped_ = false;                       // this step began elsewhere than the last one with what is kept ended
     unsigned plain_steps_ = 0;                  // in a row, up to this step
     double work_ = 0.0;                         // of this step, as counted
     std::size_t lists_left_ = 0;                // that may still be made in this step

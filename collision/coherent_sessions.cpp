@@ -5,6 +5,7 @@
 #include "collision/session_work.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace seldinger::collision {
 namespace {
@@ -14,8 +15,10 @@ constexpr std::size_t kMostDangling = 4;
 /// Below this share of the clusters each is traversed alone.
 constexpr std::size_t kFewDangling = 64;
 
-/// A traversal that takes more than so many plain steps is given up.
-constexpr double kMostTraversal = 1.0;
+/// A traversal that takes more than so many plain steps is given up; a session of half the length is tried, once.
+constexpr double kMostTraversal = 0.6;
+/// The same as long as no plain step was measured, of what one takes at least.
+constexpr double kMostAtFirst = 2.0;
 
 } // namespace
 
@@ -80,18 +83,23 @@ bool CoherentSearch::start_session() {
     coherence_.began_session = true;
     length_ = lengths_.start_session();
     session_step_ = 1;
+    if (!find_session_pairs() && (length_ == 1 || (length_ = lengths_.halve(), !find_session_pairs()))) return false;
+    if (options_.normal_cones) leave_out_flat_regions();
+    pairs_.replace(found_);
+    return true;
+}
+
+/// Pairs of clusters that come near in a session of length_ steps, which begins now. False: they would be too many.
+bool CoherentSearch::find_session_pairs() {
     for (Index c = 0; c < volumes_.cluster_count(); ++c) {
         predict(c, 0.0);
         strays_[c] = {drifts_[c].move - predicted_[c].speed, drifts_[c].spread};
     }
     volumes_.refit_nodes();
     found_.clear();
-    const double plain = std::max(choice_.plain_work(), least_plain_work());
-    const auto most = choice_.falls_back() ? static_cast<std::uint64_t>(kMostTraversal * plain / work::kBoxTest) : UINT64_MAX;
-    if (!volumes_.traverse(contact_, options_.within, options_.between, {}, most, found_)) return false;
-    if (options_.normal_cones) leave_out_flat_regions();
-    pairs_.replace(found_);
-    return true;
+    const double plain = choice_.plain_work() > 0.0 ? kMostTraversal * choice_.plain_work() : kMostAtFirst * least_plain_work();
+    const double most = choice_.falls_back() ? plain : std::numeric_limits<double>::infinity();
+    return volumes_.traverse(contact_, options_.within, options_.between, {}, most, found_);
 }
 
 /// Of the pairs that were found, those of two clusters in one region.
@@ -131,7 +139,8 @@ bool CoherentSearch::continue_session() {
     if (alone)
         for (const Index c : dangling_list_) volumes_.traverse_alone(c, contact_, options_.within, options_.between, found_);
     else
-        static_cast<void>(volumes_.traverse(contact_, options_.within, options_.between, dangling_, UINT64_MAX, found_));
+        static_cast<void>(
+            volumes_.traverse(contact_, options_.within, options_.between, dangling_, std::numeric_limits<double>::infinity(), found_));
     if (options_.normal_cones) leave_out_flat_regions();
     pairs_.add(found_);
     return true;

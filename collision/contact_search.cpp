@@ -37,7 +37,11 @@ void ContactSearch::build(std::span<const SurfaceTopology* const> surfaces, std:
     options_ = options;
     trees_.assign(surfaces.size(), DopTree());
     stale_.assign(surfaces.size(), {});
-    for (std::size_t i = 0; i < surfaces.size(); ++i) trees_[i].build(*surfaces[i], positions[i], options.tree);
+    wanted_.assign(surfaces.size(), {});
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        trees_[i].build(*surfaces[i], positions[i], options.tree);
+        wanted_[i].assign(trees_[i].clusters().size(), 0);
+    }
     jobs_.clear();
     for (BodyId a = 0; a < surfaces.size(); ++a)
         for (BodyId b = a; b < surfaces.size(); ++b)
@@ -81,15 +85,18 @@ void ContactSearch::use_chunks(Job& job, std::size_t count) {
 /// Blocks of all clusters that take part, each once.
 void ContactSearch::refit_blocks(const Job& job) {
     for (auto& list : stale_) list.clear();
-    std::vector<Index>&a = stale_[job.a], &b = stale_[job.b];
+    const auto want = [this](BodyId body, Index cluster) {
+        if (trees_[body].blocks_are_fresh(cluster) || wanted_[body][cluster] != 0) return;
+        wanted_[body][cluster] = 1;
+        stale_[body].push_back(cluster);
+    };
     for (const ClusterPair& at : job.cluster_pairs) {
-        if (!trees_[job.a].blocks_are_fresh(at.a)) a.push_back(at.a);
-        if (!trees_[job.b].blocks_are_fresh(at.b)) b.push_back(at.b);
+        want(job.a, at.a);
+        want(job.b, at.b);
     }
     for (const BodyId body : {job.a, job.b}) {
         std::vector<Index>& list = stale_[body];
-        std::sort(list.begin(), list.end());
-        list.erase(std::unique(list.begin(), list.end()), list.end());
+        for (const Index cluster : list) wanted_[body][cluster] = 0;
         if (options_.tree.fine)
             for (const Index cluster : list) trees_[body].refit_fine_vertices(cluster, motions_[body]);
         constexpr std::size_t kPiece = 256;

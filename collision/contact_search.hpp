@@ -68,7 +68,8 @@ private:
     std::vector<SurfaceMotion> motions_;
     std::vector<Job> jobs_;
     ClusterTraversal traversal_;
-    std::vector<std::vector<Index>> stale_; // [tree] clusters whose blocks somebody wants
+    std::vector<std::vector<Index>> stale_;         // [tree] clusters whose blocks somebody wants, each once
+    std::vector<std::vector<std::uint8_t>> wanted_; // [tree][cluster] it is among them
     ExactStats stats_;
 };
 

@@ -1,101 +1,96 @@
 #include "collision/meeting.hpp"
 
-#include "collision/exact_meeting.hpp"
-#include "collision/sweep_parts.hpp"
+#include "collision/careful_meeting.hpp"
+#include "collision/clones.hpp"
+#include "collision/crossing.hpp"
+#include "collision/pair_kinds.hpp"
 
-#include <cassert>
+#include <algorithm>
 
 namespace seldinger::collision {
 namespace {
 
-/// Rounding of Plane.value, in units of u M^3. A position at a time is off by at most 6 u M (the difference u, two products and the
-/// sum 3.01 u of at most 2 M of terms, 1 - t another); the determinant is a sum of 6 products of three such numbers, each at most M
-/// (1 + 7u), off by 3 * 6 + 2 roundings, and the sums add 5 more: 6 (18 + 2 + 5) = 150.
-constexpr double kPlaneRounding = 160.0;
-/// Of a cross product's coordinate, in units of u M^2: 2 products of two numbers off by 6 u M: 2 (12 + 1) + 2 = 28.
-constexpr double kCrossRounding = 32.0;
+SELDINGER_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, Meeting& meeting) noexcept {
+    meeting.meets = true;
+    meeting.decided_by = Decision::Proof;
+    meeting.time = lanes.time[lane];
+    for (std::size_t k = 0; k < 3; ++k) meeting.bary[k] = lanes.nearest.bary[k][lane];
+    meeting.normal = lanes.normal.get(lane);
+}
 
-/// Do all c_k keep one strict sign on some axis, from t - reach to t + reach? Then the origin, where it is in the plane, is inside.
-/// |c_k'| <= 2 * 2 M 2M per coordinate (two products, each of a position at most M and a velocity at most 2 M, twice).
-template <int Count>
-bool stays_inside(const Differences<Count>& q, double t, double reach) noexcept {
-    const auto corner = at(q, t);
-    const auto order = around(q);
-    const double m2 = q.magnitude * q.magnitude;
-    const double bound = kCrossRounding * kUnitRoundoff * m2 + 8.0 * m2 * reach * (1.0 + 1e-9);
-    std::array<Vec3, Count> c;
-    for (std::size_t k = 0; k < Count; ++k) c[k] = corner[order[k]].cross(corner[order[(k + 1) % Count]]);
-    for (int axis = 0; axis < 3; ++axis) {
-        bool positive = true, negative = true;
-        for (std::size_t k = 0; k < Count; ++k) {
-            positive = positive && c[k][axis] > bound;
-            negative = negative && c[k][axis] < -bound;
-        }
-        if (positive || negative) return true;
+/// Stages 1 and 2 for four pairs, of which the first meetings.size() are there.
+/// carefully   answers for one of them by itself
+template <int Count, class Carefully>
+SELDINGER_LANES_INLINE void meet_lanes(LaneDifferences<Count> q, std::span<Meeting> meetings, const Carefully& carefully) {
+    measure(q);
+    for (Meeting& meeting : meetings) {
+        meeting.meets = false;
+        meeting.decided_by = Decision::Filter;
     }
-    return false;
-}
-
-/// A time at which the features are proven to meet, near `time`; nothing where that is not obvious.
-template <int Count>
-std::optional<double> prove_meeting(const Differences<Count>& q, double time) noexcept {
-    double t = time;
-    for (int round = 0; round < 2; ++round) {
-        const Plane plane = plane_at(q, t);
-        t -= plane.value / plane.slope;
-        if (!(t >= 0.0 && t <= 1.0) || std::abs(t - time) > kMeetingTime) return std::nullopt;
+    Mask apart = stays_on_one_side(q, all(0.0));
+    if (!any(~apart)) return;
+    const LaneCrossing crossing = find_crossing(q);
+    apart |= crossing.apart;
+    if (any(~(apart | crossing.meets))) {
+        const LaneSweep sweep = sweep_lanes(q, ~(apart | crossing.meets), {});
+        apart |= ~(crossing.meets | sweep.hit | sweep.unclear);
     }
-    const double m = q.magnitude;
-    const double bound = kPlaneRounding * kUnitRoundoff * m * m * m + std::numeric_limits<double>::min();
-    const double slope = std::abs(plane_at(q, t).slope);
-    const double reach = std::max(4.0 * bound / slope, 0x1p-50);
-    const double from = t - reach, to = t + reach;
-    if (!(reach < kMeetingTime) || from < 0.0 || to > 1.0) return std::nullopt;
-    const double before = plane_at(q, from).value, after = plane_at(q, to).value;
-    const bool crosses = (before > bound && after < -bound) || (before < -bound && after > bound);
-    if (!crosses || !stays_inside(q, t, reach + 0x1p-52)) return std::nullopt;
-    return t;
+    for (std::size_t k = 0; k < meetings.size(); ++k) {
+        const int lane = static_cast<int>(k);
+        if (crossing.meets[lane])
+            write_lane(crossing, lane, meetings[k]);
+        else if (!apart[lane])
+            meetings[k] = carefully(k);
+    }
 }
 
+template <class Pairs>
+SELDINGER_LANES_INLINE void meet_all(const Pairs& kind, std::span<const FeaturePair> pairs, std::span<Meeting> meetings) {
+    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
+        const auto part = pairs.subspan(first, std::min<std::size_t>(kLanes, pairs.size() - first));
+        meet_lanes(kind.gather(part), meetings.subspan(first, part.size()), [&](std::size_t k) {
+            const auto [a, b] = kind.alone(part[k]);
+            return meet_carefully(a, b);
+        });
+    }
+}
+
+/// One pair in every lane.
 template <int Count>
-Meeting make_meeting(const Differences<Count>& q, double time, Decision decided_by) noexcept {
-    Nearest nearest = find_nearest(at(q, time));
-    if (!(nearest.distance <= 1e-9 * q.magnitude)) nearest = find_nearest_carefully(at(q, time));
-    Meeting meeting{.meets = true, .decided_by = decided_by, .time = time, .bary = nearest.bary};
-    nearest.distance = 0.0; // only rounding is left of it: the flat normal is the better one
-    meeting.normal = contact_normal(q, time, nearest);
-    return meeting;
-}
-
-/// corners   what find_exact_time takes
-template <int Count, class First, class Second>
-Meeting decide(Differences<Count>& q, double time, const First& first, const Second& second) {
-    q.measure();
-    if (const auto proven = prove_meeting(q, time)) return make_meeting(q, *proven, Decision::Proof);
-    if (const auto exact = find_exact_time(first, second)) return make_meeting(q, *exact, Decision::Exact);
-    return {.decided_by = Decision::Exact};
+SELDINGER_LANES_INLINE LaneDifferences<Count> spread(const Differences<Count>& q) noexcept {
+    LaneDifferences<Count> lanes{};
+    for (int i = 0; i < Count; ++i) {
+        lanes.t0[i] = {all(q.t0[i][0]), all(q.t0[i][1]), all(q.t0[i][2])};
+        lanes.t1[i] = {all(q.t1[i][0]), all(q.t1[i][1]), all(q.t1[i][2])};
+    }
+    return lanes;
 }
 
 } // namespace
 
-Meeting decide_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face, double time) {
-    Differences<3> q = make_differences(vertex, face);
-    return decide(q, time, vertex, face);
+SELDINGER_CLONES
+void meet_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
+                       std::span<Meeting> meetings) {
+    meet_all(VertexFaces{vertices, faces}, pairs, meetings);
 }
 
-Meeting decide_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b, double time) {
-    Differences<4> q = make_differences(a, b);
-    return decide(q, time, a, b);
+SELDINGER_CLONES
+void meet_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, std::span<Meeting> meetings) {
+    meet_all(EdgeEdges{a, b}, pairs, meetings);
 }
 
+SELDINGER_CLONES
 Meeting meet_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
-    const Sweep sweep = sweep_vertex_face(vertex, face, {});
-    return sweep.hit() ? decide_vertex_face(vertex, face, sweep.time) : Meeting{};
+    Meeting meeting;
+    meet_lanes(spread(make_differences(vertex, face)), std::span(&meeting, 1), [&](std::size_t) { return meet_carefully(vertex, face); });
+    return meeting;
 }
 
+SELDINGER_CLONES
 Meeting meet_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
-    const Sweep sweep = sweep_edge_edge(a, b, {});
-    return sweep.hit() ? decide_edge_edge(a, b, sweep.time) : Meeting{};
+    Meeting meeting;
+    meet_lanes(spread(make_differences(a, b)), std::span(&meeting, 1), [&](std::size_t) { return meet_carefully(a, b); });
+    return meeting;
 }
 
 } // namespace seldinger::collision

@@ -15,11 +15,11 @@ namespace seldinger::collision {
 class SessionChoice {
 public:
     /// A session that owes more than so many plain steps is given up.
-    static constexpr double kMostOwed = 1.5;
+    static constexpr double kMostOwed = 1.75;
     /// Share of a plain step by which it pays off what is owed.
     static constexpr double kPaidOff = 0.03;
     /// Steps after which a measured plain step no longer counts; where so many plain steps are owed, after fewer of them.
-    static constexpr unsigned kFresh = 16, kRecent = 3;
+    static constexpr unsigned kFresh = 16, kRecent = 8;
     static constexpr double kDoubt = 0.25;
 
     /// falls_back   false: always with what is kept

@@ -4,6 +4,7 @@
 //          given for its length; which length pays is measured.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 namespace seldinger::collision {
@@ -22,6 +23,12 @@ public:
     }
     /// Length of the session that begins now.
     [[nodiscard]] unsigned start_session() noexcept;
+    /// It turned out too long: half of it. A fixed length stays.
+    unsigned halve() noexcept {
+        length_ = fixed_ > 0 ? fixed_ : std::max(1u, length_ / 2);
+        longer_ = false;
+        return length_;
+    }
 
 private:
     static constexpr unsigned kFirst = 4;

@@ -1,5 +1,7 @@
 #include "collision/session_volumes.hpp"
 
+#include "collision/session_work.hpp"
+
 #include "collision/swept_box.hpp"
 
 #include <algorithm>
@@ -165,10 +167,14 @@ void SessionVolumes::open(std::size_t p, std::size_t q, NodePair at, float reach
     }
 }
 
-bool SessionVolumes::traverse(double reach, bool within, bool between, std::span<const std::uint8_t> marked, std::uint64_t most_tests,
+bool SessionVolumes::traverse(double reach, bool within, bool between, std::span<const std::uint8_t> marked, double most_work,
                               std::vector<SessionPair>& out) {
     mark_nodes(marked);
     const std::uint64_t before = box_tests_;
+    const std::size_t found_before = out.size();
+    const auto work = [&] {
+        return work::kBoxTest * static_cast<double>(box_tests_ - before) + work::kNewPair * static_cast<double>(out.size() - found_before);
+    };
     const float limit = round_up(reach);
     for (std::size_t p = 0; p < parts_.size(); ++p)
         for (std::size_t q = p; q < parts_.size(); ++q) {
@@ -176,7 +182,7 @@ bool SessionVolumes::traverse(double reach, bool within, bool between, std::span
             stack_.clear();
             push(p, q, {parts_[p].tree.root(), parts_[q].tree.root()}, out);
             while (!stack_.empty()) {
-                if (box_tests_ - before > most_tests) return false;
+                if (work() > most_work) return false;
                 const NodePair at = stack_.back();
                 stack_.pop_back();
                 open(p, q, at, limit, out);

@@ -45,8 +45,8 @@ public:
     /// Pairs whose volumes come within reach. marked   [cluster_count] only pairs with a marked cluster; empty: all. Pairs of two
     /// marked clusters come once.
     /// within, between   each surface against itself, against others
-    /// most_tests        false as soon as they do not suffice: pairs are missing then
-    [[nodiscard]] bool traverse(double reach, bool within, bool between, std::span<const std::uint8_t> marked, std::uint64_t most_tests,
+    /// most_work         of session_work.hpp: false as soon as that does not suffice; pairs are missing then
+    [[nodiscard]] bool traverse(double reach, bool within, bool between, std::span<const std::uint8_t> marked, double most_work,
                                 std::vector<SessionPair>& out);
     /// The same for one cluster against all.
     void traverse_alone(Index cluster, double reach, bool within, bool between, std::vector<SessionPair>& out);

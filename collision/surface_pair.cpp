@@ -1,7 +1,6 @@
 #include "collision/surface_pair.hpp"
 
 #include "collision/face_planes.hpp"
-#include "collision/meeting.hpp"
 #include "collision/near_pairs.hpp"
 
 #include <algorithm>
@@ -166,29 +165,52 @@ void SurfacePair::decide(const CandidateLists& candidates, std::vector<SearchCon
     decide_list(false, false, candidates.edge_edge, out, stats);
 }
 
+/// Of some candidates: do they meet, and where they only come within the distance, what their sweeps say beside that.
+struct SurfacePair::Verdicts {
+    std::array<Meeting, kSweeps> meetings;
+    std::array<Sweep, kSweeps> sweeps; // where the distance is > 0
+};
+
+void SurfacePair::sweep(bool vertex_face, const SearchSide& a, const SearchSide& b, std::span<const FeaturePair> pairs,
+                        Verdicts& out) const {
+    const SweepLimits limits{.distance = options_.distance, .tolerance = options_.tolerance};
+    if (vertex_face)
+        sweep_vertex_faces(a.motion, b.motion, pairs, limits, out.sweeps);
+    else
+        sweep_edge_edges(a.motion, b.motion, pairs, limits, out.sweeps);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        out.meetings[i].meets = out.sweeps[i].hit();
+        if (out.meetings[i].meets) out.meetings[i] = meeting_of(out.sweeps[i]);
+    }
+}
+
 void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const FeaturePair> pairs, std::vector<SearchContact>& out,
                               ExactStats& stats) const {
     const SearchSide &a = swapped ? b_ : a_, &b = swapped ? a_ : b_;
-    const SweepLimits limits{.distance = options_.distance, .tolerance = options_.tolerance};
-    std::array<Sweep, kSweeps> sweeps;
+    const bool exact = options_.distance == 0.0;
+    Verdicts verdicts;
     for (std::size_t first = 0; first < pairs.size(); first += kSweeps) {
         const auto part = pairs.subspan(first, std::min(kSweeps, pairs.size() - first));
-        if (vertex_face)
-            sweep_vertex_faces(a.motion, b.motion, part, limits, sweeps);
+        if (!exact)
+            sweep(vertex_face, a, b, part, verdicts);
+        else if (vertex_face)
+            meet_vertex_faces(a.motion, b.motion, part, verdicts.meetings);
         else
-            sweep_edge_edges(a.motion, b.motion, part, limits, sweeps);
+            meet_edge_edges(a.motion, b.motion, part, verdicts.meetings);
         for (std::size_t i = 0; i < part.size(); ++i) {
-            if (!sweeps[i].hit()) continue;
-            SearchContact found;
-            if (!(vertex_face ? make_vertex_face(a, b, part[i], sweeps[i], found, stats)
-                              : make_edge_edge(part[i], sweeps[i], found, stats)))
-                continue;
-            stats.unresolved += options_.distance > 0.0 && sweeps[i].outcome == SweepOutcome::Unresolved;
-            stats.safe_fraction = std::min(stats.safe_fraction, options_.distance > 0.0 ? sweeps[i].safe_time : found.contact.time);
+            const Meeting& meeting = verdicts.meetings[i];
+            stats.exact += meeting.decided_by == Decision::Exact;
+            if (!meeting.meets) continue;
+            stats.unresolved += !exact && verdicts.sweeps[i].outcome == SweepOutcome::Unresolved;
+            stats.safe_fraction = std::min(stats.safe_fraction, exact ? meeting.time : verdicts.sweeps[i].safe_time);
             ++(vertex_face ? stats.hits_vf : stats.hits_ee);
+            SearchContact& found = out.emplace_back();
+            if (vertex_face)
+                make_vertex_face(a, b, part[i], meeting, found);
+            else
+                make_edge_edge(part[i], meeting, found);
             found.contact.body_a = a.body;
             found.contact.body_b = b.body;
-            out.push_back(found);
         }
     }
 }
@@ -205,14 +227,11 @@ static Contact& describe(FeaturePair pair, ContactOrigin origin, const Meeting& 
     return contact;
 }
 
-bool SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Sweep& sweep, SearchContact& found,
-                                   ExactStats& stats) const {
+void SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Meeting& meeting,
+                                   SearchContact& found) {
     const Triangle& t = b.motion.topology->triangles[pair.b];
     const SweptPoint vertex = swept(a.motion, pair.a);
     const auto face = swept(b.motion, t);
-    const Meeting meeting = options_.distance == 0.0 ? decide_vertex_face(vertex, face, sweep.time) : meeting_of(sweep);
-    stats.exact += meeting.decided_by == Decision::Exact;
-    if (!meeting.meets) return false;
     Contact& c = describe(pair, ContactOrigin::ExactVF, meeting, found);
     c.feature_a[0] = pair.a;
     Vec3 end = Vec3::Zero(); // where the face's nearest point goes
@@ -223,15 +242,11 @@ bool SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, Fea
         end += meeting.bary[k] * face[k].t1;
     }
     c.gap = meeting.normal.dot(vertex.t1 - end);
-    return true;
 }
 
-bool SurfacePair::make_edge_edge(FeaturePair pair, const Sweep& sweep, SearchContact& found, ExactStats& stats) const {
+void SurfacePair::make_edge_edge(FeaturePair pair, const Meeting& meeting, SearchContact& found) const {
     const Edge &e = a_.motion.topology->edges[pair.a], &f = b_.motion.topology->edges[pair.b];
     const auto a = swept(a_.motion, e), b = swept(b_.motion, f);
-    const Meeting meeting = options_.distance == 0.0 ? decide_edge_edge(a, b, sweep.time) : meeting_of(sweep);
-    stats.exact += meeting.decided_by == Decision::Exact;
-    if (!meeting.meets) return false;
     Contact& c = describe(pair, ContactOrigin::ExactEE, meeting, found);
     c.bary_b[2] = 0.0;
     Vec3 offset = Vec3::Zero(); // from b's nearest point to a's at t1
@@ -244,7 +259,6 @@ bool SurfacePair::make_edge_edge(FeaturePair pair, const Sweep& sweep, SearchCon
         offset += c.bary_a[k] * a[k].t1 - c.bary_b[k] * b[k].t1;
     }
     c.gap = meeting.normal.dot(offset);
-    return true;
 }
 
 } // namespace seldinger::collision

@@ -5,7 +5,7 @@
 
 #include "base/contact.hpp"
 #include "collision/dop_tree.hpp"
-#include "collision/sweep_batch.hpp"
+#include "collision/meeting.hpp"
 
 #include <array>
 #include <vector>
@@ -94,9 +94,10 @@ private:
     [[nodiscard]] std::uint32_t near(const float* box, std::size_t stride, const DopTree& tree, Index node) const noexcept;
     void decide_list(bool vertex_face, bool swapped, std::span<const FeaturePair> pairs, std::vector<SearchContact>& out,
                      ExactStats& stats) const;
-    bool make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Sweep& sweep, SearchContact& found,
-                          ExactStats& stats) const;
-    bool make_edge_edge(FeaturePair pair, const Sweep& sweep, SearchContact& found, ExactStats& stats) const;
+    struct Verdicts;
+    void sweep(bool vertex_face, const SearchSide& a, const SearchSide& b, std::span<const FeaturePair> pairs, Verdicts& out) const;
+    static void make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Meeting& meeting, SearchContact& found);
+    void make_edge_edge(FeaturePair pair, const Meeting& meeting, SearchContact& found) const;
 
     SearchSide a_, b_;
     PairOptions options_;

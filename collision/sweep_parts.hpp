@@ -42,17 +42,29 @@ template <int Count>
 }
 
 /// Corners of the hull in order around it, as in exact_meeting.hpp: indices into Differences.
-[[nodiscard]] constexpr std::array<int, 3> around(const Differences<3>&) noexcept { return {0, 1, 2}; }
-[[nodiscard]] constexpr std::array<int, 4> around(const Differences<4>&) noexcept { return {0, 2, 3, 1}; }
+template <int Count>
+[[nodiscard]] constexpr std::array<int, Count> around() noexcept {
+    if constexpr (Count == 3)
+        return {0, 1, 2};
+    else
+        return {0, 2, 3, 1};
+}
 
 /// The coplanarity determinant and its derivative by time.
 struct Plane {
     double value, slope;
 };
 
+/// Rounding of Plane.value, in units of u M^3. A position at a time is off by at most 6 u M (the difference u, two products and the
+/// sum 3.01 u of at most 2 M of terms, 1 - t another); the determinant is a sum of 6 products of three such numbers, each at most M
+/// (1 + 7u), off by 3 * 6 + 2 roundings, and the sums add 5 more: 6 (18 + 2 + 5) = 150.
+inline constexpr double kPlaneRounding = 160.0;
+/// Of a cross product's coordinate, in units of u M^2: 2 products of two numbers off by 6 u M: 2 (12 + 1) + 2 = 28.
+inline constexpr double kCrossRounding = 32.0;
+
 template <int Count>
 [[nodiscard]] Plane plane_at(const Differences<Count>& q, double t) noexcept {
-    const auto order = around(q);
+    constexpr auto order = around<Count>();
     std::array<Vec3, 3> x, v;
     for (std::size_t k = 0; k < 3; ++k) {
         const int i = order[k < 2 ? k : Count - 1];

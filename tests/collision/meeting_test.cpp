@@ -149,6 +149,59 @@ TEST(Meeting, AgreesWithRationalArithmeticAFewUlpsFromTouching) {
     EXPECT_GT(counts.exact, 100u);
 }
 
+/// Anything anywhere, so that their cubics have one root, three or none: what crossing.hpp says of them, and what it leaves open.
+TEST(Meeting, AgreesWithRationalArithmeticOnWhatCrosses) {
+    constexpr std::uint64_t kSeed = 37;
+    Random random(kSeed);
+    Counts counts;
+    for (std::size_t trial = 0; trial < trials(2400); ++trial) {
+        Pair pair{trial % 2 == 0, {}};
+        const double motion = trial % 4 == 0 ? 0.3 : 3.0;
+        for (SweptPoint& q : pair.p) {
+            q.t0 = random.vector(1.0);
+            q.t1 = q.t0 + random.vector(motion);
+        }
+        compare(pair, counts, kSeed, trial);
+    }
+    print("crossing", counts);
+    EXPECT_GT(counts.meets, 100u);
+    EXPECT_GT(counts.apart, 500u);
+    EXPECT_LT(counts.exact, 5u);
+}
+
+TEST(Meeting, FourAtATimeAnswerAsOneAtATimeToTheBit) {
+    constexpr std::uint64_t kSeed = 38;
+    Random random(kSeed);
+    const testing::Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.8, 1.0),
+                           b = testing::make_triangle_soup(random, 41, 1.0, 0.8, 1.0);
+    std::vector<FeaturePair> pairs;
+    for (Index i = 0; i < 120; ++i)
+        for (Index k = 0; k < 41; ++k) pairs.push_back({i, k});
+    std::vector<Meeting> meetings(pairs.size());
+    std::size_t met = 0;
+    const auto expect_same = [&](const Meeting& one, std::size_t i) {
+        ASSERT_EQ(one.meets, meetings[i].meets) << "seed " << kSeed << " pair " << i;
+        EXPECT_EQ(one.decided_by, meetings[i].decided_by) << "seed " << kSeed << " pair " << i;
+        if (!one.meets) return;
+        ++met;
+        EXPECT_EQ(one.time, meetings[i].time) << "seed " << kSeed << " pair " << i;
+        EXPECT_EQ(one.bary, meetings[i].bary) << "seed " << kSeed << " pair " << i;
+        EXPECT_EQ(one.normal, meetings[i].normal) << "seed " << kSeed << " pair " << i;
+    };
+    const auto point = [](const testing::Surface& s, Index v) { return SweptPoint{s.t0[v], s.t1[v]}; };
+    meet_vertex_faces(a.motion(), b.motion(), pairs, meetings);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const Triangle& t = b.triangles[pairs[i].b];
+        expect_same(meet_vertex_face(point(a, pairs[i].a), {point(b, t[0]), point(b, t[1]), point(b, t[2])}), i);
+    }
+    meet_edge_edges(a.motion(), b.motion(), pairs, meetings);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const Edge &e = a.topology.edges[pairs[i].a], &f = b.topology.edges[pairs[i].b];
+        expect_same(meet_edge_edge({point(a, e[0]), point(a, e[1])}, {point(b, f[0]), point(b, f[1])}), i);
+    }
+    EXPECT_GT(met, 100u);
+}
+
 TEST(Meeting, IsTheSameForEveryOrderScaleAndDirectionOfTime) {
     constexpr std::uint64_t kSeed = 33;
     Random random(kSeed);

@@ -11,7 +11,8 @@ named test program is built and run with the named filter. A mutant is killed wh
 test is missing, and the exit code is 1. Before the first mutant every filter must pass on the unchanged sources.
 
 With --build nothing is copied or built but the mutated file, without optimisation: its object goes before the libraries of that build,
-whose sources must be those of this folder. Minutes instead of half an hour; a header cannot be broken that way.
+whose sources must be those of this folder. Minutes instead of half an hour. Of a header the sources that include it are compiled, by name
+and in its own module: one that others include in turn would be broken in part only.
 """
 
 import argparse
@@ -107,6 +108,12 @@ MUTANTS = [
     Mutant("sweep-optimistic", "the conservative test advances 10 % too far", "collision/sweep.cpp",
            "double end = free.holds(time) ? free.to : time;", "double end = free.holds(time) ? time + 1.1 * (free.to - time) : time;",
            "collision", "Sweep.*"),
+    Mutant("crossing-one-sign-change", "three changes of sign are taken for one", "collision/crossing.hpp",
+           "(b3 < -bound) & ((b1 > bound) | (b2 < -bound));", "(b3 < -bound);",
+           "collision", "Meeting.*"),
+    Mutant("crossing-apart-before", "features apart just before they lie in one plane are taken to be apart in it", "collision/crossing.hpp",
+           "holds_root & (free.from <= from) & (free.to >= to)", "holds_root & (free.from <= from)",
+           "collision", "Meeting.*"),
     Mutant("one-side-at-start", "features on one side at the start are taken to stay there", "collision/sweep.cpp",
            "return free.from <= 0.0 && free.to >= 1.0;", "return free.from <= 0.0;", "collision", "Sweep.*"),
     Mutant("cluster-stale-box", "stale box: a cluster's bounds miss its last vertex", "collision/dop_tree.cpp",
@@ -209,17 +216,39 @@ class FinishedBuild:
         return program
 
     def mutated(self, mutant, text):
-        source, thing, program = self.work / Path(mutant.file).name, self.work / "mutant.o", self.work / f"mutant_{mutant.room}"
-        source.write_text(text)
-        entry = next((e for file, e in self.commands.items() if file.endswith("/" + mutant.file)), None)
-        if entry is None:
-            sys.exit(f"{mutant.name}: {mutant.file} is not compiled by itself")
-        words = shlex.split(entry["command"])
-        words[words.index("-o") + 1], words[words.index("-c") + 1] = str(thing), str(source)
-        code, output = run(words + ["-O0", "-g0", "-Wno-invalid-pch"], entry["directory"])
+        program, objects = self.work / f"mutant_{mutant.room}", []
+        broken = self.work / "broken" / mutant.file  # found before the sound one where it is included
+        broken.parent.mkdir(parents=True, exist_ok=True)
+        broken.write_text(text)
+        code, output = 0, ""
+        for file in self.translated(mutant):
+            objects.append(str(self.work / f"mutant_{len(objects)}.o"))
+            code, output = self.compile(mutant, file, objects[-1])
+            if code != 0:
+                break
+        broken.unlink()
         if code == 0:
-            code, output = self.link(mutant.room, [str(thing)], program)
+            code, output = self.link(mutant.room, objects, program)
         return code, output, program
+
+    @staticmethod
+    def translated(mutant):
+        """The file itself, or those that include it."""
+        if mutant.file.endswith(".cpp"):
+            return [mutant.file]
+        wanted = f'#include "{mutant.file}"'
+        folder = ROOT / Path(mutant.file).parts[0]
+        return [str(f.relative_to(ROOT)) for f in sorted(folder.rglob("*.cpp")) if wanted in f.read_text()]
+
+    def compile(self, mutant, file, thing):
+        entry = next((e for name, e in self.commands.items() if name.endswith("/" + file)), None)
+        if entry is None:
+            sys.exit(f"{mutant.name}: {file} is not compiled by itself")
+        words = shlex.split(entry["command"])
+        source = self.work / "broken" / file
+        words[words.index("-o") + 1], words[words.index("-c") + 1] = thing, str(source if source.is_file() else ROOT / file)
+        words.insert(1, f"-I{self.work / 'broken'}")
+        return run(words + ["-O0", "-g0", "-Wno-invalid-pch"], entry["directory"])
 
     def restore(self, mutant):
         pass
