@@ -21,6 +21,7 @@ export class Hand {
     onGamepadButton: (button: number) => void = () => {};
     private buttons = 0;
     private place = ""; // of the knob
+    private wish: Wish = { insertion: 0, rotation: 0 };
 
     constructor(pad: HTMLElement, private readonly knob: HTMLElement, private readonly send: (wish: Wish) => boolean,
                 private readonly onStart: () => void) {
@@ -87,7 +88,7 @@ export class Hand {
     }
 
     /// Sends what has changed, and what is held now and then, so that the other side knows that somebody is there.
-    poll(now: number): Wish {
+    poll(now: number): void {
         const wish = { insertion: 0, rotation: 0 };
         const add = (part: Wish, share: number) => {
             wish.insertion += share * part.insertion;
@@ -104,9 +105,12 @@ export class Hand {
             this.sent = wish;
             this.sentAt = now;
         }
-        const place = `translate(${wish.rotation * 34}px, ${-wish.insertion * 34}px)`;
+        this.wish = wish;
+    }
+    /// The knob where the hand is: a change of the page, for its turn.
+    showKnob(): void {
+        const place = `translate(${this.wish.rotation * 34}px, ${-this.wish.insertion * 34}px)`;
         if (this.place !== place) this.knob.style.transform = this.place = place;
-        return wish;
     }
     forget(): void { this.sent = { insertion: 0, rotation: 0 }; }
 }

@@ -25,6 +25,9 @@ declare global {
     interface Window { seldinger: Probe }
 }
 
+const kNumbersEvery = 250; // ms, where the CPU draws
+const kLongestAnswer = 80; // ms from a key to what it did; then it may come whenever it wants
+
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 
 class App {
@@ -105,8 +108,9 @@ class App {
         if (this.awaited && (Math.abs(status.insertion_m - this.awaited.insertion) > 1e-6 || Math.abs(status.rotation_rad - this.awaited.rotation) > 1e-4)) {
             this.seen = this.awaited.at;
             this.awaited = undefined;
-            if (this.stage.software) this.showAwaited(); // at once: the next turn may be a while away where the CPU draws
+            if (this.stage.software && this.showAwaited()) ++this.probe.pictures; // at once: the next turn may be a while away where the CPU draws
         }
+        if (!this.isAwaited()) this.goOn();
         this.plot.add(status.steps);
         this.panel.setStatus(status);
     }
@@ -146,28 +150,62 @@ class App {
     }
 
     /// The picture that shows what a key did, and how long after the key it stood there.
-    private showAwaited(): void {
+    private showAwaited(): boolean {
         const key = this.seen!;
         this.seen = undefined;
-        if (this.stage.render(true)) ++this.probe.pictures;
+        const drawn = this.stage.render(true);
         if (this.stage.software) this.stage.waitForPicture(); // drawn, not only asked for
         this.probe.latencyMs.push(performance.now() - key);
         if (this.probe.latencyMs.length > 100) this.probe.latencyMs.shift();
+        return drawn;
     }
 
     private draw(now: number): void {
         this.hand.poll(now);
-        if (this.seen !== undefined) this.showAwaited();
-        else if (this.stage.render()) ++this.probe.pictures;
+        if (!this.isAwaited()) this.hand.showKnob();
+        const drawn = this.seen !== undefined ? this.showAwaited() : !this.isAwaited() && this.stage.render();
+        if (drawn) ++this.probe.pictures;
         ++this.turns;
         this.probe.frameMs = this.stage.frameMs;
         this.probe.drawMs = this.stage.drawMs;
         this.probe.pixels = this.stage.pixels;
         this.probe.triangles = this.stage.triangles;
         this.probe.bytes = this.connection.received;
-        if (this.scene && this.turns % (this.stage.software ? 12 : 3) === 0) this.plot.draw(1e3 * this.scene.step_s);
-        if (this.turns % 20 === 0) this.panel.setFooter(this.stage.frameMs, this.stage.pixels, this.probe.latencyMs, this.hand.gamepadName);
+        if (this.stage.software) this.writeWith(drawn, now);
+        else this.write(this.turns % 3 === 0, this.turns % 20 === 0);
+        if (this.isAwaited()) this.rest = setTimeout(() => this.goOn(), kLongestAnswer);
+        else requestAnimationFrame((next) => this.draw(next));
+    }
+
+    /// Turns rest while an answer is awaited: each would put the page together anew.
+    private goOn(): void {
+        if (this.rest === undefined) return;
+        clearTimeout(this.rest);
+        this.rest = undefined;
         requestAnimationFrame((next) => this.draw(next));
+    }
+    private rest: ReturnType<typeof setTimeout> | undefined;
+
+    /// Where the CPU draws: an answer is under way, and what is drawn now would be in its way. It may never come (the wall holds the
+    /// catheter back).
+    private isAwaited(): boolean {
+        return this.stage.software && this.awaited !== undefined && performance.now() - this.awaited.at < kLongestAnswer;
+    }
+
+    /// Where the CPU draws, each change of the page is put together with the picture anew: so they come together with one.
+    private writeWith(drawn: boolean, now: number): void {
+        const waited = now - this.wroteAt;
+        if (waited < kNumbersEvery || (!drawn && (waited < 2 * kNumbersEvery || this.isAwaited()))) return;
+        this.wroteAt = now;
+        this.panel.refresh();
+        this.write(true, true);
+    }
+    private wroteAt = 0;
+
+    private write(plot: boolean, footer: boolean): void {
+        if (!this.stage.software) this.panel.refresh();
+        if (plot && this.scene) this.plot.draw(1e3 * this.scene.step_s);
+        if (footer) this.panel.setFooter(this.stage.frameMs, this.stage.pixels, this.probe.latencyMs, this.hand.gamepadName);
     }
 }
 

@@ -78,21 +78,25 @@ export class Panel {
         levels.replaceChildren(...Array.from({ length: scene.leaf_level + 1 }, () => document.createElement("i")));
     }
 
-    /// Numbers are for reading: a few times a second. Drawing them anew takes as long as a small picture where there is no card.
+    /// Numbers are for reading: a few times a second. Where there is no card every change of the page takes as long as a picture: there
+    /// they wait for the next one (refresh()).
     setStatus(status: Status): void {
         const before = this.status;
         const turned = before === undefined || status.paused !== before.paused || status.driver !== before.driver || status.failure !== before.failure;
         this.status = status;
-        const wait = this.shownAt + (this.stage.software ? 250 : 80) - performance.now();
-        if (wait > 0 && !turned) this.later ??= setTimeout(() => this.show(), wait);
-        else this.show();
+        if (turned) this.show();
+        else if (!this.stage.software && performance.now() - this.shownAt > 80) this.show();
+        else this.late = true;
+    }
+    /// Writes what has waited.
+    refresh(): void {
+        if (this.late) this.show();
     }
     private shownAt = -1e9;
-    private later: ReturnType<typeof setTimeout> | undefined;
+    private late = false;
 
     private show(): void {
-        clearTimeout(this.later);
-        this.later = undefined;
+        this.late = false;
         this.shownAt = performance.now();
         const status = this.status;
         if (status === undefined) return;
@@ -248,8 +252,8 @@ export class Panel {
     }
 
     setConnection(open: boolean): void {
-        clearTimeout(this.later);
-        this.later = this.status = undefined;
+        this.late = false; // what the pill says now stays
+        this.status = undefined;
         const seat = element("seat");
         seat.textContent = open ? "connected" : "connection lost: trying again";
         seat.className = open ? "pill" : "pill bad";
