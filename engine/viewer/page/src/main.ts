@@ -26,6 +26,7 @@ declare global {
 }
 
 const kNumbersEvery = 250; // ms, where the CPU draws
+const kTurn = 8; // ms from one turn to the next, there
 const kLongestAnswer = 80; // ms from a key to what it did; then it may come whenever it wants
 
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -81,7 +82,7 @@ class App {
         });
         this.welcome.showModal();
         this.connection.connect();
-        requestAnimationFrame((now) => this.draw(now));
+        this.takeTurn();
     }
 
     private send(message: Record<string, unknown>): boolean {
@@ -174,7 +175,7 @@ class App {
         if (this.stage.software) this.writeWith(drawn, now);
         else this.write(this.turns % 3 === 0, this.turns % 20 === 0);
         if (this.isAwaited()) this.rest = setTimeout(() => this.goOn(), kLongestAnswer);
-        else requestAnimationFrame((next) => this.draw(next));
+        else this.takeTurn();
     }
 
     /// Turns rest while an answer is awaited: each would put the page together anew.
@@ -182,7 +183,12 @@ class App {
         if (this.rest === undefined) return;
         clearTimeout(this.rest);
         this.rest = undefined;
-        requestAnimationFrame((next) => this.draw(next));
+        this.takeTurn();
+    }
+    /// Where the CPU draws, the page is put together for every turn that asks for a frame, though nothing has changed; a timer does not.
+    private takeTurn(): void {
+        if (this.stage.software) setTimeout(() => this.draw(performance.now()), kTurn);
+        else requestAnimationFrame((now) => this.draw(now));
     }
     private rest: ReturnType<typeof setTimeout> | undefined;
 
