@@ -95,6 +95,7 @@ Result<void> CoherentSearch::check(std::span<const SurfaceMotion> motions) const
 Result<void> CoherentSearch::start_step(std::span<const SurfaceMotion> motions) {
     if (auto checked = check(motions); !checked) return checked;
     motions_.assign(motions.begin(), motions.end());
+    drifts_found_ = 0;
     plain_step_ = choice_.wants_plain();
     if (!plain_step_) find_drifts_of_step();
     plain_step_ = plain_step_ || (choice_.falls_back() && !is_calm());
@@ -106,8 +107,7 @@ Result<void> CoherentSearch::start_step(std::span<const SurfaceMotion> motions) 
     std::fill(dangling_.begin(), dangling_.end(), std::uint8_t{0});
     bool jumps = false;
     for (std::size_t s = 0; s < motions.size() && has_last_; ++s) jumps = jumps || !same_bits(motions[s].t0, last_[s]);
-    jumped_ = jumps || plain_steps_ > 0;
-    if (jumped_) {
+    if (jumps || plain_steps_ > 0) {
         jump();
         find_drifts_of_step();
     }
@@ -210,8 +210,7 @@ void CoherentSearch::find_coherently() {
                            work::kWaitingPair * static_cast<double>(coherence_.kept_clusters);
     lengths_.note_step(static_cast<std::uint64_t>(session + work::kGap * static_cast<double>(coherence_.gaps)));
     const double tests = work::kElementaryTest * static_cast<double>(stats_.candidates_vf + stats_.candidates_ee);
-    const double looks = jumped_ ? 3.0 : 1.0; // at how all vertices move
-    for (const SurfacePart& part : parts_) work_ += looks * work::kDriftVertex * static_cast<double>(part.touched.size());
+    for (const SurfacePart& part : parts_) work_ += drifts_found_ * work::kDriftVertex * static_cast<double>(part.touched.size());
     work_ += work::kClusterBox * static_cast<double>(features_.boxes_made()) +
              work::kClusterBlocks * static_cast<double>(features_.blocks_made()) +
              work::kClusterHull * static_cast<double>(sides_.hulls_made());

@@ -152,7 +152,7 @@ private:
     SessionChoice choice_;
     ContactSearch plain_;
     bool plain_step_ = false;                   // this step is ContactSearch's
-    bool jumped_ = false;                       // this step began elsewhere than the last one with what is kept ended
+    unsigned drifts_found_ = 0;                 // times that all vertices were looked at in this step
     unsigned plain_steps_ = 0;                  // in a row, up to this step
     double work_ = 0.0;                         // of this step, as counted
     std::size_t lists_left_ = 0;                // that may still be made in this step

@@ -23,6 +23,7 @@ constexpr double kMostAtFirst = 2.0;
 } // namespace
 
 void CoherentSearch::find_drifts(std::span<const std::span<const Vec3>> from, std::span<const std::span<const Vec3>> to) {
+    ++drifts_found_;
     shapes_.gather(from, to);
     for (Index c = 0; c < volumes_.cluster_count(); ++c) drifts_[c] = find_drift(shapes_.view().of(place_of(c)));
 }
@@ -83,7 +84,9 @@ bool CoherentSearch::start_session() {
     coherence_.began_session = true;
     length_ = lengths_.start_session();
     session_step_ = 1;
-    if (!find_session_pairs() && (length_ == 1 || (length_ = lengths_.halve(), !find_session_pairs()))) return false;
+    bool found = find_session_pairs();
+    if (const unsigned before = length_; !found && (length_ = lengths_.halve()) < before) found = find_session_pairs();
+    if (!found) return false;
     if (options_.normal_cones) leave_out_flat_regions();
     pairs_.replace(found_);
     return true;
@@ -97,8 +100,9 @@ bool CoherentSearch::find_session_pairs() {
     }
     volumes_.refit_nodes();
     found_.clear();
-    const double plain = choice_.plain_work() > 0.0 ? kMostTraversal * choice_.plain_work() : kMostAtFirst * least_plain_work();
-    const double most = choice_.falls_back() ? plain : std::numeric_limits<double>::infinity();
+    const double least = least_plain_work(), plain = choice_.plain_work();
+    const double bearable = plain > 0.0 ? kMostTraversal * std::max(plain, least) : kMostAtFirst * least;
+    const double most = choice_.falls_back() ? bearable : std::numeric_limits<double>::infinity();
     return volumes_.traverse(contact_, options_.within, options_.between, {}, most, found_);
 }
 

@@ -15,6 +15,10 @@ SELDINGER_LANES_INLINE std::array<SweptPoint, 2> swept(const SurfaceMotion& moti
     return {swept(motion, e[0]), swept(motion, e[1])};
 }
 
+SELDINGER_LANES_INLINE std::array<SweptPoint, 3> swept(const SurfaceMotion& motion, const Triangle& t) noexcept {
+    return {swept(motion, t[0]), swept(motion, t[1]), swept(motion, t[2])};
+}
+
 struct VertexFaces {
     const SurfaceMotion &vertices, &faces;
 
@@ -24,8 +28,7 @@ struct VertexFaces {
     }
     /// The vertex and the face.
     std::pair<SweptPoint, std::array<SweptPoint, 3>> alone(FeaturePair pair) const noexcept {
-        const Triangle& t = faces.topology->triangles[pair.b];
-        return {swept(vertices, pair.a), {swept(faces, t[0]), swept(faces, t[1]), swept(faces, t[2])}};
+        return {swept(vertices, pair.a), swept(faces, faces.topology->triangles[pair.b])};
     }
     static Sweep sweep(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face, const SweepLimits& limits) noexcept {
         return sweep_vertex_face(vertex, face, limits);

@@ -2,6 +2,7 @@
 
 #include "collision/face_planes.hpp"
 #include "collision/near_pairs.hpp"
+#include "collision/pair_kinds.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -14,11 +15,6 @@ BlockRun run_of(const DopTree& tree, const DopTree::BlockRange& range, int corne
     return {tree.block_bounds(range.begin), tree.block_ids(range.begin), tree.block_corners(range.begin), range.count, corner_count};
 }
 
-SweptPoint swept(const SurfaceMotion& motion, Index vertex) noexcept { return {motion.t0[vertex], motion.t1[vertex]}; }
-std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, const Edge& e) noexcept { return {swept(motion, e[0]), swept(motion, e[1])}; }
-std::array<SweptPoint, 3> swept(const SurfaceMotion& motion, const Triangle& t) noexcept {
-    return {swept(motion, t[0]), swept(motion, t[1]), swept(motion, t[2])};
-}
 Vec3 at(const SweptPoint& p, double t) noexcept { return (1.0 - t) * p.t0 + t * p.t1; }
 
 Meeting meeting_of(const Sweep& sweep) noexcept { return {.meets = true, .time = sweep.time, .bary = sweep.bary, .normal = sweep.normal}; }

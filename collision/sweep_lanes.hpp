@@ -1,4 +1,4 @@
-// The sweep of sweep.hpp for four pairs of features side by side: what sweep_batch.cpp and meeting_batch.cpp share.
+// The sweep of sweep.hpp for four pairs of features side by side: what sweep_batch.cpp and meeting.cpp share.
 #pragma once
 
 #include "collision/lanes.hpp"

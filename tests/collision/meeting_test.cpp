@@ -96,18 +96,21 @@ std::size_t trials(std::size_t usual) {
     return times == 0 ? usual : times == 1 ? 1000 * usual : times * usual;
 }
 
-void print(const char* what, const Counts& c) {
+/// Against the rational test, and told what they were.
+/// make   (random, trial) -> Pair
+Counts compare_all(const char* what, std::size_t count, std::uint64_t seed, const auto& make) {
+    Random random(seed);
+    Counts c;
+    for (std::size_t trial = 0; trial < count; ++trial) compare(make(random, trial), c, seed, trial);
     std::printf("%s: %zu meet, %zu apart, %zu not known to the rational test; %zu decided in whole numbers\n", what, c.meets, c.apart,
                 c.unknown, c.exact);
+    return c;
 }
 
 TEST(Meeting, AgreesWithRationalArithmeticOnSmallWholeNumbers) {
-    constexpr std::uint64_t kSeed = 31;
-    Random random(kSeed);
-    Counts counts;
-    for (std::size_t trial = 0; trial < trials(1200); ++trial)
-        compare(whole_pair(random, 1 + static_cast<int>(trial % 4)), counts, kSeed, trial);
-    print("whole numbers", counts);
+    const Counts counts = compare_all("whole numbers", trials(1200), 31, [](Random& random, std::size_t trial) {
+        return whole_pair(random, 1 + static_cast<int>(trial % 4));
+    });
     EXPECT_GT(counts.meets, counts.unknown);
     EXPECT_GT(counts.apart, counts.unknown);
     EXPECT_GT(counts.exact, 100u);
@@ -139,11 +142,8 @@ TEST(Meeting, WholeNumbersTellTheFirstTime) {
 }
 
 TEST(Meeting, AgreesWithRationalArithmeticAFewUlpsFromTouching) {
-    constexpr std::uint64_t kSeed = 32;
-    Random random(kSeed);
-    Counts counts;
-    for (std::size_t trial = 0; trial < trials(400); ++trial) compare(nearly_touching_pair(random), counts, kSeed, trial);
-    print("nearly touching", counts);
+    const Counts counts =
+        compare_all("nearly touching", trials(400), 32, [](Random& random, std::size_t) { return nearly_touching_pair(random); });
     EXPECT_GT(counts.meets, 100u);
     EXPECT_GT(counts.apart, 50u);
     EXPECT_GT(counts.exact, 100u);
@@ -151,19 +151,15 @@ TEST(Meeting, AgreesWithRationalArithmeticAFewUlpsFromTouching) {
 
 /// Anything anywhere, so that their cubics have one root, three or none: what crossing.hpp says of them, and what it leaves open.
 TEST(Meeting, AgreesWithRationalArithmeticOnWhatCrosses) {
-    constexpr std::uint64_t kSeed = 37;
-    Random random(kSeed);
-    Counts counts;
-    for (std::size_t trial = 0; trial < trials(2400); ++trial) {
+    const Counts counts = compare_all("crossing", trials(2400), 37, [](Random& random, std::size_t trial) {
         Pair pair{trial % 2 == 0, {}};
         const double motion = trial % 4 == 0 ? 0.3 : 3.0;
         for (SweptPoint& q : pair.p) {
             q.t0 = random.vector(1.0);
             q.t1 = q.t0 + random.vector(motion);
         }
-        compare(pair, counts, kSeed, trial);
-    }
-    print("crossing", counts);
+        return pair;
+    });
     EXPECT_GT(counts.meets, 100u);
     EXPECT_GT(counts.apart, 500u);
     EXPECT_LT(counts.exact, 5u);

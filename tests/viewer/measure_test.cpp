@@ -10,8 +10,9 @@
 namespace seldinger::engine::viewer::test {
 namespace {
 
-constexpr double kSeconds = 6.0; // of each run
-constexpr int kRounds = 5;       // without and with a viewer, by turns
+constexpr double kSeconds = 6.0;                                   // of each run
+constexpr std::int64_t kAnswer = 15'000'000, kStill = 150'000'000; // ns that the hand moves and does not
+constexpr int kRounds = 5;                                         // without and with a viewer, by turns
 
 std::string scene_file() {
     const char* given = std::getenv("SELDINGER_VIEWER_SCENE");
@@ -43,7 +44,7 @@ Watched watch(Live& live) {
         if (status.is_null()) break;
         seen.latency_ms.push_back(1e-6 * static_cast<double>(monotonic_ns() - start));
         viewer.send(R"({"type":"drive","insertion":0,"rotation":0})");
-        const std::int64_t rest = monotonic_ns() + 150'000'000;
+        const std::int64_t rest = monotonic_ns() + kStill;
         while (monotonic_ns() < rest)
             if (const auto message = viewer.read(); message && !viewer.was_text()) {
                 ++seen.frames;
@@ -60,9 +61,9 @@ void drive_unwatched(Live& live) {
     const std::int64_t end = monotonic_ns() + static_cast<std::int64_t>(1e9 * kSeconds);
     for (int k = 0; monotonic_ns() < end; ++k) {
         (void)live.exchange.commands.push(Drive{k % 2 == 0 ? 1.0 : -1.0, 0.0});
-        wait_until_ns(monotonic_ns() + 15'000'000); // as long as a viewer waits for the answer
+        wait_until_ns(monotonic_ns() + kAnswer); // as long as a viewer waits for the answer
         (void)live.exchange.commands.push(Drive{});
-        wait_until_ns(monotonic_ns() + 150'000'000);
+        wait_until_ns(monotonic_ns() + kStill);
     }
 }
 

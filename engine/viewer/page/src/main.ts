@@ -203,13 +203,12 @@ class App {
         const waited = now - this.wroteAt;
         if (waited < kNumbersEvery || (!drawn && (waited < 2 * kNumbersEvery || this.isAwaited()))) return;
         this.wroteAt = now;
-        this.panel.refresh();
         this.write(true, true);
     }
     private wroteAt = 0;
 
     private write(plot: boolean, footer: boolean): void {
-        if (!this.stage.software) this.panel.refresh();
+        this.panel.refresh();
         if (plot && this.scene) this.plot.draw(1e3 * this.scene.step_s);
         if (footer) this.panel.setFooter(this.stage.frameMs, this.stage.pixels, this.probe.latencyMs, this.hand.gamepadName);
     }

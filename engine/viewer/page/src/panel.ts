@@ -9,6 +9,7 @@ type Send = (message: Record<string, unknown>) => boolean;
 const kEffectNames: Record<string, string> = {
     elasticity: "tissue yields", gravity: "gravity", coarse_contact: "sphere trees", exact_contact: "exact contact", breathing: "breathing",
 };
+const kNumbersEvery = 80; // ms
 const kLeastWork = 10, kMostWork = 1e7;
 const kMessageTime = 6000; // ms
 
@@ -85,12 +86,11 @@ export class Panel {
         const turned = before === undefined || status.paused !== before.paused || status.driver !== before.driver || status.failure !== before.failure;
         this.status = status;
         if (turned) this.show();
-        else if (!this.stage.software && performance.now() - this.shownAt > 80) this.show();
         else this.late = true;
     }
     /// Writes what has waited.
     refresh(): void {
-        if (this.late) this.show();
+        if (this.late && performance.now() - this.shownAt > kNumbersEvery) this.show();
     }
     private shownAt = -1e9;
     private late = false;
