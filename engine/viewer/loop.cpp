@@ -9,7 +9,7 @@ namespace seldinger::engine::viewer {
 namespace {
 
 /// ns between two looks at the commands while no step is due.
-constexpr std::int64_t kIdleNap = 2'000'000;
+constexpr std::int64_t kIdleNap = 1'000'000;
 /// ns over which the pace is measured.
 constexpr std::int64_t kPaceWindow = 1'000'000'000;
 
@@ -52,7 +52,7 @@ public:
                 wait_until_ns(monotonic_ns() + kIdleNap);
                 continue;
             }
-            if (!wait_until_due()) continue;
+            if (!wait_until_due(changed)) continue;
             note(session_.step());
             ++taken;
             show(true);
@@ -81,14 +81,16 @@ private:
         exchange_.sealed.publish();
     }
 
-    /// The next step begins when its simulated time has come; steps that are late are not caught up with: the run is
-    /// then slower than the clock, and says so. False: a while has passed, look at the commands first.
-    bool wait_until_due() {
+    /// The next step begins when its simulated time has come, or at once where a command waits for what it does: then the
+    /// simulation is ahead of the clock, by one step at most, until the time of the step after it has come. Steps that are late are not
+    /// caught up with: the run is then slower than the clock, and says so. False: a while has passed, look at the commands first.
+    bool wait_until_due(bool commanded) {
         if (!options_.paced) return true;
         const std::int64_t now = monotonic_ns();
         const auto interval = static_cast<std::int64_t>(1e9 * session_.model().step_s / session_.status().pace);
-        if (due_ == 0 || now - due_ > interval || due_ - now > interval) due_ = now;
-        if (due_ > now) {
+        if (due_ == 0 || now - due_ > interval || due_ - now > 2 * interval) due_ = now;
+        const bool ahead = due_ - now > interval;
+        if (due_ > now && (!commanded || ahead)) {
             wait_until_ns(std::min(due_, now + kIdleNap));
             if (monotonic_ns() < due_) return false;
         }

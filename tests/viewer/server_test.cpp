@@ -1,6 +1,7 @@
 // The server as strangers, viewers and a driver meet it.
 #include "live.hpp"
 
+#include "engine/time/clock.hpp"
 #include "engine/viewer/gate.hpp"
 
 #include <gmock/gmock.h>
@@ -276,6 +277,39 @@ TEST(ViewerServer, WatchingChangesNothing) {
         return hash_state(session.simulator().state());
     };
     EXPECT_EQ(hash_after(true), hash_after(false));
+}
+
+/// At the slowest pace, s that `steps` steps take; with commands all the while, or none.
+double seconds_of(std::uint64_t steps, bool commanded) {
+    Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
+    const PreparedScene prepared = *prepare_scene(scene);
+    Session session(scene, prepared);
+    Exchange exchange;
+    open_exchange(session, exchange);
+    session.apply(Pace{kSlowestPace});
+    std::atomic<bool> done{false};
+    std::thread hand([&] {
+        while (commanded && !done) {
+            (void)exchange.commands.push(Drive{1.0, 0.0});
+            std::this_thread::yield();
+        }
+    });
+    RunStatistics tally;
+    const StopWatch watch;
+    run_loop(session, exchange, {steps, true}, tally);
+    const double seconds = 1e-3 * watch.elapsed_ms();
+    done = true;
+    hand.join();
+    return seconds;
+}
+
+TEST(ViewerServer, StepsOfACommandComeAtOnceButNeverMoreThanOneAheadOfTheClock) {
+    constexpr double kInterval = 0.01 / kSlowestPace; // s
+    EXPECT_GE(seconds_of(4, false), 2.999 * kInterval);
+    EXPECT_GE(seconds_of(6, true), 3.999 * kInterval); // the first at once, the second ahead
+    bool ahead = false;
+    for (int tries = 0; tries < 20 && !ahead; ++tries) ahead = seconds_of(2, true) < kInterval; // one that nothing held up shows it
+    EXPECT_TRUE(ahead);
 }
 
 TEST(ViewerServer, SaysThatAPortIsTaken) {

@@ -31,10 +31,13 @@ export class Served {
     }
 }
 
-export async function openBrowser() {
+/// Without a graphics card. The browser's own choice there: WebGL drawn in software, the page put together by the CPU. `forced`: the page as well goes through WebGL's software
+/// renderer, as the usual flags of test machines have it: what is then drawn waits for what the page's parts take.
+export async function openBrowser(forced = false) {
+    const more = forced ? ["--use-gl=angle", "--use-angle=swiftshader", "--ignore-gpu-blocklist"] : ["--disable-gpu-compositing"];
     return chromium.launch({
         executablePath: process.env.CHROMIUM,
-        args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--disable-dev-shm-usage"],
+        args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage", ...more],
     });
 }
 

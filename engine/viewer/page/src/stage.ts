@@ -17,6 +17,7 @@ const kProbeEvery = 8;          // pictures; only then the page waits for the dr
 const kRest = 3;                // in software from one picture to the next, times of drawing one: queued pictures would make a hand wait
 const kLongestRest = 60;        // ms
 const kThinnestLine = 2;        // of the pixels that are drawn; a thinner one has gaps
+const kFewestDots = 256;        // that there is room for
 const kTail = 0.035;            // m around the tip in the tip's view
 
 export interface Picked { body: number; vertex: number; point: THREE.Vector3 }
@@ -149,10 +150,7 @@ export class Stage {
         if (frame === undefined) return;
         this.frame = undefined;
         this.setRod(frame.rod);
-        const geometry = this.dots.geometry;
-        geometry.setAttribute("position", new THREE.InterleavedBufferAttribute(new THREE.InterleavedBuffer(frame.dots, 4), 3, 0));
-        geometry.setAttribute("depth", new THREE.InterleavedBufferAttribute(new THREE.InterleavedBuffer(frame.dots, 4), 1, 3));
-        geometry.setDrawRange(0, frame.dots.length / 4);
+        setDots(this.dots.geometry, frame.dots);
         this.setSpheres(frame);
         for (const target of this.targets) {
             const shape = target.part === null ? undefined : this.shapes[target.part];
@@ -400,12 +398,26 @@ function makeDots(): THREE.Points {
             }`,
     });
     const dots = new THREE.Points(new THREE.BufferGeometry(), material);
-    dots.geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3), 3));
-    dots.geometry.setAttribute("depth", new THREE.BufferAttribute(new Float32Array(1), 1));
-    dots.geometry.setDrawRange(0, 0);
+    setDots(dots.geometry, new Float32Array(0));
     dots.renderOrder = 70;
     dots.frustumCulled = false;
     return dots;
+}
+
+/// x, y, z, depth of each. The buffers on the card stay; only where more dots come than ever before larger ones take their place.
+function setDots(geometry: THREE.BufferGeometry, dots: Float32Array): void {
+    let buffer = (geometry.getAttribute("position") as THREE.InterleavedBufferAttribute | undefined)?.data;
+    if (buffer === undefined || buffer.array.length < dots.length) {
+        geometry.dispose();
+        buffer = new THREE.InterleavedBuffer(new Float32Array(Math.max(kFewestDots * 4, 2 * dots.length)), 4).setUsage(THREE.DynamicDrawUsage);
+        geometry.setAttribute("position", new THREE.InterleavedBufferAttribute(buffer, 3, 0));
+        geometry.setAttribute("depth", new THREE.InterleavedBufferAttribute(buffer, 1, 3));
+    }
+    (buffer.array as Float32Array).set(dots);
+    buffer.clearUpdateRanges();
+    buffer.addUpdateRange(0, dots.length);
+    buffer.needsUpdate = true;
+    geometry.setDrawRange(0, dots.length / 4);
 }
 
 function makeTarget(): THREE.Sprite {
