@@ -126,6 +126,8 @@ MUTANTS = [
     Mutant("budget-one-more", "a budget of work may be overspent by one unit", "engine/time/step_budget.cpp",
            "limits_.work_units > units_spent_ ? limits_.work_units - units_spent_ : 0",
            "limits_.work_units >= units_spent_ ? limits_.work_units - units_spent_ + 1 : 0", "engine", "StepBudget.*:Wire.*"),
+    Mutant("ahead-of-the-clock", "with every command the viewer's simulation gets farther ahead of the clock", "engine/viewer/loop.cpp",
+           "(!commanded || ahead)", "!commanded", "viewer", "ViewerServer.StepsOf*"),
 ]
 
 
