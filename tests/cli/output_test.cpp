@@ -15,6 +15,14 @@ bool wait_for_file(const fs::path& file) {
     return fs::exists(file);
 }
 
+/// Steps have been taken: some of their rows have reached the disk.
+bool wait_for_rows(const fs::path& table) {
+    constexpr std::uintmax_t kHeader = 4096; // bytes, more than its first line has
+    const auto has_rows = [&] { return fs::exists(table) && fs::file_size(table) > kHeader; };
+    for (int wait = 0; wait < 6000 && !has_rows(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return has_rows();
+}
+
 TEST_F(Output, StepTableStartsWithTheContractsColumnsAndHasARowPerStep) {
     ASSERT_TRUE(ended_with(run(write("tube.json", kTube)), 0));
     std::ifstream table(out() / "steps.csv");
@@ -151,11 +159,12 @@ TEST_F(Checkpoints, OfAKilledRunAreWholeAndGoOnToTheSameBits) {
 
 TEST_F(Checkpoints, OfAnInterruptedRunHoldItsLastStep) {
     const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "-n", "100000000", "--checkpoint-every", "1000000000"});
-    ASSERT_TRUE(wait_for_file(out() / "steps.csv.partial"));
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    ASSERT_TRUE(wait_for_rows(out() / "steps.csv.partial"));
     ASSERT_EQ(kill(child, SIGINT), 0);
     EXPECT_TRUE(ended_with(wait_for(child, 30.0), 130));
     const Json json = summary();
+    ASSERT_TRUE(json.contains("checkpoint_step")) << json;
+    EXPECT_GT(json["steps"], 0);
     EXPECT_EQ(json["checkpoint_step"], json["steps"]);
     EXPECT_TRUE(fs::exists(out() / "checkpoint.bin"));
 }
