@@ -1,14 +1,17 @@
 #include "engine/cli/interrupt.hpp"
 
+#include <atomic>
 #include <csignal>
 
 namespace seldinger::engine {
 
 namespace {
 
-volatile std::sig_atomic_t requested = 0;
+/// Set in a signal handler and read by any thread: the first asks for no lock, the second for an atomic.
+std::atomic<bool> requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
 
-void request(int) { requested = 1; }
+void request(int) { requested.store(true, std::memory_order_relaxed); }
 
 } // namespace
 
@@ -18,6 +21,6 @@ void catch_interrupts() {
     if (std::signal(SIGHUP, request) == SIG_IGN) std::signal(SIGHUP, SIG_IGN); // under nohup a terminal that goes away means nothing
 }
 
-bool interrupt_requested() noexcept { return requested != 0; }
+bool interrupt_requested() noexcept { return requested.load(std::memory_order_relaxed); }
 
 } // namespace seldinger::engine
