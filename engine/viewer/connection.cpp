@@ -12,7 +12,8 @@ namespace {
 namespace beast = boost::beast;
 namespace http = boost::beast::http;
 
-constexpr std::chrono::seconds kPatience{15}; // for a request to come, and for an answer to go
+constexpr std::chrono::seconds kRequest{3};   // for a request to come
+constexpr std::chrono::seconds kPatience{15}; // for an answer to go
 constexpr std::uint32_t kLargestHeader = 8192;
 
 /// What every answer says: nothing is kept, framed, guessed at, or told to other sites.
@@ -25,7 +26,15 @@ void add_headers(http::response<Body>& response) {
     response.keep_alive(false);
 }
 
-class Connection : public std::enable_shared_from_this<Connection> {
+/// A scene may have any name; a header's value, and a file's, may not.
+std::string file_name_of(const std::string& scene) {
+    std::string name;
+    for (const char c : scene.substr(0, 80))
+        name += (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ? c : '_';
+    return (name.empty() ? "path" : name) + ".csv";
+}
+
+class Connection : public Newcomer, public std::enable_shared_from_this<Connection> {
 public:
     Connection(Hub& hub, Hub::Tcp::socket socket) : hub_(hub), stream_(std::move(socket)), counted_(hub.count_connection()) {}
 
@@ -33,8 +42,10 @@ public:
         parser_.emplace();
         parser_->header_limit(kLargestHeader);
         parser_->body_limit(0);
-        stream_.expires_after(kPatience);
+        stream_.expires_after(kRequest);
+        hub_.add_newcomer(weak_from_this());
         http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
+            self->waits_ = false;
             if (failed == http::error::header_limit || failed == http::error::body_limit)
                 return self->answer(http::status::payload_too_large, "text/plain", "the request is too long\n");
             if (failed && failed != http::error::end_of_stream &&
@@ -42,6 +53,11 @@ public:
                 return self->answer(http::status::bad_request, "text/plain", "this is no HTTP request\n");
             if (!failed) self->route(self->parser_->release());
         });
+    }
+
+    bool give_up() override {
+        if (waits_) stream_.close();
+        return waits_;
     }
 
 private:
@@ -71,7 +87,7 @@ private:
     void send_recording() {
         const bool asked = hub_.ask_for_recording([self = shared_from_this()](const Sealed& sealed) {
             if (!sealed.recording) return self->answer(http::status::not_found, "text/plain", "the scene has no instrument to record\n");
-            self->file_name_ = fmt::format("{}.csv", self->hub_.scene().name);
+            self->file_name_ = file_name_of(self->hub_.scene().name);
             self->answer(http::status::ok, "text/csv", sealed.recording->text(self->hub_.scene(), sealed.steps, sealed.state_hash));
         });
         if (!asked) answer(http::status::service_unavailable, "text/plain", "too much waits for the simulation; try again\n");
@@ -99,7 +115,7 @@ private:
     std::optional<http::request_parser<http::empty_body>> parser_;
     http::response<http::string_body> response_;
     std::string file_name_;
-    bool is_head_ = false;
+    bool is_head_ = false, waits_ = true;
 };
 
 } // namespace

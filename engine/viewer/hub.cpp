@@ -17,6 +17,8 @@ constexpr std::chrono::milliseconds kTick{2};
 constexpr std::int64_t kFrameInterval = 15'000'000;
 /// ns; a hand that moves and of which nothing was heard for so long is let go: its page hangs, or its connection does.
 constexpr std::int64_t kDeadHand = 600'000'000;
+/// Until the next try where a connection could not be accepted.
+constexpr std::chrono::milliseconds kAcceptAgain{100};
 /// Triangles of a surface as seen from afar: a page without a graphics card draws some ten thousand in 5 ms. A vessel's branches want more.
 constexpr std::size_t kFarVessel = 6000, kFarBody = 2000;
 /// Recordings that may be waited for at the same time.
@@ -27,6 +29,8 @@ constexpr std::size_t kMostWaiting = 16;
 Hub::Hub(const Scene& scene, const PreparedScene& prepared, const Session& session, Exchange& exchange, std::string page)
     : scene_(scene), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)) {
     scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session));
+    for (std::size_t effect = 0; effect < kEffectCount; ++effect)
+        if (!session.permits(static_cast<Effect>(effect))) range_.missing.push_back(static_cast<Effect>(effect));
     std::size_t part = 0;
     for (const BodyModel& body : prepared.model.bodies)
         model_messages_.push_back(std::make_shared<const std::string>(
@@ -47,9 +51,29 @@ void Hub::start_ticking() {
 void Hub::accept_from(Tcp::acceptor& acceptor) {
     acceptor.async_accept([this, &acceptor](const boost::system::error_code& failed, Tcp::socket socket) {
         if (failed == boost::asio::error::operation_aborted) return;
-        if (!failed && connections_ < kMostConnections) serve_connection(*this, std::move(socket)); // else it is closed
+        if (failed) { // out of descriptors, say
+            pause_.expires_after(kAcceptAgain);
+            return pause_.async_wait([this, &acceptor](const boost::system::error_code& stopped) {
+                if (!stopped) accept_from(acceptor);
+            });
+        }
+        if (connections_ < kMostConnections || drop_newcomer()) serve_connection(*this, std::move(socket)); // else it is closed
         accept_from(acceptor);
     });
+}
+
+void Hub::add_newcomer(std::weak_ptr<Newcomer> newcomer) {
+    if (newcomers_.size() >= 2 * kMostConnections) std::erase_if(newcomers_, [](const auto& one) { return one.expired(); });
+    newcomers_.push_back(std::move(newcomer));
+}
+
+bool Hub::drop_newcomer() {
+    while (!newcomers_.empty()) {
+        const auto oldest = newcomers_.front().lock();
+        newcomers_.pop_front();
+        if (oldest != nullptr && oldest->give_up()) return true;
+    }
+    return false;
 }
 
 std::shared_ptr<void> Hub::count_connection() {
@@ -103,8 +127,17 @@ void Hub::stop_hand() {
     stop_is_due_ = !exchange_.commands.push(Drive{}); // full: at the next tick
 }
 
+void Hub::let_tissue_go() { let_go_is_due_ = !exchange_.commands.push(LetGo{}); }
+
+void Hub::empty_seat() {
+    driver_ = 0;
+    stop_hand();
+    let_tissue_go();
+}
+
 void Hub::check_driver(std::int64_t now) {
     if (stop_is_due_ || (hand_moves_ && now - last_drive_ns_ > kDeadHand)) stop_hand();
+    if (let_go_is_due_) let_tissue_go();
 }
 
 unsigned Hub::join(const std::shared_ptr<Client>& client) {
@@ -117,11 +150,7 @@ unsigned Hub::join(const std::shared_ptr<Client>& client) {
 
 void Hub::leave(unsigned client) {
     clients_.erase(client);
-    if (driver_ == client) {
-        driver_ = 0;
-        stop_hand();
-        (void)exchange_.commands.push(LetGo{});
-    }
+    if (driver_ == client) empty_seat();
     update_wishes();
 }
 
@@ -143,9 +172,7 @@ std::string Hub::handle(unsigned client, const Request& request) {
             return notice_message(fmt::format("viewer {} drives; the seat is free when they leave it", driver_));
         driver_ = client;
     } else if (std::holds_alternative<LeaveSeat>(request) && driver_ == client) {
-        driver_ = 0;
-        stop_hand();
-        (void)exchange_.commands.push(LetGo{});
+        empty_seat();
     } else if (const auto* ping = std::get_if<Ping>(&request))
         return pong_message(ping->number);
     return {};

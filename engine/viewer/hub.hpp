@@ -9,6 +9,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -17,6 +18,14 @@
 namespace seldinger::engine::viewer {
 
 class Client;
+
+/// A connection that has not sent its request yet.
+class Newcomer {
+public:
+    virtual ~Newcomer() = default;
+    /// Makes room for another. False: its request has come.
+    virtual bool give_up() = 0;
+};
 
 /// Connections at the same time: HTTP and WebSocket together, and viewers among them.
 inline constexpr std::size_t kMostConnections = 96, kMostViewers = 64;
@@ -61,6 +70,8 @@ public:
 
     /// Counts a connection for as long as it is kept.
     [[nodiscard]] std::shared_ptr<void> count_connection();
+    /// Where all places are taken the oldest that only waits goes: whoever holds connections open keeps nobody out.
+    void add_newcomer(std::weak_ptr<Newcomer> newcomer);
     void update_wishes();
 
 private:
@@ -70,6 +81,9 @@ private:
     void check_driver(std::int64_t now);
     [[nodiscard]] std::string command(unsigned client, const Command& command);
     void stop_hand();
+    void let_tissue_go();
+    void empty_seat();
+    [[nodiscard]] bool drop_newcomer();
 
     const Scene& scene_;
     Exchange& exchange_;
@@ -87,9 +101,10 @@ private:
     unsigned next_client_ = 1, driver_ = 0;
     std::size_t connections_ = 0;
     std::int64_t last_frame_ns_ = 0, last_drive_ns_ = 0, last_answer_ns_ = 0; // an answer: a frame before its time
-    bool hand_moves_ = false, stop_is_due_ = false;
+    bool hand_moves_ = false, stop_is_due_ = false, let_go_is_due_ = false;
+    std::deque<std::weak_ptr<Newcomer>> newcomers_; // the oldest first
     boost::asio::io_context io_{1}; // goes before the rest: what waits in it still refers to that
-    boost::asio::steady_timer timer_{io_};
+    boost::asio::steady_timer timer_{io_}, pause_{io_};
 };
 
 /// Reads a request from a connection that has just been accepted.

@@ -1,7 +1,10 @@
 #include "engine/viewer/loop.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 namespace seldinger::engine::viewer {
@@ -60,16 +63,20 @@ public:
     }
 
 private:
+    /// Of several restarts only the last is made: no step lies between them, and one takes as long as dozens of steps.
     bool take_commands() {
-        bool any = false;
-        for (Command command; exchange_.commands.pop(command); any = true) {
-            if (std::holds_alternative<Seal>(command))
+        const std::size_t count = exchange_.commands.pop(commands_.data(), commands_.size());
+        const auto waiting = std::span(commands_).first(count);
+        const auto is_restart = [](const Command& command) { return std::holds_alternative<Restart>(command); };
+        const auto restart = std::find_if(waiting.rbegin(), waiting.rend(), is_restart).base(); // after it
+        for (auto command = waiting.begin(); command != waiting.end(); ++command) {
+            if (std::holds_alternative<Seal>(*command))
                 seal();
-            else
-                session_.apply(command);
+            else if (!is_restart(*command) || command + 1 == restart)
+                session_.apply(*command);
         }
-        answer_due_ = answer_due_ || any;
-        return any;
+        answer_due_ = answer_due_ || count > 0;
+        return count > 0;
     }
 
     void seal() {
@@ -132,6 +139,7 @@ private:
     const LoopOptions& options_;
     RunStatistics& tally_;
     PaceMeter meter_;
+    std::array<Command, kMostCommands> commands_;
     std::int64_t due_ = 0;
     bool behind_ = true;      // what was published last is not how things stand
     bool answer_due_ = false; // a command was applied after that

@@ -31,11 +31,14 @@ struct Sealed {
     std::uint64_t state_hash = 0; // after so many steps
 };
 
+/// Commands that may wait for the next step.
+inline constexpr std::size_t kMostCommands = 256;
+
 /// What the two threads share.
 struct Exchange {
-    boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<256>> commands; // network -> simulation
-    boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps; // simulation -> network
-    std::atomic<std::uint64_t> steps_not_shown{0};                                 // the queue was full
+    boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kMostCommands>> commands; // network -> simulation
+    boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps;          // simulation -> network
+    std::atomic<std::uint64_t> steps_not_shown{0};                                          // the queue was full
     Latest<Snapshot> snapshot;
     std::atomic<std::uint64_t> answers{0}; // snapshots published that show what a command did
     Latest<Sealed> sealed;                 // answers to Seal

@@ -108,7 +108,7 @@ Request read_budget(Members& members) {
     return Command{set};
 }
 
-Request read_effect(Members& members) {
+Request read_effect(Members& members, const CommandRange& range) {
     SwitchEffect set;
     const std::string name = members.word("name");
     set.on = members.flag("on");
@@ -117,6 +117,8 @@ Request read_effect(Members& members) {
         members.complain(fmt::format("\"name\" is \"{}\"; {} would be right", shown(name), fmt::join(kEffectNames, ", ")));
     else
         set.effect = static_cast<Effect>(found - kEffectNames.begin());
+    if (found != kEffectNames.end() && std::find(range.missing.begin(), range.missing.end(), set.effect) != range.missing.end())
+        members.complain(fmt::format("the scene has no {}", name));
     return Command{set};
 }
 
@@ -146,7 +148,7 @@ const std::map<std::string, Reader, std::less<>>& readers() {
         {"pause", [](Members& m, const CommandRange&) -> Request { return Command{Pause{m.flag("on")}}; }},
         {"step", [](Members&, const CommandRange&) -> Request { return Command{SingleStep{}}; }},
         {"pace", [](Members& m, const CommandRange&) -> Request { return Command{Pace{m.number("factor", kSlowestPace, 1.0)}}; }},
-        {"effect", [](Members& m, const CommandRange&) -> Request { return read_effect(m); }},
+        {"effect", read_effect},
         {"grab", read_grab},
         {"let_go", [](Members&, const CommandRange&) -> Request { return Command{LetGo{}}; }},
         {"restart", [](Members&, const CommandRange&) -> Request { return Command{Restart{}}; }},

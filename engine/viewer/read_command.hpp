@@ -15,6 +15,7 @@ namespace seldinger::engine::viewer {
 struct CommandRange {
     std::vector<std::size_t> vertices; // [body] of its surface
     std::vector<bool> pullable;        // [body]
+    std::vector<Effect> missing{};     // effects that the scene has not
 };
 
 /// About this viewer alone.

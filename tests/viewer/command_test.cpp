@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const CommandRange kRange{{100, 50}, {true, false}};
+const CommandRange kRange{{100, 50}, {true, false}, {Effect::Gravity}};
 
 /// The command in a message that must be one.
 template <class T>
@@ -73,6 +73,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Refused{R"({"type":"budget","mode":"exact","ms":3})", "means nothing here"},
                       Refused{R"({"type":"pause","on":1})", "true or false"}, Refused{R"({"type":"pace","factor":0})", "from 0.05 to 1"},
                       Refused{R"({"type":"effect","name":"magic","on":true})", "elasticity, gravity"},
+                      Refused{R"({"type":"effect","name":"gravity","on":true})", "the scene has no gravity"},
                       Refused{R"({"type":"grab","body":2,"vertex":0,"target":[0,0,0]})", "from 0 to 1"},
                       Refused{R"({"type":"grab","body":0,"vertex":100,"target":[0,0,0]})", "from 0 to 99"},
                       Refused{R"({"type":"grab","body":1,"vertex":0,"target":[0,0,0]})", "no tissue carries it"},

@@ -3,6 +3,7 @@
 
 #include "engine/time/clock.hpp"
 #include "engine/viewer/gate.hpp"
+#include "engine/viewer/hub.hpp"
 
 #include <gmock/gmock.h>
 
@@ -310,6 +311,66 @@ TEST(ViewerServer, StepsOfACommandComeAtOnceButNeverMoreThanOneAheadOfTheClock) 
     bool ahead = false;
     for (int tries = 0; tries < 20 && !ahead; ++tries) ahead = seconds_of(2, true) < kInterval; // one that nothing held up shows it
     EXPECT_TRUE(ahead);
+}
+
+/// A restart takes as long as dozens of steps: a person who presses R again and again waits for one.
+TEST(ViewerServer, OfManyRestartsOneIsMadeAndWhatElseWasSaidHolds) {
+    Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
+    const PreparedScene prepared = *prepare_scene(scene);
+    Session session(scene, prepared);
+    Exchange exchange;
+    open_exchange(session, exchange);
+    RunStatistics tally;
+    run_loop(session, exchange, {20, false}, tally);
+    const std::uint64_t run = session.run();
+    ASSERT_TRUE(exchange.commands.push(Pace{0.5}));
+    ASSERT_TRUE(exchange.commands.push(Drive{-1.0, 0.0}));
+    for (int k = 0; k < 200; ++k) ASSERT_TRUE(exchange.commands.push(Restart{}));
+    ASSERT_TRUE(exchange.commands.push(Drive{1.0, 0.0}));
+    run_loop(session, exchange, {5, false}, tally);
+    EXPECT_EQ(session.run(), run + 1);
+    EXPECT_EQ(session.simulator().state().step, 5u);
+    EXPECT_EQ(session.status().pace, 0.5);
+    EXPECT_EQ(session.status().drive.insertion, 1.0);
+}
+
+/// However full the way to the simulation is when its driver goes.
+TEST(ViewerServer, TissueIsLetGoWhenItsDriverGoesInAFlood) {
+    const Live live(engine::test::bent_tube_scene(
+        {35, "work:20000", R"("elasticity", "damping", "coarse_contact", "exact_contact")", engine::test::kOrgan}));
+    Viewer watcher(live);
+    for (int round = 0; round < 3; ++round) {
+        watcher.send(R"({"type":"leave"})");
+        ASSERT_FALSE(watcher.await_status([](const Json& status) { return status["driver"] == 0; }).is_null());
+        {
+            Viewer driver(live);
+            driver.send(R"({"type":"take"})");
+            for (int k = 0; k < 600; ++k) driver.send(R"({"type":"grab","body":0,"vertex":3,"target":[0.05,0,0.05]})");
+            ASSERT_FALSE(watcher.await_status([](const Json& status) { return status["grabbed"] == true; }).is_null());
+        }
+        EXPECT_FALSE(watcher.await_status([](const Json& status) { return status["driver"] == 0 && status["grabbed"] == false; }).is_null());
+    }
+}
+
+TEST(ViewerServer, WhoeverHoldsConnectionsOpenKeepsNobodyOut) {
+    const Live live;
+    boost::asio::io_context io;
+    std::vector<Tcp::socket> idle;
+    for (std::size_t k = 0; k < 3 * kMostConnections; ++k) {
+        idle.emplace_back(io);
+        idle.back().connect(Tcp::endpoint(boost::asio::ip::make_address("127.0.0.1"), live.server->port()));
+    }
+    EXPECT_EQ(get(live, "/?token=" + live.server->token()).status, 200u);
+    Viewer viewer(live);
+    EXPECT_FALSE(viewer.await_type("status").is_null());
+}
+
+TEST(ViewerServer, ARecordingsFileNameIsPlainWhateverTheSceneIsCalled) {
+    std::string text = engine::test::bent_tube_scene({35, "work:20000"});
+    text.replace(text.find("bent-tube"), 9, R"(../a\"; b=c)");
+    const Live live(text);
+    EXPECT_EQ(std::string(get(live, "/recording.csv?token=" + live.server->token()).response[http::field::content_disposition]),
+              "attachment; filename=\"___a___b_c.csv\"");
 }
 
 TEST(ViewerServer, SaysThatAPortIsTaken) {

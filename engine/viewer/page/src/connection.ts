@@ -37,12 +37,23 @@ export class Connection {
             this.listener.onConnection(true);
         };
         socket.onmessage = (event) => this.receive(event.data);
+        let met = false;
+        socket.addEventListener("open", () => { met = true; });
         socket.onclose = () => {
             if (this.socket !== socket) return;
             this.listener.onConnection(false);
+            if (!met) void this.askWhy();
             setTimeout(() => this.connect(), this.wait);
             this.wait = Math.min(2 * this.wait, kLongestWait);
         };
+    }
+
+    /// A WebSocket that is refused does not say why.
+    private async askWhy(): Promise<void> {
+        const answer = await fetch(`/?token=${encodeURIComponent(this.token)}`, { method: "HEAD" }).catch(() => undefined);
+        if (answer?.status === 403)
+            this.listener.onMessage("error", "seldinger was started anew: open the address that it has printed now.");
+        else if (answer?.ok) this.listener.onMessage("error", "seldinger has as many viewers as it takes: the page tries again.");
     }
 
     send(message: Record<string, unknown>): boolean {

@@ -22,13 +22,15 @@ export class Hand {
     private buttons = 0;
     private place = ""; // of the knob
     private wish: Wish = { insertion: 0, rotation: 0 };
+    blind = false; // nobody sees what the hand does: it stands still
 
-    constructor(pad: HTMLElement, private readonly knob: HTMLElement, private readonly send: (wish: Wish) => boolean,
+    constructor(private readonly pad: HTMLElement, private readonly knob: HTMLElement, private readonly send: (wish: Wish) => boolean,
                 private readonly onStart: () => void) {
         addEventListener("keydown", (event) => this.key(event, true));
         addEventListener("keyup", (event) => this.key(event, false));
         addEventListener("blur", () => this.release());
         document.addEventListener("visibilitychange", () => this.release());
+        setInterval(() => this.poll(performance.now()), kHeartbeat / 2); // pictures may be slow, or rest
         const move = (event: PointerEvent) => {
             const box = pad.getBoundingClientRect();
             const clamp = (value: number) => Math.max(-1, Math.min(1, value));
@@ -46,12 +48,16 @@ export class Hand {
         });
         pad.addEventListener("pointermove", (event) => { if (pad.hasPointerCapture(event.pointerId)) move(event); });
         for (const end of ["pointerup", "pointercancel", "lostpointercapture"] as const)
-            pad.addEventListener(end, () => { this.padWish = { insertion: 0, rotation: 0 }; });
+            pad.addEventListener(end, () => {
+                this.padWish = { insertion: 0, rotation: 0 };
+                this.poll(performance.now());
+            });
     }
 
     release(): void {
         this.held.clear();
         this.padWish = { insertion: 0, rotation: 0 };
+        this.poll(performance.now());
     }
 
     private key(event: KeyboardEvent, down: boolean): void {
@@ -59,9 +65,10 @@ export class Hand {
         if (!(event.code in kKeys)) return;
         if (!down) {
             this.held.delete(event.code);
+            this.poll(performance.now());
             return;
         }
-        if (event.ctrlKey || event.altKey || event.metaKey || isField(event.target)) return;
+        if (event.ctrlKey || event.altKey || event.metaKey || hasItsOwn(event)) return;
         event.preventDefault();
         if (!event.repeat) {
             this.held.add(event.code);
@@ -97,6 +104,7 @@ export class Hand {
         for (const code of this.held) add(kKeys[code], this.slow ? kSlow : 1);
         add(this.padWish, 1);
         add(this.gamepad(), 1);
+        if (this.blind) wish.insertion = wish.rotation = 0;
         wish.insertion = Math.round(100 * Math.max(-1, Math.min(1, wish.insertion))) / 100;
         wish.rotation = Math.round(100 * Math.max(-1, Math.min(1, wish.rotation))) / 100;
         const changed = wish.insertion !== this.sent.insertion || wish.rotation !== this.sent.rotation;
@@ -109,13 +117,19 @@ export class Hand {
     }
     /// The knob where the hand is: a change of the page, for its turn.
     showKnob(): void {
-        const place = `translate(${this.wish.rotation * 34}px, ${-this.wish.insertion * 34}px)`;
+        const way = this.pad.clientWidth / 4;
+        const place = `translate(${this.wish.rotation * way}px, ${-this.wish.insertion * way}px)`;
         if (this.place !== place) this.knob.style.transform = this.place = place;
     }
     forget(): void { this.sent = { insertion: 0, rotation: 0 }; }
 }
 
-/// Typing into a field, or moving a slider, is no driving.
-export function isField(target: EventTarget | null): boolean {
-    return target instanceof HTMLInputElement && target.type !== "checkbox" || target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement;
+export const isDriven = (code: string): boolean => code in kKeys;
+
+/// The key belongs to what has the focus: a slider's arrows, a box's Space, all of a field for text. Everything else drives.
+export function hasItsOwn({ target, code }: KeyboardEvent): boolean {
+    if (target instanceof HTMLInputElement && target.type === "range") return /^(Arrow|Home|End|Page)/.test(code);
+    if (target instanceof HTMLInputElement && target.type === "checkbox") return code === "Space";
+    if (target instanceof HTMLButtonElement) return code === "Enter";
+    return target instanceof HTMLInputElement || target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement;
 }

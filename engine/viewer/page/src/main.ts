@@ -1,6 +1,6 @@
 // Joins the parts: what comes from the server goes to the stage and the panel, what a person does goes to the server.
 import { Connection } from "./connection";
-import { Hand, isField } from "./hand";
+import { Hand, hasItsOwn, isDriven } from "./hand";
 import { Panel } from "./panel";
 import { Plot } from "./plot";
 import type { SceneMessage, Status } from "./protocol";
@@ -78,9 +78,15 @@ class App {
         this.welcome.addEventListener("close", () => element("view").focus());
         element("begin").addEventListener("click", () => this.closeHelp());
         this.welcome.addEventListener("keydown", (event) => {
-            if (event.code !== "Tab" && !event.metaKey && !event.ctrlKey) this.closeHelp();
+            if (/^(Tab|Shift|Control|Alt|Meta)/.test(event.code) || event.metaKey || event.ctrlKey) return;
+            this.closeHelp();
+            if (isDriven(event.code)) return; // begins at once
+            event.preventDefault();
+            event.stopPropagation();
         });
-        this.welcome.showModal();
+        this.showHelp();
+        this.keepFocus();
+        this.watchContext();
         this.connection.connect();
         this.takeTurn();
     }
@@ -128,6 +134,10 @@ class App {
     private beginDrive(): void {
         if (this.welcome.open) this.closeHelp();
         if (this.status === undefined) return;
+        const { driver, you } = this.status;
+        if (this.scene?.has_instrument === false) this.panel.say("notice", "This scene has no instrument to drive.");
+        else if (driver !== 0 && driver !== you) this.panel.say("notice", `Viewer ${driver} drives; you watch.`);
+        if (driver !== 0 && driver !== you) return;
         if (this.status.paused) this.panel.say("notice", "The run is paused: Space goes on.");
         else this.awaited ??= { at: performance.now(), insertion: this.status.insertion_m, rotation: this.status.rotation_rad };
     }
@@ -140,14 +150,40 @@ class App {
 
     private showHelp(): void {
         if (!this.welcome.open) this.welcome.showModal();
+        this.welcome.scrollTop = 0; // its button has the focus, and lies below
     }
 
     private key(event: KeyboardEvent): void {
         if (event.ctrlKey || event.altKey || event.metaKey) return;
-        if (event.code === "Escape" && isField(event.target)) (event.target as HTMLElement).blur();
-        if (isField(event.target) && !(event.target instanceof HTMLInputElement && event.target.type === "range" && !event.code.startsWith("Arrow"))) return;
-        if (event.target instanceof HTMLButtonElement && (event.code === "Space" || event.code === "Enter")) return; // its own press
-        if (this.panel.key(event)) event.preventDefault();
+        if (event.code === "Escape" && event.target instanceof HTMLElement) element("view").focus();
+        if (!hasItsOwn(event) && this.panel.key(event)) event.preventDefault();
+    }
+
+    /// The keys are the view's again after a click: Space pauses, and does not press once more what was clicked. By keyboard Enter presses a button.
+    private keepFocus(): void {
+        addEventListener("click", (event) => {
+            const { target, detail } = event;
+            if (detail > 0 && target instanceof Element && target.closest("button, a, label, input:not([type=range])") !== null) element("view").focus();
+        });
+        for (const slider of document.querySelectorAll("input[type=range]")) slider.addEventListener("pointerup", () => element("view").focus());
+        addEventListener("keyup", (event) => {
+            if (event.code === "Space" && event.target instanceof HTMLButtonElement) event.preventDefault();
+        });
+    }
+
+    /// A picture that stands still while the catheter moves would be a trap.
+    private watchContext(): void {
+        element("view").addEventListener("webglcontextlost", (event) => {
+            event.preventDefault(); // it may come back
+            this.hand.blind = true;
+            this.hand.poll(performance.now());
+            this.panel.say("error", "The browser lost its graphics: the picture stands still, and the hand rests until it is back. Reload the page if that takes long.", "graphics");
+        });
+        element("view").addEventListener("webglcontextrestored", () => {
+            this.hand.blind = false;
+            this.panel.unsay("graphics");
+            this.stage.touch();
+        });
     }
 
     /// The picture that shows what a key did, and how long after the key it stood there.
@@ -163,6 +199,7 @@ class App {
 
     private draw(now: number): void {
         this.hand.poll(now);
+        this.puller.followPointer();
         if (!this.isAwaited()) this.hand.showKnob();
         const drawn = this.seen !== undefined ? this.showAwaited() : !this.isAwaited() && this.stage.render();
         if (drawn) ++this.probe.pictures;

@@ -10,6 +10,7 @@ const kEffectNames: Record<string, string> = {
     elasticity: "tissue yields", gravity: "gravity", coarse_contact: "sphere trees", exact_contact: "exact contact", breathing: "breathing",
 };
 const kNumbersEvery = 80; // ms
+const kTurn = 0.08, kApproach = 0.9; // rad, times: of the camera by a key
 const kLeastWork = 10, kMostWork = 1e7;
 const kMessageTime = 6000; // ms
 
@@ -31,6 +32,7 @@ export class Panel {
         });
         for (const button of document.querySelectorAll<HTMLButtonElement>("[data-mode]"))
             button.addEventListener("click", () => this.setMode(button.dataset.mode as Budget["mode"]));
+        document.querySelector("[role=radiogroup]")!.addEventListener("keydown", (event) => this.chooseMode(event as KeyboardEvent));
         const click = (id: string, act: () => void) => element(id).addEventListener("click", act);
         click("pause", () => this.togglePause());
         click("step", () => this.singleStep());
@@ -50,6 +52,11 @@ export class Panel {
         element("pace-wanted").addEventListener("input", (event) => {
             const factor = Number((event.target as HTMLInputElement).value) / 100;
             send({ type: "pace", factor });
+        });
+        element("download").addEventListener("click", (event) => {
+            if (connection.open) return;
+            event.preventDefault();
+            this.say("error", "The path lies with seldinger, and the connection is lost: it can be downloaded when that is back.");
         });
         element<HTMLAnchorElement>("download").href = `/recording.csv?token=${encodeURIComponent(connection.token)}`;
     }
@@ -74,7 +81,11 @@ export class Panel {
         if (scene.effects.length === 0) box.textContent = "none that can be switched";
         element("script").hidden = !scene.has_script;
         element("grab").hidden = !scene.parts.some((part) => part.pullable);
-        element("hand").hidden = !scene.has_instrument;
+        for (const id of ["hand", "record", "download"]) element(id).hidden = !scene.has_instrument;
+        element("welcome-title").textContent = scene.has_instrument ? "Drive the catheter" : "Watch, and change what is simulated";
+        element("welcome-text").textContent = scene.has_instrument
+            ? "You hold a catheter at the patient's groin, or wherever this scene lets it in. Press a key to begin."
+            : "This scene has no instrument: nothing is driven by hand. Press a key to begin.";
         const levels = element("levels");
         levels.replaceChildren(...Array.from({ length: scene.leaf_level + 1 }, () => document.createElement("i")));
     }
@@ -114,7 +125,7 @@ export class Panel {
         text("assumed", `${status.assumed} of ${status.pairs_tested + status.pairs_open}`, status.assumed > 0 ? "warn" : "");
         const answered = status.exact_ran || (!open && status.step > 0);
         text("error", status.exact_ran ? "0, exact" : open ? `up to ${(1e3 * status.error_m).toFixed(2)} mm` : answered ? "leaf spheres" : "–", open && !status.exact_ran ? "warn" : "");
-        text("exact", status.exact_ran ? `${status.exact_contacts}${status.exact_insisted ? ", had to run" : ""}` : "did not run", status.exact_ran ? "" : "warn");
+        text("exact", status.exact_ran ? `${status.exact_contacts}${status.exact_insisted ? ", had to run" : ""}` : status.effects.exact_contact ? "did not run" : "not asked for", status.exact_ran || !status.effects.exact_contact ? "" : "warn");
         text("force", `${status.force_n.toFixed(2)} N`);
         text("exits", `${status.lumen_exits}`, status.lumen_exits > 0 ? "bad" : "");
         const levels = element("levels");
@@ -173,10 +184,22 @@ export class Panel {
         const [least, most] = this.scene?.budget_ms ?? [0.1, 33];
         return { mode: "wall", ms: Math.min(most, Math.max(least, Number((least * (most / least) ** share).toPrecision(3)))) };
     }
+    /// 0..1000; a budget beyond the slider's stands at its end.
     private placeOf(budget: Budget): number {
-        if (budget.mode === "work") return (1000 * Math.log(budget.units / kLeastWork)) / Math.log(kMostWork / kLeastWork);
-        const [least, most] = this.scene?.budget_ms ?? [0.1, 33];
-        return budget.mode === "wall" ? (1000 * Math.log(budget.ms / least)) / Math.log(most / least) : 0;
+        const place = (value: number, least: number, most: number) => (1000 * Math.log(Math.min(most, Math.max(least, value)) / least)) / Math.log(most / least);
+        if (budget.mode === "work") return place(budget.units, kLeastWork, kMostWork);
+        return budget.mode === "wall" ? place(budget.ms, ...(this.scene?.budget_ms ?? [0.1, 33])) : 0;
+    }
+    /// The arrows of a group of radio buttons.
+    private chooseMode(event: KeyboardEvent): void {
+        const by = event.code === "ArrowRight" || event.code === "ArrowDown" ? 1 : event.code === "ArrowLeft" || event.code === "ArrowUp" ? -1 : 0;
+        if (by === 0) return;
+        event.preventDefault();
+        event.stopPropagation(); // no driving
+        const buttons = [...document.querySelectorAll<HTMLButtonElement>("[data-mode]")];
+        const next = buttons[(buttons.indexOf(event.target as HTMLButtonElement) + by + buttons.length) % buttons.length];
+        next.focus();
+        this.setMode(next.dataset.mode as Budget["mode"]);
     }
     private sendBudget(budget: Budget): void { this.send({ type: "budget", ...budget }); }
     private setMode(mode: Budget["mode"]): void {
@@ -211,7 +234,8 @@ export class Panel {
         if (this.status?.budget.mode === "wall") this.sendBudget(this.work);
         for (const name of this.scene?.effects ?? []) if (this.status?.effects[name] === false) this.send({ type: "effect", name, on: true });
         this.restart();
-        this.say("notice", "Recording from the start, under a budget of work. Download path takes it away.");
+        const budget = this.status?.budget.mode === "exact" ? "without a limit" : "under a budget of work";
+        this.say("notice", `Recording from the start, ${budget}. Download path takes it away.`);
     }
     private setContacts(on: boolean): void {
         this.stage.showContacts = element<HTMLInputElement>("contacts").checked = on;
@@ -241,12 +265,14 @@ export class Panel {
             Space: () => this.togglePause(), KeyN: () => this.singleStep(), Period: () => this.singleStep(), KeyR: () => this.restart(),
             KeyX: () => this.toggleXray(), KeyT: () => this.setFollow(!this.stage.followTip), KeyV: () => this.setFollow(false),
             KeyC: () => this.setContacts(!this.stage.showContacts), KeyB: () => this.setSpheres(!this.stage.showSpheres),
+            KeyJ: () => this.stage.turn(-kTurn, 0), KeyL: () => this.stage.turn(kTurn, 0), KeyI: () => this.stage.turn(0, kTurn), KeyK: () => this.stage.turn(0, -kTurn),
+            KeyU: () => this.stage.approach(kApproach), KeyO: () => this.stage.approach(1 / kApproach),
             KeyG: () => this.toggleGrab(), KeyP: () => this.toggleScript(), KeyH: () => this.help(),
             Minus: () => this.nudgeBudget(-40), NumpadSubtract: () => this.nudgeBudget(-40),
             Equal: () => this.nudgeBudget(40), NumpadAdd: () => this.nudgeBudget(40), BracketRight: () => this.nudgeBudget(40), Slash: () => this.nudgeBudget(-40),
         };
         const act = acts[event.code];
-        if (act === undefined || (event.repeat && !/Minus|Equal|Numpad|Bracket|Slash|KeyN|Period/.test(event.code))) return act !== undefined;
+        if (act === undefined || (event.repeat && !/Minus|Equal|Numpad|Bracket|Slash|Key[NJLIKUO]|Period/.test(event.code))) return act !== undefined;
         act();
         return true;
     }
@@ -284,7 +310,7 @@ export class Panel {
         if (!id) setTimeout(() => line.remove(), kMessageTime);
         else if (id === "failure") setTimeout(() => line.remove(), kMessageTime);
     }
-    private unsay(id: string): void {
+    unsay(id: string): void {
         for (const line of [...element("messages").children] as HTMLElement[]) if (line.dataset.id === id) line.remove();
     }
 }

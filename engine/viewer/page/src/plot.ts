@@ -41,7 +41,7 @@ export class Plot {
             pen.fillRect(x, y(charged), wide, height - y(charged));
         });
         pen.font = `${11 * ratio}px system-ui, sans-serif`;
-        const line = (ms: number, colour: string, text: string, dash: number[]) => {
+        const line = (ms: number, colour: string, text: string, dash: number[], side: "left" | "right") => {
             if (ms > this.top) return;
             pen.strokeStyle = pen.fillStyle = colour;
             pen.setLineDash(dash.map((d) => d * ratio));
@@ -50,10 +50,11 @@ export class Plot {
             pen.moveTo(0, y(ms));
             pen.lineTo(width, y(ms));
             pen.stroke();
-            pen.fillText(text, 4 * ratio, Math.max(y(ms) - 4 * ratio, 11 * ratio));
+            pen.textAlign = side; // each its own: the two may be the same
+            pen.fillText(text, side === "left" ? 4 * ratio : width - 4 * ratio, Math.max(y(ms) - 4 * ratio, 11 * ratio));
         };
-        line(stepMs, "rgba(226, 232, 240, 0.75)", `real time ${stepMs.toFixed(0)} ms`, [2, 4]);
-        if (limit > 0) line(limit, "#fbbf24", `budget ${formatMs(limit)}`, []);
+        line(stepMs, "rgba(226, 232, 240, 0.75)", `real time ${stepMs.toFixed(0)} ms`, [2, 4], "left");
+        if (limit > 0) line(limit, "#fbbf24", `budget ${formatMs(limit)}`, [], "right");
         pen.setLineDash([]);
     }
 }

@@ -51,6 +51,9 @@ export class Puller {
         this.forget();
     }
 
+    /// While no frames come: what the pointer asks for is sent nevertheless.
+    followPointer(): void { if (this.due) this.follow(); }
+
     /// With every frame: the line, and the target where it has moved.
     follow(): void {
         if (this.held === undefined) return;

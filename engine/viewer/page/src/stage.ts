@@ -218,6 +218,21 @@ export class Stage {
         this.followTip = true;
     }
 
+    /// By the keys: to the right and up, rad.
+    turn(right: number, up: number): void {
+        const way = this.camera.position.clone().sub(this.controls.target);
+        way.applyAxisAngle(this.camera.up, right);
+        const polar = way.angleTo(this.camera.up), to = THREE.MathUtils.clamp(polar - up, 0.05, Math.PI - 0.05);
+        way.applyAxisAngle(new THREE.Vector3().crossVectors(this.camera.up, way).normalize(), to - polar);
+        this.camera.position.copy(this.controls.target).add(way);
+    }
+    /// times  the distance
+    approach(times: number): void {
+        const way = this.camera.position.clone().sub(this.controls.target);
+        way.setLength(THREE.MathUtils.clamp(times * way.length(), this.controls.minDistance, this.controls.maxDistance));
+        this.camera.position.copy(this.controls.target).add(way);
+    }
+
     setOrganOpacity(share: number): void {
         this.touch();
         for (const surface of this.surfaces) if (surface.part.kind === "organ") surface.setOpacity(share);
