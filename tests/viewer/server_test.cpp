@@ -366,9 +366,9 @@ TEST(ViewerServer, WhoeverHoldsConnectionsOpenKeepsNobodyOut) {
 }
 
 TEST(ViewerServer, ARecordingsFileNameIsPlainWhateverTheSceneIsCalled) {
-    std::string text = engine::test::bent_tube_scene({35, "work:20000"});
-    text.replace(text.find("bent-tube"), 9, R"(../a\"; b=c)");
-    const Live live(text);
+    const std::string text = engine::test::bent_tube_scene({35, "work:20000"});
+    const std::size_t name = text.find("bent-tube");
+    const Live live(text.substr(0, name) + R"(../a\"; b=c)" + text.substr(name + 9));
     EXPECT_EQ(std::string(get(live, "/recording.csv?token=" + live.server->token()).response[http::field::content_disposition]),
               "attachment; filename=\"___a___b_c.csv\"");
 }

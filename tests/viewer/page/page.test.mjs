@@ -209,6 +209,109 @@ test("tissue is pulled with the mouse", async () => {
     assert.equal(await tissue.stop(), 0);
 });
 
+test("after a click the keys are the view's: Space pauses and presses nothing again, W drives", async () => {
+    const start = await afresh(page);
+    await page.click("#record");
+    await until(page, "t.run > g && t.recorded > 5", start.run);
+    const recording = (await status(page)).run;
+    await page.keyboard.press("Space");
+    await until(page, "t.paused && t.run === g", recording);
+    await page.click("#step");
+    await page.keyboard.press("Space");
+    await until(page, "!t.paused && t.run === g", recording);
+    const there = await status(page);
+    await page.click("#opacity");
+    await page.keyboard.down("w");
+    await until(page, "t.insertion_m > g + 2e-3", there.insertion_m);
+    await page.keyboard.up("w");
+    await page.click("[data-mode=wall]");
+    noComplaints(page);
+});
+
+test("everything is reached by keyboard: boxes, kinds of budget, the camera", async () => {
+    await afresh(page);
+    await page.focus("#effect-exact_contact");
+    await page.keyboard.press("Space");
+    await until(page, "!t.effects.exact_contact && !t.paused");
+    await page.keyboard.press("Space");
+    await until(page, "t.effects.exact_contact");
+    const before = await status(page);
+    await page.focus("[data-mode=wall]");
+    await page.keyboard.press("ArrowRight");
+    await until(page, "t.budget.mode === 'work'");
+    await page.keyboard.press("ArrowLeft");
+    await until(page, "t.budget.mode === 'wall'");
+    assert.equal((await status(page)).rotation_rad, before.rotation_rad);
+    await page.keyboard.press("Space");
+    await until(page, "t.paused");
+    for (const code of ["j", "l", "i", "k", "u", "o"]) {
+        const pictures = await page.evaluate(() => window.seldinger.pictures);
+        await page.keyboard.press(code);
+        await until(page, "s.pictures > g", pictures);
+    }
+    await page.keyboard.press("h");
+    assert.ok(await page.isVisible("#welcome"));
+    await page.keyboard.press("Shift+Tab");
+    assert.ok(await page.isVisible("#welcome"));
+    await page.keyboard.press("h");
+    assert.ok(!(await page.isVisible("#welcome")));
+    await page.keyboard.press("Space");
+});
+
+test("graphics that are lost are said, the hand rests, and both come back", async () => {
+    const start = await afresh(page);
+    await page.evaluate(() => { window.lost = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context"); window.lost.loseContext(); });
+    await until(page, "said.some((text) => /lost its graphics/.test(text))");
+    await page.keyboard.down("w");
+    const { step } = await status(page);
+    await until(page, "t.step > g + 30", step);
+    assert.ok(Math.abs((await status(page)).insertion_m - start.insertion_m) < 1e-4);
+    const pictures = await page.evaluate(() => { window.lost.restoreContext(); return window.seldinger.pictures; });
+    await until(page, "s.pictures > g && t.insertion_m > 0.022", pictures);
+    await page.keyboard.up("w");
+    await until(page, "document.querySelectorAll('#messages p.error').length === 0");
+    page.complaints = page.complaints.filter((text) => !/context|INVALID_OPERATION/i.test(text)); // the browser's own words on it
+});
+
+test("on short and narrow screens nothing lies over what is pressed", async () => {
+    const before = page.viewportSize();
+    for (const [width, height] of [[740, 360], [640, 360], [640, 400], [844, 390], [390, 844], [360, 640], [768, 1024], [1280, 720]]) {
+        await page.setViewportSize({ width, height });
+        const covered = await page.evaluate(() => [...document.querySelectorAll("#panel button, #pad, #pause")].filter((one) => {
+            const box = one.getBoundingClientRect(), top = document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2);
+            return box.top >= 0 && !one.contains(top);
+        }).map((one) => one.id || one.dataset.mode));
+        assert.deepEqual(covered, [], `${width} x ${height}`);
+        const boxes = await page.evaluate(() => ["panel", "hand", "bar"].map((id) => document.getElementById(id).getBoundingClientRect().toJSON()));
+        const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
+        assert.ok(apart(boxes[0], boxes[1]) && apart(boxes[1], boxes[2]) && apart(boxes[0], boxes[2]), `${width} x ${height}: ${JSON.stringify(boxes)}`);
+    }
+    await page.setViewportSize(before);
+});
+
+test("a scene without an instrument offers no hand and no recording", async () => {
+    const other = await Served.start(join(process.env.SELDINGER_SOURCE, "assets/scenes/falling_sphere.json"));
+    const page = await openPage(browser, other.url);
+    assert.match(await page.innerText("#welcome"), /no instrument/);
+    await page.keyboard.press("Enter");
+    for (const id of ["#hand", "#record", "#download"]) assert.ok(!(await page.isVisible(id)), id);
+    await page.keyboard.press("w");
+    await until(page, "said.some((text) => /no instrument/.test(text))");
+    noComplaints(page);
+    await page.close();
+    await other.stop();
+});
+
+test("a program that was started anew is told from one that is not there", async () => {
+    const first = await Served.start(scene);
+    const page = await openPage(browser, first.url);
+    await first.stop();
+    const again = await Served.start(scene, ["--port", new URL(first.url).port]);
+    await until(page, "said.some((text) => /started anew/.test(text))");
+    await page.close();
+    await again.stop();
+});
+
 test("a recording is downloaded and `seldinger run` repeats it bit for bit", async () => {
     await afresh(page);
     await page.click("#record");

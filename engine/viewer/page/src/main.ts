@@ -77,13 +77,13 @@ class App {
         addEventListener("keydown", (event) => this.key(event));
         this.welcome.addEventListener("close", () => element("view").focus());
         element("begin").addEventListener("click", () => this.closeHelp());
-        this.welcome.addEventListener("keydown", (event) => {
-            if (/^(Tab|Shift|Control|Alt|Meta)/.test(event.code) || event.metaKey || event.ctrlKey) return;
+        addEventListener("keydown", (event) => { // wherever the focus is
+            if (!this.welcome.open || /^(Tab|Shift|Control|Alt|Meta)/.test(event.code) || event.metaKey || event.ctrlKey) return;
             this.closeHelp();
             if (isDriven(event.code)) return; // begins at once
             event.preventDefault();
             event.stopPropagation();
-        });
+        }, { capture: true });
         this.showHelp();
         this.keepFocus();
         this.watchContext();
