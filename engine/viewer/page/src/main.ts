@@ -137,8 +137,7 @@ class App {
         const { driver, you } = this.status;
         if (this.scene?.has_instrument === false) this.panel.say("notice", "This scene has no instrument to drive.");
         else if (driver !== 0 && driver !== you) this.panel.say("notice", `Viewer ${driver} drives; you watch.`);
-        if (driver !== 0 && driver !== you) return;
-        if (this.status.paused) this.panel.say("notice", "The run is paused: Space goes on.");
+        else if (this.status.paused) this.panel.say("notice", "The run is paused: Space goes on.");
         else this.awaited ??= { at: performance.now(), insertion: this.status.insertion_m, rotation: this.status.rotation_rad };
     }
 
