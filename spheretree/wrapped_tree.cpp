@@ -5,6 +5,7 @@
 #include "spheretree/wrapped_nodes.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 
 namespace seldinger::spheretree {
@@ -74,6 +75,13 @@ std::string triangles_at(const TriMesh& surface, Bad&& bad) {
     return list_ids(ids);
 }
 
+/// 1e+30
+std::string shortly(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
 Result<void> check_finite(const TriMesh& surface) {
     if (surface.triangles.empty()) return bad_mesh("the surface has no triangles");
     for (Index t = 0; t < surface.triangles.size(); ++t)
@@ -83,6 +91,9 @@ Result<void> check_finite(const TriMesh& surface) {
                                 std::to_string(surface.vertices.size()));
             if (!is_finite(surface.vertices[v]))
                 return bad_mesh("vertex " + std::to_string(v) + " of triangle " + std::to_string(t) + " is not finite");
+            if (const double largest = surface.vertices[v].cwiseAbs().maxCoeff(); largest > kLargestCoordinate)
+                return bad_mesh("vertex " + std::to_string(v) + " of triangle " + std::to_string(t) + " lies " + shortly(largest) +
+                                " from the origin; at most " + shortly(kLargestCoordinate) + " would be right");
         }
     return {};
 }
