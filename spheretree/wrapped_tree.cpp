@@ -45,6 +45,7 @@ WrappedTree flatten(WrappedNodes&& built) {
     }
     for (const Piece& piece : out.pieces) tree.items.push_back(piece.triangle);
     out.set = std::move(built.set);
+    out.coarser = built.coarser;
     return out;
 }
 
@@ -143,6 +144,18 @@ Result<void> check_surface_for(const TriMesh& surface, Builder builder) {
     if (report.signed_volume < 0.0)
         return bad_mesh("the surface is inside out (triangle 0 and all others), repair \"orient\" turns it; " + instead(builder));
     return {};
+}
+
+std::string describe_coarser(const TriMesh& surface) {
+    double area = 0.0;
+    for (const Triangle& t : surface.triangles) {
+        const Vec3& a = surface.vertices[t[0]];
+        area += 0.5 * (surface.vertices[t[1]] - a).cross(surface.vertices[t[2]] - a).norm();
+    }
+    const double size = surface.bounds().longest_edge();
+    return "the sphere tree is coarser than its depth allows: with a longest side of " + shortly(size) + " and an area of " +
+           shortly(area) + " the surface is " + shortly(size * size / area) +
+           " times as long as wide, too thin to be cut as finely as the spheres would need; they hold all of it";
 }
 
 Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOptions& options) {

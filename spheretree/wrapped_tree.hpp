@@ -44,6 +44,9 @@ struct WrappedTree {
     SphereTree tree;
     PieceSet set{{}};
     std::vector<Piece> pieces; // [item_count] beneath leaf s: pieces[item_begin[s] .. item_end[s])
+    /// The surface is so long and thin that it would have been cut into too many pieces: it was cut less, and spheres grew instead.
+    /// They still hold all of it.
+    bool coarser = false;
 };
 
 /// Fails (BadMesh, first bad triangles named, and the builder or the repair that would do) on an open, self-intersecting,
@@ -51,6 +54,9 @@ struct WrappedTree {
 /// surface, or one beyond kLargestCoordinate; (BadValue) on options out of range. Non-manifold edges and several components are fine.
 /// Coordinates may be in any unit. The same input gives the same bits.
 [[nodiscard]] Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOptions& options = {});
+
+/// What WrappedTree::coarser means for a surface, with its numbers.
+[[nodiscard]] std::string describe_coarser(const TriMesh& surface);
 
 /// What build_wrapped_tree asks of a surface.
 [[nodiscard]] Result<void> check_surface_for(const TriMesh& surface, Builder builder);

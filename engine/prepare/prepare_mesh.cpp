@@ -164,7 +164,8 @@ std::string pack(const MeshPreparation& made) {
     Payload payload;
     payload.put_tree(made.spheres);
     payload.put(made.quality.levels);
-    payload.put(std::vector<double>{made.quality.volume_ratio, made.sphere_seconds, made.sphere_peak_mb});
+    payload.put(std::vector<double>{made.quality.volume_ratio, made.sphere_seconds, made.sphere_peak_mb,
+                                    made.spheres_coarser ? 1.0 : 0.0});
     return payload.bytes();
 }
 
@@ -172,11 +173,12 @@ bool unpack(std::string bytes, MeshPreparation& made) {
     Payload payload(std::move(bytes));
     spheretree::SphereTree tree;
     std::vector<double> numbers;
-    if (!payload.get_tree(tree) || !payload.get(made.quality.levels) || !payload.get(numbers) || numbers.size() != 3) return false;
+    if (!payload.get_tree(tree) || !payload.get(made.quality.levels) || !payload.get(numbers) || numbers.size() != 4) return false;
     made.spheres = std::move(tree);
     made.quality.volume_ratio = numbers[0];
     made.sphere_seconds = numbers[1];
     made.sphere_peak_mb = numbers[2];
+    made.spheres_coarser = numbers[3] != 0.0;
     return true;
 }
 
@@ -198,6 +200,7 @@ Result<void> make_spheres(const PrepareOptions& options, MeshPreparation& made) 
     if (!built.ok()) return built.error();
     made.sphere_seconds = 1e-3 * watch.lap_ms();
     made.sphere_peak_mb = peak_mb();
+    made.spheres_coarser = built->coarser;
     made.spheres = std::move(built->tree);
     const bool solid = made.dense.closed() && made.dense.oriented() && made.dense.signed_volume > 0.0 &&
                        options.spheres.builder != spheretree::Builder::Shell;
@@ -227,6 +230,7 @@ Result<MeshPreparation> prepare_mesh(const std::filesystem::path& file, const Pr
         error.file = file.string();
         return error;
     }
+    if (made.spheres_coarser) made.notes.push_back(spheretree::describe_coarser(made.surface));
     progress("coarse model and links");
     make_coarse_model(options, made);
     progress("chromatic sets");

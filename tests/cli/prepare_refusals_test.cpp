@@ -71,5 +71,15 @@ TEST_F(Preparation, OfManyTrianglesUponEachOtherIsRefusedBeforeTheyAreCompared) 
     EXPECT_TRUE(refuses(ended, "99998 triangles share 8 vertices") && refuses(ended, "drop_degenerate,drop_duplicates"));
 }
 
+TEST_F(Preparation, OfANeedleEndsAndSaysThatItsSpheresAreCoarser) {
+    const fs::path needle = write("needle.obj", cube_with_corner("1e6"));
+    const Ended ended = prepare(needle, {"--builder", "shell", "--depth", "1"});
+    ASSERT_TRUE(ended_with(ended, 0));
+    EXPECT_TRUE(ended.says("notice: the sphere tree is coarser than its depth allows")) << ended;
+    EXPECT_NE(text_of(out() / "prepare.json").find("coarser than its depth allows"), std::string::npos);
+    const Ended plain = prepare(write("cube.obj", cube_with_corner("1")), {"--depth", "1"});
+    EXPECT_TRUE(ended_with(plain, 0) && !plain.says("coarser")) << plain;
+}
+
 } // namespace
 } // namespace seldinger::cli_test
