@@ -16,7 +16,8 @@ struct CutLimit {
     bool reached = false; // pieces are larger than they should be, and spheres with them
 };
 
-/// Cuts pieces until no edge is longer than `longest` [m]; where that leads to too many, than twice, four times ... as much.
+/// Cuts pieces until no edge is longer than `longest` [m]; where that leads to too many,
+/// until none is longer than twice that, four times that, and so on.
 void cut_to(double longest, PieceSet& set, std::vector<Piece>& pieces, CutLimit& limit);
 
 /// Balls that must hold whatever a ball of the last level holds.

@@ -39,8 +39,8 @@ Result<double> parse_unit(const std::string& text) {
     if (end != text.c_str() && *end == 0 && metres >= kLeastUnit && metres <= kMostUnit) return metres;
     std::vector<std::string_view> names;
     for (const UnitName& unit : known_units(Dimension::Length)) names.push_back(unit.name);
-    return bad_option("--unit", fmt::format("no unit '{}'; known: {}, or metres as a number from {:g} to {:g}", text, fmt::join(names, ", "),
-                                              kLeastUnit, kMostUnit));
+    return bad_option("--unit", fmt::format("no unit '{}'; known: {}, or metres as a number from {:g} to {:g}", text,
+                                            fmt::join(names, ", "), kLeastUnit, kMostUnit));
 }
 
 Result<std::vector<Repair>> parse_repairs(const std::string& text) {

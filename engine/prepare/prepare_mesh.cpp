@@ -27,8 +27,8 @@ namespace {
 constexpr std::string_view kKind = "spheres";
 /// m; nothing that a catheter meets is larger or smaller: more is a mistaken unit, most likely.
 constexpr double kSmallestBody = 1e-3, kLargestBody = 3.0;
-constexpr double kSmallestSide = 1e-30; // m; squares of smaller volumes would underflow
-constexpr double kRounding = 1e-12;     // of a size: areas and volumes that small are what rounding left
+constexpr double kSmallestSide = 1e-30;                          // m; squares of smaller volumes would underflow
+constexpr double kRounding = 1e-12;                              // of a size: areas and volumes that small are what rounding left
 constexpr std::size_t kMostPerVertex = 32, kFewTriangles = 1000; // triangles
 
 /// Smallest angle between two faces of any tet.
@@ -164,8 +164,7 @@ std::string pack(const MeshPreparation& made) {
     Payload payload;
     payload.put_tree(made.spheres);
     payload.put(made.quality.levels);
-    payload.put(std::vector<double>{made.quality.volume_ratio, made.sphere_seconds, made.sphere_peak_mb,
-                                    made.spheres_coarser ? 1.0 : 0.0});
+    payload.put(std::vector<double>{made.quality.volume_ratio, made.sphere_seconds, made.sphere_peak_mb, made.spheres_coarser ? 1.0 : 0.0});
     return payload.bytes();
 }
 

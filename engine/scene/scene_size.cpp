@@ -44,8 +44,8 @@ std::optional<Error> check_shape(const CheckContext& context, const SceneBody& b
         return fail(context, surface, fmt::format("found {}: {} triangles; at most {} would be right", what, found, kMostShapeTriangles));
     const std::string key = surface + "." + fineness.key;
     return fail(context, context.positions.contains(key) ? key : surface,
-                fmt::format("found {}: {} triangles; at most {} would be right, \"{}\": {}", what, found, kMostShapeTriangles,
-                            fineness.key, *fineness.value));
+                fmt::format("found {}: {} triangles; at most {} would be right, \"{}\": {}", what, found, kMostShapeTriangles, fineness.key,
+                            *fineness.value));
 }
 
 } // namespace

@@ -5,7 +5,8 @@ namespace seldinger::cli_test {
 namespace {
 
 const std::vector<std::string> kBuilders = {"medial", "hubbard", "octree", "shell"};
-const std::string kCubeFaces = "f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n";
+const std::string kCubeFaces =
+    "f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n";
 
 /// A box on the origin with sides 1, 1 and `height`, whose corner across from the origin is at `far` in each coordinate.
 std::string cube_with_corner(const std::string& far, const std::string& height = "1") {

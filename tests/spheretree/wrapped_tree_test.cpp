@@ -186,7 +186,8 @@ TEST(WrappedTree, NeedlesAreCutIntoSoManyPiecesAndNoMore) {
         for (Index s = built->tree.level_begin[1]; s < built->tree.level_begin[2]; ++s)
             for (Index k = built->tree.item_begin[s]; k < built->tree.item_end[s]; ++k)
                 for (const Index corner : built->pieces[k].corners)
-                    outside += (built->set.point(corner) - built->tree.spheres[s].centre).norm() > built->tree.spheres[s].radius * (1 + 1e-12);
+                    outside +=
+                        (built->set.point(corner) - built->tree.spheres[s].centre).norm() > built->tree.spheres[s].radius * (1 + 1e-12);
         EXPECT_EQ(outside, 0U);
         EXPECT_EQ(built->coarser, builder == Builder::Shell);
     }
