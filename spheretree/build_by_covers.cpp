@@ -37,11 +37,13 @@ public:
         for (unsigned k = 0; k < options.depth && leaves_ < kMostLeaves; ++k) leaves_ *= options.branching;
         leaves_ = std::min(leaves_, kMostLeaves);
         for (Index t = 0; t < surface.triangles.size(); ++t) pieces_.push_back({surface.triangles[t], t});
+        first_.most = most_pieces(leaves_, pieces_.size());
+        second_.most = kMoreOfShares * first_.most;
         double area = 0.0;
         for (const Piece& piece : pieces_) area += area_of(out_.set, piece);
         const double patch = std::sqrt(area / static_cast<double>(leaves_));
         if (!(patch > 0.0)) return; // no area
-        cut_to(patch / kPointsAcross, out_.set, pieces_);
+        cut_to(patch / kPointsAcross, out_.set, pieces_, first_);
         if (!body_.solid()) return;
         body_.set_cloud(make_points().points(), patch / kPointsAcross);
         candidates_ = find_candidates(surface, body_, std::clamp(10 * leaves_, kLeastCandidates, kMostCandidates));
@@ -53,6 +55,7 @@ public:
         share_out();
         make_nodes();
         trim_leaves();
+        out_.coarser = first_.reached || second_.reached;
         return std::move(out_);
     }
 
@@ -133,7 +136,7 @@ private:
     void refine() {
         LevelBalls& leaves = levels_.back();
         Lineage above = lineage();
-        const auto shares = share_pieces(pieces_, leaves.balls, out_.set, above, kCutToRelax);
+        const auto shares = share_pieces(pieces_, leaves.balls, out_.set, above, kCutToRelax, second_);
         pieces_.clear();
         std::vector<Index> owner_of(out_.set.points().size(), kNoIndex);
         for (Index i = 0; i < shares.size(); ++i)
@@ -177,7 +180,7 @@ private:
         }
         Lineage above = lineage();
         for (Ball& b : levels_.back().balls) b.radius *= kRoundOut;
-        shares_ = share_pieces(pieces_, levels_.back().balls, out_.set, above, kCutForGood);
+        shares_ = share_pieces(pieces_, levels_.back().balls, out_.set, above, kCutForGood, second_);
         for (std::size_t k = 0; k < above.levels.size(); ++k) levels_[levels_.size() - 2 - k].balls = above.levels[k];
     }
 
@@ -249,6 +252,7 @@ private:
     BodyDepth& body_;
     WrappedNodes out_;
     std::size_t leaves_ = 1;
+    CutLimit first_, second_; // of pieces before they are shared out, and after
     std::vector<Piece> pieces_;
     std::vector<Index> ids_;
     std::vector<Ball> candidates_;

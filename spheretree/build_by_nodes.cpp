@@ -19,6 +19,7 @@ public:
     NodeBuilder(const TriMesh& surface, const WrappedOptions& options, const BodyDepth& body)
         : options_(options), body_(body), out_{{}, PieceSet(surface.vertices)} {
         if (options.builder == Builder::Hubbard) medial_ = find_candidates(surface, body, kSamples);
+        cuts_.most = kMoreOfShares * most_pieces(options.branching, surface.triangles.size());
         WrappedNode root;
         for (Index t = 0; t < surface.triangles.size(); ++t) root.pieces.push_back({surface.triangles[t], t});
         std::vector<Sphere> corners;
@@ -34,6 +35,7 @@ public:
     WrappedNodes build() {
         for (std::size_t n = 0; n < out_.nodes.size(); ++n)
             if (out_.nodes[n].level < options_.depth) split_node(n);
+        out_.coarser = cuts_.reached;
         return std::move(out_);
     }
 
@@ -44,7 +46,7 @@ private:
         std::vector<Piece> pieces = std::move(out_.nodes[n].pieces);
         out_.nodes[n].pieces.clear();
         const Ball node = out_.nodes[n].ball;
-        if (!is_octree() && node.radius > 0.0) cut_to(kPieceShare * node.radius, out_.set, pieces);
+        if (!is_octree() && node.radius > 0.0) cut_to(kPieceShare * node.radius, out_.set, pieces, cuts_);
         const std::vector<Index> ids = corners_of(pieces);
         const NodeTask task{out_.set.points(), ids, medial_, node, out_.nodes[n].cell, options_.branching};
         const std::vector<ChildBall> children = is_octree() ? split_by_octants(task, body_) : split_by_merging(task, body_);
@@ -52,7 +54,7 @@ private:
         for (const ChildBall& child : children) balls.push_back(child.ball);
         if (!is_octree()) fit_to_corners(ids, balls);
         Lineage none;
-        auto shares = share_pieces(pieces, balls, out_.set, none, kSmallestPiece);
+        auto shares = share_pieces(pieces, balls, out_.set, none, kSmallestPiece, cuts_);
         const auto level = static_cast<std::uint8_t>(out_.nodes[n].level + 1);
         for (std::size_t i = 0; i < balls.size(); ++i) {
             if (shares[i].empty()) continue;
@@ -80,6 +82,7 @@ private:
     const BodyDepth& body_;
     WrappedNodes out_;
     std::vector<Ball> medial_;
+    CutLimit cuts_; // of a node's pieces
 };
 
 } // namespace

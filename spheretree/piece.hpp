@@ -49,6 +49,12 @@ public:
                 Piece{{middle, piece.corners[b], piece.corners[c]}, piece.triangle}};
     }
 
+    /// Takes back the cuts made since there were so many points.
+    void shrink(std::size_t points) {
+        points_.resize(points);
+        midpoints_.resize(points - vertex_count_);
+    }
+
 private:
     std::vector<Vec3> points_;                    // [vertex_count + midpoint_count] m
     std::vector<std::array<Index, 2>> midpoints_; // [midpoint_count] parents of points_[vertex_count + i]

@@ -11,7 +11,8 @@ namespace seldinger::spheretree {
 namespace {
 
 constexpr int kMostCuts = 40;
-constexpr std::size_t kFewBalls = 16; // so few are all looked at for every piece
+constexpr double kCoarser = 4.0, kWhole = 4.0; // of the smallest pieces: growth from try to try, and where pieces stay whole
+constexpr std::size_t kFewBalls = 16;          // so few are all looked at for every piece
 
 double reach(const PieceSet& set, const Piece& piece, const Vec3& centre) {
     double far_sq = 0.0;
@@ -101,6 +102,66 @@ Choice choose(const PieceSet& set, const Piece& piece, std::span<const Ball> bal
     return choice;
 }
 
+/// False: there would be more than `most` pieces.
+bool try_to_share(std::span<const Piece> pieces, std::span<Ball> balls, PieceSet& set, Lineage& above, double smallest, std::size_t most,
+                  std::vector<std::vector<Piece>>& shares) {
+    shares.assign(balls.size(), {});
+    Holders holders(pieces, balls, set);
+    std::vector<std::pair<Piece, int>> open;
+    std::size_t room = most > pieces.size() ? most - pieces.size() : 0; // every cut makes one more
+    for (const Piece& whole : pieces) {
+        const std::span<const Index> among = holders.of(whole);
+        open.assign(1, {whole, 0});
+        while (!open.empty()) {
+            const auto [piece, cuts] = open.back();
+            open.pop_back();
+            const Choice choice = choose(set, piece, balls, among, above);
+            if (choice.holder != kNoIndex) {
+                shares[choice.holder].push_back(piece);
+                continue;
+            }
+            int corner = 0;
+            const double edge = std::sqrt(set.longest_edge_sq(piece, corner));
+            if (cuts < kMostCuts && edge > smallest * balls[choice.cheapest].radius && edge > 0.0) {
+                if (room-- == 0) return false;
+                const auto halves = set.split(piece, corner);
+                open.emplace_back(halves[1], cuts + 1);
+                open.emplace_back(halves[0], cuts + 1);
+                continue;
+            }
+            balls[choice.cheapest].radius = std::max(balls[choice.cheapest].radius, choice.radius);
+            grow_above(set, piece, above, choice.cheapest);
+            shares[choice.cheapest].push_back(piece);
+        }
+    }
+    return true;
+}
+
+/// How many pieces cuts to `longest` [m] lead to; more than `most` are not counted.
+std::size_t count_cut(double longest, const PieceSet& set, std::span<const Piece> pieces, std::size_t most) {
+    std::size_t count = 0;
+    std::vector<std::array<Vec3, 3>> open;
+    for (const Piece& piece : pieces) {
+        open.push_back({set.point(piece.corners[0]), set.point(piece.corners[1]), set.point(piece.corners[2])});
+        while (!open.empty()) {
+            if (count + open.size() > most) return most + 1;
+            const auto [a, b, c] = open.back();
+            open.pop_back();
+            const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
+            const double edge = std::max({ab, bc, ca});
+            if (edge <= longest * longest) {
+                ++count;
+                continue;
+            }
+            const Vec3 &from = ab == edge ? a : bc == edge ? b : c, &to = ab == edge ? b : bc == edge ? c : a;
+            const Vec3 &tip = ab == edge ? c : bc == edge ? a : b, middle = 0.5 * (from + to);
+            open.push_back({from, middle, tip});
+            open.push_back({middle, to, tip});
+        }
+    }
+    return count;
+}
+
 } // namespace
 
 std::vector<Index> corners_of(std::span<const Piece> pieces) {
@@ -112,7 +173,11 @@ std::vector<Index> corners_of(std::span<const Piece> pieces) {
     return ids;
 }
 
-void cut_to(double longest, PieceSet& set, std::vector<Piece>& pieces) {
+void cut_to(double longest, PieceSet& set, std::vector<Piece>& pieces, CutLimit& limit) {
+    while (longest > 0.0 && count_cut(longest, set, pieces, limit.most) > limit.most) {
+        longest *= 2.0;
+        limit.reached = true;
+    }
     std::vector<Piece> kept, open(pieces.rbegin(), pieces.rend());
     while (!open.empty()) {
         const Piece piece = open.back();
@@ -130,33 +195,17 @@ void cut_to(double longest, PieceSet& set, std::vector<Piece>& pieces) {
 }
 
 std::vector<std::vector<Piece>> share_pieces(std::span<const Piece> pieces, std::span<Ball> balls, PieceSet& set, Lineage& above,
-                                             double smallest) {
-    std::vector<std::vector<Piece>> shares(balls.size());
-    Holders holders(pieces, balls, set);
-    std::vector<std::pair<Piece, int>> open;
-    for (const Piece& whole : pieces) {
-        const std::span<const Index> among = holders.of(whole);
-        open.assign(1, {whole, 0});
-        while (!open.empty()) {
-            const auto [piece, cuts] = open.back();
-            open.pop_back();
-            const Choice choice = choose(set, piece, balls, among, above);
-            if (choice.holder != kNoIndex) {
-                shares[choice.holder].push_back(piece);
-                continue;
-            }
-            int corner = 0;
-            const double edge = std::sqrt(set.longest_edge_sq(piece, corner));
-            if (cuts < kMostCuts && edge > smallest * balls[choice.cheapest].radius && edge > 0.0) {
-                const auto halves = set.split(piece, corner);
-                open.emplace_back(halves[1], cuts + 1);
-                open.emplace_back(halves[0], cuts + 1);
-                continue;
-            }
-            balls[choice.cheapest].radius = std::max(balls[choice.cheapest].radius, choice.radius);
-            grow_above(set, piece, above, choice.cheapest);
-            shares[choice.cheapest].push_back(piece);
-        }
+                                             double smallest, CutLimit& limit) {
+    std::vector<std::vector<Piece>> shares;
+    const std::vector<Ball> balls_before(balls.begin(), balls.end());
+    const std::vector<std::vector<Ball>> above_before = above.levels;
+    const std::size_t points_before = set.points().size();
+    while (!try_to_share(pieces, balls, set, above, smallest, limit.most, shares)) {
+        limit.reached = true;
+        std::copy(balls_before.begin(), balls_before.end(), balls.begin());
+        above.levels = above_before;
+        set.shrink(points_before);
+        smallest = smallest < kWhole ? kCoarser * smallest : std::numeric_limits<double>::infinity(); // at last, nothing is cut
     }
     return shares;
 }

@@ -5,6 +5,8 @@
 #include "spheretree/piece_sharing.hpp"
 #include "spheretree/wrapped_tree.hpp"
 
+#include <algorithm>
+
 namespace seldinger::spheretree {
 
 struct WrappedNode {
@@ -19,7 +21,14 @@ struct WrappedNode {
 struct WrappedNodes {
     std::vector<WrappedNode> nodes;
     PieceSet set{{}};
+    bool coarser = false; // as WrappedTree::coarser
 };
+
+/// Pieces that a tree of so many leaves may be cut into before they are shared out, and how many more there may be after.
+[[nodiscard]] constexpr std::size_t most_pieces(std::size_t leaves, std::size_t triangles) noexcept {
+    return std::max<std::size_t>(400 * leaves, 200'000) + 2 * triangles;
+}
+inline constexpr std::size_t kMoreOfShares = 3;
 
 /// Medial balls of a body: centres and depths.
 [[nodiscard]] std::vector<Ball> find_candidates(const TriMesh& surface, const BodyDepth& body, std::size_t samples);

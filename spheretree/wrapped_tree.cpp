@@ -5,6 +5,7 @@
 #include "spheretree/wrapped_nodes.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 
 namespace seldinger::spheretree {
@@ -44,6 +45,7 @@ WrappedTree flatten(WrappedNodes&& built) {
     }
     for (const Piece& piece : out.pieces) tree.items.push_back(piece.triangle);
     out.set = std::move(built.set);
+    out.coarser = built.coarser;
     return out;
 }
 
@@ -74,6 +76,13 @@ std::string triangles_at(const TriMesh& surface, Bad&& bad) {
     return list_ids(ids);
 }
 
+/// 1e+30
+std::string shortly(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
 Result<void> check_finite(const TriMesh& surface) {
     if (surface.triangles.empty()) return bad_mesh("the surface has no triangles");
     for (Index t = 0; t < surface.triangles.size(); ++t)
@@ -83,6 +92,9 @@ Result<void> check_finite(const TriMesh& surface) {
                                 std::to_string(surface.vertices.size()));
             if (!is_finite(surface.vertices[v]))
                 return bad_mesh("vertex " + std::to_string(v) + " of triangle " + std::to_string(t) + " is not finite");
+            if (const double largest = surface.vertices[v].cwiseAbs().maxCoeff(); largest > kLargestCoordinate)
+                return bad_mesh("vertex " + std::to_string(v) + " of triangle " + std::to_string(t) + " lies " + shortly(largest) +
+                                " from the origin; at most " + shortly(kLargestCoordinate) + " would be right");
         }
     return {};
 }
@@ -132,6 +144,18 @@ Result<void> check_surface_for(const TriMesh& surface, Builder builder) {
     if (report.signed_volume < 0.0)
         return bad_mesh("the surface is inside out (triangle 0 and all others), repair \"orient\" turns it; " + instead(builder));
     return {};
+}
+
+std::string describe_coarser(const TriMesh& surface) {
+    double area = 0.0;
+    for (const Triangle& t : surface.triangles) {
+        const Vec3& a = surface.vertices[t[0]];
+        area += 0.5 * (surface.vertices[t[1]] - a).cross(surface.vertices[t[2]] - a).norm();
+    }
+    const double size = surface.bounds().longest_edge();
+    return "the sphere tree is coarser than its depth allows: with a longest side of " + shortly(size) + " and an area of " +
+           shortly(area) + " the surface is " + shortly(size * size / area) +
+           " times as long as wide, too thin to be cut as finely as the spheres would need; they hold all of it";
 }
 
 Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOptions& options) {

@@ -29,6 +29,9 @@ enum class Builder : std::uint8_t {
 [[nodiscard]] std::string builder_names();
 [[nodiscard]] constexpr bool needs_closed(Builder builder) noexcept { return builder == Builder::Medial || builder == Builder::Hubbard; }
 
+/// Of a coordinate's size, in whatever unit. Volumes and their squares are taken of coordinates: beyond this they would overflow.
+inline constexpr double kLargestCoordinate = 1e30;
+
 struct WrappedOptions {
     Builder builder = Builder::Medial;
     unsigned branching = 8; // children of a sphere at most: 2 to 64; the octree has 8 whatever it says
@@ -41,13 +44,19 @@ struct WrappedTree {
     SphereTree tree;
     PieceSet set{{}};
     std::vector<Piece> pieces; // [item_count] beneath leaf s: pieces[item_begin[s] .. item_end[s])
+    /// The surface is so long and thin that it would have been cut into too many pieces: it was cut less, and spheres grew instead.
+    /// They still hold all of it.
+    bool coarser = false;
 };
 
 /// Fails (BadMesh, first bad triangles named, and the builder or the repair that would do) on an open, self-intersecting,
 /// inconsistently oriented or inverted surface where the builder needs a closed one; (BadMesh) on an empty or non-finite
-/// surface; (BadValue) on options out of range. Non-manifold edges and several components are fine.
+/// surface, or one beyond kLargestCoordinate; (BadValue) on options out of range. Non-manifold edges and several components are fine.
 /// Coordinates may be in any unit. The same input gives the same bits.
 [[nodiscard]] Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOptions& options = {});
+
+/// What WrappedTree::coarser means for a surface, with its numbers.
+[[nodiscard]] std::string describe_coarser(const TriMesh& surface);
 
 /// What build_wrapped_tree asks of a surface.
 [[nodiscard]] Result<void> check_surface_for(const TriMesh& surface, Builder builder);

@@ -20,6 +20,8 @@ namespace seldinger::engine {
 
 namespace {
 
+constexpr double kLeastUnit = 1e-12, kMostUnit = 1e12; // m
+
 struct PrepareRequest {
     std::filesystem::path mesh, out;
     std::string builder = "medial", unit = "m", repair;
@@ -34,10 +36,11 @@ Result<double> parse_unit(const std::string& text) {
     if (const auto known = find_unit(Dimension::Length, text)) return *known;
     char* end = nullptr;
     const double metres = std::strtod(text.c_str(), &end);
-    if (end != text.c_str() && *end == 0 && std::isfinite(metres) && metres > 0.0) return metres;
+    if (end != text.c_str() && *end == 0 && metres >= kLeastUnit && metres <= kMostUnit) return metres;
     std::vector<std::string_view> names;
     for (const UnitName& unit : known_units(Dimension::Length)) names.push_back(unit.name);
-    return bad_option("--unit", fmt::format("no unit '{}'; known: {}, or metres as a positive number", text, fmt::join(names, ", ")));
+    return bad_option("--unit", fmt::format("no unit '{}'; known: {}, or metres as a number from {:g} to {:g}", text,
+                                            fmt::join(names, ", "), kLeastUnit, kMostUnit));
 }
 
 Result<std::vector<Repair>> parse_repairs(const std::string& text) {

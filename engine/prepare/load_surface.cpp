@@ -103,13 +103,19 @@ std::string find_defect(const SurfaceReport& r, SurfaceUse use) {
     return "";
 }
 
+/// All digits: 10.00004 m is not "10 m", which would be right.
+std::string find_size_defect(double size, const Units& units) {
+    if (!(size >= kSmallestBody && size <= kLargestBody))
+        return fmt::format("its longest side is {} m (units.length is {}): bodies measure {:g} m to {:g} m; "
+                           "is \"unit\" of the surface right?",
+                           size, units.length_name, kSmallestBody, kLargestBody);
+    return "";
+}
+
 std::string find_size_defect(const TriMesh& mesh, const Units& units) {
     const Box3 box = mesh.bounds();
     const double size = box.longest_edge();
-    if (!(size >= kSmallestBody && size <= kLargestBody))
-        return fmt::format("its longest side is {:.6g} m (units.length is {}): bodies measure {:g} m to {:g} m; "
-                           "is \"unit\" of the surface right?",
-                           size, units.length_name, kSmallestBody, kLargestBody);
+    if (std::string defect = find_size_defect(size, units); !defect.empty()) return defect;
     const double away = box.centre().cwiseAbs().maxCoeff();
     if (away > kFarthest * size)
         return fmt::format("it lies {:.3g} m from the origin, {:.3g} times its size: its shape is lost to rounding", away, away / size);
@@ -141,6 +147,12 @@ Result<const anatomy::Anatomy*> PatientShelf::find(const anatomy::Recipe& recipe
 
 Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, PatientShelf& shelf) {
     const std::string key = "bodies." + body.name + ".surface";
+    if (body.surface.source == SurfaceSource::Shape && body.surface.shape.kind == ShapeKind::Tube) { // too long: not worth making
+        Box3 axis;
+        for (const Vec3& p : body.surface.shape.axis) axis.add(body.scale * p);
+        if (const double least = axis.longest_edge(); least > kLargestBody)
+            return scene_error(scene, key, find_size_defect(least, scene.units), ErrorCode::BadValue);
+    }
     Result<TriMesh> mesh = make_mesh(body.surface, shelf);
     if (!mesh.ok()) {
         if (!mesh.error().file.empty()) return mesh.error(); // the mesh file's own line says more than the scene's

@@ -27,6 +27,9 @@ namespace {
 constexpr std::string_view kKind = "spheres";
 /// m; nothing that a catheter meets is larger or smaller: more is a mistaken unit, most likely.
 constexpr double kSmallestBody = 1e-3, kLargestBody = 3.0;
+constexpr double kSmallestSide = 1e-30;                          // m; squares of smaller volumes would underflow
+constexpr double kRounding = 1e-12;                              // of a size: areas and volumes that small are what rounding left
+constexpr std::size_t kMostPerVertex = 32, kFewTriangles = 1000; // triangles
 
 /// Smallest angle between two faces of any tet.
 double min_dihedral_deg(const TetMesh& mesh) {
@@ -44,13 +47,49 @@ double min_dihedral_deg(const TetMesh& mesh) {
     return std::acos(std::clamp(largest_cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi;
 }
 
+/// Triangles that all hang on a few vertices lie upon each other: crossings among them would be looked for pair by pair.
+std::string find_crowd(const TriMesh& surface) {
+    const std::size_t triangles = surface.triangles.size(), most = std::max(kFewTriangles, kMostPerVertex * surface.vertices.size());
+    if (triangles <= most) return "";
+    return fmt::format("{} triangles share {} vertices; a surface has about 2 a vertex; at most {} would be right here; "
+                       "repairs \"drop_degenerate,drop_duplicates\" remove those that lie upon others",
+                       triangles, surface.vertices.size(), most);
+}
+
+/// What a surface lacks to be worth spheres: a size, an area, or a volume where the builder fills one. Empty: nothing.
+std::string find_lack(const MeshPreparation& made, spheretree::Builder builder) {
+    const TriMesh& surface = made.surface;
+    const double size = surface.bounds().longest_edge();
+    if (size == 0.0) return "all vertices lie at one point: the surface has no area";
+    if (!(size >= kSmallestSide))
+        return fmt::format("the longest side is {:g} m; at least {:g} m would be right: is --unit right?", size, kSmallestSide);
+    double area = 0.0; // m^2
+    for (const Triangle& t : surface.triangles)
+        area += 0.5 * (surface.vertices[t[1]] - surface.vertices[t[0]]).cross(surface.vertices[t[2]] - surface.vertices[t[0]]).norm();
+    if (!(area > kRounding * size * size))
+        return fmt::format("the surface has no area: {:g} m^2 with a longest side of {:g} m; more than {:g} m^2 would be right", area, size,
+                           kRounding * size * size);
+    const double least = kRounding * area * size; // m^3
+    if (spheretree::needs_closed(builder) && !(made.dense.signed_volume > least))
+        return fmt::format("the surface holds no volume: {:g} m^3 within {:g} m^2; more than {:g} m^3 would be right; "
+                           "builder \"shell\" takes flat ones",
+                           made.dense.signed_volume, area, least);
+    return "";
+}
+
 Result<void> load(const std::filesystem::path& file, const PrepareOptions& options, MeshPreparation& made) {
     ReadOptions read;
     read.weld = true;
     Result<TriMesh> mesh = read_surface(file, read);
     if (!mesh.ok()) return mesh.error();
-    for (Vec3& v : mesh->vertices) v *= options.unit;
     const auto bad = [&](std::string message) { return Error{ErrorCode::BadMesh, std::move(message), file.string()}; };
+    for (std::size_t i = 0; i < mesh->vertices.size(); ++i) { // before the repairs, which multiply coordinates too
+        Vec3& v = mesh->vertices[i];
+        v *= options.unit;
+        if (const double largest = v.cwiseAbs().maxCoeff(); largest > spheretree::kLargestCoordinate)
+            return bad(fmt::format("vertex {} lies {:.6g} m from the origin (unit {:g} m); at most {:g} m would be right", i, largest,
+                                   options.unit, spheretree::kLargestCoordinate));
+    }
     if (!options.repairs.empty()) {
         const Result<RepairReport> repaired = apply_repairs(*mesh, options.repairs);
         if (!repaired.ok()) return bad(repaired.error().message);
@@ -59,8 +98,10 @@ Result<void> load(const std::filesystem::path& file, const PrepareOptions& optio
     drop_unreferenced_vertices(*mesh);
     made.surface = std::move(*mesh);
     made.dense = inspect_surface(made.surface);
+    if (std::string crowd = find_crowd(made.surface); !crowd.empty()) return bad(std::move(crowd));
     const Result<void> sound = spheretree::check_surface_for(made.surface, options.spheres.builder);
     if (!sound.ok()) return bad(sound.error().message);
+    if (std::string lacking = find_lack(made, options.spheres.builder); !lacking.empty()) return bad(std::move(lacking));
     made.self_intersections = find_self_intersections(made.surface, 0).count;
     const double size = made.surface.bounds().longest_edge();
     if (!(size >= kSmallestBody && size <= kLargestBody))
@@ -123,7 +164,7 @@ std::string pack(const MeshPreparation& made) {
     Payload payload;
     payload.put_tree(made.spheres);
     payload.put(made.quality.levels);
-    payload.put(std::vector<double>{made.quality.volume_ratio, made.sphere_seconds, made.sphere_peak_mb});
+    payload.put(std::vector<double>{made.quality.volume_ratio, made.sphere_seconds, made.sphere_peak_mb, made.spheres_coarser ? 1.0 : 0.0});
     return payload.bytes();
 }
 
@@ -131,11 +172,12 @@ bool unpack(std::string bytes, MeshPreparation& made) {
     Payload payload(std::move(bytes));
     spheretree::SphereTree tree;
     std::vector<double> numbers;
-    if (!payload.get_tree(tree) || !payload.get(made.quality.levels) || !payload.get(numbers) || numbers.size() != 3) return false;
+    if (!payload.get_tree(tree) || !payload.get(made.quality.levels) || !payload.get(numbers) || numbers.size() != 4) return false;
     made.spheres = std::move(tree);
     made.quality.volume_ratio = numbers[0];
     made.sphere_seconds = numbers[1];
     made.sphere_peak_mb = numbers[2];
+    made.spheres_coarser = numbers[3] != 0.0;
     return true;
 }
 
@@ -157,6 +199,7 @@ Result<void> make_spheres(const PrepareOptions& options, MeshPreparation& made) 
     if (!built.ok()) return built.error();
     made.sphere_seconds = 1e-3 * watch.lap_ms();
     made.sphere_peak_mb = peak_mb();
+    made.spheres_coarser = built->coarser;
     made.spheres = std::move(built->tree);
     const bool solid = made.dense.closed() && made.dense.oriented() && made.dense.signed_volume > 0.0 &&
                        options.spheres.builder != spheretree::Builder::Shell;
@@ -186,6 +229,7 @@ Result<MeshPreparation> prepare_mesh(const std::filesystem::path& file, const Pr
         error.file = file.string();
         return error;
     }
+    if (made.spheres_coarser) made.notes.push_back(spheretree::describe_coarser(made.surface));
     progress("coarse model and links");
     make_coarse_model(options, made);
     progress("chromatic sets");

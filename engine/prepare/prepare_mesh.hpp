@@ -44,8 +44,8 @@ struct MeshPreparation {
     std::optional<Links> links;
     spheretree::SphereTree spheres;
     spheretree::TreeQuality quality;
-    double sphere_seconds = 0.0, sphere_peak_mb = 0.0; // building alone; the process's largest memory at that time
-    bool spheres_from_cache = false;
+    double sphere_seconds = 0.0, sphere_peak_mb = 0.0;        // building alone; the process's largest memory at that time
+    bool spheres_from_cache = false, spheres_coarser = false; // the second as WrappedTree::coarser, with a note
     std::size_t colours = 0;
     double colour_seconds = 0.0;
     std::vector<std::string> notes; // repairs with counts; what could not be made and why

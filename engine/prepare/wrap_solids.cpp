@@ -14,18 +14,30 @@ namespace {
 
 constexpr std::string_view kKind = "wrapped";
 
-Result<spheretree::SphereTree> make_tree(const TriMesh& surface, const spheretree::WrappedOptions& options) {
+Result<spheretree::SphereTree> make_tree(const TriMesh& surface, const spheretree::WrappedOptions& options, BodySummary& summary) {
+    const auto tell = [&](bool coarser) {
+        if (coarser) summary.notes.push_back(spheretree::describe_coarser(surface));
+    };
     ContentHash hash;
     hash.feed(maker_version());
     hash.feed(surface);
     hash.feed(spheretree::builder_name(options.builder));
     const std::string key = hash.hex();
     spheretree::SphereTree tree;
-    if (auto bytes = read_cache(kKind, key); bytes && Payload(std::move(*bytes)).get_tree(tree)) return tree;
+    if (auto bytes = read_cache(kKind, key)) {
+        Payload payload(std::move(*bytes));
+        std::vector<double> coarser; // one number
+        if (payload.get_tree(tree) && payload.get(coarser) && coarser.size() == 1) {
+            tell(coarser[0] != 0.0);
+            return tree;
+        }
+    }
     Result<spheretree::WrappedTree> built = spheretree::build_wrapped_tree(surface, options);
     if (!built.ok()) return built.error();
     Payload payload;
     payload.put_tree(built->tree);
+    payload.put(std::vector<double>{built->coarser ? 1.0 : 0.0});
+    tell(built->coarser);
     write_cache(kKind, key, payload.bytes());
     return std::move(built->tree);
 }
@@ -34,7 +46,7 @@ Result<spheretree::SphereTree> make_tree(const TriMesh& surface, const spheretre
 Result<spheretree::SphereTree> wrap(const TriMesh& surface, BodySummary& summary) {
     const Result<void> medial = spheretree::check_surface_for(surface, spheretree::Builder::Medial);
     if (!medial.ok()) summary.notes.push_back("sphere tree of shell balls: " + medial.error().message);
-    return make_tree(surface, {.builder = medial.ok() ? spheretree::Builder::Medial : spheretree::Builder::Shell});
+    return make_tree(surface, {.builder = medial.ok() ? spheretree::Builder::Medial : spheretree::Builder::Shell}, summary);
 }
 
 } // namespace

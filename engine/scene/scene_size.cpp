@@ -19,6 +19,35 @@ Error fail(const CheckContext& context, const std::string& key, std::string mess
     return error_at(context, place != context.positions.end() ? place->second : TextPosition{}, key, std::move(message));
 }
 
+/// The number that makes a shape fine: its key and the value.
+struct Fineness {
+    const char* key;
+    int* value;
+};
+Fineness fineness_of(ShapeSpec& shape) noexcept {
+    if (shape.kind == ShapeKind::Box) return {"cells", &shape.cells};
+    if (shape.kind == ShapeKind::Sphere) return {"subdivisions", &shape.subdivisions};
+    return {"sides", &shape.sides};
+}
+
+std::optional<Error> check_shape(const CheckContext& context, const SceneBody& body) {
+    ShapeSpec shape = body.surface.shape;
+    const bool long_kind = shape.kind == ShapeKind::Tube || shape.kind == ShapeKind::Torus;
+    const bool costly = long_kind || body.hollow || body.kind == BodyKind::Deformable;
+    if (body.surface.source != SurfaceSource::Shape || shape.kind == ShapeKind::Vessels || !costly) return std::nullopt;
+    const std::size_t found = count_triangles(shape);
+    if (found <= kMostShapeTriangles) return std::nullopt;
+    const std::string what = describe_size(shape), surface = "bodies." + body.name + ".surface";
+    const Fineness fineness = fineness_of(shape);
+    while (*fineness.value > 3 && count_triangles(shape) > kMostShapeTriangles) --*fineness.value;
+    if (count_triangles(shape) > kMostShapeTriangles)
+        return fail(context, surface, fmt::format("found {}: {} triangles; at most {} would be right", what, found, kMostShapeTriangles));
+    const std::string key = surface + "." + fineness.key;
+    return fail(context, context.positions.contains(key) ? key : surface,
+                fmt::format("found {}: {} triangles; at most {} would be right, \"{}\": {}", what, found, kMostShapeTriangles, fineness.key,
+                            *fineness.value));
+}
+
 } // namespace
 
 std::size_t count_triangles(const ShapeSpec& shape) noexcept {
@@ -62,6 +91,8 @@ std::optional<Error> check_scene_size(const CheckContext& context, const Scene& 
                     fmt::format("found {}: {} triangles, and {} with what stands before; at most {} in the scene would be right", what,
                                 count, triangles, kMostTriangles));
     };
+    for (const SceneBody& body : scene.bodies)
+        if (auto error = check_shape(context, body)) return error;
     for (const SceneBody& body : scene.bodies)
         if (body.surface.source == SurfaceSource::Shape)
             if (auto error =

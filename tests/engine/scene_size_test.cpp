@@ -72,6 +72,23 @@ TEST(SceneSize, SkinsOfInstrumentsCount) {
     EXPECT_EQ(refusal(text + "}}").key, "instruments.w9");
 }
 
+TEST(SceneSize, AShapeOfTooManyTrianglesIsRefusedBeforeItIsMade) {
+    const std::string hollow = R"("kind": "static", "hollow": true)", tube = R"("shape": "tube", "axis": [[0, 0, 0, 4], [0, 0, 90, 4]])";
+    const Error error = refusal(kHead + body("tube", tube + sides(1000), hollow) + "}}");
+    EXPECT_EQ(error.key, "bodies.tube.surface.sides");
+    EXPECT_TRUE(says(error, "4998000 triangles; at most 1000000 would be right, \"sides\": 236")) << error.to_string();
+    EXPECT_EQ(refusal(kHead + body("a", kLargestBox, R"("kind": "static", "hollow": true)") + "}}").key, "bodies.a.surface.cells");
+    EXPECT_TRUE(parse_scene(kHead + body("tube", tube + sides(200), hollow) + "}}", "scenes/test.json").ok());
+}
+
+TEST(SceneSize, ATubeThatIsALittleTooLongIsToldWithAllItsDigits) {
+    const std::string tube = R"("shape": "tube", "axis": [[0, 0, 0, 20], [0, 0, 10000.01, 20]])";
+    const auto prepared = prepare_scene(parsed(kHead + body("tube", tube) + "}}"));
+    ASSERT_FALSE(prepared.ok());
+    EXPECT_TRUE(says(prepared.error(), "longest side is 10.00001")) << prepared.error().to_string();
+    EXPECT_TRUE(says(prepared.error(), "bodies measure 0.0001 m to 10 m"));
+}
+
 TEST(SceneSize, MoreThanAThousandBodiesAreRefused) {
     std::string text = kHead;
     for (int i = 0; i <= 1000; ++i) text += (i > 0 ? ", " : "") + body("b" + std::to_string(i), R"("shape": "sphere", "radius": 5)");

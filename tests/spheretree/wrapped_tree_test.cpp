@@ -174,6 +174,26 @@ TEST(WrappedTree, NonManifoldClosedSurfacesWork) {
     expect_wrapped(mesh, {Builder::Medial, 8, 2}, 5);
 }
 
+TEST(WrappedTree, NeedlesAreCutIntoSoManyPiecesAndNoMore) {
+    TriMesh needle = make_box(Vec3(1, 1, 1));
+    needle.vertices.back() = Vec3::Constant(1e6);
+    for (const Builder builder : {Builder::Octree, Builder::Shell}) {
+        SCOPED_TRACE(builder_name(builder));
+        const auto built = build_wrapped_tree(needle, {builder, 8, 1});
+        ASSERT_TRUE(built.ok());
+        EXPECT_LT(built->pieces.size(), 700'000U);
+        std::size_t outside = 0;
+        for (Index s = built->tree.level_begin[1]; s < built->tree.level_begin[2]; ++s)
+            for (Index k = built->tree.item_begin[s]; k < built->tree.item_end[s]; ++k)
+                for (const Index corner : built->pieces[k].corners)
+                    outside +=
+                        (built->set.point(corner) - built->tree.spheres[s].centre).norm() > built->tree.spheres[s].radius * (1 + 1e-12);
+        EXPECT_EQ(outside, 0U);
+        EXPECT_EQ(built->coarser, builder == Builder::Shell);
+    }
+    EXPECT_FALSE(build_wrapped_tree(make_straight_tube(0.001, 0.5), {Builder::Medial, 8, 2})->coarser);
+}
+
 TEST(WrappedTree, ClosedOrgansOfTheTestDataAreHeld) {
     std::size_t seen = 0;
     for (const char* name : {"organs/sofa_liver.obj", "organs/sofa_liver2.obj", "stanford/armadillo_1k_sofa.obj",
