@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <string>
 
@@ -14,6 +15,13 @@ namespace seldinger::fem {
 namespace {
 
 Error bad_mesh(std::string message) { return {.code = ErrorCode::BadMesh, .message = std::move(message)}; }
+
+/// Six digits whatever its size.
+std::string short_number(double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", number);
+    return text;
+}
 
 std::string name_tet(std::size_t tet, const Tet& nodes) {
     return "tet " + std::to_string(tet) + " (nodes " + std::to_string(nodes[0]) + ", " + std::to_string(nodes[1]) + ", " +
@@ -67,8 +75,10 @@ Result<TetShape> make_shape(const TetMesh& mesh, std::size_t tet) {
         for (int j = i + 1; j < 4; ++j) longest_sq = std::max(longest_sq, (mesh.vertices[t[i]] - mesh.vertices[t[j]]).squaredNorm());
     for (int k = 0; k < 3; ++k) edges.col(k) = mesh.vertices[t[k + 1]] - mesh.vertices[t[0]];
     const double volume = edges.determinant() / 6.0;
+    if (!std::isfinite(longest_sq))
+        return bad_mesh(name_tet(tet, t) + " is too large: the square of its longest edge is beyond any number");
     if (!(std::abs(volume) > kFlatTetRatio * longest_sq * std::sqrt(longest_sq)))
-        return bad_mesh(name_tet(tet, t) + " is flat: volume " + std::to_string(volume) + " m^3");
+        return bad_mesh(name_tet(tet, t) + " is flat: volume " + short_number(volume) + " m^3");
     if (volume < 0.0) return bad_mesh(name_tet(tet, t) + " is inverted: swap two of its nodes");
     const Mat3 inverse = edges.inverse();
     TetShape shape{};

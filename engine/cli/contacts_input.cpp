@@ -1,5 +1,6 @@
 #include "engine/cli/contacts_input.hpp"
 
+#include "engine/cli/taken_files.hpp"
 #include "engine/io/read_surface.hpp"
 
 #include <fmt/format.h>
@@ -58,12 +59,7 @@ Result<void> check_outputs(const ContactsRequest& request) {
         {"--out", request.out}, {"--stats", request.stats}, {"--dump", request.dump}};
     for (const auto& [option, file] : outputs) {
         if (file.empty()) continue;
-        for (const std::filesystem::path& other : taken) {
-            std::error_code unknown; // a file that is not there yet is like none
-            if (std::filesystem::equivalent(file, other, unknown) ||
-                std::filesystem::path(file).lexically_normal() == other.lexically_normal())
-                return bad_usage(fmt::format("{} is read, or written by another option; another file is wanted", file), option);
-        }
+        if (const auto fine = check_not_taken(file, taken, option); !fine.ok()) return fine;
         taken.emplace_back(file);
     }
     return {};

@@ -1,13 +1,14 @@
 // `cost`: what accuracy costs in time, and what a budget costs in accuracy.
 #include "engine/cli/commands.hpp"
-#include "engine/cli/interrupt.hpp"
 #include "engine/cli/job_pool.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
+#include "engine/io/printable.hpp"
 #include "engine/observe/cost_page.hpp"
 #include "engine/observe/cost_parts.hpp"
 #include "engine/observe/cost_variants.hpp"
 #include "engine/observe/output_folder.hpp"
+#include "engine/time/interrupt.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -103,7 +104,7 @@ class Measurement {
 public:
     Measurement(const CostRequest& request, const Scene& scene, ProgressLine& progress)
         : request_(request), scene_(scene), progress_(progress),
-          out_(request.out.empty() ? std::filesystem::path("out") / (scene.name + "-cost") : request.out) {}
+          out_(request.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene.name) + "-cost") : request.out) {}
 
     Result<void> prepare(const std::vector<NamedBudget>& budgets, const std::vector<std::pair<std::string, Scene>>& variants) {
         auto prepared = prepare_scene(scene_, [&](const std::string& what) { progress_.show("preparing " + what); });
@@ -227,21 +228,22 @@ int measure(const CostRequest& request, const std::vector<NamedBudget>& budgets,
     const auto variants = read_variants(request.variants, scene);
     if (!variants) return report_error(variants.error());
     Measurement measurement(request, scene, progress);
-    catch_interrupts();
+    if (request.only >= 0) answer_interrupts_silently();
+    const InterruptHold hold(InterruptHold::Then::OwnerEnds); // finished runs are kept
     const auto prepare = [&] {
         const auto prepared = measurement.prepare(budgets, *variants);
         if (!prepared) progress.clear();
         return prepared;
     };
     if (request.only >= 0) { // the folder is held by the process that shares its work
-        if (const auto prepared = prepare(); !prepared) return report_error(prepared.error());
+        if (const auto prepared = prepare(); !prepared) return interrupt_requested() ? kExitInterrupted : report_error(prepared.error());
         return measurement.measure_one_row();
     }
     std::error_code none;
     const bool goes_on = request.resume && std::filesystem::is_directory(measurement.out() / output_name::kParts, none);
     const auto folder = OutputFolder::open(measurement.out(), request.force || goes_on);
     if (!folder.ok()) return report_error(folder.error());
-    if (const auto prepared = prepare(); !prepared) return report_error(prepared.error());
+    if (const auto prepared = prepare(); !prepared) return interrupt_requested() ? kExitInterrupted : report_error(prepared.error());
     return measurement.measure();
 }
 

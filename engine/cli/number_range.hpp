@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -13,6 +14,17 @@ namespace seldinger::engine {
 [[nodiscard]] inline CLI::Validator number_range(double least, double most) {
     const auto no_nan = [](std::string& text) { return std::isnan(std::strtod(text.c_str(), nullptr)) ? text + " is no number" : ""; };
     return CLI::Range(least, most) & CLI::Validator(no_nan, "");
+}
+
+/// 0, which means something of its own, or a number from least to most.
+[[nodiscard]] inline CLI::Validator zero_or_range(double least, double most) {
+    const auto check = [least, most](std::string& text) -> std::string {
+        char* end = nullptr;
+        const double number = std::strtod(text.c_str(), &end);
+        if (end != text.c_str() && *end == '\0' && (number == 0.0 || (number >= least && number <= most))) return {};
+        return fmt::format("found {}; 0, or {:g} to {:g}, would be right", text, least, most);
+    };
+    return {check, fmt::format("0 or [{:g} - {:g}]", least, most)};
 }
 
 } // namespace seldinger::engine

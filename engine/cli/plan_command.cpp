@@ -1,6 +1,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/io/printable.hpp"
 #include "engine/observe/output_folder.hpp"
 #include "engine/observe/plan_files.hpp"
 #include "engine/scene/scene.hpp"
@@ -90,7 +91,7 @@ int plan(const PlanOptions& options) {
     PlanRecord record{*scene, *prepared, options.target, inspect_route(*instrument.route, instrument.rod.design.radius), {}};
     if (const auto bends = check_bends(*scene, record.route, options.target); !bends.ok()) return report_error(bends.error());
     const std::filesystem::path out =
-        options.out.empty() ? std::filesystem::path("out") / (scene->name + "-to-" + options.target) : options.out;
+        options.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene->name) + "-to-" + options.target) : options.out;
     const auto folder = OutputFolder::open(out, options.force);
     if (!folder.ok()) return report_error(folder.error());
     const double time_limit =

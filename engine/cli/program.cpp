@@ -1,5 +1,7 @@
 #include "engine/cli/commands.hpp"
+#include "engine/io/printable.hpp"
 #include "engine/scene/nearest.hpp"
+#include "engine/time/interrupt.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -16,7 +18,7 @@
 namespace seldinger::engine {
 
 int report_error(const Error& error) {
-    std::fputs(fmt::format("error: {}\n", error.to_string()).c_str(), stderr); // fmt::print throws where nobody can read it
+    std::fputs(fmt::format("error: {}\n", printable(error.to_string())).c_str(), stderr); // fmt::print throws where nobody can read it
     return kExitBadInput;
 }
 
@@ -34,6 +36,15 @@ static std::optional<Error> check_command(const CLI::App& app, int argc, char** 
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) known.push_back(command->get_name());
     if (std::find(known.begin(), known.end(), argv[1]) != known.end()) return std::nullopt;
     return Error{ErrorCode::BadUsage, refuse_unknown("command", argv[1], known) + "; --help describes them"};
+}
+
+/// An empty value would be taken for an option that was not given: in a script it is a variable that was not set.
+static std::optional<Error> check_values(const CLI::App& command) {
+    for (const CLI::Option* option : command.get_options())
+        for (const std::string& value : option->results())
+            if (value.empty())
+                return Error{ErrorCode::BadUsage, "found an empty value; give it one, or leave it out", {}, 0, 0, option->get_name()};
+    return std::nullopt;
 }
 
 int run_program(int argc, char** argv) {
@@ -55,6 +66,9 @@ int run_program(int argc, char** argv) {
         return code == 0 ? kExitFine : kExitBadInput; // help and version end with 0
     }
     std::signal(SIGXFSZ, SIG_IGN); // a file beyond the system's limit is then an error of its write
+    catch_interrupts();
+    for (const Command& command : commands)
+        if (const auto empty = command.app->parsed() ? check_values(*command.app) : std::nullopt) return report_error(*empty);
     try {
         for (const Command& command : commands)
             if (command.app->parsed()) return end_output(command.run());

@@ -1,15 +1,17 @@
 #include "engine/cli/commands.hpp"
-#include "engine/cli/interrupt.hpp"
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/cli/taken_files.hpp"
 #include "engine/gpu/attach_culler.hpp"
 #include "engine/io/atomic_file.hpp"
+#include "engine/io/printable.hpp"
 #include "engine/observe/grant_record.hpp"
 #include "engine/observe/observer.hpp"
 #include "engine/observe/output_folder.hpp"
 #include "engine/observe/trace.hpp"
 #include "engine/step/checkpoint.hpp"
 #include "engine/step/model_hash.hpp"
+#include "engine/time/interrupt.hpp"
 #include "engine/time/pacer.hpp"
 
 #include <CLI/CLI.hpp>
@@ -180,6 +182,20 @@ int judge_replay(const RunOptions& options, const GrantRecord& record, const Tak
     return kExitFine;
 }
 
+/// Before anything is done: a record must not be written over what the run reads.
+Result<void> check_record_place(const RunOptions& options, const Scene& scene) {
+    std::vector<std::filesystem::path> taken{options.scene};
+    for (const std::filesystem::path& file : {options.path, options.replay})
+        if (!file.empty()) taken.push_back(file);
+    for (const SceneBody& body : scene.bodies)
+        for (const std::filesystem::path& file : {body.surface.file, body.coarse.file})
+            if (!file.empty()) taken.push_back(file);
+    for (const SceneInstrument& instrument : scene.instruments)
+        if (!instrument.path_file.empty()) taken.push_back(instrument.path_file);
+    if (auto fine = check_not_taken(options.record_grants, taken, "--record-grants"); !fine.ok()) return fine;
+    return check_place(options.record_grants, "--record-grants");
+}
+
 Result<void> write_record(const RunOptions& options, const PreparedScene& prepared, const Simulator& simulator, GrantRecord& record) {
     record.model_hash = hash_model(prepared.model);
     record.scene = prepared.model.name;
@@ -192,7 +208,7 @@ Result<void> write_record(const RunOptions& options, const PreparedScene& prepar
 int simulate(const RunOptions& options, const Scene& scene, const PreparedScene& prepared, const GrantRecord* replay,
              ProgressLine& progress) {
     ObserveOptions observe;
-    observe.out = options.out.empty() ? std::filesystem::path("out") / scene.name : options.out;
+    observe.out = options.out.empty() ? std::filesystem::path("out") / safe_file_name(scene.name) : options.out;
     observe.force = options.force;
     observe.record = options.record;
     observe.pictures = options.pictures;
@@ -206,10 +222,10 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
         observe.resumed_from = &simulator.state();
     }
     const std::uint64_t first_step = simulator.state().step;
+    const InterruptHold hold(InterruptHold::Then::OwnerEnds); // what was done is written
     auto observer = RunObserver::open(scene, prepared, observe);
     if (!observer.ok()) return report_error(observer.error());
 
-    catch_interrupts();
     if (const std::string culler = attach_culler(simulator); !culler.empty()) fmt::print(stderr, "notice: {}\n", culler);
     GrantRecord record;
     StepTrace trace;
@@ -221,13 +237,13 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     progress.clear();
     if (pacer) (*observer)->set_pace(pacer->spec(), pacer->stats());
     if (!taken.ok()) return report_error(taken.error());
+    if (!options.record_grants.empty()) // before what makes the run look finished
+        if (const auto written = write_record(options, prepared, simulator, record); !written.ok()) return report_error(written.error());
     const auto summary = (*observer)->finish(simulator, 1e-3 * watch.elapsed_ms(), taken->interrupted);
     if (!summary.ok()) return report_error(summary.error());
     if (options.trace)
         if (const auto written = write_file_atomically(observe.out / output_name::kTrace, trace.text()); !written.ok())
             return report_error(written.error());
-    if (!options.record_grants.empty())
-        if (const auto written = write_record(options, prepared, simulator, record); !written.ok()) return report_error(written.error());
     for (const std::string& notice : (*observer)->notices()) fmt::print(stderr, "notice: {}\n", notice);
     for (const std::string& note : simulator.cull_notes()) fmt::print(stderr, "notice: {}\n", note);
     print_summary(*summary, prepared, observe.out);
@@ -248,7 +264,7 @@ int run(const RunOptions& options) {
     const Result<void> overridden = apply_overrides(options, *scene);
     if (!overridden.ok()) return report_error(overridden.error());
     if (!options.record_grants.empty())
-        if (const auto fits = check_place(options.record_grants, "--record-grants"); !fits.ok()) return report_error(fits.error());
+        if (const auto fits = check_record_place(options, *scene); !fits.ok()) return report_error(fits.error());
     std::optional<GrantRecord> replay;
     if (!options.replay.empty()) {
         auto record = read_grant_record(options.replay);
@@ -280,7 +296,7 @@ Command add_run_command(CLI::App& app) {
     command
         ->add_option("--pace", options.pace,
                      "simulated seconds in a second: 1 is real time, 0 as fast as it goes; as the scene says when absent")
-        ->check(number_range(0.0, 1e3));
+        ->check(zero_or_range(1e-3, 1e3));
     command->add_option(
         "--path", options.path,
         "CSV t,insertion,rotation (or NAME.insertion,NAME.rotation of several instruments) in the scene's units, instead of the "
@@ -289,7 +305,7 @@ Command add_run_command(CLI::App& app) {
     CLI::Option* replay =
         command->add_option("--replay", options.replay, "repeat the run of such a file bit for bit, under its budget")->excludes(budget);
     command->add_option("--checkpoint-every", options.checkpoint_every, "write checkpoint.bin every so many steps, and at the end")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
     command
         ->add_option("--resume", options.resume,
                      "go on from such a file, or from the output folder that holds it, up to step -n counted from the first run's start")

@@ -135,10 +135,13 @@ Verdict verify_one(const Case& one, bool write, ProgressLine& progress, std::vec
 
 int verify(const VerifyRequest& request) {
     const std::filesystem::path list = request.list.empty() ? find_list() : request.list;
+    if (!request.page.empty())
+        if (const auto fits = check_place(request.page, "--page"); !fits.ok()) return report_error(fits.error());
     const auto cases = load_cases(list, request.write);
     if (!cases.ok()) return report_error(cases.error());
     ProgressLine progress(!request.quiet);
     std::size_t different = 0;
+    bool page_failed = false;
     std::vector<RegressionOutcome> outcomes;
     for (const Case& one : *cases) {
         const Verdict verdict = verify_one(one, request.write, progress, outcomes);
@@ -149,12 +152,13 @@ int verify(const VerifyRequest& request) {
         const std::filesystem::path page = request.page.empty() ? std::filesystem::path(kDifferencesPage) : request.page;
         std::error_code not_made; // then the page cannot be written either, which is said
         if (request.page.empty()) std::filesystem::create_directories(page.parent_path(), not_made);
-        if (const auto written = write_file_atomically(page, regression_page(outcomes)); !written)
-            report_error(written.error()); // what differs has been said already
-        else
+        if (const auto written = write_file_atomically(page, regression_page(outcomes)); !written) {
+            report_error(written.error());
+            page_failed = true; // what differs has been said, and counts more
+        } else
             fmt::print("page     {}\n", page.string());
     }
-    if (different == 0) return kExitFine;
+    if (different == 0) return page_failed ? kExitBadInput : kExitFine;
     fmt::print(stderr, "error: {} of {} scenes differ from their references; where that is meant, --write-references writes them anew\n",
                different, cases->size());
     return kExitDiffers;

@@ -1,7 +1,7 @@
 #include "engine/cli/commands.hpp"
-#include "engine/cli/interrupt.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/gpu/attach_culler.hpp"
+#include "engine/time/interrupt.hpp"
 #include "engine/viewer/page_file.hpp"
 #include "engine/viewer/server.hpp"
 
@@ -63,7 +63,7 @@ int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& p
     session.apply(viewer::FollowScript{options.script});
     auto server = viewer::Server::open(scene, prepared, session, exchange, {options.address, options.port, std::move(page)});
     if (!server.ok()) return report_error(server.error());
-    catch_interrupts();
+    const InterruptHold hold(InterruptHold::Then::OwnerEnds); // the run's figures are told
     fmt::print("{}\n", (*server)->url());
     if (!options.quiet) fmt::print("open this address in a browser; Ctrl-C ends the run\n");
     std::fflush(stdout);
@@ -108,7 +108,8 @@ Command add_view_command(CLI::App& app) {
     ViewOptions& options = *view_options;
     CLI::App* command = app.add_subcommand("view", "Serve a page on which a person drives the scene's instrument");
     command->add_option("scene", options.scene, "scene file (JSON)")->required();
-    command->add_option("--port", options.port, "port to listen at; a free one where none is given");
+    command->add_option("--port", options.port, "port to listen at; a free one where none is given")
+        ->check(CLI::Range(0, 65535)); // before it is read as a number of 16 bits
     command->add_option("--address", options.address, "address to listen at; another than 127.0.0.1 lets other machines in");
     command->add_option("--budget", options.budget, "at the start, per step: a time (1ms, 250us), work:TESTS, or exact");
     command->add_option("-n,--steps", options.steps, "end after so many steps")

@@ -61,7 +61,7 @@ Result<std::vector<Plot>> draw_plots(const std::vector<Sketch>& sketches, const 
     for (const PlotData& file : data)
         if (Result<void> written = write_file_atomically(folder->path() / file.name, file.text); !written) return written.error();
     if (Result<void> written = write_file_atomically(folder->path() / "plots.gp", script_of(sketches)); !written) return written.error();
-    const Result<ProcessOutcome> outcome = run_process(*gnuplot, {"-d", "plots.gp"}, folder->path(), kTimeLimit);
+    const Result<ProcessOutcome> outcome = run_process(*gnuplot, {"-d", "plots.gp"}, folder->path(), kTimeLimit, OnInterrupt::Finish);
     if (!outcome) return outcome.error();
     const Error failed{.code = ErrorCode::ToolFailed,
                        .message = "gnuplot drew nothing: " +

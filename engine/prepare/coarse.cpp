@@ -4,6 +4,7 @@
 #include "base/topology.hpp"
 #include "engine/io/weld.hpp"
 #include "engine/prepare/cache.hpp"
+#include "engine/time/interrupt.hpp"
 
 #include <fmt/format.h>
 
@@ -84,7 +85,7 @@ Result<TetMesh> mesh_with_retries(const TriMesh& dense, const CoarseOptions& opt
     for (const double share : kShares) {
         const auto wanted = static_cast<std::size_t>(share * static_cast<double>(options.surface_triangles));
         Result<TetMesh> mesh = simplify_and_mesh(dense, std::max(wanted, kLeastTriangles), options.tetgen);
-        if (!mesh && !worth_another_try(mesh.error())) return mesh;
+        if (!mesh && (interrupt_requested() || !worth_another_try(mesh.error()))) return mesh;
         const double flatness = mesh ? find_flatness(*mesh) : -1.0;
         if (!best || flatness > best_flatness) {
             best_flatness = flatness;

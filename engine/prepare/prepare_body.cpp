@@ -177,9 +177,22 @@ private:
     static void take(std::size_t& room, std::size_t count) noexcept { room -= std::min(room, count); }
 };
 
+/// TetGen would run until its time or memory ends: a mesh of tetrahedra no larger than that has at least so many.
+Result<void> check_max_volume(const Scene& scene, const SceneBody& body, const TriMesh& surface, const Room& room) {
+    if (!body.coarse.file.empty() || body.coarse.lattice || !(body.coarse.max_volume > 0.0)) return {};
+    const double volume = std::abs(signed_volume(surface)), count = volume / body.coarse.max_volume;
+    if (!(count > static_cast<double>(room.tets))) return {};
+    return scene_error(
+        scene, "bodies." + body.name + ".coarse.max_volume",
+        fmt::format("{:.3g} mm^3 asks for {:.3g} tetrahedra or more of a body of {:.3g} mm^3, and at most {} would be taken; "
+                    "{:.3g} mm^3 or more would be right",
+                    1e9 * body.coarse.max_volume, count, 1e9 * volume, room.tets, 1e9 * volume / static_cast<double>(room.tets)));
+}
+
 Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const Room& room, BodyModel& model, TetMesh& coarse,
                             BodySummary& summary) {
     const std::string key = "bodies." + body.name;
+    if (const Result<void> sized = check_max_volume(scene, body, model.surface, room); !sized.ok()) return sized;
     Result<TetMesh> mesh = make_coarse(body, model.surface, summary.notes);
     if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
     if (mesh->tets.size() > room.tets)

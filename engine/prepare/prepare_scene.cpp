@@ -21,6 +21,8 @@ namespace {
 constexpr double kLargestClearanceShare = 0.25;
 /// Of the clearance: what counts as touching stays well below it, or every rest would be a contact.
 constexpr double kLargestDistanceShare = 0.2;
+/// [-]; an insertion that is the bound but for this is not beyond it.
+constexpr double kRounding = 1e-9;
 /// Links of the sphere chain per rod segment: at the node and midway to the next.
 constexpr std::size_t kLinksPerSegment = 2;
 
@@ -194,6 +196,35 @@ ContactSettings make_contact(const Scene& scene) {
     return contact;
 }
 
+/// What make_contact and move_hands take less of than the scene says, at the vessel that the instrument moves in.
+void note_bounds(const Scene& scene, PreparedScene& prepared) {
+    const std::vector<InstrumentModel>& instruments = prepared.model.instruments;
+    if (instruments.empty()) return;
+    const auto by_radius = [](const InstrumentModel& a, const InstrumentModel& b) { return a.rod.design.radius < b.rod.design.radius; };
+    const InstrumentModel& thinnest = *std::min_element(instruments.begin(), instruments.end(), by_radius);
+    const ContactSettings& contact = prepared.model.contact;
+    std::vector<std::string>& notes = prepared.bodies[thinnest.lumen].notes;
+    if (contact.clearance < scene.contact.clearance)
+        notes.push_back(fmt::format("contact.clearance {:.4g} mm lowered to {:.4g} mm, {:g} of the radius of {}: with more of it thin "
+                                    "instruments would not fit",
+                                    1e3 * scene.contact.clearance, 1e3 * contact.clearance, kLargestClearanceShare, thinnest.name));
+    if (contact.exact_distance < scene.contact.exact_distance)
+        notes.push_back(fmt::format("contact.exact_distance {:.4g} mm lowered to {:.4g} mm, {:g} of the clearance of {:.4g} mm: with more "
+                                    "of it every rest on a wall would be a contact",
+                                    1e3 * scene.contact.exact_distance, 1e3 * contact.exact_distance, kLargestDistanceShare,
+                                    1e3 * contact.clearance));
+    for (const InstrumentModel& instrument : instruments) {
+        const double bound = instrument.rod.design.length - 2.0 * instrument.rod.segment; // move_hands goes no farther
+        double asked = instrument.inserted;
+        for (const DriveRow& row : instrument.path) asked = std::max(asked, row.insertion);
+        if (asked > bound * (1.0 + kRounding))
+            prepared.bodies[instrument.lumen].notes.push_back(
+                fmt::format("{} is to be inserted {:.4g} mm, and {:.4g} mm are taken: two segments of {:.4g} mm of its length of "
+                            "{:.4g} mm stay at the port",
+                            instrument.name, 1e3 * asked, 1e3 * bound, 1e3 * instrument.rod.segment, 1e3 * instrument.rod.design.length));
+    }
+}
+
 void fill_settings(const Scene& scene, SceneModel& model) {
     model.name = scene.name;
     model.file = scene.file.string();
@@ -244,6 +275,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress
         if (!done.ok()) return done.error();
     }
     if (const Result<void> flows = prepare_blood(scene, coarse, shelf, prepared); !flows.ok()) return flows.error();
+    note_bounds(scene, prepared);
     prepared.seconds = 1e-3 * watch.elapsed_ms();
     return prepared;
 }

@@ -9,7 +9,7 @@
 #include <fcntl.h>
 #include <fstream>
 #include <optional>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -41,6 +41,19 @@ std::string read_tail(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// In the child, between fork and exec: system calls alone. Returns only when one failed; errno says why.
+void become(const char* program, char* const* words, const char* folder, pid_t parent, const sigset_t& mask) {
+    const rlimit memory{kMemoryLimit, kMemoryLimit}, no_core{0, 0};
+    if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) return; // whatever ends the parent ends this too
+    if (getppid() != parent) _exit(1);                 // it ended before the line above
+    if (setpgid(0, 0) != 0 || setrlimit(RLIMIT_AS, &memory) != 0 || setrlimit(RLIMIT_CORE, &no_core) != 0 || chdir(folder) != 0) return;
+    const int nothing = open("/dev/null", O_RDONLY), log = open(kLogName, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    if (nothing < 0 || log < 0 || dup2(nothing, STDIN_FILENO) < 0) return;
+    if (dup2(log, STDOUT_FILENO) < 0 || dup2(log, STDERR_FILENO) < 0) return;
+    sigprocmask(SIG_SETMASK, &mask, nullptr);
+    execve(program, words, environ);
+}
+
 /// Starts the program in its own process group with its output in the log, or returns the system's reason.
 Result<pid_t> start(const std::filesystem::path& program, const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
     std::vector<std::string> words{program.string()};
@@ -49,35 +62,43 @@ Result<pid_t> start(const std::filesystem::path& program, const std::vector<std:
     for (std::string& word : words) pointers.push_back(word.data());
     pointers.push_back(nullptr);
 
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, kLogName, O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-    posix_spawnattr_setpgroup(&attributes, 0);
-    pid_t child = 0;
-    const int failure = posix_spawn(&child, program.c_str(), &actions, &attributes, pointers.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failure != 0) return tool_failed("could not start " + program.string() + ": " + std::strerror(failure));
-    const rlimit memory{kMemoryLimit, kMemoryLimit}, no_core{0, 0};
-    prlimit(child, RLIMIT_AS, &memory, nullptr);
-    prlimit(child, RLIMIT_CORE, &no_core, nullptr);
+    const auto failed = [&](int reason) { return tool_failed("could not start " + program.string() + ": " + std::strerror(reason)); };
+    int pipe_ends[2]; // closed by exec: what comes through it is the reason why there was none
+    if (pipe2(pipe_ends, O_CLOEXEC) != 0) return failed(errno);
+    sigset_t all, mask;
+    sigfillset(&all);
+    sigprocmask(SIG_SETMASK, &all, &mask); // our handlers are none of the child's business
+    const pid_t parent = getpid(), child = fork();
+    if (child == 0) {
+        become(program.c_str(), pointers.data(), folder.c_str(), parent, mask);
+        const int reason = errno;
+        _exit(write(pipe_ends[1], &reason, sizeof reason) == sizeof reason ? 126 : 127);
+    }
+    const int not_forked = errno;
+    sigprocmask(SIG_SETMASK, &mask, nullptr);
+    close(pipe_ends[1]);
+    int reason = 0;
+    ssize_t told = 0;
+    while (child > 0 && (told = read(pipe_ends[0], &reason, sizeof reason)) < 0 && errno == EINTR) {
+    }
+    close(pipe_ends[0]);
+    if (child < 0) return failed(not_forked);
+    if (told > 0) {
+        waitpid(child, nullptr, 0);
+        return failed(reason);
+    }
     return child;
 }
 
-/// The child's status, or nothing when the limit passed first. Counts its own naps, each at least the nominal one.
-std::optional<int> wait_for(pid_t child, double time_limit) {
+/// The child's status, or nothing when the limit or an interruption came first. Counts its own naps, each at least the nominal one.
+std::optional<int> wait_for(pid_t child, double time_limit, OnInterrupt on_interrupt) {
     const double naps = std::ceil(time_limit * 1e9 / kPollNanoseconds);
     for (double nap = 0.0; nap <= naps; ++nap) {
         int status = 0;
         const pid_t ended = waitpid(child, &status, WNOHANG);
         if (ended == child) return status;
         if (ended < 0 && errno != EINTR) return 0;
+        if (on_interrupt == OnInterrupt::Kill && interrupt_requested()) break;
         const timespec pause{0, kPollNanoseconds};
         nanosleep(&pause, nullptr);
     }
@@ -104,13 +125,15 @@ Result<std::filesystem::path> find_program(const std::string& name, const std::s
 }
 
 Result<ProcessOutcome> run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                                   const std::filesystem::path& folder, double time_limit) {
+                                   const std::filesystem::path& folder, double time_limit, OnInterrupt on_interrupt) {
+    const InterruptHold hold(InterruptHold::Then::End);
     const Result<pid_t> child = start(program, arguments, folder);
     if (!child) return child.error();
     ProcessOutcome outcome;
-    std::optional<int> status = wait_for(*child, time_limit);
+    std::optional<int> status = wait_for(*child, time_limit, on_interrupt);
     if (!status) {
-        outcome.timed_out = true;
+        outcome.interrupted = on_interrupt == OnInterrupt::Kill && interrupt_requested();
+        outcome.timed_out = !outcome.interrupted;
         kill(-*child, SIGKILL);
         int ended = 0;
         while (waitpid(*child, &ended, 0) < 0 && errno == EINTR) {
@@ -124,15 +147,16 @@ Result<ProcessOutcome> run_process(const std::filesystem::path& program, const s
 }
 
 Result<TemporaryFolder> TemporaryFolder::make() {
+    InterruptHold hold(InterruptHold::Then::End); // from before the folder is there
     std::error_code failure;
     const std::filesystem::path parent = std::filesystem::temp_directory_path(failure);
     std::string name = ((failure ? std::filesystem::path("/tmp") : parent) / "seldinger-XXXXXX").string();
     if (!mkdtemp(name.data()))
         return Error{.code = ErrorCode::CannotWrite, .message = "no temporary folder: " + std::string(std::strerror(errno)), .file = name};
-    return TemporaryFolder(name);
+    return TemporaryFolder(name, std::move(hold));
 }
 
-TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+TemporaryFolder::TemporaryFolder(TemporaryFolder&& other) noexcept : hold_(std::move(other.hold_)), path_(std::exchange(other.path_, {})) {}
 
 TemporaryFolder::~TemporaryFolder() {
     std::error_code ignored;

@@ -1,8 +1,10 @@
-// Runs one external program to its end or to a time limit, without a shell.
+// Runs one external program to its end, to a time limit, or until somebody interrupts us, without a shell. It never outlives us.
 #pragma once
 
 #include "base/result.hpp"
+#include "engine/time/interrupt.hpp"
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -11,19 +13,27 @@ namespace seldinger::engine {
 
 struct ProcessOutcome {
     bool timed_out = false;
-    int exit_code = -1; // when it ended by itself
-    int signal = 0;     // when it was killed by one
-    std::string output; // the last few KiB of stdout and stderr together
+    bool interrupted = false; // then it was killed, too
+    int exit_code = -1;       // when it ended by itself
+    int signal = 0;           // when it was killed by one
+    std::string output;       // the last few KiB of stdout and stderr together
 };
 
 /// Absolute path of a program in PATH (or of a path given as such); MissingTool otherwise.
 [[nodiscard]] Result<std::filesystem::path> find_program(const std::string& name, const std::string& package);
 
+/// What a request to end (engine/time/interrupt.hpp) means to a program that runs.
+enum class OnInterrupt : std::uint8_t {
+    Kill,
+    Finish // it is short, and part of what an interrupted run writes
+};
+
 /// Runs in `folder`; kills the whole process group at the limit. ToolFailed only when it could not be started.
 [[nodiscard]] Result<ProcessOutcome> run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                                                 const std::filesystem::path& folder, double time_limit);
+                                                 const std::filesystem::path& folder, double time_limit,
+                                                 OnInterrupt on_interrupt = OnInterrupt::Kill);
 
-/// A private folder under the system's temporary one, removed with everything in it when this goes.
+/// A private folder under the system's temporary one, removed with everything in it when this goes, also when interrupted.
 class TemporaryFolder {
 public:
     [[nodiscard]] static Result<TemporaryFolder> make();
@@ -33,7 +43,8 @@ public:
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
 
 private:
-    explicit TemporaryFolder(std::filesystem::path path) : path_(std::move(path)) {}
+    TemporaryFolder(std::filesystem::path path, InterruptHold hold) : hold_(std::move(hold)), path_(std::move(path)) {}
+    InterruptHold hold_; // goes last
     std::filesystem::path path_;
 };
 

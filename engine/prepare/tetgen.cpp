@@ -52,7 +52,7 @@ std::string write_off(const TriMesh& surface, const UnitFrame& frame) {
 std::string write_switches(const TetgenOptions& o, const UnitFrame& frame) {
     std::string text = fmt::format("-pMq{:.6f}/{:.6f}", o.max_radius_edge_ratio, o.min_dihedral_degrees);
     if (o.keep_surface) text += "Y";
-    if (o.max_volume > 0.0) text += fmt::format("a{:.15f}", o.max_volume / (frame.size * frame.size * frame.size));
+    if (o.max_volume > 0.0) text += fmt::format("a{:.25f}", o.max_volume / (frame.size * frame.size * frame.size));
     return text;
 }
 
@@ -68,6 +68,7 @@ Result<void> check_outcome(const ProcessOutcome& outcome, double time_limit) {
     const auto failed = [&](const std::string& how) {
         return Error{.code = ErrorCode::ToolFailed, .message = "TetGen " + how + "; its last words: " + last_words(outcome.output)};
     };
+    if (outcome.interrupted) return failed("was interrupted");
     if (outcome.timed_out) return failed(fmt::format("was stopped after {} s", time_limit));
     if (outcome.signal != 0) return failed(fmt::format("was ended by signal {}", outcome.signal));
     if (outcome.exit_code != 0) return failed(fmt::format("ended with exit code {}", outcome.exit_code));

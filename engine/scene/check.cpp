@@ -1,5 +1,6 @@
 #include "engine/scene/check.hpp"
 
+#include "engine/io/printable.hpp"
 #include "engine/scene/nearest.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@ namespace {
 constexpr std::size_t kMaxNameLength = 64;
 constexpr double kLargestCount = 9007199254740992.0; // 2^53: beyond it whole numbers are not exact
 
-std::string in_quotes(std::string_view key) { return fmt::format("\"{:.60}\"", key); }
+std::string in_quotes(std::string_view key) { return printable(fmt::format("\"{:.60}\"", key)); }
 
 class Checker {
 public:
@@ -140,6 +141,8 @@ private:
     std::optional<Error> text(const JsonNode& node, const ValueSpec& spec, const std::string& path) const {
         if (node.type != JsonType::Text) return mismatch(node, spec, path);
         if (node.text.empty()) return fail(node.at, path, "found an empty string; a name would be right");
+        if (has_control_characters(node.text)) // a terminal would obey them, a zero byte would end a message
+            return fail(node.at, path, fmt::format("found {}; text without control characters would be right", in_quotes(node.text)));
         return std::nullopt;
     }
 

@@ -1,4 +1,5 @@
 #include "engine/scene/nearest.hpp"
+#include "engine/io/printable.hpp"
 #include "engine/scene/reader.hpp"
 #include "engine/scene/recipe.hpp"
 #include "engine/scene/scene_size.hpp"
@@ -345,7 +346,7 @@ std::optional<Error> check_body_count(const CheckContext& context, const Values&
 
 std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& scene) {
     scene.units = context.units;
-    scene.name = root.has("name") ? root.text("name") : scene.file.stem().string();
+    scene.name = root.has("name") ? root.text("name") : printable(scene.file.stem().string());
     if (auto error = read_time(context, root.object("time"), scene.time)) return error;
     if (auto error = read_budget(context, root, scene.budget)) return error;
     if (auto error = read_gravity(context, root, scene.gravity)) return error;

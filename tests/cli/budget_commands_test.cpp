@@ -211,6 +211,18 @@ TEST_F(Verify, ADifferenceIsFiveAndNamed) {
     EXPECT_TRUE(differs.says("wire")) << differs;
 }
 
+TEST_F(Verify, APageThatCannotBeWrittenIsTwoUnlessSomethingDiffers) {
+    write("tube.json", kTube);
+    const fs::path list = write("list.txt", "tube.json 2 1e-9\n");
+    ASSERT_TRUE(ended_with(call({"verify", list, "--write-references"}), 0));
+    EXPECT_TRUE(refuses(call({"verify", list, "--page", "/dev/full"}), "/dev/full: cannot be written: No space left on device"));
+    const Ended nowhere = call({"verify", list, "--page", folder / "nowhere/x.html"});
+    EXPECT_TRUE(refuses(nowhere, "nowhere/x.html: --page: its folder does not exist"));
+    EXPECT_FALSE(nowhere.says("same")) << "refused before the runs";
+    write("tube.json", with(kTube, "[0.2, 26, 0.4]", "[0.2, 26.1, 0.4]"));
+    EXPECT_TRUE(ended_with(call({"verify", list, "--page", "/dev/full"}), 5));
+}
+
 TEST_F(Verify, BadListsScenesAndReferencesAreTwo) {
     write("tube.json", kTube);
     EXPECT_TRUE(refuses(call({"verify", folder / "none.txt"}), "none.txt"));

@@ -1,0 +1,133 @@
+// Values that once passed without a word: empty ones, names that are paths or terminal codes, files named twice, settings that are
+// not taken as they stand.
+#include "program.hpp"
+
+namespace seldinger::cli_test {
+namespace {
+
+class Values : public Program {
+protected:
+    /// In a folder of its own, as a user who gives no --out.
+    Ended call_in_folder(const std::string& arguments) const {
+        const std::string command = "cd '" + folder.string() + "' && exec '" SELDINGER_PROGRAM "' " + arguments + " > stdout 2> stderr";
+        Ended ended;
+        ended.exit_code = WEXITSTATUS(std::system(command.c_str()));
+        ended.out = text_of(folder / "stdout");
+        ended.err = text_of(folder / "stderr");
+        return ended;
+    }
+    [[nodiscard]] std::string notes() const { return summary()["bodies"][0]["notes"].dump(); }
+    fs::path scene = write("tube.json", kTube);
+};
+
+std::string named(const std::string& name) { return with(kTube, "\"name\": \"tube\"", "\"name\": \"" + name + "\""); }
+
+TEST_F(Values, ThatAreEmptyAreRefusedByTheirOptionsName) {
+    const std::string file = scene.string();
+    for (const char* option : {"--resume", "--replay", "--path", "--budget", "--record-grants", "--out", "--steps", "--pace"})
+        EXPECT_TRUE(refuses(call({"run", file, option, ""}), option));
+    for (const char* option : {"--resume", "--path", "--out"})
+        EXPECT_TRUE(refuses(call({"run", file, option, ""}),
+                            std::string("error: ") + option + ": found an empty value; give it one, or leave it out"));
+    for (const char* option : {"--port", "--address", "--budget", "--page"}) EXPECT_TRUE(refuses(call({"view", file, option, ""}), option));
+    EXPECT_TRUE(refuses(call({"verify", "--page", ""}), "--page"));
+    EXPECT_TRUE(refuses(call({"prepare", "x.obj", "--repair", ""}), "--repair"));
+    EXPECT_TRUE(refuses(call({"contacts", "a.obj", ""}), "meshes"));
+    EXPECT_TRUE(refuses(call({"run", ""}), "scene: found an empty value"));
+    EXPECT_TRUE(refuses(call({"explain", ""}), "scene: found an empty value"));
+    EXPECT_TRUE(refuses(call({"cost", file, "--variants", ""}), "--variants"));
+}
+
+TEST_F(Values, OfNumbersAreRefusedWithTheirRange) {
+    const std::string file = scene.string();
+    EXPECT_TRUE(refuses(call({"view", file, "--port", "65536"}), "65536 not in range 0 to 65535"));
+    const Ended none = call({"run", file, "--checkpoint-every", "0"});
+    EXPECT_TRUE(refuses(none, "0 not in range 1 to 1000000000"));
+    EXPECT_LT(none.all().size(), 200u) << none;
+    for (const char* pace : {"1e-300", "1e-4", "1001", "-1", "nan", "inf", "fast", "1x"})
+        EXPECT_TRUE(refuses(call({"run", file, std::string("--pace=") + pace}), "0, or 0.001 to 1000, would be right")) << pace;
+    for (const char* pace : {"0", "1000"}) EXPECT_TRUE(ended_with(run(scene, {"-n", "1", "--force", "--pace", pace}), 0)) << pace;
+    EXPECT_FALSE(fs::exists(folder / "x"));
+}
+
+TEST_F(Values, ANameIsNoPath) {
+    write("far.json", named("../../evil name"));
+    ASSERT_TRUE(ended_with(call_in_folder("run far.json -n 1 --no-pictures --quiet"), 0));
+    EXPECT_TRUE(fs::exists(folder / "out/______evil_name/summary.json"));
+    write("long.json", named(std::string(300, 'a')));
+    ASSERT_TRUE(ended_with(call_in_folder("run long.json -n 1 --no-pictures --quiet"), 0));
+    EXPECT_TRUE(fs::exists(folder / "out" / std::string(64, 'a') / "summary.json"));
+    ASSERT_TRUE(ended_with(call_in_folder("cost far.json -n 1 --budgets exact --quiet"), 0));
+    EXPECT_TRUE(fs::exists(folder / "out/______evil_name-cost/cost.json"));
+}
+
+TEST_F(Values, ControlCharactersReachNoTerminal) {
+    for (const auto& [written, shown] : std::vector<std::pair<std::string, std::string>>{
+             {"\\u001b[31m", "\"\\u001b[31m\""}, {"a\\nb", "\"a\\u000ab\""}, {"\\u0000a", "\"\\u0000a\""}, {"\\u009bA", "\"\\u009bA\""}}) {
+        const Ended ended = call({"run", write("name.json", named(written)), "--out", out()});
+        EXPECT_TRUE(refuses(ended, "name.json:2:13: name: found " + shown + "; text without control characters would be right"));
+    }
+    const Ended key = call({"run", write("key.json", with(kTube, "\"name\"", "\"\\u001b[31mname\"")), "--out", out()});
+    EXPECT_TRUE(refuses(key, "\\u001b[31mname"));
+    EXPECT_EQ(key.err.find('\x1b'), std::string::npos);
+    EXPECT_EQ(call({"run", "no\x1b[31mfile.json"}).err.find('\x1b'), std::string::npos);
+    EXPECT_TRUE(ended_with(call({"run", write("name.json", named("Läufer 7")), "--out", out(), "-n", "1", "--no-pictures"}), 0));
+}
+
+TEST_F(Values, ARecordIsNotWrittenOverWhatTheRunReads) {
+    const fs::path path = write("path.csv", "t,insertion,rotation\n0,20,0\n0.2,26,0.4\n");
+    fs::create_symlink(scene, folder / "link.json");
+    for (const fs::path& file : {scene, folder / "link.json", folder / "./tube.json", path}) {
+        EXPECT_TRUE(refuses(run(scene, {"-n", "1", "--path", path, "--record-grants", file}),
+                            "--record-grants: " + file.string() + " is read, or written by another option"));
+        EXPECT_FALSE(fs::exists(out()));
+    }
+    EXPECT_EQ(text_of(scene), kTube);
+    ASSERT_TRUE(ended_with(run(scene, {"-n", "2", "--record-grants", folder / "grants"}), 0));
+    const std::string grants = text_of(folder / "grants");
+    EXPECT_TRUE(refuses(run(scene, {"--force", "--replay", folder / "grants", "--record-grants", folder / "grants"}), "--record-grants"));
+    EXPECT_EQ(text_of(folder / "grants"), grants);
+}
+
+TEST_F(Values, ARecordThatCannotBeWrittenLeavesNothingThatLooksFinished) {
+    EXPECT_TRUE(refuses(run(scene, {"-n", "2", "--record-grants", "/dev/full"}), "/dev/full: cannot be written"));
+    EXPECT_FALSE(fs::exists(out() / "summary.json"));
+    EXPECT_FALSE(fs::exists(out() / "report.html"));
+    EXPECT_FALSE(fs::exists(out() / "steps.csv"));
+}
+
+TEST_F(Values, ThatAreNotTakenAsTheyStandAreTold) {
+    const std::string wide = "\"contact\": {\"clearance\": 0.3, \"exact_distance\": 0.1}, \"budget\": \"exact\"";
+    const std::string deep = with(with(kTube, "\"budget\": \"exact\"", wide), "[0.2, 26, 0.4]", "[10, 100, 0.4]");
+    const fs::path file = write("deep.json", deep);
+    const std::vector<std::string> told = {
+        "contact.clearance 0.3 mm lowered to 0.125 mm, 0.25 of the radius of wire: ",
+        "contact.exact_distance 0.1 mm lowered to 0.025 mm, 0.2 of the clearance of 0.125 mm: ",
+        "wire is to be inserted 100 mm, and 90 mm are taken: two segments of 5 mm of its length of 100 mm stay at the port"};
+    ASSERT_TRUE(ended_with(run(file, {"-n", "1"}), 0));
+    const std::string report = text_of(out() / "report.html");
+    for (const std::string& note : told) {
+        EXPECT_NE(notes().find(note), std::string::npos) << notes();
+        EXPECT_NE(report.find(note), std::string::npos) << note;
+    }
+    const Ended explained = call({"explain", file});
+    ASSERT_TRUE(ended_with(explained, 0));
+    for (const std::string& note : told) EXPECT_NE(explained.out.find(note), std::string::npos) << explained;
+    ASSERT_TRUE(ended_with(run(scene, {"-n", "1", "--force"}), 0));
+    EXPECT_EQ(notes().find("lowered"), std::string::npos) << notes();
+    EXPECT_EQ(notes().find("inserted"), std::string::npos) << notes();
+}
+
+TEST_F(Values, BeyondAnyMeasureAreSaidInFewDigits) {
+    write("far.vtk", "# vtk DataFile Version 3.0\nfar\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0\n1 0 0\n0 1 0\n0 0 1e308\n"
+                     "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n");
+    const Ended ended = call({"explain", write("far.json", R"({"units": {"length": "mm", "pressure": "kPa"},
+        "time": {"step": 0.01, "duration": 0.02}, "bodies": {"cube": {"kind": "deformable", "surface": {"shape": "box",
+        "extent": [20, 20, 20]}, "material": {"young_modulus": 20, "density": 1000}, "coarse": {"file": "far.vtk", "unit": "m"}}},
+        "effects": ["elasticity"]})")});
+    EXPECT_TRUE(refuses(ended, "tet 0 (nodes 0, 1, 2, 3) is too large"));
+    EXPECT_LT(ended.err.size(), 250u) << ended;
+}
+
+} // namespace
+} // namespace seldinger::cli_test
