@@ -5,10 +5,10 @@ import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { Fluoroscope } from "./fluoroscope";
+import { makeDots, makeTarget, setDots } from "./marks";
 import { Surface } from "./surface";
 import type { Frame, Model, PartShape, SceneMessage } from "./protocol";
 
-const kDeepest = 2e-4;          // m, where the colours of contacts end
 const kSphereColours = [0x4ade80, 0xf87171, 0xfbbf24].map((hex) => new THREE.Color(hex));
 const kSlowDraw = 24;           // ms of drawing; slower pictures are drawn more simply, then with fewer pixels
 const kQuickDraw = 10;          // quicker ones get more of them: 1.2 times a side, 1.44 times the work
@@ -17,7 +17,6 @@ const kProbeEvery = 8;          // pictures; only then the page waits for the dr
 const kRest = 3;                // in software from one picture to the next, times of drawing one: queued pictures would make a hand wait
 const kLongestRest = 60;        // ms
 const kThinnestLine = 2;        // of the pixels that are drawn; a thinner one has gaps
-const kFewestDots = 256;        // that there is room for
 const kTail = 0.035;            // m around the tip in the tip's view
 
 export interface Picked { body: number; vertex: number; point: THREE.Vector3 }
@@ -387,69 +386,4 @@ function drawsOnTheCpu(): boolean {
     const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     gl.getExtension("WEBGL_lose_context")?.loseContext();
     return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
-}
-
-function makeDots(): THREE.Points {
-    const material = new THREE.ShaderMaterial({
-        transparent: true, depthTest: false, depthWrite: false, uniforms: { deepest: { value: kDeepest }, ratio: { value: 1 } },
-        vertexShader: /* glsl */ `
-            attribute float depth;
-            uniform float deepest;
-            uniform float ratio;
-            varying float vDepth;
-            void main() {
-                vDepth = clamp(depth / deepest, 0.0, 1.0);
-                gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-                gl_PointSize = (8.0 + 5.0 * vDepth) * ratio;
-            }`,
-        fragmentShader: /* glsl */ `
-            varying float vDepth;
-            void main() {
-                float r = length(gl_PointCoord - 0.5);
-                if (r > 0.5) discard;
-                vec3 colour = vDepth < 0.5 ? mix(vec3(0.99, 0.91, 0.42), vec3(0.98, 0.52, 0.16), 2.0 * vDepth)
-                                           : mix(vec3(0.98, 0.52, 0.16), vec3(0.84, 0.05, 0.35), 2.0 * vDepth - 1.0);
-                gl_FragColor = vec4(mix(vec3(0.04), colour, smoothstep(0.5, 0.38, r)), 1.0);
-            }`,
-    });
-    const dots = new THREE.Points(new THREE.BufferGeometry(), material);
-    setDots(dots.geometry, new Float32Array(0));
-    dots.renderOrder = 70;
-    dots.frustumCulled = false;
-    return dots;
-}
-
-/// x, y, z, depth of each. The buffers on the card stay; only where more dots come than ever before larger ones take their place.
-function setDots(geometry: THREE.BufferGeometry, dots: Float32Array): void {
-    let buffer = (geometry.getAttribute("position") as THREE.InterleavedBufferAttribute | undefined)?.data;
-    if (buffer === undefined || buffer.array.length < dots.length) {
-        geometry.dispose();
-        buffer = new THREE.InterleavedBuffer(new Float32Array(Math.max(kFewestDots * 4, 2 * dots.length)), 4).setUsage(THREE.DynamicDrawUsage);
-        geometry.setAttribute("position", new THREE.InterleavedBufferAttribute(buffer, 3, 0));
-        geometry.setAttribute("depth", new THREE.InterleavedBufferAttribute(buffer, 1, 3));
-    }
-    (buffer.array as Float32Array).set(dots);
-    buffer.clearUpdateRanges();
-    buffer.addUpdateRange(0, dots.length);
-    buffer.needsUpdate = true;
-    geometry.setDrawRange(0, dots.length / 4);
-}
-
-function makeTarget(): THREE.Sprite {
-    const canvas = document.createElement("canvas");
-    canvas.width = canvas.height = 64;
-    const pen = canvas.getContext("2d")!;
-    pen.lineWidth = 5;
-    pen.strokeStyle = "#ffb020";
-    pen.beginPath();
-    pen.arc(32, 32, 20, 0, 2 * Math.PI);
-    pen.stroke();
-    pen.fillStyle = "#ffb020";
-    pen.beginPath();
-    pen.arc(32, 32, 5, 0, 2 * Math.PI);
-    pen.fill();
-    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false, sizeAttenuation: false }));
-    sprite.scale.setScalar(0.03);
-    sprite.renderOrder = 65;
-    return sprite;
 }
