@@ -67,18 +67,18 @@ inline testing::AssertionResult says(const Error& error, const std::string& piec
 }
 
 /// A folder of its own that goes away again.
-class TemporaryFolder {
+class SceneFolder {
 public:
-    TemporaryFolder() {
+    SceneFolder() {
         std::string name = (std::filesystem::temp_directory_path() / "seldinger-scene-XXXXXX").string();
         path_ = mkdtemp(name.data());
     }
-    ~TemporaryFolder() {
+    ~SceneFolder() {
         std::error_code ignored;
         std::filesystem::remove_all(path_, ignored);
     }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    SceneFolder(const SceneFolder&) = delete;
+    SceneFolder& operator=(const SceneFolder&) = delete;
 
     [[nodiscard]] std::filesystem::path write(const std::string& name, const std::string& text) const {
         std::ofstream(path_ / name, std::ios::binary) << text;

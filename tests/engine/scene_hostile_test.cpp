@@ -83,7 +83,7 @@ TEST(HostileScenes, ManyDuplicateKeysAreFoundInTime) {
 }
 
 TEST(HostileScenes, AHundredMegabytesOfGarbageAreNotRead) {
-    const TemporaryFolder folder;
+    const SceneFolder folder;
     const auto file = folder.write("big.json", "");
     std::filesystem::resize_file(file, 100'000'000); // zero bytes
     const auto scene = read_scene(file);
@@ -100,7 +100,7 @@ TEST(HostileScenes, AnEndlessStringIsNotRepeated) {
 }
 
 TEST(HostileScenes, AFolderOrNoFileIsNamed) {
-    const TemporaryFolder folder;
+    const SceneFolder folder;
     for (const auto& path : {folder.path(), folder.path() / "none.json"}) {
         const auto scene = read_scene(path);
         ASSERT_FALSE(scene.ok());

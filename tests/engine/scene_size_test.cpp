@@ -98,7 +98,7 @@ TEST(SceneSize, MoreThanAThousandBodiesAreRefused) {
 }
 
 TEST(SceneSize, AFileIsRefusedOnceItIsReadAndNothingElseIsMade) {
-    const TemporaryFolder folder;
+    const SceneFolder folder;
     std::string obj;
     for (int i = 0; i < 5000; ++i)
         obj += "v " + std::to_string(i) + " 0 0\nv " + std::to_string(i) + " 1 0\nv " + std::to_string(i) + " 0 1\nf -3 -2 -1\n";

@@ -168,7 +168,7 @@ TEST(Scenes, LaterErrorsFindTheirLine) {
 }
 
 TEST(Scenes, ACsvPathIsReadInTheScenesUnits) {
-    const TemporaryFolder folder;
+    const SceneFolder folder;
     (void)folder.write("hand.csv", "t,insertion,rotation\n0,20,0\n2,80,1\n");
     const auto file = folder.write("scene.json", spoil("[[0, 20, 0], [1, 50, 1]]", "\"hand.csv\""));
     auto scene = read_scene(file);
@@ -189,7 +189,7 @@ std::string moved_by_one_file(const std::string& core) {
 }
 
 TEST(Scenes, OneCsvMovesTwoInstruments) {
-    const TemporaryFolder folder;
+    const SceneFolder folder;
     (void)folder.write("hand.csv", "t,wire.insertion,core.insertion,wire.rotation,core.rotation\n0,20,25,0,0\n2,80,95,1,-1\n");
     auto scene = read_scene(folder.write("scene.json", moved_by_one_file("\"path\": \"hand.csv\"")));
     ASSERT_TRUE(scene.ok()) << scene.error().to_string();
@@ -214,7 +214,7 @@ TEST(Scenes, OneCsvMovesTwoInstruments) {
 }
 
 TEST(Scenes, ColumnsOfACsvThatNobodyUsesAreAMistake) {
-    const TemporaryFolder folder;
+    const SceneFolder folder;
     (void)folder.write("hand.csv", "t,wire.insertion,wire.rotation,cor.insertion,cor.rotation\n0,20,0,25,0\n");
     const auto nobody = read_scene(folder.write("a.json", moved_by_one_file("\"inserted\": 25")));
     ASSERT_FALSE(nobody.ok());
@@ -244,7 +244,7 @@ TEST(Scenes, APigtailOfTooFewNodesIsRefusedWhereItIsWritten) {
 }
 
 TEST(Scenes, AMistakeInARecipeIsShownInTheRecipe) {
-    const TemporaryFolder folder;
+    const SceneFolder folder;
     (void)folder.write("patient.json", "{\"units\": {\"length\": \"mm\"},\n \"terminls\": 3}");
     const auto file =
         folder.write("scene.json", spoil("{\"shape\": \"sphere\", \"radius\": 50}", "{\"recipe\": \"patient.json\", \"part\": \"liver\"}"));
