@@ -1,12 +1,12 @@
 #include "fem/tissue.hpp"
 
+#include "base/short_number.hpp"
 #include "fem/mesh_parts.hpp"
 
 #include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <string>
 
@@ -15,13 +15,6 @@ namespace seldinger::fem {
 namespace {
 
 Error bad_mesh(std::string message) { return {.code = ErrorCode::BadMesh, .message = std::move(message)}; }
-
-/// Six digits whatever its size.
-std::string short_number(double number) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", number);
-    return text;
-}
 
 std::string name_tet(std::size_t tet, const Tet& nodes) {
     return "tet " + std::to_string(tet) + " (nodes " + std::to_string(nodes[0]) + ", " + std::to_string(nodes[1]) + ", " +

@@ -137,29 +137,24 @@ bool try_to_share(std::span<const Piece> pieces, std::span<Ball> balls, PieceSet
     return true;
 }
 
-/// How many pieces cuts to `longest` [m] lead to; more than `most` are not counted.
-std::size_t count_cut(double longest, const PieceSet& set, std::span<const Piece> pieces, std::size_t most) {
-    std::size_t count = 0;
-    std::vector<std::array<Vec3, 3>> open;
-    for (const Piece& piece : pieces) {
-        open.push_back({set.point(piece.corners[0]), set.point(piece.corners[1]), set.point(piece.corners[2])});
-        while (!open.empty()) {
-            if (count + open.size() > most) return most + 1;
-            const auto [a, b, c] = open.back();
-            open.pop_back();
-            const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
-            const double edge = std::max({ab, bc, ca});
-            if (edge <= longest * longest) {
-                ++count;
-                continue;
-            }
-            const Vec3 &from = ab == edge ? a : bc == edge ? b : c, &to = ab == edge ? b : bc == edge ? c : a;
-            const Vec3 &tip = ab == edge ? c : bc == edge ? a : b, middle = 0.5 * (from + to);
-            open.push_back({from, middle, tip});
-            open.push_back({middle, to, tip});
+/// False: there would be more than `most` pieces.
+bool try_to_cut(std::span<const Piece> pieces, double longest, PieceSet& set, std::size_t most, std::vector<Piece>& cut) {
+    cut.clear();
+    std::vector<Piece> open(pieces.rbegin(), pieces.rend());
+    while (!open.empty()) {
+        if (cut.size() + open.size() > most) return false;
+        const Piece piece = open.back();
+        open.pop_back();
+        int corner = 0;
+        if (set.longest_edge_sq(piece, corner) <= longest * longest) {
+            cut.push_back(piece);
+            continue;
         }
+        const auto halves = set.split(piece, corner);
+        open.push_back(halves[1]);
+        open.push_back(halves[0]);
     }
-    return count;
+    return true;
 }
 
 } // namespace
@@ -174,24 +169,14 @@ std::vector<Index> corners_of(std::span<const Piece> pieces) {
 }
 
 void cut_to(double longest, PieceSet& set, std::vector<Piece>& pieces, CutLimit& limit) {
-    while (longest > 0.0 && count_cut(longest, set, pieces, limit.most) > limit.most) {
-        longest *= 2.0;
+    const std::size_t points_before = set.points().size();
+    std::vector<Piece> cut;
+    while (!try_to_cut(pieces, longest, set, limit.most, cut)) {
         limit.reached = true;
+        set.shrink(points_before);
+        longest *= 2.0;
     }
-    std::vector<Piece> kept, open(pieces.rbegin(), pieces.rend());
-    while (!open.empty()) {
-        const Piece piece = open.back();
-        open.pop_back();
-        int corner = 0;
-        if (set.longest_edge_sq(piece, corner) <= longest * longest) {
-            kept.push_back(piece);
-            continue;
-        }
-        const auto halves = set.split(piece, corner);
-        open.push_back(halves[1]);
-        open.push_back(halves[0]);
-    }
-    pieces = std::move(kept);
+    pieces = std::move(cut);
 }
 
 std::vector<std::vector<Piece>> share_pieces(std::span<const Piece> pieces, std::span<Ball> balls, PieceSet& set, Lineage& above,

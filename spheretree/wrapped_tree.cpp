@@ -1,11 +1,12 @@
 #include "spheretree/wrapped_tree.hpp"
 
 #include "base/self_intersection.hpp"
+#include "base/short_number.hpp"
+#include "base/surface_area.hpp"
 #include "base/topology.hpp"
 #include "spheretree/wrapped_nodes.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <string>
 
 namespace seldinger::spheretree {
@@ -76,13 +77,6 @@ std::string triangles_at(const TriMesh& surface, Bad&& bad) {
     return list_ids(ids);
 }
 
-/// 1e+30
-std::string shortly(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", value);
-    return text;
-}
-
 Result<void> check_finite(const TriMesh& surface) {
     if (surface.triangles.empty()) return bad_mesh("the surface has no triangles");
     for (Index t = 0; t < surface.triangles.size(); ++t)
@@ -93,8 +87,8 @@ Result<void> check_finite(const TriMesh& surface) {
             if (!is_finite(surface.vertices[v]))
                 return bad_mesh("vertex " + std::to_string(v) + " of triangle " + std::to_string(t) + " is not finite");
             if (const double largest = surface.vertices[v].cwiseAbs().maxCoeff(); largest > kLargestCoordinate)
-                return bad_mesh("vertex " + std::to_string(v) + " of triangle " + std::to_string(t) + " lies " + shortly(largest) +
-                                " from the origin; at most " + shortly(kLargestCoordinate) + " would be right");
+                return bad_mesh("vertex " + std::to_string(v) + " of triangle " + std::to_string(t) + " lies " + short_number(largest) +
+                                " from the origin; at most " + short_number(kLargestCoordinate) + " would be right");
         }
     return {};
 }
@@ -147,15 +141,10 @@ Result<void> check_surface_for(const TriMesh& surface, Builder builder) {
 }
 
 std::string describe_coarser(const TriMesh& surface) {
-    double area = 0.0;
-    for (const Triangle& t : surface.triangles) {
-        const Vec3& a = surface.vertices[t[0]];
-        area += 0.5 * (surface.vertices[t[1]] - a).cross(surface.vertices[t[2]] - a).norm();
-    }
-    const double size = surface.bounds().longest_edge();
-    return "the sphere tree is coarser than its depth allows: with a longest side of " + shortly(size) + " and an area of " +
-           shortly(area) + " the surface is " + shortly(size * size / area) +
-           " times as long as wide, too thin to be cut as finely as the spheres would need; they hold all of it";
+    const double area = surface_area(surface), size = surface.bounds().longest_edge();
+    return "the sphere tree is coarser than its depth allows: with a longest side of " + short_number(size) + " and an area of " +
+           short_number(area) + " the surface is " + short_number(size * size / area) +
+           " times as long as wide, too thin to be cut as finely as the spheres would need";
 }
 
 Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOptions& options) {

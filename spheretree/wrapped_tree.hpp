@@ -45,7 +45,6 @@ struct WrappedTree {
     PieceSet set{{}};
     std::vector<Piece> pieces; // [item_count] beneath leaf s: pieces[item_begin[s] .. item_end[s])
     /// The surface is so long and thin that it would have been cut into too many pieces: it was cut less, and spheres grew instead.
-    /// They still hold all of it.
     bool coarser = false;
 };
 

@@ -1,6 +1,7 @@
 #include "engine/prepare/prepare_mesh.hpp"
 
 #include "base/self_intersection.hpp"
+#include "base/surface_area.hpp"
 #include "collision/chromatic_sets.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/cache.hpp"
@@ -63,9 +64,7 @@ std::string find_lack(const MeshPreparation& made, spheretree::Builder builder) 
     if (size == 0.0) return "all vertices lie at one point: the surface has no area";
     if (!(size >= kSmallestSide))
         return fmt::format("the longest side is {:g} m; at least {:g} m would be right: is --unit right?", size, kSmallestSide);
-    double area = 0.0; // m^2
-    for (const Triangle& t : surface.triangles)
-        area += 0.5 * (surface.vertices[t[1]] - surface.vertices[t[0]]).cross(surface.vertices[t[2]] - surface.vertices[t[0]]).norm();
+    const double area = surface_area(surface); // m^2
     if (!(area > kRounding * size * size))
         return fmt::format("the surface has no area: {:g} m^2 with a longest side of {:g} m; more than {:g} m^2 would be right", area, size,
                            kRounding * size * size);

@@ -1,5 +1,5 @@
-#include "engine/scene/nearest.hpp"
 #include "engine/io/printable.hpp"
+#include "engine/scene/nearest.hpp"
 #include "engine/scene/reader.hpp"
 #include "engine/scene/recipe.hpp"
 #include "engine/scene/scene_size.hpp"

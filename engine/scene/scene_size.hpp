@@ -15,7 +15,7 @@ inline constexpr std::size_t kMostBodies = 1000;
 /// Of all surfaces and skins together. Preparation takes about a kilobyte for each; beyond this a scene would not fit into a
 /// workstation's memory, nor ever take a step in reasonable time.
 inline constexpr std::size_t kMostTriangles = 10'000'000;
-/// Of one shape, as many as vessels may aim at: preparation takes about 20 s a million. Of boxes and spheres neither hollow nor
+/// Of one shape, as many as vessels may aim at: preparation of a few million takes minutes. Of boxes and spheres neither hollow nor
 /// deformable the ranges of their own keys are the limit, a few million.
 inline constexpr std::size_t kMostShapeTriangles = 1'000'000;
 /// Of all deformable bodies together. The plan of their forces holds distances of 32 bits (fem/force_plan.hpp), far more than these need.

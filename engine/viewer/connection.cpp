@@ -1,4 +1,5 @@
 // One HTTP request: the page, a recording, or the upgrade to a WebSocket. Then the connection is closed.
+#include "engine/io/printable.hpp"
 #include "engine/viewer/client.hpp"
 
 #include <fmt/format.h>
@@ -24,14 +25,6 @@ void add_headers(http::response<Body>& response) {
     response.set("X-Content-Type-Options", "nosniff");
     response.set("X-Frame-Options", "DENY");
     response.keep_alive(false);
-}
-
-/// A scene may have any name; a header's value, and a file's, may not.
-std::string file_name_of(const std::string& scene) {
-    std::string name;
-    for (const char c : scene.substr(0, 80))
-        name += (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ? c : '_';
-    return (name.empty() ? "path" : name) + ".csv";
 }
 
 class Connection : public Newcomer, public std::enable_shared_from_this<Connection> {
@@ -87,7 +80,7 @@ private:
     void send_recording() {
         const bool asked = hub_.ask_for_recording([self = shared_from_this()](const Sealed& sealed) {
             if (!sealed.recording) return self->answer(http::status::not_found, "text/plain", "the scene has no instrument to record\n");
-            self->file_name_ = file_name_of(self->hub_.scene().name);
+            self->file_name_ = safe_file_name(self->hub_.scene().name) + ".csv";
             self->answer(http::status::ok, "text/csv", sealed.recording->text(self->hub_.scene(), sealed.steps, sealed.state_hash));
         });
         if (!asked) answer(http::status::service_unavailable, "text/plain", "too much waits for the simulation; try again\n");
