@@ -3,7 +3,7 @@
 
 #include "base/vec.hpp"
 
-namespace seldinger {
+namespace trocar {
 
 struct Box3 {
     Vec3 lo = Vec3::Constant(std::numeric_limits<double>::infinity());
@@ -36,4 +36,4 @@ struct Box3 {
     [[nodiscard]] double longest_edge() const noexcept { return empty() ? 0.0 : extent().maxCoeff(); }
 };
 
-} // namespace seldinger
+} // namespace trocar

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 /// Weights of the inside region below this share of (edge^3 x reach), whose rounding error is about 1e-16 of it, leave room
@@ -79,4 +79,4 @@ PointsOnSegments closest_on_segments(const Segment& a, const Segment& b) noexcep
     return best;
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -6,7 +6,7 @@
 
 #include <array>
 
-namespace seldinger {
+namespace trocar {
 
 struct PointOnSegment {
     Vec3 point;         // m
@@ -53,4 +53,4 @@ struct Segment {
 ///          that nearly parallel segments lose nothing to cancellation.
 [[nodiscard]] PointsOnSegments closest_on_segments(const Segment& a, const Segment& b) noexcept;
 
-} // namespace seldinger
+} // namespace trocar

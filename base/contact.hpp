@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace seldinger {
+namespace trocar {
 
 using BodyId = std::uint16_t;
 
@@ -32,4 +32,4 @@ struct Contact {
     double bary_b[3] = {1.0, 0.0, 0.0};                  // weights of feature_b's vertices
 };
 
-} // namespace seldinger
+} // namespace trocar

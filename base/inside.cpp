@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace seldinger {
+namespace trocar {
 
 namespace {
 
@@ -67,4 +67,4 @@ double InsideTest::signed_distance(const Vec3& p) const noexcept {
     return inside(p) ? -nearest->distance : nearest->distance;
 }
 
-} // namespace seldinger
+} // namespace trocar

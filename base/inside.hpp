@@ -3,7 +3,7 @@
 
 #include "base/triangle_tree.hpp"
 
-namespace seldinger {
+namespace trocar {
 
 /// Nonzero rule: where outward shells overlap they count as one body; inside an inward shell nested in an outward one
 /// (a cavity) a point is outside. The surface must be closed and consistently oriented; on an open one the answer depends
@@ -37,4 +37,4 @@ private:
     TriangleTree tree_;
 };
 
-} // namespace seldinger
+} // namespace trocar

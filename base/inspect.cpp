@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 constexpr std::size_t kMostBadIds = 8;
@@ -199,4 +199,4 @@ TetMeshReport inspect_tets(const TetMesh& mesh) {
     return report;
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger {
+namespace trocar {
 
 /// Triangle surface. Closed surfaces are oriented outwards (positive signed volume).
 struct TriMesh {
@@ -28,4 +28,4 @@ struct TetMesh {
     std::vector<Tet> tets;      // [tet_count] node ids
 };
 
-} // namespace seldinger
+} // namespace trocar

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 constexpr double kHalfUlp = 0x1p-53;
@@ -152,4 +152,4 @@ bool are_collinear(const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
     return true;
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -6,7 +6,7 @@
 
 #include "base/vec.hpp"
 
-namespace seldinger {
+namespace trocar {
 
 struct Point2 {
     double x, y;
@@ -22,4 +22,4 @@ struct Point2 {
 /// True if the three points are exactly collinear (coincident ones included).
 [[nodiscard]] bool are_collinear(const Vec3& a, const Vec3& b, const Vec3& c) noexcept;
 
-} // namespace seldinger
+} // namespace trocar

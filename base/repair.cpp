@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 constexpr std::array<std::string_view, kRepairCount> kNames{
@@ -56,7 +56,8 @@ std::string RepairStep::to_string() const {
     add(triangles_flipped, "triangles flipped");
     add(holes_filled, "holes filled");
     add(shells_removed, "shells removed");
-    return std::string(repair_name(repair)) + ": " + (text.empty() ? "nothing to do" : text);
+    add(crossings_made, "pairs of triangles now cross");
+    return std::string(repair_name(repair)) + ": " + (text.empty() ? "nothing to do" : text) + "; " + describe_change(before, after);
 }
 
 Result<RepairStep> apply_repair(TriMesh& mesh, Repair repair, const RepairOptions& options) {
@@ -83,13 +84,16 @@ Result<RepairStep> apply_repair(TriMesh& mesh, Repair repair, const RepairOption
         case Repair::KeepLargest:
             return repairs::keep_largest(work);
         case Repair::DropSelfIntersections:
-            return repairs::drop_self_intersections(work);
+            return repairs::drop_self_intersections(work, options.most_rounds);
         }
         return Error{ErrorCode::BadValue, "no such repair"};
     }();
     if (!step) return Error{step.error().code, std::string(repair_name(repair)) + ": " + step.error().message};
     step->repair = repair;
     drop_unreferenced_vertices(work);
+    step->before = measure_surface(mesh);
+    step->after = measure_surface(work);
+    if (const Result<void> allowed = repairs::check_removal(*step, options); !allowed) return allowed.error();
     mesh = std::move(work);
     return step;
 }
@@ -241,4 +245,4 @@ Result<RepairStep> keep_largest(TriMesh& mesh) {
 }
 
 } // namespace repairs
-} // namespace seldinger
+} // namespace trocar

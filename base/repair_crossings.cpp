@@ -5,11 +5,10 @@
 
 #include <algorithm>
 
-namespace seldinger::repairs {
+namespace trocar::repairs {
 namespace {
 
-constexpr int kMaxRounds = 40;  // every third one widens the margin by a ring of triangles
-constexpr double kCrumb = 1e-3; // shells with less than this share of the largest one's area, left over by a cut, go
+constexpr double kCrumb = 0.1; // parts with less than this share of the area of the largest part of their shell, left over by a cut, go
 
 /// Takes in every triangle that shares a vertex with one already in.
 void grow(const TriMesh& mesh, std::vector<bool>& chosen) {
@@ -44,11 +43,13 @@ std::size_t drop_crumbs(TriMesh& mesh, const std::vector<Index>& old_shell) {
 
 } // namespace
 
-Result<RepairStep> drop_self_intersections(TriMesh& mesh) {
+Result<RepairStep> drop_self_intersections(TriMesh& mesh, int most_rounds) {
     if (const Result<void> check = check_edge_manifold(mesh, Repair::DropSelfIntersections); !check) return check.error();
     RepairStep step;
-    for (int round = 0; round < kMaxRounds; ++round) {
+    for (int round = 0; round < most_rounds; ++round) {
         const SelfIntersections crossings = find_self_intersections(mesh);
+        if (!crossings.complete)
+            return Error{ErrorCode::BadMesh, "too many long triangles lie upon each other for crossings to be counted"};
         if (crossings.count == 0) return step;
         std::vector<bool> chosen(mesh.triangles.size(), false);
         for (const auto& [a, b] : crossings.pairs) chosen[a] = chosen[b] = true;
@@ -70,8 +71,8 @@ Result<RepairStep> drop_self_intersections(TriMesh& mesh) {
     }
     const std::size_t left = find_self_intersections(mesh, 1).count;
     if (left == 0) return step;
-    return Error{ErrorCode::BadMesh, std::to_string(left) + " pairs of triangles still cross after " + std::to_string(kMaxRounds) +
+    return Error{ErrorCode::BadMesh, std::to_string(left) + " pairs of triangles still cross after " + std::to_string(most_rounds) +
                                          " rounds: parts of the surface lie inside one another"};
 }
 
-} // namespace seldinger::repairs
+} // namespace trocar::repairs

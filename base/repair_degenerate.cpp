@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace seldinger::repairs {
+namespace trocar::repairs {
 namespace {
 
 constexpr int kMaxRounds = 64; // each round does all that does not overlap; real files need two or three
@@ -23,8 +23,8 @@ std::size_t drop_repeating(TriMesh& mesh) {
     return keep_triangles(mesh, keep);
 }
 
-/// Corners of a triangle without area that lie in one place become one vertex everywhere.
-std::size_t merge_coincident_corners(TriMesh& mesh) {
+/// Corners of a triangle from `first` on that lie in one place become one vertex everywhere.
+std::size_t merge_coincident_corners(TriMesh& mesh, Index first = 0) {
     std::vector<Index> target(mesh.vertices.size());
     for (Index v = 0; v < target.size(); ++v) target[v] = v;
     const auto root = [&target](Index v) {
@@ -32,7 +32,7 @@ std::size_t merge_coincident_corners(TriMesh& mesh) {
         return v;
     };
     std::size_t merged = 0;
-    for (const Triangle& t : mesh.triangles)
+    for (const Triangle& t : std::span(mesh.triangles).subspan(first))
         for (std::size_t k = 0; k < 3; ++k) {
             const Index a = root(t[k]), b = root(t[(k + 1) % 3]);
             if (a == b || mesh.vertices[a] != mesh.vertices[b]) continue;
@@ -56,14 +56,14 @@ std::size_t middle_corner(const TriMesh& mesh, const Triangle& t) noexcept {
     return middle;
 }
 
-/// Flips long edges of caps against their neighbours; caps at a border just go. Returns the caps that went.
-std::size_t drop_caps(TriMesh& mesh) {
+/// Flips long edges of caps from `first` on against their neighbours; caps at a border just go. Returns the caps that went.
+std::size_t drop_caps(TriMesh& mesh, Index first_cap = 0) {
     const auto neighbours = triangle_neighbours(mesh.triangles);
     std::vector<bool> keep(mesh.triangles.size(), true), touched(mesh.triangles.size(), false);
     const std::size_t count = mesh.triangles.size();
     std::vector<std::array<Index, 2>> edges = unique_edges(mesh.triangles);
     std::size_t dropped = 0;
-    for (Index t = 0; t < count; ++t) {
+    for (Index t = first_cap; t < count; ++t) {
         const Triangle cap = mesh.triangles[t];
         if (touched[t] || !has_no_area(mesh, cap)) continue;
         const std::size_t k = middle_corner(mesh, cap);
@@ -92,7 +92,32 @@ std::size_t drop_caps(TriMesh& mesh) {
     return dropped;
 }
 
+std::size_t count_flat(const TriMesh& mesh, Index first) {
+    const auto from = mesh.triangles.begin() + static_cast<std::ptrdiff_t>(first);
+    return static_cast<std::size_t>(std::count_if(from, mesh.triangles.end(), [&mesh](const Triangle& t) { return has_no_area(mesh, t); }));
+}
+
 } // namespace
+
+void flatten_new(TriMesh& mesh, Index first, RepairStep& step) {
+    if (count_flat(mesh, first) == 0) return;
+    TriMesh work = mesh;
+    const SurfaceReport before = inspect_surface(mesh);
+    std::size_t merged = 0;
+    for (int round = 0; round < kMaxRounds; ++round) {
+        merged += merge_coincident_corners(work, first);
+        const auto old_end = work.triangles.begin() + static_cast<std::ptrdiff_t>(first);
+        first -= static_cast<Index>(std::count_if(work.triangles.begin(), old_end, repeats));
+        drop_repeating(work);
+        if (drop_caps(work, first) == 0) break;
+    }
+    const SurfaceReport after = inspect_surface(work);
+    if (after.boundary_edges > before.boundary_edges || after.nonmanifold_edges > before.nonmanifold_edges ||
+        after.degenerate_triangles >= before.degenerate_triangles)
+        return;
+    step.vertices_merged += merged;
+    mesh = std::move(work);
+}
 
 Result<RepairStep> drop_degenerate(TriMesh& mesh) {
     RepairStep step;
@@ -113,4 +138,4 @@ Result<RepairStep> drop_degenerate(TriMesh& mesh) {
     return step;
 }
 
-} // namespace seldinger::repairs
+} // namespace trocar::repairs

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::repairs {
+namespace trocar::repairs {
 namespace {
 
 constexpr int kDirections = 24;       // and their opposites
@@ -96,4 +96,4 @@ std::vector<bool> find_inner_skin(const TriMesh& shell) {
     return inner;
 }
 
-} // namespace seldinger::repairs
+} // namespace trocar::repairs

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace seldinger::repairs {
+namespace trocar::repairs {
 namespace {
 
 constexpr std::size_t kNestingSamples = 64; // vertices of a shell that must all lie inside another one
@@ -186,4 +186,4 @@ Result<RepairStep> drop_inner_shells(TriMesh& mesh) {
     return step;
 }
 
-} // namespace seldinger::repairs
+} // namespace trocar::repairs

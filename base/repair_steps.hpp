@@ -3,7 +3,7 @@
 
 #include "base/repair.hpp"
 
-namespace seldinger::repairs {
+namespace trocar::repairs {
 
 [[nodiscard]] Result<RepairStep> weld(TriMesh& mesh, double tolerance);
 [[nodiscard]] Result<RepairStep> drop_degenerate(TriMesh& mesh);
@@ -13,7 +13,14 @@ namespace seldinger::repairs {
 [[nodiscard]] Result<RepairStep> orient(TriMesh& mesh);
 [[nodiscard]] Result<RepairStep> drop_inner_shells(TriMesh& mesh);
 [[nodiscard]] Result<RepairStep> keep_largest(TriMesh& mesh);
-[[nodiscard]] Result<RepairStep> drop_self_intersections(TriMesh& mesh);
+[[nodiscard]] Result<RepairStep> drop_self_intersections(TriMesh& mesh, int most_rounds);
+
+/// Error where the step took more than it may.
+[[nodiscard]] Result<void> check_removal(const RepairStep& step, const RepairOptions& options);
+
+/// Triangles without area among those from `first` on: two corners in one place become one, a corner on the opposite edge goes into
+/// the triangle across it. All that cannot be mended without opening the surface stays.
+void flatten_new(TriMesh& mesh, Index first, RepairStep& step);
 
 /// Error unless every edge has one or two triangles and no triangle repeats a vertex; names the repair that helps.
 [[nodiscard]] Result<void> check_edge_manifold(const TriMesh& mesh, Repair asked);
@@ -40,4 +47,4 @@ struct Part {
 };
 [[nodiscard]] std::vector<Part> split_into_shells(const TriMesh& mesh);
 
-} // namespace seldinger::repairs
+} // namespace trocar::repairs

@@ -8,7 +8,7 @@
 #include <utility>
 #include <variant>
 
-namespace seldinger {
+namespace trocar {
 
 enum class ErrorCode {
     BadUsage,     // the command line asks for something that does not exist
@@ -94,4 +94,4 @@ private:
     std::optional<Error> error_;
 };
 
-} // namespace seldinger
+} // namespace trocar

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 using Corners = std::array<Vec3, 3>;
@@ -69,11 +69,11 @@ bool all_on_one_side(const Corners& plane, const Corners& points, Crossing cross
     return crossing == Crossing::Touching ? least > 0 || most < 0 : least >= 0 || most <= 0;
 }
 
-bool share_vertex(const Triangle& a, const Triangle& b) noexcept {
-    return std::any_of(a.begin(), a.end(), [&b](Index v) { return v == b[0] || v == b[1] || v == b[2]; });
-}
-
 } // namespace
+
+bool segment_pierces(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& triangle) noexcept {
+    return edge_crosses(p, q, triangle, Crossing::Proper);
+}
 
 bool triangles_cross(const Corners& a, const Corners& b, Crossing crossing) noexcept {
     for (const Corners* t : {&a, &b})
@@ -85,26 +85,30 @@ bool triangles_cross(const Corners& a, const Corners& b, Crossing crossing) noex
     return false;
 }
 
-SelfIntersections find_self_intersections(const TriMesh& mesh, std::size_t max_pairs, Crossing crossing) {
+SelfIntersections find_self_intersections(const TriMesh& mesh, std::size_t max_pairs, Crossing crossing, std::size_t max_compared) {
     SelfIntersections found;
-    const TriangleTree tree(mesh);
+    TriangleTree tree(mesh);
+    tree.find_common_vertices();
     const auto corners = [&mesh](const Triangle& t) { return Corners{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}; };
     std::vector<Index> partners;
+    std::size_t compared = 0;
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         const Corners own = corners(mesh.triangles[t]);
         Box3 box;
         for (const Vec3& corner : own) box.add(corner);
         partners.clear();
-        tree.for_each_overlapping(box, [&](Index other) {
-            if (other <= t || share_vertex(mesh.triangles[t], mesh.triangles[other])) return;
-            if (triangles_cross(own, corners(mesh.triangles[other]), crossing)) partners.push_back(other);
+        tree.for_each_overlapping_apart(box, mesh.triangles[t], [&](Index other) {
+            if (++compared <= max_compared && other > t && triangles_cross(own, corners(mesh.triangles[other]), crossing))
+                partners.push_back(other);
         });
         std::sort(partners.begin(), partners.end());
         found.count += partners.size();
         for (const Index other : partners)
             if (found.pairs.size() < max_pairs) found.pairs.push_back({t, other});
+        found.complete = compared <= max_compared;
+        if (!found.complete) break;
     }
     return found;
 }
 
-} // namespace seldinger
+} // namespace trocar

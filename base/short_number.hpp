@@ -4,7 +4,7 @@
 #include <charconv>
 #include <string>
 
-namespace seldinger {
+namespace trocar {
 
 /// Six digits whatever its size: 0.25, 1e+30.
 [[nodiscard]] inline std::string short_number(double number) {
@@ -12,4 +12,4 @@ namespace seldinger {
     return {text, std::to_chars(text, text + sizeof text, number, std::chars_format::general, 6).ptr};
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <queue>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 constexpr double kMaxTurnCosine = 0.2; // a triangle's normal may turn by acos of it, 78 degrees, in one collapse
@@ -278,4 +278,4 @@ Result<TriMesh> simplify(const TriMesh& mesh, std::size_t target_triangles, cons
     return simplifier.result();
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -4,7 +4,7 @@
 #include "base/mesh.hpp"
 #include "base/result.hpp"
 
-namespace seldinger {
+namespace trocar {
 
 struct SimplifyOptions {
     /// Stop before a collapse would cost more than this distance from the planes it has gathered, m (root mean square,
@@ -21,4 +21,4 @@ struct SimplifyOptions {
 /// source   Garland & Heckbert 1997. Deviates: area-weighted planes, a small pull to the edge's midpoint where the quadric is flat
 [[nodiscard]] Result<TriMesh> simplify(const TriMesh& mesh, std::size_t target_triangles, const SimplifyOptions& options = {});
 
-} // namespace seldinger
+} // namespace trocar

@@ -3,7 +3,7 @@
 
 #include "base/mesh.hpp"
 
-namespace seldinger {
+namespace trocar {
 
 /// Of all triangles together, in the unit of the coordinates, squared.
 [[nodiscard]] inline double surface_area(const TriMesh& surface) noexcept {
@@ -15,4 +15,4 @@ namespace seldinger {
     return area;
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <numeric>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 /// Disjoint sets; the root of a set is its lowest member, so that results do not depend on the order of joins.
@@ -184,4 +184,4 @@ TriMesh boundary_surface(const TetMesh& mesh) {
     return surface;
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -6,7 +6,7 @@
 
 #include <span>
 
-namespace seldinger {
+namespace trocar {
 
 /// Counts of everything that closed, manifold, oriented surfaces have none of. Vertices that no triangle uses are not
 /// counted as defects. Indices out of range are counted in degenerate_triangles, and such triangles are left out of all else.
@@ -120,4 +120,4 @@ std::size_t drop_unreferenced_vertices(TriMesh& mesh);
 /// Sum over triangles of det(a, b, c) / 6 about the box centre: the enclosed volume of a closed surface, positive if outward.
 [[nodiscard]] double signed_volume(const TriMesh& mesh) noexcept;
 
-} // namespace seldinger
+} // namespace trocar

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 double distance_sq(const Box3& box, const Vec3& p) noexcept {
@@ -79,6 +79,21 @@ Index TriangleTree::build_node(std::span<Index> slots, std::span<const Vec3> cen
     const Index right = build_node(slots.subspan(half), centres, first + static_cast<Index>(half));
     nodes_[id].first = right;
     return id;
+}
+
+void TriangleTree::find_common_vertices() {
+    const auto keep_common = [](Triangle& own, const Triangle& other) {
+        for (Index& v : own)
+            if (v != other[0] && v != other[1] && v != other[2]) v = kNoIndex;
+    };
+    common_.resize(nodes_.size());
+    for (std::size_t id = nodes_.size(); id-- > 0;) { // children follow their parents
+        const Node& node = nodes_[id];
+        const bool leaf = node.count > 0;
+        common_[id] = leaf ? triangles_[node.first] : common_[id + 1];
+        if (!leaf) keep_common(common_[id], common_[node.first]);
+        for (Index slot = node.first + 1; leaf && slot < node.first + node.count; ++slot) keep_common(common_[id], triangles_[slot]);
+    }
 }
 
 void TriangleTree::refit(std::span<const Vec3> vertices) noexcept {
@@ -198,4 +213,4 @@ bool TriangleTree::ray_meets_any(const Vec3& p, int axis, bool positive) const n
     return met;
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger {
+namespace trocar {
 
 struct SurfacePoint {
     Index triangle = kNoIndex;                 // id in the mesh that the tree was built over
@@ -47,6 +47,36 @@ public:
     template <class Visit>
     void for_each_overlapping(const Box3& box, Visit&& visit) const {
         walk([&](const Box3& node) { return node.overlaps(box); }, [&](Index slot) { visit(order_[slot]); });
+    }
+
+    /// Prepares for for_each_overlapping_apart; to be called again after each build. Cost O(triangles).
+    void find_common_vertices();
+    /// As for_each_overlapping, of those triangles that share no vertex with the given one. Whole parts of the tree whose triangles
+    /// all hang on one of its vertices are passed over: a fan of n triangles is compared with itself in O(n), not O(n^2).
+    /// After find_common_vertices.
+    template <class Visit>
+    void for_each_overlapping_apart(const Box3& box, const Triangle& from, Visit&& visit) const {
+        const auto shares = [&from](const Triangle& other) {
+            for (const Index v : from)
+                if (v == other[0] || v == other[1] || v == other[2]) return true;
+            return false;
+        };
+        if (nodes_.empty()) return;
+        std::array<Index, kMaxDepth> stack;
+        std::size_t size = 0;
+        stack[size++] = 0;
+        while (size > 0) {
+            const Index id = stack[--size];
+            const Node& node = nodes_[id];
+            if (shares(common_[id]) || !node.box.overlaps(box)) continue;
+            if (node.count == 0) {
+                stack[size++] = node.first;
+                stack[size++] = id + 1;
+            } else {
+                for (Index slot = node.first; slot < node.first + node.count; ++slot)
+                    if (!shares(triangles_[slot]) && triangle_box(slot).overlaps(box)) visit(order_[slot]);
+            }
+        }
     }
 
     /// Does any triangle's own box overlap the given one?
@@ -126,6 +156,7 @@ private:
     }
 
     std::vector<Node> nodes_;                  // depth-first, root first
+    std::vector<Triangle> common_;             // [node] vertices of all triangles beneath, the rest kNoIndex; empty unless asked for
     std::vector<Index> order_;                 // [slot] triangle id
     std::vector<Triangle> triangles_;          // [slot] vertex ids, kept for refits
     std::vector<std::array<Vec3, 3>> corners_; // [slot] m, unless it follows
@@ -139,4 +170,4 @@ private:
     std::size_t left_ = 0;                // nodes of renewed_ that are not fitted yet; 0: nothing is under way
 };
 
-} // namespace seldinger
+} // namespace trocar

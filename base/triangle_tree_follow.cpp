@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 /// Of the mean extent of a triangle. Boxes that are open by this much still leave out most of what they should; beyond it, queries that
@@ -83,4 +83,4 @@ void TriangleTree::follow(std::span<const Vec3> vertices) noexcept {
     }
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace seldinger {
+namespace trocar {
 namespace {
 
 // pi/2 as a sum; the first two have 33 bits, so that their products with a count below 2^20 are exact
@@ -80,4 +80,4 @@ Mat3 rotation_about(const Vec3& unit_axis, double angle) noexcept {
     return c * Mat3::Identity() + s * cross + (1.0 - c) * unit_axis * unit_axis.transpose();
 }
 
-} // namespace seldinger
+} // namespace trocar

@@ -3,7 +3,7 @@
 
 #include "base/vec.hpp"
 
-namespace seldinger {
+namespace trocar {
 
 struct SinCos {
     double sin, cos;
@@ -17,4 +17,4 @@ struct SinCos {
 /// Right-handed rotation about a unit axis. source: Rodrigues' formula.
 [[nodiscard]] Mat3 rotation_about(const Vec3& unit_axis, double angle) noexcept;
 
-} // namespace seldinger
+} // namespace trocar

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace seldinger {
+namespace trocar {
 
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
@@ -22,4 +22,4 @@ inline constexpr Index kNoIndex = std::numeric_limits<Index>::max();
 
 [[nodiscard]] inline bool is_finite(const Vec3& v) noexcept { return v.allFinite(); }
 
-} // namespace seldinger
+} // namespace trocar

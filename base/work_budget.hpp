@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace seldinger {
+namespace trocar {
 
 /// A count of elementary operations that a kernel may still do. Interruption is the kernel seeing spend() return false.
 class WorkBudget {
@@ -29,4 +29,4 @@ private:
     std::uint64_t spent_ = 0;
 };
 
-} // namespace seldinger
+} // namespace trocar

@@ -9,7 +9,7 @@ endforeach()
 file(WRITE ${OUTPUT} "// Generated from shaders/ by cmake/embed_shaders.cmake.
 #include \"engine/gpu/shader_text.hpp\"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr ShaderText kShaders[] = {
@@ -19,5 +19,5 @@ ${entries}};
 
 std::span<const ShaderText> shader_texts() noexcept { return kShaders; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine
 ")

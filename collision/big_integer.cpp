@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using Wide = unsigned __int128;
@@ -146,4 +146,4 @@ bool operator==(const BigInteger& a, const BigInteger& b) noexcept {
     return a.negative_ == b.negative_ && BigInteger::compare_magnitudes(a, b) == 0;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

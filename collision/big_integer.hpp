@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Sign and magnitude, 64 bits a limb, lowest first. Short numbers live inside the object, long ones on the heap.
 /// fails   only by std::bad_alloc
@@ -52,4 +52,4 @@ private:
 /// Largest e for which value is a whole multiple of 2^e; a large number for 0.
 [[nodiscard]] int lowest_exponent(double value) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 BoxTree::Range close_range(Index begin, const std::vector<Index>& ids) { return {begin, static_cast<Index>(ids.size())}; }
@@ -169,4 +169,4 @@ void BoxTree::make_feature_boxes(Index cluster) {
     boxes_made_[cluster] = 1;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 class BoxTree {
 public:
@@ -80,4 +80,4 @@ private:
     std::vector<std::uint8_t> dirty_;                                  // [node_count] scratch of refit_moved
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

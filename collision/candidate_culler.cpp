@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 bool is_bounded(const Vec3& p) noexcept { // false for NaN
@@ -96,4 +96,4 @@ void CandidateCuller::gather(const SurfacePair& pair, const CandidateLists& cand
     snapshot.reach = reach_of_contact(options.distance, options.tolerance, 2.0 * extent);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

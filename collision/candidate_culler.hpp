@@ -8,7 +8,7 @@
 #include "collision/set_culler.hpp"
 #include "collision/surface_pair.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// All that a look needs, and its answer: no pointer leads out of it, so it can be looked at on another thread while the surfaces move on.
 struct CullSnapshot {
@@ -65,4 +65,4 @@ public:
     virtual void end() = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

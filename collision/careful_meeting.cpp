@@ -5,7 +5,7 @@
 
 #include <cassert>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Do all c_k keep one strict sign on some axis, from t - reach to t + reach? Then the origin, where it is in the plane, is inside.
@@ -85,4 +85,4 @@ Meeting meet_carefully(const std::array<SweptPoint, 2>& a, const std::array<Swep
     return decide(q, sweep.time, a, b);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

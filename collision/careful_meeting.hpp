@@ -4,10 +4,10 @@
 
 #include "collision/meeting.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// The coordinates must be finite (assert).
 [[nodiscard]] Meeting meet_carefully(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face);
 [[nodiscard]] Meeting meet_carefully(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Pairs of adjacent triangles, per triangle, up to which orphans are listed once and for all; an ordinary mesh has about ten.
@@ -281,4 +281,4 @@ void ChromaticCuller::find_candidates(CulledCandidates& out) {
     if (self()) add_orphans(out);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

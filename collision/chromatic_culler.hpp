@@ -17,7 +17,7 @@
 
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Pairs of features for the elementary tests. Of one surface with itself `face_vertex` stays empty.
 struct CulledCandidates {
@@ -103,4 +103,4 @@ private:
     CullCounts counts_;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -5,7 +5,7 @@
 #include <cassert>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Work on the extended dual graph, in visits of a neighbour of a neighbour, before vertices of high valence are taken out of it.
@@ -290,4 +290,4 @@ ChromaticSets make_sets_of_grid(std::span<const Triangle> triangles, const QuadG
     return sets;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Triangles are adjacent where they share a vertex. Two guarantees, whatever the mesh:
 /// 1. no two triangles of one set are adjacent;
@@ -82,4 +82,4 @@ struct SetViolations {
 };
 [[nodiscard]] SetViolations check_sets(const ChromaticSets& sets, std::span<const Triangle> triangles, const TriangleStars& stars);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -4,7 +4,7 @@
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) &&          \
     !defined(__SANITIZE_THREAD__)
-#define SELDINGER_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
+#define TROCAR_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
 #else
-#define SELDINGER_CLONES
+#define TROCAR_CLONES
 #endif

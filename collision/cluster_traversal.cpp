@@ -1,6 +1,6 @@
 #include "collision/cluster_traversal.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Node pairs that wait: up to 64 for each of the two trees' levels.
@@ -68,4 +68,4 @@ void ClusterTraversal::open_nodes(const SurfacePair& pair, ClusterPair at, std::
     }
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

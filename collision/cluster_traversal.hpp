@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Pairs of clusters that come near, some at a time.
 class ClusterTraversal {
@@ -27,4 +27,4 @@ private:
     std::uint64_t box_tests_ = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

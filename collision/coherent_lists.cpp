@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Bounds of features that were close in the step before are computed anew in one of so many steps; in the others they are just tested.
@@ -186,4 +186,4 @@ void CoherentSearch::look_anew(KeptClusters& kept) {
                       job_of(kept).candidates);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

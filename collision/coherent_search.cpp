@@ -7,7 +7,7 @@
 #include <cstring>
 #include <string>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Lists are made for one pair of clusters in so many a step, and a few more: what a session costs at first comes bit by bit, while it
@@ -247,4 +247,4 @@ std::size_t CoherentSearch::memory() const noexcept {
     return sum;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -22,7 +22,7 @@
 #include "collision/session_pairs.hpp"
 #include "collision/session_sides.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 enum class VolumeInflation : std::uint8_t {
     Predicted, // along the cluster's motion, and by what its vertices stray from it
@@ -175,4 +175,4 @@ private:
     CoherenceStats coherence_;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

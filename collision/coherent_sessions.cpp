@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Share of the clusters beyond which a new session is cheaper than catching up with all that dangle.
@@ -150,4 +150,4 @@ bool CoherentSearch::continue_session() {
     return true;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

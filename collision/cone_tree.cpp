@@ -6,7 +6,7 @@
 #include <cassert>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 constexpr float kNothing = SweptBox::kNothing;
@@ -294,4 +294,4 @@ std::size_t ConeTree::memory() const noexcept {
            bytes(held_t1_) + bytes(vertex_stale_);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

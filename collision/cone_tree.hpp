@@ -17,7 +17,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct CutPlan;
 
@@ -135,4 +135,4 @@ struct Reach {
 ///          OrientedSafe takes the half angle and the slow vertices into account as well, for the text's form holds no other vertex.
 [[nodiscard]] Reach oriented_reach(const VelocityCone& cone, double cosine, Inflation inflation) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

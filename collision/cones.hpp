@@ -9,7 +9,7 @@
 
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// All directions within a half angle of an axis. The angle is kept as its cosine and sine, so that no trigonometry is needed.
 struct Cone {
@@ -123,4 +123,4 @@ struct VelocityCone {
     return ((main_a - main_b).norm() + spread_of(a) + spread_of(b)) * (1.0 + 1e-12);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Pairs of clusters in a chunk.
@@ -177,4 +177,4 @@ void ContactSearch::decide(std::vector<SearchContact>& contacts) {
     std::sort(contacts.begin(), contacts.end(), comes_before);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct SearchOptions : PairOptions {
     bool between = true; // surfaces against each other
@@ -73,4 +73,4 @@ private:
     ExactStats stats_;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 void ContactTrack::follow(std::span<const SearchContact> contacts) {
     std::swap(now_, before_);
@@ -18,4 +18,4 @@ void ContactTrack::follow(std::span<const SearchContact> contacts) {
     ended_ = before_.size() - (now_.size() - began_);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

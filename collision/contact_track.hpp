@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct TrackedContact {
     SearchContact found;     // of the last step
@@ -30,4 +30,4 @@ private:
     std::size_t began_ = 0, ended_ = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using Directed = std::array<Index, 2>;
@@ -178,4 +178,4 @@ bool ContourTest::is_simple(const ContourView& contour, const SurfaceMotion& mot
     return turns_clear(contour) && winds_once(contour) && sides_stay_apart();
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Closed loops of vertices: the border of a set of faces, each edge as its face runs through it.
 struct Contour {
@@ -75,4 +75,4 @@ private:
     double size_ = 0.0;         // m, no coordinate is larger
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

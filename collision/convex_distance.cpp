@@ -6,7 +6,7 @@
 #include <array>
 #include <cassert>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// A corner of the hull of all differences a - b.
@@ -130,4 +130,4 @@ ConvexDistance closest_on_convex(std::span<const Vec3> a, std::span<const Vec3> 
     return out;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -9,7 +9,7 @@
 
 #include <span>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct ConvexDistance {
     double distance = 0.0;                               // m, 0 where the hulls meet
@@ -22,4 +22,4 @@ struct ConvexDistance {
 /// cost   O((a + b) steps), usually fewer than ten steps; no allocation
 [[nodiscard]] ConvexDistance closest_on_convex(std::span<const Vec3> a, std::span<const Vec3> b) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

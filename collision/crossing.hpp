@@ -14,7 +14,7 @@
 #include "collision/sweep_lanes.hpp"
 #include "collision/sweep_parts.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Newton's steps, or halvings where those leave the bracket, to the root; what has not come close enough by then stays unclear.
 inline constexpr int kRootSteps = 6;
@@ -30,27 +30,25 @@ struct LaneCrossing {
 struct LaneCubic {
     std::array<Lanes, 4> bernstein, power;
 
-    [[nodiscard]] SELDINGER_LANES_INLINE Lanes value(Lanes t) const noexcept {
+    [[nodiscard]] TROCAR_LANES_INLINE Lanes value(Lanes t) const noexcept {
         return power[0] + t * (power[1] + t * (power[2] + t * power[3]));
     }
-    [[nodiscard]] SELDINGER_LANES_INLINE Lanes slope(Lanes t) const noexcept {
-        return power[1] + t * (2.0 * power[2] + t * (3.0 * power[3]));
-    }
+    [[nodiscard]] TROCAR_LANES_INLINE Lanes slope(Lanes t) const noexcept { return power[1] + t * (2.0 * power[2] + t * (3.0 * power[3])); }
 };
 
 /// The three differences whose determinant is zero where the features lie in one plane, as in plane_at().
 template <int Count>
-SELDINGER_LANES_INLINE std::array<Lanes3, 3> plane_corners(const std::array<Lanes3, Count>& corner) noexcept {
+TROCAR_LANES_INLINE std::array<Lanes3, 3> plane_corners(const std::array<Lanes3, Count>& corner) noexcept {
     constexpr auto order = around<Count>();
     return {corner[order[0]], corner[order[1]], corner[order[Count - 1]]};
 }
 
-SELDINGER_LANES_INLINE Lanes determinant(const std::array<Lanes3, 3>& x) noexcept { return dot(cross(x[0], x[1]), x[2]); }
+TROCAR_LANES_INLINE Lanes determinant(const std::array<Lanes3, 3>& x) noexcept { return dot(cross(x[0], x[1]), x[2]); }
 
 /// Each coefficient is off by less than kPlaneRounding u M^3: a determinant is 6 products of three differences, each off by u, with 5
 /// more roundings: 48; the mean of three of them adds 2 roundings of terms that are 18 together, and a division: 66.
 template <int Count>
-SELDINGER_LANES_INLINE LaneCubic find_cubic(const LaneDifferences<Count>& q) noexcept {
+TROCAR_LANES_INLINE LaneCubic find_cubic(const LaneDifferences<Count>& q) noexcept {
     const std::array<Lanes3, 3> p = plane_corners<Count>(q.t0), r = plane_corners<Count>(q.t1);
     const Lanes3 p01 = cross(p[0], p[1]), p12 = cross(p[1], p[2]), p20 = cross(p[2], p[0]);
     const Lanes3 r01 = cross(r[0], r[1]), r12 = cross(r[1], r[2]), r20 = cross(r[2], r[0]);
@@ -60,7 +58,7 @@ SELDINGER_LANES_INLINE LaneCubic find_cubic(const LaneDifferences<Count>& q) noe
 }
 
 /// Near the one root between 0 and 1: a guess, which the proof need not believe.
-SELDINGER_LANES_INLINE Lanes guess_root(const LaneCubic& cubic) noexcept {
+TROCAR_LANES_INLINE Lanes guess_root(const LaneCubic& cubic) noexcept {
     const Lanes first = cubic.bernstein[0];
     Lanes low = all(0.0), high = all(1.0), t = first / (first - cubic.bernstein[3]);
     for (int step = 0; step < kRootSteps; ++step) {
@@ -76,7 +74,7 @@ SELDINGER_LANES_INLINE Lanes guess_root(const LaneCubic& cubic) noexcept {
 
 /// As stays_inside() of careful_meeting.cpp, with its bound.
 template <int Count>
-SELDINGER_LANES_INLINE Mask stay_inside(const std::array<Lanes3, Count>& corner, Lanes size, Lanes reach) noexcept {
+TROCAR_LANES_INLINE Mask stay_inside(const std::array<Lanes3, Count>& corner, Lanes size, Lanes reach) noexcept {
     constexpr auto order = around<Count>();
     const Lanes m2 = size * size, bound = kCrossRounding * kUnitRoundoff * m2 + 8.0 * m2 * reach * (1.0 + 1e-9);
     Mask xp = {-1, -1, -1, -1}, xn = xp, yp = xp, yn = xp, zp = xp, zn = xp;
@@ -91,7 +89,7 @@ SELDINGER_LANES_INLINE Mask stay_inside(const std::array<Lanes3, Count>& corner,
 
 /// As contact_normal() says it where no gap is left: the flat normal on the side of the start, or against the motion.
 template <int Count>
-SELDINGER_LANES_INLINE Lanes3 flat_contact_normal(const LaneDifferences<Count>& q, const std::array<Lanes3, Count>& corner) noexcept {
+TROCAR_LANES_INLINE Lanes3 flat_contact_normal(const LaneDifferences<Count>& q, const std::array<Lanes3, Count>& corner) noexcept {
     const Lanes3 flat = flat_normal(corner);
     Lanes3 start = q.t0[0], end = q.t1[0];
     for (int i = 1; i < Count; ++i) {
@@ -104,7 +102,7 @@ SELDINGER_LANES_INLINE Lanes3 flat_contact_normal(const LaneDifferences<Count>& 
 }
 
 template <int Count>
-SELDINGER_LANES_INLINE LaneCrossing find_crossing(const LaneDifferences<Count>& q) noexcept {
+TROCAR_LANES_INLINE LaneCrossing find_crossing(const LaneDifferences<Count>& q) noexcept {
     const LaneCubic cubic = find_cubic(q);
     const auto& [b0, b1, b2, b3] = cubic.bernstein;
     const Lanes bound = kPlaneRounding * kUnitRoundoff * q.size * q.size * q.size + std::numeric_limits<double>::min();
@@ -131,4 +129,4 @@ SELDINGER_LANES_INLINE LaneCrossing find_crossing(const LaneDifferences<Count>& 
     return crossing;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

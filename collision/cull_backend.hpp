@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// What is remembered per pixel and set. Both forms are safe; the second tells apart what lies between two others.
 enum class CullMemory : std::uint8_t {
@@ -68,4 +68,4 @@ public:
     [[nodiscard]] virtual Result<void> find_hits(const CullJob& job, std::span<std::uint8_t> hits) = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

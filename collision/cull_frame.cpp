@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Share of the picture and of the depth range that stays empty at the borders.
@@ -258,4 +258,4 @@ Footprint make_footprint(const CullFrame& frame, std::span<const Vec3> points, c
     return p;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

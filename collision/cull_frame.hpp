@@ -14,7 +14,7 @@
 #include <array>
 #include <span>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// A parallel projection; the three are orthonormal, depth grows along `forward`.
 struct ViewDirection {
@@ -78,4 +78,4 @@ struct DepthInterval {
     return {front > p.nearest ? front : p.nearest, back < p.farthest ? back : p.farthest};
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -2,7 +2,7 @@
 
 #include "collision/chromatic_sets.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Behind everything: depths lie inside (0, 1).
@@ -79,4 +79,4 @@ Result<void> CpuCullBackend::find_hits(const CullJob& job, std::span<std::uint8_
     return {};
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 class CpuCullBackend final : public CullBackend {
 public:
@@ -30,4 +30,4 @@ private:
     std::uint32_t turn_ = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

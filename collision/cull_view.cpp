@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 void CullView::reserve(std::size_t prism_count, std::size_t question_count, std::size_t set_count) {
     prisms.reserve(prism_count);
@@ -56,4 +56,4 @@ Result<CullView::Outcome> CullView::look(const ViewDirection& direction, const S
     }
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// What is drawn and asked where it is not the prisms of triangles: convex hulls of points that stand still.
 struct CullHulls {
@@ -47,4 +47,4 @@ private:
     void make_footprints(const ViewDirection& direction, double reach, int resolution);
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 namespace {
 
@@ -107,4 +107,4 @@ std::vector<Index> Cullide::find_colliding_set(std::span<const Vec3> positions, 
     return ids;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -10,7 +10,7 @@
 
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct CullidePlan {
     int resolution = 500;
@@ -53,4 +53,4 @@ private:
     std::vector<CullidePass> passes_;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

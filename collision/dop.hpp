@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <span>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Slabs of 6-, 14-, 18- and 26-DOPs.
 inline constexpr std::size_t kMaxSlabs = 13;
@@ -76,4 +76,4 @@ inline void project_vertex(const Vec3& t0, const Vec3& t1, Directions directions
     }
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 constexpr float kNothing = SweptBox::kNothing;
@@ -231,4 +231,4 @@ std::size_t DopTree::memory() const noexcept {
            bytes(fine_clusters_);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -12,7 +12,7 @@
 //   decide     O(c)
 // p and c follow the contact, not n; a surface against itself has p and c of order n from neighbours alone.
 // Memory, boxes of 6 and clusters of 32: about 195 bytes a triangle (blocks are not full: one of 16 lanes takes 640 bytes; `fine`
-// adds about 45); DopTree::memory() counts, and `seldinger bench contacts` prints it.
+// adds about 45); DopTree::memory() counts, and `trocar bench contacts` prints it.
 #pragma once
 
 #include "collision/fine_bounds.hpp"
@@ -22,7 +22,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 enum class TreeBuilder : std::uint8_t {
     Median, // halves by count along the longest axis: full clusters
@@ -143,4 +143,4 @@ private:
     std::vector<FineBounds> fine_vertices_, fine_clusters_;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

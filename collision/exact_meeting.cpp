@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 constexpr int kTimeBits = 48; // of a reported root
@@ -127,4 +127,4 @@ std::optional<double> find_exact_time(const std::array<SweptPoint, 2>& a, const 
         .first_time();
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

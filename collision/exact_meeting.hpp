@@ -13,10 +13,10 @@
 
 #include <optional>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// First time of contact, rounded to 2^-48, or nothing.
 [[nodiscard]] std::optional<double> find_exact_time(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face);
 [[nodiscard]] std::optional<double> find_exact_time(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

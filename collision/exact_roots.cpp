@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using Bernstein = std::array<BigInteger, 4>;
@@ -202,4 +202,4 @@ int RootList::sign_at(Root& root, const Polynomial& g) const {
     }
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

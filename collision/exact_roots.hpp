@@ -8,7 +8,7 @@
 #include <array>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct Polynomial {
     std::array<BigInteger, 4> coefficient; // of 1, t, t^2, t^3
@@ -53,4 +53,4 @@ private:
     std::vector<Root> roots_;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

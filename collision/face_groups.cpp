@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Breadth first over faces that share a vertex; a vertex is passed once, however many faces it has.
@@ -72,4 +72,4 @@ FaceGroups make_face_groups(const SurfaceTopology& topology, std::size_t wanted)
     return groups;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

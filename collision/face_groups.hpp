@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct FaceGroups {
     static constexpr std::size_t kMost = 64;
@@ -31,4 +31,4 @@ struct FaceGroups {
 /// cost     O(wanted * n), n corners of faces
 [[nodiscard]] FaceGroups make_face_groups(const SurfaceTopology& topology, std::size_t wanted);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

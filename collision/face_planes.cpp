@@ -5,7 +5,7 @@
 #include "collision/lanes.hpp"
 #include "collision/swept_box.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 constexpr std::size_t kMostPoints = 3 * DopTree::kMaxClusterSize;
@@ -19,7 +19,7 @@ struct Hull {
     double size = 0.0;          // largest absolute coordinate, NaN or infinite if one is
 };
 
-SELDINGER_LANES_INLINE void gather(const SurfaceMotion& motion, std::span<const Index> vertices, Hull& hull) noexcept {
+TROCAR_LANES_INLINE void gather(const SurfaceMotion& motion, std::span<const Index> vertices, Hull& hull) noexcept {
     hull.count = vertices.size();
     double x = 0.0, y = 0.0, z = 0.0, size = 0.0, none = 0.0;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -47,7 +47,7 @@ struct LaneFaces {
 };
 
 /// A short group repeats its first face.
-SELDINGER_LANES_INLINE LaneFaces gather(const SurfaceMotion& motion, const FaceRun& faces, Index first) noexcept {
+TROCAR_LANES_INLINE LaneFaces gather(const SurfaceMotion& motion, const FaceRun& faces, Index first) noexcept {
     constexpr std::size_t kBlock = DopTree::kLanes;
     LaneFaces out;
     const Index* face[kLanes]; // its corners, a row each
@@ -73,7 +73,7 @@ SELDINGER_LANES_INLINE LaneFaces gather(const SurfaceMotion& motion, const FaceR
 }
 
 /// Which faces have all of the hull beyond them along n, by more than the distance?
-SELDINGER_LANES_INLINE Mask lies_beyond(const Hull& hull, const LaneFaces& faces, const Lanes3& n, double distance) noexcept {
+TROCAR_LANES_INLINE Mask lies_beyond(const Hull& hull, const LaneFaces& faces, const Lanes3& n, double distance) noexcept {
     Lanes high0 = dot(n, faces.t0[0]), high1 = dot(n, faces.t1[0]);
     for (std::size_t k = 1; k < 3; ++k) {
         high0 = larger(high0, dot(n, faces.t0[k]));
@@ -94,7 +94,7 @@ SELDINGER_LANES_INLINE Mask lies_beyond(const Hull& hull, const LaneFaces& faces
 
 } // namespace
 
-SELDINGER_CLONES
+TROCAR_CLONES
 bool hull_keeps_off(const SurfaceMotion& hull, std::span<const Index> vertices, const SurfaceMotion& surface, const FaceRun& faces,
                     double distance) noexcept {
     Hull points;
@@ -111,4 +111,4 @@ bool hull_keeps_off(const SurfaceMotion& hull, std::span<const Index> vertices, 
     return true;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -7,7 +7,7 @@
 
 #include "collision/topology.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Faces as DopTree lays them out.
 struct FaceRun {
@@ -23,4 +23,4 @@ struct FaceRun {
 [[nodiscard]] bool hull_keeps_off(const SurfaceMotion& hull, std::span<const Index> vertices, const SurfaceMotion& surface,
                                   const FaceRun& faces, double distance) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

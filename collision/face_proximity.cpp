@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Weights of the point with parameter s on edge k.
@@ -206,4 +206,4 @@ bool find_vertex_proximity(const SweptFace& a, const SweptFace& b, double distan
     return first.found;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,7 +6,7 @@
 
 #include "collision/sweep.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Closest points of two triangles by their weights of the corners.
 struct FacePoints {
@@ -42,4 +42,4 @@ inline constexpr double kProximityTolerance = 1e-6; // [-]
 [[nodiscard]] bool find_vertex_proximity(const SweptFace& a, const SweptFace& b, double distance, bool during_step, bool both,
                                          FaceProximity& out);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

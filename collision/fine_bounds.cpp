@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using FloatLanes = float __attribute__((vector_size(4 * kLanes)));
@@ -18,7 +18,7 @@ struct Projections {
 
 /// A short span repeats its last vertex. The sums are those of project_vertex, so its bound on their error, 2^-50 of
 /// the size, holds.
-SELDINGER_LANES_INLINE Projections project(std::span<const Vec3> from, std::span<const Index> vertices) noexcept {
+TROCAR_LANES_INLINE Projections project(std::span<const Vec3> from, std::span<const Index> vertices) noexcept {
     const std::size_t last = vertices.size() - 1;
     const Lanes3 p = gather_points(from[vertices[0]], from[vertices[std::min<std::size_t>(1, last)]],
                                    from[vertices[std::min<std::size_t>(2, last)]], from[vertices[std::min<std::size_t>(3, last)]]);
@@ -28,15 +28,15 @@ SELDINGER_LANES_INLINE Projections project(std::span<const Vec3> from, std::span
 }
 
 /// round_down, lane by lane.
-SELDINGER_LANES_INLINE FloatLanes round_down(Lanes x) noexcept {
+TROCAR_LANES_INLINE FloatLanes round_down(Lanes x) noexcept {
     return __builtin_convertvector(x - 0x1p-23 * magnitude(x) - 0x1p-148, FloatLanes);
 }
 
-SELDINGER_LANES_INLINE bool all_fit(Lanes size) noexcept {
+TROCAR_LANES_INLINE bool all_fit(Lanes size) noexcept {
     return !any(~(size <= kLargestCoordinate)); // NaN does not
 }
 
-SELDINGER_LANES_INLINE double smallest(Lanes x) noexcept {
+TROCAR_LANES_INLINE double smallest(Lanes x) noexcept {
     double least = x[0];
     for (int lane = 1; lane < kLanes; ++lane) least = x[lane] < least ? x[lane] : least;
     return least;
@@ -50,7 +50,7 @@ FineReach fine_reach(double distance) noexcept {
     return reach;
 }
 
-SELDINGER_CLONES
+TROCAR_CLONES
 FineBounds join_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> vertices) noexcept {
     std::array<Lanes, kFineSlabs> lo, hi;
     lo.fill(all(std::numeric_limits<double>::infinity()));
@@ -79,7 +79,7 @@ FineBounds join_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::
     return bounds;
 }
 
-SELDINGER_CLONES
+TROCAR_CLONES
 void project_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> vertices,
                     std::span<FineBounds> out) noexcept {
     for (std::size_t first = 0; first < vertices.size(); first += kLanes) {
@@ -100,4 +100,4 @@ void project_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::spa
     }
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

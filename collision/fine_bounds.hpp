@@ -10,7 +10,7 @@
 #include <array>
 #include <span>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 inline constexpr std::size_t kFineSlabs = 10;
 
@@ -48,4 +48,4 @@ using FineReach = std::array<float, kFineSlabs>;
 void project_finely(std::span<const Vec3> t0, std::span<const Vec3> t1, std::span<const Index> vertices,
                     std::span<FineBounds> out) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

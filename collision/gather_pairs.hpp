@@ -7,17 +7,17 @@
 
 #include <span>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
-SELDINGER_LANES_INLINE FeaturePair lane_pair(std::span<const FeaturePair> pairs, std::size_t lane) noexcept {
+TROCAR_LANES_INLINE FeaturePair lane_pair(std::span<const FeaturePair> pairs, std::size_t lane) noexcept {
     return pairs[lane < pairs.size() ? lane : 0];
 }
 
 /// Vertex minus face corners.
 /// vertices, faces   positions of the vertices' surface and of the faces'        pairs   at least one
-SELDINGER_LANES_INLINE std::array<Lanes3, 3> vertex_face_differences(std::span<const Vec3> vertices, std::span<const Vec3> faces,
-                                                                     const SurfaceTopology& topology_of_faces,
-                                                                     std::span<const FeaturePair> pairs) noexcept {
+TROCAR_LANES_INLINE std::array<Lanes3, 3> vertex_face_differences(std::span<const Vec3> vertices, std::span<const Vec3> faces,
+                                                                  const SurfaceTopology& topology_of_faces,
+                                                                  std::span<const FeaturePair> pairs) noexcept {
     const FeaturePair p0 = lane_pair(pairs, 0), p1 = lane_pair(pairs, 1), p2 = lane_pair(pairs, 2), p3 = lane_pair(pairs, 3);
     const std::vector<Triangle>& triangles = topology_of_faces.triangles;
     const Triangle &t0 = triangles[p0.b], &t1 = triangles[p1.b], &t2 = triangles[p2.b], &t3 = triangles[p3.b];
@@ -30,9 +30,9 @@ SELDINGER_LANES_INLINE std::array<Lanes3, 3> vertex_face_differences(std::span<c
 
 /// a0 - b0, a0 - b1, a1 - b0, a1 - b1.
 /// a, b   positions of the two edges' surfaces        pairs   at least one
-SELDINGER_LANES_INLINE std::array<Lanes3, 4> edge_edge_differences(std::span<const Vec3> a, const SurfaceTopology& topology_a,
-                                                                   std::span<const Vec3> b, const SurfaceTopology& topology_b,
-                                                                   std::span<const FeaturePair> pairs) noexcept {
+TROCAR_LANES_INLINE std::array<Lanes3, 4> edge_edge_differences(std::span<const Vec3> a, const SurfaceTopology& topology_a,
+                                                                std::span<const Vec3> b, const SurfaceTopology& topology_b,
+                                                                std::span<const FeaturePair> pairs) noexcept {
     const FeaturePair p0 = lane_pair(pairs, 0), p1 = lane_pair(pairs, 1), p2 = lane_pair(pairs, 2), p3 = lane_pair(pairs, 3);
     const std::vector<Edge>&edges_a = topology_a.edges, &edges_b = topology_b.edges;
     const Edge &e0 = edges_a[p0.a], &e1 = edges_a[p1.a], &e2 = edges_a[p2.a], &e3 = edges_a[p3.a];
@@ -43,4 +43,4 @@ SELDINGER_LANES_INLINE std::array<Lanes3, 4> edge_edge_differences(std::span<con
     return {a0 - b0, a0 - b1, a1 - b0, a1 - b1};
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

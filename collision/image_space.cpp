@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Seen along the axes first; then along the normal of what is left, where it looks flattest; then along diagonals.
@@ -161,4 +161,4 @@ std::vector<TrianglePair> find_crossings(std::span<const Triangle> triangles, st
     return pairs;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

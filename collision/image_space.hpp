@@ -15,7 +15,7 @@
 #include <optional>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// One view.
 struct ImageSpacePass {
@@ -80,4 +80,4 @@ private:
 [[nodiscard]] std::vector<TrianglePair> find_crossings(std::span<const Triangle> triangles, std::span<const Vec3> positions,
                                                        std::span<const Index> ids);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Pairs of clusters whose candidates wait together: enough to fill the elementary tests' lanes, few enough to stay in
@@ -122,4 +122,4 @@ ExactStats InterruptibleSearch::find(const SearchSide& a, const SearchSide& b, c
     return stats;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

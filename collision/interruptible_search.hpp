@@ -8,7 +8,7 @@
 
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 class InterruptibleSearch {
 public:
@@ -45,4 +45,4 @@ private:
     std::vector<SearchContact> found_;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

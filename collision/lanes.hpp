@@ -7,21 +7,21 @@
 #include <cmath>
 #include <cstring>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 inline constexpr int kLanes = 4;
 
 using Lanes = double __attribute__((vector_size(8 * kLanes)));
 using Mask = long long __attribute__((vector_size(8 * kLanes))); // -1: yes, 0: no
 
-#define SELDINGER_LANES_INLINE [[gnu::always_inline]] inline // cloned kernels must not call out to code for another machine
+#define TROCAR_LANES_INLINE [[gnu::always_inline]] inline // cloned kernels must not call out to code for another machine
 
-SELDINGER_LANES_INLINE Lanes all(double value) noexcept { return Lanes{value, value, value, value}; }
-SELDINGER_LANES_INLINE bool any(Mask mask) noexcept { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
-SELDINGER_LANES_INLINE Lanes smaller(Lanes a, Lanes b) noexcept { return b < a ? b : a; }
-SELDINGER_LANES_INLINE Lanes larger(Lanes a, Lanes b) noexcept { return a < b ? b : a; }
-SELDINGER_LANES_INLINE Lanes magnitude(Lanes a) noexcept { return a < 0.0 ? -a : a; }
-SELDINGER_LANES_INLINE Lanes square_root(Lanes a) noexcept {
+TROCAR_LANES_INLINE Lanes all(double value) noexcept { return Lanes{value, value, value, value}; }
+TROCAR_LANES_INLINE bool any(Mask mask) noexcept { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
+TROCAR_LANES_INLINE Lanes smaller(Lanes a, Lanes b) noexcept { return b < a ? b : a; }
+TROCAR_LANES_INLINE Lanes larger(Lanes a, Lanes b) noexcept { return a < b ? b : a; }
+TROCAR_LANES_INLINE Lanes magnitude(Lanes a) noexcept { return a < 0.0 ? -a : a; }
+TROCAR_LANES_INLINE Lanes square_root(Lanes a) noexcept {
     return Lanes{std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])};
 }
 
@@ -32,7 +32,7 @@ struct Lanes3 {
 };
 
 /// Four points side by side: x and y come together, which halves the shuffles of setting lane by lane.
-SELDINGER_LANES_INLINE Lanes3 gather_points(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) noexcept {
+TROCAR_LANES_INLINE Lanes3 gather_points(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) noexcept {
     using Two = double __attribute__((vector_size(16)));
     const auto load = [](const double* from) __attribute__((always_inline)) {
         Two two;
@@ -45,15 +45,15 @@ SELDINGER_LANES_INLINE Lanes3 gather_points(const Vec3& a, const Vec3& b, const 
             Lanes{a[2], b[2], c[2], d[2]}};
 }
 
-SELDINGER_LANES_INLINE Lanes3 operator+(const Lanes3& a, const Lanes3& b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-SELDINGER_LANES_INLINE Lanes3 operator-(const Lanes3& a, const Lanes3& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-SELDINGER_LANES_INLINE Lanes3 operator*(Lanes s, const Lanes3& a) noexcept { return {s * a.x, s * a.y, s * a.z}; }
-SELDINGER_LANES_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
-SELDINGER_LANES_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) noexcept {
+TROCAR_LANES_INLINE Lanes3 operator+(const Lanes3& a, const Lanes3& b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+TROCAR_LANES_INLINE Lanes3 operator-(const Lanes3& a, const Lanes3& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+TROCAR_LANES_INLINE Lanes3 operator*(Lanes s, const Lanes3& a) noexcept { return {s * a.x, s * a.y, s * a.z}; }
+TROCAR_LANES_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
+TROCAR_LANES_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) noexcept {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-SELDINGER_LANES_INLINE Lanes3 select(Mask mask, const Lanes3& yes, const Lanes3& no) noexcept {
+TROCAR_LANES_INLINE Lanes3 select(Mask mask, const Lanes3& yes, const Lanes3& no) noexcept {
     return {mask ? yes.x : no.x, mask ? yes.y : no.y, mask ? yes.z : no.z};
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -7,10 +7,10 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
-SELDINGER_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, Meeting& meeting) noexcept {
+TROCAR_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, Meeting& meeting) noexcept {
     meeting.meets = true;
     meeting.decided_by = Decision::Proof;
     meeting.time = lanes.time[lane];
@@ -21,7 +21,7 @@ SELDINGER_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, Meet
 /// Stages 1 and 2 for four pairs, of which the first meetings.size() are there.
 /// carefully   answers for one of them by itself
 template <int Count, class Carefully>
-SELDINGER_LANES_INLINE void meet_lanes(LaneDifferences<Count> q, std::span<Meeting> meetings, const Carefully& carefully) {
+TROCAR_LANES_INLINE void meet_lanes(LaneDifferences<Count> q, std::span<Meeting> meetings, const Carefully& carefully) {
     measure(q);
     for (Meeting& meeting : meetings) {
         meeting.meets = false;
@@ -45,7 +45,7 @@ SELDINGER_LANES_INLINE void meet_lanes(LaneDifferences<Count> q, std::span<Meeti
 }
 
 template <class Pairs>
-SELDINGER_LANES_INLINE void meet_all(const Pairs& kind, std::span<const FeaturePair> pairs, std::span<Meeting> meetings) {
+TROCAR_LANES_INLINE void meet_all(const Pairs& kind, std::span<const FeaturePair> pairs, std::span<Meeting> meetings) {
     for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
         const auto part = pairs.subspan(first, std::min<std::size_t>(kLanes, pairs.size() - first));
         meet_lanes(kind.gather(part), meetings.subspan(first, part.size()), [&](std::size_t k) {
@@ -57,7 +57,7 @@ SELDINGER_LANES_INLINE void meet_all(const Pairs& kind, std::span<const FeatureP
 
 /// One pair in every lane.
 template <int Count>
-SELDINGER_LANES_INLINE LaneDifferences<Count> spread(const Differences<Count>& q) noexcept {
+TROCAR_LANES_INLINE LaneDifferences<Count> spread(const Differences<Count>& q) noexcept {
     LaneDifferences<Count> lanes{};
     for (int i = 0; i < Count; ++i) {
         lanes.t0[i] = {all(q.t0[i][0]), all(q.t0[i][1]), all(q.t0[i][2])};
@@ -68,29 +68,29 @@ SELDINGER_LANES_INLINE LaneDifferences<Count> spread(const Differences<Count>& q
 
 } // namespace
 
-SELDINGER_CLONES
+TROCAR_CLONES
 void meet_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
                        std::span<Meeting> meetings) {
     meet_all(VertexFaces{vertices, faces}, pairs, meetings);
 }
 
-SELDINGER_CLONES
+TROCAR_CLONES
 void meet_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, std::span<Meeting> meetings) {
     meet_all(EdgeEdges{a, b}, pairs, meetings);
 }
 
-SELDINGER_CLONES
+TROCAR_CLONES
 Meeting meet_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
     Meeting meeting;
     meet_lanes(spread(make_differences(vertex, face)), std::span(&meeting, 1), [&](std::size_t) { return meet_carefully(vertex, face); });
     return meeting;
 }
 
-SELDINGER_CLONES
+TROCAR_CLONES
 Meeting meet_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
     Meeting meeting;
     meet_lanes(spread(make_differences(a, b)), std::span(&meeting, 1), [&](std::size_t) { return meet_carefully(a, b); });
     return meeting;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

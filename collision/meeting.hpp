@@ -13,7 +13,7 @@
 
 #include "collision/sweep_batch.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Which stage decided; the last one is the dear one.
 enum class Decision : std::uint8_t { Filter, Proof, Exact };
@@ -39,4 +39,4 @@ void meet_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces
                        std::span<Meeting> meetings);
 void meet_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, std::span<Meeting> meetings);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -8,7 +8,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -212,11 +212,11 @@ std::uint32_t near_features(const float* box, const float* block, std::size_t sl
 const char* target_name() { return hwy::TargetName(HWY_TARGET); }
 
 } // namespace HWY_NAMESPACE
-} // namespace seldinger::collision
+} // namespace trocar::collision
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace seldinger::collision {
+namespace trocar::collision {
 
 HWY_EXPORT(near_pairs);
 HWY_EXPORT(near_children);
@@ -291,5 +291,5 @@ std::uint32_t near_features_plain(const float* box, const float* block, std::siz
     return near;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision
 #endif

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Consecutive blocks of 16 features as DopTree lays them out, at most a cluster's.
 struct BlockRun {
@@ -48,4 +48,4 @@ struct NearTest {
 /// Name of the instruction set that the kernels run on.
 [[nodiscard]] const char* near_pairs_target() noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -2,7 +2,7 @@
 
 #include "collision/chromatic_sets.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 float size_of(const SweptBox& box) noexcept {
@@ -78,4 +78,4 @@ void NearTriangles::find(BoxTree& a, BoxTree& b, float distance, std::vector<Tri
     traverse(a, b, false, distance, [&](Index ta, Index tb) { pairs.push_back({ta, tb}); });
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Two triangles by id; of one surface with itself the lower one first.
 struct TrianglePair {
@@ -31,4 +31,4 @@ private:
     std::uint64_t box_tests_ = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

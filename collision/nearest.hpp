@@ -9,7 +9,7 @@
 #include <array>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Nearest points of the two features at one time.
 struct Nearest {
@@ -70,4 +70,4 @@ struct Nearest {
     return {on.point_a - on.point_b, std::sqrt(on.distance_sq), {on.s, on.t, 0.0}};
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -5,7 +5,7 @@
 
 #include <array>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct LaneNearest {
     Lanes3 offset;
@@ -14,7 +14,7 @@ struct LaneNearest {
 };
 
 /// Regions as in nearest.hpp, the last that holds wins, so they come in reverse order.
-SELDINGER_LANES_INLINE LaneNearest find_nearest(const std::array<Lanes3, 3>& corner) noexcept {
+TROCAR_LANES_INLINE LaneNearest find_nearest(const std::array<Lanes3, 3>& corner) noexcept {
     const Lanes3 &a = corner[0], &b = corner[1], &c = corner[2];
     const Lanes3 ab = b - a, ac = c - a;
     const Lanes d1 = -dot(ab, a), d2 = -dot(ac, a), d3 = -dot(ab, b), d4 = -dot(ac, b), d5 = -dot(ab, c), d6 = -dot(ac, c);
@@ -44,13 +44,13 @@ SELDINGER_LANES_INLINE LaneNearest find_nearest(const std::array<Lanes3, 3>& cor
     return {offset, square_root(dot(offset, offset)), {1.0 - v - w, v, w}};
 }
 
-SELDINGER_LANES_INLINE Lanes clamped_ratio(Lanes p, Lanes q) noexcept {
+TROCAR_LANES_INLINE Lanes clamped_ratio(Lanes p, Lanes q) noexcept {
     const Lanes zero = all(0.0), one = all(1.0);
     const Lanes ratio = p >= q ? one : p / q;
     return (p <= 0.0) | (q <= 0.0) ? zero : ratio;
 }
 
-SELDINGER_LANES_INLINE LaneNearest find_nearest(const std::array<Lanes3, 4>& corner) noexcept {
+TROCAR_LANES_INLINE LaneNearest find_nearest(const std::array<Lanes3, 4>& corner) noexcept {
     const Lanes3& r = corner[0];
     const Lanes3 da = corner[2] - corner[0], db = corner[0] - corner[1];
     const Lanes aa = dot(da, da), bb = dot(db, db), ab = dot(da, db), ar = dot(da, r), br = dot(db, r);
@@ -62,4 +62,4 @@ SELDINGER_LANES_INLINE LaneNearest find_nearest(const std::array<Lanes3, 4>& cor
     return {offset, square_root(dot(offset, offset)), {s, t, all(0.0)}};
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,23 +6,21 @@
 
 #include <utility>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
-SELDINGER_LANES_INLINE SweptPoint swept(const SurfaceMotion& motion, Index vertex) noexcept {
-    return {motion.t0[vertex], motion.t1[vertex]};
-}
-SELDINGER_LANES_INLINE std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, const Edge& e) noexcept {
+TROCAR_LANES_INLINE SweptPoint swept(const SurfaceMotion& motion, Index vertex) noexcept { return {motion.t0[vertex], motion.t1[vertex]}; }
+TROCAR_LANES_INLINE std::array<SweptPoint, 2> swept(const SurfaceMotion& motion, const Edge& e) noexcept {
     return {swept(motion, e[0]), swept(motion, e[1])};
 }
 
-SELDINGER_LANES_INLINE std::array<SweptPoint, 3> swept(const SurfaceMotion& motion, const Triangle& t) noexcept {
+TROCAR_LANES_INLINE std::array<SweptPoint, 3> swept(const SurfaceMotion& motion, const Triangle& t) noexcept {
     return {swept(motion, t[0]), swept(motion, t[1]), swept(motion, t[2])};
 }
 
 struct VertexFaces {
     const SurfaceMotion &vertices, &faces;
 
-    SELDINGER_LANES_INLINE LaneDifferences<3> gather(std::span<const FeaturePair> pairs) const noexcept {
+    TROCAR_LANES_INLINE LaneDifferences<3> gather(std::span<const FeaturePair> pairs) const noexcept {
         return {vertex_face_differences(vertices.t0, faces.t0, *faces.topology, pairs),
                 vertex_face_differences(vertices.t1, faces.t1, *faces.topology, pairs), all(0.0)};
     }
@@ -38,7 +36,7 @@ struct VertexFaces {
 struct EdgeEdges {
     const SurfaceMotion &a, &b;
 
-    SELDINGER_LANES_INLINE LaneDifferences<4> gather(std::span<const FeaturePair> pairs) const noexcept {
+    TROCAR_LANES_INLINE LaneDifferences<4> gather(std::span<const FeaturePair> pairs) const noexcept {
         return {edge_edge_differences(a.t0, *a.topology, b.t0, *b.topology, pairs),
                 edge_edge_differences(a.t1, *a.topology, b.t1, *b.topology, pairs), all(0.0)};
     }
@@ -50,4 +48,4 @@ struct EdgeEdges {
     }
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

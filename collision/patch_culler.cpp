@@ -4,7 +4,7 @@
 #include <numeric>
 #include <tuple>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Patches at one vertex beyond which they are not listed as touching: a hub would cost the square of them. Condition 1 is not proven
@@ -305,4 +305,4 @@ void PatchCuller::drop_pruned(std::vector<Index>& live) const {
     std::erase_if(live, [&](Index t) { return gone[t] != 0; });
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -13,7 +13,7 @@
 #include "collision/cull_view.hpp"
 #include "collision/patch_hierarchy.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 class PatchCuller {
 public:
@@ -93,4 +93,4 @@ private:
     ContourTest outline_;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Breadth-first over shared vertices, within one patch.
@@ -97,4 +97,4 @@ PatchHierarchy make_random_hierarchy(std::size_t triangle_count, std::uint64_t s
     });
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

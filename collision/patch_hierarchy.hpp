@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct PatchHierarchy {
     struct Patch {
@@ -25,4 +25,4 @@ struct PatchHierarchy {
 /// Halves of any order, for comparison: patches that are not connected.
 [[nodiscard]] PatchHierarchy make_random_hierarchy(std::size_t triangle_count, std::uint64_t seed);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -5,7 +5,7 @@
 #include "collision/dop_tree.hpp"
 #include "collision/near_pairs.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// A point and a radius as the tree's bounds see them.
 class PointQuery {
@@ -66,4 +66,4 @@ void for_each_close_triangle(DopTree& tree, const SurfaceMotion& motion, const V
     });
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

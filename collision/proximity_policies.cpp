@@ -3,7 +3,7 @@
 #include "collision/cones.hpp"
 #include "collision/dop.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 Error bad_value(const char* key, double value, const char* right) {
@@ -46,4 +46,4 @@ Result<void> check_options(const ProximityOptions& o) {
     return {};
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

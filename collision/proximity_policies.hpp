@@ -8,11 +8,11 @@
 #include <cstdint>
 #include <string_view>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 enum class Exactness : std::uint8_t {
     Exact,     // on or off: the same proximities, to the bit
-    Heuristic, // may lose some; how many is measured by `seldinger bench seed001`
+    Heuristic, // may lose some; how many is measured by `trocar bench seed001`
 };
 
 /// How bounds grow so that they hold what comes near during the step (sections 3.2, 3.3). To all of them d_close/2 is added.
@@ -99,7 +99,7 @@ inline constexpr std::array kPolicyLabels{
 /// Exact only if every switch is, for these distances.
 [[nodiscard]] Exactness exactness_of(const ProximityOptions& options) noexcept;
 
-/// fails   with the option, its value and what would be right
+/// fails   with the option, its value and what was expected
 [[nodiscard]] Result<void> check_options(const ProximityOptions& options);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

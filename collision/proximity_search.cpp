@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Squares and products of coordinates up to this stay finite, and single precision holds it.
@@ -184,4 +184,4 @@ void find_all_proximities(std::span<const SurfaceMotion> motions, const Proximit
         }
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

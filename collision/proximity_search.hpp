@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 class ProximitySearch {
 public:
@@ -58,4 +58,4 @@ private:
 /// cost   O(n^2)
 void find_all_proximities(std::span<const SurfaceMotion> motions, const ProximityOptions& options, std::vector<Proximity>& out);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Faces beneath a pair of nodes whose results are kept together: fewer are as dear to look up as to test, more move too much.
@@ -300,4 +300,4 @@ std::size_t ProximityTraversal::memory() const noexcept {
     return bytes(stack_) + bytes(list_) + bytes(old_list_) + bytes(records_) + bytes(old_records_) + bytes(results_) + bytes(old_results_);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -8,7 +8,7 @@
 
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Two faces that come as near as d_close.
 struct Proximity {
@@ -105,4 +105,4 @@ private:
     ProximityStats stats_;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

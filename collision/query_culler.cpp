@@ -8,7 +8,7 @@
 #include <map>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 constexpr std::uint32_t kNeverSeen = std::numeric_limits<std::uint32_t>::max();
@@ -230,4 +230,4 @@ Result<QueryReport> QueryCuller::cull(const CullProblem& problem, const QueryPla
     return report;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -9,7 +9,7 @@
 #include "collision/set_culler.hpp"
 #include "collision/two_passes.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct QueryPlan {
     int resolution = 0; // pixels a side; 0: what the canvas prefers
@@ -81,4 +81,4 @@ private:
     std::uint32_t seen_count_ = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

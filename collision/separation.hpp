@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Differences between the corners of two features at both ends of the step. Any pair of points of the two features differs by a
 /// convex combination of these, at every time: 3 for vertex and face, 4 for edge and edge.
@@ -95,4 +95,4 @@ template <int Count>
     return true;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

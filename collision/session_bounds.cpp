@@ -7,14 +7,14 @@
 #include <algorithm>
 #include <limits>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// n is taken as exact: any direction proves what it proves. A product n . q is off by less than 4.01 u |n|_1 M (separation.hpp),
 /// u = 2^-53, and |n|_1 <= 2 |n|; the root and the quotient are within a few u of themselves. Squares of a shorter n than 2^-400 lose
 /// digits, so it proves nothing; nor does NaN.
 template <std::size_t Count>
-SELDINGER_LANES_INLINE Lanes bound_of(const std::array<Lanes3, Count>& corner) noexcept {
+TROCAR_LANES_INLINE Lanes bound_of(const std::array<Lanes3, Count>& corner) noexcept {
     const LaneNearest nearest = find_nearest(corner);
     Lanes least = all(std::numeric_limits<double>::max()), size = all(0.0);
     for (const Lanes3& q : corner) {
@@ -26,24 +26,24 @@ SELDINGER_LANES_INLINE Lanes bound_of(const std::array<Lanes3, Count>& corner) n
     return proven ? bound : all(0.0);
 }
 
-SELDINGER_LANES_INLINE void write(Lanes bound, std::span<double> out) noexcept {
+TROCAR_LANES_INLINE void write(Lanes bound, std::span<double> out) noexcept {
     for (std::size_t k = 0; k < std::min<std::size_t>(kLanes, out.size()); ++k) out[k] = bound[static_cast<int>(k)];
 }
 
 } // namespace
 
-SELDINGER_CLONES
+TROCAR_CLONES
 void bound_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
                         std::span<double> bounds) noexcept {
     for (std::size_t first = 0; first < pairs.size(); first += kLanes)
         write(bound_of(vertex_face_differences(vertices.t0, faces.t0, *faces.topology, pairs.subspan(first))), bounds.subspan(first));
 }
 
-SELDINGER_CLONES
+TROCAR_CLONES
 void bound_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs,
                       std::span<double> bounds) noexcept {
     for (std::size_t first = 0; first < pairs.size(); first += kLanes)
         write(bound_of(edge_edge_differences(a.t0, *a.topology, b.t0, *b.topology, pairs.subspan(first))), bounds.subspan(first));
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

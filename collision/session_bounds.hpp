@@ -4,7 +4,7 @@
 
 #include "collision/session_features.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// For each pair the largest distance by which all of one feature stays beyond the other along one direction, never above the truth; 0
 /// where none can be proven. 2^-38 of the features' extent is taken off: what an elementary test may see nearer than it is (sweep.hpp:
@@ -15,4 +15,4 @@ void bound_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& face
 void bound_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs,
                       std::span<double> bounds) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 void SessionChoice::note_session(double work, double least_plain) noexcept {
     age_ += age_ < std::numeric_limits<unsigned>::max();
@@ -29,4 +29,4 @@ void SessionChoice::note_plain(double work) noexcept {
     rests_ = owed_ > (rests_ ? 0.0 : kMostOwed * work);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

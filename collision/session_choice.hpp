@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 class SessionChoice {
 public:
@@ -50,4 +50,4 @@ private:
     unsigned age_ = std::numeric_limits<unsigned>::max(); // steps since plain_ was measured
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

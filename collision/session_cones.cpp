@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Directions within `cosine` of the axis; a cosine of -1 holds all.
@@ -90,4 +90,4 @@ Index find_flat_regions(const SurfacePart& part, const SurfaceMotion& motion, In
     return finder.next;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

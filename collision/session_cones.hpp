@@ -8,7 +8,7 @@
 
 #include "collision/session_parts.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Region of each cluster of a part: the topmost node above it whose cone has a half angle below a quarter turn less a margin. Clusters
 /// that are not narrow themselves have none: kNoIndex.
@@ -16,4 +16,4 @@ namespace seldinger::collision {
 /// regions   [cluster_count] written; numbers count from `first`; returns the next number
 Index find_flat_regions(const SurfacePart& part, const SurfaceMotion& motion, Index first, std::span<Index> regions);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

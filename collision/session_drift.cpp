@@ -7,20 +7,20 @@
 #include <algorithm>
 #include <array>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 constexpr std::size_t kMostGroups = (3 * DopTree::kMaxClusterSize + kLanes - 1) / kLanes;
 
-SELDINGER_LANES_INLINE Lanes3 everywhere(const Vec3& v) noexcept { return {all(v[0]), all(v[1]), all(v[2])}; }
-SELDINGER_LANES_INLINE double sum(Lanes x) noexcept { return (x[0] + x[1]) + (x[2] + x[3]); }
-SELDINGER_LANES_INLINE double largest(Lanes x) noexcept { return std::max(std::max(x[0], x[1]), std::max(x[2], x[3])); }
-SELDINGER_LANES_INLINE Vec3 mean(const Lanes3& sums, double share) noexcept {
+TROCAR_LANES_INLINE Lanes3 everywhere(const Vec3& v) noexcept { return {all(v[0]), all(v[1]), all(v[2])}; }
+TROCAR_LANES_INLINE double sum(Lanes x) noexcept { return (x[0] + x[1]) + (x[2] + x[3]); }
+TROCAR_LANES_INLINE double largest(Lanes x) noexcept { return std::max(std::max(x[0], x[1]), std::max(x[2], x[3])); }
+TROCAR_LANES_INLINE Vec3 mean(const Lanes3& sums, double share) noexcept {
     return {share * sum(sums.x), share * sum(sums.y), share * sum(sums.z)};
 }
 
 /// The turn that explains most of what the vertices stray from the translation, by least squares; none where they do not tell.
-SELDINGER_LANES_INLINE Vec3 find_turn(std::span<const Lanes3> arms, std::span<const Lanes3> strays) noexcept {
+TROCAR_LANES_INLINE Vec3 find_turn(std::span<const Lanes3> arms, std::span<const Lanes3> strays) noexcept {
     Lanes xx = all(0.0), xy = xx, xz = xx, yy = xx, yz = xx, zz = xx;
     Lanes3 momentum{xx, xx, xx};
     for (std::size_t i = 0; i < arms.size(); ++i) {
@@ -52,7 +52,7 @@ SELDINGER_LANES_INLINE Vec3 find_turn(std::span<const Lanes3> arms, std::span<co
 /// A displacement is one subtraction of inputs, so off by u of itself in each coordinate, u = 2^-53; so is an arm. The distance to what
 /// is predicted adds a cross product, two sums, three squares and a root: less than 16 u of the terms. 2^-46 of the largest ones and
 /// kDriftRounding cover them with room. Overflow gives infinity, which bounds everything.
-SELDINGER_CLONES
+TROCAR_CLONES
 ClusterDrift find_drift(std::span<const double> rows) noexcept {
     Lanes3 strays[kMostGroups], arms[kMostGroups]; // left uninitialised
     const std::size_t groups = rows.size() / kShapeGroup;
@@ -111,4 +111,4 @@ ClusterDrift find_drift(std::span<const Vec3> from, std::span<const Vec3> to, st
     return find_drift(used);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

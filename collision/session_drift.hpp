@@ -13,7 +13,7 @@
 #include <cmath>
 #include <span>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Motion of a cluster over a step: a vertex p moves by `move`, and at most `spread` beside it; and by move + turn x (p - centre), and
 /// at most `residual` beside that.
@@ -63,4 +63,4 @@ inline constexpr double kDriftRounding = 1.0 + 0x1p-40;
 /// from, to   [vertex_count] m, finite        vertices   at most 3 DopTree::kMaxClusterSize
 [[nodiscard]] ClusterDrift find_drift(std::span<const Vec3> from, std::span<const Vec3> to, std::span<const Index> vertices) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 constexpr std::size_t kBlock = DopTree::kLanes;
@@ -28,13 +28,13 @@ Float4 load_four(const float* from) noexcept {
 using FloatLanes = float __attribute__((vector_size(4 * kLanes)));
 
 /// round_down, lane by lane.
-SELDINGER_LANES_INLINE FloatLanes round_down(Lanes x) noexcept {
+TROCAR_LANES_INLINE FloatLanes round_down(Lanes x) noexcept {
     return __builtin_convertvector(x - 0x1p-23 * magnitude(x) - 0x1p-148, FloatLanes);
 }
 
 /// The boxes of some vertices, four at a time, and the one around all: make_swept_box's numbers.
 /// groups   their shape        end_row   3 for boxes over the step, 0 for boxes at its start        places   of the rows
-SELDINGER_CLONES
+TROCAR_CLONES
 void box_vertices(std::span<const double> groups, std::size_t end_row, std::span<const Index> places, std::span<float> rows,
                   std::array<float, kRow>& all_of_them) noexcept {
     std::array<float, kRow> joined;
@@ -218,4 +218,4 @@ std::size_t SessionFeatures::memory() const noexcept {
     return sum;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -9,7 +9,7 @@
 #include <array>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Two features by their ids in their surfaces: a vertex of one and a face of the other, or an edge of each.
 enum class PairKind : std::uint8_t {
@@ -74,4 +74,4 @@ private:
     std::size_t boxes_made_ = 0, blocks_made_ = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

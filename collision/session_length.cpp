@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Goes on in its direction while a step's work falls, and turns round where it grew: by half the length at a time.
 unsigned SessionLength::start_session() noexcept {
@@ -17,4 +17,4 @@ unsigned SessionLength::start_session() noexcept {
     return length_;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 class SessionLength {
 public:
@@ -39,4 +39,4 @@ private:
     double last_ = 0.0; // work of a step in the session before
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Smallest room that holds so many pairs.
@@ -103,4 +103,4 @@ std::size_t SessionPairs::memory() const noexcept {
     return sum;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// A pair of features and the drift at which it must be looked at: its distance less what counts as contact, never above the truth.
 struct KeptFeatures {
@@ -69,4 +69,4 @@ private:
     std::size_t feature_count_ = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Pieces smaller than this share of their surface's triangles go together: a handful of trees, however many pieces there are.
@@ -114,4 +114,4 @@ void build_trees(std::span<SurfacePart> parts, std::span<const std::span<const V
     }
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// One connected piece of a surface, or all its small ones together. Ids inside are its own.
 struct SurfacePart {
@@ -41,4 +41,4 @@ void add_parts(BodyId surface, const SurfaceTopology& topology, std::span<const 
 /// positions   [surface][vertex] m
 void build_trees(std::span<SurfacePart> parts, std::span<const std::span<const Vec3>> positions, const TreeOptions& options);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 void gather_shape(std::span<const Vec3> from, std::span<const Vec3> to, std::span<const Index> vertices,
                   std::span<double> groups) noexcept {
@@ -43,4 +43,4 @@ std::size_t SessionShapes::memory() const noexcept {
     return bytes(groups_) + bytes(first_group_) + bytes(first_cluster_);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

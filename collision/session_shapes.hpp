@@ -7,12 +7,12 @@
 #include <cstring>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Four vertices, rows of kLanes: x, y, z at t0, then at t1. A short group repeats its last vertex.
 inline constexpr std::size_t kShapeGroup = 6 * kLanes;
 
-SELDINGER_LANES_INLINE Lanes load_lanes(const double* from) noexcept { // of any alignment
+TROCAR_LANES_INLINE Lanes load_lanes(const double* from) noexcept { // of any alignment
     Lanes lanes;
     std::memcpy(&lanes, from, sizeof lanes);
     return lanes;
@@ -56,4 +56,4 @@ private:
 /// groups   as many as the vertices fill
 void gather_shape(std::span<const Vec3> from, std::span<const Vec3> to, std::span<const Index> vertices, std::span<double> groups) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Steps for which a normal serves: any direction proves what it proves.
@@ -14,7 +14,7 @@ constexpr std::uint32_t kNormalSteps = 4;
 /// Below this the square of a direction's length has lost its digits.
 constexpr double kShortest = 0x1p-900;
 
-SELDINGER_LANES_INLINE double least(Lanes x) noexcept { return std::min(std::min(x[0], x[1]), std::min(x[2], x[3])); }
+TROCAR_LANES_INLINE double least(Lanes x) noexcept { return std::min(std::min(x[0], x[1]), std::min(x[2], x[3])); }
 
 /// All faces that touch a vertex of the other cluster, and their clusters.
 std::vector<std::vector<Index>> find_neighbours(const SurfacePart& part) {
@@ -92,7 +92,7 @@ Vec3 mean_normal(std::span<const Vec3> positions, std::span<const Index> corners
 
 struct SessionSides::Kernel {
     /// Largest absolute coordinate; NaN or infinite if one is.
-    SELDINGER_CLONES
+    TROCAR_CLONES
     static double size_of(std::span<const double> groups) noexcept {
         Lanes size = all(0.0), none = size;
         for (std::size_t at = 0; at < groups.size(); at += kLanes) {
@@ -103,7 +103,7 @@ struct SessionSides::Kernel {
         return -least(-size) + (none[0] + none[1] + none[2] + none[3]);
     }
 
-    SELDINGER_CLONES
+    TROCAR_CLONES
     static std::array<Range, 2> ranges(std::span<const double> groups, const Vec3& normal) noexcept {
         const Lanes x = all(normal[0]), y = all(normal[1]), z = all(normal[2]);
         Lanes lo0 = all(std::numeric_limits<double>::infinity()), lo1 = lo0, hi0 = -lo0, hi1 = hi0;
@@ -172,4 +172,4 @@ std::size_t SessionSides::memory() const noexcept {
     return sum;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

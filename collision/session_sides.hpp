@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 class SessionSides {
 public:
@@ -66,4 +66,4 @@ private:
     std::uint32_t step_ = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

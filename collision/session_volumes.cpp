@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 bool is_leaf(Index node) noexcept { return (node & DopTree::kLeafBit) != 0; }
@@ -212,4 +212,4 @@ std::size_t SessionVolumes::memory() const noexcept {
     return bytes(part_of_) + bytes(cluster_rows_) + bytes(node_rows_) + bytes(marked_clusters_) + bytes(marked_nodes_) + bytes(stack_);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

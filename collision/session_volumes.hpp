@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Clusters of all parts in one count: part by part.
 struct SessionPair {
@@ -82,4 +82,4 @@ private:
     std::uint64_t box_tests_ = 0;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

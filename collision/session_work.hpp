@@ -2,7 +2,7 @@
 // contact (session_length.hpp, session_choice.hpp, and when a list is given up).
 #pragma once
 
-namespace seldinger::collision::work {
+namespace trocar::collision::work {
 
 inline constexpr double kBoxTest = 30.0; // a box against a node's children
 
@@ -23,4 +23,4 @@ inline constexpr double kNeighbours = 600.0, kClusterPair = 200.0; // pairs of c
 // either
 inline constexpr double kElementaryTest = 28.0;
 
-} // namespace seldinger::collision::work
+} // namespace trocar::collision::work

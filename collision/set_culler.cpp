@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 void SetCuller::reserve(std::size_t prisms, std::size_t pairs, std::size_t sets) {
     const std::size_t live = std::min(prisms, 2 * pairs);
@@ -102,4 +102,4 @@ Result<CullReport> SetCuller::cull(const CullProblem& problem, const CullPlan& p
     return report;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

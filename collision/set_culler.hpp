@@ -7,7 +7,7 @@
 #include "collision/cull_view.hpp"
 #include "collision/near_triangles.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct CullPlan {
     CullMemory memory = CullMemory::Intervals;
@@ -68,4 +68,4 @@ private:
     std::vector<std::pair<Index, std::size_t>> asked_;         // of a prism: set it was last asked for, and the question
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

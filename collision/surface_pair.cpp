@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 BlockRun run_of(const DopTree& tree, const DopTree::BlockRange& range, int corner_count) noexcept {
@@ -257,4 +257,4 @@ void SurfacePair::make_edge_edge(FeaturePair pair, const Meeting& meeting, Searc
     c.gap = meeting.normal.dot(offset);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

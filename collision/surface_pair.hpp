@@ -10,7 +10,7 @@
 #include <array>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// What counts as a contact, and by which means it is found.
 struct PairOptions {
@@ -106,4 +106,4 @@ private:
     bool fine_ = false;
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

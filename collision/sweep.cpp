@@ -4,7 +4,7 @@
 
 #include <optional>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 /// Where no progress is possible, features this close, in units of their largest difference, are said to touch rather than to be
@@ -166,4 +166,4 @@ Sweep sweep_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<Swept
     return sweep_differences(q, limits);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -16,7 +16,7 @@
 #include <array>
 #include <cstdint>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct SweptPoint {
     Vec3 t0, t1; // m
@@ -58,4 +58,4 @@ inline constexpr double kKeptGap = 0.1; // [-]
 [[nodiscard]] Sweep sweep_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b,
                                     const SweepLimits& limits) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

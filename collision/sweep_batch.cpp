@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
-SELDINGER_LANES_INLINE void write_lane(const LaneSweep& lanes, int lane, Sweep& sweep) noexcept {
+TROCAR_LANES_INLINE void write_lane(const LaneSweep& lanes, int lane, Sweep& sweep) noexcept {
     sweep.outcome = lanes.time[lane] > 0.0 ? SweepOutcome::Hit : SweepOutcome::StartsTouching;
     sweep.time = lanes.time[lane];
     sweep.safe_time = lanes.safe_time[lane];
@@ -18,8 +18,8 @@ SELDINGER_LANES_INLINE void write_lane(const LaneSweep& lanes, int lane, Sweep& 
 }
 
 template <class Pairs>
-SELDINGER_LANES_INLINE void sweep_all(const Pairs& kind, std::span<const FeaturePair> pairs, const SweepLimits& limits,
-                                      std::span<Sweep> sweeps) noexcept {
+TROCAR_LANES_INLINE void sweep_all(const Pairs& kind, std::span<const FeaturePair> pairs, const SweepLimits& limits,
+                                   std::span<Sweep> sweeps) noexcept {
     for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
         auto q = kind.gather(pairs.subspan(first));
         measure(q);
@@ -40,16 +40,16 @@ SELDINGER_LANES_INLINE void sweep_all(const Pairs& kind, std::span<const Feature
 
 } // namespace
 
-SELDINGER_CLONES
+TROCAR_CLONES
 void sweep_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
                         const SweepLimits& limits, std::span<Sweep> sweeps) noexcept {
     sweep_all(VertexFaces{vertices, faces}, pairs, limits, sweeps);
 }
 
-SELDINGER_CLONES
+TROCAR_CLONES
 void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, const SweepLimits& limits,
                       std::span<Sweep> sweeps) noexcept {
     sweep_all(EdgeEdges{a, b}, pairs, limits, sweeps);
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -7,7 +7,7 @@
 
 #include <span>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 struct FeaturePair { // vertex and face id, or two edge ids
     Index a, b;
@@ -19,4 +19,4 @@ void sweep_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& face
 void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, const SweepLimits& limits,
                       std::span<Sweep> sweeps) noexcept;
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -9,7 +9,7 @@
 #include <array>
 #include <limits>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// Advances of a batch before its open lanes are handed to the scalar routine: where features are to touch, it soon turns its direction.
 inline constexpr int kBatchSteps = 4, kBatchStepsToTouch = 2;
@@ -28,7 +28,7 @@ struct LaneFreeTime {
 };
 
 template <int Count>
-SELDINGER_LANES_INLINE void measure(LaneDifferences<Count>& q) noexcept {
+TROCAR_LANES_INLINE void measure(LaneDifferences<Count>& q) noexcept {
     q.size = all(0.0);
     const auto grow = [&q](const Lanes3& d) __attribute__((always_inline)) {
         q.size = larger(q.size, larger(magnitude(d.x), larger(magnitude(d.y), magnitude(d.z))));
@@ -40,25 +40,25 @@ SELDINGER_LANES_INLINE void measure(LaneDifferences<Count>& q) noexcept {
 }
 
 template <int Count>
-SELDINGER_LANES_INLINE std::array<Lanes3, Count> at(const LaneDifferences<Count>& q, Lanes t) noexcept {
+TROCAR_LANES_INLINE std::array<Lanes3, Count> at(const LaneDifferences<Count>& q, Lanes t) noexcept {
     std::array<Lanes3, Count> out;
     for (int i = 0; i < Count; ++i) out[i] = (1.0 - t) * q.t0[i] + t * q.t1[i];
     return out;
 }
 
-SELDINGER_LANES_INLINE Lanes3 flat_normal(const std::array<Lanes3, 3>& c) noexcept { return cross(c[0] - c[1], c[0] - c[2]); }
-SELDINGER_LANES_INLINE Lanes3 flat_normal(const std::array<Lanes3, 4>& c) noexcept { return cross(c[2] - c[0], c[0] - c[1]); }
+TROCAR_LANES_INLINE Lanes3 flat_normal(const std::array<Lanes3, 3>& c) noexcept { return cross(c[0] - c[1], c[0] - c[2]); }
+TROCAR_LANES_INLINE Lanes3 flat_normal(const std::array<Lanes3, 4>& c) noexcept { return cross(c[2] - c[0], c[0] - c[1]); }
 
 /// As in separation.hpp, lane by lane; its proof holds here word for word.
 template <int Count>
-SELDINGER_LANES_INLINE Lanes free_bound(const LaneDifferences<Count>& q, const Lanes3& n, Lanes distance) noexcept {
+TROCAR_LANES_INLINE Lanes free_bound(const LaneDifferences<Count>& q, const Lanes3& n, Lanes distance) noexcept {
     const Lanes length_1 = magnitude(n.x) + magnitude(n.y) + magnitude(n.z);
     return distance * square_root(dot(n, n)) * (1.0 + 8.0 * kUnitRoundoff) + kRoundingUnits * kUnitRoundoff * length_1 * q.size +
            std::numeric_limits<double>::min();
 }
 
 template <int Count>
-SELDINGER_LANES_INLINE LaneFreeTime find_free_time(const LaneDifferences<Count>& q, const Lanes3& n, Lanes distance) noexcept {
+TROCAR_LANES_INLINE LaneFreeTime find_free_time(const LaneDifferences<Count>& q, const Lanes3& n, Lanes distance) noexcept {
     const Lanes bound = free_bound(q, n, distance);
     const Lanes zero = all(0.0), one = all(1.0);
     LaneFreeTime free{zero, one};
@@ -76,7 +76,7 @@ SELDINGER_LANES_INLINE LaneFreeTime find_free_time(const LaneDifferences<Count>&
 }
 
 template <int Count>
-SELDINGER_LANES_INLINE Mask stays_on_one_side(const LaneDifferences<Count>& q, Lanes distance) noexcept {
+TROCAR_LANES_INLINE Mask stays_on_one_side(const LaneDifferences<Count>& q, Lanes distance) noexcept {
     const Lanes3 flat = flat_normal(q.t0);
     const Mask below = dot(flat, q.t0[0]) < 0.0;
     const Lanes3 n = select(below, all(-1.0) * flat, flat);
@@ -93,7 +93,7 @@ struct LaneSweep {
 };
 
 template <int Count>
-SELDINGER_LANES_INLINE void find_safe_time(const LaneDifferences<Count>& q, double distance, LaneSweep& sweep) noexcept {
+TROCAR_LANES_INLINE void find_safe_time(const LaneDifferences<Count>& q, double distance, LaneSweep& sweep) noexcept {
     const Lanes kept = kKeptGap * smaller(sweep.nearest.distance, all(distance));
     sweep.safe_time = sweep.time;
     Mask open = sweep.hit & (kept > 0.0);
@@ -118,7 +118,7 @@ SELDINGER_LANES_INLINE void find_safe_time(const LaneDifferences<Count>& q, doub
 }
 
 template <int Count>
-SELDINGER_LANES_INLINE LaneSweep sweep_lanes(const LaneDifferences<Count>& q, Mask open, const SweepLimits& limits) noexcept {
+TROCAR_LANES_INLINE LaneSweep sweep_lanes(const LaneDifferences<Count>& q, Mask open, const SweepLimits& limits) noexcept {
     const Lanes distance = all(limits.distance);
     const int steps = limits.distance + limits.tolerance > 0.0 ? kBatchSteps : kBatchStepsToTouch;
     LaneSweep sweep{};
@@ -148,4 +148,4 @@ SELDINGER_LANES_INLINE LaneSweep sweep_lanes(const LaneDifferences<Count>& q, Ma
     return sweep;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,7 +6,7 @@
 #include "collision/separation.hpp"
 #include "collision/sweep.hpp"
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 [[nodiscard]] inline Differences<3> make_differences(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) noexcept {
     Differences<3> q; // vertex minus face corner
@@ -98,4 +98,4 @@ template <int Count>
     return speed > 0.0 && std::isfinite(speed) ? Vec3(-motion / speed) : Vec3::UnitX();
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

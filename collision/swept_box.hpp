@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 using Float4 = float __attribute__((vector_size(16)));
 
@@ -57,4 +57,4 @@ inline constexpr double kLargestCoordinate = 1e37; // m
     return (halves[0] | halves[1]) == 0;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 Edge make_edge(Index a, Index b) { return a < b ? Edge{a, b} : Edge{b, a}; }
@@ -46,4 +46,4 @@ SurfaceTopology make_topology(std::span<const Triangle> triangles, std::size_t v
     return topology;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

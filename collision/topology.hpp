@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 using Edge = std::array<Index, 2>; // vertex ids, smaller first
 
@@ -34,4 +34,4 @@ struct SurfaceMotion {
     std::span<const Vec3> t0, t1; // [vertex_count] m, world
 };
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 CutItem make_item(const Triangle& t, std::span<const Vec3> positions) {
@@ -157,4 +157,4 @@ CutParts cut_into_parts(const CutPlan& plan, std::span<Index> order, std::size_t
     return parts;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

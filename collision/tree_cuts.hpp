@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// One triangle while a tree is built.
 struct CutItem {
@@ -36,4 +36,4 @@ struct CutParts {
 /// order   triangle ids, at least one; reordered
 [[nodiscard]] CutParts cut_into_parts(const CutPlan& plan, std::span<Index> order, std::size_t arity, std::size_t leaf_size);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

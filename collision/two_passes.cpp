@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 constexpr float kFar = 1.0f; // behind everything: depths lie inside (0, 1)
@@ -92,4 +92,4 @@ Result<std::uint64_t> find_hits_in_two_passes(const CullJob& job, VisibilityCanv
     return queries;
 }
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

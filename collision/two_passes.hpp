@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 
 /// What draws prisms one after another and tells how they lie to those before: a depth buffer with occlusion queries. Answers are
 /// collected after many questions, so that a device need not be waited for after each.
@@ -54,4 +54,4 @@ private:
 /// fails   as the canvas does
 [[nodiscard]] Result<std::uint64_t> find_hits_in_two_passes(const CullJob& job, VisibilityCanvas& canvas, std::span<std::uint8_t> hits);
 
-} // namespace seldinger::collision
+} // namespace trocar::collision

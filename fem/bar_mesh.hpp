@@ -6,7 +6,7 @@
 
 #include <utility>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// cells [3] along x, y, z; cell m; jitter [-] of the spacing; the same for the same arguments on every machine.
 [[nodiscard]] inline TetMesh make_bar_mesh(std::array<Index, 3> cells, double cell, double jitter) {
@@ -42,4 +42,4 @@ namespace seldinger::fem {
     return mesh;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

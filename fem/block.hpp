@@ -1,7 +1,7 @@
 // 3x3 matrices as plain arrays: Eigen's are slower where nine numbers are all there is.
 #pragma once
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// 3x3, row-major.
 template <class T>
@@ -50,4 +50,4 @@ template <class T>
            f.m[2] * (f.m[3] * f.m[7] - f.m[4] * f.m[6]);
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

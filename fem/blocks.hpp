@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 inline constexpr std::size_t kMostBlocks = 64;
 
@@ -23,4 +23,4 @@ std::size_t for_each_block(std::size_t count, unsigned threads, std::size_t leas
     return blocks;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -283,4 +283,4 @@ RodReport solve_coaxial(const CoaxialRod& outer, const CoaxialRod& inner, double
     return report;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -10,7 +10,7 @@
 
 #include "fem/rod.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// One of the two. Both drives have the same port.
 struct CoaxialRod {
@@ -41,4 +41,4 @@ void reserve_coaxial(const RodModel& outer, const RodModel& inner, std::size_t p
 RodReport solve_coaxial(const CoaxialRod& outer, const CoaxialRod& inner, double step, unsigned substeps,
                         CoaxialWorkspace& workspace) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -124,4 +124,4 @@ ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> s
     return plan;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

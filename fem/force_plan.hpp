@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 inline constexpr std::size_t kBatch = 8;         // tets that a kernel handles at once: a vector of doubles in AVX-512
 inline constexpr std::size_t kChunkBatches = 64; // its slots fit in the first-level cache
@@ -60,4 +60,4 @@ inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 32;
 [[nodiscard]] ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Vec3> rest_position,
                                         std::span<const double> inv_mass);
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -137,4 +137,4 @@ void add_damping_product(const TissueModel& model, std::span<const Vec3> positio
     if (model.material.viscosity > 0.0) run_once(model, TetKernel::Damping, position, velocity, -1.0, product);
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -6,7 +6,7 @@
 #include "fem/kernels.hpp"
 #include "fem/tissue.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 struct TetReport {
     double min_volume_ratio = 1.0; // det F of the most compressed tet, [-]; <= 0: inverted
@@ -44,4 +44,4 @@ void gather_records(const ForcePlan& plan, std::span<const Vec3> position, std::
                     std::span<NodeRecord> records) noexcept;
 void scatter_records(const ForcePlan& plan, std::span<const NodeRecord> records, std::span<Vec3> position, std::span<Vec3> second) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -14,12 +14,6 @@ void prepare_workspace(const ForcePlan& plan, RkWorkspace& w) {
     w.partial.resize(plan.slots.size());
     w.extra.resize(plan.node_count());
     w.sums.resize(plan.chunks.size());
-}
-
-void note_volume(IntegrateReport& report, double ratio, Index tet) noexcept {
-    if (report.min_volume_tet != kNoIndex && !(ratio < report.min_volume_ratio)) return;
-    report.min_volume_ratio = ratio;
-    report.min_volume_tet = tet;
 }
 
 enum class StageOutcome : std::uint8_t { Fine, NotFinite, Stiffened };
@@ -92,7 +86,7 @@ StageOutcome run_stage(const Substep& s, double since, std::span<const NodeRecor
     if (s.watch) forces.growth = s.watch->growth;
     const Extremes tets = run_tets(plan, forces, now, s.w.partial);
     if (s.watch && s.watch->trips(tets.high)) return StageOutcome::Stiffened;
-    if (tets.low_place != kNoIndex) note_volume(s.report, tets.low, plan.tet_of[tets.low_place]);
+    if (tets.low_place != kNoIndex) s.report.least_stage_ratio = std::min(s.report.least_stage_ratio, tets.low);
     NodeJob job{.update = update,
                 .start = s.w.start.data(),
                 .now = now.data(),
@@ -161,7 +155,9 @@ void aim_pinned(const TissueModel& model, TissueState& state, double step, const
 
 void measure_end(const TissueModel& model, const TissueState& state, RkWorkspace& w, IntegrateReport& report) noexcept {
     const TetReport tets = measure_tets(model, w.start, w.sums, w.threads);
-    note_volume(report, tets.min_volume_ratio, tets.min_volume_tet);
+    report.min_volume_ratio = tets.min_volume_ratio;
+    report.min_volume_tet = tets.min_volume_tet;
+    report.least_stage_ratio = std::min(report.least_stage_ratio, tets.min_volume_ratio);
     report.inverted = tets.inverted;
     report.elastic_j = tets.elastic_energy;
     for (std::size_t node = 0; node < model.node_count(); ++node)
@@ -281,4 +277,4 @@ Momentum find_momentum(const TissueModel& model, const TissueState& state) noexc
     return sum;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

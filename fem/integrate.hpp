@@ -7,7 +7,7 @@
 #include "fem/springs.hpp"
 #include "fem/stable_step.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 struct IntegrateInputs {
     Vec3 gravity = Vec3::Zero(); // m/s^2
@@ -17,14 +17,18 @@ struct IntegrateInputs {
 };
 
 struct IntegrateReport {
-    double min_volume_ratio = 1.0; // [-], over every stage of every sub-step
+    // of the state at the end, which the caller gets: min_volume_ratio <= 0 if and only if inverted > 0
+    double min_volume_ratio = 1.0; // [-] det F of the most compressed tet
     Index min_volume_tet = kNoIndex;
-    std::uint32_t inverted = 0; // tets with det F <= 0 at the end
-    double elastic_j = 0.0;     // J at the end
-    double kinetic_j = 0.0;     // J at the end
+    std::uint32_t inverted = 0; // tets with det F <= 0
+    double elastic_j = 0.0;     // J
+    double kinetic_j = 0.0;     // J
     unsigned substeps_done = 0;
     Index first_bad_node = kNoIndex; // kNoIndex: every state was finite
     Index first_bad_tet = kNoIndex;  // the first tet whose force was not finite, when that was the cause
+    /// [-] smallest det F at which a force was evaluated: stages within sub-steps too, also of sub-steps that were not taken. No state has
+    /// it; where the integration fails it says what led there.
+    double least_stage_ratio = 1.0;
 
     [[nodiscard]] bool finite() const noexcept { return first_bad_node == kNoIndex; }
 };
@@ -81,4 +85,4 @@ struct Momentum {
 };
 [[nodiscard]] Momentum find_momentum(const TissueModel& model, const TissueState& state) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

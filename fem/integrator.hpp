@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 enum class Integrator : std::uint8_t { Rk4, Leapfrog };
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 
 #include <string_view>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 enum class TetKernel : std::uint8_t {
     Force,        // elastic force of x
@@ -106,4 +106,4 @@ Index update_nodes(const ForcePlan& plan, const NodeJob& job) noexcept;
 /// processor does not have it.
 bool choose_isa(std::string_view isa) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <string>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -309,4 +309,4 @@ Result<LatticeMesh> make_lattice_of_nodes(const TriMesh& surface, std::size_t no
     return best;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 #include "base/mesh.hpp"
 #include "base/result.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 struct LatticeOptions {
     double cell = 0.0;            // m, > 0: edge of a cube; 12 tets each
@@ -40,4 +40,4 @@ struct LatticeMesh {
 inline constexpr double kMostLatticeCells = 5e6;
 inline constexpr double kMostLatticeTets = 5e6;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

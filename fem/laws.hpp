@@ -6,7 +6,7 @@
 #include "fem/material.hpp"
 #include "fem/polar.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// St. Venant-Kirchhoff, psi = lambda/2 tr(E)^2 + mu E:E with E = (F^T F - I)/2.
 struct StVKLaw {
@@ -40,4 +40,4 @@ struct NeoHookeanLaw {
     }
 };
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

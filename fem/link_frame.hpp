@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Sine of the angle at q0 below which a triangle has no frame: its normal would be rounding.
 inline constexpr double kCollapsedSine = 1e-4;
@@ -32,4 +32,4 @@ struct LinkTriangle {
     return true;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -16,7 +16,7 @@
 #include "fem/tet_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
@@ -60,7 +60,7 @@ SteerReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFra
         const Rows axes[3] = {turn_back(times(n, per_n)), turn_back(times(e, per_e)), turn_back(times(cross(e, n), hn::Mul(per_n, per_e)))};
         alignas(64) double good[kLanes];
         hn::Store(hn::IfThenElseZero(sound, one), D8(), good);
-        SELDINGER_UNROLL for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        TROCAR_UNROLL for (std::size_t lane = 0; lane < kLanes; ++lane) {
             if (lane >= count) break;
             LinkFrame& frame = frames[first + lane];
             for (std::size_t k = 0; k < 3; ++k) hn::Store(hn::Load(d4, record_at(nodes, at[k][lane]).v), d4, frame.displacement[k]);
@@ -144,11 +144,11 @@ void move_range(const RigidLinks& links, const LinkFrame* frames, bool leave_sta
 #endif
 
 } // namespace HWY_NAMESPACE
-} // namespace seldinger::fem
+} // namespace trocar::fem
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -179,5 +179,5 @@ void move_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<
     });
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem
 #endif

@@ -4,7 +4,7 @@
 #include "fem/force_plan.hpp"
 #include "fem/links.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Link triangles and dense vertices that one thread takes at least.
 inline constexpr std::size_t kLeastFrames = 512, kLeastVertices = 2048;
@@ -16,4 +16,4 @@ SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord
 /// p' = p + w (sum a_i u_i + (A' - A) r) of every vertex. out must not be rest.
 void move_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<const Vec3> rest, std::span<Vec3> out) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

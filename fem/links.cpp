@@ -5,7 +5,7 @@
 
 #include <cassert>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -102,4 +102,4 @@ LinkForces spread_link_force(const RigidLinks& links, Index vertex, std::span<co
     return spread;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -12,7 +12,7 @@
 
 #include <span>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Vertex v hangs on frame vertex_frame[v] with weights and projections; vertex_blend 0 leaves it static.
 struct RigidLinks {
@@ -95,4 +95,4 @@ struct LinkForces {
 [[nodiscard]] LinkForces spread_link_force(const RigidLinks& links, Index vertex, std::span<const Vec3> node_position,
                                            const Vec3& force) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

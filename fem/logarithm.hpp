@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// x > 0, normal and finite; relative error below 4e-16, also near 1. Anything else is returned as a quiet NaN.
 [[nodiscard]] inline double natural_log(double x) noexcept {
@@ -26,4 +26,4 @@ namespace seldinger::fem {
     return exponent * kLn2High + (2.0 * s + (2.0 * s * series + exponent * kLn2Low));
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -12,7 +12,7 @@
 #include <optional>
 #include <string>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -272,4 +272,4 @@ Result<RigidLinks> make_embedded_links(const TetMesh& coarse, std::span<const Ve
     return std::move(builder).finish();
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -126,11 +126,11 @@ double mass_spring_substep(const RodModel& model, double contact_stiffness) noex
 Result<unsigned> count_mass_spring_substeps(const RodModel& model, double contact_stiffness, double step) {
     const double stable = mass_spring_substep(model, contact_stiffness), count = std::ceil(step / stable);
     if (count <= kMostMassSpringSubsteps) return static_cast<unsigned>(std::max(1.0, count));
-    return Error{ErrorCode::BadValue,
-                 "a mass_spring of this stiffness is stable for " + std::to_string(1e6 * stable) + " us at a time, " +
-                     std::to_string(static_cast<unsigned long long>(count)) + " sub-steps in a step; at most " +
-                     std::to_string(static_cast<unsigned>(kMostMassSpringSubsteps)) +
-                     " are done: longer segments, a softer or heavier instrument, shorter steps, or the kind rod would be right"};
+    return Error{ErrorCode::BadValue, "a mass_spring of this stiffness is stable for " + std::to_string(1e6 * stable) + " us at a time, " +
+                                          std::to_string(static_cast<unsigned long long>(count)) +
+                                          " sub-steps in a step; expected at most " +
+                                          std::to_string(static_cast<unsigned>(kMostMassSpringSubsteps)) +
+                                          ": longer segments, a softer or heavier instrument, shorter steps, or the kind rod"};
 }
 
 RodReport solve_mass_spring(const RodModel& model, RodState& state, double step, unsigned substeps, const RodDrive& drive,
@@ -154,4 +154,4 @@ RodReport solve_mass_spring(const RodModel& model, RodState& state, double step,
     return report;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -10,7 +10,7 @@
 
 #include "fem/rod.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// More sub-steps than this in one step are refused: a step would take seconds.
 inline constexpr double kMostMassSpringSubsteps = 20000.0;
@@ -28,4 +28,4 @@ inline constexpr double kMostMassSpringSubsteps = 20000.0;
 RodReport solve_mass_spring(const RodModel& model, RodState& state, double step, unsigned substeps, const RodDrive& drive,
                             std::span<RodPlane> planes, RodWorkspace& workspace) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

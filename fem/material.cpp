@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -35,4 +35,4 @@ LawConstants make_law_constants(const Material& m) noexcept {
     return law;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

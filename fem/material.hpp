@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// stvk softens under compression and has no resistance left below a stretch of 0.577; corotational is linear in stretch;
 /// neo_hookean is finite and restoring through inversion: the one to use unless there is a reason.
@@ -39,4 +39,4 @@ struct LawConstants {
 /// 0.71 at 0.49, 0.29 at 0.499.
 inline constexpr double kLockingPoissonRatio = 0.45;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -16,7 +16,7 @@
 #include "fem/tet_laws-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace HWY_NAMESPACE {
 
 /// logarithm.hpp's, for every lane.
@@ -50,7 +50,7 @@ HWY_INLINE V find_energy(const LawConstants& c, const M3& f, V det) {
         const M3 r = find_rotation(f);
         const V trace = hn::Sub(contract(r, f), set(3.0));
         M3 off;
-        SELDINGER_UNROLL for (int i = 0; i < 9; ++i) off.m[i] = hn::Sub(f.m[i], r.m[i]);
+        TROCAR_UNROLL for (int i = 0; i < 9; ++i) off.m[i] = hn::Sub(f.m[i], r.m[i]);
         return fma(set(c.mu), contract(off, off), hn::Mul(set(0.5 * c.lambda), hn::Mul(trace, trace)));
     } else {
         const V size_sq = contract(f, f);
@@ -112,11 +112,11 @@ ChunkSum pick_sum(MaterialLaw law) {
 }
 
 } // namespace HWY_NAMESPACE
-} // namespace seldinger::fem
+} // namespace trocar::fem
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -144,5 +144,5 @@ TetSum sum_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRe
     return total;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem
 #endif

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 std::vector<Index> find_node_parts(const TetMesh& mesh) {
     std::vector<Index> root(mesh.vertices.size());
@@ -29,4 +29,4 @@ std::size_t drop_loose_parts(TetMesh& mesh) {
     return std::erase_if(mesh.tets, [&](const Tet& t) { return root[t[0]] != largest; });
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

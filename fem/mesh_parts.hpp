@@ -3,7 +3,7 @@
 
 #include "base/mesh.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Root node of every node's part, joined through tets; a node without a tet is its own. The root is the lowest id.
 [[nodiscard]] std::vector<Index> find_node_parts(const TetMesh& mesh);
@@ -11,4 +11,4 @@ namespace seldinger::fem {
 /// Keeps the part with the most tets (of equals the one with the lowest node). Returns how many tets went; nodes stay.
 std::size_t drop_loose_parts(TetMesh& mesh);
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

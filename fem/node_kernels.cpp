@@ -11,7 +11,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -81,11 +81,11 @@ RangeUpdate pick_update(NodeUpdate update) {
 }
 
 } // namespace HWY_NAMESPACE
-} // namespace seldinger::fem
+} // namespace trocar::fem
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -102,5 +102,5 @@ Index update_nodes(const ForcePlan& plan, const NodeJob& job) noexcept {
     return *std::min_element(bad.begin(), bad.begin() + static_cast<std::ptrdiff_t>(blocks));
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem
 #endif

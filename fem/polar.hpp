@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace detail {
 
@@ -85,4 +85,4 @@ namespace detail {
     return detail::quaternion_to_rotation(q[0] * factor, q[1] * factor, q[2] * factor, q[3] * factor);
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

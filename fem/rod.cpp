@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 void size_workspace(std::size_t nodes, RodWorkspace& work) {
     if (work.start.size() == nodes) return;
@@ -168,4 +168,4 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
     return report;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

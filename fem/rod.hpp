@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 enum class TipShape : std::uint8_t { Straight, J, Simmons, Pigtail };
 
@@ -155,4 +155,4 @@ void carry_material_axis(const RodModel& model, const RodState& state, const Rod
 /// Any unit vector at right angles to `direction`, the same for the same input on every machine.
 [[nodiscard]] Vec3 perpendicular_axis(const Vec3& direction) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

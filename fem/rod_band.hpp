@@ -7,7 +7,7 @@
 #include <span>
 #include <type_traits>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Node i meets i - 2 .. i + 2, three coordinates each: row r reaches back to column r - 8.
 inline constexpr std::size_t kRodBandwidth = 8;
@@ -68,4 +68,4 @@ private:
     std::size_t size_;
 };
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

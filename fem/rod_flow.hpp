@@ -17,7 +17,7 @@
 #include <algorithm>
 #include <numbers>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Of the fluid at one node of a rod.
 struct RodFlow {
@@ -37,4 +37,4 @@ inline constexpr double kLeastRoom = 1.5;
 /// kg/m^2: half the density times the diameter times a drag coefficient of 1.
 [[nodiscard]] inline double form_resistance(double density, double rod_radius) noexcept { return density * rod_radius; }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <optional>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -90,7 +90,7 @@ std::optional<Error> check_design(const RodDesign& design) {
     const double turn = design.tip_angle * (design.length / pieces) / design.tip_length; // rad a node
     if (design.tip == TipShape::Pigtail && !(turn <= kSharpestNode * (1.0 + 1e-9)))
         return bad_value("segment", design.segment,
-                         ("the pigtail turns by " + std::to_string(turn) + " rad at a node; at most 0.8 would be right").c_str());
+                         ("the pigtail turns by " + std::to_string(turn) + " rad at a node; expected at most 0.8").c_str());
     return std::nullopt;
 }
 
@@ -141,4 +141,4 @@ Result<RodModel> make_rod_model(const RodDesign& design) {
     return model;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

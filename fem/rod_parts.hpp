@@ -3,7 +3,7 @@
 
 #include "fem/rod.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 void size_workspace(std::size_t nodes, RodWorkspace& workspace);
 
@@ -23,4 +23,4 @@ void move_behind_port(const RodModel& model, const RodPort& port, double inserti
 void add_energies(const RodModel& model, const RodState& state, Index first, double share, const RodWorkspace& workspace,
                   RodReport& report) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -64,4 +64,4 @@ void place_rod_skin(const RodModel& model, const RodSkin& skin, const RodState& 
     vertex[nodes * skin.sides + 1] = tip + kCapHeight * radius * frame_tangent(nodes - 1);
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

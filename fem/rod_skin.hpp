@@ -6,7 +6,7 @@
 #include "base/trig.hpp"
 #include "fem/rod.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 struct RodSkin {
     std::vector<Triangle> triangles; // closed, outward
@@ -26,4 +26,4 @@ struct RodSkin {
 void place_rod_skin(const RodModel& model, const RodSkin& skin, const RodState& state, const RodPort& port, std::span<Vec3> axis,
                     std::span<Vec3> vertex) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -9,10 +9,14 @@
 #include <array>
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Newton iterations of one sub-step at most: contacts that come and go settle in 3 to 8.
 inline constexpr unsigned kMaxNewton = 12;
+/// Damped iterations after those, where they did not end: contacts that open each other by turns meet halfway. What is left without them
+/// is no balance of forces, and shows as presses a hundred times those of the steps around.
+inline constexpr unsigned kMaxDamped = 36;
+inline constexpr double kDamping = 0.5; // [-] of a damped correction
 /// m; a Newton correction below this ends the iteration: a thousandth of a skin's clearance.
 inline constexpr double kNewtonTolerance = 1e-7;
 /// m; no node moves further in one Newton iteration: keeps the linearised stretch honest.
@@ -53,8 +57,8 @@ public:
     /// Returns the largest correction of the last iteration.
     double solve(RodReport& report) noexcept {
         double correction = 0.0;
-        for (unsigned iteration = 0; iteration < kMaxNewton; ++iteration) {
-            correction = newton_iteration();
+        for (unsigned iteration = 0; iteration < kMaxNewton + kMaxDamped; ++iteration) {
+            correction = newton_iteration(iteration < kMaxNewton ? 1.0 : kDamping);
             if (twist_ != nullptr) correction = std::max(correction, twist_->turn());
             ++report.iterations;
             if (!(correction > kNewtonTolerance)) break;
@@ -63,7 +67,7 @@ public:
     }
 
 private:
-    double newton_iteration() noexcept {
+    double newton_iteration(double share) noexcept {
         const std::size_t moving = model_.node_count() - first_;
         RodBand band(work_.band, moving);
         std::fill_n(work_.rhs.begin(), 3 * moving, 0.0);
@@ -74,7 +78,7 @@ private:
         if (!drive_.flow.empty()) add_flow(band);
         for (RodPlane& plane : planes_) add_plane(band, plane);
         band.solve(std::span(work_.rhs).first(3 * moving));
-        return apply_correction(moving);
+        return apply_correction(moving, share);
     }
 
     [[nodiscard]] bool moves(std::size_t node) const noexcept { return node >= first_; }
@@ -231,13 +235,13 @@ private:
         }
     }
 
-    double apply_correction(std::size_t moving) noexcept {
+    double apply_correction(std::size_t moving, double share) noexcept {
         double largest = 0.0;
         for (std::size_t i = 0; i < moving; ++i) {
             const Vec3 delta(work_.rhs[3 * i], work_.rhs[3 * i + 1], work_.rhs[3 * i + 2]);
             largest = std::max(largest, std::sqrt(delta.squaredNorm()));
         }
-        const double scale = largest > kTrustRadius ? kTrustRadius / largest : 1.0;
+        const double scale = share * (largest > kTrustRadius ? kTrustRadius / largest : 1.0);
         for (std::size_t i = 0; i < moving; ++i)
             for (int axis = 0; axis < 3; ++axis) state_.position[i + first_][axis] += scale * work_.rhs[3 * i + std::size_t(axis)];
         return largest;
@@ -254,4 +258,4 @@ private:
     RodTwist* twist_; // nullptr: no torsion
 };
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -182,4 +182,4 @@ double RodTwist::energy() const noexcept {
     return sum;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -12,7 +12,7 @@
 
 #include <array>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// The angles' part of one implicit Euler step. Nodes before `first` have the handle's angle: it is turned at the port.
 class RodTwist {
@@ -63,4 +63,4 @@ private:
 /// Room for the angles; nothing without torsion.
 void size_twist_workspace(const RodModel& model, RodWorkspace& workspace);
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
+
+/// [-], of what equal extents would give: nodes in one line bear no couple about it.
+constexpr double kLeastInertia = 1e-9;
 
 struct Moment {
     double gap = 0.0, rate = 0.0;     // m, m/s
@@ -36,6 +39,30 @@ Moment look_at_rest(const ContactSprings& springs, Index spring, double time, do
         [](Index) -> Vec3 { return Vec3::Zero(); });
 }
 
+/// What the forces of a balanced spring get on top, so that they have no moment about any point: alpha x (x_k - mean) for each N of push.
+struct Couple {
+    Vec3 mean = Vec3::Zero(), alpha = Vec3::Zero();
+    [[nodiscard]] Vec3 at(const Vec3& x) const noexcept { return alpha.cross(x - mean); }
+};
+
+template <class Position>
+Couple find_couple(const ContactSprings& springs, const ContactSpring& spring, Position&& position) noexcept {
+    const std::span<const SpringEntry> entries(springs.entries.data() + spring.first_entry, spring.entry_count);
+    Couple couple;
+    for (const SpringEntry& entry : entries) couple.mean += position(entry.node);
+    couple.mean /= static_cast<double>(spring.entry_count);
+    Vec3 moment = Vec3::Zero();
+    Mat3 inertia = Mat3::Zero();
+    for (const SpringEntry& entry : entries) {
+        const Vec3 arm = position(entry.node) - couple.mean;
+        moment += arm.cross(entry.g);
+        inertia += arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose();
+    }
+    const double size = inertia.trace() / 3.0;
+    if (inertia.determinant() > kLeastInertia * size * size * size) couple.alpha = -inertia.inverse() * moment;
+    return couple;
+}
+
 /// push_node(node, force)
 template <class Position, class Velocity, class Push>
 SpringReport add_forces(const ContactSprings& springs, double time, Position&& position, Velocity&& velocity, Push&& push_node) noexcept {
@@ -56,8 +83,11 @@ SpringReport add_forces(const ContactSprings& springs, double time, Position&& p
         const Moment m = look_at(springs, spring, time, bound, position, velocity);
         if (spring.load == kNoIndex) before = index, push_before = m.push;
         if (spring.load == kNoIndex && !(m.gap < 0.0)) continue;
-        for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k)
-            push_node(springs.entries[k].node, m.push * springs.entries[k].g);
+        const Couple couple = spring.balanced ? find_couple(springs, spring, position) : Couple{};
+        for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k) {
+            const SpringEntry& entry = springs.entries[k];
+            push_node(entry.node, m.push * (spring.balanced ? Vec3(entry.g + couple.at(position(entry.node))) : entry.g));
+        }
         ++report.pressed;
         report.energy += m.elastic * (-m.gap - (spring.stiffness > 0.0 ? 0.5 * m.elastic / spring.stiffness : 0.0));
         if (m.gap < report.deepest_gap && spring.load == kNoIndex) report.deepest_gap = m.gap;
@@ -94,4 +124,4 @@ SpringReport add_spring_forces(const ContactSprings& springs, double time, const
         });
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

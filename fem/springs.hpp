@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 struct SpringEntry {
     Index node = 0;
@@ -17,11 +17,14 @@ struct SpringEntry {
 
 /// gap(x, t) = offset + rate t + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping
 /// max(0, -d gap/dt), at most `limit`. Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
+/// A balanced one pushes two places of one body apart: the sum of its g is 0, and its forces have no moment either, however far its nodes
+/// have turned since it was made; momentum and angular momentum are those of the body without it.
 /// One that holds (friction's) pulls as it pushes: N = -stiffness gap - damping d gap/dt whatever the gap, within +-friction times
 /// what the spring `load` before it pushes with at that moment.
 struct ContactSpring {
     Index first_entry = 0;                                  // into ContactSprings::entries
     std::uint16_t entry_count = 0;                          // coarse nodes it hangs on, 3 for a linked vertex
+    bool balanced = false;                                  // it hangs on the nodes of both places that it pushes apart
     Index load = kNoIndex;                                  // the spring whose push bounds its own; kNoIndex: it does not hold
     double offset = 0.0;                                    // m
     double rate = 0.0;                                      // m/s, what it stands against moves on by itself; < 0: it comes nearer
@@ -61,4 +64,4 @@ SpringReport add_spring_forces(const ContactSprings& springs, double time, std::
 SpringReport add_spring_forces(const ContactSprings& springs, double time, const ForcePlan& plan, std::span<const NodeRecord> records,
                                std::span<PartialForce> force) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

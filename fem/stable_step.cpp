@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -66,12 +66,22 @@ struct SpringBound {
     double stiffness = 0.0, damping = 0.0;
 };
 
+/// Of one spring: the sum over its nodes that multiplies each node's own share.
+double find_reach(const ForcePlan& plan, std::span<const SpringEntry> entries, const StableStepWorkspace& w) noexcept {
+    double reach = 0.0;
+    for (const SpringEntry& entry : entries) reach += entry.g.norm() * w.root_inv_mass[plan.record_of[entry.node]];
+    return reach;
+}
+
+std::span<const SpringEntry> entries_of(const ContactSprings& springs, const ContactSpring& spring) noexcept {
+    return {springs.entries.data() + spring.first_entry, spring.entry_count};
+}
+
 SpringBound bound_springs(const ForcePlan& plan, const ContactSprings& springs, StableStepWorkspace& w) noexcept {
     for (std::size_t node = 0; node < w.row.size(); ++node) w.row[node] = w.damping_row[node] = 0.0;
     for (const ContactSpring& spring : springs.springs) {
-        const std::span<const SpringEntry> entries(springs.entries.data() + spring.first_entry, spring.entry_count);
-        double reach = 0.0;
-        for (const SpringEntry& entry : entries) reach += entry.g.norm() * w.root_inv_mass[plan.record_of[entry.node]];
+        const std::span<const SpringEntry> entries = entries_of(springs, spring);
+        const double reach = find_reach(plan, entries, w);
         for (const SpringEntry& entry : entries) {
             const Index node = plan.record_of[entry.node];
             const double share = entry.g.norm() * w.root_inv_mass[node] * reach;
@@ -86,6 +96,9 @@ SpringBound bound_springs(const ForcePlan& plan, const ContactSprings& springs, 
     }
     return bound;
 }
+
+/// A spring alone may take so much of what all of them may add: one with a long lever is softened before those beside it are.
+constexpr double kLargestShare = 0.25;
 
 /// What follows from the model alone.
 void size_workspace(const TissueModel& model, StableStepWorkspace& w) {
@@ -159,6 +172,30 @@ StableStep find_from_records(const TissueModel& model, const ContactSprings* spr
 
 } // namespace
 
+void find_spring_scales(const TissueModel& model, const ContactSprings& springs, double most, StableStepWorkspace& w,
+                        std::vector<double>& scale) {
+    size_workspace(model, w);
+    std::fill(w.row.begin(), w.row.end(), 0.0);
+    scale.assign(springs.springs.size(), 1.0);
+    const auto share_of = [&](const SpringEntry& entry) { return entry.g.norm() * w.root_inv_mass[model.plan.record_of[entry.node]]; };
+    for (std::size_t s = 0; s < springs.springs.size(); ++s) {
+        const ContactSpring& spring = springs.springs[s];
+        const double reach = find_reach(model.plan, entries_of(springs, spring), w);
+        double largest = 0.0;
+        for (const SpringEntry& entry : entries_of(springs, spring)) largest = std::max(largest, share_of(entry));
+        const double own = spring.stiffness * largest * reach;
+        if (own > kLargestShare * most) scale[s] = kLargestShare * most / own;
+        for (const SpringEntry& entry : entries_of(springs, spring))
+            w.row[model.plan.record_of[entry.node]] += scale[s] * spring.stiffness * share_of(entry) * reach;
+    }
+    for (std::size_t s = 0; s < springs.springs.size(); ++s) {
+        double worst = 0.0;
+        for (const SpringEntry& entry : entries_of(springs, springs.springs[s]))
+            worst = std::max(worst, w.row[model.plan.record_of[entry.node]]);
+        if (worst > most) scale[s] *= most / worst;
+    }
+}
+
 StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position, const ContactSprings* springs, StableStepWorkspace& w,
                             Integrator integrator) {
     prepare_workspace(model, w);
@@ -210,4 +247,4 @@ unsigned count_substeps(double step, const StableStep& stable, unsigned max_subs
     return count <= static_cast<double>(max_substeps) ? static_cast<unsigned>(count < 1.0 ? 1.0 : count) : 0;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 #include "fem/integrator.hpp"
 #include "fem/springs.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// RK4's limit on the circle |lambda| step over damping ratios 0..1: 2.828 undamped, 2.62 at ratio 0.5, 2.785 at 1.
 inline constexpr double kRk4CircleLimit = 2.6;
@@ -65,6 +65,13 @@ struct StableStepWorkspace {
 [[nodiscard]] StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& workspace,
                                                 Integrator integrator);
 
+/// By how much each spring's stiffness may be multiplied, <= 1, so that all of them together add no more than `most` (1/s^2) to the square
+/// of any frequency: a spring on light nodes, or with a long lever on them, would else set the step of the whole body.
+/// scale    [springs] [-]
+/// cost     the springs' entries, three times; allocates on the first call, and when there are more springs than ever
+void find_spring_scales(const TissueModel& model, const ContactSprings& springs, double most, StableStepWorkspace& workspace,
+                        std::vector<double>& scale);
+
 /// A round of the next derivation, taken while the last one still holds: spread over the steps before it, it is no longer the one step
 /// that takes twice as long as all others. For a workspace that is warm, while there are rounds to come: the last one, which tells the
 /// elastic rate, is left to the derivation itself.
@@ -96,4 +103,4 @@ inline constexpr double kViscousStepShare = 0.1;
 /// How many equal sub-steps of at most `stable.step` cover `step`; 0 when the limit is 0 or more than max_substeps are needed.
 [[nodiscard]] unsigned count_substeps(double step, const StableStep& stable, unsigned max_substeps) noexcept;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -88,4 +88,4 @@ Equilibrium find_equilibrium(const TissueModel& model, std::span<const Vec3> for
     return found;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -3,7 +3,7 @@
 
 #include "fem/tissue.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Small-strain displacement [node_count] m under nodal forces [node_count] N: conjugate gradients on the stiffness at rest,
 /// pinned nodes held. Stops at a residual of 1e-10 of the force, or after 4000 rounds.
@@ -18,4 +18,4 @@ struct Equilibrium {
 /// not converge.
 [[nodiscard]] Equilibrium find_equilibrium(const TissueModel& model, std::span<const Vec3> force, int increments);
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -14,7 +14,7 @@
 #include "fem/tet_laws-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace HWY_NAMESPACE {
 
 /// Notes or compares; 1 where there is nothing to compare with. A crushed tet (|F|^2 below 1; 3 is rest) has no drag worth a note.
@@ -70,7 +70,7 @@ Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob&
         // and AVX2 has too few registers.
         const TetBatch* last = &plan.batches[chunk.first_batch];
         M3 edges = load_edges(*last, 0, records, false), force;
-        SELDINGER_UNROLL for (int i = 0; i < 9; ++i) force.m[i] = hn::Zero(D8()); // what the first round sums
+        TROCAR_UNROLL for (int i = 0; i < 9; ++i) force.m[i] = hn::Zero(D8()); // what the first round sums
         for (std::size_t b = chunk.first_batch; b < end; ++b) {
             add_to_slots(force, *last, 0, partial);
             last = &plan.batches[b];
@@ -122,11 +122,11 @@ ChunkRun pick_run(TetKernel kernel, MaterialLaw law) {
 int lane_count() { return static_cast<int>(kLanes); }
 
 } // namespace HWY_NAMESPACE
-} // namespace seldinger::fem
+} // namespace trocar::fem
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -183,5 +183,5 @@ bool choose_isa(std::string_view isa) noexcept {
     return chosen_isa() == isa;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem
 #endif

@@ -1,11 +1,11 @@
 // Vectors of tets: eight, four or two doubles at once. Translated once for every instruction set by tet_kernels.cpp.
 #include <hwy/highway.h>
 
-#if defined(SELDINGER_FEM_TET_LANES_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef SELDINGER_FEM_TET_LANES_INL
-#undef SELDINGER_FEM_TET_LANES_INL
+#if defined(TROCAR_FEM_TET_LANES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef TROCAR_FEM_TET_LANES_INL
+#undef TROCAR_FEM_TET_LANES_INL
 #else
-#define SELDINGER_FEM_TET_LANES_INL
+#define TROCAR_FEM_TET_LANES_INL
 #endif
 
 #include "fem/force_plan.hpp"
@@ -13,7 +13,7 @@
 #include <cmath>
 
 HWY_BEFORE_NAMESPACE();
-namespace seldinger::fem::HWY_NAMESPACE {
+namespace trocar::fem::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -56,7 +56,7 @@ struct M3 {
     V m[9];
 };
 
-#define SELDINGER_UNROLL _Pragma("GCC unroll 9")
+#define TROCAR_UNROLL _Pragma("GCC unroll 9")
 
 /// sum_k a[k] b[k]
 HWY_INLINE V dot(V a0, V b0, V a1, V b1, V a2, V b2) { return fma(a2, b2, fma(a1, b1, hn::Mul(a0, b0))); }
@@ -74,7 +74,7 @@ HWY_INLINE Sym gram(const M3& f) {
 /// a s, a s + b
 HWY_INLINE M3 mul(const M3& a, const Sym& s) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 9; i += 3) {
+    TROCAR_UNROLL for (int i = 0; i < 9; i += 3) {
         c.m[i] = dot(a.m[i], s.xx, a.m[i + 1], s.xy, a.m[i + 2], s.xz);
         c.m[i + 1] = dot(a.m[i], s.xy, a.m[i + 1], s.yy, a.m[i + 2], s.yz);
         c.m[i + 2] = dot(a.m[i], s.xz, a.m[i + 1], s.yz, a.m[i + 2], s.zz);
@@ -83,7 +83,7 @@ HWY_INLINE M3 mul(const M3& a, const Sym& s) {
 }
 HWY_INLINE M3 mul_add(const M3& a, const Sym& s, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 9; i += 3) {
+    TROCAR_UNROLL for (int i = 0; i < 9; i += 3) {
         c.m[i] = fma(a.m[i + 2], s.xz, fma(a.m[i + 1], s.xy, fma(a.m[i], s.xx, b.m[i])));
         c.m[i + 1] = fma(a.m[i + 2], s.yz, fma(a.m[i + 1], s.yy, fma(a.m[i], s.xy, b.m[i + 1])));
         c.m[i + 2] = fma(a.m[i + 2], s.zz, fma(a.m[i + 1], s.yz, fma(a.m[i], s.xz, b.m[i + 2])));
@@ -94,19 +94,19 @@ HWY_INLINE M3 mul_add(const M3& a, const Sym& s, const M3& b) {
 /// a b, a^T b, a b^T
 HWY_INLINE M3 mul(const M3& a, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 3; ++i) SELDINGER_UNROLL for (int j = 0; j < 3; ++j) c.m[3 * i + j] =
+    TROCAR_UNROLL for (int i = 0; i < 3; ++i) TROCAR_UNROLL for (int j = 0; j < 3; ++j) c.m[3 * i + j] =
         dot(a.m[3 * i], b.m[j], a.m[3 * i + 1], b.m[3 + j], a.m[3 * i + 2], b.m[6 + j]);
     return c;
 }
 HWY_INLINE M3 tmul(const M3& a, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 3; ++i) SELDINGER_UNROLL for (int j = 0; j < 3; ++j) c.m[3 * i + j] =
+    TROCAR_UNROLL for (int i = 0; i < 3; ++i) TROCAR_UNROLL for (int j = 0; j < 3; ++j) c.m[3 * i + j] =
         dot(a.m[i], b.m[j], a.m[3 + i], b.m[3 + j], a.m[6 + i], b.m[6 + j]);
     return c;
 }
 HWY_INLINE M3 mult(const M3& a, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 3; ++i) SELDINGER_UNROLL for (int j = 0; j < 3; ++j) c.m[3 * i + j] =
+    TROCAR_UNROLL for (int i = 0; i < 3; ++i) TROCAR_UNROLL for (int j = 0; j < 3; ++j) c.m[3 * i + j] =
         dot(a.m[3 * i], b.m[3 * j], a.m[3 * i + 1], b.m[3 * j + 1], a.m[3 * i + 2], b.m[3 * j + 2]);
     return c;
 }
@@ -126,7 +126,7 @@ HWY_INLINE M3 cofactors(const M3& a) {
 /// Directional derivative of cofactors(a) along b.
 HWY_INLINE M3 cofactors_along(const M3& a, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 3; ++i) SELDINGER_UNROLL for (int j = 0; j < 3; ++j) {
+    TROCAR_UNROLL for (int i = 0; i < 3; ++i) TROCAR_UNROLL for (int j = 0; j < 3; ++j) {
         const int r = (i + 1) % 3 * 3, s = (i + 2) % 3 * 3, p = (j + 1) % 3, q = (j + 2) % 3;
         c.m[3 * i + j] =
             fnma(b.m[r + q], a.m[s + p], fnma(a.m[r + q], b.m[s + p], fma(b.m[r + p], a.m[s + q], hn::Mul(a.m[r + p], b.m[s + q]))));
@@ -136,13 +136,13 @@ HWY_INLINE M3 cofactors_along(const M3& a, const M3& b) {
 HWY_INLINE V determinant(const M3& f, const M3& cof) { return dot(f.m[0], cof.m[0], f.m[1], cof.m[1], f.m[2], cof.m[2]); }
 HWY_INLINE M3 scaled(const M3& a, V s) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 9; ++i) c.m[i] = hn::Mul(a.m[i], s);
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) c.m[i] = hn::Mul(a.m[i], s);
     return c;
 }
 /// s a + b
 HWY_INLINE M3 scaled_add(const M3& a, V s, const M3& b) {
     M3 c;
-    SELDINGER_UNROLL for (int i = 0; i < 9; ++i) c.m[i] = fma(a.m[i], s, b.m[i]);
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) c.m[i] = fma(a.m[i], s, b.m[i]);
     return c;
 }
 
@@ -173,7 +173,7 @@ struct Rows {
 };
 HWY_INLINE Rows load_rows(const NodeRecord* records, const Index* node, bool second) {
     Rows rows;
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) {
+    TROCAR_UNROLL for (int i = 0; i < 4; ++i) {
         const NodeRecord &low = record_at(records, node[i]), &high = record_at(records, node[i + 4]);
         rows.row[i] = hn::Combine(D8(), hn::Load(D4(), second ? high.v : high.x), hn::Load(D4(), second ? low.v : low.x));
     }
@@ -200,7 +200,7 @@ struct Rows {
 }; // one tet each
 HWY_INLINE Rows load_rows(const NodeRecord* records, const Index* node, bool second) {
     Rows rows;
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) {
+    TROCAR_UNROLL for (int i = 0; i < 4; ++i) {
         const NodeRecord& record = record_at(records, node[i]);
         rows.row[i] = hn::Load(D4(), second ? record.v : record.x);
     }
@@ -239,7 +239,7 @@ HWY_INLINE Axes turn(const Rows& r) { return {r.x, r.y, r.z}; }
 HWY_INLINE M3 load_edges(const TetBatch& batch, std::size_t lane, const NodeRecord* records, bool second) {
     const Rows origin = load_rows(records, batch.node[0] + lane, second);
     M3 edges;
-    SELDINGER_UNROLL for (int k = 0; k < 3; ++k) {
+    TROCAR_UNROLL for (int k = 0; k < 3; ++k) {
         const Axes e = turn(subtract(load_rows(records, batch.node[k + 1] + lane, second), origin));
         edges.m[k] = e.x;
         edges.m[3 + k] = e.y;
@@ -250,7 +250,7 @@ HWY_INLINE M3 load_edges(const TetBatch& batch, std::size_t lane, const NodeReco
 
 HWY_INLINE M3 load_inverse(const TetBatch& batch, std::size_t lane) {
     M3 inverse;
-    SELDINGER_UNROLL for (int i = 0; i < 9; ++i) inverse.m[i] = hn::Load(D8(), batch.inverse[i] + lane);
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) inverse.m[i] = hn::Load(D8(), batch.inverse[i] + lane);
     return inverse;
 }
 
@@ -265,20 +265,19 @@ HWY_INLINE Sym load_gram(const TetBatch& batch, std::size_t lane) {
 HWY_INLINE void add_to_slots(const M3& h, const TetBatch& batch, std::size_t lane, PartialForce* partial) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
     Rows rows[4];
-    SELDINGER_UNROLL for (int k = 0; k < 3; ++k) rows[k + 1] = turn_back({h.m[k], h.m[3 + k], h.m[6 + k]});
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) rows[0].row[i] = hn::Neg(hn::Add(hn::Add(rows[1].row[i], rows[2].row[i]), rows[3].row[i]));
+    TROCAR_UNROLL for (int k = 0; k < 3; ++k) rows[k + 1] = turn_back({h.m[k], h.m[3 + k], h.m[6 + k]});
+    TROCAR_UNROLL for (int i = 0; i < 4; ++i) rows[0].row[i] = hn::Neg(hn::Add(hn::Add(rows[1].row[i], rows[2].row[i]), rows[3].row[i]));
     const auto add = [&](int corner, int tet, hn::Vec<D4> force) HWY_ATTR {
         double* slot = slot_at(partial, batch.slot[corner][lane + static_cast<std::size_t>(tet)]);
         hn::Store(hn::Add(hn::Load(D4(), slot), force), D4(), slot);
     };
 #if HWY_TARGET == HWY_AVX3
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner)
+    TROCAR_UNROLL for (int i = 0; i < 4; ++i) TROCAR_UNROLL for (int corner = 0; corner < 4; ++corner)
         add(corner, i, hn::LowerHalf(D4(), rows[corner].row[i]));
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner)
+    TROCAR_UNROLL for (int i = 0; i < 4; ++i) TROCAR_UNROLL for (int corner = 0; corner < 4; ++corner)
         add(corner, i + 4, hn::UpperHalf(D4(), rows[corner].row[i]));
 #else
-    SELDINGER_UNROLL for (int i = 0; i < 4; ++i) SELDINGER_UNROLL for (int corner = 0; corner < 4; ++corner)
-        add(corner, i, rows[corner].row[i]);
+    TROCAR_UNROLL for (int i = 0; i < 4; ++i) TROCAR_UNROLL for (int corner = 0; corner < 4; ++corner) add(corner, i, rows[corner].row[i]);
 #endif
 #else
     alignas(64) double value[9][kLanes];
@@ -294,7 +293,7 @@ HWY_INLINE void add_to_slots(const M3& h, const TetBatch& batch, std::size_t lan
 #endif
 }
 
-} // namespace seldinger::fem::HWY_NAMESPACE
+} // namespace trocar::fem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -1,16 +1,16 @@
 // Stress and its derivative of a vector of tets, for every law. Translated once for every instruction set by tet_kernels.cpp.
-#if defined(SELDINGER_FEM_TET_LAWS_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef SELDINGER_FEM_TET_LAWS_INL
-#undef SELDINGER_FEM_TET_LAWS_INL
+#if defined(TROCAR_FEM_TET_LAWS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef TROCAR_FEM_TET_LAWS_INL
+#undef TROCAR_FEM_TET_LAWS_INL
 #else
-#define SELDINGER_FEM_TET_LAWS_INL
+#define TROCAR_FEM_TET_LAWS_INL
 #endif
 
 #include "fem/kernels.hpp"
 #include "fem/tet_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace seldinger::fem::HWY_NAMESPACE {
+namespace trocar::fem::HWY_NAMESPACE {
 
 /// Smallest and largest value of every lane with the place where it was first met.
 struct LaneExtremes {
@@ -173,11 +173,11 @@ HWY_INLINE M3 rotation_of(const Quaternion& q) {
 
 HWY_INLINE M3 find_rotation(const M3& raw) {
     V scale = hn::Abs(raw.m[0]);
-    SELDINGER_UNROLL for (int i = 1; i < 9; ++i) scale = hn::Max(scale, hn::Abs(raw.m[i]));
+    TROCAR_UNROLL for (int i = 1; i < 9; ++i) scale = hn::Max(scale, hn::Abs(raw.m[i]));
     const auto fine = hn::And(hn::Gt(scale, set(1e-150)), hn::Lt(scale, set(1e150)));
     const V per_scale = hn::Div(set(1.0), hn::IfThenElse(fine, scale, set(1.0)));
     M3 f;
-    SELDINGER_UNROLL for (int i = 0; i < 9; ++i) f.m[i] = hn::IfThenElse(fine, hn::Mul(raw.m[i], per_scale), set(i % 4 == 0 ? 1.0 : 0.0));
+    TROCAR_UNROLL for (int i = 0; i < 9; ++i) f.m[i] = hn::IfThenElse(fine, hn::Mul(raw.m[i], per_scale), set(i % 4 == 0 ? 1.0 : 0.0));
     const M3 cof = cofactors(f);
     const V size_sq = contract(f, f), det = determinant(f, cof);
     const V root = largest_root(hn::Mul(set(-2.0), size_sq), hn::Mul(set(-8.0), det),
@@ -226,13 +226,13 @@ struct CorotationalLanes {
         M3 g = tmul(r, f);
         const M3 a = tmul(r, d);
         const V trace = hn::Add(hn::Add(g.m[0], g.m[4]), g.m[8]);
-        SELDINGER_UNROLL for (int i = 0; i < 9; ++i) g.m[i] = i % 4 == 0 ? hn::Sub(trace, g.m[i]) : hn::Neg(g.m[i]);
+        TROCAR_UNROLL for (int i = 0; i < 9; ++i) g.m[i] = i % 4 == 0 ? hn::Sub(trace, g.m[i]) : hn::Neg(g.m[i]);
         const M3 cof = cofactors(g);
         const V volume = determinant(g, cof), least = set(1e-6); // an exactly mirrored tet turns infinitely fast: cap it
         const V per_volume = hn::Div(set(1.0), hn::IfThenElse(hn::Gt(volume, least), volume, least));
         const V axial[3] = {hn::Sub(a.m[7], a.m[5]), hn::Sub(a.m[2], a.m[6]), hn::Sub(a.m[3], a.m[1])};
         V w[3];
-        SELDINGER_UNROLL for (int i = 0; i < 3; ++i) w[i] =
+        TROCAR_UNROLL for (int i = 0; i < 3; ++i) w[i] =
             hn::Mul(dot(cof.m[i], axial[0], cof.m[3 + i], axial[1], cof.m[6 + i], axial[2]), per_volume);
         const V zero = hn::Zero(D8());
         return mul(r, M3{{zero, hn::Neg(w[2]), w[1], w[2], zero, hn::Neg(w[0]), hn::Neg(w[1]), w[0], zero}});
@@ -271,7 +271,7 @@ struct NeoHookeanLanes {
     }
 };
 
-} // namespace seldinger::fem::HWY_NAMESPACE
+} // namespace trocar::fem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -75,4 +75,4 @@ Index TetLocator::find(const Vec3& p) const noexcept {
     return kNoIndex;
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

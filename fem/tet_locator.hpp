@@ -3,7 +3,7 @@
 
 #include "base/mesh.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 class TetLocator {
 public:
@@ -27,4 +27,4 @@ private:
     std::vector<Index> tets_;  // ascending within a cell
 };
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

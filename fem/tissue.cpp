@@ -10,7 +10,7 @@
 #include <numeric>
 #include <string>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -157,4 +157,4 @@ TissueState make_rest_state(const TissueModel& model) {
     return {.position = model.rest_position, .velocity = std::vector<Vec3>(model.node_count(), Vec3::Zero())};
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -8,7 +8,7 @@
 
 #include <span>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Rest shape of one tetrahedron.
 struct TetShape {
@@ -56,4 +56,4 @@ struct TissueState {
 /// A tet whose volume is below this fraction of its longest edge cubed is flat: refused. Rounding alone makes 1e-16.
 inline constexpr double kFlatTetRatio = 1e-12;
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

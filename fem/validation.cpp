@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 namespace {
 
@@ -216,4 +216,4 @@ double growth_at_edge(MaterialLaw law, Integrator integrator, double share, unsi
     return report.finite() ? (report.kinetic_j + report.elastic_j) / first : std::numeric_limits<double>::infinity();
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -5,7 +5,7 @@
 #include "fem/integrator.hpp"
 #include "fem/tissue.hpp"
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 /// Largest force on a node inside a uniformly strained patch of 4 x 4 x 4 rough cells, over the largest on its surface; 0 is right.
 [[nodiscard]] double patch_error(MaterialLaw law);
@@ -42,4 +42,4 @@ struct StepError {
 /// where the state is no longer finite.
 [[nodiscard]] double growth_at_edge(MaterialLaw law, Integrator integrator, double share, unsigned steps);
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -258,4 +258,4 @@ std::vector<Ball> cover_points(const CoverTask& task, const BodyDepth& body, std
     return balls;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

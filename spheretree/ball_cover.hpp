@@ -9,7 +9,7 @@
 
 #include "spheretree/ball_fit.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct CoverTask {
     std::span<const Vec3> points;
@@ -28,4 +28,4 @@ struct CoverTask {
 void improve_cover(const CoverTask& task, const BodyDepth& body, unsigned rounds, std::vector<Ball>& balls,
                    std::vector<std::uint16_t>& owner);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

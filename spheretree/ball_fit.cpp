@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -62,4 +62,4 @@ Ball fit_ball(const Ball& start, std::span<const Vec3> points, std::span<const I
     return best;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -10,7 +10,7 @@
 
 #include <optional>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// How deep places lie inside a body.
 class BodyDepth {
@@ -65,4 +65,4 @@ struct Ball {
 [[nodiscard]] Ball fit_ball(const Ball& start, std::span<const Vec3> points, std::span<const Index> ids, const BodyDepth& body,
                             unsigned steps);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -1,6 +1,6 @@
 #include "spheretree/bounding.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -41,4 +41,4 @@ Sphere enclose(std::span<const Sphere> balls, unsigned rounds) noexcept {
     return best;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

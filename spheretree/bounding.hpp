@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// Rounding of a distance and a sum stays far below this, so a radius grown by it bounds what it was computed from.
 inline constexpr double kRoundOut = 1.0 + 1e-12;
@@ -34,4 +34,4 @@ inline constexpr double kRoundOut = 1.0 + 1e-12;
     return {a.centre + across * ((radius - a.radius) / distance), radius * kRoundOut};
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

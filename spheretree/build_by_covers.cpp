@@ -11,7 +11,7 @@
 #include <array>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -277,4 +277,4 @@ WrappedNodes build_by_covers(const TriMesh& surface, const WrappedOptions& optio
     return CoverBuilder(surface, options, body).build();
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -91,4 +91,4 @@ WrappedNodes build_by_nodes(const TriMesh& surface, const WrappedOptions& option
     return NodeBuilder(surface, options, body).build();
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -98,4 +98,4 @@ Result<CentrelineTree> find_centreline_tree(const LumenTree& lumen, const Vec3& 
     return Grower(lumen, root, options).grow();
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -8,7 +8,7 @@
 
 #include "spheretree/lumen_tree.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// Point 0 is the root; every other one comes after its parent.
 struct CentrelineTree {
@@ -31,4 +31,4 @@ struct CentrelineOptions {
 /// cost      offline: a search over all balls for every branch
 [[nodiscard]] Result<CentrelineTree> find_centreline_tree(const LumenTree& lumen, const Vec3& root, const CentrelineOptions& options = {});
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 ChainTree make_chain_tree(std::size_t capacity, unsigned branching) { return {split_in_order(capacity, branching)}; }
 
@@ -28,4 +28,4 @@ void update_chain(const ChainTree& chain, std::span<const Sphere> links_t0, std:
     }
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -4,7 +4,7 @@
 
 #include "spheretree/sphere_tree.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// What the last descent through a lumen found out about a link (or, while it is open, about a group of links).
 enum class LinkStatus : std::uint8_t {
@@ -37,4 +37,4 @@ struct ChainState {
 /// cost      O(active), no allocation after the first call with as many links
 void update_chain(const ChainTree& chain, std::span<const Sphere> links_t0, std::span<const Sphere> links_t1, ChainState& state);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <queue>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -183,4 +183,4 @@ std::vector<Index> select_cover(const MedialBalls& medial, const CoverLimits& li
     return chosen;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

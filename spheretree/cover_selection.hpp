@@ -3,7 +3,7 @@
 
 #include "spheretree/medial_axis.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct CoverLimits {
     double relative_error = 0.04; // of the local radius, or of twice the sample's own ball where that is less
@@ -20,4 +20,4 @@ struct CoverLimits {
 /// Component of each ball under overlap deeper than a tenth of the smaller ball, numbered from 0 in order of first ball.
 [[nodiscard]] std::vector<Index> find_components(std::span<const Sphere> balls, std::size_t& count);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

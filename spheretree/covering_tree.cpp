@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -84,4 +84,4 @@ void update_covering_spheres(const CoveringTree& covering, std::span<const Vec3>
     }
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

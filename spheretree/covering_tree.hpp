@@ -10,7 +10,7 @@
 #include "base/mesh.hpp"
 #include "spheretree/sphere_tree.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct CoveringOptions {
     unsigned branching = 8;      // 2, 4 or 8 children at most
@@ -33,4 +33,4 @@ struct CoveringTree {
 void update_covering_spheres(const CoveringTree& covering, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1,
                              std::vector<Sphere>& spheres);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -196,4 +196,4 @@ void DeformingSpheres::ensure(Index first, Index count) noexcept {
     }
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

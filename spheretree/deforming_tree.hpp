@@ -11,7 +11,7 @@
 
 #include <array>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 enum class SphereUpdate : std::uint8_t {
     Conservative, // holds what it held at rest, whatever the nodes do
@@ -95,4 +95,4 @@ private:
     std::uint64_t updated_ = 0;
 };
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

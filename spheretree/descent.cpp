@@ -4,7 +4,7 @@
 #include <cmath>
 #include <tuple>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -250,4 +250,4 @@ void Descent::add_contacts(std::vector<Contact>& out) const {
     });
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -16,7 +16,7 @@
 
 #include <limits>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// A solid in one step: its tree and the spheres that bound it over the step (update_covering_spheres, update_chain).
 struct SolidView {
@@ -155,4 +155,4 @@ private:
     return length > 0.0 ? Vec3(v / length) : Vec3(Vec3::UnitX());
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

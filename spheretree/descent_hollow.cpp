@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -194,4 +194,4 @@ void Descent::add_open_link(const Entry& entry, std::vector<Contact>& out) const
     out.push_back(contact);
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// In which order open pairs are refined. Breadth and Deepest keep every promise of Descent; the other two are the paper's straw
 /// men (its figure 5): interrupted, they leave some pairs at their coarsest while others are finished.
@@ -20,4 +20,4 @@ enum class DescentOrder : std::uint8_t {
 [[nodiscard]] std::string_view order_name(DescentOrder order) noexcept;
 [[nodiscard]] std::optional<DescentOrder> find_order(std::string_view name) noexcept;
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

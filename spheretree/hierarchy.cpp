@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -101,4 +101,4 @@ SphereTree split_in_order(std::size_t item_count, unsigned branching) {
     return tree;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

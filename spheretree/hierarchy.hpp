@@ -3,7 +3,7 @@
 
 #include "spheretree/sphere_tree.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// Groups items by halving at the median of the longest axis, log2(branching) times a level; ties by item id, so the tree
 /// depends on the centres alone. Spheres are left empty.
@@ -13,4 +13,4 @@ namespace seldinger::spheretree {
 /// Groups `item_count` items in their order, `branching` at a time, from the last level up.
 [[nodiscard]] SphereTree split_in_order(std::size_t item_count, unsigned branching);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

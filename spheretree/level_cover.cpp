@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -491,4 +491,4 @@ LevelBalls cover_level(const LevelTask& task, std::span<const Index> above, cons
     return level;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

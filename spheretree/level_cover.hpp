@@ -12,7 +12,7 @@
 
 #include <algorithm>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// Surface points, and which balls of the level above hold them (with all of their own ancestors).
 class LevelPoints {
@@ -86,4 +86,4 @@ bool fill_level(const LevelTask& task, const BodyDepth& body, LevelBalls& level)
 /// without a point go.
 void relax_level(const LevelTask& task, const BodyDepth& body, unsigned rounds, LevelBalls& level);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

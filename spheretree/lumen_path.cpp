@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <queue>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -215,4 +215,4 @@ Result<std::vector<LumenPathPoint>> find_lumen_path(const LumenTree& lumen, cons
     return path;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

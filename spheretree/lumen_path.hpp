@@ -3,7 +3,7 @@
 
 #include "spheretree/lumen_tree.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct LumenPathPoint {
     Vec3 centre = Vec3::Zero(); // m
@@ -32,4 +32,4 @@ struct PathOptions {
 /// union. Rest pose.
 [[nodiscard]] double free_radius_at(const LumenTree& lumen, const Vec3& p);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -238,4 +238,4 @@ WallPoint find_wall_point(const LumenTree& lumen, std::span<const Vec3> vertices
     return {nearest.triangle, nearest.hit.point, nearest.hit.bary, std::sqrt(nearest.distance_sq)};
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// A ball over one step: free space of radius `radius` around the centre that moves straight from centre_t0 to centre_t1.
 struct MovingBall {
@@ -99,4 +99,4 @@ struct WallPoint {
 /// vertices  [vertex_count] m, the wall now; empty: the wall rests
 [[nodiscard]] WallPoint find_wall_point(const LumenTree& lumen, std::span<const Vec3> vertices, Index ball, const Vec3& p) noexcept;
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

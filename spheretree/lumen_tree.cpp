@@ -7,7 +7,7 @@
 #include "spheretree/point_tree.hpp"
 #include "spheretree/wall_links.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -84,4 +84,4 @@ Result<LumenTree> build_lumen_tree(const TriMesh& closed_lumen, const LumenOptio
     return lumen;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -13,7 +13,7 @@
 #include "base/result.hpp"
 #include "spheretree/sphere_tree.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct LumenOptions {
     double relative_error = 0.04;     // of the local radius: how deep a wall sample may lie outside the union of the balls
@@ -67,4 +67,4 @@ struct LumenReport {
 [[nodiscard]] Result<LumenTree> build_lumen_tree(const TriMesh& closed_lumen, const LumenOptions& options = {},
                                                  LumenReport* report = nullptr);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

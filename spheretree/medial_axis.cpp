@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -204,4 +204,4 @@ MedialBalls find_medial_balls(const TriMesh& wall, const InsideTest& inside, con
     return found;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -7,7 +7,7 @@
 #include "base/mesh.hpp"
 #include "spheretree/sphere_tree.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct WallSample {
     Vec3 point = Vec3::Zero();   // m, on the wall
@@ -31,4 +31,4 @@ struct SampleOptions {
 /// wall  closed, oriented outwards
 [[nodiscard]] MedialBalls find_medial_balls(const TriMesh& wall, const InsideTest& inside, const SampleOptions& options);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

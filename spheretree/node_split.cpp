@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -101,4 +101,4 @@ std::vector<ChildBall> split_by_octants(const NodeTask& task, const BodyDepth& b
     return children;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -4,7 +4,7 @@
 
 #include "spheretree/ball_fit.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct NodeTask {
     std::span<const Vec3> points;
@@ -25,4 +25,4 @@ struct ChildBall {
 /// The node's cell cut in eight; circumscribed spheres.
 [[nodiscard]] std::vector<ChildBall> split_by_octants(const NodeTask& task, const BodyDepth& body);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -6,7 +6,7 @@
 
 #include <span>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct Piece {
     std::array<Index, 3> corners{}; // ids into PieceSet::points
@@ -61,4 +61,4 @@ private:
     std::size_t vertex_count_ = 0;
 };
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

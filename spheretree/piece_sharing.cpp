@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -195,4 +195,4 @@ std::vector<std::vector<Piece>> share_pieces(std::span<const Piece> pieces, std:
     return shares;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -4,7 +4,7 @@
 #include "spheretree/ball_fit.hpp"
 #include "spheretree/piece.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// Ids of all corners, each once, ascending.
 [[nodiscard]] std::vector<Index> corners_of(std::span<const Piece> pieces);
@@ -34,4 +34,4 @@ struct Lineage {
 [[nodiscard]] std::vector<std::vector<Piece>> share_pieces(std::span<const Piece> pieces, std::span<Ball> balls, PieceSet& set,
                                                            Lineage& above, double smallest, CutLimit& limit);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

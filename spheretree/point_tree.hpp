@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 class PointTree {
 public:
@@ -139,4 +139,4 @@ private:
     std::vector<Vec3> points_; // [slot]
 };
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct Sphere {
     Vec3 centre = Vec3::Zero(); // m
@@ -36,4 +36,4 @@ struct SphereTree {
     }
 };
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

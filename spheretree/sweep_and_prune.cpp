@@ -1,6 +1,6 @@
 #include "spheretree/sweep_and_prune.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -38,4 +38,4 @@ void SweepAndPrune::find_pairs(std::span<const Box3> boxes, std::vector<std::pai
     std::sort(pairs.begin(), pairs.end());
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// Keeps its order from call to call: bodies that move little cost an insertion sort that finds all in place.
 /// This work is based on: Cohen, Lin, Manocha & Ponamgi 1995, "I-COLLIDE" (sorted intervals, coherence). Deviates: one axis is
@@ -23,4 +23,4 @@ private:
     int axis_ = 0;
 };
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

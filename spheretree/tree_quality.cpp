@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -218,4 +218,4 @@ TreeQuality measure_quality(const SphereTree& tree, const TriMesh& surface, bool
     return quality;
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -5,7 +5,7 @@
 #include "base/mesh.hpp"
 #include "spheretree/sphere_tree.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct LevelQuality {
     std::size_t count = 0;     // spheres that are not empty
@@ -35,4 +35,4 @@ struct QualityOptions {
 /// Volume of the union of balls, along lines * lines rays. m^3
 [[nodiscard]] double union_volume(std::span<const Sphere> balls, unsigned lines);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -129,4 +129,4 @@ void trim_balls(const ShellPoints& shell, std::span<const std::vector<Index>> ho
     }
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

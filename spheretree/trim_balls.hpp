@@ -7,7 +7,7 @@
 #include "spheretree/ball_fit.hpp"
 #include "spheretree/piece.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// Points outside the body, near its surface: each stands for as much volume as the other.
 class ShellPoints {
@@ -29,4 +29,4 @@ private:
 void trim_balls(const ShellPoints& shell, std::span<const std::vector<Index>> holds, const PieceSet& set, const BodyDepth& body,
                 std::span<Ball> balls);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

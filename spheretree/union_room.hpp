@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct Room {
     double radius = -std::numeric_limits<double>::infinity(); // m, of the ball around p that is proven free; negative: p
@@ -44,4 +44,4 @@ inline void improve_room(const Vec3& p, const Sphere& a, const Sphere& b, Room& 
     if (radius > room.radius) room = {radius, from_circle / radius};
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

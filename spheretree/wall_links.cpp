@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -111,4 +111,4 @@ void add_neighbours(LumenTree& lumen) {
     }
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

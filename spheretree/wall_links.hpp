@@ -4,7 +4,7 @@
 #include "base/triangle_tree.hpp"
 #include "spheretree/lumen_tree.hpp"
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 /// Fills wall_begin, wall_triangles, anchor_begin, anchors and anchor_weights of a tree whose balls and wall are set.
 /// link_reach  [-] of the ball's radius
@@ -13,4 +13,4 @@ void add_wall_links(LumenTree& lumen, const TriangleTree& wall, double link_reac
 /// Fills neighbour_begin and neighbours.
 void add_neighbours(LumenTree& lumen);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

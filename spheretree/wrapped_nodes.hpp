@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 struct WrappedNode {
     Ball ball;
@@ -38,4 +38,4 @@ inline constexpr std::size_t kMoreOfShares = 3;
 /// Medial axis and shell.
 [[nodiscard]] WrappedNodes build_by_covers(const TriMesh& surface, const WrappedOptions& options, BodyDepth& body);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

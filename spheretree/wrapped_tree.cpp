@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <string>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 namespace {
 
@@ -88,7 +88,7 @@ Result<void> check_finite(const TriMesh& surface) {
                 return bad_mesh("vertex " + std::to_string(v) + " of triangle " + std::to_string(t) + " is not finite");
             if (const double largest = surface.vertices[v].cwiseAbs().maxCoeff(); largest > kLargestCoordinate)
                 return bad_mesh("vertex " + std::to_string(v) + " of triangle " + std::to_string(t) + " lies " + short_number(largest) +
-                                " from the origin; at most " + short_number(kLargestCoordinate) + " would be right");
+                                " from the origin; expected at most " + short_number(kLargestCoordinate));
         }
     return {};
 }
@@ -158,4 +158,4 @@ Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOpti
     return flatten(by_nodes ? build_by_nodes(surface, options, body) : build_by_covers(surface, options, body));
 }
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -15,7 +15,7 @@
 #include <optional>
 #include <string_view>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 
 enum class Builder : std::uint8_t {
     Medial,  // adaptive medial axis: tight, needs a closed surface
@@ -60,4 +60,4 @@ struct WrappedTree {
 /// What build_wrapped_tree asks of a surface.
 [[nodiscard]] Result<void> check_surface_for(const TriMesh& surface, Builder builder);
 
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

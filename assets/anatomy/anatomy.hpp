@@ -18,7 +18,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 struct Landmark {
     std::string name;
@@ -63,4 +63,4 @@ struct Anatomy {
 /// Names of the parts that find_part knows: "liver", "lumen" (also called "arteries").
 [[nodiscard]] const TriMesh* find_part(const Anatomy& anatomy, std::string_view name) noexcept;
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

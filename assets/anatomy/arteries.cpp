@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 /// m, least wall-to-wall gap between vessels beyond their common mouth: grid and triangles must resolve it.
@@ -173,4 +173,4 @@ Result<std::vector<LaidVessel>> lay_vessels(const std::vector<VesselPlan>& plans
     return laid;
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 /// A stretch of a vessel with one name and one radius; its last way point is where the next one begins.
 struct Leg {
@@ -70,4 +70,4 @@ void add_tree_plans(const Recipe& recipe, const HepaticTree& tree, std::vector<V
 /// Curves, radii, fillets. BadMesh when vessels come too near to each other for one clean surface.
 [[nodiscard]] Result<std::vector<LaidVessel>> lay_vessels(const std::vector<VesselPlan>& plans);
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

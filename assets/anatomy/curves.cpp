@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 /// Second derivatives of the natural spline over knots s (Thomas algorithm).
@@ -109,4 +109,4 @@ Vec3 tangent(std::span<const Vec3> points, std::size_t i) {
     return (points[after] - points[before]).normalized();
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 /// Natural cubic spline through the way points (parameter: chord length), sampled about every `spacing`. C2.
 /// points  at least 2, neighbours apart
@@ -30,4 +30,4 @@ void relax_bends(std::vector<Vec3>& points, double radius, std::size_t fixed_fir
 /// Unit tangent by central difference.
 [[nodiscard]] Vec3 tangent(std::span<const Vec3> points, std::size_t i);
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

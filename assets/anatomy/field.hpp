@@ -3,7 +3,7 @@
 
 #include "base/vec.hpp"
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 class Field {
 public:
@@ -47,4 +47,4 @@ public:
     return t * t * (3 - 2 * t);
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 constexpr int kAttempts = 60;                // hepatic trees tried for a seed
@@ -177,4 +177,4 @@ const TriMesh* find_part(const Anatomy& anatomy, std::string_view name) noexcept
     return nullptr;
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 constexpr double kLeastLeg = 0.009;     // m, shorter legs cannot be turned into gentle curves
@@ -215,4 +215,4 @@ std::optional<HepaticTree> grow_hepatic_tree(const Recipe& recipe, const LiverSh
     return Grower(recipe, liver, approach, random).run();
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

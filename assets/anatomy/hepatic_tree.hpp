@@ -11,7 +11,7 @@
 #include <optional>
 #include <vector>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 struct TreeSegment {
     Vec3 from = Vec3::Zero(), to = Vec3::Zero(); // m
@@ -36,4 +36,4 @@ struct HepaticTree {
 [[nodiscard]] std::optional<HepaticTree> grow_hepatic_tree(const Recipe& recipe, const LiverShape& liver, const Vec3& approach,
                                                            Random& random);
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 Mat3 turn_about(int axis, double angle) {
@@ -101,4 +101,4 @@ Box3 LiverShape::box() const {
     return box;
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

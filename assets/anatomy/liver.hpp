@@ -9,7 +9,7 @@
 
 #include <vector>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 class LiverShape final : public Field {
 public:
@@ -48,4 +48,4 @@ private:
     [[nodiscard]] static double distance_to(const Ellipsoid& e, const Vec3& p);
 };
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <unordered_map>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 constexpr int kBlock = 8;            // cells along a block's edge
@@ -113,4 +113,4 @@ TriMesh polygonise(const Field& field, const Box3& box, double cell, double stee
     return Polygoniser(field, box, cell).run(steepness);
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 class Random {
 public:
@@ -30,4 +30,4 @@ private:
     std::uint64_t state_;
 };
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

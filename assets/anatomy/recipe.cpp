@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 using D = RecipeDimension;
@@ -55,4 +55,4 @@ Result<void> check_recipe(const Recipe& recipe) {
     return {};
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <variant>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 /// Lengths in m. The defaults are the demo's patient; a seed alone gives another one.
 struct Recipe {
@@ -50,4 +50,4 @@ void set_recipe_value(Recipe& recipe, const RecipeField& field, double value) no
 /// BadValue with the field's name in `key` for the first number that is not finite or out of range.
 [[nodiscard]] Result<void> check_recipe(const Recipe& recipe);
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

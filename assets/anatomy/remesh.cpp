@@ -5,7 +5,7 @@
 #include <cmath>
 #include <tuple>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 /// Edges outside [kShort, kLong] times the wanted length are collapsed or split: the band that Botsch & Kobbelt show to
@@ -352,4 +352,4 @@ TriMesh remesh(const TriMesh& mesh, const Field& field, const std::function<doub
     return work.result();
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

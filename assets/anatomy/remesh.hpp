@@ -8,7 +8,7 @@
 
 #include <functional>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 struct RemeshOptions {
     std::size_t triangles = 20000; // aimed at; the size field is scaled to it
@@ -21,4 +21,4 @@ struct RemeshOptions {
 [[nodiscard]] TriMesh remesh(const TriMesh& mesh, const Field& field, const std::function<double(const Vec3&)>& size,
                              const RemeshOptions& options);
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

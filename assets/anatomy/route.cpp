@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 constexpr double kBendWindow = 0.003; // m, bends shorter than two of these are below what a catheter feels
@@ -91,4 +91,4 @@ std::string summarise(const Anatomy& anatomy) {
     return text;
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

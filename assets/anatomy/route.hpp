@@ -3,7 +3,7 @@
 
 #include "assets/anatomy/anatomy.hpp"
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 struct Route {
     std::vector<Vec3> points;  // m, from femoral_entry to the target
@@ -28,4 +28,4 @@ struct RouteReport {
 /// A readable table: sizes of both surfaces, extents, and one line per target. Lengths in mm.
 [[nodiscard]] std::string summarise(const Anatomy& anatomy);
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -9,7 +9,7 @@
 #include <map>
 #include <utility>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -171,4 +171,4 @@ TriMesh make_torus(const Vec3& centre, double ring_radius, double tube_radius, i
     return mesh;
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

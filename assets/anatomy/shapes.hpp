@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 /// Icosahedron, each triangle split `subdivisions` times into four: 20 * 4^subdivisions triangles, vertices on the sphere.
 [[nodiscard]] TriMesh make_icosphere(const Vec3& centre, double radius, int subdivisions);
@@ -23,4 +23,4 @@ namespace seldinger::anatomy {
 /// Torus around the z axis of its centre: a closed surface of genus 1.
 [[nodiscard]] TriMesh make_torus(const Vec3& centre, double ring_radius, double tube_radius, int rings, int sides);
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 // Groups of way points that a patient's variation shifts together.
@@ -110,4 +110,4 @@ std::vector<VesselPlan> TrunkAtlas::plans(double proper_hepatic_radius) const {
     return plans;
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 struct SegmentHit {
@@ -124,4 +124,4 @@ VesselField::Sample VesselField::look(const Vec3& p) const {
     return {value, radius};
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

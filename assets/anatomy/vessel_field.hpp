@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 /// A vessel's axis with radii. It blends with the tubes before it in the list, near its root only: farther along, tubes that
 /// pass each other keep apart.
@@ -63,4 +63,4 @@ private:
     void sort_into_cells();
 };
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <string>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 namespace {
 
@@ -75,16 +75,16 @@ Result<TriMesh> make_vessels(std::span<const VesselBranch> branches, double blen
     const Vec3 cells = (bounds.hi - bounds.lo) / cell;
     if (!(cells.x() * cells.y() * cells.z() < kMostCells))
         return Error{ErrorCode::BadValue, "the vessels are too large for their smallest radius, " + std::to_string(1e3 * smallest) +
-                                              " mm: a wider or a shorter tree would be right"};
+                                              " mm; expected a wider or a shorter tree"};
     std::vector<Tube> tubes;
     for (const VesselBranch& branch : branches) tubes.push_back(make_tube_of(branch, kSpacingShare * smallest, blend));
     const VesselField field(std::move(tubes));
     const auto size = [&](const Vec3& p) { return std::sqrt(field.local_radius(p)); };
     TriMesh mesh = remesh(polygonise(field, field.box(), cell, kSteepness), field, size, {triangles, 7});
     if (const std::size_t pieces = inspect_surface(mesh).components; pieces != 1)
-        return Error{ErrorCode::BadMesh, "the branches form " + std::to_string(pieces) +
-                                             " separate pieces: a branch that begins inside another would be right"};
+        return Error{ErrorCode::BadMesh,
+                     "the branches form " + std::to_string(pieces) + " separate pieces; expected branches that begin inside another"};
     return mesh;
 }
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 
 struct VesselBranch {
     std::vector<Vec3> axis;    // m, way points of a natural spline, at least 2
@@ -21,4 +21,4 @@ struct VesselBranch {
 ///            its size; BadMesh: the branches do not form one piece
 [[nodiscard]] Result<TriMesh> make_vessels(std::span<const VesselBranch> branches, double blend, std::size_t triangles);
 
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -11,7 +11,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -68,7 +68,7 @@ Result<ReadBench> read_bench(const std::filesystem::path& file) {
         return b.is_object() && b.contains("bench") && b["bench"].is_string() && b.contains("rows") && b["rows"].is_array() &&
                std::all_of(b["rows"].begin(), b["rows"].end(), [](const BenchRow& row) { return row.is_object(); });
     };
-    if (!is_bench(json)) return Error{ErrorCode::BadSyntax, "is not what `seldinger bench NAME --json FILE` writes", file.string()};
+    if (!is_bench(json)) return Error{ErrorCode::BadSyntax, "is not what `trocar bench NAME --json FILE` writes", file.string()};
     ReadBench read{json["bench"], {}};
     read.table.quick = json.contains("quick") && json["quick"] == true;
     read.table.rows.assign(json["rows"].begin(), json["rows"].end());
@@ -103,7 +103,7 @@ namespace {
 std::string page_head(const std::string& title, const std::string& lead) {
     return fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
                        "content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n<style>{1}</style></head>\n<body><main>\n"
-                       "<p class=\"over\">seldinger {0}</p>\n<p class=\"lead\">{2}</p>\n",
+                       "<p class=\"over\">trocar {0}</p>\n<p class=\"lead\">{2}</p>\n",
                        escape_html(title), kReportStyle, escape_html(lead));
 }
 
@@ -181,4 +181,4 @@ std::optional<std::filesystem::path> find_peer(std::string_view name) {
 
 std::span<const Bench> benches() { return kBenches; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,5 +1,5 @@
 // The papers' tables and the peers' figures, measured on the machine at hand: one function per table, rows that say what was
-// measured and what stands beside it. `seldinger bench NAME --json FILE` prints and writes them.
+// measured and what stands beside it. `trocar bench NAME --json FILE` prints and writes them.
 #pragma once
 
 #include "base/result.hpp"
@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct BenchOptions {
     bool quick = false;                        // a small part of every table, for tests: same columns, fewer rows
@@ -24,7 +24,7 @@ struct BenchOptions {
     std::filesystem::path json;                // empty: printed only
     std::filesystem::path page;                // empty: none; a page with the table and its plots
     std::filesystem::path scene;               // what scene-wide tables run; empty: the hepatic scene of this project
-    std::optional<std::filesystem::path> data; // $SELDINGER_TEST_DATA where it names a folder
+    std::optional<std::filesystem::path> data; // $TROCAR_TEST_DATA where it names a folder
     std::function<void(const std::string&)> progress = [](const std::string&) {}; // what is being measured now
 };
 
@@ -73,4 +73,4 @@ struct ReadBench {
 /// its package is missing.
 [[nodiscard]] std::optional<std::filesystem::path> find_peer(std::string_view name);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -105,4 +105,4 @@ Result<BenchTable> bench_chromatic(const BenchOptions& options) {
     return result;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,7 +13,7 @@
 #include <bit>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -325,4 +325,4 @@ Result<BenchTable> bench_contacts(const BenchOptions& options) {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -124,4 +124,4 @@ Result<BenchTable> bench_deadline(const BenchOptions& options) {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

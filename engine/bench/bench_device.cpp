@@ -3,7 +3,7 @@
 #include "engine/bench/compare_device.hpp"
 #include "engine/gpu/describe_graphics.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -67,4 +67,4 @@ Result<BenchTable> bench_device(const BenchOptions& options) {
     return result;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -65,4 +65,4 @@ Result<BenchTable> bench_hard_cases(const BenchOptions& options) {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -14,7 +14,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -160,7 +160,7 @@ BenchRow run_as_paper(const Subject& subject, const TriMesh& mesh, bool connecte
 Result<BenchTable> bench_image_space(const BenchOptions& options) {
     BenchTable table;
     if (!options.data) {
-        table.notes.push_back("SELDINGER_TEST_DATA does not name a folder with the bunny and the cow: nothing was measured");
+        table.notes.push_back("TROCAR_TEST_DATA does not name a folder with the bunny and the cow: nothing was measured");
         return table;
     }
     constexpr int kPaperResolution = 500;
@@ -199,4 +199,4 @@ Result<BenchTable> bench_image_space(const BenchOptions& options) {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

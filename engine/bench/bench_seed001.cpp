@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -313,4 +313,4 @@ Result<BenchTable> bench_seed001(const BenchOptions& options) {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -15,7 +15,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using collision::CoherentOptions;
@@ -290,4 +290,4 @@ Result<BenchTable> bench_seed004(const BenchOptions& options) {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -12,7 +12,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -122,7 +122,7 @@ Result<BenchTable> bench_spheretree(const BenchOptions& options) {
     if (!bodies) return bodies.error();
     if (!options.data) {
         for (const SolidBody& body : *bodies) add_builders(body.name, body.mesh, options, table);
-        table.notes.push_back("SELDINGER_TEST_DATA names no folder: generated bodies stand in for the scans");
+        table.notes.push_back("TROCAR_TEST_DATA names no folder: generated bodies stand in for the scans");
     }
     add_rates(bodies->back(), table);
     options.progress(bodies->back().name + ", updates");
@@ -136,4 +136,4 @@ Result<BenchTable> bench_spheretree(const BenchOptions& options) {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

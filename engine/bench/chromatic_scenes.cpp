@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -94,4 +94,4 @@ CullScene make_catheter_alone_scene(std::size_t steps) {
     return scene;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

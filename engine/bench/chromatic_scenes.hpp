@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct CullScene {
     std::string name;
@@ -34,4 +34,4 @@ struct CullScene {
 /// Its catheter against itself, without the vessel.
 [[nodiscard]] CullScene make_catheter_alone_scene(std::size_t steps);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,7 +13,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Medians over the steps, by name.
 class Medians {
@@ -261,4 +261,4 @@ private:
     double box_tree_ms_ = 0.0;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -240,4 +240,4 @@ ClothSequence make_cloth_sequence(ClothScene kind, std::size_t rigid, std::size_
     return out;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

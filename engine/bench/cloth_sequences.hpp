@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Two surfaces, the rigid one first.
 struct ClothSequence {
@@ -28,4 +28,4 @@ enum class ClothScene : std::uint8_t {
 /// rigid, cloth   triangles, about      steps   that are recorded, after the cloth has come to the solid
 [[nodiscard]] ClothSequence make_cloth_sequence(ClothScene scene, std::size_t rigid, std::size_t cloth, std::size_t steps);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

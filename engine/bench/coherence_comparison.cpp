@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using collision::SearchContact;
@@ -117,4 +117,4 @@ Result<CoherenceComparison> compare_coherence(std::size_t steps,
     return out;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

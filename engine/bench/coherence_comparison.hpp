@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct CoherenceComparison {
     struct Step {
@@ -36,4 +36,4 @@ struct CoherenceComparison {
                                                             const std::function<std::vector<collision::SurfaceMotion>(std::size_t k)>& motions,
                                                             const collision::CoherentOptions& options);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,9 +4,9 @@
 #include "engine/bench/chromatic_table.hpp"
 #include "engine/gpu/gl_cull_backend.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The same pictures by OpenGL and by the CPU twin, over sizes, into rows; and a note from which size on the device is faster.
 void compare_with_device(ChromaticTable& table, BenchTable& result, const GlCullBackend& device, std::size_t steps);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

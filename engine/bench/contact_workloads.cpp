@@ -7,7 +7,7 @@
 #include <map>
 #include <numbers>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -328,4 +328,4 @@ FrameSequence make_bending_artery(double cell, std::size_t steps) {
     return out;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

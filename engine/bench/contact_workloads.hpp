@@ -3,7 +3,7 @@
 
 #include "engine/io/frames.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The whole fold, and which of its steps are wanted.
 inline constexpr std::size_t kFoldSteps = 60;
@@ -19,4 +19,4 @@ struct FoldPart {
 /// cell   m, edge of the grid that the artery is cut from: 0.608e-3 gives about 83,000 triangles
 [[nodiscard]] FrameSequence make_bending_artery(double cell, std::size_t steps);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

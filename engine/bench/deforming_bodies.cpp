@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -158,4 +158,4 @@ Result<void> add_updates(const SolidBody& body, BenchTable& table) {
     return {};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,11 +4,11 @@
 #include "engine/bench/solid_bodies.hpp"
 #include "engine/bench/tables.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A row for each deformation and way of updating: what of the surface the spheres lose, how far it reaches out of them, what
 /// they grow by, ns per sphere; and the descent's rate of tests when spheres are updated as it asks for them.
 /// fails   where the body has no lattice of tetrahedra
 [[nodiscard]] Result<void> add_updates(const SolidBody& body, BenchTable& table);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

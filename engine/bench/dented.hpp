@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A smooth dent (Gaussian, 8 % of the longest edge of the bounds wide), 1.1 times as deep as the surface is high.
 /// mesh    with at least one vertex, up along y
@@ -18,4 +18,4 @@ inline void push_top_down(TriMesh& mesh) {
     for (Vec3& v : mesh.vertices) v.y() -= 1.1 * height * std::exp(-(v - peak).squaredNorm() / (radius * radius));
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -15,7 +15,7 @@
 #include <fstream>
 #include <thread>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -360,4 +360,4 @@ Result<BenchTable> bench_fem(const BenchOptions& options) {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Box of nx x ny x nz cells of size `cell` [m], six tets each around the cell's diagonal.
 inline TetMesh make_bar(Index nx, Index ny, Index nz, double cell) { return fem::make_bar_mesh({nx, ny, nz}, cell, 0.0); }
@@ -42,4 +42,4 @@ inline std::vector<Vec3> zeros(std::size_t count) { return std::vector<Vec3>(cou
 
 inline constexpr fem::MaterialLaw kLaws[] = {fem::MaterialLaw::StVK, fem::MaterialLaw::Corotational, fem::MaterialLaw::NeoHookean};
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,5 +1,5 @@
 // Hard cases: situations in which simulators are known to break. Each says what "stable" means in it, and measures how far it is
-// from its bound. The tests run every one of them, and `seldinger bench hard-cases` prints the same figures as one table.
+// from its bound. The tests run every one of them, and `trocar bench hard-cases` prints the same figures as one table.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct HardMargin {
     std::string what;
@@ -73,4 +73,4 @@ struct HardCase {
 /// All of them, in that order.
 [[nodiscard]] std::vector<HardCase> hard_cases();
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

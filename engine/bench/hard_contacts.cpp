@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -170,4 +170,4 @@ constexpr HardCase kCases[] = {
 
 std::span<const HardCase> hard_contacts() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 using namespace fem;
 
@@ -305,4 +305,4 @@ constexpr HardCase kCases[] = {
 
 std::span<const HardCase> hard_elements() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

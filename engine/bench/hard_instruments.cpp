@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -192,15 +192,15 @@ void refuses(HardReport& report, const Hard& hard, std::string_view key, std::st
 void entry_outside_the_vessel(HardReport& report) {
     Hard hard;
     hard.entry = R"({"position": [0, 20, 10], "direction": [0, 0, 1]})";
-    refuses(report, hard, "instruments.wire.entry", "the entry has -");
+    refuses(report, hard, "instruments.wire.entry", "outside of tube, the instrument's radius is 0.5 mm; expected a place with more");
     hard.entry = R"({"position": [0, 2.8, 10], "direction": [0, 0, 1]})";
-    refuses(report, hard, "instruments.wire.entry", "mm of room inside tube, the instrument's radius is 0.5 mm");
+    refuses(report, hard, "instruments.wire.entry", "mm of clearance inside tube, the instrument's radius is 0.5 mm");
 }
 
 void catheter_thicker_than_its_vessel(HardReport& report) {
     Hard hard;
     hard.radius = 3.5;
-    refuses(report, hard, "instruments.wire.entry", "mm of room inside tube, the instrument's radius is 3.5 mm");
+    refuses(report, hard, "instruments.wire.entry", "mm of clearance inside tube, the instrument's radius is 3.5 mm");
 }
 
 void target_that_cannot_be_reached(HardReport& report) {
@@ -208,7 +208,7 @@ void target_that_cannot_be_reached(HardReport& report) {
     hard.path = "";
     hard.more = R"("follow": {"target": "far"})";
     hard.targets = R"("far": {"position": [0, 60, 50]})";
-    refuses(report, hard, "instruments.wire.follow", "no way from the entry to far");
+    refuses(report, hard, "targets.far", "outside of tube, and no place within the tolerance");
     hard.targets = R"("far": {"position": [0, 0, 90]})";
     hard.axis = kStenosis;
     refuses(report, hard, "instruments.wire.follow", "no way from the entry to far");
@@ -231,12 +231,12 @@ constexpr HardCase kCases[] = {
      entry_outside_the_vessel},
     {"instruments", "ACatheterThickerThanItsVesselIsRefused", "refused before the run, with line, key and the room",
      catheter_thicker_than_its_vessel},
-    {"instruments", "ATargetThatCannotBeReachedIsRefused", "refused before the run, with line and key, beside the vessel and behind a stenosis",
-     target_that_cannot_be_reached},
+    {"instruments", "ATargetThatCannotBeReachedIsRefused",
+     "refused before the run, with line and key, beside the vessel and behind a stenosis", target_that_cannot_be_reached},
 };
 
 } // namespace
 
 std::span<const HardCase> hard_instruments() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

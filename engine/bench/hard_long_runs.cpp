@@ -9,7 +9,7 @@
 
 #include <unistd.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -137,4 +137,4 @@ Result<void> add_long_runs(const BenchOptions& options, BenchTable& table) {
     return add_long_run(options, "heap of 16 bodies", "heap.txt", parse_scene(heap, "heap.json"), table);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -118,4 +118,4 @@ constexpr HardCase kCases[] = {
 
 std::span<const HardCase> hard_places() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

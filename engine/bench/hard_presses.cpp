@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -95,4 +95,4 @@ constexpr HardCase kCases[] = {
 
 std::span<const HardCase> hard_presses() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

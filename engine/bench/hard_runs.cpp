@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <set>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -173,8 +173,9 @@ void a_budget_that_jumps_pumps_no_energy(HardReport& report) {
         double first = 0.0, most = 0.0;
         for (std::uint64_t k = 0; k < 400; ++k) {
             const bool tight = k % 2 == 0;
-            simulator.set_budget(wall ? BudgetLimits{BudgetMode::Wall, tight ? 1e-4 : 1e-2, 0}
-                                      : BudgetLimits{BudgetMode::Work, 0.0, tight ? std::uint64_t{9} : std::uint64_t{1'000'000}});
+            const BudgetLimits limits = wall ? BudgetLimits{BudgetMode::Wall, tight ? 1e-4 : 1e-2, 0}
+                                             : BudgetLimits{BudgetMode::Work, 0.0, tight ? std::uint64_t{9} : std::uint64_t{1'000'000}};
+            if (!report.require(simulator.set_budget(limits).ok(), "a budget is taken")) return;
             if (!report.require(simulator.step().finite, "every step is finite")) return;
             if (k == 0) first = energy_of(simulator);
             most = std::max(most, energy_of(simulator));
@@ -203,4 +204,4 @@ constexpr HardCase kCases[] = {
 
 std::span<const HardCase> hard_runs() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 std::optional<PreparedScene> prepare_hard_scene(HardReport& report, const std::string& text) {
     const Result<Scene> scene = parse_scene(text, "hard_case.json");
@@ -130,4 +130,4 @@ bool all_finite(const State& state) {
                        [&](const InstrumentState& i) { return finite(i.rod.position) && finite(i.rod.velocity) && finite(i.skin); });
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

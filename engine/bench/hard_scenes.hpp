@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Nothing, and a case that does not hold, where the scene is refused.
 [[nodiscard]] std::optional<PreparedScene> prepare_hard_scene(HardReport& report, const std::string& text);
@@ -60,4 +60,4 @@ bool run_hard(HardReport& report, Simulator& simulator, std::uint64_t steps, Loo
 [[nodiscard]] Vec3 middle_of(const std::vector<Vec3>& points);
 [[nodiscard]] double lowest_of(const std::vector<Vec3>& points); // z, m
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

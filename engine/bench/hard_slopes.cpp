@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -95,4 +95,4 @@ constexpr HardCase kCases[] = {
 
 std::span<const HardCase> hard_slopes() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

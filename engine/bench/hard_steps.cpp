@@ -8,7 +8,7 @@
 #include <complex>
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 using namespace fem;
 
@@ -341,4 +341,4 @@ constexpr HardCase kCases[] = {
 
 std::span<const HardCase> hard_steps() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

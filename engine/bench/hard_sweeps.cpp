@@ -8,7 +8,7 @@
 #include <array>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 using collision::SweptPoint;
 
@@ -203,4 +203,4 @@ constexpr HardCase kCases[] = {
 
 std::span<const HardCase> hard_sweeps() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

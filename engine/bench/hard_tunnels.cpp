@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -183,4 +183,4 @@ constexpr HardCase kCases[] = {
 
 std::span<const HardCase> hard_tunnels() noexcept { return kCases; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -296,7 +296,7 @@ std::vector<Headline> headlines_of(std::string_view bench, const BenchTable& tab
 }
 
 std::string headlines_markdown(std::span<const MeasuredBench> measured) {
-    std::string page = "| `seldinger bench` | what | here | beside it | factor |\n| --- | --- | --- | --- | --- |\n";
+    std::string page = "| `trocar bench` | what | here | beside it | factor |\n| --- | --- | --- | --- | --- |\n";
     for (const MeasuredBench& one : measured)
         for (const Headline& line : headlines_of(one.bench->name, one.table))
             page += fmt::format("| `{}` | {} | {} | {}{}{} | {} |\n", one.bench->name, escaped(line.what), escaped(line.here),
@@ -305,4 +305,4 @@ std::string headlines_markdown(std::span<const MeasuredBench> measured) {
     return page;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

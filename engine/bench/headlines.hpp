@@ -3,7 +3,7 @@
 
 #include "engine/bench/bench.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct Headline {
     std::string what;
@@ -21,10 +21,10 @@ struct MeasuredBench {
     BenchTable table;
 };
 
-/// All headlines as a table in Markdown, as the README shows it.
+/// All headlines as a table in Markdown, as docs/benchmarks.md shows it.
 [[nodiscard]] std::string headlines_markdown(std::span<const MeasuredBench> measured);
 
 /// All headlines and all tables, with their plots, as one page without any other file.
 [[nodiscard]] std::string all_benches_page(std::span<const MeasuredBench> measured);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

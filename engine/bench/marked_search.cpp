@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using collision::SurfaceMotion;
@@ -119,4 +119,4 @@ std::size_t MarkedSearch::memory() const noexcept {
     return sum;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include "collision/cluster_traversal.hpp"
 #include "collision/coherent_search.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class MarkedSearch {
 public:
@@ -36,4 +36,4 @@ private:
     collision::ExactStats stats_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

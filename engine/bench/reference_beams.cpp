@@ -10,7 +10,7 @@
 #include <cmath>
 #include <sstream>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -154,4 +154,4 @@ Result<BeamTips> compare_beam(const ReferenceBeam& beam, const std::filesystem::
     return BeamTips{unit * *ours, unit * *theirs};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

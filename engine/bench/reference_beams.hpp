@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class BeamSource : std::uint8_t { SofaLinear, SofaCorotational, CalculixQuadratic };
 
@@ -28,4 +28,4 @@ struct BeamTips {
 /// fails  FileNotFound, BadSyntax: the reference is missing or not what it was
 [[nodiscard]] Result<BeamTips> compare_beam(const ReferenceBeam& beam, const std::filesystem::path& folder, bool quick);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -78,4 +78,4 @@ Result<std::vector<SolidBody>> make_dragon_and_bunny(const BenchOptions& options
     return bodies;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 #include "spheretree/descent.hpp"
 #include "spheretree/wrapped_tree.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct SolidBody {
     std::string name;
@@ -36,4 +36,4 @@ struct PlacedBody {
 /// Builds the tree, timed in CPU seconds.
 [[nodiscard]] Result<SolidBody> make_solid_body(std::string name, TriMesh mesh, spheretree::Builder builder);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <array>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 [[nodiscard]] Result<BenchTable> bench_deadline(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_fem(const BenchOptions& options);
@@ -46,4 +46,4 @@ inline constexpr std::array kBenches{
           bench_seed004},
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -195,7 +195,7 @@ private:
 
     void check_reference_beams() {
         if (!options_.data) {
-            table_.notes.push_back("no reference beams: SELDINGER_TEST_DATA names no folder");
+            table_.notes.push_back("no reference beams: TROCAR_TEST_DATA names no folder");
             return;
         }
         std::string text;
@@ -234,4 +234,4 @@ private:
 
 Result<BenchTable> bench_validation(const BenchOptions& options) { return Validation(options).run(); }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 using collision::SurfaceMotion;
 using collision::SurfaceTopology;
@@ -132,4 +132,4 @@ void list_features(const SurfaceTopology& a, const SurfaceTopology& b, std::span
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

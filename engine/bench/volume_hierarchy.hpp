@@ -8,7 +8,7 @@
 
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class VolumeKind : std::uint8_t { Box, Sphere };
 
@@ -53,4 +53,4 @@ struct PairFeatures {
 void list_features(const collision::SurfaceTopology& a, const collision::SurfaceTopology& b, std::span<const collision::TrianglePair> pairs,
                    PairFeatures& out);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -310,4 +310,4 @@ void Trousers::keep_out(const FigurePose& from, const FigurePose& to) {
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

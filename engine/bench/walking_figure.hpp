@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A leg or an arm: two bones in a plane along the walk, rounded at the joint, round across.
 struct Limb {
@@ -81,4 +81,4 @@ private:
     bool walks_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <memory>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -27,6 +27,17 @@ int list_benches() {
 
 Result<void> write_if_named(const std::filesystem::path& file, const std::function<std::string()>& text) {
     return file.empty() ? Result<void>() : write_file_atomically(file, text());
+}
+
+/// Rows that have a bound (`holds`) and are beyond it: named, since a script reads the exit code, not the table.
+std::size_t count_broken(std::string_view bench, const BenchTable& table) {
+    std::size_t broken = 0;
+    for (const BenchRow& row : table.rows) {
+        if (!row.contains("holds") || row["holds"] != false) continue;
+        ++broken;
+        fmt::print(stderr, "error: bench {}: beyond its bound: {}\n", bench, row.dump());
+    }
+    return broken;
 }
 
 /// Every table, one after another. One that cannot be measured is named, and the others are.
@@ -64,7 +75,9 @@ int run_all(const Request& request, ProgressLine& progress) {
     for (const auto& written : {write_if_named(files.page, [&] { return all_benches_page(measured); }),
                                 write_if_named(files.json, [&] { return json.dump(2) + "\n"; })})
         if (!written) failed = report_error(written.error());
-    return failed;
+    std::size_t broken = 0;
+    for (const MeasuredBench& one : measured) broken += count_broken(one.bench->name, one.table);
+    return failed == 0 && broken > 0 ? kExitDiffers : failed;
 }
 
 int run_bench(Request& request) {
@@ -79,7 +92,7 @@ int run_bench(Request& request) {
     for (const auto& [file, option] : {std::pair(request.options.page, "--page"), std::pair(request.options.json, "--json")})
         if (!file.empty())
             if (const auto fits = check_place(file, option); !fits) return report_error(fits.error());
-    if (const char* data = std::getenv("SELDINGER_TEST_DATA"); data != nullptr && std::filesystem::is_directory(data))
+    if (const char* data = std::getenv("TROCAR_TEST_DATA"); data != nullptr && std::filesystem::is_directory(data))
         request.options.data = data;
     ProgressLine progress(true, ProgressLine::Elsewhere::ALineAMinute);
     if (request.name == "all") return run_all(request, progress);
@@ -89,10 +102,11 @@ int run_bench(Request& request) {
     if (!table.ok()) return report_error(table.error());
     table->quick = request.options.quick;
     fmt::print("{}", bench_text(*table));
-    for (const auto& written : {write_if_named(request.options.page, [&] { return bench_page(*bench, *table); }),
-                                write_if_named(request.options.json, [&] { return bench_json(bench->name, *table).dump(2) + "\n"; })})
-        if (!written) return report_error(written.error());
-    return kExitFine;
+    WrittenOutputs outputs;
+    outputs.note(write_if_named(request.options.page, [&] { return bench_page(*bench, *table); }));
+    outputs.note(write_if_named(request.options.json, [&] { return bench_json(bench->name, *table).dump(2) + "\n"; }));
+    const std::size_t broken = count_broken(bench->name, *table);
+    return outputs.all_there() && broken > 0 ? kExitDiffers : outputs.tell({});
 }
 
 } // namespace
@@ -113,4 +127,4 @@ Command add_bench_command(CLI::App& app) {
     return {command, [request] { return run_bench(*request); }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,16 +1,18 @@
-// The program's commands. Each returns its exit code: 0 fine; 2 bad usage or input; 3 a state left its bounds; 4 a budget
-// was missed and --fail-on-overrun was given; 5 a run differs from its reference or its record; 130 interrupted.
+// The program's commands. Each returns its exit code: 0 fine; 2 bad usage or input, or an output that cannot be written; 3 a state left
+// its bounds; 4 a budget was missed and --fail-on-overrun was given; 5 an answer differs from its reference or its record, or misses a
+// contact that is known; 130 interrupted.
 #pragma once
 
 #include "base/result.hpp"
 
+#include <filesystem>
 #include <functional>
 
 namespace CLI {
 class App;
 }
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum ExitCode : int { kExitFine = 0, kExitBadInput = 2, kExitNotFinite = 3, kExitOverrun = 4, kExitDiffers = 5, kExitInterrupted = 130 };
 
@@ -38,4 +40,22 @@ struct Command {
 /// "error: file:line:column: key: message" on standard error; returns kExitBadInput.
 int report_error(const Error& error);
 
-} // namespace seldinger::engine
+/// Outputs of one command, written one after another: one that fails costs the others nothing, and the exit code says that it did.
+class WrittenOutputs {
+public:
+    /// An error is reported at once.
+    void note(const Result<void>& written) {
+        ++outputs_;
+        if (written.ok()) return;
+        report_error(written.error());
+        ++missing_;
+    }
+    [[nodiscard]] bool all_there() const noexcept { return missing_ == 0; }
+    /// Says how many of how many are in `place`, where some are missing. Returns kExitFine, or kExitBadInput.
+    [[nodiscard]] int tell(const std::filesystem::path& place) const;
+
+private:
+    std::size_t outputs_ = 0, missing_ = 0;
+};
+
+} // namespace trocar::engine

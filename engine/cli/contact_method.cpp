@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// The number behind a word's beginning.
@@ -101,4 +101,4 @@ Result<ContactMethod> parse_contact_method(const std::string& text) {
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

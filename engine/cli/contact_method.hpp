@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Text for --help: every word and what it does.
 inline constexpr const char* kMethodWords =
@@ -37,4 +37,4 @@ struct ContactMethod {
 
 [[nodiscard]] Result<ContactMethod> parse_contact_method(const std::string& text);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

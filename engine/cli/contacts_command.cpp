@@ -20,7 +20,7 @@
 #include <algorithm>
 #include <memory>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -87,11 +87,10 @@ public:
         const auto compared = compare_coherence(
             input_.sequence.frame_count - 1, [&](std::size_t k) { return motions(k); }, coherent_options());
         if (!compared) return report_error(bad_usage(compared.error().message, "--coherent"));
-        if (!request_.stats.empty())
-            if (const auto written = write_file_atomically(request_.stats, compared->json().dump(2) + "\n"); !written)
-                return report_error(written.error());
+        WrittenOutputs outputs;
+        if (!request_.stats.empty()) outputs.note(write_file_atomically(request_.stats, compared->json().dump(2) + "\n"));
         fmt::print("{}\n", compared->text());
-        return kExitFine;
+        return outputs.all_there() && !compared->same ? kExitDiffers : outputs.tell({});
     }
 
     int run() {
@@ -108,9 +107,9 @@ public:
         }
         progress.clear();
         finish_report();
-        if (const auto written = write(); !written) return report_error(written.error());
+        const WrittenOutputs outputs = write();
         fmt::print("{}", contacts_report_text(report_));
-        return kExitFine;
+        return outputs.tell({});
     }
 
 private:
@@ -245,14 +244,12 @@ private:
         if (culled_) report_.culled = ContactsReport::Culled{culled_->colours(), culled_->backend(), culled_->notes()};
     }
 
-    Result<void> write() const {
-        if (!request_.out.empty())
-            if (const auto written = write_file_atomically(request_.out, contact_csv(contacts_, input_.is_sequence())); !written)
-                return written;
-        if (!request_.dump.empty())
-            if (const auto written = write_hits(request_.dump, hits_); !written) return written;
-        if (!request_.stats.empty()) return write_file_atomically(request_.stats, contacts_report_json(report_).dump(2) + "\n");
-        return {};
+    WrittenOutputs write() const {
+        WrittenOutputs outputs;
+        if (!request_.out.empty()) outputs.note(write_file_atomically(request_.out, contact_csv(contacts_, input_.is_sequence())));
+        if (!request_.dump.empty()) outputs.note(write_hits(request_.dump, hits_));
+        if (!request_.stats.empty()) outputs.note(write_file_atomically(request_.stats, contacts_report_json(report_).dump(2) + "\n"));
+        return outputs;
     }
 
     const ContactsRequest& request_;
@@ -312,12 +309,9 @@ int find_crossings_of(const ContactsRequest& request, const ContactMethod& metho
                                                            .within = request.self || input.t0.size() == 1,
                                                            .plan = {.patches = method.patches},
                                                            .as_paper = method.as_paper});
-    if (!request.out.empty())
-        if (const auto written = write_file_atomically(request.out, contact_csv(std::array{ContactStep{0, answer.rows}}, false)); !written)
-            return report_error(written.error());
-    if (!request.stats.empty())
-        if (const auto written = write_file_atomically(request.stats, crossing_json(answer, method).dump(2) + "\n"); !written)
-            return report_error(written.error());
+    WrittenOutputs outputs;
+    if (!request.out.empty()) outputs.note(write_file_atomically(request.out, contact_csv(std::array{ContactStep{0, answer.rows}}, false)));
+    if (!request.stats.empty()) outputs.note(write_file_atomically(request.stats, crossing_json(answer, method).dump(2) + "\n"));
     for (std::size_t k = 0; k < answer.passes.size(); ++k)
         fmt::print("view {}{}: {} triangles of {} left\n", k + 1,
                    answer.passes[k].patches > 0
@@ -328,7 +322,7 @@ int find_crossings_of(const ContactsRequest& request, const ContactMethod& metho
     fmt::print(
         "{} by {}: {} sets, {} triangles of {} left for exact tests; culling {:.2f} ms, tests {:.2f} ms\n{} pairs of triangles cross\n",
         method.name(), answer.culler, answer.colours, answer.left, answer.triangles, answer.cull_ms, answer.narrow_ms, answer.rows.size());
-    return kExitFine;
+    return outputs.tell({});
 }
 
 int find_contacts(const ContactsRequest& request) {
@@ -366,4 +360,4 @@ Command add_contacts_command(CLI::App& app) {
     return {command, [request] { return find_contacts(*request); }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <filesystem>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -105,4 +105,4 @@ Result<ContactsInput> read_contacts_input(const ContactsRequest& request) {
     return input;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct ContactsRequest {
     std::vector<std::string> meshes;
@@ -37,4 +37,4 @@ struct ContactsInput {
 /// fails     with the file: unreadable, frames that are not of one mesh, coordinates beyond kLargestContactCoordinate
 [[nodiscard]] Result<ContactsInput> read_contacts_input(const ContactsRequest& request);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

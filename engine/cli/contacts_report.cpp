@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -130,4 +130,4 @@ std::string contacts_report_text(const ContactsReport& report) {
     return text;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// What one step cost and found.
 struct ContactsStepRow {
@@ -46,4 +46,4 @@ struct ContactsReport {
 /// The same for people, with line ends.
 [[nodiscard]] std::string contacts_report_text(const ContactsReport& report);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -17,7 +17,9 @@
 #include <memory>
 #include <thread>
 
-namespace seldinger::engine {
+#include <unistd.h>
+
+namespace trocar::engine {
 
 namespace {
 
@@ -32,6 +34,7 @@ struct CostRequest {
     std::int64_t steps = -1; // < 0: as the scene says, at most kUsualSteps
     unsigned jobs = 1;       // processes that run at once
     std::int64_t only = -1;  // >= 0: this row's run by itself is measured for another process
+    std::int64_t parent = 0; // that process; 0: not said
     bool force = false, resume = false, quiet = false;
 };
 
@@ -58,11 +61,11 @@ std::vector<std::string_view> split_names(std::string_view text) {
 Result<std::vector<NamedBudget>> read_budgets(std::string_view text) {
     std::vector<NamedBudget> budgets;
     for (const std::string_view name : split_names(text)) {
-        if (name.empty()) return budget_error("an empty budget in the list; 0.1ms,1ms,work:20000,exact would be right");
+        if (name.empty()) return budget_error("an empty budget in the list; expected 0.1ms,1ms,work:20000,exact");
         const auto budget = parse_budget(name);
         if (!budget.ok()) return budget_error(budget.error().message);
         for (const NamedBudget& known : budgets)
-            if (known.name == name) return budget_error(fmt::format("\"{}\" is listed twice; once would be right", name));
+            if (known.name == name) return budget_error(fmt::format("\"{}\" is listed twice; expected once", name));
         budgets.push_back({std::string(name), budget->limits});
     }
     return budgets;
@@ -82,21 +85,21 @@ Result<std::vector<std::pair<std::string, Scene>>> read_variants(std::string_vie
         if (!variant) return variant.error();
         for (const auto& [known, other] : variants)
             if (known == name)
-                return Error{ErrorCode::BadUsage, fmt::format("\"{}\" is listed twice; once would be right", name), {}, 0, 0, "--variants"};
+                return Error{ErrorCode::BadUsage, fmt::format("\"{}\" is listed twice; expected once", name), {}, 0, 0, "--variants"};
         variants.emplace_back(name, std::move(*variant));
     }
     return variants;
 }
 
-Result<void> write_pages(const std::filesystem::path& out, const Scene& scene, CostTable& table, std::span<const CostPicture> pictures) {
-    for (std::size_t k = 0; k < pictures.size(); ++k) {
-        const auto file = out / fmt::format("anatomy_{:02}_t{:05.2f}s.png", k + 1, pictures[k].time_s);
-        if (auto written = write_file_atomically(file, pictures[k].png); !written) return written;
-    }
-    const std::string page = cost_page(scene, table, pictures);
-    if (auto written = write_file_atomically(out / output_name::kReport, page); !written) return written;
-    if (auto written = write_file_atomically(out / output_name::kCostJson, cost_json(scene, table)); !written) return written;
-    return write_file_atomically(out / output_name::kCost, cost_csv(table));
+/// The figures first: they are what took the time.
+WrittenOutputs write_pages(const std::filesystem::path& out, const Scene& scene, CostTable& table, std::span<const CostPicture> pictures) {
+    WrittenOutputs outputs;
+    outputs.note(write_file_atomically(out / output_name::kCost, cost_csv(table)));
+    outputs.note(write_file_atomically(out / output_name::kCostJson, cost_json(scene, table)));
+    for (std::size_t k = 0; k < pictures.size(); ++k)
+        outputs.note(write_file_atomically(out / fmt::format("anatomy_{:02}_t{:05.2f}s.png", k + 1, pictures[k].time_s), pictures[k].png));
+    outputs.note(write_file_atomically(out / output_name::kReport, cost_page(scene, table, pictures)));
+    return outputs;
 }
 
 /// One measurement: the scene, what it is compared with, and where its parts lie.
@@ -185,7 +188,7 @@ private:
         std::vector<std::vector<std::string>> jobs;
         for (std::size_t row = 0; row < rows; ++row) {
             jobs.push_back({"cost", request_.scene.string(), "--budgets", request_.budgets, "--steps", std::to_string(options_.steps),
-                            "--out", out_.string(), "--quiet", "--only", std::to_string(row)});
+                            "--out", out_.string(), "--quiet", "--only", std::to_string(row), "--parent", std::to_string(getpid())});
             if (!request_.variants.empty()) jobs.back().insert(jobs.back().end(), {"--variants", request_.variants});
         }
         pool_.emplace(std::move(jobs), request_.jobs);
@@ -205,12 +208,12 @@ private:
     }
 
     int finish(CostTable& table, std::span<const CostPicture> pictures, std::size_t rows) {
-        if (const auto written = write_pages(out_, scene_, table, pictures); !written.ok()) return report_error(written.error());
+        const WrittenOutputs outputs = write_pages(out_, scene_, table, pictures);
         for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
         fmt::print("{}{} steps each, against the exact run   report {}\n", cost_text(table), table.steps,
                    (out_ / output_name::kReport).string());
-        parts_->remove(rows);
-        return table.steps < options_.steps ? kExitNotFinite : kExitFine;
+        if (outputs.all_there()) parts_->remove(rows); // else --resume writes what is missing without measuring it again
+        return table.steps < options_.steps ? kExitNotFinite : outputs.tell(out_);
     }
 
     const CostRequest& request_;
@@ -241,13 +244,16 @@ int measure(const CostRequest& request, const std::vector<NamedBudget>& budgets,
     }
     std::error_code none;
     const bool goes_on = request.resume && std::filesystem::is_directory(measurement.out() / output_name::kParts, none);
-    const auto folder = OutputFolder::open(measurement.out(), request.force || goes_on);
-    if (!folder.ok()) return report_error(folder.error());
+    const bool replaces = request.force || goes_on;
+    if (const auto free = OutputFolder::check(measurement.out(), replaces); !free.ok()) return report_error(free.error());
     if (const auto prepared = prepare(); !prepared) return interrupt_requested() ? kExitInterrupted : report_error(prepared.error());
+    const auto folder = OutputFolder::open(measurement.out(), replaces); // what an earlier one left goes only now
+    if (!folder.ok()) return report_error(folder.error());
     return measurement.measure();
 }
 
 int cost(const CostRequest& request) {
+    if (request.parent > 0) end_with_parent(static_cast<pid_t>(request.parent));
     const auto budgets = read_budgets(request.budgets);
     if (!budgets.ok()) return report_error(budgets.error());
     const Result<Scene> scene = read_scene(request.scene);
@@ -276,10 +282,11 @@ Command add_cost_command(CLI::App& app) {
     command->add_option("--variants", request->variants, "other ways to answer contacts, measured under every budget as well: " + words);
     command->add_option("--jobs", request->jobs, "runs that are measured at once, in processes of their own")->check(CLI::Range(1u, 256u));
     command->add_option("--only", request->only)->group(""); // how those processes are asked
+    command->add_option("--parent", request->parent)->group("");
     command->add_flag("--resume", request->resume, "go on with what an interrupted measurement into this folder has finished");
     command->add_flag("--force", request->force, "write into an output folder that is not empty");
     command->add_flag("--quiet", request->quiet, "no progress line");
     return {command, [request] { return cost(*request); }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -19,7 +19,7 @@
 #include <cstdio>
 #include <memory>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -147,7 +147,7 @@ void print_instruments(const Scene& scene, const PreparedScene& prepared) {
         else
             fmt::print("  {:<15} script of {} rows\n", "", m.path.size());
         if (const double way = fastest_asked(m) * prepared.model.step_s; way > kHandReach * (1.0 + kRounding))
-            fmt::print("  {:<15} its hand would go {:.3g} mm in a step; {:g} mm are taken: a step of {:.3g} ms would be right\n", "",
+            fmt::print("  {:<15} its hand would go {:.3g} mm in a step; {:g} mm are taken, expected a step of at most {:.3g} ms\n", "",
                        1e3 * way, 1e3 * kHandReach, 1e3 * prepared.model.step_s * kHandReach / way);
     }
 }
@@ -289,4 +289,4 @@ Command add_explain_command(CLI::App& app) {
     return {command, [scene] { return explain(*scene); }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -112,4 +112,4 @@ CrossingAnswer find_crossing_triangles(std::span<const collision::SurfaceTopolog
     return answer;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

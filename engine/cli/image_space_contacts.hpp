@@ -5,7 +5,7 @@
 #include "engine/gpu/culled_search.hpp"
 #include "engine/io/contact_rows.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct CrossingOptions {
     CullMethod culling = CullMethod::Cpu;
@@ -29,4 +29,4 @@ struct CrossingAnswer {
 [[nodiscard]] CrossingAnswer find_crossing_triangles(std::span<const collision::SurfaceTopology> surfaces,
                                                      std::span<const std::vector<Vec3>> positions, const CrossingOptions& options);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,12 +8,18 @@
 #include <cstring>
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 extern char** environ;
 
-namespace seldinger::engine {
+namespace trocar::engine {
+
+void end_with_parent(pid_t parent) noexcept {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(1); // it ended before the line above
+}
 
 JobPool::JobPool(std::vector<std::vector<std::string>> jobs, std::size_t at_once) : at_once_(std::max<std::size_t>(at_once, 1)) {
     for (auto& arguments : jobs) jobs_.emplace_back().arguments = std::move(arguments);
@@ -27,7 +33,7 @@ JobPool::~JobPool() {
 }
 
 void JobPool::start(Job& job) {
-    std::vector<std::string> words{"seldinger"};
+    std::vector<std::string> words{"trocar"};
     words.insert(words.end(), job.arguments.begin(), job.arguments.end());
     std::vector<char*> pointers;
     for (std::string& word : words) pointers.push_back(word.data());
@@ -72,9 +78,9 @@ void JobPool::tick() {
 
 Result<void> JobPool::outcome(std::size_t job) const {
     if (jobs_[job].failure.empty()) return {};
-    std::string command = "seldinger";
+    std::string command = "trocar";
     for (const std::string& word : jobs_[job].arguments) command += " " + word;
     return Error{ErrorCode::ToolFailed, fmt::format("a process that shared the work {}: {}", jobs_[job].failure, command)};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

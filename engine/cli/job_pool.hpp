@@ -7,7 +7,12 @@
 #include <sys/types.h>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
+
+/// In such a child, first of all: it ends when its parent does, also by a SIGKILL that lets the pool interrupt nobody. What it had
+/// finished by then is kept.
+/// parent  its process, as the parent itself has named it: it may have ended before this was called
+void end_with_parent(pid_t parent) noexcept;
 
 /// Children print their errors on our standard error; their standard output is dropped. All are interrupted when the pool goes.
 class JobPool {
@@ -40,4 +45,4 @@ private:
     std::size_t at_once_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,3 +1,3 @@
 #include "engine/cli/commands.hpp"
 
-int main(int argc, char** argv) { return seldinger::engine::run_program(argc, argv); }
+int main(int argc, char** argv) { return trocar::engine::run_program(argc, argv); }

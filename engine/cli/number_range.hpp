@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A number from least to most, both included, and no NaN.
 [[nodiscard]] inline CLI::Validator number_range(double least, double most) {
@@ -22,9 +22,9 @@ namespace seldinger::engine {
         char* end = nullptr;
         const double number = std::strtod(text.c_str(), &end);
         if (end != text.c_str() && *end == '\0' && (number == 0.0 || (number >= least && number <= most))) return {};
-        return fmt::format("found {}; 0, or {:g} to {:g}, would be right", text, least, most);
+        return fmt::format("found {}; expected 0, or {:g} to {:g}", text, least, most);
     };
     return {check, fmt::format("0 or [{:g} - {:g}]", least, most)};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,24 +1,23 @@
+#include "engine/cli/aim.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/observe/output_folder.hpp"
 #include "engine/observe/plan_files.hpp"
+#include "engine/prepare/standing_room.hpp"
 #include "engine/scene/scene.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cstdio>
 #include <memory>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
-/// Sphere-pair tests per step where the scene's own budget is wall time: a plan must not depend on the machine.
-constexpr std::uint64_t kWorkUnits = 200'000;
 /// Times the way at the hand's own speed that a trial may take: forks cost several attempts.
 constexpr double kPatience = 6.0;
 /// s that every trial may take.
@@ -31,29 +30,12 @@ struct PlanOptions {
     bool force = false, quiet = false;
 };
 
-/// The scene as it is planned in: its first instrument steered to the target, whatever script it has.
-Result<void> aim_at(const PlanOptions& options, Scene& scene) {
-    if (scene.instruments.empty())
-        return Error{ErrorCode::BadUsage, "the scene has no instrument to plan a way for", options.scene.string(), 0, 0, "instruments"};
-    const Index target = find_target(scene, options.target);
-    if (target == kNoIndex) {
-        std::vector<std::string> known;
-        for (const SceneTarget& each : scene.targets) known.push_back(each.name);
-        return Error{ErrorCode::BadUsage,
-                     known.empty() ? fmt::format("no target '{}': the scene names none", options.target)
-                                   : fmt::format("no target '{}'; known: {}", options.target, fmt::join(known, ", ")),
-                     {},
-                     0,
-                     0,
-                     "--to"};
-    }
-    SceneInstrument& instrument = scene.instruments.front();
-    if (!instrument.follow) instrument.follow.emplace();
-    instrument.follow->target = target;
-    instrument.follow->speed = std::min(instrument.follow->speed, instrument.speed_limit);
-    instrument.path.clear();
-    if (scene.budget.limits.mode == BudgetMode::Wall)
-        scene.budget.limits = {.mode = BudgetMode::Work, .wall_s = 0.0, .work_units = kWorkUnits};
+/// The scene as it is planned in: its first instrument steered to the target, whatever script it has, and no clock, so that a plan does not
+/// depend on the machine. What a wall budget leaves out when it is not kept is not planned for.
+Result<void> prepare_to_plan(const PlanOptions& options, Scene& scene) {
+    if (auto aimed = aim_first_instrument(scene, options.target); !aimed.ok()) return aimed;
+    scene.instruments.front().path.clear();
+    if (scene.budget.limits.mode == BudgetMode::Wall) scene.budget.limits = {};
     return {};
 }
 
@@ -68,30 +50,54 @@ Result<void> check_bends(const Scene& scene, const RouteReport& route, const std
                                    1e3 * instrument.min_bend_radius));
 }
 
+/// What the tip does when the path is replayed, with the cause of what it swings by.
+std::string describe_replay(const PlanRecord& record) {
+    const Replay& replay = record.replay;
+    std::string text =
+        fmt::format("replayed in the scene as it is: tip {:.2f} mm from {} at {:.6g} s", 1e3 * replay.last, record.target, replay.seconds);
+    if (const auto& breathing = record.prepared.model.effects.breathing)
+        text += fmt::format(", {:.2f} to {:.2f} mm over the last breath (amplitude {:.3g} mm, period {:.3g} s, begun at 0 s)",
+                            1e3 * replay.least, 1e3 * replay.most, 1e3 * breathing->amplitude, breathing->period);
+    return text;
+}
+
 void print_plan(const PlanRecord& record, const std::filesystem::path& out) {
     const RouteReport& route = record.route;
     fmt::print("way of {:.0f} mm, {:.2f} mm wide at its narrowest, bends to a radius of {:.1f} mm\n", 1e3 * route.length,
                2e3 * route.smallest_radius, route.sharpest_curvature > 0.0 ? 1e3 / route.sharpest_curvature : 0.0);
-    if (record.plan.arrived)
+    if (record.plan.arrived) {
         fmt::print("arrived after {:.2f} s with {} retractions, tip {:.2f} mm from {} at the end, lumen exits {}\n", record.plan.time,
                    record.plan.retractions, 1e3 * record.plan.last, record.target, record.plan.lumen_exits);
+        fmt::print("{}\nto follow it: {}\n", describe_replay(record), replay_command(record, (out / output_name::kPath).string()));
+    }
     fmt::print("path {}   report {}\n", (out / output_name::kPath).string(), (out / output_name::kReport).string());
+}
+
+/// A path is of use where the tip ends within the tolerance; where it does not, what would help is said.
+void warn_of_replay(const PlanRecord& record) {
+    const double tolerance = record.prepared.model.instruments.front().follow.tolerance;
+    if (record.replay.last <= tolerance) return;
+    fmt::print(stderr,
+               "notice: the replayed path ends {:.2f} mm from {}, beyond the tolerance of {:.3g} mm: the organs move it, and a path "
+               "does not see that; \"follow\" in the scene does\n",
+               1e3 * record.replay.last, record.target, 1e3 * tolerance);
 }
 
 int plan(const PlanOptions& options) {
     Result<Scene> scene = read_scene(options.scene);
     if (!scene.ok()) return report_error(scene.error());
-    if (const auto aimed = aim_at(options, *scene); !aimed.ok()) return report_error(aimed.error());
+    if (const auto aimed = prepare_to_plan(options, *scene); !aimed.ok()) return report_error(aimed.error());
+    const std::filesystem::path out =
+        options.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene->name) + "-to-" + options.target) : options.out;
+    if (const auto free = OutputFolder::check(out, options.force); !free.ok()) return report_error(free.error());
     ProgressLine progress(!options.quiet);
     const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
 
     const InstrumentModel& instrument = prepared->model.instruments.front();
-    PlanRecord record{*scene, *prepared, options.target, inspect_route(*instrument.route, instrument.rod.design.radius), {}};
+    PlanRecord record{*scene, *prepared, options.target, inspect_route(*instrument.route, instrument.rod.design.radius), {}, {}};
     if (const auto bends = check_bends(*scene, record.route, options.target); !bends.ok()) return report_error(bends.error());
-    const std::filesystem::path out =
-        options.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene->name) + "-to-" + options.target) : options.out;
     const auto folder = OutputFolder::open(out, options.force);
     if (!folder.ok()) return report_error(folder.error());
     const double time_limit =
@@ -100,16 +106,26 @@ int plan(const PlanOptions& options) {
         progress.show(fmt::format("driving to {}: {:.0f} % of the time that it may take", options.target, 100.0 * share));
         return false;
     });
+    if (record.plan.arrived)
+        record.replay = replay_path(prepared->model, rows_as_written(record), [&](double share) {
+            progress.show(fmt::format("replaying the path: {:.0f} %", 100.0 * share));
+            return false;
+        });
     progress.clear();
 
-    std::vector<std::string> notices;
-    if (const auto written = write_plan(record, out, notices); !written.ok()) return report_error(written.error());
+    std::vector<std::string> notices = note_target(*scene, scene->instruments.front(), instrument, prepared->model.bodies[instrument.lumen],
+                                                   prepared->targets[scene->instruments.front().follow->target].position);
+    WrittenOutputs outputs;
+    for (const Result<void>& written : write_plan(record, out, notices)) outputs.note(written);
     for (const std::string& notice : notices) fmt::print(stderr, "notice: {}\n", notice);
     print_plan(record, out);
-    if (record.plan.arrived) return kExitFine;
+    if (record.plan.arrived) {
+        warn_of_replay(record);
+        return outputs.tell(out);
+    }
     return report_error({ErrorCode::BadValue,
                          fmt::format("there is a way, but in {:.3g} s the hand found no motion that brings the tip nearer than {:.2f} mm: "
-                                     "a longer --time, another tip shape, or a thinner instrument would be right",
+                                     "expected a longer --time, another tip shape, or a thinner instrument",
                                      record.plan.time, 1e3 * record.plan.closest),
                          {},
                          0,
@@ -131,4 +147,4 @@ Command add_plan_command(CLI::App& app) {
     return {command, [options] { return plan(*options); }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

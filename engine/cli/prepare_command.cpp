@@ -16,7 +16,7 @@
 #include <memory>
 #include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -101,24 +101,18 @@ int prepare(PrepareRequest& request) {
     options.use_cache = !request.no_cache;
     const std::filesystem::path out = request.out.empty() ? std::filesystem::path("out") / request.mesh.stem().stem() : request.out;
 
-    std::optional<Result<OutputFolder>> folder;
-    std::error_code ignored;
-    if (std::filesystem::exists(out, ignored)) { // refused before the work, not after it
-        folder.emplace(OutputFolder::open(out, request.force));
-        if (!folder->ok()) return report_error(folder->error());
-    }
+    if (const auto free = OutputFolder::check(out, request.force); !free.ok()) return report_error(free.error());
     ProgressLine progress(!request.quiet);
     const auto made = prepare_mesh(request.mesh, options, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!made.ok()) return report_error(made.error());
-    if (!folder) folder.emplace(OutputFolder::open(out, request.force));
-    if (!folder->ok()) return report_error(folder->error());
-    if (const auto written = write_sph(out / output_name::kSpheres, made->spheres, 1.0 / options.unit); !written.ok())
-        return report_error(written.error());
-    if (const auto written = write_file_atomically(out / output_name::kPrepare, preparation_json(*made, options)); !written.ok())
-        return report_error(written.error());
+    const auto folder = OutputFolder::open(out, request.force);
+    if (!folder.ok()) return report_error(folder.error());
+    WrittenOutputs outputs;
+    outputs.note(write_sph(out / output_name::kSpheres, made->spheres, 1.0 / options.unit));
+    outputs.note(write_file_atomically(out / output_name::kPrepare, preparation_json(*made, options)));
     print_report(*made, options, out);
-    return kExitFine;
+    return outputs.tell(out);
 }
 
 } // namespace
@@ -127,7 +121,10 @@ Command add_prepare_command(CLI::App& app) {
     const auto request = std::make_shared<PrepareRequest>();
     CLI::App* command =
         app.add_subcommand("prepare", "Make what is made once of a surface: coarse model, links, sphere tree, chromatic sets");
-    command->add_option("mesh", request->mesh, "surface file (OBJ, PLY, STL, OFF, VTK, VTP; plain or .gz)")->required();
+    command
+        ->add_option("mesh", request->mesh,
+                     "surface file (OBJ, PLY, STL, OFF, VTK, VTP; plain or .gz); of a file of tetrahedra the boundary")
+        ->required();
     command->add_option("--out", request->out, "output folder; out/<mesh name> where none is given");
     command->add_option("--builder", request->builder,
                         "of the sphere tree: " + spheretree::builder_names() + "; shell takes open surfaces");
@@ -135,6 +132,11 @@ Command add_prepare_command(CLI::App& app) {
     command->add_option("--depth", request->options.spheres.depth, "levels below the root")->check(CLI::Range(0U, 8U));
     command->add_option("--repair", request->repair,
                         "repairs by name, in this order, joined by commas: fill_holes,drop_self_intersections,orient");
+    command
+        ->add_option("--may-remove", request->options.repairing.may_remove,
+                     "share of the area, and of the volume, that one repair may take; more is refused")
+        ->check(number_range(0.0, 1.0));
+    command->add_flag("--may-split", request->options.repairing.may_split, "lets a repair leave more connected parts than it found");
     command->add_option("--unit", request->unit, "of the file's coordinates: m, mm, ... or metres as a number; spheres.sph keeps it");
     command->add_option("--coarse-triangles", request->options.coarse_triangles, "of the simplified surface that is filled with tetrahedra")
         ->check(CLI::Range(std::size_t{20}, std::size_t{1'000'000}));
@@ -147,4 +149,4 @@ Command add_prepare_command(CLI::App& app) {
     return {command, [request] { return prepare(*request); }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

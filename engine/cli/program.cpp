@@ -15,10 +15,20 @@
 #include <system_error>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 int report_error(const Error& error) {
     std::fputs(fmt::format("error: {}\n", printable(error.to_string())).c_str(), stderr); // fmt::print throws where nobody can read it
+    return kExitBadInput;
+}
+
+int WrittenOutputs::tell(const std::filesystem::path& place) const {
+    if (all_there()) return kExitFine;
+    std::fputs(fmt::format("{} of {} outputs are missing, see above; {}{}\n", missing_, outputs_,
+                           missing_ == outputs_ ? "nothing was written" : "the others are written",
+                           place.empty() || missing_ == outputs_ ? "" : " to " + printable(place.string()))
+                   .c_str(),
+               stderr);
     return kExitBadInput;
 }
 
@@ -48,11 +58,13 @@ static std::optional<Error> check_values(const CLI::App& command) {
 }
 
 int run_program(int argc, char** argv) {
-    CLI::App app{"Time-critical, interactive surgical simulation", "seldinger"};
-    app.set_version_flag("--version", "seldinger 0.1.0");
+    CLI::App app{"Time-critical, interactive surgical simulation", "trocar"};
+    app.set_version_flag("--version", "trocar 0.1.0");
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 fine, 2 bad usage or input, 3 a state left its bounds, 4 budget missed, 5 verify differs, "
-               "130 interrupted.");
+    app.footer(
+        "Exit codes: 0 fine, 2 bad usage, bad input, or an output that cannot be written, 3 a state left its bounds, 4 budget missed, "
+        "5 an answer differs from its reference (verify, --replay, ccd), "
+        "130 interrupted.");
     const Command commands[] = {
         add_run_command(app),    add_view_command(app),     add_plan_command(app),    add_cost_command(app),
         add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app),
@@ -80,4 +92,4 @@ int run_program(int argc, char** argv) {
     return kExitBadInput;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

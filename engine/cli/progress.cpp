@@ -6,7 +6,7 @@
 
 #include <cstdio>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 constexpr double kLogEvery = 60e3; // ms
@@ -50,4 +50,4 @@ void ProgressLine::clear() {
     shown_ = false;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

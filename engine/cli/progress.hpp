@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class ProgressLine {
 public:
@@ -29,4 +29,4 @@ private:
     double last_ms_ = -1e9, last_log_ms_ = 0.0;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,3 +1,4 @@
+#include "engine/cli/aim.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
@@ -17,11 +18,12 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -32,6 +34,7 @@ struct RunOptions {
     std::string budget;         // empty: as the scene says
     double pace = -1.0;         // simulated seconds in a second; 0: as fast as it goes; < 0: as the scene says
     std::filesystem::path path; // CSV that replaces the first instrument's script
+    std::string target;         // that the path's tip is measured against; empty: the one that the scene follows, if any
     std::filesystem::path record_grants, replay;
     std::uint64_t checkpoint_every = 0; // steps; 0: none
     std::filesystem::path resume;       // a checkpoint, or the output folder that holds one
@@ -62,6 +65,7 @@ Result<void> apply_overrides(const RunOptions& options, Scene& scene) {
         if (scene.instruments.empty())
             return Error{ErrorCode::BadUsage, "the scene has no instrument that could follow a path", {}, 0, 0, "--path"};
         if (const Result<void> read = read_instrument_paths(scene, options.path); !read.ok()) return read;
+        if (!options.target.empty()) return aim_first_instrument(scene, options.target);
     }
     return {};
 }
@@ -71,6 +75,12 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
                "budget kept in {:.2f} %\n",
                summary.steps, summary.wall_s, summary.realtime_factor, summary.step_ms.p50, summary.step_ms.p95, summary.step_ms.p99,
                summary.step_ms.max, 100.0 * summary.budget_kept);
+    const double step_ms = 1e3 * prepared.model.step_s;
+    fmt::print("real time kept in {:.2f} %: {} of {} whole steps took longer than the {:.4g} ms they simulate{}\n",
+               100.0 * summary.realtime_kept, summary.realtime_overruns, summary.steps, step_ms,
+               prepared.model.budget.mode == BudgetMode::Wall && !prepared.model.budget_covers_step
+                   ? "; the budget is for collision detection alone"
+                   : "");
     if (!prepared.model.instruments.empty())
         fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} held back, {} unresolved, {} assumed\n", summary.lumen_exits,
                    summary.exact_steps, summary.steps, summary.held_back_steps, summary.unresolved, summary.assumed);
@@ -83,7 +93,9 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
         fmt::print("pace {:g}: {} of {} steps began late, by {:.3g} ms at worst; {:.3g} s of slow motion\n", summary.pace->speed,
                    summary.pace_stats.late_steps, summary.steps, 1e-6 * static_cast<double>(summary.pace_stats.worst_late_ns),
                    1e-9 * static_cast<double>(summary.pace_stats.lost_ns));
-    if (summary.target_distance_m >= 0.0) fmt::print("tip to target {:.2f} mm\n", 1e3 * summary.target_distance_m);
+    if (summary.target_distance_m >= 0.0)
+        fmt::print("tip to target {:.2f} mm{}\n", 1e3 * summary.target_distance_m,
+                   prepared.model.instruments.front().path.empty() ? "" : ", at the end of the replayed path");
     fmt::print("state {}   report {}\n", summary.state_hash, (out / "report.html").string());
 }
 
@@ -102,9 +114,9 @@ bool take_step(Simulator& simulator, std::uint64_t k, const Grants& grants) {
     return grants.replay == nullptr || (!simulator.tape().left_script() && grants.replay->steps[k].fingerprint == fingerprint_of(report));
 }
 
-/// Steps until done, stopped, or interrupted. Returns an error only when the output cannot be written.
-Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, const Grants& grants, Pacer* pacer,
-                         ProgressLine& progress) {
+/// Steps until done, stopped, or interrupted. An output that cannot be written is told when that shows: hours may follow.
+Taken take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, const Grants& grants, Pacer* pacer,
+                 ProgressLine& progress) {
     Taken taken;
     for (std::uint64_t k = simulator.state().step; k < steps; ++k) {
         taken.interrupted = interrupt_requested();
@@ -113,7 +125,10 @@ Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint6
         const bool as_recorded = take_step(simulator, k, grants);
         const StepReport& report = simulator.context().report;
         const Result<void> observed = observer.after_step(simulator, report);
-        if (!observed.ok()) return observed.error();
+        if (!observed.ok()) {
+            progress.clear();
+            fmt::print(stderr, "notice: {}; the run goes on without it\n", printable(observed.error().to_string()));
+        }
         progress.show_step(k + 1, steps, report);
         if (grants.trace != nullptr) grants.trace->add(report);
         if (!as_recorded) taken.left_record = k + 1;
@@ -122,17 +137,11 @@ Result<Taken> take_steps(Simulator& simulator, RunObserver& observer, std::uint6
     return taken;
 }
 
-/// The record belongs to this scene, and holds as many steps as are asked for.
-Result<void> check_replay(const RunOptions& options, const GrantRecord& record, const SceneModel& model) {
-    if (record.model_hash != hash_model(model))
-        return Error{ErrorCode::BadValue,
-                     fmt::format("was recorded with another scene, \"{}\" ({:016x}); this one is \"{}\" ({:016x}), prepared from its "
-                                 "meshes and paths as they are now",
-                                 record.scene, record.model_hash, model.name, hash_model(model)),
-                     options.replay.string()};
+/// The record holds as many steps as are asked for.
+Result<void> check_length(const RunOptions& options, const GrantRecord& record) {
     if (options.steps > static_cast<std::int64_t>(record.steps.size()))
         return Error{ErrorCode::BadUsage,
-                     fmt::format("the record holds {} steps; at most that many would be right", record.steps.size()),
+                     fmt::format("the record holds {} steps; expected at most that many", record.steps.size()),
                      {},
                      0,
                      0,
@@ -140,23 +149,54 @@ Result<void> check_replay(const RunOptions& options, const GrantRecord& record, 
     return {};
 }
 
-/// Goes on from a checkpoint. Nothing was written yet: a wrong one costs no outputs.
-Result<void> go_on(const RunOptions& options, std::uint64_t steps, Simulator& simulator) {
+/// The record belongs to this scene.
+Result<void> check_replay(const RunOptions& options, const GrantRecord& record, const SceneModel& model) {
+    if (record.model_hash != hash_model(model))
+        return Error{ErrorCode::BadValue,
+                     fmt::format("was recorded with another scene, \"{}\" ({:016x}); this one is \"{}\" ({:016x}), prepared from its "
+                                 "meshes and paths as they are now",
+                                 record.scene, record.model_hash, model.name, hash_model(model)),
+                     options.replay.string()};
+    return {};
+}
+
+/// The checkpoint's own file: --resume may name the folder that holds it.
+std::filesystem::path checkpoint_file(const RunOptions& options) {
     std::error_code failed;
-    const bool is_folder = std::filesystem::is_directory(options.resume, failed);
-    const std::filesystem::path file = is_folder ? options.resume / output_name::kCheckpoint : options.resume;
-    const auto checkpoint = read_checkpoint(file);
-    if (!checkpoint.ok()) return checkpoint.error();
-    if (auto resumed = resume(simulator, *checkpoint, file); !resumed.ok()) return resumed;
+    return std::filesystem::is_directory(options.resume, failed) ? options.resume / output_name::kCheckpoint : options.resume;
+}
+
+/// How many steps there will be in all.
+std::uint64_t count_steps(const RunOptions& options, std::uint64_t of_scene, const GrantRecord* replay) {
+    if (options.steps >= 0) return static_cast<std::uint64_t>(options.steps);
+    return replay != nullptr ? replay->steps.size() : of_scene;
+}
+
+/// What can be known of it before the scene is prepared: it can be read, is of this scene's name, and has steps to come.
+Result<Checkpoint> read_resumed(const RunOptions& options, const Scene& scene, std::uint64_t steps) {
+    const std::filesystem::path file = checkpoint_file(options);
+    auto checkpoint = read_checkpoint(file);
+    if (!checkpoint.ok()) return checkpoint;
+    if (checkpoint->scene != scene.name)
+        return Error{ErrorCode::BadValue,
+                     fmt::format("was made of another scene, \"{}\"; expected one of \"{}\"", checkpoint->scene, scene.name),
+                     file.string()};
     if (checkpoint->step >= steps)
-        return Error{ErrorCode::BadUsage,
-                     fmt::format("{} is of step {}, and the run is to end at step {}; a later one would be right", file.string(),
-                                 checkpoint->step, steps),
-                     {},
-                     0,
-                     0,
-                     "--steps"};
-    const BudgetLimits &was = checkpoint->limits, &is = simulator.budget();
+        return Error{
+            ErrorCode::BadUsage,
+            fmt::format("{} is of step {}, and the run is to end at step {}; expected a later end", file.string(), checkpoint->step, steps),
+            {},
+            0,
+            0,
+            "--steps"};
+    return checkpoint;
+}
+
+/// Goes on from a checkpoint. Nothing was written yet: a wrong one costs no outputs.
+Result<void> go_on(const RunOptions& options, const Checkpoint& checkpoint, Simulator& simulator) {
+    const std::filesystem::path file = checkpoint_file(options);
+    if (auto resumed = resume(simulator, checkpoint, file); !resumed.ok()) return resumed;
+    const BudgetLimits &was = checkpoint.limits, &is = simulator.budget();
     if (was.mode != is.mode || was.wall_s != is.wall_s || was.work_units != is.work_units)
         fmt::print(stderr, "notice: {} was made under another budget; this one decides from here on\n", file.string());
     return {};
@@ -205,20 +245,70 @@ Result<void> write_record(const RunOptions& options, const PreparedScene& prepar
     return write_grant_record(options.record_grants, record);
 }
 
-int simulate(const RunOptions& options, const Scene& scene, const PreparedScene& prepared, const GrantRecord* replay,
-             ProgressLine& progress) {
+std::filesystem::path output_folder(const RunOptions& options, const Scene& scene) {
+    return options.out.empty() ? std::filesystem::path("out") / safe_file_name(scene.name) : options.out;
+}
+
+/// What the run was asked to go by, read and checked before anything is prepared.
+struct Given {
+    std::optional<GrantRecord> replay;
+    std::optional<Checkpoint> checkpoint;
+};
+
+Result<Given> read_given(const RunOptions& options, Scene& scene) {
+    if (!options.record_grants.empty())
+        if (auto fits = check_record_place(options, scene); !fits.ok()) return fits.error();
+    Given given;
+    if (!options.replay.empty()) {
+        auto record = read_grant_record(options.replay);
+        if (!record.ok()) return record.error();
+        if (auto fits = check_length(options, *record); !fits.ok()) return fits.error();
+        given.replay = std::move(*record);
+        scene.budget.limits = given.replay->limits;
+        scene.budget.scope = given.replay->covers_step ? BudgetScope::Step : BudgetScope::Collision;
+    }
+    if (!options.resume.empty()) {
+        auto checkpoint = read_resumed(options, scene, count_steps(options, scene.time.step_count(), nullptr));
+        if (!checkpoint.ok()) return checkpoint.error();
+        given.checkpoint = std::move(*checkpoint);
+    }
+    if (auto fits = OutputFolder::check(output_folder(options, scene), options.force); !fits.ok()) return fits.error();
+    return given;
+}
+
+/// Every output that is not there, and what there is all the same. Returns the run's exit code.
+int tell_missing(const RunSummary& summary, const std::filesystem::path& out, int code) {
+    if (summary.missing_outputs.empty()) return code;
+    for (const std::string& sentence : summary.missing_outputs) report_error({ErrorCode::CannotWrite, sentence});
+    fmt::print(stderr, "the other outputs of the {} steps are in {}\n", summary.steps, out.string());
+    return code == kExitNotFinite || code == kExitDiffers ? code : kExitBadInput; // what those say counts more
+}
+
+int exit_code(const RunOptions& options, const RunSummary& summary, const Taken& taken, const GrantRecord* replay) {
+    if (replay != nullptr)
+        if (const int code = judge_replay(options, *replay, taken, summary); code != kExitFine) return code;
+    if (!summary.finite) {
+        const bool saved = std::none_of(summary.missing_outputs.begin(), summary.missing_outputs.end(),
+                                        [](const std::string& sentence) { return sentence.starts_with(output_name::kLastGoodState); });
+        fmt::print(stderr, "error: stopped: {}; the last good state is {}saved\n", summary.failure, saved ? "" : "not ");
+        return kExitNotFinite;
+    }
+    if (taken.interrupted) return kExitInterrupted;
+    return options.fail_on_overrun && summary.overruns > 0 ? kExitOverrun : kExitFine;
+}
+
+int simulate(const RunOptions& options, const Scene& scene, const PreparedScene& prepared, const Given& given, ProgressLine& progress) {
+    const GrantRecord* replay = given.replay ? &*given.replay : nullptr;
     ObserveOptions observe;
-    observe.out = options.out.empty() ? std::filesystem::path("out") / safe_file_name(scene.name) : options.out;
+    observe.out = output_folder(options, scene);
     observe.force = options.force;
     observe.record = options.record;
     observe.pictures = options.pictures;
-    observe.steps = options.steps >= 0  ? static_cast<std::uint64_t>(options.steps)
-                    : replay != nullptr ? replay->steps.size()
-                                        : prepared.model.step_count;
+    observe.steps = count_steps(options, prepared.model.step_count, replay);
     observe.checkpoint_every = options.checkpoint_every;
     Simulator simulator(prepared.model);
-    if (!options.resume.empty()) {
-        if (const auto resumed = go_on(options, observe.steps, simulator); !resumed.ok()) return report_error(resumed.error());
+    if (given.checkpoint) {
+        if (const auto resumed = go_on(options, *given.checkpoint, simulator); !resumed.ok()) return report_error(resumed.error());
         observe.resumed_from = &simulator.state();
     }
     const std::uint64_t first_step = simulator.state().step;
@@ -233,29 +323,20 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     std::optional<Pacer> pacer;
     if (scene.time.pace) pacer.emplace(*scene.time.pace, prepared.model.step_s);
     const StopWatch watch;
-    const Result<Taken> taken = take_steps(simulator, **observer, observe.steps, grants, pacer ? &*pacer : nullptr, progress);
+    const Taken taken = take_steps(simulator, **observer, observe.steps, grants, pacer ? &*pacer : nullptr, progress);
+    const double wall_s = 1e-3 * watch.elapsed_ms();
     progress.clear();
     if (pacer) (*observer)->set_pace(pacer->spec(), pacer->stats());
-    if (!taken.ok()) return report_error(taken.error());
-    if (!options.record_grants.empty()) // before what makes the run look finished
-        if (const auto written = write_record(options, prepared, simulator, record); !written.ok()) return report_error(written.error());
-    const auto summary = (*observer)->finish(simulator, 1e-3 * watch.elapsed_ms(), taken->interrupted);
-    if (!summary.ok()) return report_error(summary.error());
+    if (!options.record_grants.empty())
+        (*observer)->note_output(options.record_grants.string(), write_record(options, prepared, simulator, record));
     if (options.trace)
-        if (const auto written = write_file_atomically(observe.out / output_name::kTrace, trace.text()); !written.ok())
-            return report_error(written.error());
+        (*observer)->note_output(output_name::kTrace, write_file_atomically(observe.out / output_name::kTrace, trace.text()));
+    const RunSummary summary = (*observer)->finish(simulator, wall_s, taken.interrupted);
     for (const std::string& notice : (*observer)->notices()) fmt::print(stderr, "notice: {}\n", notice);
     for (const std::string& note : simulator.cull_notes()) fmt::print(stderr, "notice: {}\n", note);
-    print_summary(*summary, prepared, observe.out);
+    print_summary(summary, prepared, observe.out);
     if (first_step > 0) fmt::print("resumed after step {}: rows, counts and extremes are of the steps since then\n", first_step);
-    if (replay != nullptr)
-        if (const int code = judge_replay(options, *replay, *taken, *summary); code != kExitFine) return code;
-    if (!summary->finite) {
-        fmt::print(stderr, "error: stopped: {}; the last good state is saved\n", summary->failure);
-        return kExitNotFinite;
-    }
-    if (taken->interrupted) return kExitInterrupted;
-    return options.fail_on_overrun && summary->overruns > 0 ? kExitOverrun : kExitFine;
+    return tell_missing(summary, observe.out, exit_code(options, summary, taken, replay));
 }
 
 int run(const RunOptions& options) {
@@ -263,23 +344,16 @@ int run(const RunOptions& options) {
     if (!scene.ok()) return report_error(scene.error());
     const Result<void> overridden = apply_overrides(options, *scene);
     if (!overridden.ok()) return report_error(overridden.error());
-    if (!options.record_grants.empty())
-        if (const auto fits = check_record_place(options, *scene); !fits.ok()) return report_error(fits.error());
-    std::optional<GrantRecord> replay;
-    if (!options.replay.empty()) {
-        auto record = read_grant_record(options.replay);
-        if (!record.ok()) return report_error(record.error());
-        replay = std::move(*record);
-        scene->budget.limits = replay->limits;
-        scene->budget.scope = replay->covers_step ? BudgetScope::Step : BudgetScope::Collision;
-    }
+    const Result<Given> given = read_given(options, *scene);
+    if (!given.ok()) return report_error(given.error());
     ProgressLine progress(!options.quiet);
     const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
-    if (replay)
-        if (const auto belongs = check_replay(options, *replay, prepared->model); !belongs.ok()) return report_error(belongs.error());
-    return simulate(options, *scene, *prepared, replay ? &*replay : nullptr, progress);
+    if (given->replay)
+        if (const auto belongs = check_replay(options, *given->replay, prepared->model); !belongs.ok())
+            return report_error(belongs.error());
+    return simulate(options, *scene, *prepared, *given, progress);
 }
 
 } // namespace
@@ -301,6 +375,8 @@ Command add_run_command(CLI::App& app) {
         "--path", options.path,
         "CSV t,insertion,rotation (or NAME.insertion,NAME.rotation of several instruments) in the scene's units, instead of the "
         "scene's script");
+    command->add_option("--to", options.target, "with --path: the target that the tip is measured against, one of the scene's")
+        ->needs("--path");
     CLI::Option* record = command->add_option("--record-grants", options.record_grants, "write every decision of the clock to this file");
     CLI::Option* replay =
         command->add_option("--replay", options.replay, "repeat the run of such a file bit for bit, under its budget")->excludes(budget);
@@ -320,4 +396,4 @@ Command add_run_command(CLI::App& app) {
     return {command, [run_options] { return run(*run_options); }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 Command add_schema_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("schema", "Print the JSON Schema of scenes");
@@ -15,4 +15,4 @@ Command add_schema_command(CLI::App& app) {
             }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,6 +1,6 @@
 #include "engine/cli/taken_files.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 Result<void> check_not_taken(const std::filesystem::path& file, std::span<const std::filesystem::path> taken, std::string option) {
     for (const std::filesystem::path& other : taken) {
@@ -12,4 +12,4 @@ Result<void> check_not_taken(const std::filesystem::path& file, std::span<const 
     return {};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

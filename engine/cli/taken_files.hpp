@@ -7,10 +7,10 @@
 #include <span>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// fails  BadUsage under the option's name: the file is one of those, by whatever way it is named
 [[nodiscard]] Result<void> check_not_taken(const std::filesystem::path& file, std::span<const std::filesystem::path> taken,
                                            std::string option);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 
 #include <memory>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -50,15 +50,14 @@ Error in_list(const std::filesystem::path& list, const RegressionEntry& entry, c
 Result<Trace> load_reference(const std::filesystem::path& list, const RegressionEntry& entry) {
     std::error_code failed;
     if (!std::filesystem::exists(entry.reference, failed))
-        return in_list(list, entry,
-                       fmt::format("no reference {}; `seldinger verify --write-references` writes it", entry.reference.string()));
+        return in_list(list, entry, fmt::format("no reference {}; `trocar verify --write-references` writes it", entry.reference.string()));
     auto trace = read_trace(entry.reference);
     if (!trace.ok()) return trace.error();
     const std::string budget = BudgetSpec{entry.budget}.to_string();
     if (trace->steps != entry.steps || trace->budget != budget || trace->scene != entry.name)
         return in_list(list, entry,
                        fmt::format("{} was written for {} steps of {} under {}, not for {} steps under {}; "
-                                   "`seldinger verify --write-references` writes it anew",
+                                   "`trocar verify --write-references` writes it anew",
                                    entry.reference.string(), trace->steps, trace->scene, trace->budget, entry.steps, budget));
     return trace;
 }
@@ -181,4 +180,4 @@ Command add_verify_command(CLI::App& app) {
     return {command, [request] { return verify(*request); }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -12,7 +12,7 @@
 #include <memory>
 #include <thread>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -21,7 +21,7 @@ struct ViewOptions {
     std::string address = "127.0.0.1", budget;
     std::uint16_t port = 0;
     std::int64_t steps = 0; // 0: until interrupted
-    bool paused = false, script = false, quiet = false;
+    bool paused = false, script = false, quiet = false, at_once = false;
 };
 
 /// Stops the loop when the program is asked to end: a signal's handler may do no more than set a flag.
@@ -44,13 +44,16 @@ private:
     std::thread thread_;
 };
 
-void print_tally(RunStatistics& tally) {
+/// step_s  what a step simulates
+void print_tally(RunStatistics& tally, double step_s) {
+    const std::uint64_t slower = tally.count_slower_than_real_time(step_s);
     const double kept = tally.steps == 0 ? 1.0 : 1.0 - static_cast<double>(tally.overruns) / static_cast<double>(tally.steps);
     const Percentiles step = find_percentiles(tally.total_ms), collision = find_percentiles(tally.collision_ms);
     fmt::print("{} steps, step p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, collision p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, "
                "budget kept in {:.2f} %\n",
                tally.steps, step.p50, step.p95, step.p99, step.max, collision.p50, collision.p95, collision.p99, collision.max,
                100.0 * kept);
+    fmt::print("{} of {} whole steps took longer than the {:.4g} ms they simulate\n", slower, tally.steps, 1e3 * step_s);
 }
 
 int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& prepared, std::string page) {
@@ -65,15 +68,16 @@ int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& p
     if (!server.ok()) return report_error(server.error());
     const InterruptHold hold(InterruptHold::Then::OwnerEnds); // the run's figures are told
     fmt::print("{}\n", (*server)->url());
-    if (!options.quiet) fmt::print("open this address in a browser; Ctrl-C ends the run\n");
+    const bool waits = !options.at_once && options.steps == 0; // a script that counts its steps has no viewer
+    if (!options.quiet) fmt::print("open this address in a browser{}; Ctrl-C ends the run\n", waits ? ": the first step waits for it" : "");
     std::fflush(stdout);
     RunStatistics tally;
     {
         const InterruptWatch watch(exchange);
-        viewer::run_loop(session, exchange, {static_cast<std::uint64_t>(options.steps)}, tally);
+        viewer::run_loop(session, exchange, {.steps = static_cast<std::uint64_t>(options.steps), .wait_for_viewer = waits}, tally);
     }
     server->reset();
-    print_tally(tally);
+    print_tally(tally, prepared.model.step_s);
     for (const std::string& note : session.simulator().cull_notes()) fmt::print(stderr, "notice: {}\n", note);
     if (!session.stopped()) return kExitFine;
     fmt::print(stderr, "error: stopped: {}\n", session.simulator().context().report.failure);
@@ -112,13 +116,14 @@ Command add_view_command(CLI::App& app) {
         ->check(CLI::Range(0, 65535)); // before it is read as a number of 16 bits
     command->add_option("--address", options.address, "address to listen at; another than 127.0.0.1 lets other machines in");
     command->add_option("--budget", options.budget, "at the start, per step: a time (1ms, 250us), work:TESTS, or exact");
-    command->add_option("-n,--steps", options.steps, "end after so many steps")
+    command->add_option("-n,--steps", options.steps, "end after so many steps; they begin at once, whether somebody looks or not")
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
     command->add_option("--page", options.page, "another page than the built one (HTML)");
-    command->add_flag("--paused", options.paused, "wait for the page before the first step");
+    command->add_flag("--at-once", options.at_once, "take steps from the start; without it the first one waits for the first viewer");
+    command->add_flag("--paused", options.paused, "begin paused: the page's Space, or N for one step, goes on");
     command->add_flag("--script", options.script, "begin with the scene's own script at the catheter");
     command->add_flag("--quiet", options.quiet, "print the address alone, and no progress line");
     return {command, [view_options] { return view(*view_options); }};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

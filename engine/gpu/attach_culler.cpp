@@ -2,7 +2,7 @@
 
 #include "engine/gpu/gl_cull_backend.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 std::string attach_culler(Simulator& simulator, const ContextOptions& options) {
     const SceneModel& model = simulator.model();
@@ -16,4 +16,4 @@ std::string attach_culler(Simulator& simulator, const ContextOptions& options) {
     return words;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

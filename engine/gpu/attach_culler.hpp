@@ -4,10 +4,10 @@
 #include "engine/gpu/context.hpp"
 #include "engine/step/simulator.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// With "culling": "auto" hardware alone is taken, with "opengl" whatever draws.
 /// returns   what it came to, in words; empty: nothing was asked for
 std::string attach_culler(Simulator& simulator, const ContextOptions& options = {});
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

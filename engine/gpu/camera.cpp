@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 struct Axes {
@@ -167,4 +167,4 @@ double Projection::pixel_size(double distance) const noexcept {
     return (orthographic ? 2.0 * half_height : 2.0 * half_height * distance) / height;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

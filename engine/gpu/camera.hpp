@@ -6,7 +6,7 @@
 
 #include <span>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct Camera {
     Vec3 eye = Vec3(0.0, 1.0, 0.0); // m
@@ -17,9 +17,14 @@ struct Camera {
     double height = 1.0; // m, visible height; orthographic only
 };
 
+/// Standard views of a patient whose y points forwards and whose z points to the head: unit vectors from the eye into the scene. Pictures,
+/// the report and the viewer's page begin with the same.
+inline const Vec3 kFrontView = Vec3(0.0, -1.0, -0.22).normalized(); // the anatomy, slightly from above
+inline const Vec3 kAnteroPosteriorView(0.0, -1.0, 0.0);             // fluoroscopy
+
 /// How frame_camera fills the picture.
 struct Framing {
-    Vec3 direction = Vec3(0.0, -1.0, 0.0); // from the eye into the scene: here a front view of a patient whose y points forwards
+    Vec3 direction = kAnteroPosteriorView; // from the eye into the scene
     Vec3 up = Vec3::UnitZ();
     double aspect = 1280.0 / 720.0; // width / height
     double field_of_view_rad = 0.5;
@@ -35,4 +40,4 @@ struct Framing {
 /// The same for a box: its eight corners.
 [[nodiscard]] Camera frame_camera(const Box3& bounds, const Framing& framing);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

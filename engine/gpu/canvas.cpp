@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 // Strokes on a grid 6 wide and 10 high, y downwards, base line at 10.
@@ -175,4 +175,4 @@ std::array<double, 3> depth_colour(double share) noexcept {
     return colour;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

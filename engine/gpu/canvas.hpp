@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct Ink {
     std::array<double, 3> colour; // sRGB, 0..1
@@ -46,4 +46,4 @@ private:
 /// source   the anchor colours are those of viridis (Smith & van der Walt 2015), joined by straight lines
 [[nodiscard]] std::array<double, 3> depth_colour(double share) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <dlfcn.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 const char* name_of(ContextKind kind) noexcept {
     switch (kind) {
@@ -76,4 +76,4 @@ Result<std::unique_ptr<GlContext>> make_context(const ContextOptions& options) {
                              kGlMinor, tried.empty() ? "nothing was tried" : tried)};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

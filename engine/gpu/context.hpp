@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct GlApi; // the table of entry points; only engine/gpu sees inside
 
@@ -83,4 +83,4 @@ private:
 /// failure  MissingTool: every way in, why it failed, and the packages that would help
 [[nodiscard]] Result<std::unique_ptr<GlContext>> make_context(const ContextOptions& options = {});
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,7 +13,7 @@
 #include <array>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 struct EglApi {
@@ -165,4 +165,4 @@ ContextOutcome make_egl_context(ContextKind kind, const std::string& library_nam
     return make_on_display(kind, egl, egl.GetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 // From GL/osmesa.h, whose package is not worth a build dependency for nine constants and four functions.
@@ -63,4 +63,4 @@ ContextOutcome make_osmesa_context(const std::string& library_name) {
     return {std::move(context), {}};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

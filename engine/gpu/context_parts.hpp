@@ -6,7 +6,7 @@
 
 #include <functional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The OpenGL version that every picture needs: the newest that Mesa's software renderers give.
 inline constexpr int kGlMajor = 4;
@@ -37,4 +37,4 @@ struct ContextBuilder {
     static void set_attempts(GlContext& context, std::vector<ContextAttempt> attempts) { context.attempts_ = std::move(attempts); }
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 CulledSearch::CulledSearch(std::span<const collision::SurfaceTopology* const> surfaces, std::span<const std::span<const Vec3>> positions,
                            const Options& options)
@@ -110,4 +110,4 @@ CullTimes CulledSearch::find_candidates(std::span<const collision::SurfaceMotion
     return times;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class CullMethod : std::uint8_t {
     None,  // stages I, III and IV
@@ -70,4 +70,4 @@ private:
     bool looked_ = false;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 std::vector<GraphicsLine> describe_graphics(const ContextOptions& options) {
     const auto context = make_context(options);
@@ -24,4 +24,4 @@ std::vector<GraphicsLine> describe_graphics(const ContextOptions& options) {
     return lines;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 
 #include "engine/gpu/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct GraphicsLine {
     std::string what, how;
@@ -12,4 +12,4 @@ struct GraphicsLine {
 /// A line for each way in that was tried, and one on culling. Never fails: no OpenGL at all is an answer.
 [[nodiscard]] std::vector<GraphicsLine> describe_graphics(const ContextOptions& options = {});
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 void send_mesh(const GlApi& gl, const RenderMesh& mesh, DrawItem& item) {
@@ -98,4 +98,4 @@ void draw(const GlApi& gl, const DrawItem& item) {
     gl.DrawElements(GL_TRIANGLES, item.index_count, GL_UNSIGNED_INT, nullptr);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

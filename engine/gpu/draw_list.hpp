@@ -7,7 +7,7 @@
 
 #include <array>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct DrawItem {
     GlVertexArray layout;
@@ -34,4 +34,4 @@ void draw(const GlApi& gl, const DrawItem& item);
 /// sRGB 0..1 to linear, clamped.
 [[nodiscard]] float to_linear(double srgb) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,10 +4,10 @@
 
 #include <GL/glcorearb.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 // X(type without PFNGL and PROC, name without gl)
-#define SELDINGER_GL_FUNCTIONS(X)                                                                                                          \
+#define TROCAR_GL_FUNCTIONS(X)                                                                                                             \
     X(ATTACHSHADER, AttachShader)                                                                                                          \
     X(BEGINQUERY, BeginQuery)                                                                                                              \
     X(BINDBUFFERBASE, BindBufferBase)                                                                                                      \
@@ -86,21 +86,21 @@ namespace seldinger::engine {
     X(VIEWPORT, Viewport)
 
 struct GlApi {
-#define SELDINGER_GL_MEMBER(type, name) PFNGL##type##PROC name = nullptr;
-    SELDINGER_GL_FUNCTIONS(SELDINGER_GL_MEMBER)
-#undef SELDINGER_GL_MEMBER
+#define TROCAR_GL_MEMBER(type, name) PFNGL##type##PROC name = nullptr;
+    TROCAR_GL_FUNCTIONS(TROCAR_GL_MEMBER)
+#undef TROCAR_GL_MEMBER
 };
 
 /// Fills the table. `find` is a callable void*(const char*).
 /// returns  the first name that is missing, or nullptr
 template <class Find>
 const char* load_gl_api(GlApi& api, Find&& find) {
-#define SELDINGER_GL_LOAD(type, name)                                                                                                      \
+#define TROCAR_GL_LOAD(type, name)                                                                                                         \
     api.name = reinterpret_cast<PFNGL##type##PROC>(find("gl" #name));                                                                      \
     if (api.name == nullptr) return "gl" #name;
-    SELDINGER_GL_FUNCTIONS(SELDINGER_GL_LOAD)
-#undef SELDINGER_GL_LOAD
+    TROCAR_GL_FUNCTIONS(TROCAR_GL_LOAD)
+#undef TROCAR_GL_LOAD
     return nullptr;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

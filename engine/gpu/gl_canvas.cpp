@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -154,4 +154,4 @@ Result<void> GlCanvas::answer(std::vector<std::uint8_t>& behind) {
     return check("asking for visibility");
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 
 #include <memory>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class GlCanvas final : public collision::VisibilityCanvas {
 public:
@@ -40,4 +40,4 @@ private:
     Doing doing_ = Doing::Nothing;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -258,4 +258,4 @@ Result<void> GlCullBackend::find_hits(const CullJob& job, std::span<std::uint8_t
     return read_hits(hits);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

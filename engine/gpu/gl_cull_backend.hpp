@@ -6,7 +6,7 @@
 
 #include <memory>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class GlCullBackend final : public collision::CullBackend {
 public:
@@ -41,4 +41,4 @@ private:
     int largest_resolution_ = collision::kLargestPicture;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,6 +1,6 @@
 #include "engine/gpu/gl_objects.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 GlTexture make_texture(const GlApi& gl, GLenum format, int width, int height) {
     GlTexture texture(gl);
@@ -22,4 +22,4 @@ GlTarget make_target(const GlApi& gl, GLenum colour_format, GLenum depth_format,
     return target;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class GlKind { Buffer, Texture, Framebuffer, VertexArray };
 
@@ -55,4 +55,4 @@ struct GlTarget {
 /// depth_format  0: no depth texture
 [[nodiscard]] GlTarget make_target(const GlApi& gl, GLenum colour_format, GLenum depth_format, int width, int height);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

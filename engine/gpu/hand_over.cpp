@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 HandOver::HandOver(std::span<const Triangle> triangles, std::span<const Vec3> positions) {
     constexpr std::size_t kSample = 2000; // triangles: some milliseconds
@@ -40,4 +40,4 @@ bool HandOver::go_on(const collision::ImageSpacePass& last) {
     return saved_ms > pass_ms;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

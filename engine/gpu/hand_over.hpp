@@ -4,7 +4,7 @@
 #include "collision/image_space.hpp"
 #include "engine/time/clock.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class HandOver {
 public:
@@ -23,4 +23,4 @@ private:
     StopWatch watch_;        // since the last answer
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr Ink kDarkInk = {{0.16, 0.19, 0.23}, 0.92};
@@ -146,4 +146,4 @@ void draw_scale_bar(const Projection& view, double distance, Picture& picture) {
     canvas.draw_text({0.5 * (left.x + right.x - Canvas::text_width(text, label)), left.y - 8.0 * scale}, text, label, kDarkInk);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

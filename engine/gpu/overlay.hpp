@@ -5,7 +5,7 @@
 #include "engine/gpu/projection.hpp"
 #include "engine/gpu/renderer.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 void draw_targets(const RenderScene& scene, const Projection& view, Picture& picture);
 void draw_target_rings(const RenderScene& scene, const Projection& view, Picture& picture); // for the X-ray picture
@@ -17,4 +17,4 @@ void draw_scale_bar(const Projection& view, double distance, Picture& picture);
 /// The scene's marker_range, or the next of 1, 2, 5 times a power of ten above its deepest marker. > 0.
 [[nodiscard]] double find_marker_range(const RenderScene& scene) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

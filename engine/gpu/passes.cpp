@@ -10,7 +10,7 @@
 #include <functional>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr int kSamplesPerSide = 2;
@@ -297,4 +297,4 @@ Result<void> draw_fluoroscopy(const PassContext& pass, Picture& picture) {
     return draw_tiles(pass, [&](const Tile& tile) { return draw_fluoroscopy_tile(pass, tile, picture); });
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

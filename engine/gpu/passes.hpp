@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Programs of one context.
 struct Programs {
@@ -42,4 +42,4 @@ inline constexpr int kMaxTileSide = 4096;
 [[nodiscard]] Result<void> draw_shaded(const PassContext& pass, Picture& picture);
 [[nodiscard]] Result<void> draw_fluoroscopy(const PassContext& pass, Picture& picture);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 Result<std::vector<std::uint8_t>> encode_png(const Picture& picture) {
     const bool fits = picture.width > 0 && picture.height > 0 &&
@@ -35,4 +35,4 @@ Result<void> write_png(const std::filesystem::path& path, const Picture& picture
     return write_file_atomically(path, std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()));
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

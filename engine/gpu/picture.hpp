@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Rows run from top to bottom, sRGB encoded.
 struct Picture {
@@ -32,4 +32,4 @@ struct Picture {
 /// failure  as encode_png; CannotWrite when the disk is full or the folder read-only
 [[nodiscard]] Result<void> write_png(const std::filesystem::path& path, const Picture& picture);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::string_view kIncludeWord = "#include \"";
@@ -85,4 +85,4 @@ Result<GLuint> make_program(const GlApi& gl, std::string_view vertex_name, std::
     return Error{ErrorCode::ToolFailed, fmt::format("the graphics driver cannot link {} with {}: {}", vertex_name, fragment_name, log)};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

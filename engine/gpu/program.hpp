@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The text of a shader with its `#include "name"` lines replaced, headed by the version line.
 /// failure  ToolFailed for a name that is not among the embedded texts
@@ -17,4 +17,4 @@ namespace seldinger::engine {
 /// failure  ToolFailed with the driver's log
 [[nodiscard]] Result<GLuint> make_program(const GlApi& gl, std::string_view vertex_name, std::string_view fragment_name);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

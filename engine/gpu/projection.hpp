@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 using Mat4f = Eigen::Matrix4f;
 
@@ -32,4 +32,4 @@ struct Projection {
 /// bounds  what will be drawn: sets the origin and the near and far planes
 [[nodiscard]] Projection make_projection(const Camera& camera, const Box3& bounds, int width, int height) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

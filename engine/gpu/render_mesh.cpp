@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 [[nodiscard]] Vec3 unit_or_zero(const Vec3& v) noexcept {
@@ -138,4 +138,4 @@ TriMesh make_tube_mesh(std::span<const Vec3> points, std::span<const double> rad
     return std::move(tube.mesh);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct RenderVertex {
     float position[3]; // m, relative to the projection's origin
@@ -31,4 +31,4 @@ inline constexpr double kCreaseCosine = 0.64;
 /// radius   [points] or one for all; m
 [[nodiscard]] TriMesh make_tube_mesh(std::span<const Vec3> points, std::span<const double> radius);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr int kMinSide = 16;   // pixels
@@ -80,4 +80,4 @@ Result<Picture> Renderer::fluoroscopy(const RenderScene& scene, const Camera& ca
     return picture;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

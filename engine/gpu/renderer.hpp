@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Colours that tell the parts of an intervention apart on the light background, sRGB, and how dense their walls look well.
 namespace palette {
@@ -100,4 +100,4 @@ private:
     std::unique_ptr<Parts> parts_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct ShaderText {
     std::string_view name; // file name in shaders/
@@ -13,4 +13,4 @@ struct ShaderText {
 
 [[nodiscard]] std::span<const ShaderText> shader_texts() noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

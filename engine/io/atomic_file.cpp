@@ -12,7 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 Error cannot_write(const std::filesystem::path& path, int reason) {
@@ -81,10 +81,10 @@ Result<void> check_place(const std::filesystem::path& file, std::string option) 
     std::error_code failed;
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     if (std::filesystem::is_directory(file, failed))
-        return Error{ErrorCode::CannotWrite, "is a folder; the name of a file would be right", file.string(), 0, 0, std::move(option)};
+        return Error{ErrorCode::CannotWrite, "is a folder; expected the name of a file", file.string(), 0, 0, std::move(option)};
     if (!std::filesystem::is_directory(folder, failed))
         return Error{ErrorCode::CannotWrite, "its folder does not exist", file.string(), 0, 0, std::move(option)};
     return {};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Writes bytes to path through a temporary file in the same folder, flushed to the disk and renamed over what was
 /// there. Readers see the old file or the new one, never a part. Symbolic links are followed; a device or a pipe is
@@ -18,4 +18,4 @@ namespace seldinger::engine {
 /// Before long work whose result is to be written there: is it a folder, or in none? Says which option named it.
 [[nodiscard]] Result<void> check_place(const std::filesystem::path& file, std::string option);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

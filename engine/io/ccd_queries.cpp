@@ -10,7 +10,7 @@
 #include <optional>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::size_t kColumns = 7;
@@ -119,4 +119,4 @@ Result<CcdQueryFile> read_ccd_queries(const std::filesystem::path& path) {
     return parse_ccd_queries(*text, path.string());
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

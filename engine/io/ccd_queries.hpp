@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct CcdQuery {
     std::array<Vec3, 8> rows; // vertex-face: v f0 f1 f2 at t0, then at t1; edge-edge: a0 a1 b0 b1 at t0, then at t1
@@ -29,4 +29,4 @@ struct CcdQueryFile {
 [[nodiscard]] Result<CcdQueryFile> read_ccd_queries(const std::filesystem::path& path);
 [[nodiscard]] Result<CcdQueryFile> parse_ccd_queries(std::string_view text, std::string_view file_name);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::string_view kHeader =
@@ -62,4 +62,4 @@ Result<void> write_hits(const std::filesystem::path& path, std::span<const HitRe
     return write_file_atomically(path, {reinterpret_cast<const char*>(hits.data()), hits.size_bytes()});
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

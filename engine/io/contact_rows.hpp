@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class ContactKind : std::uint8_t { EE, TT, VF }; // in alphabetical order, as rows are sorted
 
@@ -48,4 +48,4 @@ static_assert(sizeof(HitRecord) == 24);
 
 [[nodiscard]] Result<void> write_hits(const std::filesystem::path& path, std::span<const HitRecord> hits);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

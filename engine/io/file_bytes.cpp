@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr int kGzipOrZlib = 15 + 32; // zlib's windowBits: largest window, header recognised by itself
@@ -115,4 +115,4 @@ Result<std::string> read_file_bytes(const std::filesystem::path& path) {
     return error;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

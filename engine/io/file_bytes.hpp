@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Largest file that is read, and largest text that a .gz may unfold to. Meshes of ten million triangles fit.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{4} << 30; // bytes
@@ -32,4 +32,4 @@ inline constexpr std::size_t kFreeExpansionBytes = std::size_t{16} << 20; // byt
     return by_ratio > kFreeExpansionBytes ? by_ratio : kFreeExpansionBytes;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A surface together with the names of the groups and objects that own at least one face (OBJ only).
 struct GroupedSurface {
@@ -58,4 +58,4 @@ inline void add_fan(std::vector<Triangle>& triangles, std::span<const Index> cor
     for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <map>
 #include <sstream>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the arrays are little-endian");
@@ -126,4 +126,4 @@ Result<void> write_frames(const std::filesystem::path& folder, const FrameSequen
                                                                   frames.triangles.size(), frames.frame_count));
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <span>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct FrameSequence {
     std::string name;
@@ -32,4 +32,4 @@ struct FrameSequence {
 /// Writes the four files; the folder is made where it is missing, and meta.txt comes last.
 [[nodiscard]] Result<void> write_frames(const std::filesystem::path& folder, const FrameSequence& frames);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

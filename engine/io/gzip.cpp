@@ -2,7 +2,7 @@
 
 #include <zlib.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -37,4 +37,4 @@ Result<std::string> gzip_bytes(std::string_view text) {
     return packed;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

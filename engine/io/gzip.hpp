@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// One gzip member without name or time: the same bytes for the same text. read_file_bytes unpacks it.
 /// fails  ToolFailed when memory is short
 [[nodiscard]] Result<std::string> gzip_bytes(std::string_view text);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 
 #include <array>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// Sections whose rows are numbers only, and how many of them a row has; all but two are passed over.
@@ -108,4 +108,4 @@ private:
 
 Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name) { return MeditReader(bytes, name).read(); }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The extension in small letters, without a final .gz: ".obj" for "Liver.OBJ.gz".
 [[nodiscard]] inline std::string mesh_extension(const std::filesystem::path& path) {
@@ -17,4 +17,4 @@ namespace seldinger::engine {
     return last == ".gz" ? lower(path.stem().extension().string()) : last;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 
 #include <array>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr int kTetrahedron = 4; // Gmsh's element type
@@ -322,4 +322,4 @@ private:
 
 Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name) { return MshReader(bytes, name).read(); }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

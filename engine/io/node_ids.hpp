@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class NodeIds {
 public:
@@ -48,4 +48,4 @@ private:
     bool consecutive_ = true;                             // then no search is needed
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <array>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::size_t kListedNames = 64; // of known groups, in messages
@@ -178,4 +178,4 @@ Result<GroupedSurface> parse_obj(std::string_view bytes, const std::string& name
     return ObjReader(bytes, name, keep).read();
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::size_t kVertexBytes = 6; // "0 0 0\n"
@@ -64,4 +64,4 @@ Result<TriMesh> parse_off(std::string_view bytes, const std::string& name) {
     return mesh;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,7 +13,7 @@
 #include <optional>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::array<std::string_view, 3> kColumns = {"t", "insertion", "rotation"};
@@ -118,7 +118,7 @@ private:
         std::size_t times = 0;
         for (const std::string_view field : fields_) {
             if (is_column(field, 0)) {
-                if (++times > 1) return fail(ErrorCode::BadSyntax, "t stands twice; once would be right", field);
+                if (++times > 1) return fail(ErrorCode::BadSyntax, "t stands twice; expected once", field);
                 places_.push_back({0, 0});
                 continue;
             }
@@ -126,7 +126,7 @@ private:
             if (named.column == 0)
                 return fail(
                     ErrorCode::BadSyntax,
-                    fmt::format("found the column '{}'; t, NAME.insertion or NAME.rotation of an instrument would be right", shown(field)),
+                    fmt::format("found the column '{}'; expected t, NAME.insertion or NAME.rotation of an instrument", shown(field)),
                     field.empty() ? line_text_ : field);
             std::size_t path = 0;
             while (path < paths_.size() && paths_[path].instrument != named.instrument) ++path;
@@ -134,8 +134,7 @@ private:
             for (const Place& known : places_)
                 if (known.path == path && known.column == named.column)
                     return fail(ErrorCode::BadSyntax,
-                                fmt::format("{}.{} stands twice; once would be right", shown(named.instrument), kColumns[named.column]),
-                                field);
+                                fmt::format("{}.{} stands twice; expected once", shown(named.instrument), kColumns[named.column]), field);
             places_.push_back({path, named.column});
         }
         if (times == 0) return fail(ErrorCode::BadSyntax, "has no column t", line_text_);
@@ -206,7 +205,7 @@ Result<std::vector<PathRow>> parse_path_csv(std::string_view text, std::string_v
     Result<std::vector<NamedPath>> paths = parse_path_table(text, file_name);
     if (!paths) return paths.error();
     if (paths->size() == 1) return std::move(paths->front().rows);
-    return Error{ErrorCode::BadValue, fmt::format("moves {} instruments; one would be right", paths->size()), std::string(file_name),
+    return Error{ErrorCode::BadValue, fmt::format("moves {} instruments; expected one", paths->size()), std::string(file_name),
                  paths->front().line, paths->front().column};
 }
 
@@ -222,4 +221,4 @@ Result<void> write_path_csv(const std::filesystem::path& path, const std::vector
     return write_file_atomically(path, text);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

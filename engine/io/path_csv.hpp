@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// One row, numbers as in the file: the caller converts units.
 struct PathRow {
@@ -44,4 +44,4 @@ struct NamedPath {
 /// "t,insertion,rotation" and one row a line, numbers with all their digits.
 [[nodiscard]] Result<void> write_path_csv(const std::filesystem::path& path, const std::vector<PathRow>& rows);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

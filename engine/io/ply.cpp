@@ -8,7 +8,7 @@
 
 #include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 struct Property {
@@ -248,4 +248,4 @@ private:
 
 Result<TriMesh> parse_ply(std::string_view bytes, const std::string& name) { return PlyReader(bytes, name).read(); }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

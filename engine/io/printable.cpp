@@ -4,7 +4,7 @@
 
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -50,4 +50,4 @@ std::string safe_file_name(std::string_view text) {
     return name.empty() ? "_" : name;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

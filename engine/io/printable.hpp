@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Below space, DEL, or U+0080 to U+009F in UTF-8: a terminal obeys them, and a zero byte ends a message.
 [[nodiscard]] bool has_control_characters(std::string_view text) noexcept;
@@ -15,4 +15,4 @@ namespace seldinger::engine {
 /// One component of a path: letters, digits, - and _, at most 64; every other byte is a _. Never empty, never a way elsewhere.
 [[nodiscard]] std::string safe_file_name(std::string_view text);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,4 +1,4 @@
-// Surface files: OBJ, PLY, STL, OFF, VTK legacy PolyData and VTP; plain or .gz.
+// Surface files: OBJ, PLY, STL, OFF, VTK legacy PolyData and VTP; the boundary of tetrahedra files; plain or .gz.
 #pragma once
 
 #include "base/mesh.hpp"
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct ReadOptions {
     /// OBJ only: keep the faces of these groups or objects (names after g and o), and the vertices they use.
@@ -21,13 +21,14 @@ struct ReadOptions {
 
 /// Reads a surface; coordinates are in the file's own unit. Polygons are split into fans from their first corner;
 /// faces with fewer than three corners bound no area and are dropped. Normals, colours and textures are passed over.
+/// Of a file that holds tetrahedra and no polygon (see read_tets.hpp) the boundary is taken, and *note says so.
 /// No topology is checked (see inspect_surface), but every index is in range and every coordinate finite.
 /// fails     with file and line (binary formats: byte offset): unknown extension, broken syntax, index out of range,
 ///           NaN or infinite coordinate, truncated, no triangle at all, unknown group (the known ones are listed)
 /// cost      O(file size); memory is bounded by the file's size, whatever counts it claims
-[[nodiscard]] Result<TriMesh> read_surface(const std::filesystem::path& path, const ReadOptions& options = {});
+[[nodiscard]] Result<TriMesh> read_surface(const std::filesystem::path& path, const ReadOptions& options = {}, std::string* note = nullptr);
 
 /// Names of the groups and objects of an OBJ that own at least one face, sorted. Other formats have none.
 [[nodiscard]] Result<std::vector<std::string>> read_surface_groups(const std::filesystem::path& path);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

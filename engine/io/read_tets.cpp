@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// Turns all tetrahedra round where not one is positive: then the file counts the other way.
@@ -77,4 +77,4 @@ Result<TetMesh> read_tets(const std::filesystem::path& path) {
     return mesh;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Reads the linear tetrahedra of a file; coordinates are in the file's own unit. Points, lines, triangles and other
 /// cells beside them are passed over; nodes keep the file's order, unreferenced ones included (see
@@ -18,4 +18,4 @@ namespace seldinger::engine {
 /// cost      O(file size); memory is bounded by the file's size, whatever counts it claims
 [[nodiscard]] Result<TetMesh> read_tets(const std::filesystem::path& path);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

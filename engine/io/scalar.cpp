@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::pair<std::string_view, ScalarType> kNames[] = {
@@ -104,4 +104,4 @@ std::int64_t load_integer(const char* at, ScalarType type, bool big) noexcept {
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class ScalarType : std::uint8_t { Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32, Float64 };
 
@@ -25,4 +25,4 @@ enum class ScalarType : std::uint8_t { Int8, UInt8, Int16, UInt16, Int32, UInt32
 /// A real type gives -1.
 [[nodiscard]] std::int64_t load_integer(const char* at, ScalarType type, bool big) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 void Scanner::skip_space(bool across_lines) noexcept {
     while (at_ != end_) {
@@ -144,4 +144,4 @@ bool Scanner::fail_at(std::size_t position, ErrorCode code, std::string message)
 
 Error Scanner::error() const { return error_ ? *error_ : Error{ErrorCode::BadSyntax, "cannot be read", file_}; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class Scanner {
 public:
@@ -93,4 +93,4 @@ private:
     std::optional<Error> error_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The first 40 characters, those that a terminal might take amiss as '?'.
 [[nodiscard]] inline std::string shown(std::string_view text) {
@@ -23,4 +23,4 @@ namespace seldinger::engine {
     return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 80, kCountBytes = 4, kFacetBytes = 50, kNormalBytes = 12;
@@ -111,4 +111,4 @@ Result<TriMesh> parse_stl(std::string_view bytes, const std::string& name) {
     return mesh;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

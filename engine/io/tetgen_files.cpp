@@ -7,7 +7,7 @@
 
 #include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 bool read_node(Scanner& in, TetMesh& mesh, NodeIds& ids) {
@@ -116,4 +116,4 @@ Result<TetMesh> parse_tetgen(std::string_view node_bytes, const std::string& nod
 
 Result<TetMesh> parse_veg(std::string_view bytes, const std::string& name) { return VegReader(bytes, name).read(); }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::int8_t kNoDigit = -1, kPadding = -2, kSpace = -3;
@@ -135,4 +135,4 @@ Result<std::string> unpack_vtk_array(std::string_view packed, const VtkArrayForm
     return ArrayReader(packed, format, raw).read();
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

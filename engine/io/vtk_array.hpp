@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// What the file says once for all its arrays.
 struct VtkArrayFormat {
@@ -24,4 +24,4 @@ struct VtkArrayFormat {
 /// fails     BadSyntax, without file and line: no base64, cut off, damaged or bomb-like blocks
 [[nodiscard]] Result<std::string> unpack_vtk_array(std::string_view packed, const VtkArrayFormat& format, bool raw);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 
 #include <cctype>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 std::string upper(std::string_view word) {
@@ -209,4 +209,4 @@ private:
 
 Result<VtkMesh> parse_vtk_legacy(std::string_view bytes, const std::string& name) { return VtkReader(bytes, name).read(); }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

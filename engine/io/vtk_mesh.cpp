@@ -7,7 +7,7 @@
 #include <array>
 #include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 // Cell types, from vtkCellType.h.
@@ -118,4 +118,4 @@ Result<TetMesh> make_tets(VtkMesh&& vtk, const std::string& name) {
     return mesh;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

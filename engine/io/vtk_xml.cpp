@@ -12,7 +12,7 @@
 #include <cstring>
 #include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// A VTK file has a few dozen tags; a hostile one of millions would cost the parser a hundred bytes for each.
@@ -201,4 +201,4 @@ private:
 
 Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name) { return VtkXmlReader(bytes, name).read(); }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

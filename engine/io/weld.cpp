@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// -0 counts as 0.
@@ -93,4 +93,4 @@ std::size_t drop_unreferenced_nodes(TetMesh& mesh) {
     return dropped;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Joins vertices with equal coordinates (-0 equals 0) and keeps the order of first appearance. Triangles stay, even
 /// those that lose a corner. Returns how many vertices went.
@@ -15,4 +15,4 @@ std::size_t weld_equal_vertices(TriMesh& mesh);
 /// Drops nodes that no tetrahedron uses; the others keep their order. Returns how many went.
 std::size_t drop_unreferenced_nodes(TetMesh& mesh);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::uint8_t kVtkTetrahedron = 10; // vtkCellType.h
@@ -99,9 +99,21 @@ Result<void> check(std::span<const DataArray> arrays, std::size_t tuples, const 
     return {};
 }
 
+/// A reader of the file would look beyond its vertices.
+template <class Cell>
+Result<void> check_cells(std::span<const Cell> cells, std::size_t vertices, const char* kind, const std::filesystem::path& path) {
+    for (std::size_t i = 0; i < cells.size(); ++i)
+        for (const Index v : cells[i])
+            if (v >= vertices)
+                return Error{ErrorCode::BadMesh, fmt::format("{} {} names vertex {}, expected one of the mesh's {}", kind, i, v, vertices),
+                             path.string()};
+    return {};
+}
+
 } // namespace
 
 Result<void> write_obj(const std::filesystem::path& path, const SurfaceView& surface) {
+    if (Result<void> good = check_cells(surface.triangles, surface.vertices.size(), "triangle", path); !good) return good;
     std::string text;
     text.reserve(60 * surface.vertices.size() + 24 * surface.triangles.size());
     const auto out = std::back_inserter(text);
@@ -111,6 +123,7 @@ Result<void> write_obj(const std::filesystem::path& path, const SurfaceView& sur
 }
 
 Result<void> write_vtp(const std::filesystem::path& path, const SurfaceView& surface, const MeshData& data) {
+    if (Result<void> good = check_cells(surface.triangles, surface.vertices.size(), "triangle", path); !good) return good;
     if (Result<void> good = check(data.points, surface.vertices.size(), path); !good) return good;
     if (Result<void> good = check(data.cells, surface.triangles.size(), path); !good) return good;
     VtkWriter writer("PolyData");
@@ -125,6 +138,7 @@ Result<void> write_vtp(const std::filesystem::path& path, const SurfaceView& sur
 }
 
 Result<void> write_vtu(const std::filesystem::path& path, const TetView& mesh, const MeshData& data) {
+    if (Result<void> good = check_cells(mesh.tets, mesh.vertices.size(), "tetrahedron", path); !good) return good;
     if (Result<void> good = check(data.points, mesh.vertices.size(), path); !good) return good;
     if (Result<void> good = check(data.cells, mesh.tets.size(), path); !good) return good;
     VtkWriter writer("UnstructuredGrid");
@@ -150,4 +164,4 @@ Result<void> PvdCollection::write() const {
     return write_file_atomically(path_, text + "</Collection>\n</VTKFile>\n");
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A surface as spans, so that current positions can be written with rest triangles without a copy.
 struct SurfaceView {
@@ -40,7 +40,8 @@ struct MeshData {
     std::span<const DataArray> cells;  // one tuple per triangle or tetrahedron
 };
 
-/// fails     BadValue: an array's length does not fit the mesh; CannotWrite: see write_file_atomically
+/// fails     BadMesh: a cell names a vertex that is not there; BadValue: an array's length does not fit the mesh; CannotWrite: see
+/// write_file_atomically
 [[nodiscard]] Result<void> write_obj(const std::filesystem::path& path, const SurfaceView& surface);
 [[nodiscard]] Result<void> write_vtp(const std::filesystem::path& path, const SurfaceView& surface, const MeshData& data = {});
 [[nodiscard]] Result<void> write_vtu(const std::filesystem::path& path, const TetView& mesh, const MeshData& data = {});
@@ -64,4 +65,4 @@ private:
     std::vector<Entry> entries_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

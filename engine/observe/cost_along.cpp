@@ -1,9 +1,11 @@
 #include "engine/observe/cost_along.hpp"
 
+#include "engine/step/step_memory.hpp"
+
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -29,6 +31,25 @@ void find_forces(const Simulator& simulator, std::vector<Vec3>& forces, std::vec
 }
 
 } // namespace
+
+void LookAhead::set_exact(const Simulator& exact) {
+    memory_.clear();
+    append_step_memory(exact.model(), exact.state(), exact.context(), memory_);
+    exact_ = follow(exact);
+}
+
+/// Through the exact run's memory every time: what the step before this one taught (modes of the stable step) is the same for all.
+Shape LookAhead::follow(const Simulator& answered) {
+    [[maybe_unused]] const std::string misfit = simulator_.take_over(memory_); // its own model's: it fits
+    [[maybe_unused]] const bool joined = simulator_.join_step(answered).ok();  // of the same scene
+    simulator_.begin_step();
+    Shape shape = shape_of(simulator_.model(), simulator_.state());
+    shape.skins = shape_of(answered.model(), answered.state()).skins;
+    simulator_.abandon_step(); // half of it was all that was asked
+    return shape;
+}
+
+SurfaceDistance LookAhead::compare(const Simulator& answered) { return compare_shapes(simulator_.model(), follow(answered), exact_); }
 
 /// What the surfaces say of solids, what the exact answer says of instruments.
 PatchContacts AlongExactStates::solids_of(const PatchContacts& near, const PatchContacts& reference) const {
@@ -57,7 +78,7 @@ void AlongExactStates::Along::finish(double exact_force_sq, CostAlong& row) cons
 }
 
 AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost, const CostOptions& options, CostTable& table)
-    : table_(table), finder_(model, cost), exact_(model, BudgetLimits{}), along_(table.rows.size()) {
+    : table_(table), finder_(model, cost), exact_(model, BudgetLimits{}), ahead_(model), along_(table.rows.size()) {
     for (const CostVariant& variant : options.variants) variant_finders_.emplace_back(*variant.model, cost);
     for (std::size_t k = 0; k < along_.size(); ++k) {
         const CostRow& row = table.rows[k];
@@ -74,7 +95,7 @@ AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost
 bool AlongExactStates::step(const std::function<void(const CostRow&, const Simulator&)>& show) {
     if (!exact_.begin_step()) return false;
     for (Along& along : along_) {
-        along.simulator->join_step(exact_);
+        if (!along.simulator->join_step(exact_).ok()) return false; // a variant of another size: there is none
         along.simulator->finish_step();
     }
     exact_.finish_step();
@@ -85,15 +106,26 @@ bool AlongExactStates::step(const std::function<void(const CostRow&, const Simul
     for (const Vec3& f : exact_forces_) exact_force_sq_ += f.squaredNorm();
     ++steps_;
     const PatchContacts truth = solids_of(near, reference);
+    named_.clear();
     for (std::size_t k = 0; k < along_.size(); ++k) {
         compare(along_[k], along_[k].other_trees ? truth : reference, table_.rows[k]);
         if (show) show(table_.rows[k], *along_[k].simulator);
     }
+    std::sort(named_.begin(), named_.end());
+    depth_patches_ += static_cast<std::uint64_t>(std::unique(named_.begin(), named_.end()) - named_.begin());
     return true;
 }
 
+void AlongExactStates::compare_surfaces() {
+    ahead_.set_exact(exact_);
+    for (std::size_t k = 0; k < along_.size(); ++k) table_.rows[k].surface.join(ahead_.compare(*along_[k].simulator));
+}
+
 void AlongExactStates::finish() {
-    for (std::size_t k = 0; k < along_.size(); ++k) along_[k].finish(exact_force_sq_, table_.rows[k]);
+    for (std::size_t k = 0; k < along_.size(); ++k) {
+        along_[k].finish(exact_force_sq_, table_.rows[k]);
+        table_.rows[k].depth_patches = depth_patches_;
+    }
     if (near_covered_ > 0) table_.near_depth_rms_m = std::sqrt(near_excess_sq_ / static_cast<double>(near_covered_));
     if (steps_ > 0 && !exact_forces_.empty())
         table_.force_rms_n = std::sqrt(exact_force_sq_ / static_cast<double>(steps_ * exact_forces_.size()));
@@ -115,7 +147,10 @@ void AlongExactStates::count_uncovered(const PatchContacts& near, const PatchCon
 
 void AlongExactStates::compare(Along& along, const PatchContacts& reference, CostRow& row) {
     const StepReport& report = along.simulator->context().report;
-    row.contacts += compare_patches(reference, along.finder->find_answer(*along.simulator));
+    const PatchContacts answer = along.finder->find_answer(*along.simulator);
+    row.contacts += compare_patches(reference, answer);
+    for (const PatchContacts* list : {&reference, &answer})
+        for (const PatchContact& contact : *list) named_.push_back(contact.patch);
     find_forces(*along.simulator, forces_, nodal_, rest_);
     for (std::size_t k = 0; k < forces_.size(); ++k) along.force_sq += (forces_[k] - exact_forces_[k]).squaredNorm();
     along.open += static_cast<double>(report.pairs_open);
@@ -126,7 +161,7 @@ void AlongExactStates::compare(Along& along, const PatchContacts& reference, Cos
 }
 
 double CostAlong::depth_error_rms_m() const noexcept {
-    return contacts.compared > 0 ? std::sqrt(contacts.depth_error_sq / static_cast<double>(contacts.compared)) : 0.0;
+    return depth_patches > 0 ? std::sqrt(contacts.depth_error_sq / static_cast<double>(depth_patches)) : 0.0;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

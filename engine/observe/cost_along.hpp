@@ -1,11 +1,28 @@
 // Every row of a table of costs along the states of the exact run: what would it have answered there?
 #pragma once
 
-#include "engine/observe/cost_run.hpp"
+#include "engine/observe/cost_exact.hpp"
 
 #include <memory>
 
-namespace seldinger::engine {
+namespace trocar::engine {
+
+/// Where a step's answer takes the surfaces. An instrument moves within the step. Tissue feels the answer's contact springs in the step
+/// after it: that one is begun from the state that the answer left, which differs from the exact run's in this answer alone.
+class LookAhead {
+public:
+    explicit LookAhead(const SceneModel& model) : simulator_(model, BudgetLimits{}) {}
+    /// The exact run, between two steps: what answers of its last step are compared with.
+    void set_exact(const Simulator& exact);
+    /// answered  joined the exact run's last step, and finished it
+    [[nodiscard]] SurfaceDistance compare(const Simulator& answered);
+
+private:
+    [[nodiscard]] Shape follow(const Simulator& answered);
+    Simulator simulator_;
+    std::string memory_; // of the exact run: step_memory.hpp
+    Shape exact_;
+};
 
 class AlongExactStates {
 public:
@@ -14,6 +31,8 @@ public:
 
     /// False: the exact run is stopped. `show` is called for every row's answer, unless empty.
     bool step(const std::function<void(const CostRow&, const Simulator&)>& show);
+    /// After a step.
+    void compare_surfaces();
     /// After the last step.
     void finish();
 
@@ -37,13 +56,15 @@ private:
     PatchFinder finder_;
     std::vector<PatchFinder> variant_finders_;
     Simulator exact_;
+    LookAhead ahead_;
     std::vector<Along> along_;
     std::vector<Vec3> exact_forces_, forces_, nodal_, rest_;
     double exact_force_sq_ = 0.0, near_excess_sq_ = 0.0;
-    std::uint64_t steps_ = 0, near_covered_ = 0;
+    std::vector<PatchId> named_; // of a step, by any answer
+    std::uint64_t steps_ = 0, near_covered_ = 0, depth_patches_ = 0;
 };
 
 /// The scene's own model, or that of the row's variant.
 [[nodiscard]] const SceneModel& model_of(const SceneModel& scene, const CostOptions& options, const CostRow& row);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,21 +4,13 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
 /// States of the exact run that are kept to be compared with: this many, or as many as this memory holds.
 constexpr std::uint64_t kMostStates = 40, kFewestStates = 4;
 constexpr std::uint64_t kStateBytes = std::uint64_t{256} << 20;
-
-Shape shape_of(const SceneModel& model, const State& state) {
-    Shape shape;
-    for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (model.bodies[i].moves()) shape.surfaces.push_back(state.bodies[i].surface);
-    for (const InstrumentState& instrument : state.instruments) shape.skins.push_back(instrument.skin);
-    return shape;
-}
 
 std::vector<Vec3> tips_of(const State& state) {
     std::vector<Vec3> tips;
@@ -35,14 +27,24 @@ std::uint64_t states_kept(const SceneModel& model) {
 
 } // namespace
 
-SurfaceDistance compare_shapes(const SceneModel& model, const State& state, const Shape& exact) {
+Shape shape_of(const SceneModel& model, const State& state) {
+    Shape shape;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (model.bodies[i].moves()) shape.surfaces.push_back(state.bodies[i].surface);
+    for (const InstrumentState& instrument : state.instruments) shape.skins.push_back(instrument.skin);
+    return shape;
+}
+
+SurfaceDistance compare_shapes(const SceneModel& model, const Shape& shape, const Shape& exact) {
     SurfaceDistance distance;
     std::size_t k = 0;
-    for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (model.bodies[i].moves())
-            distance.join(measure_distance(model.bodies[i].surface.triangles, state.bodies[i].surface, exact.surfaces[k++]));
+    for (const BodyModel& body : model.bodies) {
+        if (!body.moves()) continue;
+        distance.join(measure_distance(body.surface.triangles, shape.surfaces[k], exact.surfaces[k]));
+        ++k;
+    }
     for (std::size_t i = 0; i < model.instruments.size(); ++i)
-        distance.join(measure_distance(model.instruments[i].skin.triangles, state.instruments[i].skin, exact.skins[i]));
+        distance.join(measure_distance(model.instruments[i].skin.triangles, shape.skins[i], exact.skins[i]));
     return distance;
 }
 
@@ -74,4 +76,4 @@ double tip_distance(const State& state, const std::vector<Vec3>& exact) {
     return farthest;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

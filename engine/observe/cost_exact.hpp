@@ -3,7 +3,7 @@
 
 #include "engine/observe/cost_run.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// What is compared of a state: surfaces of bodies that move, skins of instruments.
 struct Shape {
@@ -22,10 +22,12 @@ struct ExactRun {
 /// Without any limit, as the scene says.
 [[nodiscard]] ExactRun run_exactly(const SceneModel& model, const CostOptions& options);
 
+[[nodiscard]] Shape shape_of(const SceneModel& model, const State& state);
+
 /// Surfaces and skins of a state against those of the exact run.
-[[nodiscard]] SurfaceDistance compare_shapes(const SceneModel& model, const State& state, const Shape& exact);
+[[nodiscard]] SurfaceDistance compare_shapes(const SceneModel& model, const Shape& shape, const Shape& exact);
 
 /// m; farthest tip of any instrument from where it is in the exact run. 0 without instruments.
 [[nodiscard]] double tip_distance(const State& state, const std::vector<Vec3>& exact);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The contract's columns, a row per budget, and with variants one more column that names them; every number with the digits that tell
 /// it from its neighbours.
@@ -18,7 +18,10 @@ namespace seldinger::engine {
 /// The table for a terminal.
 [[nodiscard]] std::string cost_text(const CostTable& table);
 
+/// Figures of the page, in HTML. Without gnuplot, or with nothing to draw, none; the former is a notice of the table.
+[[nodiscard]] std::string cost_plots(const Scene& scene, CostTable& table);
+
 /// One page without any other file. Without gnuplot a notice stands in place of the plots.
 [[nodiscard]] std::string cost_page(const Scene& scene, CostTable& table, std::span<const CostPicture> pictures = {});
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

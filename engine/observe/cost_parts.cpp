@@ -12,13 +12,13 @@
 #include <cmath>
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view kMagic = "seldinger exact run 1\n";
+constexpr std::string_view kMagic = "trocar exact run 1\n";
 
 /// Written and read by the same calls.
 template <class Stream, class Run>
@@ -49,16 +49,17 @@ Percentiles percentiles(const Json& json) { return {real(json.at(0)), real(json.
 Json to_json(const CostOwnRun& run) {
     Json curve = Json::array();
     for (const CostPoint& p : run.curve)
-        curve.push_back({real(p.time_s), real(p.level), real(p.pairs_open), real(p.tip_distance_m), real(p.step_ms)});
+        curve.push_back({real(p.time_s), real(p.level), real(p.pairs_open), real(p.tip_distance_m), real(p.step_ms), real(p.charged_ms)});
     return {{"steps", run.steps},
             {"failure", run.failure},
             {"step_ms", percentiles(run.step_ms)},
             {"charged_ms", percentiles(run.charged_ms)},
             {"budget_kept", run.budget_kept},
+            {"realtime_kept", run.realtime_kept},
             {"exact_steps", run.exact_steps},
             {"lumen_exits", run.lumen_exits},
             {"dropped_steps", run.dropped_steps},
-            {"surface", {real(run.surface.sum_sq), run.surface.vertices, real(run.surface.hausdorff)}},
+            {"trajectory", {real(run.trajectory.sum_sq), run.trajectory.vertices, real(run.trajectory.hausdorff)}},
             {"tip", {real(run.tip_distance_rms_m), real(run.tip_distance_max_m)}},
             {"state_hash", run.state_hash},
             {"curve", std::move(curve)}};
@@ -71,14 +72,17 @@ CostOwnRun from_json(const Json& json) {
     run.step_ms = percentiles(json.at("step_ms"));
     run.charged_ms = percentiles(json.at("charged_ms"));
     run.budget_kept = json.at("budget_kept");
+    run.realtime_kept = json.at("realtime_kept");
     run.exact_steps = json.at("exact_steps");
     run.lumen_exits = json.at("lumen_exits");
     run.dropped_steps = json.at("dropped_steps");
-    run.surface = {real(json.at("surface").at(0)), json.at("surface").at(1), real(json.at("surface").at(2))};
+    const Json& trajectory = json.at("trajectory");
+    run.trajectory = {real(trajectory.at(0)), trajectory.at(1), real(trajectory.at(2))};
     run.tip_distance_rms_m = real(json.at("tip").at(0));
     run.tip_distance_max_m = real(json.at("tip").at(1));
     run.state_hash = json.at("state_hash");
-    for (const Json& p : json.at("curve")) run.curve.push_back({real(p.at(0)), real(p.at(1)), real(p.at(2)), real(p.at(3)), real(p.at(4))});
+    for (const Json& p : json.at("curve"))
+        run.curve.push_back({real(p.at(0)), real(p.at(1)), real(p.at(2)), real(p.at(3)), real(p.at(4)), real(p.at(5))});
     return run;
 }
 
@@ -158,4 +162,4 @@ void CostParts::remove(std::size_t rows) const {
     std::filesystem::remove(folder_, ignored); // stays where it is not empty
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

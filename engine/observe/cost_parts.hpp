@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class CostParts {
 public:
@@ -36,4 +36,4 @@ private:
     std::uint64_t key_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -97,4 +97,4 @@ void CostPhotographer::take(const std::string& name, const Simulator& simulator)
     pictures_.push_back({name, simulator.state().time, spheres.tested_pairs, spheres.assumed_pairs, {bytes->begin(), bytes->end()}});
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

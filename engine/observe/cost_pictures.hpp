@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct CostPicture {
     std::string name; // of the row
@@ -44,4 +44,4 @@ private:
     std::string notice_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

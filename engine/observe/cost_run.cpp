@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -19,8 +19,12 @@ class CurveBuilder {
 public:
     explicit CurveBuilder(std::uint64_t steps) : every_(std::max<std::uint64_t>(1, (steps + kCurvePoints - 1) / kCurvePoints)) {}
     void add(const StepReport& report, double tip_distance, std::vector<CostPoint>& curve) {
-        const CostPoint now{report.time_s, static_cast<double>(report.level_reached), static_cast<double>(report.pairs_open), tip_distance,
-                            report.ms.total};
+        const CostPoint now{report.time_s,
+                            static_cast<double>(report.level_reached),
+                            static_cast<double>(report.pairs_open),
+                            tip_distance,
+                            report.ms.total,
+                            report.ms.budget};
         if (count_++ % every_ == 0) {
             curve.push_back(now);
             return;
@@ -31,6 +35,7 @@ public:
         point.pairs_open = std::max(point.pairs_open, now.pairs_open);
         point.tip_distance_m = std::max(point.tip_distance_m, now.tip_distance_m);
         point.step_ms = std::max(point.step_ms, now.step_ms);
+        point.charged_ms = std::max(point.charged_ms, now.charged_ms);
     }
 
 private:
@@ -39,14 +44,16 @@ private:
 
 /// What a run by itself adds up, step by step.
 struct OwnRun {
+    double step_ms = 0.0; // that a step simulates
     std::vector<double> total_ms, charged_ms;
-    std::uint64_t overruns = 0;
+    std::uint64_t overruns = 0, slower = 0;
     double tip_sq = 0.0;
 
     void add(const StepReport& report, double tip, CostOwnRun& row) {
         total_ms.push_back(report.ms.total);
         charged_ms.push_back(report.ms.budget);
         overruns += !report.budget_kept;
+        slower += report.ms.total > step_ms;
         tip_sq += tip * tip;
         row.tip_distance_max_m = std::max(row.tip_distance_max_m, tip);
         row.exact_steps += report.exact_ran;
@@ -60,6 +67,7 @@ struct OwnRun {
         if (row.steps == 0) return;
         const auto steps = static_cast<double>(row.steps);
         row.budget_kept = 1.0 - static_cast<double>(overruns) / steps;
+        row.realtime_kept = 1.0 - static_cast<double>(slower) / steps;
         row.tip_distance_rms_m = std::sqrt(tip_sq / steps);
     }
 };
@@ -68,7 +76,7 @@ CostOwnRun run_by_itself(const SceneModel& model, const CostOptions& options, co
     CostOwnRun row;
     Simulator simulator(model, of.budget.limits);
     CurveBuilder curve(exact.steps);
-    OwnRun own;
+    OwnRun own{.step_ms = 1e3 * model.step_s};
     for (std::uint64_t k = 0; k < exact.steps && !options.interrupted(); ++k) {
         const StepReport& report = simulator.step();
         options.progress(fmt::format("{} by itself, step {}/{}", of.name(), k + 1, exact.steps));
@@ -78,14 +86,30 @@ CostOwnRun run_by_itself(const SceneModel& model, const CostOptions& options, co
         own.add(report, tip, row);
         curve.add(report, tip, row.curve);
         if (row.steps % exact.every == 0)
-            row.surface.join(compare_shapes(model, simulator.state(), exact.shapes[row.steps / exact.every - 1]));
+            row.trajectory.join(compare_shapes(model, shape_of(model, simulator.state()), exact.shapes[row.steps / exact.every - 1]));
     }
     own.finish(row);
     row.state_hash = fmt::format("{:016x}", hash_state(simulator.state()));
     return row;
 }
 
-void add_notices(CostTable& table, const ExactRun& exact) {
+/// Zeros that are no good news: nothing was there to get wrong.
+void add_empty_notices(CostTable& table, const SceneModel& model) {
+    if (table.steps == 0 || table.interrupted || table.force_rms_n > 0.0) return;
+    const std::string more =
+        model.step_count > table.steps ? fmt::format("; -n {} goes to the end of the scene", model.step_count) : std::string();
+    if (table.touched())
+        table.notices.push_back(fmt::format("nothing was loaded: no contact force acts in the {} steps, so errors of forces and of what "
+                                            "forces do to surfaces are 0 under any budget{}",
+                                            table.steps, more));
+    else
+        table.notices.push_back(fmt::format("nothing touched: the exact run has no contact in its {} steps, so missed contacts and "
+                                            "errors of depth, force and surface are 0 for want of contacts, not for the budget's sake{}",
+                                            table.steps, more));
+}
+
+void add_notices(CostTable& table, const SceneModel& model, const ExactRun& exact) {
+    add_empty_notices(table, model);
     if (!exact.failure.empty())
         table.notices.push_back(fmt::format("the exact run was stopped after {} steps: {}", exact.steps, exact.failure));
     for (const CostRow& row : table.rows)
@@ -118,6 +142,10 @@ CostOwnRun find_own_run(const SceneModel& model, const CostOptions& options, con
 }
 
 } // namespace
+
+bool CostTable::touched() const noexcept {
+    return near_patches > 0 || std::any_of(rows.begin(), rows.end(), [](const CostRow& row) { return row.contacts.reference > 0; });
+}
 
 std::vector<CostRow> list_rows(const CostOptions& options) {
     std::vector<CostRow> rows;
@@ -162,6 +190,7 @@ Result<CostTable> measure_cost(const PreparedScene& prepared, const CostSpec& co
     for (std::uint64_t k = 0; k < exact.steps && !options.interrupted(); ++k) {
         options.progress(fmt::format("along the exact states, step {}/{}", k + 1, exact.steps));
         if (!along.step(k + 1 == exact.busiest_step ? options.show : nullptr)) break;
+        if ((k + 1) % exact.every == 0) along.compare_surfaces();
     }
     along.finish();
     for (std::size_t k = 0; options.elsewhere && k < table.rows.size(); ++k) {
@@ -170,8 +199,8 @@ Result<CostTable> measure_cost(const PreparedScene& prepared, const CostSpec& co
         static_cast<CostOwnRun&>(table.rows[k]) = std::move(*own);
     }
     table.interrupted = options.interrupted();
-    add_notices(table, exact);
+    add_notices(table, model, exact);
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

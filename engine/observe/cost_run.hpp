@@ -1,8 +1,9 @@
 // The price of accuracy: one scene under several budgets, measured against the same scene with no limit.
 //
 // Two questions, two ways to ask. Along the exact run's states: what would this budget have answered in each step? That is
-// where contacts, depths and forces are compared, since both answers look at the same instant. And run by itself: where does
-// the scene end up, and how long do its steps take?
+// where contacts, depths, forces and what they do to the surfaces are compared, since both answers begin from the same state. And run
+// by itself: how far does its trajectory diverge from the exact run's, and how long do its steps take? Errors of a step are no part of
+// the second: where trajectories have parted, a larger budget may well lie farther away.
 #pragma once
 
 #include "engine/observe/observer.hpp"
@@ -11,7 +12,7 @@
 
 #include <functional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct NamedBudget {
     std::string name; // as it was written
@@ -31,7 +32,8 @@ struct CostPoint {
     double level = 0.0;          // coarsest level reached since the point before
     double pairs_open = 0.0;     // most since the point before
     double tip_distance_m = 0.0; // farthest from the exact run's since the point before
-    double step_ms = 0.0;        // slowest since the point before
+    double step_ms = 0.0;        // whole step, slowest since the point before
+    double charged_ms = 0.0;     // what the budget's scope took of a step, slowest since the point before
 };
 
 /// What a run by itself came to.
@@ -39,9 +41,9 @@ struct CostOwnRun {
     std::uint64_t steps = 0; // taken; fewer than asked for where a run was stopped
     std::string failure;     // why it was stopped
     Percentiles step_ms, charged_ms;
-    double budget_kept = 1.0; // share of steps
+    double budget_kept = 1.0, realtime_kept = 1.0; // shares of steps: of their budgeted part, and of the whole
     std::uint64_t exact_steps = 0, lumen_exits = 0, dropped_steps = 0;
-    SurfaceDistance surface; // against the exact run, over the compared steps
+    SurfaceDistance trajectory; // surfaces against the exact run's, over the compared steps
     double tip_distance_rms_m = 0.0, tip_distance_max_m = 0.0;
     std::string state_hash;
     std::vector<CostPoint> curve;
@@ -51,7 +53,11 @@ struct CostOwnRun {
 struct CostAlong {
     double pairs_open_mean = 0.0, leaf_contacts_mean = 0.0, level_reached_mean = 0.0, assumed_mean = 0.0;
     PatchDifference contacts;
+    /// (patch, step) that the exact answer or any row's takes for a contact. Errors of depth are over these: over the patches of one
+    /// answer alone a budget that drops false contacts, all shallow, would look worse for it.
+    std::uint64_t depth_patches = 0;
     double force_error_rel = 0.0; // root of the summed squared differences of the contact forces over that of the exact ones
+    SurfaceDistance surface;      // where the answer takes the surfaces, over the compared steps; see LookAhead
     [[nodiscard]] double depth_error_rms_m() const noexcept;
 };
 
@@ -82,11 +88,12 @@ struct CostTable {
     std::uint64_t steps = 0;           // of the exact run
     std::uint64_t compared_states = 0; // at which surfaces were compared
     double tolerance_m = 0.0;
-    std::vector<double> patch_m;      // by body
-    std::uint64_t near_patches = 0;   // (patch, step) of solids nearer than the tolerance, by the independent search
-    std::uint64_t near_uncovered = 0; // of those, beneath no leaf pair that the exact descent reported
-    double near_depth_rms_m = 0.0;    // over the covered ones: depth of the leaf spheres against that of the surfaces
-    double force_rms_n = 0.0;         // of the exact run, over steps and bodies
+    std::vector<double> patch_m;                 // by body
+    std::uint64_t near_patches = 0;              // (patch, step) of solids nearer than the tolerance, by the independent search
+    std::uint64_t near_uncovered = 0;            // of those, beneath no leaf pair that the exact descent reported
+    double near_depth_rms_m = 0.0;               // over the covered ones: depth of the leaf spheres against that of the surfaces
+    double force_rms_n = 0.0;                    // of the exact run, over steps and bodies
+    [[nodiscard]] bool touched() const noexcept; // anything at all, in the exact run
     bool interrupted = false;
     std::vector<std::string> notices;
 };
@@ -105,4 +112,4 @@ struct CostTable {
 /// Rows of that table, nothing measured yet.
 [[nodiscard]] std::vector<CostRow> list_rows(const CostOptions& options);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

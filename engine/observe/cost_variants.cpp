@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -51,4 +51,4 @@ Result<Scene> make_variant(const Scene& scene, std::string_view name) {
     return variant;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

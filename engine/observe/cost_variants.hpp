@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// What can be asked for, each with a sentence.
 struct VariantWord {
@@ -21,4 +21,4 @@ struct VariantWord {
 /// fails     an unknown name, or a variant that is what the scene says already
 [[nodiscard]] Result<Scene> make_variant(const Scene& scene, std::string_view name);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

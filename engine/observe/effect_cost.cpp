@@ -7,7 +7,7 @@
 #include <cmath>
 #include <memory>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -70,4 +70,4 @@ std::vector<EffectCost> measure_effects(const SceneModel& model, std::uint64_t s
     return costs;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

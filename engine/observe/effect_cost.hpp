@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct EffectCost {
     Effect effect = Effect::Elasticity;
@@ -25,4 +25,4 @@ struct EffectCost {
 [[nodiscard]] std::vector<EffectCost> measure_effects(const SceneModel& model, std::uint64_t steps,
                                                       const std::function<void(const std::string&)>& progress = {});
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

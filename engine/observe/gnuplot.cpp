@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -90,4 +90,4 @@ std::string quote_for_gnuplot(const std::string& text) {
     return safe + "'";
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

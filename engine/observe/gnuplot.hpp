@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct Plot {
     std::string name;    // short, a-z only
@@ -36,4 +36,4 @@ struct PlotData {
 /// gnuplot's file as an element: without the XML prologue, its ids made different from those of other plots.
 [[nodiscard]] std::string inline_svg(std::string svg, const std::string& name);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,11 +13,11 @@
 #include <optional>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
-constexpr std::string_view kMagic = "seldinger-grants 2";
+constexpr std::string_view kMagic = "trocar-grants 2";
 constexpr std::array<char, 6> kLetters{'d', 'f', 'r', 't', 'x', 'c'}; // by DecisionKind
 
 std::uint64_t hash_bytes(std::string_view bytes) noexcept {
@@ -95,32 +95,32 @@ bool read_budget(std::string_view text, GrantRecord& record) {
 
 std::optional<Error> read_head(Lines& lines, GrantRecord& record, std::uint64_t& steps) {
     if (const std::string_view magic = lines.next(); magic != kMagic)
-        return lines.error(magic.starts_with("seldinger-grants")
+        return lines.error(magic.starts_with("trocar-grants")
                                ? fmt::format("\"{:.40}\" is another version; this program reads \"{}\"", magic, kMagic)
                                : fmt::format("no record of grants: it would begin with \"{}\"", kMagic));
     auto scene = value_of(lines.next(), "scene");
-    if (!scene || !read_number(take_word(*scene), record.model_hash, 16)) return lines.error("\"scene HASH NAME\" would be right");
+    if (!scene || !read_number(take_word(*scene), record.model_hash, 16)) return lines.error("expected \"scene HASH NAME\"");
     record.scene = std::string(*scene);
     const auto budget = value_of(lines.next(), "budget");
-    if (!budget || !read_budget(*budget, record)) return lines.error("\"budget LIMIT SCOPE\" would be right");
+    if (!budget || !read_budget(*budget, record)) return lines.error("expected \"budget LIMIT SCOPE\"");
     const auto count = value_of(lines.next(), "steps");
-    if (!count || !read_number(*count, steps)) return lines.error("\"steps NUMBER\" would be right");
+    if (!count || !read_number(*count, steps)) return lines.error("expected \"steps NUMBER\"");
     const auto state = value_of(lines.next(), "state");
-    if (!state || !read_number(*state, record.state_hash, 16)) return lines.error("\"state HASH\" would be right");
+    if (!state || !read_number(*state, record.state_hash, 16)) return lines.error("expected \"state HASH\"");
     return std::nullopt;
 }
 
 std::optional<Error> read_step(Lines& lines, std::uint64_t number, GrantStep& step) {
     std::string_view line = lines.next();
     std::uint64_t found = 0;
-    if (!read_number(take_word(line), found) || found != number) return lines.error(fmt::format("step {} would be right here", number));
+    if (!read_number(take_word(line), found) || found != number) return lines.error(fmt::format("expected step {} here", number));
     if (!read_number(take_word(line), step.fingerprint, 16)) return lines.error("the step's fingerprint is missing");
     while (!line.empty()) {
         const std::string_view word = take_word(line);
         Decision decision;
         const auto letter = word.empty() ? kLetters.end() : std::find(kLetters.begin(), kLetters.end(), word.front());
         if (letter == kLetters.end() || !read_number(word.substr(1), decision.value))
-            return lines.error(fmt::format("\"{:.30}\" is no decision; d4096, f1, r1, t800 or x2 would be right", word));
+            return lines.error(fmt::format("\"{:.30}\" is no decision; expected d4096, f1, r1, t800 or x2", word));
         decision.kind = static_cast<DecisionKind>(letter - kLetters.begin());
         step.decisions.push_back(decision);
     }
@@ -182,4 +182,4 @@ Result<GrantRecord> read_grant_record(const std::filesystem::path& file) {
     return parse_grant_record(*text, file);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct GrantStep {
     std::uint64_t fingerprint = 0;
@@ -40,4 +40,4 @@ struct GrantRecord {
 [[nodiscard]] Result<void> write_grant_record(const std::filesystem::path& file, const GrantRecord& record);
 [[nodiscard]] Result<GrantRecord> read_grant_record(const std::filesystem::path& file);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

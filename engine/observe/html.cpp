@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -66,4 +66,4 @@ std::string encode_base64(std::string_view bytes) {
     return out;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Text with <, >, &, and both quotes made harmless; control characters and bytes that are not UTF-8 become U+FFFD.
 [[nodiscard]] std::string escape_html(std::string_view text);
@@ -12,4 +12,4 @@ namespace seldinger::engine {
 /// RFC 4648, with padding.
 [[nodiscard]] std::string encode_base64(std::string_view bytes);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

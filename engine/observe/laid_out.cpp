@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -49,4 +49,4 @@ std::string lay_along_routes(const SceneModel& model) {
     return memory;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

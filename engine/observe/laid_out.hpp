@@ -5,10 +5,10 @@
 
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The memory of such a run, for Simulator::take_over: bodies at rest, every instrument with a route as far along it as it reaches,
 /// others where they start. Empty: no instrument has a route.
 [[nodiscard]] std::string lay_along_routes(const SceneModel& model);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

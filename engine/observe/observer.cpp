@@ -1,6 +1,7 @@
 #include "engine/observe/observer.hpp"
 
 #include "engine/io/atomic_file.hpp"
+#include "engine/observe/missing.hpp"
 #include "engine/observe/output_folder.hpp"
 #include "engine/observe/photographer.hpp"
 #include "engine/observe/recorder.hpp"
@@ -12,17 +13,21 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
-constexpr std::uint64_t kRecordedStates = 100; // when the command line asks and the scene does not say how often
+constexpr std::uint64_t kUsualStates = 100; // when the command line asks and the scene does not say how often
+
+/// Outputs of several files, as they are called where some are missing.
+constexpr const char *kPictures = "pictures", *kRecordedStates = "recorded states";
 
 std::uint64_t record_interval(const Scene& scene, const ObserveOptions& options) {
     if (scene.outputs.record_every > 0) return scene.outputs.record_every;
     if (!options.record) return 0;
-    return std::max<std::uint64_t>(1, (options.steps + kRecordedStates - 1) / kRecordedStates);
+    return std::max<std::uint64_t>(1, (options.steps + kUsualStates - 1) / kUsualStates);
 }
 
 void append(const std::vector<std::string>& lines, std::vector<std::string>& to) { to.insert(to.end(), lines.begin(), lines.end()); }
@@ -48,10 +53,12 @@ struct RunObserver::Parts {
         return {prepared, simulator.state(), &simulator.context(), simulator.contacts()};
     }
     Result<void> start();
-    Result<void> observe(const Simulator& simulator, const StepReport& report);
-    Result<void> stop(const Simulator& simulator, const StepReport& report);
-    Result<void> save(const Simulator& simulator);
-    Result<void> write_pages(RunRecord& record);
+    void observe(const Simulator& simulator, const StepReport& report);
+    void stop(const Simulator& simulator, const StepReport& report);
+    void take_pictures(const Moment& now, double time, bool rest);
+    void save(const Simulator& simulator);
+    void note(const std::string& what, const Result<void>& written);
+    void write_pages(RunRecord& record);
 
     const Scene& scene;
     const PreparedScene& prepared;
@@ -64,6 +71,9 @@ struct RunObserver::Parts {
     Recorder recorder;
     RunStatistics statistics;
     std::vector<std::string> notices;
+    MissingOutputs missing;
+    std::optional<Error> news; // an output that has begun to be missing, not told yet
+    std::size_t failed_pictures = 0;
     double spent_ms = 0.0; // in here while the run goes
     std::optional<PaceSpec> pace;
     PaceStats pace_stats;
@@ -83,49 +93,64 @@ Result<void> RunObserver::Parts::start() {
     const bool record = record_interval(scene, options) > 0;
     if (!picture && !record) return {};
     const State initial = make_initial_state(prepared.model);
-    if (picture)
-        if (Result<void> taken = photographer.take_due({.prepared = prepared, .state = initial, .contacts = {}}, 0.0, notices); !taken)
-            return taken;
+    if (picture) take_pictures({.prepared = prepared, .state = initial, .contacts = {}}, 0.0, false);
     return recorder.start(initial);
 }
 
-Result<void> RunObserver::Parts::observe(const Simulator& simulator, const StepReport& report) {
-    if (!report.finite) return stop(simulator, report);
-    statistics.add(report, budget_ms);
-    if (Result<void> added = table.add(report); !added) return added;
-    if (options.pictures && photographer.anything_due(report.time_s))
-        if (Result<void> taken = photographer.take_due(moment(simulator), report.time_s, notices); !taken) return taken;
-    if (options.checkpoint_every > 0 && report.step % options.checkpoint_every == 0)
-        if (Result<void> saved = save(simulator); !saved) return saved;
-    return recorder.after_step(simulator.state());
+void RunObserver::Parts::note(const std::string& what, const Result<void>& written) {
+    if (missing.note(what, written) && !news) news = written.error();
 }
 
-Result<void> RunObserver::Parts::save(const Simulator& simulator) {
-    saved_step = simulator.state().step;
-    return write_checkpoint(folder.path() / output_name::kCheckpoint, make_checkpoint(simulator));
+void RunObserver::Parts::take_pictures(const Moment& now, double time, bool rest) {
+    rest ? photographer.take_rest(now, time, notices) : photographer.take_due(now, time, notices);
+    for (; failed_pictures < photographer.failed().size(); ++failed_pictures) {
+        const Error& error = photographer.failed()[failed_pictures];
+        if (missing.add(kPictures, error) && !news) news = error;
+    }
+}
+
+void RunObserver::Parts::observe(const Simulator& simulator, const StepReport& report) {
+    if (!report.finite) return stop(simulator, report);
+    statistics.add(report, budget_ms);
+    note(output_name::kSteps, table.add(report));
+    if (options.pictures && photographer.anything_due(report.time_s)) take_pictures(moment(simulator), report.time_s, false);
+    if (options.checkpoint_every > 0 && report.step % options.checkpoint_every == 0) save(simulator);
+    if (Result<void> recorded = recorder.after_step(simulator.state()); !recorded && missing.add(kRecordedStates, recorded.error()))
+        news = recorded.error();
+}
+
+void RunObserver::Parts::save(const Simulator& simulator) {
+    const Result<void> written = write_checkpoint(folder.path() / output_name::kCheckpoint, make_checkpoint(simulator));
+    if (written.ok()) saved_step = simulator.state().step; // an older one stays where it is
+    note(output_name::kCheckpoint, written);
 }
 
 /// The step that failed has no row: it was not done. The simulator went back to the last good state, which is kept.
-Result<void> RunObserver::Parts::stop(const Simulator& simulator, const StepReport& report) {
+void RunObserver::Parts::stop(const Simulator& simulator, const StepReport& report) {
     failure = report.failure;
     failed_step = report.step;
-    last_good_state = output_name::kLastGoodState;
-    const std::filesystem::path place = folder.path() / last_good_state;
+    const std::filesystem::path place = folder.path() / output_name::kLastGoodState;
     std::error_code failed;
     std::filesystem::create_directories(place, failed);
-    if (failed) return Error{.code = ErrorCode::CannotWrite, .message = "cannot be made: " + failed.message(), .file = place.string()};
+    if (failed)
+        return note(output_name::kLastGoodState,
+                    Error{.code = ErrorCode::CannotWrite, .message = "cannot be made: " + failed.message(), .file = place.string()});
     const auto files = write_state(place, prepared.model, simulator.state(), "", false);
-    return files ? Result<void>() : Result<void>(files.error());
+    if (files) last_good_state = output_name::kLastGoodState;
+    note(output_name::kLastGoodState, files ? Result<void>() : Result<void>(files.error()));
 }
 
-Result<void> RunObserver::Parts::write_pages(RunRecord& record) {
+/// The report first: the summary names what is missing of all the others, and alone of itself it cannot.
+void RunObserver::Parts::write_pages(RunRecord& record) {
     record.notices = notices;
-    const Result<std::string> page = make_report_page(record, photographer.taken(), folder.path(), notices);
-    if (!page) return page.error();
-    if (Result<void> written = write_file_atomically(folder.path() / output_name::kReport, *page); !written) return written;
+    append(missing.sentences(), record.notices);
+    const std::string page = make_report_page(record, photographer.taken(), folder.path(), notices);
+    note(output_name::kReport, write_file_atomically(folder.path() / output_name::kReport, page));
     append(list_warnings(record), notices); // the report has them as losses, with what would help
     record.notices = notices;
-    return write_file_atomically(folder.path() / output_name::kSummary, summary_text(record));
+    record.summary.missing_outputs = missing.sentences();
+    note(output_name::kSummary, write_file_atomically(folder.path() / output_name::kSummary, summary_text(record)));
+    record.summary.missing_outputs = missing.sentences();
 }
 
 Result<std::unique_ptr<RunObserver>> RunObserver::open(const Scene& scene, const PreparedScene& prepared, const ObserveOptions& options) {
@@ -144,26 +169,26 @@ RunObserver::~RunObserver() = default;
 
 Result<void> RunObserver::after_step(const Simulator& simulator, const StepReport& report) {
     const StopWatch watch;
-    Result<void> observed = parts_->observe(simulator, report);
+    parts_->observe(simulator, report);
     parts_->spent_ms += watch.elapsed_ms();
-    return observed;
+    if (!parts_->news) return {};
+    return *std::exchange(parts_->news, std::nullopt);
 }
+
+void RunObserver::note_output(const std::string& name, const Result<void>& written) { parts_->note(name, written); }
 
 void RunObserver::set_pace(const PaceSpec& pace, const PaceStats& stats) {
     parts_->pace = pace;
     parts_->pace_stats = stats;
 }
 
-Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s, bool interrupted) {
+RunSummary RunObserver::finish(const Simulator& simulator, double wall_s, bool interrupted) {
     Parts& parts = *parts_;
     const State& state = simulator.state();
-    if (Result<void> finished = parts.table.finish(); !finished) return finished.error();
-    if (parts.options.checkpoint_every > 0 && parts.failed_step == 0 && parts.saved_step != state.step)
-        if (Result<void> saved = parts.save(simulator); !saved) return saved.error();
-    if (parts.options.pictures)
-        if (Result<void> taken = parts.photographer.take_rest(parts.moment(simulator), state.time, parts.notices); !taken)
-            return taken.error();
-    if (Result<void> finished = parts.recorder.finish(state); !finished) return finished.error();
+    parts.note(output_name::kSteps, parts.table.finish());
+    if (parts.options.checkpoint_every > 0 && parts.failed_step == 0 && parts.saved_step != state.step) parts.save(simulator);
+    if (parts.options.pictures) parts.take_pictures(parts.moment(simulator), state.time, true);
+    if (const Result<void> finished = parts.recorder.finish(state); !finished) parts.missing.add(kRecordedStates, finished.error());
 
     RunRecord record{.scene = parts.scene, .prepared = parts.prepared, .statistics = parts.statistics};
     record.observe_s = 1e-3 * parts.spent_ms;
@@ -182,10 +207,10 @@ Result<RunSummary> RunObserver::finish(const Simulator& simulator, double wall_s
     make_run_summary(record, static_cast<double>(parts.statistics.steps) * parts.scene.time.step, std::max(wall_s - record.observe_s, 0.0),
                      hash_state(state));
     append(parts.scene.questions, parts.notices);
-    if (Result<void> written = parts.write_pages(record); !written) return written.error();
+    parts.write_pages(record);
     return record.summary;
 }
 
 const std::vector<std::string>& RunObserver::notices() const noexcept { return parts_->notices; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct ObserveOptions {
     std::filesystem::path out; // folder; made if missing
@@ -34,15 +34,17 @@ struct RunSummary {
     std::optional<PaceSpec> pace; // none: as fast as it went
     PaceStats pace_stats;
     Percentiles step_ms, collision_ms;
-    double budget_kept = 1.0; // share of steps, 0..1
+    double budget_kept = 1.0;   // share of steps whose budgeted part ended within the budget, 0..1
+    double realtime_kept = 1.0; // share of whole steps that took no longer than they simulate, 0..1
     double worst_overrun_ms = 0.0;
-    std::uint64_t overruns = 0;
+    std::uint64_t overruns = 0, realtime_overruns = 0; // steps that did not, of either kind
     std::uint64_t lumen_exits = 0, unresolved = 0, assumed = 0, contacts = 0, exact_steps = 0, held_back_steps = 0;
     std::uint64_t passed_places = 0, unproven_solids = 0; // sums of the steps'
     double target_distance_m = -1.0;
     std::string state_hash; // hex
     bool finite = true;
     std::string failure;
+    std::vector<std::string> missing_outputs; // a sentence for each that could not be written; empty: all are there
 };
 
 /// Not for two threads. Everything that costs time here is outside the step and its budget.
@@ -55,15 +57,20 @@ public:
     RunObserver(const RunObserver&) = delete;
     RunObserver& operator=(const RunObserver&) = delete;
 
-    /// After every step, also the one that stopped the run.
+    /// After every step, also the one that stopped the run. An output that cannot be written loses neither the run nor the others:
+    /// fails  CannotWrite, the first time that one is missing. The caller may go on, and call this and finish() as if it had not.
     [[nodiscard]] Result<void> after_step(const Simulator& simulator, const StepReport& report);
 
     /// Before finish(): the run went at a pace.
     void set_pace(const PaceSpec& pace, const PaceStats& stats);
 
-    /// Writes what is only known at the end: steps.csv, summary.json, pictures, report.html.
+    /// Before finish(): an output of the run that somebody else writes (its name in the folder).
+    void note_output(const std::string& name, const Result<void>& written);
+
+    /// Writes what is only known at the end: steps.csv, pictures, report.html, and summary.json, which names what is missing. Whatever
+    /// cannot be written, everything else is; see RunSummary::missing_outputs.
     /// interrupted  the run ended before its time, by request
-    [[nodiscard]] Result<RunSummary> finish(const Simulator& simulator, double wall_s, bool interrupted);
+    [[nodiscard]] RunSummary finish(const Simulator& simulator, double wall_s, bool interrupted);
 
     /// What was given up on the way: no GL context, no gnuplot. One sentence each.
     [[nodiscard]] const std::vector<std::string>& notices() const noexcept;
@@ -74,4 +81,4 @@ private:
     std::unique_ptr<Parts> parts_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

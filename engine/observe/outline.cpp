@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 std::vector<OutlineEdge> find_outline(const TriMesh& mesh, const Vec3& view_direction) {
     struct Side {
@@ -32,4 +32,4 @@ std::vector<OutlineEdge> find_outline(const TriMesh& mesh, const Vec3& view_dire
     return outline;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

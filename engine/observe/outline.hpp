@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Edges where a surface turns from the viewer: its outline and its folds.
 struct OutlineEdge {
@@ -13,4 +13,4 @@ struct OutlineEdge {
 };
 [[nodiscard]] std::vector<OutlineEdge> find_outline(const TriMesh& mesh, const Vec3& view_direction);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -15,7 +15,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace fs = std::filesystem;
 
@@ -27,6 +27,36 @@ Error cannot_write(const fs::path& path, std::string message) {
 
 Error no_folder(const fs::path& path, int reason) {
     return cannot_write(path, fmt::format("the output folder cannot be made: {}", std::strerror(reason)));
+}
+
+Error in_use(const fs::path& folder) {
+    return cannot_write(folder, "another run is writing into this folder; wait for its end or name another with --out "
+                                "(--force does not help here)");
+}
+
+Error occupied(const fs::path& folder, const std::string& content) {
+    return cannot_write(folder, fmt::format("the output folder is not empty (it holds {}); --force writes into it and replaces "
+                                            "the outputs of an earlier run",
+                                            content));
+}
+
+/// A folder, or nothing yet.
+Result<void> check_kind(const fs::path& path) {
+    if (path.empty()) return cannot_write(path, "the output folder has no name");
+    std::error_code failed;
+    const fs::file_status status = fs::status(path, failed);
+    if (fs::exists(status) && !fs::is_directory(status)) return cannot_write(path, "is a file; --out wants a folder");
+    return {};
+}
+
+/// The nearest folder above that is there takes new ones.
+Result<void> check_can_be_made(const fs::path& path) {
+    std::error_code failed;
+    fs::path above = fs::absolute(path, failed).lexically_normal();
+    while (above.has_relative_path() && !fs::exists(fs::symlink_status(above, failed))) above = above.parent_path();
+    if (!fs::is_directory(above, failed)) return no_folder(path, ENOTDIR);
+    if (::access(above.c_str(), W_OK | X_OK) != 0) return no_folder(path, errno);
+    return {};
 }
 
 /// The lock file's name may have moved on to another file between our open and our lock: its holder removed it.
@@ -48,8 +78,7 @@ Result<int> lock_folder(const fs::path& folder) {
             if (reason == EINTR) continue;
             if (reason != EWOULDBLOCK)
                 return cannot_write(folder, fmt::format("the output folder cannot be locked: {}", std::strerror(reason)));
-            return cannot_write(folder, "another run is writing into this folder; wait for its end or name another with --out "
-                                        "(--force does not help here)");
+            return in_use(folder);
         }
         if (is_still_named(fd, path)) return fd;
         ::close(fd);
@@ -144,11 +173,24 @@ std::string any_content(const fs::path& folder) {
 
 } // namespace
 
-Result<OutputFolder> OutputFolder::open(const fs::path& path, bool force, const char* keep) {
-    if (path.empty()) return cannot_write(path, "the output folder has no name");
+Result<void> OutputFolder::check(const fs::path& path, bool force) {
+    if (Result<void> fits = check_kind(path); !fits) return fits;
     std::error_code failed;
-    const fs::file_status status = fs::status(path, failed);
-    if (fs::exists(status) && !fs::is_directory(status)) return cannot_write(path, "is a file; --out wants a folder");
+    if (!fs::exists(path, failed)) return check_can_be_made(path);
+    if (::access(path.c_str(), W_OK | X_OK) != 0)
+        return cannot_write(path, fmt::format("the output folder cannot be written: {}", std::strerror(errno)));
+    if (const int fd = ::open((path / output_name::kLock).c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW); fd >= 0) {
+        const bool held = ::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+        ::close(fd); // and with it the lock
+        if (held) return in_use(path);
+    }
+    if (const std::string content = any_content(path); !content.empty() && !force) return occupied(path, content);
+    return {};
+}
+
+Result<OutputFolder> OutputFolder::open(const fs::path& path, bool force, const char* keep) {
+    if (Result<void> fits = check_kind(path); !fits) return fits.error();
+    std::error_code failed;
     fs::create_directories(path, failed);
     if (failed) return no_folder(path, failed.value());
     Result<int> lock = lock_folder(path);
@@ -156,10 +198,7 @@ Result<OutputFolder> OutputFolder::open(const fs::path& path, bool force, const 
     OutputFolder folder(path, *lock);
     const std::string content = any_content(path);
     if (content.empty()) return folder;
-    if (!force)
-        return cannot_write(path, fmt::format("the output folder is not empty (it holds {}); --force writes into it and replaces "
-                                              "the outputs of an earlier run",
-                                              content));
+    if (!force) return occupied(path, content);
     if (Result<void> removed = remove_old_outputs(path, keep != nullptr ? keep : ""); !removed) return removed.error();
     return folder;
 }
@@ -173,4 +212,4 @@ OutputFolder::~OutputFolder() {
     ::close(lock_);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Holds the folder until it goes. A run that was killed holds nothing: the system drops its lock with it.
 class OutputFolder {
@@ -14,6 +14,10 @@ public:
     /// keep     of the outputs of an earlier run this one stays: what a run goes on from; nullptr: none
     /// fails    CannotWrite: not empty (without force), in use by another run, a file in the way, read-only, disk full
     [[nodiscard]] static Result<OutputFolder> open(const std::filesystem::path& path, bool force, const char* keep = nullptr);
+
+    /// Before long work whose result goes there: would open() take it now? Makes, removes and holds nothing.
+    /// fails    as open()
+    [[nodiscard]] static Result<void> check(const std::filesystem::path& path, bool force);
 
     OutputFolder(OutputFolder&& other) noexcept;
     OutputFolder& operator=(OutputFolder&&) = delete;
@@ -29,7 +33,7 @@ private:
 
 /// Names that runs give to what they leave in an output folder.
 namespace output_name {
-inline constexpr const char* kLock = ".seldinger.lock";
+inline constexpr const char* kLock = ".trocar.lock";
 inline constexpr const char* kSteps = "steps.csv";
 inline constexpr const char* kPartialSteps = "steps.csv.partial"; // until the run ends; all that is left of a killed one
 inline constexpr const char* kSummary = "summary.json";
@@ -37,7 +41,7 @@ inline constexpr const char* kReport = "report.html";
 inline constexpr const char* kTrace = "trace.json";
 inline constexpr const char* kCost = "cost.csv";
 inline constexpr const char* kCostJson = "cost.json";
-inline constexpr const char* kParts = "parts"; // folder, while costs are measured
+inline constexpr const char* kParts = "parts";               // folder, while costs are measured
 inline constexpr const char* kPath = "path.csv";             // of a plan
 inline constexpr const char* kCentreline = "centreline.csv"; // likewise
 inline constexpr const char* kPlan = "plan.json";
@@ -48,4 +52,4 @@ inline constexpr const char* kRecord = "record";
 inline constexpr const char* kLastGoodState = "last_good_state";
 } // namespace output_name
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -168,4 +168,4 @@ PatchDifference compare_patches(const PatchContacts& reference, const PatchConta
     return difference;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 #include <compare>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct PatchId {
     BodyId body = 0;  // whose surface
@@ -70,4 +70,4 @@ struct PatchDifference {
 };
 [[nodiscard]] PatchDifference compare_patches(const PatchContacts& reference, const PatchContacts& answer) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

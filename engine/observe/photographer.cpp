@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 const char* view_name(PictureView view) noexcept {
     switch (view) {
@@ -35,28 +35,24 @@ void Photographer::skip_until(double time) noexcept {
     while (anything_due(time)) ++next_;
 }
 
-Result<void> Photographer::take_due(const Moment& moment, double time, std::vector<std::string>& notices) {
-    while (anything_due(time))
-        if (Result<void> taken = take(wanted_[next_++].view, moment, time, notices); !taken) return taken;
-    return {};
+void Photographer::take_due(const Moment& moment, double time, std::vector<std::string>& notices) {
+    while (anything_due(time)) take(wanted_[next_++].view, moment, time, notices);
 }
 
-Result<void> Photographer::take_rest(const Moment& moment, double time, std::vector<std::string>& notices) {
+void Photographer::take_rest(const Moment& moment, double time, std::vector<std::string>& notices) {
     std::vector<PictureView> views;
     for (; next_ < wanted_.size(); ++next_)
         if (std::find(views.begin(), views.end(), wanted_[next_].view) == views.end()) views.push_back(wanted_[next_].view);
-    for (const PictureView view : views)
-        if (Result<void> taken = take(view, moment, time, notices); !taken) return taken;
-    return {};
+    for (const PictureView view : views) take(view, moment, time, notices);
 }
 
-Result<void> Photographer::take(PictureView view, const Moment& moment, double time, std::vector<std::string>& notices) {
-    if (given_up_) return {};
+void Photographer::take(PictureView view, const Moment& moment, double time, std::vector<std::string>& notices) {
+    if (given_up_) return;
     if (!renderer_) {
         Result<std::unique_ptr<Renderer>> renderer = Renderer::make();
         if (!renderer) {
             give_up(renderer.error().to_string(), notices);
-            return {};
+            return;
         }
         renderer_ = std::move(*renderer);
     }
@@ -66,12 +62,13 @@ Result<void> Photographer::take(PictureView view, const Moment& moment, double t
                                                                      : renderer_->shaded(shown.scene, shown.camera, width, height);
     if (!picture) {
         give_up(picture.error().to_string(), notices);
-        return {};
+        return;
     }
-    const std::string file = fmt::format("{}_{:02}_t{:05.2f}s.png", view_name(view), taken_.size() + 1, time);
-    if (Result<void> written = write_png(folder_ / file, *picture); !written) return written;
-    taken_.push_back({view, time, file});
-    return {};
+    const std::string file = fmt::format("{}_{:02}_t{:05.2f}s.png", view_name(view), taken_.size() + failed_.size() + 1, time);
+    if (Result<void> written = write_png(folder_ / file, *picture); !written)
+        failed_.push_back(written.error());
+    else
+        taken_.push_back({view, time, file});
 }
 
 void Photographer::give_up(const std::string& reason, std::vector<std::string>& notices) {
@@ -86,4 +83,4 @@ std::string Photographer::renderer_name() const {
     return fmt::format("{}, OpenGL {}, by {}", context.renderer_name(), context.version(), name_of(context.kind()));
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

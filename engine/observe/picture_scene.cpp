@@ -4,13 +4,9 @@
 #include <cmath>
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
-
-/// From the eye into the scene: the patient's front, slightly from above.
-const Vec3 kFront = Vec3(0.0, -1.0, -0.22).normalized();
-const Vec3 kAnteroPosterior(0.0, -1.0, 0.0);
 
 constexpr double kTipViewHeight = 64.0;   // [-] of a tip picture, in radii of the instrument
 constexpr double kTipViewAngle = 0.35;    // rad
@@ -119,7 +115,7 @@ Camera tip_camera(const InstrumentModel& instrument, const fem::RodState& rod) {
     const Vec3 along = tip - rod.position[behind];
     const double length = along.norm();
     const Vec3 tangent = length > 0.0 ? Vec3(along / length) : Vec3(Vec3::UnitZ());
-    Vec3 direction = kFront - kFront.dot(tangent) * tangent; // across the instrument, as far in front as that allows
+    Vec3 direction = kFrontView - kFrontView.dot(tangent) * tangent; // across the instrument, as far in front as that allows
     if (!(direction.norm() > 0.2)) direction = Vec3::UnitX() - tangent.x() * tangent;
     direction.normalize();
     const double height = kTipViewHeight * instrument.rod.design.radius;
@@ -162,15 +158,15 @@ View make_view(PictureView view, const Moment& moment, unsigned width, unsigned 
     for (const Place& target : moment.prepared.targets)
         out.scene.targets.push_back({target.position + drift_of(target.position, moment), target_size});
     if (view == PictureView::Fluoroscopy) {
-        out.camera = frame_camera(fluoroscopy_points(moment), {.direction = kAnteroPosterior, .aspect = aspect, .orthographic = true});
+        out.camera = frame_camera(fluoroscopy_points(moment), {.direction = kAnteroPosteriorView, .aspect = aspect, .orthographic = true});
         return out;
     }
     add_markers(moment, out.scene);
     if (view == PictureView::Tip && !model.instruments.empty())
         out.camera = tip_camera(model.instruments.front(), moment.state.instruments.front().rod);
     else
-        out.camera = frame_camera(all_points(moment), {.direction = kFront, .aspect = aspect});
+        out.camera = frame_camera(all_points(moment), {.direction = kFrontView, .aspect = aspect});
     return out;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 
 #include <span>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// What a picture shows. Everything must outlive the picture.
 struct Moment {
@@ -28,4 +28,4 @@ struct View {
 /// width, height  pixels
 [[nodiscard]] View make_view(PictureView view, const Moment& moment, unsigned width, unsigned height);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace fs = std::filesystem;
 
@@ -38,9 +38,11 @@ std::string shell_quoted(std::string_view word) {
 
 std::string repeat_command(const Scene& scene, std::uint64_t steps) {
     std::string command =
-        fmt::format("seldinger run {} -n {} --budget {}", shell_quoted(project_path(scene.file)), steps, scene.budget.to_string());
+        fmt::format("trocar run {} -n {} --budget {}", shell_quoted(project_path(scene.file)), steps, scene.budget.to_string());
     if (!scene.instruments.empty() && !scene.instruments.front().path_file.empty())
         command += " --path " + shell_quoted(scene.instruments.front().path_file.string());
+    if (!scene.instruments.empty() && !scene.instruments.front().path.empty() && scene.instruments.front().follow)
+        command += " --to " + shell_quoted(scene.targets[scene.instruments.front().follow->target].name);
     return command + " --out repeated";
 }
 
@@ -77,4 +79,4 @@ Machine describe_machine() {
     return machine;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

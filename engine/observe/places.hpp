@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The scene's file relative to its project, the nearest folder above it that holds CMakePresets.json; relative to the
 /// working folder where there is none.
@@ -30,4 +30,4 @@ struct Machine {
 };
 [[nodiscard]] Machine describe_machine();
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -19,6 +21,20 @@ double curvature_of(const Vec3& a, const Vec3& b, const Vec3& c) {
     const double sides = std::sqrt((b - a).squaredNorm() * (c - b).squaredNorm() * (c - a).squaredNorm());
     const double twice_area = std::sqrt((b - a).cross(c - a).squaredNorm());
     return sides > 0.0 ? 2.0 * twice_area / sides : 0.0;
+}
+
+/// s of simulated time for which the hand's motion matters: what moves by itself goes on moving the tip.
+double end_of_motion(const SceneModel& model) {
+    const bool goes_on = model.effects.breathing || model.effects.pulse;
+    return goes_on ? static_cast<double>(model.step_count) * model.step_s : 0.0;
+}
+
+/// s, of breathing or pulse, the longer; a single step where neither is.
+double longest_period(const SceneModel& model) {
+    double period = model.step_s;
+    if (model.effects.breathing) period = std::max(period, model.effects.breathing->period);
+    if (model.effects.pulse) period = std::max(period, model.effects.pulse->period);
+    return period;
 }
 
 DriveRow row_of(const State& state) {
@@ -63,7 +79,11 @@ Plan find_motion(const SceneModel& model, double time_limit, const std::function
         (model.instruments.front().route->points.back() - simulator.state().instruments.front().rod.position.back()).squaredNorm());
     plan.progress.push_back(plan.last);
     unsigned attempts = 0;
-    while (simulator.state().time < time_limit && !(plan.arrived && simulator.state().time > plan.time + kHold)) {
+    const auto goes_on = [&] {
+        const double now = simulator.state().time;
+        return plan.arrived ? now <= plan.time + kHold || now < end_of_motion(model) : now < time_limit;
+    };
+    while (goes_on()) {
         const StepReport& report = simulator.step();
         if (!report.finite) break;
         const FollowState& hand = simulator.state().instruments.front().follow;
@@ -79,10 +99,36 @@ Plan find_motion(const SceneModel& model, double time_limit, const std::function
             plan.arrived = true;
             plan.time = simulator.state().time;
         }
-        if (stopped(simulator.state().time / time_limit)) break;
+        if (stopped(std::min(1.0, simulator.state().time / time_limit))) break;
     }
     if (!plan.arrived) plan.time = simulator.state().time;
     return plan;
 }
 
-} // namespace seldinger::engine
+std::uint64_t count_replay_steps(const SceneModel& model, std::size_t rows) noexcept {
+    return std::max<std::uint64_t>(model.step_count, rows > 0 ? rows - 1 : 0);
+}
+
+Replay replay_path(const SceneModel& model, std::vector<DriveRow> rows, const std::function<bool(double)>& stopped) {
+    SceneModel replayed = model;
+    const std::uint64_t steps = count_replay_steps(model, rows.size());
+    replayed.instruments.front().path = std::move(rows);
+    Simulator simulator(replayed);
+    Replay replay;
+    const double from = static_cast<double>(steps) * model.step_s - longest_period(model);
+    replay.least = std::numeric_limits<double>::infinity();
+    while (replay.steps < steps) {
+        const StepReport& report = simulator.step();
+        if (!report.finite) break;
+        ++replay.steps;
+        replay.seconds = report.time_s;
+        replay.lumen_exits += report.lumen_exits;
+        replay.last = report.target_distance_m;
+        if (report.time_s >= from) replay.least = std::min(replay.least, replay.last), replay.most = std::max(replay.most, replay.last);
+        if (stopped(static_cast<double>(replay.steps) / static_cast<double>(steps))) break;
+    }
+    replay.least = std::min(replay.least, replay.last);
+    return replay;
+}
+
+} // namespace trocar::engine

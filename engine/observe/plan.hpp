@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The route at rest, point by point.
 struct RouteReport {
@@ -41,10 +41,26 @@ struct Plan {
     double largest_force = 0.0; // N on the wall
 };
 
+/// What `run --path` will show of a path: open loop, in the scene as it is.
+struct Replay {
+    std::uint64_t steps = 0;
+    double seconds = 0.0;                       // simulated
+    double last = 0.0, least = 0.0, most = 0.0; // m, tip to target: at the end, and over the last period of breathing or pulse
+    std::uint64_t lumen_exits = 0;
+};
+
 /// Drives the first instrument along its route in the prepared scene, for at most `time_limit` s of simulated time, and a
-/// little longer once it has arrived, to see it stay. The scene's budget is used as it stands: give it a work budget for a
-/// plan that is the same everywhere.
+/// little longer once it has arrived, to see it stay; where organs breathe or walls pulsate to the end of the scene, so that the hand's
+/// answers to their known phase are part of the path. The scene's budget is used as it stands: without a clock in it a plan is the same
+/// everywhere.
 /// stopped   asked after every step with the share that is done; true ends the trial
 [[nodiscard]] Plan find_motion(const SceneModel& model, double time_limit, const std::function<bool(double)>& stopped);
 
-} // namespace seldinger::engine
+/// Steps that `run --path` takes with these rows to the end of the scene, or of the path where that is longer.
+[[nodiscard]] std::uint64_t count_replay_steps(const SceneModel& model, std::size_t rows) noexcept;
+
+/// Moves the first instrument by the rows alone, and measures its tip against the target that the model's route leads to.
+/// stopped   as above
+[[nodiscard]] Replay replay_path(const SceneModel& model, std::vector<DriveRow> rows, const std::function<bool(double)>& stopped);
+
+} // namespace trocar::engine

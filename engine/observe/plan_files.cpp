@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -23,6 +23,16 @@ std::vector<PathRow> rows_in_units(const PlanRecord& record) {
     for (const DriveRow& row : record.plan.path)
         rows.push_back({row.time / units.time, row.insertion / units.length, row.rotation / units.angle});
     return rows;
+}
+
+nlohmann::ordered_json replay_json(const PlanRecord& record) {
+    const Replay& replay = record.replay;
+    if (replay.steps == 0) return nullptr;
+    nlohmann::ordered_json json{{"steps", replay.steps},   {"seconds", replay.seconds}, {"target_distance_m", replay.last},
+                                {"least_m", replay.least}, {"most_m", replay.most},     {"lumen_exits", replay.lumen_exits}};
+    if (const auto& breathing = record.prepared.model.effects.breathing)
+        json["breathing"] = {{"amplitude_m", breathing->amplitude}, {"period_s", breathing->period}};
+    return json;
 }
 
 std::string centreline_text(const PlanRecord& record) {
@@ -49,6 +59,7 @@ std::string json_text(const PlanRecord& record) {
     json["closest_m"] = record.plan.closest;
     json["target_distance_m"] = record.plan.last;
     json["tolerance_m"] = instrument.follow.tolerance;
+    json["replay"] = replay_json(record);
     json["retractions"] = record.plan.retractions;
     json["lumen_exits"] = record.plan.lumen_exits;
     json["max_contact_force_n"] = record.plan.largest_force;
@@ -130,21 +141,40 @@ std::string page_text(const PlanRecord& record, std::vector<std::string>& notice
         notices.push_back("no plots: " + plots.error().to_string());
         page += fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
     }
-    page += fmt::format("<h2>To follow it</h2>\n<pre>seldinger run {} --path {}</pre>\n<p class=\"soft\">Instrument {}, radius {:.3g} mm, "
-                        "tolerance {:.3g} mm.</p>\n"
-                        "</main></body></html>\n",
-                        escape_html(project_path(record.scene.file)), output_name::kPath, escape_html(instrument.name),
+    page += fmt::format("<h2>To follow it</h2>\n<pre>{}</pre>\n<p class=\"soft\">Instrument {}, radius {:.3g} mm, "
+                        "tolerance {:.3g} mm.</p>\n",
+                        escape_html(replay_command(record, output_name::kPath)), escape_html(instrument.name),
                         1e3 * instrument.rod.design.radius, 1e3 * instrument.follow.tolerance);
+    if (const Replay& replay = record.replay; replay.steps > 0)
+        page += fmt::format("<p>Replayed in the scene as it is, the tip is {:.2f} mm from {} at {:.6g} s, and {:.2f} to {:.2f} mm over the "
+                            "last period of what moves by itself.</p>\n",
+                            1e3 * replay.last, escape_html(record.target), replay.seconds, 1e3 * replay.least, 1e3 * replay.most);
+    page += "</main></body></html>\n";
     return page;
 }
 
 } // namespace
 
-Result<void> write_plan(const PlanRecord& record, const std::filesystem::path& folder, std::vector<std::string>& notices) {
-    if (Result<void> written = write_path_csv(folder / output_name::kPath, rows_in_units(record)); !written) return written;
-    if (Result<void> written = write_file_atomically(folder / output_name::kCentreline, centreline_text(record)); !written) return written;
-    if (Result<void> written = write_file_atomically(folder / output_name::kReport, page_text(record, notices)); !written) return written;
-    return write_file_atomically(folder / output_name::kPlan, json_text(record));
+std::vector<DriveRow> rows_as_written(const PlanRecord& record) {
+    const Units& units = record.scene.units;
+    std::vector<DriveRow> rows;
+    for (const PathRow& row : rows_in_units(record))
+        rows.push_back({row.time * units.time, row.insertion * units.length, row.rotation * units.angle});
+    return rows;
 }
 
-} // namespace seldinger::engine
+std::string replay_command(const PlanRecord& record, const std::string& path) {
+    const std::uint64_t steps = count_replay_steps(record.prepared.model, record.plan.path.size());
+    std::string command = fmt::format("trocar run {} --path {} --to {}", shell_quoted(project_path(record.scene.file)), shell_quoted(path),
+                                      shell_quoted(record.target));
+    return steps == record.prepared.model.step_count ? command : command + fmt::format(" -n {}", steps);
+}
+
+std::vector<Result<void>> write_plan(const PlanRecord& record, const std::filesystem::path& folder, std::vector<std::string>& notices) {
+    return {write_path_csv(folder / output_name::kPath, rows_in_units(record)),
+            write_file_atomically(folder / output_name::kCentreline, centreline_text(record)),
+            write_file_atomically(folder / output_name::kReport, page_text(record, notices)),
+            write_file_atomically(folder / output_name::kPlan, json_text(record))};
+}
+
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -288,4 +288,4 @@ Result<std::vector<Plot>> make_plots(const RunRecord& record) {
     return draw_plots(sketches, data);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

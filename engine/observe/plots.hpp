@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The plots that this run has something to show for.
 /// fails  MissingTool without gnuplot, ToolFailed with its words
 [[nodiscard]] Result<std::vector<Plot>> make_plots(const RunRecord& record);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -109,4 +109,4 @@ Result<void> Recorder::finish(const State& state) {
     return collection_.write();
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

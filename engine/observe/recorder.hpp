@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Writes the surfaces, instrument skins (VTP) and coarse meshes (VTU, with velocities and volume ratios) of one state.
 /// only_moving  bodies that never move are left out
@@ -38,4 +38,4 @@ private:
     std::vector<std::string> still_; // files of bodies that never move
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

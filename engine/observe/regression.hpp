@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct RegressionEntry {
     std::filesystem::path scene;
@@ -64,4 +64,4 @@ struct Trace {
 /// The first difference beyond the tolerance, in words: step, body, node, size. Empty: none.
 [[nodiscard]] std::string first_difference(const Trace& reference, const Trace& now, double tolerance);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,13 +6,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "seldinger-reference";
+constexpr const char* kFormat = "trocar-reference";
 constexpr int kVersion = 1;
 
 Json part_json(const TracePart& part) {
@@ -37,7 +37,7 @@ TracePart part_of(const Json& json) {
     part.ids = json.at("ids").get<std::vector<Index>>();
     const auto numbers = json.at("points").get<std::vector<double>>();
     for (std::size_t k = 0; k + 2 < numbers.size(); k += 3) part.points.emplace_back(numbers[k], numbers[k + 1], numbers[k + 2]);
-    if (3 * part.ids.size() != numbers.size()) throw std::length_error("as many points as ids would be right");
+    if (3 * part.ids.size() != numbers.size()) throw std::length_error("expected as many points as ids");
     return part;
 }
 
@@ -57,7 +57,7 @@ std::uint64_t hash_of(const Json& json) {
     const auto text = json.get<std::string>();
     std::size_t used = 0;
     const std::uint64_t hash = std::stoull(text, &used, 16);
-    if (used != text.size()) throw std::invalid_argument("a hash in hexadecimal digits would be right");
+    if (used != text.size()) throw std::invalid_argument("expected a hash in hexadecimal digits");
     return hash;
 }
 
@@ -73,7 +73,7 @@ Trace trace_of(const Json& json) {
 }
 
 Error broken(const std::filesystem::path& file, std::string message) {
-    return {ErrorCode::BadSyntax, std::move(message) + "; `seldinger verify --write-references` writes it anew", file.string()};
+    return {ErrorCode::BadSyntax, std::move(message) + "; `trocar verify --write-references` writes it anew", file.string()};
 }
 
 } // namespace
@@ -97,8 +97,7 @@ Result<Trace> read_trace(const std::filesystem::path& file) {
     const Json json = Json::parse(*text, nullptr, false);
     if (!json.is_object() || json.value("format", Json()) != kFormat)
         return broken(file, "this is no reference of a regression run, or it is damaged");
-    if (json.value("version", Json()) != kVersion)
-        return broken(file, fmt::format("another version of references; {} would be right", kVersion));
+    if (json.value("version", Json()) != kVersion) return broken(file, fmt::format("another version of references; expected {}", kVersion));
     try {
         return trace_of(json);
     } catch (const std::exception& problem) { // nlohmann's own words name the key
@@ -115,4 +114,4 @@ Result<void> write_trace(const std::filesystem::path& file, const Trace& trace) 
     return write_file_atomically(file, *packed);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

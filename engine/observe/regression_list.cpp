@@ -7,13 +7,13 @@
 #include <charconv>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
 constexpr std::uint64_t kMostSteps = 1'000'000;
 constexpr double kLargestTolerance = 0.1; // m
-constexpr const char* kRight = "\"scene.json 100 1e-9\" would be right: scene, steps, tolerance in metres, and perhaps a budget";
+constexpr const char* kRight = "expected \"scene.json 100 1e-9\": scene, steps, tolerance in metres, and perhaps a budget";
 
 std::vector<std::string_view> words_of(std::string_view line) {
     std::vector<std::string_view> words;
@@ -42,7 +42,7 @@ std::string read_line(const std::vector<std::string_view>& words, const std::fil
     const auto budget = parse_budget(words.size() == 4 ? words[3] : "work:1000000");
     if (!budget.ok()) return budget.error().message;
     if (budget->limits.mode == BudgetMode::Wall)
-        return fmt::format("\"{:.40}\" depends on the machine; work:20000 or exact would be right", words[3]);
+        return fmt::format("\"{:.40}\" depends on the machine; expected work:20000 or exact", words[3]);
     entry.budget = budget->limits;
     entry.scene = folder / words[0];
     std::error_code failed;
@@ -79,4 +79,4 @@ Result<std::vector<RegressionEntry>> read_regression_list(const std::filesystem:
     return entries;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -12,7 +12,7 @@
 #include <iterator>
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -140,4 +140,4 @@ std::string regression_page(std::span<const RegressionOutcome> outcomes) {
     return page + "</table></div>\n" + curves_html(outcomes) + "</main></body></html>\n";
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

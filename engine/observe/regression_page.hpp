@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// One part of a scene against its reference, over the samples of a run.
 struct PartDrift {
@@ -29,4 +29,4 @@ struct RegressionOutcome {
 /// One page without any other file; curves of the scenes that differ. Without gnuplot a sentence stands in their place.
 [[nodiscard]] std::string regression_page(std::span<const RegressionOutcome> outcomes);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

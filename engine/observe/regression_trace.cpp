@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -153,4 +153,4 @@ std::string first_difference(const Trace& reference, const Trace& now, double to
     return {};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -82,6 +82,10 @@ void add_figures(const RunRecord& record, Page& page) {
     add_figure(page, number_text(s.step_ms.p50), "ms", "step, median");
     add_figure(page, number_text(s.step_ms.p99), "ms", "step, 99 %");
     add_figure(page, number_text(s.step_ms.max), "ms", "step, slowest");
+    add_figure(page, fmt::format("{:.4g}", 100.0 * s.realtime_kept), "%", "whole steps within real time");
+    if (const BudgetSpec& budget = record.scene.budget; budget.limits.mode == BudgetMode::Wall)
+        add_figure(page, fmt::format("{:.4g}", 100.0 * s.budget_kept), "%",
+                   budget.scope == BudgetScope::Step ? "whole steps within the budget" : "collision detection within the budget");
     if (!record.prepared.model.instruments.empty()) add_figure(page, number_text(1e3 * t.insertion_m), "mm", "inserted");
     if (t.target_distance_m >= 0.0) add_figure(page, number_text(1e3 * t.target_distance_m), "mm", "tip to target");
     page.add("</div>\n");
@@ -111,14 +115,18 @@ const char* view_caption(PictureView view) {
     return "";
 }
 
-Result<void> add_pictures(const std::vector<TakenPicture>& taken, const std::filesystem::path& folder, Page& page) {
-    if (taken.empty()) return {};
+/// A picture that cannot be read back leaves its place to a sentence.
+void add_pictures(const std::vector<TakenPicture>& taken, const std::filesystem::path& folder, Page& page) {
+    if (taken.empty()) return;
     const std::vector<TakenPicture> pictures = in_order(taken);
     page.add("<h2>Pictures</h2>\n<div class=\"grid\">\n");
     for (std::size_t i = 0; i < std::min(pictures.size(), kMaxPictures); ++i) {
         const TakenPicture& picture = pictures[i];
         const Result<std::string> bytes = read_file_bytes(folder / picture.file);
-        if (!bytes) return bytes.error();
+        if (!bytes) {
+            page.add("<p class=\"soft\">No picture: {}</p>\n", escape_html(bytes.error().to_string()));
+            continue;
+        }
         page.add("<figure{}><img alt=\"{} at {:.2f} s\" src=\"data:image/png;base64,{}\"><figcaption><b>{}</b>, {:.2f} s. "
                  "{}</figcaption></figure>\n",
                  i == 0 || (i + 1 == pictures.size() && i % 2 == 1) ? " class=\"wide\"" : "", view_title(picture.view), picture.time,
@@ -126,7 +134,6 @@ Result<void> add_pictures(const std::vector<TakenPicture>& taken, const std::fil
     }
     page.add("</div>\n");
     if (pictures.size() > kMaxPictures) page.add("<p class=\"soft\">{} more are beside this page.</p>\n", pictures.size() - kMaxPictures);
-    return {};
 }
 
 /// Without gnuplot: the curve at a dozen times.
@@ -208,8 +215,8 @@ void add_bodies(const RunRecord& record, Page& page) {
             "<td class=\"n\">–</td><td class=\"n\">{}</td><td class=\"soft\">{}</td></tr>\n",
             escape_html(m.name), m.rod.node_count(), 1e3 * m.rod.design.length, 1e3 * m.rod.design.radius,
             escape_html(prepared.model.bodies[m.lumen].name), m.skin.triangles.size(), m.chain.capacity(),
-            m.route ? fmt::format("steered along a route of {:.4g} mm", 1e3 * m.route->length.back())
-                    : fmt::format("path of {} rows", m.path.size()));
+            m.route && m.path.empty() ? fmt::format("steered along a route of {:.4g} mm", 1e3 * m.route->length.back())
+                                      : fmt::format("path of {} rows", m.path.size()));
     page.add("</table></div>\n");
 }
 
@@ -248,13 +255,13 @@ void add_repeat(const RunRecord& record, Page& page) {
 
 } // namespace
 
-Result<std::string> make_report_page(const RunRecord& record, const std::vector<TakenPicture>& pictures,
-                                     const std::filesystem::path& folder, std::vector<std::string>& notices) {
+std::string make_report_page(const RunRecord& record, const std::vector<TakenPicture>& pictures, const std::filesystem::path& folder,
+                             std::vector<std::string>& notices) {
     Page page;
     add_head(record, page);
     add_losses(record, page);
     add_figures(record, page);
-    if (Result<void> added = add_pictures(pictures, folder, page); !added) return added.error();
+    add_pictures(pictures, folder, page);
     add_plots(record, page, notices);
     add_stages(record, page);
     add_bodies(record, page);
@@ -263,4 +270,4 @@ Result<std::string> make_report_page(const RunRecord& record, const std::vector<
     return std::move(page).take();
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,11 +4,10 @@
 #include "engine/observe/photographer.hpp"
 #include "engine/observe/summary.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
-/// Reads the pictures back from `folder`. What could not be made (plots without gnuplot) adds a notice.
-/// fails  CannotWrite or FileNotFound when the folder is gone
-[[nodiscard]] Result<std::string> make_report_page(const RunRecord& record, const std::vector<TakenPicture>& pictures,
-                                                   const std::filesystem::path& folder, std::vector<std::string>& notices);
+/// Reads the pictures back from `folder`. What could not be made (plots without gnuplot) adds a notice, and has a sentence in its place.
+[[nodiscard]] std::string make_report_page(const RunRecord& record, const std::vector<TakenPicture>& pictures,
+                                           const std::filesystem::path& folder, std::vector<std::string>& notices);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

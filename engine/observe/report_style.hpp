@@ -1,7 +1,7 @@
 // The look of report.html.
 #pragma once
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 inline constexpr const char* kReportStyle = R"css(
 :root{color-scheme:light;--ink:#1f2937;--soft:#6b7280;--line:#e5e7eb;--blue:#2158d6;--good:#0f8a6d;--note:#b45309;--bad:#c02626;--pale:#f7f8fa}
@@ -57,4 +57,4 @@ dl{grid-template-columns:minmax(0,1fr);gap:0}dd{margin-bottom:10px}.bars td:nth-
 @media print{main{padding:0}figure,table,.figures{break-inside:avoid}}
 )css";
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -127,6 +127,8 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
     deep_steps += report.deepest_share > kDeep;
     passed_places += report.passed_places;
     passed_steps += report.passed_places > 0;
+    softened += report.softened;
+    softened_steps += report.softened > 0;
     unproven_solids += report.unproven_solids;
     unproven_solid_steps += report.unproven_solids > 0;
     unproven_steps += report.unproven_links > 0;
@@ -149,4 +151,9 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
     ++steps;
 }
 
-} // namespace seldinger::engine
+std::uint64_t RunStatistics::count_slower_than_real_time(double step_s) const noexcept {
+    const auto is_slower = [step_ms = 1e3 * step_s](double ms) { return ms > step_ms; };
+    return static_cast<std::uint64_t>(std::count_if(total_ms.begin(), total_ms.end(), is_slower));
+}
+
+} // namespace trocar::engine

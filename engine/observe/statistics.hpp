@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Nearest-rank percentiles: values that were measured, none in between. Reorders `values`; empty: zeros.
 [[nodiscard]] Percentiles find_percentiles(std::vector<double>& values);
@@ -68,7 +68,7 @@ struct RunStatistics {
     int coarsest_level = 0;
     std::uint64_t steps = 0, overruns = 0, exact_steps = 0, exact_abandoned = 0, held_back = 0, open_steps = 0;
     std::uint64_t contacts = 0, unresolved = 0, assumed = 0, lumen_exits = 0, exit_steps = 0, unproven_steps = 0;
-    std::uint64_t passed_places = 0, passed_steps = 0, deep_steps = 0, unproven_solids = 0, unproven_solid_steps = 0;
+    std::uint64_t passed_places = 0, passed_steps = 0, softened = 0, softened_steps = 0, deep_steps = 0, unproven_solids = 0, unproven_solid_steps = 0;
     std::uint64_t inverted_steps = 0, work_units = 0, corrections = 0;
     std::uint64_t hand_limited_steps = 0, hand_stop_steps = 0, clamped_steps = 0, exact_insisted = 0, dropped_steps = 0;
 
@@ -78,6 +78,8 @@ struct RunStatistics {
     void reserve(std::uint64_t step_count);
     /// budget_ms  limit of a step, infinity where the budget is no time
     void add(const StepReport& report, double budget_ms);
+    /// Whole steps that took longer than the time they simulate, whatever the budget covers.   step_s  s, what a step simulates
+    [[nodiscard]] std::uint64_t count_slower_than_real_time(double step_s) const noexcept;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// "step,time_s,..." without a line end: the contract's columns, then more.
 [[nodiscard]] std::string step_table_header();
@@ -25,7 +25,7 @@ public:
     StepTable& operator=(StepTable&&) = delete;
     ~StepTable();
 
-    /// fails  CannotWrite: disk full
+    /// fails  CannotWrite: disk full. The rows wait and are tried again, as many as a bounded memory holds: a later call may write them all
     [[nodiscard]] Result<void> add(const StepReport& report);
     /// Flushes and gives the file its name.
     [[nodiscard]] Result<void> finish();
@@ -36,9 +36,11 @@ private:
 
     std::filesystem::path folder_;
     int file_ = -1;
+    int failed_ = 0;    // the system's reason; 0: all rows so far were taken
+    bool lost_ = false; // more rows waited than there is room for
     double budget_ms_ = 0.0;
     std::string pending_;
     StopWatch since_flush_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -83,6 +83,7 @@ Json contract_part(const RunRecord& record) {
     json["step_ms"] = percentiles(s.step_ms);
     json["collision_ms"] = percentiles(s.collision_ms);
     json["budget_kept"] = s.budget_kept;
+    json["realtime_kept"] = s.realtime_kept;
     json["worst_overrun_ms"] = s.worst_overrun_ms;
     json["substeps"] = t.substeps;
     json["stable_step_s"] = t.stable_step_s;
@@ -117,6 +118,7 @@ void add_losses(const RunRecord& record, Json& json) {
     json["pace"] = pace(record.summary);
     for (std::size_t k = 0; k < kEffectCount; ++k) json["effect_calls"][kEffectNames[k]] = t.effects.entered[k];
     json["overruns"] = record.summary.overruns;
+    json["realtime_overruns"] = record.summary.realtime_overruns;
     json["held_back_steps"] = t.held_back;
     json["within_distance_steps"] = t.within_distance;
     json["smallest_safe_fraction"] = t.smallest_safe_fraction;
@@ -124,6 +126,7 @@ void add_losses(const RunRecord& record, Json& json) {
     json["unproven_steps"] = t.unproven_steps;
     json["deepest_touch_m"] = t.deepest_touch_m;
     json["passed_places_total"] = t.passed_places;
+    json["softened_total"] = t.softened;
     json["unproven_solids_total"] = t.unproven_solids;
     json["steps_with_open_pairs"] = t.open_steps;
     json["coarsest_level"] = t.coarsest_level;
@@ -139,6 +142,7 @@ void add_losses(const RunRecord& record, Json& json) {
     if (record.failed_step > 0) json["failed_step"] = record.failed_step;
     if (!record.last_good_state.empty()) json["last_good_state"] = record.last_good_state;
     json["interrupted"] = record.interrupted;
+    json["missing_outputs"] = record.summary.missing_outputs;
     if (record.resumed_step > 0) json["resumed_from_step"] = record.resumed_step;
     if (record.checkpoint_step > 0) json["checkpoint_step"] = record.checkpoint_step;
 }
@@ -156,7 +160,12 @@ void make_run_summary(RunRecord& record, double simulated_s, double wall_s, std:
     s.collision_ms = find_percentiles(t.collision_ms);
     for (std::size_t i = 0; i < kStageCount; ++i) record.stage_p50[i] = find_percentiles(t.stage_ms[i]).p50;
     s.overruns = t.overruns;
-    s.budget_kept = t.steps > 0 ? static_cast<double>(t.steps - t.overruns) / static_cast<double>(t.steps) : 1.0;
+    s.realtime_overruns = t.count_slower_than_real_time(record.scene.time.step);
+    const auto kept = [&](std::uint64_t over) {
+        return t.steps > 0 ? static_cast<double>(t.steps - over) / static_cast<double>(t.steps) : 1.0;
+    };
+    s.budget_kept = kept(t.overruns);
+    s.realtime_kept = kept(s.realtime_overruns);
     s.worst_overrun_ms = t.worst_overrun_ms;
     s.lumen_exits = t.lumen_exits;
     s.unresolved = t.unresolved;
@@ -196,4 +205,4 @@ std::string summary_text(const RunRecord& record) {
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// What a finished run is known by, beside its statistics.
 struct RunRecord {
@@ -35,4 +35,4 @@ void make_run_summary(RunRecord& record, double simulated_s, double wall_s, std:
 /// JSON, keys in the contract's order. Numbers that are not finite become null, as JSON has none.
 [[nodiscard]] std::string summary_text(const RunRecord& record);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,19 +5,23 @@
 #include <limits>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
-/// Largest distance of a vertex of `from` to the other surface, at least `known`.
-double one_way(const std::vector<std::pair<double, Index>>& by_displacement, std::span<const Vec3> from, const TriangleTree& to,
-               double known) {
-    for (const auto& [displacement, v] : by_displacement) {
-        if (displacement <= known) break;
-        const auto hit = to.closest(from[v], displacement * (1.0 + 1e-12));
-        known = std::max(known, hit ? std::min(hit->distance, displacement) : displacement);
+/// A vertex whose place is another in the other state, and how far away that is, m.
+struct Moved {
+    Index vertex = 0;
+    double distance = 0.0;
+};
+
+void add_one_way(const std::vector<Moved>& moved, std::span<const Vec3> from, const TriangleTree& to, SurfaceDistance& distance) {
+    for (const auto& [vertex, farthest] : moved) {
+        const auto hit = to.closest(from[vertex], farthest * (1.0 + 1e-12));
+        const double away = hit ? std::min(hit->distance, farthest) : farthest;
+        distance.sum_sq += away * away;
+        distance.hausdorff = std::max(distance.hausdorff, away);
     }
-    return known;
 }
 
 } // namespace
@@ -28,30 +32,30 @@ void SurfaceDistance::join(const SurfaceDistance& other) noexcept {
     hausdorff = std::max(hausdorff, other.hausdorff);
 }
 
-double SurfaceDistance::rms() const noexcept { return vertices > 0 ? std::sqrt(sum_sq / static_cast<double>(vertices)) : 0.0; }
+/// A mean is no larger than the largest, but for the rounding of its sum.
+double SurfaceDistance::rms() const noexcept {
+    return vertices > 0 ? std::min(std::sqrt(sum_sq / static_cast<double>(vertices)), hausdorff) : 0.0;
+}
 
 SurfaceDistance measure_distance(std::span<const Triangle> triangles, std::span<const Vec3> a, std::span<const Vec3> b) {
     SurfaceDistance distance;
-    distance.vertices = a.size();
-    std::vector<std::pair<double, Index>> moved; // displacement, vertex
+    distance.vertices = 2 * a.size();
+    std::vector<Moved> moved;
     for (Index v = 0; v < a.size(); ++v) {
         const double sq = (a[v] - b[v]).squaredNorm();
         if (!std::isfinite(sq)) {
             distance.sum_sq = distance.hausdorff = std::numeric_limits<double>::infinity();
             return distance;
         }
-        distance.sum_sq += sq;
-        if (sq > 0.0) moved.emplace_back(std::sqrt(sq), v);
+        if (sq > 0.0) moved.push_back({v, std::sqrt(sq)});
     }
     if (moved.empty()) return distance;
-    std::sort(moved.begin(), moved.end(),
-              [](const auto& x, const auto& y) { return x.first != y.first ? x.first > y.first : x.second < y.second; });
     TriangleTree tree;
     tree.build(b, triangles);
-    distance.hausdorff = one_way(moved, a, tree, 0.0);
+    add_one_way(moved, a, tree, distance);
     tree.refit(a);
-    distance.hausdorff = one_way(moved, b, tree, distance.hausdorff);
+    add_one_way(moved, b, tree, distance);
     return distance;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 void StepTrace::add_span(const char* name, double begin_ms, double length_ms, int row) {
     fmt::format_to(std::back_inserter(events_), "{}{{\"name\":\"{}\",\"ph\":\"X\",\"pid\":1,\"tid\":{},\"ts\":{:.3f},\"dur\":{:.3f}}}",
@@ -36,4 +36,4 @@ std::string StepTrace::text() const {
            (events_.empty() ? std::string() : ",\n" + events_) + "\n]}\n";
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Trace events, gathered step by step. What lies between two steps (pictures, records) is left out: the steps follow one
 /// another.
@@ -21,4 +21,4 @@ private:
     double now_ms_ = 0.0;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -24,22 +24,37 @@ std::string of_steps(std::uint64_t part, const RunRecord& record) {
     return fmt::format("{} of {}", grouped(part), count_text(record.statistics.steps, "step", "steps"));
 }
 
-std::string scope_text(const BudgetSpec& budget) { return budget.scope == BudgetScope::Step ? "the whole step" : "collision detection"; }
-
 std::string ms(double value) { return number_text(value) + " ms"; }
+
+std::string all_steps(const RunRecord& record) {
+    return record.statistics.steps == 1 ? "the one step" : "all " + count_text(record.statistics.steps, "step", "steps");
+}
+
+/// Whole steps against the time they simulate: a budget for a part of the step says nothing of those.
+std::string realtime_text(const RunRecord& record) {
+    const std::uint64_t slower = record.summary.realtime_overruns;
+    const std::string step = ms(1e3 * record.scene.time.step);
+    if (slower == 0) return fmt::format("No whole step took longer than the {} it simulates.", step);
+    return fmt::format("{} took longer than the {} that each simulates: {:.4g} % of the whole steps were no slower than real time.",
+                       of_steps(slower, record), step, 100.0 * record.summary.realtime_kept);
+}
 
 Verdict wall_verdict(const RunRecord& record) {
     const BudgetSpec& budget = record.scene.budget;
     const RunStatistics& t = record.statistics;
+    const std::uint64_t slower = record.summary.realtime_overruns;
     const std::string limit = ms(1e3 * budget.limits.wall_s);
+    const char* who = budget.scope == BudgetScope::Step ? "Whole steps" : "Collision detection";
+    const std::string too_slow =
+        slower > 0 ? fmt::format("; {} slower than real time", count_text(slower, "whole step was", "whole steps were")) : "";
     if (t.overruns == 0)
-        return {Mark::Good,
-                fmt::format("The deadline was kept in {}.", t.steps == 1 ? "the one step" : "all " + count_text(t.steps, "step", "steps")),
-                fmt::format("{} for {} in every step; the slowest used {}.", limit, scope_text(budget), ms(t.worst_charged_ms))};
-    return {
-        record.summary.budget_kept >= 0.99 ? Mark::Note : Mark::Bad,
-        fmt::format("The deadline was missed in {} ({:.2g} %).", of_steps(t.overruns, record), 100.0 * (1.0 - record.summary.budget_kept)),
-        fmt::format("{} for {} in every step; missed by {} at worst.", limit, scope_text(budget), ms(t.worst_overrun_ms))};
+        return {slower > 0 ? Mark::Note : Mark::Good,
+                fmt::format("{} kept the budget of {} in {}{}.", who, limit, all_steps(record), too_slow),
+                fmt::format("The budget is for {}, of which the slowest used {}.", scope_text(budget), ms(t.worst_charged_ms))};
+    return {record.summary.budget_kept >= 0.99 ? Mark::Note : Mark::Bad,
+            fmt::format("{} missed the budget of {} in {} ({:.2g} %){}.", who, limit, of_steps(t.overruns, record),
+                        100.0 * (1.0 - record.summary.budget_kept), too_slow),
+            fmt::format("The budget is for {}; missed by {} at worst.", scope_text(budget), ms(t.worst_overrun_ms))};
 }
 
 Verdict budget_verdict(const RunRecord& record) {
@@ -79,6 +94,11 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Open sphere pairs", t.open_steps,
                                    fmt::format("in {}, as coarse as level {}", of_steps(t.open_steps, record), t.coarsest_level),
                                    Mark::Note, "The descent ended there, with the answer it had."));
+    if (effects.coarse_contact && t.softened > 0)
+        losses.push_back(make_loss("Softened contact", t.softened_steps,
+                                   fmt::format("{} springs in {}", t.softened, of_steps(t.softened_steps, record)), Mark::Note,
+                                   "Contact as stiff as the scene says would set the sub-steps of the tissue beneath it. Softer contact "
+                                   "(contact.solid_stiffness), a coarser coarse mesh, or the lattice mesher."));
     if (effects.coarse_contact && t.deep_steps > 0)
         losses.push_back(
             loud(make_loss("Solids deep in one another", t.deep_steps,
@@ -134,6 +154,8 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
 
 } // namespace
 
+std::string scope_text(const BudgetSpec& budget) { return budget.scope == BudgetScope::Step ? "the whole step" : "collision detection"; }
+
 std::string number_text(double value) {
     return std::abs(value) >= 1000.0 && std::abs(value) < 1e9 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
 }
@@ -144,6 +166,7 @@ std::string count_text(std::uint64_t count, const char* singular, const char* pl
 
 Verdict make_verdict(const RunRecord& record) {
     Verdict verdict = budget_verdict(record);
+    if (record.statistics.steps > 0) verdict.detail += " " + realtime_text(record);
     if (!record.summary.finite) {
         verdict.detail = fmt::format("{}. The last good state is in {}/. Until then: {} {}", record.summary.failure, record.last_good_state,
                                      verdict.headline, verdict.detail);
@@ -160,8 +183,14 @@ std::vector<Loss> list_losses(const RunRecord& record) {
     const RunStatistics& t = record.statistics;
     std::vector<Loss> losses;
     if (record.scene.budget.limits.mode == BudgetMode::Wall)
-        losses.push_back(make_loss("Steps over the deadline", t.overruns, of_steps(t.overruns, record), Mark::Bad,
+        losses.push_back(make_loss("Steps over the budget", t.overruns,
+                                   fmt::format("{}, for {}", of_steps(t.overruns, record), scope_text(record.scene.budget)), Mark::Bad,
                                    fmt::format("{} at worst. A larger budget, or a less busy machine.", ms(t.worst_overrun_ms))));
+    losses.push_back(make_loss(
+        "Whole steps slower than real time", record.summary.realtime_overruns,
+        fmt::format("{}, {} the slowest", of_steps(record.summary.realtime_overruns, record), ms(record.summary.step_ms.max)), Mark::Note,
+        fmt::format("Each simulates {}. Less to simulate in a step, a longer step, or a budget with the scope \"step\".",
+                    ms(1e3 * record.scene.time.step))));
     if (const RunSummary& s = record.summary; s.pace)
         losses.push_back(make_loss(
             "Steps that began late", s.pace_stats.late_steps,
@@ -196,4 +225,4 @@ std::vector<std::string> list_warnings(const RunRecord& record) {
     return warnings;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

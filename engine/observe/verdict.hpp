@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class Mark : std::uint8_t { Good, Note, Bad };
 
@@ -30,10 +30,13 @@ struct Loss {
 /// "Crushed elements: up to 3 tetrahedra in ...", of those losses that are loud.
 [[nodiscard]] std::vector<std::string> list_warnings(const RunRecord& record);
 
+/// What a budget pays for: "collision detection", "the whole step".
+[[nodiscard]] std::string scope_text(const BudgetSpec& budget);
+
 /// Three digits that count, all those before the point: "0.0123", "45.6", "1234".
 [[nodiscard]] std::string number_text(double value);
 
 /// "1 step", "2400 steps"; thin spaces between thousands.
 [[nodiscard]] std::string count_text(std::uint64_t count, const char* singular, const char* plural);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -100,4 +100,4 @@ Index find_flow_point(const BloodFlow& flow, const Vec3& p) noexcept {
     return best;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A tree of points along the vessels, parents before their children. Built once, then only read.
 struct BloodFlow {
@@ -39,4 +39,4 @@ struct BloodFlow {
 /// The point at rest in whose cross-section p lies deepest.
 [[nodiscard]] Index find_flow_point(const BloodFlow& flow, const Vec3& p) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

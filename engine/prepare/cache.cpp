@@ -7,7 +7,7 @@
 #include <cstring>
 #include <fstream>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -100,12 +100,12 @@ std::string ContentHash::hex() const {
 }
 
 std::filesystem::path find_cache_folder() {
-    if (const char* own = std::getenv("SELDINGER_CACHE"); own && *own) {
+    if (const char* own = std::getenv("TROCAR_CACHE"); own && *own) {
         if (std::string_view(own) == "off") return {};
         return own;
     }
-    if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg && *xdg) return std::filesystem::path(xdg) / "seldinger";
-    if (const char* home = std::getenv("HOME"); home && *home) return std::filesystem::path(home) / ".cache" / "seldinger";
+    if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg && *xdg) return std::filesystem::path(xdg) / "trocar";
+    if (const char* home = std::getenv("HOME"); home && *home) return std::filesystem::path(home) / ".cache" / "trocar";
     return {};
 }
 
@@ -169,4 +169,4 @@ std::optional<TriMesh> unpack_triangles(std::string_view payload) {
     return mesh;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// 128-bit FNV-1a over what was fed in. Tells accidents apart, not adversaries.
 class ContentHash {
@@ -31,8 +31,8 @@ private:
 /// entry made by other code is simply absent. 64 digits; generated at build time by cmake/hash_sources.cmake.
 [[nodiscard]] std::string_view maker_version() noexcept;
 
-/// $SELDINGER_CACHE, else $XDG_CACHE_HOME/seldinger, else ~/.cache/seldinger; empty when none is known
-/// or $SELDINGER_CACHE is "off".
+/// $TROCAR_CACHE, else $XDG_CACHE_HOME/trocar, else ~/.cache/trocar; empty when none is known
+/// or $TROCAR_CACHE is "off".
 [[nodiscard]] std::filesystem::path find_cache_folder();
 
 /// Payload stored under the key (a hex hash), or nothing.
@@ -46,4 +46,4 @@ bool write_cache(std::string_view kind, const std::string& key, std::string_view
 [[nodiscard]] std::optional<TetMesh> unpack_tets(std::string_view payload);
 [[nodiscard]] std::optional<TriMesh> unpack_triangles(std::string_view payload);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -2,7 +2,7 @@
 
 #include "engine/time/clock.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 ChromaticReport report_chromatic(std::span<const Triangle> triangles, std::size_t vertex_count, collision::ChromaticSets* sets) {
     const StopWatch watch;
@@ -12,4 +12,4 @@ ChromaticReport report_chromatic(std::span<const Triangle> triangles, std::size_
     return report;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

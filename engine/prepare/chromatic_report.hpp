@@ -3,7 +3,7 @@
 
 #include "collision/chromatic_sets.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct ChromaticReport {
     Index colours = 0;
@@ -17,4 +17,4 @@ struct ChromaticReport {
 [[nodiscard]] ChromaticReport report_chromatic(std::span<const Triangle> triangles, std::size_t vertex_count,
                                                collision::ChromaticSets* sets = nullptr);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,16 +4,18 @@
 #include "base/topology.hpp"
 #include "engine/io/weld.hpp"
 #include "engine/prepare/cache.hpp"
+#include "engine/time/clock.hpp"
 #include "engine/time/interrupt.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -44,11 +46,24 @@ double derive_max_volume(const TriMesh& surface) {
     return 2.0 * edge * edge * edge / (6.0 * std::sqrt(2.0));
 }
 
-Result<TetMesh> simplify_and_mesh(const TriMesh& dense, std::size_t triangles, TetgenOptions options) {
+/// left_s  of the time that all tries share; what TetGen takes is taken from it
+Result<TetMesh> simplify_and_mesh(const TriMesh& dense, std::size_t triangles, TetgenOptions options, double& left_s) {
     const Result<TriMesh> simple = simplify(dense, triangles);
     if (!simple) return simple.error();
     if (options.max_volume == 0.0) options.max_volume = derive_max_volume(*simple);
-    return run_tetgen(*simple, options);
+    options.time_limit = std::min(options.time_limit, left_s);
+    const StopWatch watch;
+    Result<TetMesh> mesh = run_tetgen(*simple, options);
+    left_s -= 1e-3 * watch.elapsed_ms();
+    return mesh;
+}
+
+/// The time went, try by try, and there is no mesh.
+Error out_of_time(const Error& last, const CoarseOptions& options, std::size_t tries) {
+    return {.code = ErrorCode::ToolFailed,
+            .message = fmt::format("TetGen made no mesh within {:g} s, the time limit of all its tries ({} of {} were begun); a surface "
+                                   "with fewer triangles takes less, \"mesher\": \"lattice\" takes none; the last try: {}",
+                                   options.tetgen.time_limit, tries, std::size(kShares), last.message)};
 }
 
 /// Only another surface can help against these; a missing program or a bad option stays what it is.
@@ -81,10 +96,12 @@ double find_flatness(const TetMesh& mesh) {
 /// Other counts until no tet is flat; the roundest try wins where all have one.
 Result<TetMesh> mesh_with_retries(const TriMesh& dense, const CoarseOptions& options) {
     std::optional<Result<TetMesh>> best;
-    double best_flatness = -1.0;
+    double best_flatness = -1.0, left_s = options.tetgen.time_limit;
+    std::size_t tries = 0;
     for (const double share : kShares) {
         const auto wanted = static_cast<std::size_t>(share * static_cast<double>(options.surface_triangles));
-        Result<TetMesh> mesh = simplify_and_mesh(dense, std::max(wanted, kLeastTriangles), options.tetgen);
+        Result<TetMesh> mesh = simplify_and_mesh(dense, std::max(wanted, kLeastTriangles), options.tetgen, left_s);
+        ++tries;
         if (!mesh && (interrupt_requested() || !worth_another_try(mesh.error()))) return mesh;
         const double flatness = mesh ? find_flatness(*mesh) : -1.0;
         if (!best || flatness > best_flatness) {
@@ -92,6 +109,8 @@ Result<TetMesh> mesh_with_retries(const TriMesh& dense, const CoarseOptions& opt
             best.emplace(std::move(mesh));
         }
         if (best_flatness >= kRoundEnough) break;
+        if (left_s <= 0.0 && !*best) return out_of_time(best->error(), options, tries);
+        if (left_s <= 0.0) break;
     }
     return std::move(*best);
 }
@@ -149,4 +168,4 @@ Result<CoarseMesh> make_coarse_mesh(const TriMesh& dense, const CoarseOptions& o
 
 std::size_t drop_unused_nodes(TetMesh& mesh) { return drop_unreferenced_nodes(mesh); }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,11 +5,12 @@
 
 #include <cstddef>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct CoarseOptions {
     std::size_t surface_triangles = 800; // of the simplified surface, >= 20
-    TetgenOptions tetgen = {};           // tetgen.max_volume 0: derived from the mean triangle, so that tets are about equal
+    TetgenOptions tetgen = {};           // tetgen.max_volume 0: derived from the mean triangle, so that tets are about equal;
+                                         // tetgen.time_limit is that of all tries together
     bool use_cache = true;
 };
 
@@ -26,4 +27,4 @@ struct CoarseMesh {
 /// Drops nodes that no tet uses (files from elsewhere have them); returns how many.
 std::size_t drop_unused_nodes(TetMesh& mesh);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 DriveCommand evaluate_path(std::span<const DriveRow> rows, double time) noexcept {
     if (time <= rows.front().time) return {rows.front().insertion, rows.front().rotation};
@@ -27,4 +27,4 @@ Route make_route(std::vector<Vec3> points, std::vector<double> radii) {
     return route;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// One row of a path: linear between rows, held before the first and after the last.
 struct DriveRow {
@@ -42,4 +42,4 @@ struct FollowSettings {
     double tolerance = 0.003;  // m, to the end of the route: arrived
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -116,4 +116,4 @@ SceneModel without_effect(const SceneModel& model, Effect effect) {
     return out;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Effects whose code runs in the step, or around it in every step. Fluoroscopy is of pictures alone.
 enum class Effect : std::uint8_t {
@@ -50,4 +50,4 @@ struct EffectCounts {
 /// What preparing the same scene without the effect gives, but for self_contact without coarse_contact, which goes with it.
 [[nodiscard]] SceneModel without_effect(const SceneModel& model, Effect effect);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,15 +1,17 @@
 #include "engine/prepare/load_surface.hpp"
 
 #include "assets/anatomy/shapes.hpp"
+#include "base/self_intersection.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/patient_cache.hpp"
+#include "engine/prepare/surface_rule.hpp"
 #include "engine/scene/scene_size.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -37,20 +39,20 @@ Result<TriMesh> make_shape(const ShapeSpec& shape) {
     return TriMesh{};
 }
 
-Result<TriMesh> read_file(const SurfaceSpec& spec) {
+Result<TriMesh> read_file(const SurfaceSpec& spec, std::string& note) {
     ReadOptions options;
     options.groups = spec.groups;
     options.weld = true;
-    Result<TriMesh> mesh = read_surface(spec.file, options);
+    Result<TriMesh> mesh = read_surface(spec.file, options, &note);
     if (mesh.ok())
         for (Vec3& v : mesh->vertices) v *= spec.unit;
     return mesh;
 }
 
-Result<TriMesh> make_mesh(const SurfaceSpec& spec, PatientShelf& shelf) {
+Result<TriMesh> make_mesh(const SurfaceSpec& spec, PatientShelf& shelf, std::string& note) {
     switch (spec.source) {
     case SurfaceSource::File:
-        return read_file(spec);
+        return read_file(spec, note);
     case SurfaceSource::Shape:
         return make_shape(spec.shape);
     case SurfaceSource::Recipe:
@@ -63,47 +65,44 @@ Result<TriMesh> make_mesh(const SurfaceSpec& spec, PatientShelf& shelf) {
     return *part;
 }
 
-SurfaceUse use_of(const SceneBody& body) {
-    if (body.kind == BodyKind::Deformable) return SurfaceUse::Volume;
-    return body.hollow ? SurfaceUse::Lumen : SurfaceUse::Obstacle;
+SurfaceNeeds needs_of(const SceneBody& body) {
+    if (body.kind == BodyKind::Deformable) return {"a deformable body", true, false};
+    // A tube of the scene's own numbers may cross itself in a sharp bend: no repair helps there, and a notice says so.
+    if (body.hollow) return {"a lumen", true, body.surface.source == SurfaceSource::File && !body.surface.may_cross};
+    return {"an obstacle", false, false};
 }
 
-std::string list_triangles(const SurfaceReport& report) {
-    if (report.bad_triangles.empty()) return "";
-    return fmt::format("; first bad triangles: {}", fmt::join(report.bad_triangles, ", "));
+/// The repairs that the scene asks for, then the rule; the error names the whole chain of repairs that would do.
+Result<void> repair_and_check(const SceneBody& body, LoadedSurface& loaded) {
+    const SurfaceSpec& spec = body.surface;
+    const TriMesh raw = loaded.mesh;
+    const SurfaceNeeds needs = needs_of(body);
+    const auto refuse = [&](const std::string& what, ErrorCode code) {
+        const RepairAdvice advice = propose_repairs(raw, spec.repair, needs, spec.repairing);
+        const std::string help = spec.source == SurfaceSource::File ? describe_advice(advice, RepairWriting::SceneKey) : "";
+        return Error{code, what + help};
+    };
+    const Result<RepairReport> repaired = apply_repairs(loaded.mesh, spec.repair, spec.repairing);
+    if (!repaired.ok()) return refuse(repaired.error().message, repaired.error().code);
+    for (const RepairStep& step : repaired->steps) loaded.notes.push_back("repair " + step.to_string());
+    drop_unreferenced_vertices(loaded.mesh);
+    loaded.report = inspect_surface(loaded.mesh);
+    const auto defect = find_defect(loaded.mesh, loaded.report, needs);
+    if (!defect) return {};
+    return defect->repair ? refuse(defect->what, ErrorCode::BadMesh) : Error{ErrorCode::BadMesh, defect->what};
 }
 
-/// First reason why the surface does not do, with the repair that would help; empty when it does.
-std::string find_defect(const SurfaceReport& r, SurfaceUse use) {
-    if (r.triangles == 0) return "the surface has no triangles";
-    if (!r.finite()) return fmt::format("{} vertices are not finite", r.non_finite_vertices);
-    const std::string where = list_triangles(r);
-    if (use == SurfaceUse::Obstacle) {
-        if (r.closed() && r.oriented() && r.nonmanifold_edges == 0 && r.signed_volume < 0.0)
-            return "the closed surface is inside out; repair \"orient\" turns it";
-        return "";
-    }
-    const char* wanted = use == SurfaceUse::Volume ? "a deformable body" : "a lumen";
-    if (r.degenerate_triangles > 0)
-        return fmt::format("{} needs triangles with area, {} have none{}; repair \"drop_degenerate\" removes them", wanted,
-                           r.degenerate_triangles, where);
-    if (r.duplicate_triangles > 0)
-        return fmt::format("{} triangles stand twice{}; repair \"drop_duplicates\" removes them", r.duplicate_triangles, where);
-    if (r.nonmanifold_edges > 0)
-        return fmt::format("{} edges belong to three or more triangles{}; repair \"drop_non_manifold\" cuts them open", r.nonmanifold_edges,
-                           where);
-    if (!r.closed())
-        return fmt::format("{} needs a closed surface, this one has {} border edges{}; repair \"fill_holes\" closes it", wanted,
-                           r.boundary_edges, where);
-    if (!r.oriented())
-        return fmt::format("{} edges are used the same way by both triangles{}; repair \"orient\" turns them", r.inconsistent_edges, where);
-    if (use == SurfaceUse::Volume && !r.manifold())
-        return fmt::format("{} vertices are pinched{}; repair \"drop_non_manifold\" separates them", r.nonmanifold_vertices, where);
-    if (!(r.signed_volume > 0.0)) return "the surface is inside out; repair \"orient\" turns it";
-    return "";
+/// A surface that passes through itself where nothing forbids it.
+std::optional<std::string> note_crossings(const SceneBody& body, const LoadedSurface& loaded) {
+    const bool asked = body.kind == BodyKind::Deformable || (body.hollow && body.surface.may_cross);
+    const bool made = body.surface.source != SurfaceSource::File;
+    if (made ? !body.hollow : !asked) return std::nullopt;
+    const std::size_t count = find_self_intersections(loaded.mesh, 0).count;
+    if (count == 0) return std::nullopt;
+    return fmt::format("passes through itself: {} pairs of triangles cross", count);
 }
 
-/// All digits: 10.00004 m is not "10 m", which would be right.
+/// All digits: 10.00004 m is not "10 m", which is expected.
 std::string find_size_defect(double size, const Units& units) {
     if (!(size >= kSmallestBody && size <= kLargestBody))
         return fmt::format("its longest side is {} m (units.length is {}): bodies measure {:g} m to {:g} m; "
@@ -120,17 +119,6 @@ std::string find_size_defect(const TriMesh& mesh, const Units& units) {
     if (away > kFarthest * size)
         return fmt::format("it lies {:.3g} m from the origin, {:.3g} times its size: its shape is lost to rounding", away, away / size);
     return "";
-}
-
-std::vector<std::string> list_leniencies(const SurfaceReport& r) {
-    std::vector<std::string> notes;
-    if (r.components > 1) notes.push_back(fmt::format("{} separate shells", r.components));
-    if (!r.closed()) notes.push_back(fmt::format("open: {} border edges", r.boundary_edges));
-    if (r.nonmanifold_edges > 0) notes.push_back(fmt::format("{} edges of three or more triangles", r.nonmanifold_edges));
-    if (r.inconsistent_edges > 0) notes.push_back(fmt::format("{} edges with neighbours turned apart", r.inconsistent_edges));
-    if (r.degenerate_triangles > 0) notes.push_back(fmt::format("{} triangles without area", r.degenerate_triangles));
-    if (r.duplicate_triangles > 0) notes.push_back(fmt::format("{} triangles stand twice", r.duplicate_triangles));
-    return notes;
 }
 
 } // namespace
@@ -153,32 +141,27 @@ Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, st
         if (const double least = axis.longest_edge(); least > kLargestBody)
             return scene_error(scene, key, find_size_defect(least, scene.units), ErrorCode::BadValue);
     }
-    Result<TriMesh> mesh = make_mesh(body.surface, shelf);
+    std::string origin;
+    Result<TriMesh> mesh = make_mesh(body.surface, shelf, origin);
     if (!mesh.ok()) {
         if (!mesh.error().file.empty()) return mesh.error(); // the mesh file's own line says more than the scene's
         return scene_error(scene, key, mesh.error().message, mesh.error().code);
     }
     if (mesh->triangles.size() > room)
         return scene_error(scene, key,
-                           fmt::format("found {} triangles, {} with the other bodies; at most {} in the scene would be right",
+                           fmt::format("found {} triangles, {} with the other bodies; expected at most {} in the scene",
                                        mesh->triangles.size(), kMostTriangles - room + mesh->triangles.size(), kMostTriangles));
     LoadedSurface loaded;
     loaded.mesh = std::move(*mesh);
+    if (!origin.empty()) loaded.notes.push_back("surface: " + origin);
     for (Vec3& v : loaded.mesh.vertices) v = body.scale * v + body.translate;
-    if (!body.surface.repair.empty()) {
-        const Result<RepairReport> repaired = apply_repairs(loaded.mesh, body.surface.repair, {body.surface.weld_tolerance});
-        if (!repaired.ok()) return scene_error(scene, key, repaired.error().message, repaired.error().code);
-        for (const RepairStep& step : repaired->steps) loaded.notes.push_back("repair " + step.to_string());
-    }
-    drop_unreferenced_vertices(loaded.mesh);
-    loaded.report = inspect_surface(loaded.mesh);
-    std::string defect = find_defect(loaded.report, use_of(body));
-    if (!defect.empty()) {
+    if (const Result<void> sound = repair_and_check(body, loaded); !sound.ok()) {
         const std::string source = body.surface.source == SurfaceSource::File ? body.surface.file.string() + ": " : "";
-        return scene_error(scene, key, source + defect, ErrorCode::BadMesh);
+        return scene_error(scene, key, source + sound.error().message, sound.error().code);
     }
-    defect = find_size_defect(loaded.mesh, scene.units);
-    if (!defect.empty()) return scene_error(scene, key, defect, ErrorCode::BadValue);
+    if (const std::string defect = find_size_defect(loaded.mesh, scene.units); !defect.empty())
+        return scene_error(scene, key, defect, ErrorCode::BadValue);
+    if (auto crossings = note_crossings(body, loaded)) loaded.notes.push_back(std::move(*crossings));
     for (std::string& note : list_leniencies(loaded.report)) loaded.notes.push_back(std::move(note));
     return loaded;
 }
@@ -196,4 +179,4 @@ Result<Place> find_place(const Scene& scene, const PlaceSpec& spec, const std::s
                        fmt::format("no landmark '{}' in body {}: known are {}", spec.landmark, body.name, fmt::join(known, ", ")));
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

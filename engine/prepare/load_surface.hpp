@@ -8,14 +8,7 @@
 #include <memory>
 #include <vector>
 
-namespace seldinger::engine {
-
-/// What a body's surface has to be.
-enum class SurfaceUse : std::uint8_t {
-    Volume,   // deformable: closed, manifold, outward
-    Lumen,    // hollow: closed, consistently oriented outward; shells may overlap (nonzero rule)
-    Obstacle, // anything whose numbers are finite; closed ones must not be inside out
-};
+namespace trocar::engine {
 
 struct LoadedSurface {
     TriMesh mesh;                   // m, scaled and moved as the scene says
@@ -36,7 +29,9 @@ private:
     std::vector<Entry> entries_;
 };
 
-/// fails  with the scene's file, line and key: BadMesh with the first bad triangles and the repair that would do,
+/// Deformable bodies and lumens are closed, manifold, outward; a lumen does not pass through itself unless the scene lets it. Obstacles
+/// are anything whose numbers are finite; closed ones must not be inside out.
+/// fails  with the scene's file, line and key: BadMesh with the first bad triangles and the whole chain of repairs that would do,
 ///        BadValue for a size that no body has (a mistaken unit), or the reader's own error
 ///        BadValue as well where the surface alone has more triangles than `room`, before anything else is made of it
 [[nodiscard]] Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, PatientShelf& shelf);
@@ -48,4 +43,4 @@ struct Place {
 };
 [[nodiscard]] Result<Place> find_place(const Scene& scene, const PlaceSpec& spec, const std::string& key, PatientShelf& shelf);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class Motion : std::uint8_t { Deformable, Kinematic, Static };
 
@@ -65,7 +65,7 @@ struct InstrumentModel {
     double friction = 0.0;             // Coulomb mu
     double inserted = 0.02;            // m at the start
     DriveLimits limits;
-    std::vector<DriveRow> path;                 // followed unless a route is set
+    std::vector<DriveRow> path;                 // followed; with a route too that only measures
     std::optional<Route> route;                 // at rest
     std::optional<fem::RigidLinks> route_links; // the route moves with the organ that carries the lumen
     FollowSettings follow;
@@ -165,4 +165,4 @@ struct SceneModel {
     ContactSettings contact;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 void find_nested(PreparedScene& prepared) {
     const std::vector<BodyModel>& bodies = prepared.model.bodies;
@@ -30,4 +30,4 @@ void find_nested(PreparedScene& prepared) {
     std::sort(prepared.model.nested.begin(), prepared.model.nested.end());
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

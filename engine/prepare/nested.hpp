@@ -3,11 +3,11 @@
 
 #include "engine/prepare/prepare_scene.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Lists the solids that lie wholly inside another at the start (SceneModel::nested), where one of the two moves, with a note at each. What
 /// is hollow, or carried by the other, belongs there.
 /// cost   a winding number per vertex, of solids whose box lies in another's
 void find_nested(PreparedScene& prepared);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -68,4 +68,4 @@ Result<anatomy::Anatomy> make_patient(const anatomy::Recipe& recipe, const std::
     return patient;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

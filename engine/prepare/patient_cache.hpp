@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Hash of every number of the recipe and of the generator's version.
 [[nodiscard]] std::string patient_key(const anatomy::Recipe& recipe);
@@ -13,4 +13,4 @@ namespace seldinger::engine {
 /// From the cache, or generated and put there. Only surfaces and landmarks are kept: a cached patient has no centreline.
 [[nodiscard]] Result<anatomy::Anatomy> make_patient(const anatomy::Recipe& recipe, const std::string& key);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Arrays one after another, each behind its count. Reading ends with false where the bytes do.
 class Payload {
@@ -52,4 +52,4 @@ private:
     std::size_t at_ = 0;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

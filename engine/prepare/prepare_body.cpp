@@ -14,7 +14,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -130,11 +130,11 @@ std::string find_misfit(const TetMesh& coarse, const TriMesh& surface, double lo
     const std::string sizes =
         fmt::format("the coarse mesh is {:.3g} mm long and the surface {:.3g} mm", 1e3 * inner.longest_edge(), 1e3 * outer.longest_edge());
     if (!(ratio <= kMostSizeRatio && ratio >= 1.0 / kMostSizeRatio))
-        return sizes + "; one of about its size would be right, perhaps by another \"unit\" of one of the two";
+        return sizes + "; expected one of about its size, perhaps by another \"unit\" of one of the two";
     if (!(longest_link <= kLongestLink * outer.longest_edge()))
         return fmt::format(
-            "{}, and a vertex of the surface is {:.3g} mm from the nearest tetrahedron; a mesh of the same shape at the same "
-            "place would be right",
+            "{}, and a vertex of the surface is {:.3g} mm from the nearest tetrahedron; expected a mesh of the same shape at the same "
+            "place",
             sizes, 1e3 * longest_link);
     return {};
 }
@@ -185,7 +185,7 @@ Result<void> check_max_volume(const Scene& scene, const SceneBody& body, const T
     return scene_error(
         scene, "bodies." + body.name + ".coarse.max_volume",
         fmt::format("{:.3g} mm^3 asks for {:.3g} tetrahedra or more of a body of {:.3g} mm^3, and at most {} would be taken; "
-                    "{:.3g} mm^3 or more would be right",
+                    "expected {:.3g} mm^3 or more",
                     1e9 * body.coarse.max_volume, count, 1e9 * volume, room.tets, 1e9 * volume / static_cast<double>(room.tets)));
 }
 
@@ -197,8 +197,8 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const Roo
     if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
     if (mesh->tets.size() > room.tets)
         return scene_error(scene, key + ".coarse",
-                           fmt::format("found {} tetrahedra, {} with the other bodies; at most {} in the scene would be right",
-                                       mesh->tets.size(), kMostTets - room.tets + mesh->tets.size(), kMostTets));
+                           fmt::format("found {} tetrahedra, {} with the other bodies; expected at most {} in the scene", mesh->tets.size(),
+                                       kMostTets - room.tets + mesh->tets.size(), kMostTets));
     const std::vector<Index> pinned = find_pinned(body.fixed, mesh->vertices);
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
@@ -301,4 +301,4 @@ Result<void> link_to_carrier(const Scene& scene, std::size_t index, const Coarse
     return {};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

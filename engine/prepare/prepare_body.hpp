@@ -3,7 +3,7 @@
 
 #include "engine/prepare/prepare_scene.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Tetrahedra of a deformable body, kept beside the model while bodies that it carries are linked to it.
 struct CoarseBodies {
@@ -17,4 +17,4 @@ struct CoarseBodies {
 /// Hangs the surface of a carried body on its carrier.
 [[nodiscard]] Result<void> link_to_carrier(const Scene& scene, std::size_t body, const CoarseBodies& coarse, PreparedScene& prepared);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

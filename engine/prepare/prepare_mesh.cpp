@@ -7,6 +7,7 @@
 #include "engine/prepare/cache.hpp"
 #include "engine/prepare/coarse.hpp"
 #include "engine/prepare/payload.hpp"
+#include "engine/prepare/surface_rule.hpp"
 #include "engine/time/clock.hpp"
 #include "fem/lattice.hpp"
 #include "fem/links.hpp"
@@ -21,7 +22,7 @@
 
 #include <sys/resource.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -52,56 +53,75 @@ double min_dihedral_deg(const TetMesh& mesh) {
 std::string find_crowd(const TriMesh& surface) {
     const std::size_t triangles = surface.triangles.size(), most = std::max(kFewTriangles, kMostPerVertex * surface.vertices.size());
     if (triangles <= most) return "";
-    return fmt::format("{} triangles share {} vertices; a surface has about 2 a vertex; at most {} would be right here; "
+    return fmt::format("{} triangles share {} vertices; a surface has about 2 a vertex; expected at most {} here; "
                        "repairs \"drop_degenerate,drop_duplicates\" remove those that lie upon others",
                        triangles, surface.vertices.size(), most);
 }
 
-/// What a surface lacks to be worth spheres: a size, an area, or a volume where the builder fills one. Empty: nothing.
-std::string find_lack(const MeshPreparation& made, spheretree::Builder builder) {
-    const TriMesh& surface = made.surface;
+/// What a surface lacks to be worth spheres: a size or an area. Empty: nothing.
+std::string find_flatness(const TriMesh& surface) {
     const double size = surface.bounds().longest_edge();
     if (size == 0.0) return "all vertices lie at one point: the surface has no area";
     if (!(size >= kSmallestSide))
-        return fmt::format("the longest side is {:g} m; at least {:g} m would be right: is --unit right?", size, kSmallestSide);
+        return fmt::format("the longest side is {:g} m; expected at least {:g} m: is --unit right?", size, kSmallestSide);
     const double area = surface_area(surface); // m^2
     if (!(area > kRounding * size * size))
-        return fmt::format("the surface has no area: {:g} m^2 with a longest side of {:g} m; more than {:g} m^2 would be right", area, size,
+        return fmt::format("the surface has no area: {:g} m^2 with a longest side of {:g} m; expected more than {:g} m^2", area, size,
                            kRounding * size * size);
+    return "";
+}
+
+/// The same of a volume, where the builder fills one and the surface bounds one.
+std::string find_emptiness(const MeshPreparation& made, spheretree::Builder builder) {
+    const SurfaceReport& r = made.dense;
+    if (!spheretree::needs_closed(builder) || !r.closed() || !r.oriented() || r.nonmanifold_edges > 0) return "";
+    const double area = surface_area(made.surface), size = made.surface.bounds().longest_edge();
     const double least = kRounding * area * size; // m^3
-    if (spheretree::needs_closed(builder) && !(made.dense.signed_volume > least))
-        return fmt::format("the surface holds no volume: {:g} m^3 within {:g} m^2; more than {:g} m^3 would be right; "
+    if (!(std::abs(r.signed_volume) > least))
+        return fmt::format("the surface holds no volume: {:g} m^3 within {:g} m^2; expected more than {:g} m^3; "
                            "builder \"shell\" takes flat ones",
-                           made.dense.signed_volume, area, least);
+                           r.signed_volume, area, least);
     return "";
 }
 
 Result<void> load(const std::filesystem::path& file, const PrepareOptions& options, MeshPreparation& made) {
     ReadOptions read;
     read.weld = true;
-    Result<TriMesh> mesh = read_surface(file, read);
+    std::string origin;
+    Result<TriMesh> mesh = read_surface(file, read, &origin);
     if (!mesh.ok()) return mesh.error();
+    if (!origin.empty()) made.notes.push_back(std::move(origin));
     const auto bad = [&](std::string message) { return Error{ErrorCode::BadMesh, std::move(message), file.string()}; };
     for (std::size_t i = 0; i < mesh->vertices.size(); ++i) { // before the repairs, which multiply coordinates too
         Vec3& v = mesh->vertices[i];
         v *= options.unit;
         if (const double largest = v.cwiseAbs().maxCoeff(); largest > spheretree::kLargestCoordinate)
-            return bad(fmt::format("vertex {} lies {:.6g} m from the origin (unit {:g} m); at most {:g} m would be right", i, largest,
+            return bad(fmt::format("vertex {} lies {:.6g} m from the origin (unit {:g} m); expected at most {:g} m", i, largest,
                                    options.unit, spheretree::kLargestCoordinate));
     }
-    if (!options.repairs.empty()) {
-        const Result<RepairReport> repaired = apply_repairs(*mesh, options.repairs);
-        if (!repaired.ok()) return bad(repaired.error().message);
-        for (const RepairStep& step : repaired->steps) made.notes.push_back("repair " + step.to_string());
-    }
+    const TriMesh raw = *mesh;
+    const bool closed = spheretree::needs_closed(options.spheres.builder);
+    const std::string builder(spheretree::builder_name(options.spheres.builder));
+    const SurfaceNeeds needs{fmt::format("the {} builder", builder), closed, closed};
+    const auto refuse = [&](const std::string& what) {
+        const std::string help = describe_advice(propose_repairs(raw, options.repairs, needs, options.repairing), RepairWriting::Option);
+        return bad(what + help + (closed ? "; builder \"shell\" takes any surface" : ""));
+    };
+    const Result<RepairReport> repaired = apply_repairs(*mesh, options.repairs, options.repairing);
+    if (!repaired.ok()) return refuse(repaired.error().message);
+    for (const RepairStep& step : repaired->steps) made.notes.push_back("repair " + step.to_string());
     drop_unreferenced_vertices(*mesh);
     made.surface = std::move(*mesh);
     made.dense = inspect_surface(made.surface);
     if (std::string crowd = find_crowd(made.surface); !crowd.empty()) return bad(std::move(crowd));
-    const Result<void> sound = spheretree::check_surface_for(made.surface, options.spheres.builder);
-    if (!sound.ok()) return bad(sound.error().message);
-    if (std::string lacking = find_lack(made, options.spheres.builder); !lacking.empty()) return bad(std::move(lacking));
-    made.self_intersections = find_self_intersections(made.surface, 0).count;
+    if (std::string lacking = find_flatness(made.surface); !lacking.empty()) return bad(std::move(lacking));
+    if (const Result<void> finite = spheretree::check_surface_for(made.surface, spheretree::Builder::Shell); !finite.ok())
+        return bad(finite.error().message);
+    if (std::string lacking = find_emptiness(made, options.spheres.builder); !lacking.empty()) return bad(std::move(lacking));
+    if (const auto defect = closed ? find_defect(made.surface, made.dense, needs) : std::nullopt)
+        return defect->repair ? refuse(defect->what) : bad(defect->what);
+    for (std::string& note : list_leniencies(made.dense)) made.notes.push_back(std::move(note));
+    if (!closed) made.self_intersections = find_self_intersections(made.surface, 0).count;
     const double size = made.surface.bounds().longest_edge();
     if (!(size >= kSmallestBody && size <= kLargestBody))
         made.notes.push_back(fmt::format("the longest side is {:.6g} m: is --unit right?", size));
@@ -285,4 +305,4 @@ std::string preparation_json(const MeshPreparation& made, const PrepareOptions& 
     return json.dump(2) + "\n";
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,11 +13,12 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct PrepareOptions {
     double unit = 1.0;           // m, of the file's coordinates
     std::vector<Repair> repairs; // in this order
+    RepairOptions repairing{.may_remove_key = "--may-remove", .may_split_key = "--may-split"};
     spheretree::WrappedOptions spheres;
     std::size_t coarse_triangles = 800; // of the simplified surface that is meshed
     fem::Material material;             // the stable step depends on it
@@ -58,4 +59,4 @@ struct MeshPreparation {
 /// The contents of prepare.json. Errors of the spheres are in 1/1000 of the longest box edge.
 [[nodiscard]] std::string preparation_json(const MeshPreparation& made, const PrepareOptions& options);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

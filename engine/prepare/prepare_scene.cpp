@@ -1,8 +1,9 @@
 #include "engine/prepare/prepare_scene.hpp"
 
-#include "base/inside.hpp"
+#include "engine/prepare/check_scene.hpp"
 #include "engine/prepare/nested.hpp"
 #include "engine/prepare/prepare_body.hpp"
+#include "engine/prepare/standing_room.hpp"
 #include "engine/prepare/wrap_solids.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "engine/time/clock.hpp"
@@ -13,7 +14,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -26,16 +27,19 @@ constexpr double kRounding = 1e-9;
 /// Links of the sphere chain per rod segment: at the node and midway to the next.
 constexpr std::size_t kLinksPerSegment = 2;
 
-Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse, const PreparedScene& prepared,
+Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, const CoarseBodies& coarse, PreparedScene& prepared,
                            InstrumentModel& model) {
     const SceneTarget& target = scene.targets[spec.follow->target];
+    const BodyModel& lumen = prepared.model.bodies[model.lumen];
+    const Vec3& end = prepared.targets[spec.follow->target].position;
+    if (auto stands = check_target(scene, spec, model, lumen, end); !stands.ok()) return stands;
     spheretree::PathOptions options;
     options.min_radius = model.rod.design.radius;
-    const auto path = spheretree::find_lumen_path(*prepared.model.bodies[model.lumen].lumen, model.port.position,
-                                                  prepared.targets[spec.follow->target].position, options);
+    const auto path = spheretree::find_lumen_path(*lumen.lumen, model.port.position, end, options);
     if (!path.ok())
         return scene_error(scene, "instruments." + spec.name + ".follow",
                            fmt::format("no way from the entry to {}: {}", target.name, path.error().message));
+    for (std::string& note : note_target(scene, spec, model, lumen, end)) prepared.bodies[model.lumen].notes.push_back(std::move(note));
     std::vector<Vec3> points;
     std::vector<double> radii;
     for (const auto& point : *path) {
@@ -49,24 +53,6 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
         model.route_links = std::move(*links);
     }
     model.follow = {spec.follow->speed, spec.follow->look_ahead, spec.follow->tolerance};
-    return {};
-}
-
-/// The whole cross-section at the port, and the part that is in at the start, must lie inside the lumen.
-Result<void> check_entry(const Scene& scene, const SceneInstrument& spec, const InstrumentModel& model, const BodyModel& lumen) {
-    const InsideTest inside(lumen.surface);
-    const auto room = [&](const Vec3& p) { return -inside.signed_distance(p); };
-    const std::string key = "instruments." + spec.name;
-    if (const double free = room(model.port.position); free < model.rod.design.radius)
-        return scene_error(scene, key + ".entry",
-                           fmt::format("the entry has {:.3g} mm of room inside {}, the instrument's radius is {:.3g} mm", 1e3 * free,
-                                       lumen.name, 1e3 * model.rod.design.radius));
-    for (double s = 0.0; s < model.inserted; s += model.rod.segment)
-        if (room(model.port.position + s * model.port.direction) < model.rod.design.radius)
-            return scene_error(scene, key + ".inserted",
-                               fmt::format("{:.3g} mm straight ahead of the entry the instrument meets the wall of {}: "
-                                           "insert less at the start",
-                                           1e3 * s, lumen.name));
     return {};
 }
 
@@ -142,10 +128,9 @@ Result<void> prepare_blood(const Scene& scene, const CoarseBodies& coarse, Patie
         instrument.flow_entry = find_flow_point(*vessel.blood, instrument.port.position);
     }
     if (!inlet || inlet_used || prepared.model.instruments.empty()) return {};
-    return scene_error(
-        scene, key + ".inlet",
-        fmt::format("({:.4g}, {:.4g}, {:.4g}) mm lies in no vessel that an instrument moves in; a place inside would be right",
-                    1e3 * inlet->position.x(), 1e3 * inlet->position.y(), 1e3 * inlet->position.z()));
+    return scene_error(scene, key + ".inlet",
+                       fmt::format("({:.4g}, {:.4g}, {:.4g}) mm lies in no vessel that an instrument moves in; expected a place inside",
+                                   1e3 * inlet->position.x(), 1e3 * inlet->position.y(), 1e3 * inlet->position.z()));
 }
 
 EffectSet make_effects(const Scene& scene) {
@@ -245,7 +230,8 @@ void fill_settings(const Scene& scene, SceneModel& model) {
 Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress) {
     const StopWatch watch;
     if (const std::size_t count = scene.bodies.size() + scene.instruments.size(); count > kMostBodies)
-        return scene_error(scene, "bodies", fmt::format("found {} bodies and instruments; at most {} would be right", count, kMostBodies));
+        return scene_error(scene, "bodies", fmt::format("found {} bodies and instruments, expected at most {}", count, kMostBodies));
+    if (const Result<void> checked = check_scene(scene); !checked.ok()) return checked.error();
     const auto say = [&](const std::string& what) {
         if (progress) progress(what);
     };
@@ -280,4 +266,4 @@ Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress
     return prepared;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

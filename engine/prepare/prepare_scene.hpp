@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// What preparation found and made, body by body, for `explain` and the report.
 struct BodySummary {
@@ -36,4 +36,4 @@ using Progress = std::function<void(const std::string&)>;
 /// fails  with the scene's file, line and key
 [[nodiscard]] Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress = {});
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

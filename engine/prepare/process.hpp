@@ -1,4 +1,5 @@
-// Runs one external program to its end, to a time limit, or until somebody interrupts us, without a shell. It never outlives us.
+// Runs one external program to its end, to a time limit, or until somebody interrupts us, without a shell. Neither it nor anything that
+// it started outlives us, whatever ends us (supervisor.hpp).
 #pragma once
 
 #include "base/result.hpp"
@@ -9,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct ProcessOutcome {
     bool timed_out = false;
@@ -28,10 +29,17 @@ enum class OnInterrupt : std::uint8_t {
     Finish // it is short, and part of what an interrupted run writes
 };
 
-/// Runs in `folder`; kills the whole process group at the limit. ToolFailed only when it could not be started.
+/// Bytes of address space that such a program may have, or what the system leaves us where that is less.
+inline constexpr std::uint64_t kToolMemory = std::uint64_t{8} << 30;
+
+/// Runs in `folder`; at the limit, s of a monotonic clock, it is killed with all that it started. What it prints is read as it comes: the
+/// last few KiB are kept, nothing is written. ToolFailed only when it could not be started.
 [[nodiscard]] Result<ProcessOutcome> run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                                                  const std::filesystem::path& folder, double time_limit,
                                                  OnInterrupt on_interrupt = OnInterrupt::Kill);
+
+/// A sentence where the system leaves such a program less than kToolMemory; empty otherwise.
+[[nodiscard]] std::string tell_memory_limit();
 
 /// A private folder under the system's temporary one, removed with everything in it when this goes, also when interrupted.
 class TemporaryFolder {
@@ -48,4 +56,4 @@ private:
     std::filesystem::path path_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

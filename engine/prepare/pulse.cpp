@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -56,4 +56,4 @@ std::vector<Vec3> find_pulse_reach(const TriMesh& wall, const spheretree::LumenT
     return reach;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

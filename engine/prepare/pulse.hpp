@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Displacement of every wall vertex from diastole (rest) to systole: outward, a share of the local radius. The radius is that
 /// of the largest free ball that touches the wall there, smoothed along the wall so that it does not jump at forks.
@@ -14,4 +14,4 @@ namespace seldinger::engine {
 /// returns   [vertex_count] m
 [[nodiscard]] std::vector<Vec3> find_pulse_reach(const TriMesh& wall, const spheretree::LumenTree& lumen, double amplitude);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -122,4 +122,4 @@ Result<spheretree::SphereTree> read_sph(const std::filesystem::path& path, doubl
     return tree;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 
 #include <filesystem>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// scale  multiplies coordinates and radii: from metres to the unit that the file is to have
 /// fails  BadValue where the full tree would have more than 20 million places; CannotWrite as write_file_atomically
@@ -18,4 +18,4 @@ namespace seldinger::engine {
 /// fails  with file and line: broken syntax, numbers that are not finite, too few lines, no root
 [[nodiscard]] Result<spheretree::SphereTree> read_sph(const std::filesystem::path& path, double scale = 1.0);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

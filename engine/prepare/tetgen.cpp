@@ -10,7 +10,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -66,10 +66,13 @@ std::string last_words(const std::string& output) {
 
 Result<void> check_outcome(const ProcessOutcome& outcome, double time_limit) {
     const auto failed = [&](const std::string& how) {
-        return Error{.code = ErrorCode::ToolFailed, .message = "TetGen " + how + "; its last words: " + last_words(outcome.output)};
+        const std::string memory = outcome.interrupted || outcome.timed_out ? std::string() : tell_memory_limit();
+        return Error{.code = ErrorCode::ToolFailed,
+                     .message =
+                         "TetGen " + how + "; its last words: " + last_words(outcome.output) + (memory.empty() ? "" : "; " + memory)};
     };
     if (outcome.interrupted) return failed("was interrupted");
-    if (outcome.timed_out) return failed(fmt::format("was stopped after {} s", time_limit));
+    if (outcome.timed_out) return failed(fmt::format("was stopped after {:.3g} s", time_limit));
     if (outcome.signal != 0) return failed(fmt::format("was ended by signal {}", outcome.signal));
     if (outcome.exit_code != 0) return failed(fmt::format("ended with exit code {}", outcome.exit_code));
     return {};
@@ -124,4 +127,4 @@ Result<TetMesh> run_tetgen(const TriMesh& input, const TetgenOptions& options) {
     return read_result(folder->path() / "surface.1.ele", surface, frame);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct TetgenOptions {
     double max_radius_edge_ratio = 1.414; // [-], quality bound, >= 1.1. Smaller: rounder tets, more of them
@@ -26,4 +26,4 @@ struct TetgenOptions {
 /// The checks alone: closed, manifold, outward, finite, without self-intersection.
 [[nodiscard]] Result<void> check_meshable_surface(const TriMesh& surface);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

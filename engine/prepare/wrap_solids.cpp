@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -74,4 +74,4 @@ Result<void> wrap_solids(const Scene& scene, PreparedScene& prepared) {
     return {};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -2,7 +2,7 @@
 
 #include "engine/scene/scene.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr double kLargestBody = 10.0;    // m
@@ -40,9 +40,11 @@ const ObjectSpec& material_table() {
                          "Mass per volume.")
                 .by_default(usual.density),
             number_field("viscosity", Dimension::Viscosity,
-                         {0.0, 1e5, false, 0.0, 1e3, "on the strain rate; large values shrink the stable step"}, "Damps deformation.")
+                         {0.0, 1e5, false, 0.0, 1e3, "on the strain rate; large values shrink the stable step"},
+                         "Damps deformation: adds the stress 2 viscosity D, with D the rate of strain, see docs/tissue.md.")
                 .by_default(usual.viscosity),
-            number_field("mass_damping", Dimension::Rate, {0.0, 1e4, false, 0.0, 1e3, "drags every node towards rest"}, "Damps all motion.")
+            number_field("mass_damping", Dimension::Rate, {0.0, 1e4, false, 0.0, 1e3, "drags every node towards rest"},
+                         "Damps all motion, free flight too: adds the acceleration -mass_damping v, see docs/tissue.md.")
                 .by_default(usual.mass_damping),
             flag_field("cap_viscosity", "Lowers a viscosity that would cost more than a tenth of the stable step, and says so.")
                 .by_default(true),
@@ -57,18 +59,26 @@ const ObjectSpec& file_surface_table() {
         text.kind = ValueKind::Text;
         return ObjectSpec{
             "file surface",
-            "A mesh from a file: OBJ, PLY, STL, OFF, VTK, VTP, plain or .gz.",
+            "A mesh from a file: OBJ, PLY, STL, OFF, VTK, VTP, plain or .gz; of a file of tetrahedra (MSH, VTU, MEDIT, ...) the boundary.",
             "file",
             "",
             {
-                path_field("file", "Relative to the scene's folder; ${SELDINGER_TEST_DATA} stands for that environment variable.")
-                    .required(),
+                path_field("file", "Relative to the scene's folder; ${TROCAR_TEST_DATA} stands for that environment variable.").required(),
                 file_unit_field(),
                 value_field("groups", list_value(text, 1), "OBJ groups to keep; everything when absent."),
                 value_field("repair", list_value(choice_value({names.begin(), names.end()}), 0),
                             "Named repairs, applied in this order and reported with counts. None runs unasked."),
                 number_field("weld_tolerance", Dimension::Length, above(0.0, 0.01),
                              "Of the repair weld; a millionth of the mesh's size when absent."),
+                number_field(
+                    "may_remove", Dimension::None, between(0.0, 1.0),
+                    "Share of the area, and of the enclosed volume, that one repair may take; more is an error that says how much.")
+                    .by_default(kUsualRemoval),
+                flag_field("may_split", "Lets a repair leave more connected parts than it found; otherwise that is an error.")
+                    .by_default(false),
+                flag_field("may_cross", "Lets the wall of a hollow body pass through itself: its overlaps count as inside once, and its "
+                                        "inner walls are met like any other. Otherwise that is an error.")
+                    .by_default(false),
             }};
     }();
     return table;
@@ -145,9 +155,9 @@ const ObjectSpec& meshed_coarse_table() {
         "mesher",
         "",
         {
-            choice_field("mesher", {"tetgen", "lattice"},
-                         "TetGen, run as a program of its own, follows the surface; a lattice allows far longer sub-steps.")
-                .by_default(std::string_view("tetgen")),
+            choice_field("mesher", {"lattice", "tetgen"},
+                         "A lattice allows far longer sub-steps; TetGen, run as a program of its own, follows the surface.")
+                .by_default(std::string_view("lattice")),
             count_field("surface_triangles", 20, 1e6, "Of the simplified surface; of a lattice's boundary, about.")
                 .by_default(double(usual.surface_triangles)),
             number_field("max_volume", Dimension::Volume, above(0.0, 1.0),
@@ -250,7 +260,7 @@ const ObjectSpec& body_table() {
                 .when({"static"}),
             object_field("material", material_table(), "Of the tissue.").when({"deformable"}),
             value_field("coarse", any_value({object_value(meshed_coarse_table()), object_value(file_coarse_table())}),
-                        "The tetrahedra that deform; TetGen's when absent.")
+                        "The tetrahedra that deform; a lattice's when absent.")
                 .when({"deformable"}),
             flag_field("self_contact", "Whether the body touches itself, where the scene has that effect.")
                 .by_default(true)
@@ -268,4 +278,4 @@ const ObjectSpec& body_table() {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

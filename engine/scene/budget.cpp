@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::array<std::pair<std::string_view, double>, 5> kTimeUnits = {
@@ -17,7 +17,7 @@ constexpr std::array<std::pair<std::string_view, double>, 5> kTimeUnits = {
 /// More tests than any step could do in a year.
 constexpr std::uint64_t kMaxWorkUnits = 1'000'000'000'000'000;
 
-constexpr std::string_view kRight = "a time with its unit (\"8ms\", \"250us\"), \"work:20000\" or \"exact\" would be right";
+constexpr std::string_view kRight = "expected a time with its unit (\"8ms\", \"250us\"), \"work:20000\" or \"exact\"";
 
 Error refuse(std::string_view text, std::string_view reason) {
     return {ErrorCode::BadValue, fmt::format("budget \"{:.40}\": {}; {}", text, reason, kRight)};
@@ -68,4 +68,4 @@ std::string BudgetSpec::to_string() const {
     return fmt::format("{:.6g}us", limits.wall_s * 1e6);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

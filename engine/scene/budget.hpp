@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// What the budget has to pay for.
 enum class BudgetScope : std::uint8_t {
@@ -33,4 +33,4 @@ struct BudgetSpec {
 /// Longest wall budget of one step. Above an hour a unit was mistaken; `exact` has no limit.
 inline constexpr double kMaxBudgetSeconds = 3600.0; // s
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::size_t kMaxNameLength = 64;
@@ -68,7 +68,7 @@ private:
     }
 
     std::optional<Error> mismatch(const JsonNode& node, const ValueSpec& spec, const std::string& path) const {
-        return fail(node.at, path, fmt::format("found {}; {} would be right", describe(node), expected(spec, context_.units)));
+        return fail(node.at, path, fmt::format("found {}; expected {}", describe(node), expected(spec, context_.units)));
     }
 
     std::optional<Error> unknown_key(const JsonNode& node, const ObjectSpec& spec, const std::string& path) const {
@@ -93,7 +93,7 @@ private:
             const std::vector<std::string_view>& used = spec.find(other.key)->used_when;
             if (used.empty() || std::find(used.begin(), used.end(), chosen) != used.end()) continue;
             return fail(other.key_at, join_key(path, other.key),
-                        fmt::format("unused key {}: {} is {} here; the key is used where it is {}; leaving it out would be right",
+                        fmt::format("unused key {}: {} is {} here; the key is used where it is {}; expected it left out",
                                     in_quotes(other.key), spec.discriminator, in_quotes(chosen), fmt::join(used, " or ")));
         }
         return std::nullopt;
@@ -111,9 +111,9 @@ private:
     }
 
     Error missing(const JsonNode& node, const FieldSpec& field, const std::string& path) const {
-        return fail(node.at, join_key(path, field.key),
-                    fmt::format("the key {} is missing; {} would be right: {}", in_quotes(field.key), expected(field.value, context_.units),
-                                field.doc));
+        return fail(
+            node.at, join_key(path, field.key),
+            fmt::format("the key {} is missing; expected {}: {}", in_quotes(field.key), expected(field.value, context_.units), field.doc));
     }
 
     std::optional<Error> number(const JsonNode& node, const ValueSpec& spec, const std::string& path) {
@@ -140,9 +140,9 @@ private:
 
     std::optional<Error> text(const JsonNode& node, const ValueSpec& spec, const std::string& path) const {
         if (node.type != JsonType::Text) return mismatch(node, spec, path);
-        if (node.text.empty()) return fail(node.at, path, "found an empty string; a name would be right");
+        if (node.text.empty()) return fail(node.at, path, "found an empty string; expected a name");
         if (has_control_characters(node.text)) // a terminal would obey them, a zero byte would end a message
-            return fail(node.at, path, fmt::format("found {}; text without control characters would be right", in_quotes(node.text)));
+            return fail(node.at, path, fmt::format("found {}; expected text without control characters", in_quotes(node.text)));
         return std::nullopt;
     }
 
@@ -196,9 +196,9 @@ private:
         if (node.type != JsonType::Object) return mismatch(node, spec, path);
         for (const JsonNode& member : node.children) {
             if (!is_name(member.key))
-                return fail(member.key_at, path,
-                            fmt::format("found the name {}; up to {} letters, digits, - and _ would be right", in_quotes(member.key),
-                                        kMaxNameLength));
+                return fail(
+                    member.key_at, path,
+                    fmt::format("found the name {}; expected up to {} letters, digits, - and _", in_quotes(member.key), kMaxNameLength));
             if (auto error = value(member, spec.alternatives.front(), join_key(path, member.key))) return error;
         }
         return std::nullopt;
@@ -221,12 +221,12 @@ private:
             if (node.find(marker) != nullptr) found.push_back(marker);
         if (found.size() > 1)
             return fail(node.find(found[1])->key_at, path,
-                        fmt::format("the keys {} exclude each other; one of them would be right", fmt::join(found, " and ")));
+                        fmt::format("the keys {} exclude each other; expected one of them", fmt::join(found, " and ")));
         for (const JsonNode& member : node.children)
             if (!known_in_some(member.key, spec))
                 return fail(member.key_at, join_key(path, fmt::format("{:.60}", member.key)),
                             fmt::format("unknown key {}; {}", in_quotes(member.key), suggest("key", member.key, markers)));
-        return fail(node.at, path, fmt::format("found no key that says what this is; one of {} would be right", fmt::join(markers, ", ")));
+        return fail(node.at, path, fmt::format("found no key that says what this is; expected one of {}", fmt::join(markers, ", ")));
     }
 
     static bool known_in_some(std::string_view key, const ValueSpec& spec) {
@@ -290,4 +290,4 @@ std::optional<Error> check_object(const JsonNode& node, const ObjectSpec& spec, 
     return Checker(context).object(node, spec, path);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

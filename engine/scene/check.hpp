@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// What a check needs besides the tree, and what it leaves behind.
 struct CheckContext {
@@ -39,11 +39,11 @@ struct CheckContext {
 /// The alternative that a value of this JSON type, with these keys, is meant to be; nullptr where none fits.
 [[nodiscard]] const ValueSpec* choose_alternative(const JsonNode& node, const ValueSpec& value);
 
-/// A file name as the scene writes it: "${SELDINGER_TEST_DATA}" replaced, relative to the scene's folder.
+/// A file name as the scene writes it: "${TROCAR_TEST_DATA}" replaced, relative to the scene's folder.
 /// fails     with the text of the message alone: unknown variable, variable not set, no such file, a folder
 [[nodiscard]] Result<std::filesystem::path> resolve_file(std::string_view name, const std::filesystem::path& folder);
 
-/// What would be right, as a message says it: "a number in mm", "rows of 3 numbers [t, insertion, rotation] in s, mm,
+/// What is expected, as a message says it: "a number in mm", "rows of 3 numbers [t, insertion, rotation] in s, mm,
 /// rad".
 [[nodiscard]] std::string expected(const ValueSpec& value, const Units& units);
 
@@ -53,4 +53,4 @@ struct CheckContext {
 /// "0.5 mm": in the unit of the scene.
 [[nodiscard]] std::string with_unit(double si, Dimension dimension, const Units& units);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

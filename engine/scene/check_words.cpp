@@ -1,4 +1,4 @@
-// Words of the checker: what would be right, what is out of range, which unit was probably meant.
+// Words of the checker: what was expected, what is out of range, which unit was probably meant.
 #include "engine/scene/check.hpp"
 
 #include <fmt/format.h>
@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// The unit in which the number would be usual (or at least allowed), if there is one.
@@ -19,7 +19,7 @@ std::string meant_unit(double value, Dimension dimension, const Range& range, co
         for (const UnitName& unit : known_units(dimension)) {
             const double si = value * unit.factor;
             if (si < least || si > most || si == 0.0 || unit.factor == factor) continue;
-            return fmt::format("; was it meant in {}? then {:.6g} would be right", unit.name, si / factor);
+            return fmt::format("; was it meant in {}? then expected {:.6g}", unit.name, si / factor);
         }
     }
     return "";
@@ -49,7 +49,7 @@ std::string out_of_range(const JsonNode& node, Dimension dimension, const Range&
     const std::string unit = dimension == Dimension::None ? "" : " " + units.name(dimension);
     std::string text = fmt::format("found {}{}", node.text, unit);
     if (factor != 1.0) text += fmt::format(", that is {}", with_unit(node.number * factor, dimension, Units{}));
-    text += "; ";
+    text += "; expected ";
     const double least = range.least / factor, most = range.most / factor;
     if (std::isinf(range.most))
         text += fmt::format("{} {:.6g}{}", range.above_least ? "more than" : "at least", least, unit);
@@ -57,7 +57,6 @@ std::string out_of_range(const JsonNode& node, Dimension dimension, const Range&
         text += fmt::format("more than {:.6g} and at most {:.6g}{}", least, most, unit);
     else
         text += fmt::format("{:.6g} to {:.6g}{}", least, most, unit);
-    text += " would be right";
     if (!range.what.empty()) text += fmt::format(" ({})", range.what);
     return text + meant_unit(node.number, dimension, range, units);
 }
@@ -106,4 +105,4 @@ std::string with_unit(double si, Dimension dimension, const Units& units) {
     return fmt::format("{:.6g} {}", si / factor, units.name(dimension));
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 void add_objects(const ValueSpec& value, std::vector<const ObjectSpec*>& found) {
@@ -56,4 +56,4 @@ std::vector<const ObjectSpec*> reachable_objects(const ObjectSpec& root) {
     return found;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

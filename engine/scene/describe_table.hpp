@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// "0.1 to 10 m", "more than 0", empty where every number is allowed.
 [[nodiscard]] std::string range_text(const Range& range, Dimension dimension);
@@ -17,4 +17,4 @@ namespace seldinger::engine {
 /// Every object reachable from one, itself first, each once, in the order of the table.
 [[nodiscard]] std::vector<const ObjectSpec*> reachable_objects(const ObjectSpec& root);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

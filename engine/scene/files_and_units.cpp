@@ -5,12 +5,12 @@
 
 #include <cstdlib>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
-constexpr std::string_view kVariable = "SELDINGER_TEST_DATA";
+constexpr std::string_view kVariable = "TROCAR_TEST_DATA";
 
-/// Replaces "${SELDINGER_TEST_DATA}" wherever it stands.
+/// Replaces "${TROCAR_TEST_DATA}" wherever it stands.
 Result<std::string> expand(std::string_view name) {
     std::string text;
     for (std::size_t start = 0;;) {
@@ -26,7 +26,7 @@ Result<std::string> expand(std::string_view name) {
         if (folder == nullptr || *folder == '\0')
             return Error{
                 ErrorCode::FileNotFound,
-                fmt::format("needs the environment variable {}, which is not set; the folder of the test data would be right", kVariable)};
+                fmt::format("needs the environment variable {}, which is not set; expected the folder of the test data", kVariable)};
         text += folder;
         start = close + 1;
     }
@@ -62,8 +62,8 @@ Result<std::filesystem::path> resolve_file(std::string_view name, const std::fil
                        : std::filesystem::exists(status)     ? "is no regular file"
                                                              : "does not exist";
     return Error{ErrorCode::FileNotFound,
-                 fmt::format("the file \"{:.200}\" {} (looked for {:.300}); a file relative to the scene's folder would be right", name,
-                             what, file.string())};
+                 fmt::format("the file \"{:.200}\" {} (looked for {:.300}); expected a file relative to the scene's folder", name, what,
+                             file.string())};
 }
 
 std::optional<Error> read_units(const JsonNode& root, const ObjectSpec& spec, CheckContext& context) {
@@ -77,4 +77,4 @@ std::optional<Error> read_units(const JsonNode& root, const ObjectSpec& spec, Ch
     return std::nullopt;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

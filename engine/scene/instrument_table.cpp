@@ -2,7 +2,7 @@
 
 #include "engine/scene/scene.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr double kLongestRod = 10.0; // m
@@ -186,4 +186,4 @@ const ObjectSpec& instrument_table() {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// Longest part of a foreign text that a message repeats.
@@ -180,7 +180,7 @@ private:
         if (twice == members.end()) return false;
         const JsonNode& second = **std::next(twice);
         fail("the key \"" + shortened(second.key, kMaxQuote) + "\" was already given in line " + std::to_string((*twice)->key_at.line) +
-                 "; once would be right",
+                 "; expected once",
              second.key_at);
         error.key = shortened(second.key, kMaxQuote);
         return true;
@@ -188,7 +188,7 @@ private:
 
     /// The library's words without its prefix, and what is behind the most frequent slips.
     std::string syntax_message(std::size_t position, std::string_view words) const {
-        if (text_.empty()) return "the file is empty; a JSON object { ... } would be right";
+        if (text_.empty()) return "the file is empty; expected a JSON object { ... }";
         const std::size_t start = words.find("syntax error");
         if (start != std::string_view::npos)
             words = words.substr(start);
@@ -201,9 +201,9 @@ private:
     }
 
     std::string hint(std::size_t position, std::string_view message) const {
-        if (message.find("number overflow") != std::string_view::npos) return "; at most 1.8e308 would be right";
+        if (message.find("number overflow") != std::string_view::npos) return "; expected at most 1.8e308";
         if (text_.size() > 1 && (text_.substr(0, 2) == "\xFF\xFE" || text_.substr(0, 2) == "\xFE\xFF"))
-            return "; the file looks like UTF-16, UTF-8 would be right";
+            return "; the file looks like UTF-16, expected UTF-8";
         std::string around(text_.substr(position > 9 ? position - 9 : 0, 18));
         for (char& c : around) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
         if (around.find("nan") != std::string::npos || around.find("inf") != std::string::npos)
@@ -264,4 +264,4 @@ std::string describe(const JsonNode& node) {
     return "";
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct TextPosition {
     std::size_t line = 0, column = 0; // 1-based; columns count characters, not bytes
@@ -41,4 +41,4 @@ inline constexpr std::size_t kMaxJsonValues = 500'000;
 /// The value as a message shows it: -5, "soft", true, a list of 3, an object.
 [[nodiscard]] std::string describe(const JsonNode& node);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

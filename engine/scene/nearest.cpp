@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// Names beyond this are not compared letter by letter: nobody mistypes a paragraph.
@@ -61,4 +61,4 @@ std::string refuse_unknown(std::string_view kind, std::string_view name, std::sp
     return fmt::format("found the unknown {} \"{:.60}\"; {}", kind, name, suggest(kind, name, known));
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Fewest insertions, removals, replacements and swaps of neighbours that turn one word into the other, letter case
 /// aside. source  Damerau 1964, "optimal string alignment" form
@@ -20,4 +20,4 @@ namespace seldinger::engine {
 /// `found the unknown X "name"; nearest known ...`
 [[nodiscard]] std::string refuse_unknown(std::string_view kind, std::string_view name, std::span<const std::string_view> known);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

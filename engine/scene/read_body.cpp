@@ -10,7 +10,7 @@
 #include <cmath>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// Words of a table's choice and what they mean, in one order.
@@ -54,11 +54,13 @@ std::optional<Error> read_file_surface(const CheckContext& context, const Values
             surface.repair.push_back(*find_repair(name.text));
             welds = welds || surface.repair.back() == Repair::Weld;
         }
+    surface.repairing.may_remove = values.number("may_remove");
+    surface.repairing.may_split = values.flag("may_split");
+    surface.may_cross = values.flag("may_cross");
     if (!values.has("weld_tolerance")) return std::nullopt;
-    surface.weld_tolerance = values.number("weld_tolerance");
+    surface.repairing.weld_tolerance = values.number("weld_tolerance");
     if (welds) return std::nullopt;
-    return fail_at(context, values, "weld_tolerance",
-                   "unused key: the repairs do not contain weld; adding it or leaving this out would be right");
+    return fail_at(context, values, "weld_tolerance", "unused key: the repairs do not contain weld; expected it added or this left out");
 }
 
 /// Rings between two rows of a tube's axis, about as far apart as its sides are wide: long thin triangles make poor
@@ -83,14 +85,14 @@ std::optional<Error> read_tube(const CheckContext& context, const Values& values
         const double radius = values.column("axis", rows[i], 3);
         if (i > 0 && (point - shape.axis.back()).norm() < kSamePoint)
             return error_at(context, rows[i].at, fmt::format("{}[{}]", values.path("axis"), i),
-                            "found the same point as in the row before; another point would be right");
+                            "found the same point as in the row before; expected another point");
         if (i > 0) add_rings(shape, point, radius);
         shape.axis.push_back(point);
         shape.axis_radii.push_back(radius);
         if (count_triangles(shape) > kMostTriangles) // here, or a short text of far rows would fill the memory with rings
             return error_at(context, rows[i].at, fmt::format("{}[{}]", values.path("axis"), i),
-                            fmt::format("found {}: {} triangles up to this row; at most {} in the scene would be right",
-                                        describe_size(shape), count_triangles(shape), kMostTriangles));
+                            fmt::format("found {}: {} triangles up to this row; expected at most {} in the scene", describe_size(shape),
+                                        count_triangles(shape), kMostTriangles));
     }
     return std::nullopt;
 }
@@ -106,7 +108,7 @@ std::optional<Error> read_vessels(const CheckContext& context, const Values& val
             const std::size_t i = read.axis.size() - 1;
             if (i > 0 && (read.axis[i] - read.axis[i - 1]).norm() < kSamePoint)
                 return error_at(context, row.at, fmt::format("{}[{}][{}]", values.path("branches"), shape.branches.size() - 1, i),
-                                "found the same point as in the row before; another point would be right");
+                                "found the same point as in the row before; expected another point");
         }
     }
     return std::nullopt;
@@ -127,7 +129,7 @@ std::optional<Error> read_shape(const CheckContext& context, const Values& value
     if (shape.kind == ShapeKind::Vessels) return read_vessels(context, values, shape);
     if (shape.kind == ShapeKind::Torus && shape.tube_radius >= shape.radius)
         return fail_at(context, values, "tube_radius",
-                       fmt::format("found {}; less than the ring's radius, {}, would be right",
+                       fmt::format("found {}; expected less than the ring's radius, {}",
                                    with_unit(shape.tube_radius, Dimension::Length, context.units),
                                    with_unit(shape.radius, Dimension::Length, context.units)));
     return std::nullopt;
@@ -173,7 +175,7 @@ std::optional<Error> read_region(const CheckContext& context, const Values& valu
         region.box.hi[static_cast<int>(i)] = values.column("box", corners[1], i);
     }
     if ((region.box.lo.array() < region.box.hi.array()).all()) return std::nullopt;
-    return fail_at(context, values, "box", "found an empty box; the lower corner first, then the upper one, would be right");
+    return fail_at(context, values, "box", "found an empty box; expected the lower corner first, then the upper one");
 }
 
 std::optional<Error> read_tissue(const CheckContext& context, const Values& values, SceneBody& body) {
@@ -211,7 +213,7 @@ std::optional<Error> read_motion(const CheckContext& context, const Values& valu
         for (std::size_t i = 0; i < 3; ++i) frame.displacement[static_cast<int>(i)] = values.column("motion", row, i + 1);
         if (!body.motion.empty() && frame.time <= body.motion.back().time)
             return error_at(context, row.at, fmt::format("{}[{}]", values.path("motion"), body.motion.size()),
-                            fmt::format("found the time {} after {}; increasing times would be right",
+                            fmt::format("found the time {} after {}; expected increasing times",
                                         with_unit(frame.time, Dimension::Time, context.units),
                                         with_unit(body.motion.back().time, Dimension::Time, context.units)));
         body.motion.push_back(frame);
@@ -232,7 +234,7 @@ Error fail_at(const CheckContext& context, const Values& values, std::string_vie
 std::optional<Error> read_direction(const CheckContext& context, const Values& values, std::string_view key, Vec3& direction) {
     direction = values.vector(key);
     const double largest = direction.cwiseAbs().maxCoeff();
-    if (!(largest > 0.0)) return fail_at(context, values, key, "found a direction of length 0; as in [0, 0, 1] would be right");
+    if (!(largest > 0.0)) return fail_at(context, values, key, "found a direction of length 0; expected one as in [0, 0, 1]");
     direction = (direction / largest).normalized(); // scaled first: squares of tiny or huge numbers leave the range of double
     return std::nullopt;
 }
@@ -246,8 +248,7 @@ std::optional<Error> read_body(const CheckContext& context, const Values& values
     body.self_contact = body.kind != BodyKind::Deformable || values.flag("self_contact");
     body.blend = values.number("blend", SceneBody{}.blend);
     if (values.has("blend") && !values.has("embedded_in"))
-        return fail_at(context, values, "blend",
-                       "unused key: the body is not embedded_in another; adding that or leaving this out would be right");
+        return fail_at(context, values, "blend", "unused key: the body is not embedded_in another; expected that added or this left out");
     if (body.kind == BodyKind::Deformable) return read_tissue(context, values, body);
     if (body.kind == BodyKind::Kinematic) return read_motion(context, values, body);
     return std::nullopt;
@@ -270,4 +271,4 @@ std::optional<Error> resolve_carrier(const CheckContext& context, const Values& 
     return std::nullopt;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

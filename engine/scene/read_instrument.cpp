@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr double kLeastSegments = 4.0;
@@ -51,8 +51,8 @@ std::optional<Error> read_place(const CheckContext& context, const Values& value
     place.body = use_preferred ? preferred : only_patient(scene);
     if (place.body != kNoIndex) return std::nullopt;
     return fail_at(context, values, "landmark",
-                   known.empty() ? "no body of this scene comes from a recipe, so there are no landmarks; a position would be right"
-                                 : "the scene has several patients; the key \"body\" beside it would be right");
+                   known.empty() ? "no body of this scene comes from a recipe, so there are no landmarks; expected a position"
+                                 : "the scene has several patients; expected the key \"body\" beside it");
 }
 
 std::optional<Error> read_entry(const CheckContext& context, const Values& instrument, const Scene& scene, Index lumen, PlaceSpec& place) {
@@ -79,7 +79,7 @@ std::optional<Error> read_surroundings(const CheckContext& context, const Values
     for (const std::string_view key : {"entry", "lumen"})
         if (!values.has(key))
             return fail_at(context, values, key,
-                           fmt::format("the key \"{}\" is missing; it, or \"inside\" with the name of an instrument, would be right", key));
+                           fmt::format("the key \"{}\" is missing; expected it, or \"inside\" with the name of an instrument", key));
     if (auto error = read_lumen(context, values, scene, instrument.lumen)) return error;
     return read_entry(context, values, scene, instrument.lumen, instrument.entry);
 }
@@ -87,15 +87,14 @@ std::optional<Error> read_surroundings(const CheckContext& context, const Values
 /// What makes a pair of rods no wire in a catheter, in words; empty: nothing.
 std::string refuse_pair(const Scene& scene, const SceneInstrument& outer, const SceneInstrument& inner, const Units& units) {
     for (const SceneInstrument* one : {&outer, &inner})
-        if (one->kind != InstrumentKind::Rod)
-            return fmt::format("{} is a mass_spring; the kind \"rod\" would be right for both", one->name);
+        if (one->kind != InstrumentKind::Rod) return fmt::format("{} is a mass_spring; expected the kind \"rod\" for both", one->name);
     if (outer.inside != kNoIndex)
-        return fmt::format("{} runs inside {} itself; that one would be right", outer.name, scene.instruments[outer.inside].name);
+        return fmt::format("{} runs inside {} itself; expected that one", outer.name, scene.instruments[outer.inside].name);
     for (const SceneInstrument& other : scene.instruments)
         if (other.inside != kNoIndex && scene.instruments[other.inside].name == outer.name)
-            return fmt::format("{} runs inside {} already; one wire to a catheter would be right", other.name, outer.name);
+            return fmt::format("{} runs inside {} already; expected one wire to a catheter", other.name, outer.name);
     if (inner.design.radius < outer.design.radius) return {};
-    return fmt::format("its radius is {}, that of {} is {}; a thinner wire would be right",
+    return fmt::format("its radius is {}, that of {} is {}; expected a thinner wire",
                        with_unit(inner.design.radius, Dimension::Length, units), outer.name,
                        with_unit(outer.design.radius, Dimension::Length, units));
 }
@@ -103,8 +102,7 @@ std::string refuse_pair(const Scene& scene, const SceneInstrument& outer, const 
 std::optional<Error> read_inside(const CheckContext& context, const Values& values, const Scene& scene, SceneInstrument& instrument) {
     for (const std::string_view key : {"entry", "lumen"})
         if (values.has(key))
-            return fail_at(context, values, key,
-                           "unused: it runs inside an instrument, with whose entry and lumen; leaving it out would be right");
+            return fail_at(context, values, key, "unused: it runs inside an instrument, with whose entry and lumen; expected it left out");
     const std::string name = values.text("inside");
     std::vector<std::string_view> known;
     Index outer = kNoIndex;
@@ -134,13 +132,13 @@ std::optional<Error> read_stiffness(const CheckContext& context, const Values& v
     const JsonNode* rows = values.find("stiffness");
     if (rows == nullptr) return std::nullopt;
     if (tip.has("stiffness"))
-        return fail_at(context, tip, "stiffness", "found beside the instrument's rows of stiffness; one of them would be right");
+        return fail_at(context, tip, "stiffness", "found beside the instrument's rows of stiffness; expected one of them");
     for (std::size_t i = 0; i < rows->children.size(); ++i) {
         const JsonNode& row = rows->children[i];
         const fem::StiffnessRow next{values.column("stiffness", row, 0), values.column("stiffness", row, 1)};
         if (i > 0 && !(next.from_tip > design.stiffness.back().from_tip))
             return error_at(context, row.at, fmt::format("{}[{}]", values.path("stiffness"), i),
-                            fmt::format("found {} after {}; lengths from the tip that ascend would be right",
+                            fmt::format("found {} after {}; expected lengths from the tip that ascend",
                                         with_unit(next.from_tip, Dimension::Length, context.units),
                                         with_unit(design.stiffness.back().from_tip, Dimension::Length, context.units)));
         design.stiffness.push_back(next);
@@ -156,12 +154,13 @@ std::optional<Error> check_pigtail(const CheckContext& context, const Values& va
     if (turn <= fem::kSharpestNode) return std::nullopt;
     const auto angle_text = [&](double angle) { return with_unit(angle, Dimension::Angle, context.units); };
     const double longest = fem::kSharpestNode * design.tip_length / design.tip_angle;
-    return fail_at(context, values, "segment",
-                   fmt::format("found {}, at which the pigtail of {} over {} turns by {} from node to node; {} at most, a segment of {} or "
-                               "less, would be right",
-                               with_unit(design.segment, Dimension::Length, context.units), angle_text(design.tip_angle),
-                               with_unit(design.tip_length, Dimension::Length, context.units), angle_text(turn),
-                               angle_text(fem::kSharpestNode), with_unit(longest, Dimension::Length, context.units)));
+    return fail_at(
+        context, values, "segment",
+        fmt::format("found {}, at which the pigtail of {} over {} turns by {} from node to node; expected {} at most, a segment of {} or "
+                    "less",
+                    with_unit(design.segment, Dimension::Length, context.units), angle_text(design.tip_angle),
+                    with_unit(design.tip_length, Dimension::Length, context.units), angle_text(turn), angle_text(fem::kSharpestNode),
+                    with_unit(longest, Dimension::Length, context.units)));
 }
 
 std::optional<Error> read_design(const CheckContext& context, const Values& values, fem::RodDesign& design) {
@@ -186,12 +185,12 @@ std::optional<Error> read_design(const CheckContext& context, const Values& valu
     const auto length_text = [&](double length) { return with_unit(length, Dimension::Length, context.units); };
     if (design.tip != fem::TipShape::Straight && design.tip_length > design.length)
         return fail_at(context, tip, "length",
-                       fmt::format("found {}; at most the instrument's length, {}, would be right", length_text(design.tip_length),
+                       fmt::format("found {}; expected at most the instrument's length, {}", length_text(design.tip_length),
                                    length_text(design.length)));
     const double segments = design.length / design.segment;
     if (segments >= kLeastSegments && segments <= kMostSegments) return check_pigtail(context, values, design);
     return fail_at(context, values, "segment",
-                   fmt::format("found {}, which divides the length of {} into {:.0f}; {} to {} would be right", length_text(design.segment),
+                   fmt::format("found {}, which divides the length of {} into {:.0f}; expected {} to {}", length_text(design.segment),
                                length_text(design.length), segments, length_text(design.length / kMostSegments),
                                length_text(design.length / kLeastSegments)));
 }
@@ -209,7 +208,7 @@ std::optional<Error> read_follow(const CheckContext& context, const Values& inst
     follow.tolerance = values.number("tolerance");
     if (follow.speed <= speed_limit * (1.0 + kLimitTolerance)) return std::nullopt;
     return fail_at(context, values, "speed",
-                   fmt::format("found {}; at most the hand's limit, {}, would be right, or a higher \"limits\": "
+                   fmt::format("found {}; expected at most the hand's limit, {}, or a higher \"limits\": "
                                "{{\"speed\": ...}} in the instrument",
                                with_unit(follow.speed, Dimension::Speed, context.units),
                                with_unit(speed_limit, Dimension::Speed, context.units)));
@@ -218,7 +217,7 @@ std::optional<Error> read_follow(const CheckContext& context, const Values& inst
 /// Where it starts, and what moves it.
 std::optional<Error> read_script(const CheckContext& context, const Values& values, const Scene& scene, SceneInstrument& instrument) {
     if (values.has("path") && values.has("follow"))
-        return fail_at(context, values, "follow", "found both a path and follow; one of them would be right");
+        return fail_at(context, values, "follow", "found both a path and follow; expected one of them");
     if (values.has("path"))
         if (auto error = read_path(context, values, instrument)) return error;
     if (values.has("follow"))
@@ -228,12 +227,12 @@ std::optional<Error> read_script(const CheckContext& context, const Values& valu
     const auto length_text = [&](double length) { return with_unit(length, Dimension::Length, context.units); };
     if (instrument.inserted > instrument.design.length)
         return fail_at(context, values, "inserted",
-                       fmt::format("found {}; at most the instrument's length, {}, would be right", length_text(instrument.inserted),
+                       fmt::format("found {}; expected at most the instrument's length, {}", length_text(instrument.inserted),
                                    length_text(instrument.design.length)));
     if (instrument.path.empty() || std::abs(instrument.inserted - start) <= 1e-9) return std::nullopt;
     return fail_at(context, values, "inserted",
-                   fmt::format("found {}, but the path's first row begins at {}; leaving this out would be right",
-                               length_text(instrument.inserted), length_text(start)));
+                   fmt::format("found {}, but the path's first row begins at {}; expected this left out", length_text(instrument.inserted),
+                               length_text(start)));
 }
 
 } // namespace
@@ -261,4 +260,4 @@ std::optional<Error> read_instrument(const CheckContext& context, const Values& 
     return read_script(context, values, scene, instrument);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 struct RowProblem {
@@ -23,7 +23,7 @@ std::optional<std::string> check_speed(double from, double to, double dt, double
                                        Dimension distance, Dimension speed, const Units& units) {
     const double needed = std::abs(to - from) / dt;
     if (needed <= limit * (1.0 + kLimitTolerance)) return std::nullopt;
-    return fmt::format("{} from {} to {} within {} needs {}; the hand's limit is {}: more time would be right, or "
+    return fmt::format("{} from {} to {} within {} needs {}, beyond the limit of {}; expected more time, or "
                        "\"limits\": {{\"{}\": {:.4g}}} in the instrument",
                        what, with_unit(from, distance, units), with_unit(to, distance, units), with_unit(dt, Dimension::Time, units),
                        with_unit(needed, speed, units), with_unit(limit, speed, units), key, needed / units.factor(speed));
@@ -31,18 +31,18 @@ std::optional<std::string> check_speed(double from, double to, double dt, double
 
 std::optional<RowProblem> check_row(const PathPoint* before, const PathPoint& row, const SceneInstrument& instrument, const Units& units) {
     if (row.time < 0.0)
-        return RowProblem{0, 0, fmt::format("found the time {}; 0 or more would be right", with_unit(row.time, Dimension::Time, units))};
+        return RowProblem{0, 0, fmt::format("found the time {}; expected 0 or more", with_unit(row.time, Dimension::Time, units))};
     if (row.insertion < 0.0 || row.insertion > instrument.design.length)
         return RowProblem{0, 1,
-                          fmt::format("found the insertion {}; 0 to the instrument's length, {}, would be right",
+                          fmt::format("found the insertion {}; expected 0 to the instrument's length, {}",
                                       with_unit(row.insertion, Dimension::Length, units),
                                       with_unit(instrument.design.length, Dimension::Length, units))};
     if (before == nullptr) return std::nullopt;
     const double dt = row.time - before->time;
     if (!(dt > 0.0))
         return RowProblem{0, 0,
-                          fmt::format("found the time {} after {}; increasing times would be right",
-                                      with_unit(row.time, Dimension::Time, units), with_unit(before->time, Dimension::Time, units))};
+                          fmt::format("found the time {} after {}; expected increasing times", with_unit(row.time, Dimension::Time, units),
+                                      with_unit(before->time, Dimension::Time, units))};
     if (auto text = check_speed(before->insertion, row.insertion, dt, instrument.speed_limit, "insertion", "speed", Dimension::Length,
                                 Dimension::Speed, units))
         return RowProblem{0, 1, *text};
@@ -131,8 +131,7 @@ Result<void> read_instrument_paths(Scene& scene, const std::filesystem::path& cs
         auto rows = take_rows(scene.units, *named, path.rows, csv);
         if (!rows) return rows.error();
         named->path = std::move(rows).value();
-        named->path_file = csv;
-        named->follow.reset();
+        named->path_file = csv; // what it followed stays: the report measures the tip against that target
     }
     return {};
 }
@@ -153,15 +152,16 @@ std::optional<Error> check_path_files(const Scene& scene) {
             }
             if (moved) continue;
             const bool exists = std::find(known.begin(), known.end(), path.instrument) != known.end();
-            return Error{ErrorCode::BadValue,
-                         exists ? fmt::format("found columns of {0}, which this file does not move; leaving them out, or the same \"path\" "
-                                              "in that instrument, would be right",
-                                              path.instrument)
-                                : refuse_unknown("instrument", path.instrument, known),
-                         instrument.path_file.string(), path.line, path.column};
+            return Error{
+                ErrorCode::BadValue,
+                exists ? fmt::format("found columns of {0}, which this file does not move; expected them left out, or the same \"path\" "
+                                     "in that instrument",
+                                     path.instrument)
+                       : refuse_unknown("instrument", path.instrument, known),
+                instrument.path_file.string(), path.line, path.column};
         }
     }
     return std::nullopt;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

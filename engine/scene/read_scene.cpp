@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr double kMostSteps = 1e9;
@@ -33,16 +33,16 @@ std::optional<Error> read_time(const CheckContext& context, const Values& values
     }
     const auto time_text = [&](double t) { return with_unit(t, Dimension::Time, context.units); };
     if (time.duration < time.step)
-        return fail_at(context, values, "duration",
-                       fmt::format("found {}, less than a step of {}; at least one step would be right", time_text(time.duration),
-                                   time_text(time.step)));
+        return fail_at(
+            context, values, "duration",
+            fmt::format("found {}, less than a step of {}; expected at least one step", time_text(time.duration), time_text(time.step)));
     if (time.duration / time.step > kMostSteps)
-        return fail_at(context, values, "step",
-                       fmt::format("found {}, which makes {:.3g} steps; at most 10^9 would be right", time_text(time.step),
-                                   time.duration / time.step));
+        return fail_at(
+            context, values, "step",
+            fmt::format("found {}, which makes {:.3g} steps; expected at most 10^9", time_text(time.step), time.duration / time.step));
     if (time.substeps <= time.max_substeps) return std::nullopt;
     return fail_at(context, values, "substeps",
-                   fmt::format("found {}; at most max_substeps, {}, would be right", time.substeps, time.max_substeps));
+                   fmt::format("found {}; expected at most max_substeps, {}", time.substeps, time.max_substeps));
 }
 
 std::optional<Error> read_budget(const CheckContext& context, const Values& scene, BudgetSpec& budget) {
@@ -60,12 +60,12 @@ std::optional<Error> read_budget(const CheckContext& context, const Values& scen
     if (budget.scope != BudgetScope::Step && !drop->children.empty())
         return fail_at(context, values, "drop",
                        "a budget for collision leaves the exact stage out by itself and nothing "
-                       "else; with \"scope\": \"step\" it would be right");
+                       "else; expected it with \"scope\": \"step\"");
     for (std::size_t i = 0; i < drop->children.size(); ++i) {
         const Droppable effect = drop->children[i].text == "elasticity" ? Droppable::Elasticity : Droppable::ExactContact;
         if (std::find(budget.drop.begin(), budget.drop.end(), effect) != budget.drop.end())
             return error_at(context, drop->children[i].at, fmt::format("budget.drop[{}]", i),
-                            fmt::format("\"{}\" is listed twice; once would be right", drop->children[i].text));
+                            fmt::format("\"{}\" is listed twice; expected once", drop->children[i].text));
         budget.drop.push_back(effect);
     }
     return std::nullopt;
@@ -77,9 +77,9 @@ std::optional<Error> read_gravity(CheckContext& context, const Values& values, V
     if (size == 0.0) return std::nullopt;
     const auto text = [&](double a) { return with_unit(a, Dimension::Acceleration, context.units); };
     if (size < kLeastGravity || size > kMostGravity)
-        return fail_at(context, values, "gravity",
-                       fmt::format("found a gravity of {}, that is {:.6g} m/s^2; on earth {} would be right", text(size), size,
-                                   text(kStandardGravity)));
+        return fail_at(
+            context, values, "gravity",
+            fmt::format("found a gravity of {}, that is {:.6g} m/s^2; expected {} as on earth", text(size), size, text(kStandardGravity)));
     if (size < kUsualLeast || size > kUsualMost)
         context.questions.push_back(fmt::format("gravity: {} is unusual: on earth it is {}", text(size), text(kStandardGravity)));
     return std::nullopt;
@@ -127,7 +127,7 @@ std::optional<Error> read_effect_list(const CheckContext& context, const JsonNod
         bool& on = *find_effect(effects, name.text, detailed);
         if (on)
             return error_at(context, name.at, fmt::format("effects[{}]", i),
-                            fmt::format("the effect \"{}\" is listed twice; once would be right", name.text));
+                            fmt::format("the effect \"{}\" is listed twice; expected once", name.text));
         on = true;
     }
     return std::nullopt;
@@ -141,9 +141,8 @@ std::optional<Error> read_blood(const CheckContext& context, const Values& effec
     blood.viscosity = values.number("viscosity");
     blood.pulsatility = values.number("pulsatility");
     if (blood.pulsatility > 0.0 && !scene.effects.pulse)
-        return fail_at(
-            context, values, "pulsatility",
-            fmt::format("found {:g}, but the effect pulse is off; adding it to the effects, or 0, would be right", blood.pulsatility));
+        return fail_at(context, values, "pulsatility",
+                       fmt::format("found {:g}, but the effect pulse is off; expected it among the effects, or 0", blood.pulsatility));
     if (!values.has("inlet")) return std::nullopt;
     return read_target(context, values.object("inlet"), scene, blood.inlet.emplace());
 }
@@ -164,8 +163,7 @@ std::optional<Error> read_effects(const CheckContext& context, const Values& roo
         for (const JsonNode& member : node->children)
             *find_effect(effects, member.key, detailed) = member.type == JsonType::Object || member.flag;
     if (effects.gravity && !root.has("gravity"))
-        return error_at(context, node->at, "effects",
-                        "the effect gravity needs the key \"gravity\" of the scene; adding it would be right");
+        return error_at(context, node->at, "effects", "the effect gravity needs the key \"gravity\" of the scene; expected it added");
     if (detailed.pulse) {
         const Values pulse = values.object("pulse");
         effects.pulse = PulseSpec{pulse.number("amplitude"), pulse.number("period")};
@@ -223,8 +221,8 @@ std::optional<Error> check_breathing(const CheckContext& context, const Scene& s
         if (body.kind == BodyKind::Deformable && !body.fixed.empty()) return std::nullopt;
     const auto place = context.positions.find("effects");
     return error_at(context, place->second, "effects",
-                    "breathing moves the fixed nodes of deformable bodies, and there are none; leaving it out, or a "
-                    "\"fixed\" region, would be right");
+                    "breathing moves the fixed nodes of deformable bodies, and there are none; expected it left out, or a "
+                    "\"fixed\" region");
 }
 
 /// A chain of masses and springs has no angles. A pigtail always has them: a coil that cannot twist finds no rest.
@@ -235,12 +233,13 @@ std::optional<Error> check_twist(const CheckContext& context, const Values& root
         if (instrument.kind != InstrumentKind::MassSpring) continue;
         if (coil)
             return error_at(context, context.positions.find("instruments." + instrument.name)->second, "instruments." + instrument.name,
-                            "a pigtail twists, and a mass_spring has no torsion; the kind \"rod\" would be right");
+                            "a pigtail twists, and a mass_spring has no torsion; expected the kind \"rod\"");
         if (scene.effects.twist)
-            return fail_at(context, root, "effects",
-                           fmt::format("found twist, but {} is a mass_spring, which has no torsion; leaving the effect out, or the kind "
-                                       "\"rod\", would be right",
-                                       instrument.name));
+            return fail_at(
+                context, root, "effects",
+                fmt::format("found twist, but {} is a mass_spring, which has no torsion; expected the effect left out, or the kind "
+                            "\"rod\"",
+                            instrument.name));
     }
     return std::nullopt;
 }
@@ -263,13 +262,12 @@ std::optional<Error> read_picture(const CheckContext& context, const Values& val
     picture.view = to_view(values.text("view"));
     picture.time = values.number("time");
     if (picture.view == PictureView::Fluoroscopy && !scene.effects.fluoroscopy)
-        return fail_at(context, values, "view", "found \"fluoroscopy\", but that effect is off; adding it to the effects would be right");
+        return fail_at(context, values, "view", "found \"fluoroscopy\", but that effect is off; expected it among the effects");
     if (picture.view == PictureView::Tip && scene.instruments.empty())
-        return fail_at(context, values, "view", "found \"tip\", but the scene has no instrument; \"anatomy\" would be right");
+        return fail_at(context, values, "view", "found \"tip\", but the scene has no instrument; expected \"anatomy\"");
     if (picture.time <= scene.time.duration) return std::nullopt;
     return fail_at(context, values, "time",
-                   fmt::format("found {}; at most the duration, {}, would be right",
-                               with_unit(picture.time, Dimension::Time, context.units),
+                   fmt::format("found {}; expected at most the duration, {}", with_unit(picture.time, Dimension::Time, context.units),
                                with_unit(scene.time.duration, Dimension::Time, context.units)));
 }
 
@@ -279,7 +277,7 @@ std::optional<Error> read_outputs(const CheckContext& context, const Values& roo
     if (const JsonNode* size = values.find("size")) {
         for (const JsonNode& edge : size->children)
             if (edge.number != std::floor(edge.number))
-                return fail_at(context, values, "size", fmt::format("found {}; whole numbers of pixels would be right", edge.text));
+                return fail_at(context, values, "size", fmt::format("found {}; expected whole numbers of pixels", edge.text));
         outputs.width = static_cast<unsigned>(size->children[0].number);
         outputs.height = static_cast<unsigned>(size->children[1].number);
     }
@@ -341,7 +339,7 @@ std::optional<Error> check_body_count(const CheckContext& context, const Values&
     const std::size_t count =
         (bodies != nullptr ? bodies->children.size() : 0) + (instruments != nullptr ? instruments->children.size() : 0);
     if (count <= kMostBodies) return std::nullopt;
-    return fail_at(context, root, "bodies", fmt::format("found {} bodies and instruments; at most {} would be right", count, kMostBodies));
+    return fail_at(context, root, "bodies", fmt::format("found {} bodies and instruments; expected at most {}", count, kMostBodies));
 }
 
 std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& scene) {
@@ -362,7 +360,7 @@ std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& 
     if (auto error = check_breathing(context, scene)) return error;
     if (auto error = check_twist(context, root, scene)) return error;
     if (auto error = read_outputs(context, root, scene, scene.outputs)) return error;
-    if (scene.bodies.empty()) return fail_at(context, root, "bodies", "the scene is empty; at least one body would be right");
+    if (scene.bodies.empty()) return fail_at(context, root, "bodies", "the scene is empty; expected at least one body");
     question_effects(scene, context);
     question_contact(scene, context);
     return std::nullopt;
@@ -392,4 +390,4 @@ Result<Scene> read_scene(const std::filesystem::path& file) {
     return parse_scene(*text, file);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

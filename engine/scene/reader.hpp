@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// [-] a path or a speed that keeps a limit exactly, as written in decimals, must not fail by rounding.
 inline constexpr double kLimitTolerance = 1e-9;
@@ -40,4 +40,4 @@ inline constexpr double kLimitTolerance = 1e-9;
 /// Instruments have been read, with the files that move them.
 [[nodiscard]] std::optional<Error> check_path_files(const Scene& scene);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 Dimension to_dimension(anatomy::RecipeDimension dimension) {
@@ -49,8 +49,8 @@ Result<std::string> read_json_file(const std::filesystem::path& file) {
         const auto size = std::filesystem::file_size(file, problem);
         if (!problem && size > kMaxSceneBytes)
             return Error{ErrorCode::BadSyntax,
-                         fmt::format("found {} bytes; at most {} would be right: long paths belong in CSV files, meshes in mesh files",
-                                     size, kMaxSceneBytes),
+                         fmt::format("found {} bytes; expected at most {}: long paths belong in CSV files, meshes in mesh files", size,
+                                     kMaxSceneBytes),
                          file.string()};
     }
     return read_file_bytes(file);
@@ -78,4 +78,4 @@ Result<anatomy::Recipe> read_recipe(const std::filesystem::path& file) {
     return parse_recipe(*text, file);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

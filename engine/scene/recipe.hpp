@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
-/// fails     as read_scene does: file, line, column, key, what was found and what would be right
+/// fails     as read_scene does: file, line, column, key, what was found and what was expected
 [[nodiscard]] Result<anatomy::Recipe> read_recipe(const std::filesystem::path& file);
 
 /// The same on a text in memory.
@@ -21,4 +21,4 @@ namespace seldinger::engine {
 /// Scenes and recipes are written by hand; long paths belong in CSV files.
 inline constexpr std::size_t kMaxSceneBytes = std::size_t{16} << 20;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// Rounding of duration / step must not add a step.
@@ -136,4 +136,4 @@ std::string to_text(const Scene& scene) {
     return text;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

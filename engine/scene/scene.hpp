@@ -23,7 +23,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class ShapeKind : std::uint8_t { Sphere, Box, Tube, Torus, Vessels };
 
@@ -53,7 +53,8 @@ struct SurfaceSpec {
     double unit = 1.0;               // File: m per unit of the file
     std::vector<std::string> groups; // File: OBJ groups to keep; empty: everything
     std::vector<Repair> repair;      // File: named repairs, in this order
-    double weld_tolerance = 0.0;     // m, of the repair `weld`; 0: its own default
+    RepairOptions repairing;         // File: the weld's tolerance, and how much a repair may take
+    bool may_cross = false;          // a hollow body's wall may pass through itself
     anatomy::Recipe recipe;          // Recipe
     std::string part;                // Recipe: "liver" or "lumen"
     ShapeSpec shape;                 // Shape
@@ -63,7 +64,7 @@ struct SurfaceSpec {
 /// frame.
 struct CoarseSpec {
     std::filesystem::path file;          // empty: a mesher
-    bool lattice = false;                // the lattice mesher, not TetGen
+    bool lattice = true;                 // the lattice mesher, not TetGen
     double unit = 1.0;                   // m per unit of the file
     std::size_t surface_triangles = 800; // TetGen: of the simplified surface; lattice: of its boundary, about
     double max_volume = 0.0;             // m^3, TetGen; 0: derived from the surface's triangles
@@ -157,7 +158,7 @@ struct SceneInstrument {
     double rotation_limit = kHandRotationLimit; // rad/s
     std::vector<PathPoint> path;                // empty: none
     std::filesystem::path path_file;            // the CSV it came from, if any
-    std::optional<FollowSpec> follow;           // never together with a path
+    std::optional<FollowSpec> follow;           // with a path of `run --path`: what the tip is measured against
 };
 
 struct TimeSpec {
@@ -273,7 +274,7 @@ struct Scene {
 };
 
 /// Reads and checks a scene: JSON, comments allowed, names of files relative to the scene's folder.
-/// "${SELDINGER_TEST_DATA}" in a file name stands for that environment variable.
+/// "${TROCAR_TEST_DATA}" in a file name stands for that environment variable.
 /// fails     with file, line, column and key: what was found and what would be right; first mistake only
 [[nodiscard]] Result<Scene> read_scene(const std::filesystem::path& file);
 
@@ -296,4 +297,4 @@ struct Scene {
 /// What the scene asks for, readable, in the scene's own units.
 [[nodiscard]] std::string to_text(const Scene& scene);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 std::size_t size(int count) noexcept { return static_cast<std::size_t>(std::max(count, 0)); }
@@ -41,10 +41,10 @@ std::optional<Error> check_shape(const CheckContext& context, const SceneBody& b
     const Fineness fineness = fineness_of(shape);
     while (*fineness.value > 3 && count_triangles(shape) > kMostShapeTriangles) --*fineness.value;
     if (count_triangles(shape) > kMostShapeTriangles)
-        return fail(context, surface, fmt::format("found {}: {} triangles; at most {} would be right", what, found, kMostShapeTriangles));
+        return fail(context, surface, fmt::format("found {}: {} triangles; expected at most {}", what, found, kMostShapeTriangles));
     const std::string key = surface + "." + fineness.key;
     return fail(context, context.positions.contains(key) ? key : surface,
-                fmt::format("found {}: {} triangles; at most {} would be right, \"{}\": {}", what, found, kMostShapeTriangles, fineness.key,
+                fmt::format("found {}: {} triangles; expected at most {}, \"{}\": {}", what, found, kMostShapeTriangles, fineness.key,
                             *fineness.value));
 }
 
@@ -88,8 +88,8 @@ std::optional<Error> check_scene_size(const CheckContext& context, const Scene& 
         triangles += count;
         if (triangles <= kMostTriangles) return std::nullopt;
         return fail(context, key,
-                    fmt::format("found {}: {} triangles, and {} with what stands before; at most {} in the scene would be right", what,
-                                count, triangles, kMostTriangles));
+                    fmt::format("found {}: {} triangles, and {} with what stands before; expected at most {} in the scene", what, count,
+                                triangles, kMostTriangles));
     };
     for (const SceneBody& body : scene.bodies)
         if (auto error = check_shape(context, body)) return error;
@@ -103,4 +103,4 @@ std::optional<Error> check_scene_size(const CheckContext& context, const Scene& 
     return std::nullopt;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Bodies and instruments: their ids have 16 bits.
 inline constexpr std::size_t kMostBodies = 1000;
@@ -31,4 +31,4 @@ inline constexpr std::size_t kMostTets = 5'000'000;
 /// returns  the error at the key with which the scene becomes too large
 [[nodiscard]] std::optional<Error> check_scene_size(const CheckContext& context, const Scene& scene);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -2,7 +2,7 @@
 
 #include "engine/scene/scene.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr double kLongestRun = 7 * 86400.0; // s
@@ -332,4 +332,4 @@ const ObjectSpec& scene_table() {
     return table;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

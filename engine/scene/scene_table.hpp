@@ -3,7 +3,7 @@
 
 #include "engine/scene/table.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 [[nodiscard]] const ObjectSpec& scene_table();
 [[nodiscard]] const ObjectSpec& recipe_table();
@@ -18,4 +18,4 @@ namespace seldinger::engine {
 /// Every effect by name, in the order they are documented.
 [[nodiscard]] const std::vector<std::string_view>& effect_names();
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

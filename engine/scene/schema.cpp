@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -191,8 +191,8 @@ every number in it is in those units, and is turned into SI when it is read. Ran
 
 - A key that is unknown or has no use where it stands is an error, with line, column and the nearest known key.
 - A number out of any tissue's or metal's range is an error that says which unit was probably meant; an unusual one is
-  noted by `seldinger explain`.
-- Names of files are relative to the scene's folder; `${SELDINGER_TEST_DATA}` stands for that environment variable.
+  noted by `trocar explain`.
+- Names of files are relative to the scene's folder; `${TROCAR_TEST_DATA}` stands for that environment variable.
 - Directions need not be unit vectors.
 - Names of bodies, instruments and targets are letters, digits, `-` and `_`.
 
@@ -205,7 +205,7 @@ Json scene_schema() {
     Json definitions = Json::object();
     for (const ObjectSpec* object : reachable_objects(scene_table())) definitions[definition_name(*object)] = object_schema(*object);
     return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-            {"title", "Seldinger scene"},
+            {"title", "Trocar scene"},
             {"$ref", "#/$defs/scene"},
             {"$defs", definitions}};
 }
@@ -220,4 +220,4 @@ std::string scene_reference_markdown() {
     return page + object_page(recipe_table());
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// JSON Schema (draft 2020-12) of scene files. Ranges of numbers with a dimension depend on the scene's units: the
 /// schema states their sign, their descriptions the SI range; the reader checks them.
@@ -17,4 +17,4 @@ namespace seldinger::engine {
 /// docs/scene.md.
 [[nodiscard]] std::string scene_reference_markdown();
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

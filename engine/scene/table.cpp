@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 ValueSpec plain_value(ValueKind kind) {
@@ -143,4 +143,4 @@ Range above(double least, double most) noexcept {
 
 Range coordinate() noexcept { return between(-kMaxCoordinate, kMaxCoordinate); }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class ValueKind : std::uint8_t {
     Number,
@@ -111,4 +111,4 @@ inline constexpr double kMaxCoordinate = 100.0; // m
 [[nodiscard]] Range above(double least, double most) noexcept;
 [[nodiscard]] Range coordinate() noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

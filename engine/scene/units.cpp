@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::array kLength = {UnitName{"m", 1.0}, UnitName{"cm", 1e-2}, UnitName{"mm", 1e-3}, UnitName{"um", 1e-6},
@@ -110,4 +110,4 @@ std::optional<double> find_unit(Dimension dimension, std::string_view name) noex
     return std::nullopt;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class Dimension : std::uint8_t {
     None,         // ratios, counts, directions
@@ -54,4 +54,4 @@ struct UnitName {
 /// Factor to SI of a unit written under "units"; nothing where it is unknown.
 [[nodiscard]] std::optional<double> find_unit(Dimension dimension, std::string_view name) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A view; node, table and units outlive it. The object has passed check_object: every key asked for is in the table,
 /// and what is present has its type.
@@ -105,4 +105,4 @@ private:
     std::string path_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class BitHash {
 public:
@@ -40,4 +40,4 @@ private:
     std::uint64_t hash_ = 0xcbf29ce484222325ULL;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

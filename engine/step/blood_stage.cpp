@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -119,4 +119,4 @@ void find_blood_flow(const SceneModel& model, const State& state, StepContext& c
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,11 +3,11 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Fills the flow of every instrument's scratch, where the effect is: the profile of Poiseuille around the centreline where the
 /// vessels stand now, seen from where the rods stand at the start of the step. Nodes before the port feel nothing.
 /// cost      O(node_count), some tens of centreline points a node
 void find_blood_flow(const SceneModel& model, const State& state, StepContext& context);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

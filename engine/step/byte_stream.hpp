@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// As many bytes as the number has, lowest first.
 class ByteWriter {
@@ -98,4 +98,4 @@ private:
     bool ok_ = true;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 Checkpoint make_checkpoint(const Simulator& simulator) {
     Checkpoint checkpoint{hash_model(simulator.model()), simulator.model().name, simulator.budget(), simulator.state().step, {}};
@@ -18,7 +18,7 @@ Result<void> resume(Simulator& simulator, const Checkpoint& checkpoint, const st
     const SceneModel& model = simulator.model();
     if (const std::uint64_t hash = hash_model(model); checkpoint.model_hash != hash)
         return wrong(fmt::format("was made of another scene, \"{}\" ({:016x}); this one is \"{}\" ({:016x}), prepared from its meshes "
-                                 "and paths as they are now",
+                                 "and paths as they are now: undo what was changed since, or start anew without --resume",
                                  checkpoint.scene, checkpoint.model_hash, model.name, hash));
     if (const std::string misfit = simulator.take_over(checkpoint.memory); !misfit.empty())
         return wrong("the checkpoint cannot be used: " + misfit);
@@ -26,4 +26,4 @@ Result<void> resume(Simulator& simulator, const Checkpoint& checkpoint, const st
     return {};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

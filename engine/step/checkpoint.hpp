@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct Checkpoint {
     std::uint64_t model_hash = 0; // hash_model of the scene
@@ -35,4 +35,4 @@ struct Checkpoint {
 /// fails  BadValue: made of another scene, or of one that was prepared otherwise; the simulator takes no step any more
 [[nodiscard]] Result<void> resume(Simulator& simulator, const Checkpoint& checkpoint, const std::filesystem::path& file);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,13 +7,13 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
-constexpr std::string_view kKind = "seldinger-checkpoint\n";
+constexpr std::string_view kKind = "trocar-checkpoint\n";
 /// Changes whenever the meaning of the bytes does, the memory's included: nothing is guessed from an older one.
-constexpr std::uint32_t kVersion = 5;
+constexpr std::uint32_t kVersion = 6;
 constexpr std::size_t kHashBytes = 8;
 
 std::uint64_t hash_of(std::string_view bytes) noexcept {
@@ -46,7 +46,7 @@ std::string checkpoint_bytes(const Checkpoint& checkpoint) {
 }
 
 Result<Checkpoint> parse_checkpoint(std::string_view bytes, const std::filesystem::path& file) {
-    if (!bytes.starts_with(kKind)) return refuse(file, "is no checkpoint; a file that run --checkpoint-every wrote would be right");
+    if (!bytes.starts_with(kKind)) return refuse(file, "is no checkpoint; expected a file that run --checkpoint-every wrote");
     ByteReader stream(bytes.substr(kKind.size()));
     std::uint32_t version = 0;
     stream.number(version);
@@ -77,4 +77,4 @@ Result<Checkpoint> read_checkpoint(const std::filesystem::path& file) {
     return parse_checkpoint(*bytes, file);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

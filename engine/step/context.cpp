@@ -5,7 +5,7 @@
 #include "engine/step/instrument_stage.hpp"
 #include "engine/step/solid_stage.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -65,8 +65,10 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
     context.exact.reserve(kReservedContacts);
     context.contacts.reserve(kReservedContacts);
     for (BodyScratch& body : context.bodies) {
-        body.springs.springs.reserve(kReservedContacts);
-        body.springs.entries.reserve(9 * kReservedContacts); // three vertices of three nodes each
+        for (fem::ContactSprings* springs : {&body.springs, &body.other_springs}) {
+            springs->springs.reserve(kReservedContacts);
+            springs->entries.reserve(12 * kReservedContacts); // a vertex and a triangle's three, of three nodes each
+        }
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         context.instruments[i].axis.resize(model.instruments[i].rod.node_count());
@@ -79,4 +81,4 @@ StepContext make_step_context(const SceneModel& model, const State& state) {
     return context;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

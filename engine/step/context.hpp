@@ -17,7 +17,7 @@
 #include <optional>
 #include <tuple>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Where a rod's plane presses on a wall.
 struct WallPress {
@@ -74,6 +74,7 @@ struct SprungPlace {
     Index spring_a = kNoIndex, spring_b = kNoIndex; // of own's owner, and of other's
     double pressed = 0.0;                           // m, that they started with
     double held = 0.0;                              // m, by how much they are pressed in the end; see note_held
+    double scale = 1.0;                             // [-], of the scene's stiffness; see soften_springs
     Vec3 drawn = Vec3::Zero();                      // m, from other to own: by how much friction's are drawn along the surface
 
     [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
@@ -116,6 +117,8 @@ struct SpringPair {
 /// Contact between solid bodies.
 struct SolidScratch {
     spheretree::SweepAndPrune sweep;
+    Vec3 shared = Vec3::Zero();                // m, motion of this step that all solids may share; see find_common_motion
+    std::vector<Vec3> drift;                   // [body_count] m/s, mean velocity at the step's end; 0 where something holds any body
     std::vector<Box3> boxes;                   // [body_count] of this step; empty: no solid that anything can touch
     std::vector<std::pair<Index, Index>> near; // bodies whose boxes overlap
     std::vector<LeafPair> leaf_pairs;
@@ -154,29 +157,35 @@ struct BodyScratch {
     bool surface_waits = false; // its frames are those of the step, its vertices are not placed yet
     fem::RkWorkspace rk;
     fem::StableStepWorkspace stable;
-    fem::ContactSprings springs; // made by the last step's response
+    fem::ContactSprings springs;       // made by the last step's response
+    fem::ContactSprings other_springs; // of those, what is not contact between solids: of a body whose solids' springs wait
+    std::vector<double> spring_scale;  // [springs] scratch of the response
+    bool springs_met = false;          // and one of them would be pressed: it is integrated again with them
+    bool springs_wait = false;         // it was integrated without its solids' springs: nothing touched it in the step
+    fem::AdvanceReport advanced;       // its last integration
     std::vector<Vec3> pinned_target;
-    std::vector<spheretree::Sphere> spheres; // solid bodies, over the step
-    spheretree::DeformingSpheres wrapped;    // the same, of solid bodies whose tree follows sphere by sphere
-    std::vector<Mat3> turn_t0, turn_t1;      // [frame_count] A' - A of their links
-    std::vector<Vec3> surface_ahead;         // [vertex_count] m, solid bodies: where the next step may take them
-    std::vector<Index> deepest;              // [sphere_count] solid bodies, scratch of the response
-    std::vector<Vec3> vertex_normal;         // [vertex_count] area-weighted, solid bodies that touch, scratch of the response
-    std::vector<std::uint8_t> vertex_seen;   // [vertex_count] solid bodies, scratch of the response
-    std::vector<std::uint8_t> sphere_seen;   // [sphere_count] the same
-    std::vector<Index> leaf_of_triangle;     // [triangle_count] solid bodies that are closed
-    std::vector<SelfNear> self_near;         // [vertex_count] bodies that touch themselves, scratch of the response
-    bool surface_is_fresh = false;           // inside, vertex_normal and motion are those of this step
-    SurfaceTravel motion;                    // solid bodies that may touch
-    Vec3 coming = Vec3::Zero();              // m, where its path takes a kinematic one in the next step
-    Vec3 change = Vec3::Zero();              // m, by how much its next step is known to differ from this one
-    double thickness = 0.0;                  // m, solid bodies that something can touch: extent along the thinnest axis, at rest
-    SphereNodes sphere_nodes;                // solid bodies that hang on nodes
-    spheretree::LumenState lumen;            // hollow bodies
-    std::uint64_t lumen_step = kNoStep;      // State::step at its last update; kNoStep: it saw another wall than the step left
-    collision::DopTree tree;                 // hollow bodies, swept over the step
-    WallAge wall_age;                        // of the tree
-    std::vector<Vec3> flow_points;           // [point_count] m, hollow bodies whose blood moves along with a carrier
+    std::vector<spheretree::Sphere> spheres;         // solid bodies, over the step
+    spheretree::DeformingSpheres wrapped;            // the same, of solid bodies whose tree follows sphere by sphere
+    std::vector<Mat3> turn_t0, turn_t1;              // [frame_count] A' - A of their links
+    std::vector<spheretree::Sphere> self_spheres;    // the same, of bodies that touch themselves, as their own mean motion sees them
+    std::vector<Vec3> surface_behind, surface_ahead; // [vertex_count] m, solid bodies: where they came from, and where they may go
+    std::vector<Index> deepest;                      // [sphere_count] solid bodies, scratch of the response
+    std::vector<Vec3> vertex_normal;                 // [vertex_count] area-weighted, solid bodies that touch, scratch of the response
+    std::vector<std::uint8_t> vertex_seen;           // [vertex_count] solid bodies, scratch of the response
+    std::vector<std::uint8_t> sphere_seen;           // [sphere_count] the same
+    std::vector<Index> leaf_of_triangle;             // [triangle_count] solid bodies that are closed
+    std::vector<SelfNear> self_near;                 // [vertex_count] bodies that touch themselves, scratch of the response
+    bool surface_is_fresh = false;                   // inside, vertex_normal and motion are those of this step
+    SurfaceTravel motion;                            // solid bodies that may touch
+    Vec3 coming = Vec3::Zero();                      // m, where its path takes a kinematic one in the next step
+    Vec3 change = Vec3::Zero();                      // m, by how much its next step is known to differ from this one
+    double thickness = 0.0;                          // m, solid bodies that something can touch: extent along the thinnest axis, at rest
+    SphereNodes sphere_nodes;                        // solid bodies that hang on nodes
+    spheretree::LumenState lumen;                    // hollow bodies
+    std::uint64_t lumen_step = kNoStep;              // State::step at its last update; kNoStep: it saw another wall than the step left
+    collision::DopTree tree;                         // hollow bodies, swept over the step
+    WallAge wall_age;                                // of the tree
+    std::vector<Vec3> flow_points;                   // [point_count] m, hollow bodies whose blood moves along with a carrier
     fem::LinkFrames flow_frames;
     InsideTest inside; // hollow bodies: the independent check; closed solids: depths of contacts
 };
@@ -227,4 +236,4 @@ struct StepContext {
 
 [[nodiscard]] StepContext make_step_context(const SceneModel& model, const State& state);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -184,4 +184,4 @@ void CullStage::tell(StepReport& report) {
     tally_ = {};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include "engine/time/cull_cost.hpp"
 #include "engine/time/step_budget.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Who looked in a step.
 enum class CulledBy : std::uint8_t { Nobody, CpuTwin, Device };
@@ -97,4 +97,4 @@ private:
     } tally_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

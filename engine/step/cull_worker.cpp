@@ -5,7 +5,7 @@
 #include <cassert>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 CullWorker::CullWorker(std::unique_ptr<collision::CullBackend> backend)
     : backend_(std::move(backend)), name_(backend_->name()), thread_([this] { work(); }) {}
@@ -71,4 +71,4 @@ void CullWorker::work() {
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

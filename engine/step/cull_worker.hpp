@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class CullWorker {
 public:
@@ -47,4 +47,4 @@ private:
     std::thread thread_; // last: it uses all of the above
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

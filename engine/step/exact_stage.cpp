@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state, const StepContext& context) {
     const BodyModel& wall = model.bodies[body];
@@ -160,15 +161,28 @@ collision::ExactStats test_skin_at(const SceneModel& model, std::size_t index, c
     return search_skin(model, index, state, context, distance, budget, false);
 }
 
+/// Planes of the walls as a part of the budget's account.
+static void make_planes(const SceneModel& model, std::size_t index, const State& state, StepContext& context, double reach,
+                        StepBudget* budget) {
+    if (budget != nullptr) budget->begin_part(StepPart::Planes);
+    plane_from_walls(model, index, state, context, reach);
+    if (budget != nullptr) budget->end_part(StepPart::Planes);
+}
+
 /// One solve and the continuous tests of its motion, each only if the budget has room for it. Not finished: it had not.
+/// reach   m, of the planes when they are those of the walls alone; the solve went farther: they are made anew
 static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t index, State& state, StepContext& context,
-                                            const ExactForecast& forecast, StepBudget* budget) {
+                                            const ExactForecast& forecast, StepBudget* budget, std::optional<double> reach) {
     collision::ExactStats stats;
     if (budget != nullptr && !budget->round_fits()) {
         stats.finished = false;
         return stats;
     }
     solve_instrument(model, index, state, context);
+    if (reach && *reach < kPlaneReach && longest_approach(model, index, state, context) > *reach) {
+        make_planes(model, index, state, context, kPlaneReach, budget);
+        solve_instrument(model, index, state, context);
+    }
     if (budget != nullptr) budget->end_solve(), budget->begin_part(StepPart::Skin);
     for (const std::size_t one : coaxial(model, index)) refit_skin(model, one, state, context);
     if (budget != nullptr) budget->end_part(StepPart::Skin);
@@ -184,18 +198,19 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     context.report.effects.note(Effect::ExactContact);
     InstrumentScratch& scratch = context.instruments[index];
     const std::size_t known = context.exact.size();
-    if (budget != nullptr) budget->begin_part(StepPart::Planes);
-    plane_from_walls(model, index, state, context, kPlaneReach);
-    if (budget != nullptr) budget->end_part(StepPart::Planes);
+    const double reach = suggest_plane_reach(model, index, state, context);
+    make_planes(model, index, state, context, reach, budget);
     std::array<std::size_t, 2> base_planes{};
     const ExactForecast forecast{scratch.forecast.candidates, scratch.forecast.triangles}; // of a round
-    for (std::size_t k = 0; k < coaxial(model, index).count; ++k)
-        base_planes[k] = context.instruments[coaxial(model, index).index[k]].planes.size();
     ExactOutcome outcome;
     std::uint64_t seen = 0;
     for (unsigned round = 0;; ++round) {
         context.exact.resize(known);
-        const collision::ExactStats stats = solve_and_test(model, index, state, context, forecast, budget);
+        const collision::ExactStats stats =
+            solve_and_test(model, index, state, context, forecast, budget, round == 0 ? std::optional(reach) : std::nullopt);
+        if (round == 0)
+            for (std::size_t k = 0; k < coaxial(model, index).count; ++k)
+                base_planes[k] = context.instruments[coaxial(model, index).index[k]].planes.size();
         const std::uint64_t candidates = stats.candidates_vf + stats.candidates_ee;
         seen += candidates + stats.cluster_pairs;
         scratch.forecast.candidates = stats.finished ? seen : std::max(seen, scratch.forecast.candidates);
@@ -223,4 +238,4 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

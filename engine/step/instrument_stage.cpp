@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -29,7 +29,7 @@ TipView view_tip(const InstrumentModel& model, const InstrumentState& state, Ins
     const double shortened = model.rod.segment - std::sqrt((state.rod.position[entry + 1] - state.rod.position[entry]).squaredNorm());
     const double felt = model.rod.stretch_stiffness[entry] * std::max(0.0, shortened);
     return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, scratch.axis[root],
-            scratch.hand_stopped ? kBlocked : felt};
+            scratch.hand_stopped ? kBlocked : felt, false};
 }
 
 /// The route where the organs stand now: its carrier takes it along.
@@ -39,6 +39,27 @@ const Route& route_now(const SceneModel& model, const InstrumentModel& instrumen
         fem::steer(*instrument.route_links, state.bodies[model.bodies[instrument.lumen].carrier].tissue.position, instrument.route->points,
                    scratch.route_frames, scratch.route.points);
     return scratch.route;
+}
+
+/// Places between the tip and the route that are tested for lying inside the lumen. A wall between two branches that is thinner than the
+/// distance between them is seen some steps later, where it is thicker.
+constexpr std::size_t kSightSamples = 48;
+
+/// Of TipView.
+bool sees_route(const SceneModel& model, std::size_t index, const Route& route, const State& state, StepContext& context) {
+    const std::size_t lumen = model.instruments[index].lumen;
+    const InstrumentState& now = state.instruments[index];
+    const Vec3& tip = now.rod.position.back();
+    const std::size_t nearest = find_nearest_point(route, tip, now.follow.progress);
+    if (is_within_clearance(route, nearest, tip)) return true;
+    BodyScratch& wall = context.bodies[lumen];
+    if (model.bodies[lumen].moves()) wall.inside.follow(state.bodies[lumen].surface); // another state may have been put in place
+    std::array<Vec3, kSightSamples> between;
+    for (std::size_t k = 0; k < kSightSamples; ++k) {
+        const double s = (static_cast<double>(k) + 0.5) / static_cast<double>(kSightSamples);
+        between[k] = (1.0 - s) * tip + s * route.points[nearest];
+    }
+    return wall.inside.count_outside(between) == 0;
 }
 
 /// Link k counted from the tip: even ones at nodes, odd ones midway to the next node behind.
@@ -69,8 +90,10 @@ DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentState& now = state.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
-    return follow_route(route_now(model, instrument, state, scratch), instrument.follow, instrument.limits,
-                        view_tip(instrument, now, scratch), {now.rod.insertion, now.rod.rotation}, model.step_s, now.follow);
+    const Route& route = route_now(model, instrument, state, scratch);
+    TipView view = view_tip(instrument, now, scratch);
+    view.sees_route = sees_route(model, index, route, state, context);
+    return follow_route(route, instrument.follow, instrument.limits, view, {now.rod.insertion, now.rod.rotation}, model.step_s, now.follow);
 }
 
 void move_hands(const SceneModel& model, State& state, StepContext& context) {
@@ -80,14 +103,14 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
         InstrumentScratch& scratch = context.instruments[i];
         const DriveCommand from{now.rod.insertion, now.rod.rotation};
         DriveCommand wanted = from;
-        if (scratch.hand) {
+        const bool has_path = !instrument.path.empty();
+        if (instrument.route && (scratch.hand || has_path)) (void)route_now(model, instrument, state, scratch); // the report measures
+        if (scratch.hand)
             wanted = *scratch.hand;
-            if (instrument.route) (void)route_now(model, instrument, state, scratch); // the report measures against it
-        } else if (instrument.route) {
-            wanted = steer_along_route(model, i, state, context);
-        } else if (!instrument.path.empty()) {
+        else if (has_path)
             wanted = evaluate_path(instrument.path, state.time + model.step_s);
-        }
+        else if (instrument.route)
+            wanted = steer_along_route(model, i, state, context);
         wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
         scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
         scratch.hand_stopped = false;
@@ -264,4 +287,4 @@ std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t index, cons
     return exits;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

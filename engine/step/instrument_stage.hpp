@@ -5,7 +5,7 @@
 #include "engine/step/context.hpp"
 #include "engine/time/step_budget.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// An instrument and the wire in its bore, which are solved and tested together.
 struct Coaxial {
@@ -56,6 +56,12 @@ void plane_from_walls(const SceneModel& model, std::size_t instrument, const Sta
 /// the wall where it stands at the end. refit_wall or follow_wall must have been called.
 /// reach   m; triangles at most this far beyond the clearance get a plane
 void plane_from_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context, double reach);
+
+/// The longest way of a place on the rods in this step and that of its wall, together, m: what lies farther away than this was not met.
+[[nodiscard]] double longest_approach(const SceneModel& model, std::size_t instrument, const State& state, const StepContext& context);
+
+/// m; how far planes need to reach, by the motion so far; kPlaneReach at most. Where the solve goes farther they are made again.
+[[nodiscard]] double suggest_plane_reach(const SceneModel& model, std::size_t instrument, const State& state, const StepContext& context);
 
 /// Planes and the solve against them. Slow motion needs no planes of what is far: they reach as far as the rod's free motion suggests, and
 /// where the solve takes it farther than that, both are made again with kPlaneReach.
@@ -117,4 +123,4 @@ inline constexpr double kPlaneReach = 1.2 * kHandReach;
 /// N per place on the rod: a vessel perforates at about this; more comes from planes that contradict each other in a jam.
 inline constexpr double kMaxPress = 2.0;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

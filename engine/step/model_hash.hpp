@@ -5,10 +5,13 @@
 
 #include <cstdint>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
-/// Over everything that a step reads and that a scene or its preparation can change, but not the budget: meshes, materials,
-/// effects, contact settings, instruments, paths.
+/// Over every member of the model (model_members.hpp), but for what may differ between a run and the one that goes on from it: the
+/// scene's file, how many steps are taken, and the budget's limits, which a checkpoint and a record of grants keep themselves. Two lists
+/// that run into one another differ, since every list is hashed with its length. Of the preparation's arrays as well as of what the scene
+/// says: a program that prepares otherwise makes another model.
+/// cost   O(bytes of the model), no allocation
 [[nodiscard]] std::uint64_t hash_model(const SceneModel& model) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

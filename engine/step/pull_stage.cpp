@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -33,4 +33,4 @@ void add_pull(const SceneModel& model, const State& state, StepContext& context)
     context.report.pull_force_n = kPullStiffness * reach;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// N/m, of the hand's grip: about what soft tissue answers over a patch of 2 cm, so that it follows about half way.
 inline constexpr double kPullStiffness = 150.0;
@@ -18,4 +18,4 @@ inline constexpr double kMaxPull = 3.0;
 /// Nothing where nobody pulls, or where the point does not move with tissue.
 void add_pull(const SceneModel& model, const State& state, StepContext& context);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Wall time by stage, ms.
 struct StageTimes {
@@ -55,8 +55,10 @@ struct StepReport {
     unsigned unproven_links = 0;  // instrument links whose freedom nothing proved in this step
 
     // state
-    double min_volume_ratio = 1.0;
-    std::uint32_t inverted_tets = 0;
+    // Both where the tissue's integration ends, over all deformable bodies: the ratio is 0 or less if and only if tets are inverted. A step
+    // that is held back ends between there and its start.
+    double min_volume_ratio = 1.0;   // [-] smallest det F of a tet
+    std::uint32_t inverted_tets = 0; // with det F <= 0
     double kinetic_j = 0.0, elastic_j = 0.0;
     Vec3 tip = Vec3::Zero();
     double insertion_m = 0.0, rotation_rad = 0.0;
@@ -72,6 +74,7 @@ struct StepReport {
     /// Pairs of solid bodies that moved so far in the step that one may have passed the other unseen, or that came near and do not touch
     /// since one began inside the other (SceneModel::nested).
     unsigned unproven_solids = 0;
+    std::uint64_t softened = 0;      // springs between solids that were softened to what the tissue beneath them bears
     double residual_n = 0.0;         // at the step's end, sum over solid contacts of what both bodies receive: 0 is balanced
     double pull_force_n = 0.0;       // of the hand that holds a point of a surface
     double target_distance_m = -1.0; // tip to the followed target; negative: none
@@ -85,4 +88,4 @@ struct StepReport {
     std::string failure; // body, element and number; empty while finite
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

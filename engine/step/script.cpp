@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -33,7 +33,7 @@ constexpr double kNear = 0.3;
 constexpr double kSlipped = 1.2;
 /// Share of the speed that is kept while the tip is not aimed yet.
 constexpr double kBoldShare = 0.7;
-/// m beyond the free radius around the route at which the tip is in another branch.
+/// m beyond the route's clearance at which the tip may be in another branch.
 constexpr double kOffRoute = 1e-3;
 /// N at the entry: more than this a careful hand does not push; it waits, and pulls back when that lasts.
 constexpr double kPushLimit = 1.0;
@@ -49,24 +49,15 @@ std::size_t find_point_at(const Route& route, double length) noexcept {
     return std::min<std::size_t>(static_cast<std::size_t>(it - route.length.begin()), route.points.size() - 1);
 }
 
-/// Arc length of the route's point nearest to the tip, and whether the tip is within the route's lumen there.
+/// Where the tip is along the route, and whether it is in the route's lumen there.
 struct Progress {
-    double length;
+    double length; // m
     bool on_route;
 };
 
-Progress find_progress(const Route& route, const Vec3& tip, double last) noexcept {
-    double best_sq = std::numeric_limits<double>::infinity();
-    Progress progress{last, false};
-    const std::size_t end = find_point_at(route, last + kSearchAhead);
-    for (std::size_t i = find_point_at(route, std::max(0.0, last - kSearchBack)); i <= end; ++i) {
-        const double distance_sq = (route.points[i] - tip).squaredNorm();
-        if (distance_sq >= best_sq) continue;
-        best_sq = distance_sq;
-        const double room = route.radii[i] + kOffRoute;
-        progress = {route.length[i], distance_sq <= room * room};
-    }
-    return progress;
+Progress find_progress(const Route& route, const TipView& view, double last) noexcept {
+    const std::size_t nearest = find_nearest_point(route, view.tip, last);
+    return {route.length[nearest], view.sees_route || is_within_clearance(route, nearest, view.tip)};
 }
 
 Vec3 unit_or(const Vec3& v, const Vec3& fallback) noexcept {
@@ -148,6 +139,24 @@ void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) no
 
 } // namespace
 
+std::size_t find_nearest_point(const Route& route, const Vec3& tip, double last) noexcept {
+    double best_sq = std::numeric_limits<double>::infinity();
+    const std::size_t begin = find_point_at(route, std::max(0.0, last - kSearchBack)), end = find_point_at(route, last + kSearchAhead);
+    std::size_t best = begin;
+    for (std::size_t i = begin; i <= end; ++i) {
+        const double distance_sq = (route.points[i] - tip).squaredNorm();
+        if (distance_sq >= best_sq) continue;
+        best_sq = distance_sq;
+        best = i;
+    }
+    return best;
+}
+
+bool is_within_clearance(const Route& route, std::size_t point, const Vec3& tip) noexcept {
+    const double clearance = route.radii[point] + kOffRoute;
+    return (route.points[point] - tip).squaredNorm() <= clearance * clearance;
+}
+
 DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits, double dt) noexcept {
     return {clamp_change(from.insertion, wanted.insertion, limits.speed * dt),
             clamp_change(from.rotation, wanted.rotation, limits.rotation * dt)};
@@ -156,7 +165,7 @@ DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted,
 DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits, const TipView& view,
                           const DriveCommand& now, double dt, FollowState& state) noexcept {
     if (route.points.empty()) return now;
-    const Progress progress = find_progress(route, view.tip, state.progress);
+    const Progress progress = find_progress(route, view, state.progress);
     note_progress(progress, now, state);
     const double missing = std::sqrt((route.points.back() - view.tip).squaredNorm());
     // Within the tolerance it goes on for as long as that brings the tip nearer: the organ's breath moves it about that place.
@@ -210,4 +219,4 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
     return limit_command(now, wanted, limits, dt);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

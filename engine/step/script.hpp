@@ -3,7 +3,7 @@
 
 #include "engine/prepare/drive.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The command nearest to `wanted` that the limits allow within `dt` seconds from `from`.
 [[nodiscard]] DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits,
@@ -37,13 +37,23 @@ struct TipView {
     Vec3 tangent = Vec3::UnitZ(); // unit, of the shaft where the shaped tip begins
     Vec3 bend = Vec3::UnitX();    // unit, across the tangent: where the shaped tip points
     double resistance = 0.0;      // N, compression of the rod at the entry: what the hand feels
+    bool sees_route = false;      // no wall lies between the tip and the route's point nearest to it
 };
+
+/// Index of the route's point nearest to the tip, searched a little behind and ahead of `last`, m along the route. The route must have
+/// points.
+[[nodiscard]] std::size_t find_nearest_point(const Route& route, const Vec3& tip, double last) noexcept;
+
+/// Does the inscribed sphere of that point hold the tip? Where it does not the tip may be in another branch, or across a lumen that is
+/// wider than its sphere: TipView::sees_route tells.
+[[nodiscard]] bool is_within_clearance(const Route& route, std::size_t point, const Vec3& tip) noexcept;
 
 /// Turns the handle until the shaped tip points to the route ahead, and pushes when it does. When the tip enters another
 /// branch, or insertion no longer brings it forward, it pulls back to before that place, and probes it at another angle each
-/// time, beside the first to either hand, until one leads on.
+/// time, beside the first to either hand, until one leads on. Progress counts along the route, however far beside it the tip is
+/// within the lumen.
 /// source   the surgeon's own rule; no planner. deviation: sees the true position of the tip.
 [[nodiscard]] DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits, const TipView& view,
                                         const DriveCommand& now, double dt, FollowState& state) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

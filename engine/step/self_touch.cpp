@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -48,12 +48,14 @@ bool look_at(const Own& own, Index v, Index triangle, double deepest) {
     const bool behind = height < 0.0;
     if (behind && (distance > deepest || is_other_side(own, v, t, kThickness * deepest))) return false;
     const Vec3 before = hit.bary[0] * own.at_t0()[t[0]] + hit.bary[1] * own.at_t0()[t[1]] + hit.bary[2] * own.at_t0()[t[2]];
-    const double way = (at[v] - own.at_t0()[v]).norm() + (hit.point - before).norm();
+    const Vec3& mean = own.context.bodies[own.body].motion.mean; // the body as a whole may go where it will
+    const double way = (at[v] - own.at_t0()[v] - mean).norm() + (hit.point - before - mean).norm();
     if (!behind && distance > own.model.contact.margin + way) return false;
     SelfNear& near = own.context.bodies[own.body].self_near[v];
     if (near.triangle == kNoIndex) own.context.solids.self_vertices.push_back(v);
     if (near.triangle != kNoIndex && !(distance < std::abs(near.gap))) return true;
-    near = {triangle, behind ? -distance : distance, hit.bary, normal, hit.point};
+    const Vec3 out = behind ? Vec3(hit.point - at[v]) : Vec3(at[v] - hit.point);
+    near = {triangle, behind ? -distance : distance, hit.bary, distance > kNoWay ? Vec3(out / distance) : normal, hit.point};
     return true;
 }
 
@@ -69,7 +71,8 @@ bool look_beneath(const Own& own, Index leaf) {
             scratch.vertex_seen[v] = 1;
             Box3 box;
             box.add(own.at()[v]);
-            box.inflate(sphere.radius + own.model.contact.margin + (own.at()[v] - own.at_t0()[v]).norm());
+            box.inflate(sphere.radius + own.model.contact.margin + (own.at()[v] - own.at_t0()[v] - scratch.motion.mean).norm() +
+                        scratch.motion.spread);
             scratch.inside.tree().for_each_overlapping(box, [&](Index triangle) {
                 const spheretree::Sphere& other = tree.spheres[scratch.leaf_of_triangle[triangle]];
                 const double apart = sphere.radius + other.radius + own.model.contact.margin;
@@ -125,4 +128,4 @@ void touch_self(const SceneModel& model, const State& state, std::span<LeafPair>
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The scene has the effect, and the body's surface deforms with coarse nodes.
 [[nodiscard]] bool touches_itself(const SceneModel& model, std::size_t body) noexcept;
@@ -15,4 +15,4 @@ namespace seldinger::engine {
 /// pairs   the first of a leaf that touched gets its gap
 void touch_self(const SceneModel& model, const State& state, std::span<LeafPair> pairs, StepContext& context);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -2,6 +2,7 @@
 #include "engine/step/simulator.hpp"
 
 #include "engine/step/blood_stage.hpp"
+#include "engine/step/entry_checks.hpp"
 #include "engine/step/instrument_stage.hpp"
 #include "engine/step/pull_stage.hpp"
 #include "engine/step/solid_stage.hpp"
@@ -16,11 +17,25 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Steps that leave a lumen out, for each that forgets some of what it cost: a mesh costs what it costs, and a look that does not pay takes
 /// a fifth of a haptic step.
 static constexpr std::uint64_t kForgetLumen = 16;
+
+/// Where the first instrument stands; also before the first step.
+static void report_first_instrument(const SceneModel& model, const State& state, StepContext& context) {
+    if (model.instruments.empty()) return;
+    StepReport& report = context.report;
+    const InstrumentState& first = state.instruments.front();
+    report.tip = first.rod.position.back();
+    report.insertion_m = first.rod.insertion;
+    report.rotation_rad = first.rod.rotation;
+    if (!model.instruments.front().route) return;
+    const std::vector<Vec3>& moved = context.instruments.front().route.points; // empty before the first step
+    const Vec3& target = moved.empty() ? model.instruments.front().route->points.back() : moved.back();
+    report.target_distance_m = std::sqrt((target - report.tip).squaredNorm());
+}
 
 Simulator::Simulator(const SceneModel& model) : Simulator(model, own_clock_) {}
 
@@ -29,7 +44,19 @@ Simulator::Simulator(const SceneModel& model, const Clock& clock) : Simulator(mo
 Simulator::Simulator(const SceneModel& model, const BudgetLimits& limits) : Simulator(model, own_clock_, limits) {}
 
 Simulator::Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits)
-    : model_(model), budget_(clock, limits), state_(make_initial_state(model)), context_(make_step_context(model, state_)) {}
+    : model_(model), budget_(clock, limits), state_(make_initial_state(model)), context_(make_step_context(model, state_)) {
+    report_first_instrument(model_, state_, context_);
+    refuse(check_limits(limits));
+    refuse(check_settings(model));
+}
+
+/// No step will be taken, and the report says why.
+void Simulator::refuse(const Result<void>& settings) {
+    if (settings.ok() || stopped_) return;
+    stopped_ = true;
+    context_.report.finite = false;
+    context_.report.failure = settings.error().to_string();
+}
 
 const StepReport& Simulator::step() {
     begin_step();
@@ -39,6 +66,8 @@ const StepReport& Simulator::step() {
 bool Simulator::begin_step() {
     if (stopped_) return false;
     StepReport& report = context_.report;
+    if (begun_) return report.finite;
+    begun_ = true;
     report = StepReport{};
     report.step = state_.step + 1;
     report.time_s = static_cast<double>(report.step) * model_.step_s;
@@ -84,8 +113,9 @@ void Simulator::move_everything() {
 }
 
 const StepReport& Simulator::finish_step() {
-    if (stopped_) return context_.report;
     StepReport& report = context_.report;
+    if (stopped_ || !begun_) return report;
+    begun_ = false;
     StopWatch total, lap;
     if (report.finite) {
         if (!model_.budget_covers_step) budget_.resume();
@@ -118,7 +148,11 @@ const StepReport& Simulator::finish_step() {
     return report;
 }
 
-void Simulator::join_step(const Simulator& other) {
+Result<void> Simulator::join_step(const Simulator& other) {
+    const auto wrong = [](const char* message) { return Error{.code = ErrorCode::BadValue, .message = message, .key = "join_step"}; };
+    if (&other == this) return wrong("found this simulator itself, expected another one");
+    if (begun_) return wrong("this simulator has begun a step of its own, expected one that has finished it");
+    if (Result<void> same = check_same_shape(model_, other.model_); !same) return same;
     const bool same_trees = model_.contact.sphere_trees == other.model_.contact.sphere_trees;
     state_ = other.state_;
     for (std::size_t i = 0; i < context_.bodies.size(); ++i) {
@@ -130,8 +164,10 @@ void Simulator::join_step(const Simulator& other) {
         to.springs = from.springs;
         to.frames = from.frames;
         to.surface_waits = from.surface_waits;
+        to.springs_wait = from.springs_wait;
         if (same_trees) {
             to.spheres = from.spheres;
+            to.self_spheres = from.self_spheres;
             to.turn_t0 = from.turn_t0;
             to.turn_t1 = from.turn_t1;
             to.coming = from.coming;
@@ -158,17 +194,39 @@ void Simulator::join_step(const Simulator& other) {
     budget_.pause();
     budget_.charge(model_.budget_covers_step ? other.budget_.elapsed_s() : 0.0);
     if (model_.budget_covers_step) budget_.resume();
+    begun_ = other.begun_;
+    return {};
+}
+
+Result<void> Simulator::set_hand(std::size_t instrument, const DriveCommand& wanted) {
+    Result<void> fine = check_hand(model_, instrument, wanted);
+    if (fine.ok()) context_.instruments[instrument].hand = wanted;
+    return fine;
+}
+
+Result<void> Simulator::set_pull(const std::optional<Pull>& pull) {
+    Result<void> fine = pull ? check_pull(model_, *pull) : Result<void>();
+    if (fine.ok()) context_.pull = pull;
+    return fine;
+}
+
+Result<void> Simulator::set_budget(const BudgetLimits& limits) {
+    Result<void> fine = check_limits(limits);
+    if (fine.ok()) budget_.set_limits(limits);
+    return fine;
 }
 
 std::string Simulator::take_over(std::string_view memory) {
+    if (begun_) return "a step has begun, expected a simulator between two steps";
     std::string wrong = read_step_memory(model_, memory, state_, context_);
     stopped_ = !wrong.empty();
+    if (!stopped_) report_first_instrument(model_, state_, context_);
     if (stopped_) context_.report.finite = false;
     return wrong;
 }
 
 std::optional<DriveCommand> Simulator::follow_route(std::size_t instrument) {
-    if (!model_.instruments[instrument].route) return std::nullopt;
+    if (instrument >= model_.instruments.size() || !model_.instruments[instrument].route) return std::nullopt;
     return steer_along_route(model_, instrument, state_, context_);
 }
 
@@ -264,7 +322,7 @@ void Simulator::refit(std::size_t wall) {
 }
 
 void Simulator::set_cull_device(std::unique_ptr<collision::CullBackend> device) {
-    if (context_.cull) context_.cull->set_device(std::move(device));
+    if (context_.cull && device) context_.cull->set_device(std::move(device));
 }
 
 std::span<const std::string> Simulator::cull_notes() const noexcept {
@@ -363,14 +421,7 @@ void Simulator::observe() {
 
 void Simulator::finish_report() {
     StepReport& report = context_.report;
-    if (any_instrument()) {
-        const InstrumentState& first = state_.instruments.front();
-        report.tip = first.rod.position.back();
-        report.insertion_m = first.rod.insertion;
-        report.rotation_rad = first.rod.rotation;
-        if (model_.instruments.front().route)
-            report.target_distance_m = std::sqrt((context_.instruments.front().route.points.back() - report.tip).squaredNorm());
-    }
+    report_first_instrument(model_, state_, context_);
     if (report.finite) return;
     stopped_ = true;
     restore_start(model_, state_, context_); // the last good state
@@ -383,4 +434,4 @@ const State& Simulator::state() const noexcept {
 
 std::span<const Contact> Simulator::contacts() const noexcept { return context_.contacts; }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,17 +1,22 @@
 // One step after another: the engine's loop, and the only way to advance a state.
 #pragma once
 
+#include "base/result.hpp"
 #include "engine/step/context.hpp"
 #include "engine/time/step_budget.hpp"
 
 #include <memory>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
+/// Every public call checks what it is given, and answers: with an Error that says what was found and what is expected, and then nothing
+/// has changed; or, where it says so, by doing nothing. Nothing that is refused reaches the state.
 class Simulator {
 public:
-    /// The model is only read and must outlive the simulator.
+    /// The model is only read and must outlive the simulator. It is one that prepare_scene made; settings that a caller changed in it
+    /// (step, effects, contact, budget) are checked, and where no step can be taken with them, or under the budget that is given, none is:
+    /// begin_step() returns false, and the report is not finite and says why.
     explicit Simulator(const SceneModel& model);
     Simulator(const SceneModel& model, const Clock& clock);
     /// Under another budget than the scene's.
@@ -23,29 +28,40 @@ public:
     const StepReport& step();
 
     /// The same in two halves. The first is all that the budget does not decide: hands, tissue, dense surfaces, sphere
-    /// trees, the free motion of instruments. False: that failed, finish_step() only reports it.
+    /// trees, the free motion of instruments. False: that failed, finish_step() only reports it. Of a step that has begun it only repeats
+    /// its answer; a step that has not is not finished: the last report is returned.
     bool begin_step();
     const StepReport& finish_step();
-    /// Takes over a step that another simulator has begun: what would this one's budget have answered there? Its model is the same,
+    /// Takes over a step that another simulator has begun (what would this one's budget have answered there?), or what one has come to that
+    /// has begun none. Its model is the same,
     /// or differs in how contacts are found and answered alone; with other sphere trees it joins every step, from the first on.
     /// The other must not go on before this one has finished it.
-    void join_step(const Simulator& other);
+    /// fails  BadValue: this one has begun a step; a model of other sizes; the simulator itself
+    [[nodiscard]] Result<void> join_step(const Simulator& other);
+    /// Gives up a step that was begun. The state is then none between two steps: take_over or join_step goes on from there, nothing else.
+    void abandon_step() noexcept { begun_ = false; }
 
     /// What somebody does while it runs, from the next step on. A scene knows nothing of it: only the same calls at the same
     /// steps repeat such a run.
-    void set_hand(std::size_t instrument, const DriveCommand& wanted) { context_.instruments[instrument].hand = wanted; }
-    void set_pull(const std::optional<Pull>& pull) { context_.pull = pull; }
-    void set_budget(const BudgetLimits& limits) noexcept { budget_.set_limits(limits); }
+    /// The hand moves as fast as the instrument's limits allow, towards any finite place.
+    /// fails  check_hand
+    [[nodiscard]] Result<void> set_hand(std::size_t instrument, const DriveCommand& wanted);
+    /// nullopt lets go. A vertex that no tissue carries is held, and does not move.
+    /// fails  check_pull
+    [[nodiscard]] Result<void> set_pull(const std::optional<Pull>& pull);
+    /// fails  check_limits
+    [[nodiscard]] Result<void> set_budget(const BudgetLimits& limits);
     [[nodiscard]] const BudgetLimits& budget() const noexcept { return budget_.limits(); }
     /// Goes on from the memory of another run of this model, before the first step; for engine/step/checkpoint.hpp.
     /// returns  empty, or what is wrong with it: then no step is taken any more
     [[nodiscard]] std::string take_over(std::string_view memory);
-    /// What the instrument's route asks for next; nothing where it has none.
+    /// What the instrument's route asks for next; nothing where it has none, or where there is no such instrument.
     [[nodiscard]] std::optional<DriveCommand> follow_route(std::size_t instrument);
     /// The model's owner has switched effects: what was kept from step to step is found afresh.
     void effects_changed();
 
-    /// What looks at the exact stage's candidates in place of the CPU twin, on a thread of its own; see ContactSettings::culling.
+    /// What looks at the exact stage's candidates in place of the CPU twin, on a thread of its own; see ContactSettings::culling. Without
+    /// instruments, and of a null pointer, nothing.
     void set_cull_device(std::unique_ptr<collision::CullBackend> device);
     /// Why a device was given up, if one was.
     [[nodiscard]] std::span<const std::string> cull_notes() const noexcept;
@@ -63,6 +79,7 @@ public:
     [[nodiscard]] const StepContext& context() const noexcept { return context_; }
 
 private:
+    void refuse(const Result<void>& settings);
     void move_everything();
     bool follow_lumens(double after_s);
     void descend();
@@ -89,6 +106,7 @@ private:
     mutable StepContext context_;
     unsigned dropped_ = 0; // effects that this step leaves out
     bool stopped_ = false;
+    bool begun_ = false; // a step, and not finished it
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

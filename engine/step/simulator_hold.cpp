@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -90,4 +90,4 @@ void Simulator::scale_motion(double fraction) {
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

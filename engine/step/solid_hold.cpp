@@ -7,7 +7,7 @@
 #include <cmath>
 #include <tuple>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -192,4 +192,4 @@ void push_spheres(const SceneModel& model, const State& state, StepContext& cont
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

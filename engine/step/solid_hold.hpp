@@ -4,7 +4,7 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Coarse nodes that each sphere of a body hangs on: the mean of its vertices as a weighted sum of nodes (the paper's set V).
 [[nodiscard]] SphereNodes make_sphere_nodes(const SceneModel& model, std::size_t body);
@@ -19,4 +19,4 @@ namespace seldinger::engine {
 ///          and an assumed pair holds where the paper's pushes with its overlap.
 void push_spheres(const SceneModel& model, const State& state, StepContext& context);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -216,4 +216,4 @@ double find_thickness(std::span<const Vec3> points) {
     return most - least;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -14,7 +14,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// One body's places against the other's surface.
 struct OneWay {
@@ -27,6 +27,8 @@ struct OneWay {
     [[nodiscard]] const std::vector<Vec3>& surface_t0(std::size_t body) const {
         return model.bodies[body].moves() ? context.bodies[body].surface_t0 : state.bodies[body].surface;
     }
+    /// m; motion of the step that all solids may share: nothing comes nearer by it.
+    [[nodiscard]] const Vec3& shared() const { return context.solids.shared; }
     /// m; how much farther than in the last step the two may come against each other, as far as that is known.
     [[nodiscard]] double known_change() const { return (context.bodies[own].change - context.bodies[other].change).norm(); }
     [[nodiscard]] const Triangle& face(Index triangle) const { return model.bodies[other].surface.triangles[triangle]; }
@@ -49,9 +51,9 @@ struct Standing {
     SurfacePoint at;      // of the other's surface at the end of the step, on that side
 };
 
-/// Where a vertex stands at the end of the step; nothing where the surface is farther than the two moved in the step and `reach`.
-/// reach    m, for what is outside
-/// cost     a closest-point query and an inside test; where it may have crossed, also the sweeps of what its path comes near
+/// Where a vertex stands at the end of the step; nothing where the surface is farther than the two moved against each other in the step,
+/// and `reach`. reach    m, for what is outside cost     a closest-point query and an inside test; where it may have crossed, also the
+/// sweeps of what its path comes near
 [[nodiscard]] std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach);
 
 /// By how much the springs of context.solids.pressed, from `first` on, start pressed: all are of these two bodies. Their depth is no
@@ -72,4 +74,4 @@ inline constexpr double kRecovery = 0.1;
 /// m; extent along the thinnest principal axis of the points.
 [[nodiscard]] double find_thickness(std::span<const Vec3> points);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

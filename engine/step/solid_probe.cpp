@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -106,4 +106,4 @@ void remember_touching(StepContext& context) {
     for (LeafPair& pair : kept) pair.gap = std::numeric_limits<double>::infinity();
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

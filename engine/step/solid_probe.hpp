@@ -4,7 +4,7 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Appends leaf pairs to context.solids.leaf_pairs for every pair of closed bodies with open sphere pairs: the leaves of either
 /// body that lie deepest in the other, found best first with the distance to the other's surface as bound, and the pairs that
@@ -24,4 +24,4 @@ inline constexpr std::size_t kProbeTests = 4096, kLeastProbes = 24;
 inline constexpr std::size_t kProbedLeaves = 8;
 inline constexpr std::size_t kRememberedPairs = 64;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,6 +1,7 @@
 #include "engine/step/solid_stage.hpp"
 
 #include "engine/step/self_touch.hpp"
+#include "engine/step/soften_springs.hpp"
 #include "engine/step/solid_hold.hpp"
 #include "engine/step/solid_passage.hpp"
 #include "engine/step/solid_touch.hpp"
@@ -11,7 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -68,27 +69,47 @@ struct Side {
     const Place& place;
     Vec3 direction;        // unit, its own
     double share;          // of the gap
-    double rate;           // m/s, of the whole gap
+    double rate;           // m/s, of its share of the gap, by what does not hang on its nodes
     Index load = kNoIndex; // its spring of Push::under
 };
+
+SurfacePush make_push(const Place& place, const Push& push, double gap_share, double rate, Index load) {
+    return {place.body,
+            place.vertices,
+            place.weights,
+            push.direction,
+            gap_share * push.gap,
+            push.stiffness / gap_share,
+            push.damping / gap_share,
+            push.limit,
+            rate,
+            load,
+            push.friction};
+}
 
 /// Index of the spring among its owner's.
 Index push_side(const SceneModel& model, const Side& side, const Push& push, const State& state, StepContext& context) {
     const Place& place = side.place;
     if (!model.bodies[place.body].links) return kNoIndex;
-    const SurfacePush own{place.body,
-                          place.vertices,
-                          place.weights,
-                          side.direction,
-                          side.share * push.gap,
-                          push.stiffness / side.share,
-                          push.damping / side.share,
-                          push.limit,
-                          side.share * side.rate,
-                          side.load,
-                          push.friction};
+    SurfacePush own = make_push(place, push, side.share, side.rate, side.load);
+    own.direction = side.direction;
     if (!add_surface_spring(model, own, state, context)) return kNoIndex;
     return static_cast<Index>(context.bodies[owner_of(model, place.body)].springs.springs.size() - 1);
+}
+
+/// m/s; how the mass centre of two bodies moves, where nothing holds any.
+Vec3 find_common_drift(const SceneModel& model, std::size_t a, std::size_t b, const SolidScratch& solids) {
+    const std::optional<fem::TissueModel>&own = model.bodies[a].tissue, &other = model.bodies[b].tissue;
+    if (!own || !other) return Vec3::Zero();
+    return (own->mass * solids.drift[a] + other->mass * solids.drift[b]) / (own->mass + other->mass);
+}
+
+/// Both places hang on the nodes of one body: one spring between them.
+void push_within(const SceneModel& model, const Place& a, const Place& b, const Push& push, const State& state, StepContext& context) {
+    const SurfacePush on_a = make_push(a, push, 1.0, 0.0, push.under != nullptr ? push.under->spring_a : kNoIndex);
+    const bool made = add_balanced_spring(model, on_a, {b.body, b.vertices, b.weights}, state, context);
+    const std::size_t last = context.bodies[owner_of(model, a.body)].springs.springs.size();
+    context.solids.springs.push_back({a.body, b.body, made ? static_cast<Index>(last - 1) : kNoIndex, kNoIndex, push.direction});
 }
 
 /// Each body is integrated against the other as it stands at the step's start. If each took the whole gap for its own, both would close
@@ -97,13 +118,20 @@ Index push_side(const SceneModel& model, const Side& side, const Push& push, con
 /// What they go too far by, d_a and d_b, has cost them k (d_a^2 / share_a + d_b^2 / share_b) / 2, never less than the k (d_a + d_b)^2 / 2
 /// that the next step's springs start with: energy is lost, not found. The price: something that stands in the way and does not move is
 /// felt before it is reached, by half of what the two came nearer in the step.
+/// Where nothing holds any body, two are seen from their common mass centre: what flies along together stands still there. (Where something
+/// does, planes that move would do work on what is pressed against it.)
 /// What a script moves is known ahead: the springs go along with it during the step. If it stood still and jumped at the step's end, each
 /// spring would begin with k (v h)^2 / 2 from nowhere, for a speed v and a step h: stiff ones would throw off what is pressed slowly.
 void push_both(const SceneModel& model, const Place& a, const Place& b, const Push& push, const State& state, StepContext& context) {
+    const std::size_t owner_a = owner_of(model, a.body), owner_b = owner_of(model, b.body);
+    if (owner_a == owner_b && model.bodies[a.body].links && model.bodies[b.body].links)
+        return push_within(model, a, b, push, state, context);
     const double rate = push.direction.dot(context.bodies[a.body].coming - context.bodies[b.body].coming) / model.step_s;
+    const double drift = push.direction.dot(find_common_drift(model, owner_a, owner_b, context.solids));
+    const double share_a = share_of(model, a, b), share_b = share_of(model, b, a);
     const SpringPair load = push.under != nullptr ? *push.under : SpringPair{};
-    const Index on_a = push_side(model, {a, push.direction, share_of(model, a, b), rate, load.spring_a}, push, state, context);
-    const Index on_b = push_side(model, {b, -push.direction, share_of(model, b, a), rate, load.spring_b}, push, state, context);
+    const Index on_a = push_side(model, {a, push.direction, share_a, share_a * rate - drift, load.spring_a}, push, state, context);
+    const Index on_b = push_side(model, {b, -push.direction, share_b, share_b * rate + drift, load.spring_b}, push, state, context);
     context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
 }
 
@@ -173,7 +201,17 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
 /// N; what a spring pushes with at the step's end, as its nodes stand.
 double force_of(const SceneModel& model, std::size_t body, Index index, const State& state, const StepContext& context) {
     const std::size_t owner = owner_of(model, body);
+    if (context.bodies[owner].springs_wait) return 0.0; // they were not felt
     return fem::find_spring_push(context.bodies[owner].springs, index, model.step_s, state.bodies[owner].tissue.position);
+}
+
+/// Mean velocities of bodies, at the step's end, where nothing holds any of them.
+void find_drifts(const SceneModel& model, const State& state, SolidScratch& solids) {
+    solids.drift.assign(model.bodies.size(), Vec3::Zero());
+    if (!are_all_free(model)) return;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (const auto& tissue = model.bodies[i].tissue; tissue)
+            solids.drift[i] = fem::find_momentum(*tissue, state.bodies[i].tissue).linear / tissue->mass;
 }
 
 void note_depth(const Contact& touch, StepContext& context) {
@@ -203,6 +241,15 @@ bool can_touch_any(const SceneModel& model, std::size_t body) noexcept {
     return touches_itself(model, body);
 }
 
+bool are_all_free(const SceneModel& model) noexcept {
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!can_touch_any(model, i)) continue;
+        const std::optional<fem::TissueModel>& tissue = model.bodies[owner_of(model, i)].tissue;
+        if (!tissue || !tissue->pinned.empty()) return false;
+    }
+    return true;
+}
+
 void prepare_solids(const SceneModel& model, const State& state, StepContext& context) {
     std::size_t vertices = 0; // of closed bodies that something can touch
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
@@ -215,7 +262,7 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
             (void)fem::steer(*model.bodies[i].links, state.bodies[owner_of(model, i)].tissue.position, model.bodies[i].surface.vertices,
                              scratch.frames, scratch.surface_ahead);
         }
-        if (!model.bodies[i].closed || model.contact.solid_response != SolidResponse::Surface) continue;
+        if (!meet_by_surface(model, i, i)) continue;
         context.bodies[i].inside = InsideTest(model.bodies[i].surface);
         vertices += model.bodies[i].surface.vertices.size();
         context.bodies[i].inside.refit(state.bodies[i].surface);
@@ -250,12 +297,13 @@ void add_solid_pairs(const SceneModel& model, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         if (touches_itself(model, i)) {
             context.report.effects.note(Effect::SelfContact);
-            context.descent.add_self_pair(view_solid(model, i, context));
+            context.descent.add_self_pair(view_self(model, i, context));
         }
 }
 
 void push_solids(const SceneModel& model, const State& state, StepContext& context) {
     context.solids.springs.clear();
+    find_drifts(model, state, context.solids);
     find_touches(model, state, context);
     auto pressed = context.solids.pressed.begin();
     for (std::size_t k = 0; k < context.solids.touches.size(); ++k) {
@@ -268,6 +316,7 @@ void push_solids(const SceneModel& model, const State& state, StepContext& conte
     }
     sort_memory(context.solids);
     push_spheres(model, state, context);
+    soften_springs(model, state, context);
     context.report.held_pairs = context.solids.holds.size();
 }
 
@@ -281,4 +330,4 @@ double find_residual(const SceneModel& model, const State& state, const StepCont
     return sum.norm();
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Does one of them start wholly inside the other? See SceneModel::nested.
 [[nodiscard]] bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept;
@@ -14,6 +14,9 @@ namespace seldinger::engine {
 
 /// Is there anything that this body can touch, itself included?
 [[nodiscard]] bool can_touch_any(const SceneModel& model, std::size_t body) noexcept;
+
+/// No solid that something can touch stands still, is held, or is moved by a script.
+[[nodiscard]] bool are_all_free(const SceneModel& model) noexcept;
 
 /// What the response of solid bodies needs beside the model: the nodes beneath spheres, and depths of closed surfaces.
 void prepare_solids(const SceneModel& model, const State& state, StepContext& context);
@@ -34,4 +37,4 @@ void push_solids(const SceneModel& model, const State& state, StepContext& conte
 /// integrated against the other as it stood at the step's start: what is left is the price of that.
 [[nodiscard]] double find_residual(const SceneModel& model, const State& state, const StepContext& context);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,12 +10,9 @@
 #include <cmath>
 #include <tuple>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
-
-/// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
-constexpr double kNoWay = 1e-9;
 
 /// Vertices in a step that are looked at because their bodies moved far and the budget left sphere pairs open. A thousand cost about a
 /// millisecond; with more, what was not looked at is reported (unproven_solids).
@@ -71,7 +68,7 @@ Contact make_touch(const OneWay& way, const Probe& probe, const Vec3& place, con
 /// reach: m, how far the other surface comes, and the margin
 Look look_at_vertex(const OneWay& way, Index v, double reach) {
     const Vec3 place = way.surface(way.own)[v];
-    const double own_way = (place - way.surface_t0(way.own)[v]).norm();
+    const double own_way = (place - way.surface_t0(way.own)[v] - way.shared()).norm();
     const auto standing = find_standing(way, v, reach + own_way);
     if (!standing) return {};
     const Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, standing->at, standing->inside);
@@ -80,7 +77,7 @@ Look look_at_vertex(const OneWay& way, Index v, double reach) {
         const Triangle& face = way.face(standing->at.triangle);
         const Vec3 now = point_on(face, standing->at.bary, way.surface(way.other));
         const Vec3 before = point_on(face, standing->at.bary, way.surface_t0(way.other));
-        if (touch.gap > way.model.contact.margin + own_way + (now - before).norm() + way.known_change()) return {};
+        if (touch.gap > way.model.contact.margin + own_way + (now - before - way.shared()).norm() + way.known_change()) return {};
         if (touch.normal.dot(way.context.bodies[way.own].vertex_normal[v]) > kFacing) return {};
     } else {
         if (standing->pressed) solids.pressed.push_back({solids.touches.size(), 0.0});
@@ -99,7 +96,11 @@ void add_edge_touch(const OneWay& way, const Probe& probe) {
     if (const auto hit = against.tree().closest(place)) way.context.solids.touches.push_back(make_touch(way, probe, place, *hit, true));
 }
 
-double reach_of(const OneWay& way) { return way.model.contact.margin + way.context.bodies[way.other].motion.farthest + way.known_change(); }
+double reach_of(const OneWay& way) {
+    const SurfaceTravel& motion = way.context.bodies[way.other].motion;
+    const double farthest = std::min((motion.mean - way.shared()).norm() + motion.spread, motion.farthest + way.shared().norm());
+    return way.model.contact.margin + farthest + way.known_change();
+}
 
 void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a) {
     BodyScratch& scratch = way.context.bodies[way.own];
@@ -322,7 +323,9 @@ void count_unproven(const SceneModel& model, const State& state, StepContext& co
 } // namespace
 
 bool meet_by_surface(const SceneModel& model, std::size_t a, std::size_t b) noexcept {
-    return model.contact.solid_response == SolidResponse::Surface && model.bodies[a].closed && model.bodies[b].closed;
+    if (model.contact.solid_response != SolidResponse::Surface) return false;
+    if (a == b && touches_itself(model, a)) return true;
+    return model.bodies[a].closed && model.bodies[b].closed;
 }
 
 bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept {
@@ -366,4 +369,4 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
     count_unproven(model, state, context);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,13 +3,17 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Cosine. A place whose own surface looks another way than at what it meets is not about to meet it: a table's vertex before
 /// the edge of a block that slides over it is nearest to the block's side, and will pass beneath; sheets that meet look at each other.
 inline constexpr double kFacing = -0.2;
 
-/// Both bodies are closed and the scene's response is "surface": depths beneath their leaves are those of the surfaces.
+/// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
+inline constexpr double kNoWay = 1e-9;
+
+/// The scene's response is "surface", and both bodies are closed: depths beneath their leaves are those of the surfaces. A body against
+/// itself need not be closed: its triangles say which side is out.
 [[nodiscard]] bool meet_by_surface(const SceneModel& model, std::size_t a, std::size_t b) noexcept;
 
 /// A pair of spheres with nothing left to refine, tested, or assumed and overlapping.
@@ -24,4 +28,4 @@ inline constexpr double kFacing = -0.2;
 /// many leaf pairs see it. No allocation once the lists have their size.
 void find_touches(const SceneModel& model, const State& state, StepContext& context);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

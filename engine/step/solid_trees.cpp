@@ -1,5 +1,7 @@
 #include "engine/step/solid_trees.hpp"
 
+#include "engine/step/self_touch.hpp"
+#include "engine/step/solid_passage.hpp"
 #include "engine/step/solid_stage.hpp"
 #include "engine/step/surface_place.hpp"
 #include "engine/step/surface_spring.hpp"
@@ -8,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -46,10 +48,35 @@ void carry_wrapped(const BodyModel& body, std::span<const Vec3> before, std::spa
 /// Its spheres are found one by one, in `wrapped`.
 bool is_lazy(const BodyScratch& scratch) noexcept { return !scratch.wrapped.spheres().empty(); }
 
-void follow_corners(const BodyModel& body, std::span<const Vec3> before, std::span<const Vec3> now, BodyScratch& scratch) {
+/// A motion that all of what is compared may share: nothing comes nearer by it.
+struct SharedMotion {
+    Vec3 last = Vec3::Zero(), next = Vec3::Zero(); // m, in this step and in the next one
+};
+
+void follow_corners(const BodyModel& body, std::span<const Vec3> before, std::span<const Vec3> now, const SharedMotion& shared,
+                    BodyScratch& scratch, std::vector<spheretree::Sphere>& spheres) {
+    scratch.surface_behind.resize(now.size());
     scratch.surface_ahead.resize(now.size());
-    for (std::size_t v = 0; v < now.size(); ++v) scratch.surface_ahead[v] = now[v] + (now[v] - before[v]) + scratch.change;
-    spheretree::update_covering_spheres(body.covering, before, scratch.surface_ahead, scratch.spheres);
+    for (std::size_t v = 0; v < now.size(); ++v) {
+        scratch.surface_behind[v] = before[v] + shared.last;
+        scratch.surface_ahead[v] = now[v] + (now[v] - before[v]) + scratch.change - shared.next;
+    }
+    spheretree::update_covering_spheres(body.covering, scratch.surface_behind, scratch.surface_ahead, spheres);
+}
+
+/// The body's own mean motion, and what is known of the next step's.
+SharedMotion find_shared(std::span<const Vec3> before, std::span<const Vec3> now, const BodyScratch& scratch) {
+    const Vec3 mean = find_motion(before, now).mean;
+    return {mean, mean + scratch.change};
+}
+
+/// What all solids are seen from: the first, where nothing holds any of them. A scene that flies as a whole so finds the same pairs as one
+/// at rest.
+SharedMotion find_common_motion(const SceneModel& model, const State& state, const StepContext& context) {
+    if (!are_all_free(model)) return {};
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (can_touch_any(model, i)) return find_shared(context.bodies[i].surface_t0, state.bodies[i].surface, context.bodies[i]);
+    return {};
 }
 
 /// What is known of a body's next step: where its path takes it, and by how much that differs from the last one, as falling flesh does
@@ -70,20 +97,25 @@ void look_ahead(const SceneModel& model, std::size_t i, const State& state, Body
 } // namespace
 
 void update_solid_trees(const SceneModel& model, const State& state, StepContext& context) {
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (can_touch_any(model, i) && model.bodies[i].moves()) look_ahead(model, i, state, context.bodies[i]);
+    const SharedMotion common = find_common_motion(model, state, context);
+    context.solids.shared = common.last;
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         BodyScratch& scratch = context.bodies[i];
         if (!can_touch_any(model, i) || (!body.moves() && !scratch.spheres.empty())) continue;
         const std::vector<Vec3>& now = state.bodies[i].surface;
         const std::vector<Vec3>& before = body.moves() ? scratch.surface_t0 : now;
-        look_ahead(model, i, state, scratch);
         if (body.wrapped) {
             read_turns(scratch.frames, scratch.turn_t1);
             follow_wrapped(model, i, state, context);
         } else if (model.contact.sphere_trees != SphereTrees::Covering) {
             carry_wrapped(body, before, now, scratch.change, scratch.spheres);
         } else {
-            follow_corners(body, before, now, scratch);
+            follow_corners(body, before, now, common, scratch, scratch.spheres);
+            if (touches_itself(model, i))
+                follow_corners(body, before, now, find_shared(before, now, scratch), scratch, scratch.self_spheres);
         }
     }
 }
@@ -98,6 +130,12 @@ spheretree::SolidView view_solid(const SceneModel& model, std::size_t body, Step
     const spheretree::SphereTree* tree = &model.bodies[body].covering.tree;
     if (is_lazy(scratch)) return {id, tree, scratch.wrapped.spheres(), &scratch.wrapped};
     return {id, tree, scratch.spheres};
+}
+
+spheretree::SolidView view_self(const SceneModel& model, std::size_t body, StepContext& context) noexcept {
+    spheretree::SolidView view = view_solid(model, body, context);
+    if (!context.bodies[body].self_spheres.empty()) view.spheres = context.bodies[body].self_spheres;
+    return view;
 }
 
 const spheretree::Sphere& sphere_of(std::size_t body, Index sphere, StepContext& context) noexcept {
@@ -122,4 +160,4 @@ void rejoin_trees(const SceneModel& model, const State& state, StepContext& cont
         if (model.bodies[i].wrapped && !context.bodies[i].turn_t1.empty()) follow_wrapped(model, i, state, context);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,17 +4,20 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Sphere trees of solid bodies that something can touch follow their surfaces over the step, and as far again: a spring
 /// is needed before the surfaces meet, which may be within the next step. With SphereTrees::Heuristic they follow as the paper's do,
-/// and may lose some of their surface.
+/// and may lose some of their surface. Covering trees see motion relative to find_common_motion.
 void update_solid_trees(const SceneModel& model, const State& state, StepContext& context);
 
 /// False: nothing can touch the body, it has no spheres.
 [[nodiscard]] bool has_spheres(const StepContext& context, std::size_t body) noexcept;
 
 [[nodiscard]] spheretree::SolidView view_solid(const SceneModel& model, std::size_t body, StepContext& context) noexcept;
+
+/// As its own mean motion sees it: a body that flies as a whole does not come near itself. Of one that touches itself.
+[[nodiscard]] spheretree::SolidView view_self(const SceneModel& model, std::size_t body, StepContext& context) noexcept;
 
 /// Found first where nobody asked before in this step.
 [[nodiscard]] const spheretree::Sphere& sphere_of(std::size_t body, Index sphere, StepContext& context) noexcept;
@@ -28,4 +31,4 @@ void keep_turns(const SceneModel& model, std::size_t body, StepContext& context)
 /// Lazy spheres of another context's step become this context's own.
 void rejoin_trees(const SceneModel& model, const State& state, StepContext& context);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -26,8 +26,10 @@ void note_held(const SceneModel& model, const State& state, StepContext& context
 }
 
 const SprungPlace* find_sprung(const SolidScratch& solids, const Contact& touch) noexcept {
-    if (!is_of_vertex(touch)) return nullptr;
-    const std::tuple<std::size_t, std::size_t, Index> key{touch.body_a, touch.body_b, touch.feature_a[0]};
+    return is_of_vertex(touch) ? find_sprung(solids, {touch.body_a, touch.body_b, touch.feature_a[0]}) : nullptr;
+}
+
+const SprungPlace* find_sprung(const SolidScratch& solids, const std::tuple<std::size_t, std::size_t, Index>& key) noexcept {
     const auto place = std::lower_bound(solids.sprung_before.begin(), solids.sprung_before.end(), key,
                                         [](const SprungPlace& x, const auto& wanted) { return x.key() < wanted; });
     return place != solids.sprung_before.end() && place->key() == key ? &*place : nullptr;
@@ -50,4 +52,4 @@ void sort_memory(SolidScratch& solids) {
     std::sort(solids.sprung.begin(), solids.sprung.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

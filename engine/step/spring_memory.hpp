@@ -10,7 +10,7 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// m/s; how fast a spring grows to the depth of a vertex that came in unopposed. Slower and what lands rests too deep for a while (a
 /// millimetre for a second); faster and flesh crushed flat between solids, whose places come and go, is heated by the force times this.
@@ -21,6 +21,8 @@ void note_held(const SceneModel& model, const State& state, StepContext& context
 
 /// Of the last response; nullptr: no spring waited for it, or it is no vertex.
 [[nodiscard]] const SprungPlace* find_sprung(const SolidScratch& solids, const Contact& touch) noexcept;
+[[nodiscard]] const SprungPlace* find_sprung(const SolidScratch& solids,
+                                             const std::tuple<std::size_t, std::size_t, Index>& key) noexcept;
 
 /// m, <= 0; the gap that the springs of a place start with. Of vertices that are in what they held, and a little more, up to their depth.
 [[nodiscard]] double find_start_gap(const SceneModel& model, const SolidScratch& solids, const Contact& touch) noexcept;
@@ -29,4 +31,4 @@ void note_held(const SceneModel& model, const State& state, StepContext& context
 SprungPlace* remember_springs(const Contact& touch, double gap, SolidScratch& solids);
 void sort_memory(SolidScratch& solids);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -2,7 +2,7 @@
 
 #include "engine/step/bit_hash.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -52,4 +52,4 @@ std::uint64_t hash_state(const State& state) noexcept {
     return hash.value();
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

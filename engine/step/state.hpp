@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 struct BodyState {
     fem::TissueState tissue;   // deformable bodies
@@ -31,4 +31,4 @@ struct State {
 /// 64-bit FNV-1a over the bits of step, positions, velocities, insertions and rotations, in the order of the structs.
 [[nodiscard]] std::uint64_t hash_state(const State& state) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

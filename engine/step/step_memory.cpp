@@ -12,7 +12,7 @@
 #include <cmath>
 #include <iterator>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -37,7 +37,8 @@ void pass_frames(Stream& stream, Frames& frames) {
 template <class Stream, class Springs>
 void pass_springs(Stream& stream, Springs& springs) {
     stream.list(springs.springs, [&](auto& s) {
-        stream.number(s.first_entry), stream.number(s.entry_count), stream.number(s.load), stream.number(s.friction);
+        stream.number(s.first_entry), stream.number(s.entry_count), stream.number(s.balanced), stream.number(s.load),
+            stream.number(s.friction);
         stream.number(s.offset), stream.number(s.rate), stream.number(s.stiffness), stream.number(s.damping), stream.number(s.limit);
     });
     stream.list(springs.entries, [&](auto& e) {
@@ -127,7 +128,8 @@ void pass_solids(Stream& stream, Solids& solids) {
     });
     stream.list(solids.sprung, [&](auto& place) {
         stream.number(place.own), stream.number(place.other), stream.number(place.vertex);
-        stream.number(place.spring_a), stream.number(place.spring_b), stream.number(place.pressed), stream.vector(place.drawn);
+        stream.number(place.spring_a), stream.number(place.spring_b), stream.number(place.pressed), stream.number(place.scale);
+        stream.vector(place.drawn);
     });
 }
 
@@ -258,7 +260,7 @@ bool solids_fit(const SceneModel& model, const StepContext& context) {
                        [&](const SprungPlace& p) {
                            return p.own < bodies && p.other < bodies && p.vertex < model.bodies[p.own].surface.vertices.size() &&
                                   is_spring(p.own, p.spring_a) && is_spring(p.other, p.spring_b) && std::isfinite(p.pressed) &&
-                                  is_finite(p.drawn);
+                                  p.scale > 0.0 && is_finite(p.drawn);
                        }) &&
            std::is_sorted(s.sprung.begin(), s.sprung.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
 }
@@ -326,4 +328,4 @@ std::string read_step_memory(const SceneModel& model, std::string_view bytes, St
     return {};
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Appends the memory, numbers in little-endian order.
 void append_step_memory(const SceneModel& model, const State& state, const StepContext& context, std::string& bytes);
@@ -21,4 +21,4 @@ void append_step_memory(const SceneModel& model, const State& state, const StepC
 ///                  is not finite. Takes no more memory than a small multiple of the bytes.
 [[nodiscard]] std::string read_step_memory(const SceneModel& model, std::string_view bytes, State& state, StepContext& context);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

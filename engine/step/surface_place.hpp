@@ -9,7 +9,7 @@
 #include <cmath>
 #include <span>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 [[nodiscard]] inline Vec3 point_on(const Triangle& t, const std::array<double, 3>& bary, std::span<const Vec3> positions) {
     return bary[0] * positions[t[0]] + bary[1] * positions[t[1]] + bary[2] * positions[t[2]];
@@ -28,4 +28,4 @@ namespace seldinger::engine {
     return std::sqrt(longest_sq) * (1.0 + 0x1p-50);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 #include <limits>
 #include <span>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// The body whose coarse mesh carries this one: itself, or its carrier.
 [[nodiscard]] std::size_t owner_of(const SceneModel& model, std::size_t body) noexcept;
@@ -26,8 +26,13 @@ struct SurfacePush {
     double friction = 0.0;                                  // Coulomb's
 };
 
+/// Adds one spring that pushes two places of the same owner's nodes apart: `a` along its direction, `b` against it, with the gap,
+/// stiffness and the rest of `a`. What one place receives the other gives, in every stage of every sub-step. False: nothing hangs on a
+/// node.
+bool add_balanced_spring(const SceneModel& model, const SurfacePush& a, const SurfacePush& b, const State& state, StepContext& context);
+
 /// Adds a spring to the owner's; the nodes get the force through the transpose of the links' derivative, so that
 /// momentum is kept. False if no vertex hangs on a node: nothing was added.
 bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const State& state, StepContext& context);
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

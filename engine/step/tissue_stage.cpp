@@ -3,6 +3,7 @@
 #include "base/trig.hpp"
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/surface_spring.hpp"
+#include "engine/step/waiting_springs.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +11,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -47,7 +48,7 @@ fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, 
         return fem::advance(*body.tissue, state.tissue, model.step_s, inputs, limits, scratch.rk, scratch.stable);
     // The scene insists on a number; preparation refused it where the body at rest would not stand it.
     fem::AdvanceReport done;
-    done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, &scratch.springs, scratch.stable, model.integrator);
+    done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, inputs.springs, scratch.stable, model.integrator);
     const unsigned needed = fem::count_substeps(model.step_s, done.tightest, model.max_substeps);
     done.refused = needed == 0;
     if (!done.refused)
@@ -59,29 +60,40 @@ fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, 
 /// Empty while all went well.
 std::string describe_failure(const SceneModel& model, const BodyModel& body, const fem::AdvanceReport& done) {
     const fem::IntegrateReport& end = done.integrate;
-    if (done.refused)
-        return fmt::format("{}: the stable step is {:.3g} s (tetrahedron {}), more than {} sub-steps of the step of {:g} s "
-                           "would be needed",
-                           body.name, done.tightest.step, done.tightest.worst_tet, model.max_substeps, model.step_s);
+    if (done.refused) {
+        const bool by_contact = done.tightest.omega_max > 2.0 * done.tightest.tissue_omega;
+        return fmt::format("{}: the stable step is {:.3g} s, more than {} sub-steps of the step of {:g} s would be needed; {}", body.name,
+                           done.tightest.step, model.max_substeps, model.step_s,
+                           by_contact
+                               ? std::string("what presses on it is stiffer than its tetrahedra. Softer contact (contact.wall_stiffness, "
+                                             "contact.solid_stiffness), or a coarser coarse mesh")
+                               : fmt::format("its tetrahedron {} is the stiffest, at a smallest volume of {:.3g} of rest. Fewer coarse "
+                                             "triangles, the lattice mesher (coarse.mesher), or softer contact, if it is crushed",
+                                             done.tightest.worst_tet, end.min_volume_ratio));
+    }
     if (!end.finite())
         return fmt::format("{}: node {} is not finite after {} sub-steps (tetrahedron {}, smallest volume ratio {:.3g})", body.name,
-                           end.first_bad_node, end.substeps_done, end.first_bad_tet, end.min_volume_ratio);
+                           end.first_bad_node, end.substeps_done, end.first_bad_tet, end.least_stage_ratio);
     return {};
 }
 
 void integrate_body(const SceneModel& model, const BodyModel& body, double end_time, BodyState& state, BodyScratch& scratch,
-                    StepReport& report) {
-    find_pinned_targets(model, *body.tissue, state.tissue, end_time, scratch.pinned_target, report.effects);
+                    EffectCounts& counts) {
+    find_pinned_targets(model, *body.tissue, state.tissue, end_time, scratch.pinned_target, counts);
     fem::IntegrateInputs inputs;
-    report.effects.note(Effect::Elasticity);
-    if (body.tissue->material.viscosity > 0.0 || body.tissue->material.mass_damping > 0.0) report.effects.note(Effect::Damping);
+    counts.note(Effect::Elasticity);
+    if (body.tissue->material.viscosity > 0.0 || body.tissue->material.mass_damping > 0.0) counts.note(Effect::Damping);
     if (model.effects.gravity) {
         inputs.gravity = *model.effects.gravity;
-        report.effects.note(Effect::Gravity);
+        counts.note(Effect::Gravity);
     }
-    inputs.springs = &scratch.springs;
+    inputs.springs = &felt_springs(scratch);
     inputs.pinned_target = scratch.pinned_target;
-    const fem::AdvanceReport done = advance_body(model, body, inputs, state, scratch);
+    scratch.advanced = advance_body(model, body, inputs, state, scratch);
+}
+
+/// Adds what the body's integration came to.
+void report_body(const SceneModel& model, const BodyModel& body, const fem::AdvanceReport& done, StepReport& report) {
     report.substeps = std::max(report.substeps, done.integrate.substeps_done);
     if (report.stable_step_s == 0.0 || done.tightest.step < report.stable_step_s) report.stable_step_s = done.tightest.step;
     report.min_volume_ratio = std::min(report.min_volume_ratio, done.integrate.min_volume_ratio);
@@ -162,9 +174,28 @@ void restore_start(const SceneModel& model, State& state, StepContext& context) 
 
 void integrate_bodies(const SceneModel& model, State& state, StepContext& context) {
     if (!model.effects.elasticity) return;
+    const auto integrate = [&](std::size_t i) {
+        integrate_body(model, model.bodies[i], state.time + model.step_s, state.bodies[i], context.bodies[i], context.report.effects);
+    };
+    const auto is_tissue = [&](std::size_t i) { return model.bodies[i].motion == Motion::Deformable; };
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (is_tissue(i)) choose_springs(model, i, state, context); // before anything moves
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (is_tissue(i)) integrate(i);
+    for (bool again = true; again;) { // each body once at most: what one that was put back does may press another
+        again = false;
+        for (std::size_t i = 0; i < model.bodies.size(); ++i)
+            context.bodies[i].springs_met = context.bodies[i].springs_wait && has_met(model, i, state, context);
+        for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+            if (!context.bodies[i].springs_met) continue;
+            again = true;
+            context.bodies[i].springs_wait = false;
+            state.bodies[i].tissue = context.bodies[i].tissue_t0;
+            integrate(i);
+        }
+    }
     for (std::size_t i = 0; i < model.bodies.size() && context.report.finite; ++i)
-        if (model.bodies[i].motion == Motion::Deformable)
-            integrate_body(model, model.bodies[i], state.time + model.step_s, state.bodies[i], context.bodies[i], context.report);
+        if (is_tissue(i)) report_body(model, model.bodies[i], context.bodies[i].advanced, context.report);
 }
 
 void steer_surfaces(const SceneModel& model, State& state, StepContext& context) {
@@ -190,4 +221,4 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
     }
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 
 #include "engine/step/context.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Remembers where everything is before the step moves it, but for the surfaces.
 void keep_start(const SceneModel& model, const State& state, StepContext& context);
@@ -32,4 +32,4 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
 /// source   amplitude (1 - cos) / 2
 [[nodiscard]] double wave_at(double period, double time) noexcept;
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -159,8 +159,7 @@ void plane_from_walls(const SceneModel& model, std::size_t index, const State& s
     for (const std::size_t one : coaxial(model, index)) plane_from_wall(model, one, state, context, reach);
 }
 
-/// The longest way of a place on the rods in this step and that of its wall, together: what lies farther away than this was not met.
-static double longest_approach(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
+double longest_approach(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
     const BodyModel& wall = model.bodies[model.instruments[index].lumen];
     double longest = 0.0;
     for (const std::size_t one : coaxial(model, index))
@@ -168,11 +167,12 @@ static double longest_approach(const SceneModel& model, std::size_t index, const
     return longest + (wall.moves() ? context.bodies[model.instruments[index].lumen].wall_age.longest : 0.0);
 }
 
+double suggest_plane_reach(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
+    return std::min(kPlaneReach, kSwing * longest_approach(model, index, state, context) + kLeastSwing);
+}
+
 void solve_between_walls(const SceneModel& model, std::size_t index, State& state, StepContext& context, StepBudget& budget) {
-    // A scene with an exact stage learns here what that one's planes will cost: those always reach all the way.
-    const double suggested =
-        model.effects.exact_contact ? kPlaneReach : kSwing * longest_approach(model, index, state, context) + kLeastSwing;
-    for (double reach = std::min(suggested, kPlaneReach);; reach = kPlaneReach) {
+    for (double reach = suggest_plane_reach(model, index, state, context);; reach = kPlaneReach) {
         budget.begin_part(StepPart::Planes);
         plane_from_walls(model, index, state, context, reach);
         budget.end_part(StepPart::Planes);
@@ -219,4 +219,4 @@ bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& st
     return false;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

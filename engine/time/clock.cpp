@@ -2,7 +2,7 @@
 
 #include <ctime>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -25,4 +25,4 @@ void wait_until_ns(std::int64_t moment) noexcept {
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr); // a signal ends it early
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// Nanoseconds of a monotonic clock; only differences mean something.
 [[nodiscard]] std::int64_t monotonic_ns() noexcept;
@@ -48,4 +48,4 @@ private:
     std::int64_t start_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A straight line through what was measured, old measurements fading: a start-up cost and a cost for each.
 class LineFit {
@@ -73,4 +73,4 @@ private:
     double dropped_;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class DecisionKind : std::uint8_t {
     Descent, // units of a grant for sphere-pair tests
@@ -59,4 +59,4 @@ private:
     bool replaying_ = false, left_script_ = false;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

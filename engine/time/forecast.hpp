@@ -7,7 +7,7 @@
 #include <cmath>
 #include <initializer_list>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 class CostForecast {
 public:
@@ -60,4 +60,4 @@ private:
     bool known_ = false;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <unistd.h>
 #include <utility>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -60,4 +60,4 @@ InterruptHold::~InterruptHold() {
     if (last && then_ == Then::End && requested.load()) _exit(kExitCode);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// From here on requests are answered as above. A library that never calls this leaves the signals alone.
 void catch_interrupts();
@@ -30,4 +30,4 @@ private:
     bool holds_ = true;
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

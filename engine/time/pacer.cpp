@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 Pacer::Pacer(const PaceSpec& pace, double step_s) noexcept : pace_(pace), interval_ns_(1e9 * step_s / pace.speed) {}
 
@@ -23,4 +23,4 @@ std::int64_t Pacer::begin_step(std::int64_t now_ns) noexcept {
     return now_ns;
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 /// A step that begins after its time.
 enum class LatePolicy : std::uint8_t {
@@ -40,4 +40,4 @@ private:
     std::int64_t origin_ns_ = 0; // when step `begun_` 0 was due
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 namespace {
 
@@ -237,4 +237,4 @@ void StepBudget::end_exact(bool finished) noexcept {
         tests_s_per_candidate_ = std::max(std::min(tests_cheapest_, tests_s_per_candidate_), kDoubt * tests_s_per_candidate_);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

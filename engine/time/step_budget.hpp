@@ -10,7 +10,7 @@
 #include <array>
 #include <cstdint>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 enum class BudgetMode : std::uint8_t {
     Wall,  // microseconds of a monotonic clock
@@ -145,4 +145,4 @@ private:
     CostForecast exact_{1e-3}, solve_{0.3e-3};
 };
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,6 +1,6 @@
 #include "engine/viewer/client.hpp"
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace {
 
@@ -61,7 +61,7 @@ void Client::read() {
 void Client::on_message(std::size_t size) {
     const std::string_view text(static_cast<const char*>(buffer_.data().data()), size);
     if (!stream_.got_text())
-        say(error_message("binary messages mean nothing here; JSON text would be right"));
+        say(error_message("binary messages mean nothing here; expected JSON text"));
     else if (const auto request = read_request(text, hub_.range()); !request.ok())
         say(error_message(request.error().message));
     else
@@ -124,4 +124,4 @@ void Client::close(websocket::close_code code, const char* reason) {
     stream_.async_close({code, reason}, [self = shared_from_this()](beast::error_code) {});
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -10,7 +10,7 @@
 
 #include <deque>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 class Client : public std::enable_shared_from_this<Client> {
 public:
@@ -50,4 +50,4 @@ private:
     bool open_ = false, writing_ = false, frame_due_ = false, spheres_ = false, closing_ = false;
 };
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <variant>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 /// Speeds of the hand, as shares of the instrument's limits, until the next such command.
 struct Drive {
@@ -53,4 +53,4 @@ inline constexpr double kLeastBudget = 0.1e-3, kMostBudget = 33e-3;
 /// Work units per step, likewise: the main scene's descent costs some ten thousand, its exact stage a million.
 inline constexpr std::uint64_t kLeastWork = 10, kMostWork = 100'000'000;
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -6,7 +6,7 @@
 
 #include <optional>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace {
 
@@ -63,14 +63,13 @@ private:
         is_head_ = request.method() == http::verb::head;
         if (!hub_.gate().accepts_host(host)) return refuse("this name does not belong to the page's server");
         if (!hub_.gate().accepts_origin(view(request[http::field::origin]), host)) return refuse("another site's page may not come in");
-        if (!hub_.gate().knows(target.token)) return refuse("the address lacks the token that `seldinger view` printed");
+        if (!hub_.gate().knows(target.token)) return refuse("the address lacks the token that `trocar view` printed");
         if (request.method() != http::verb::get && !is_head_)
-            return answer(http::status::method_not_allowed, "text/plain", "GET would be right\n");
+            return answer(http::status::method_not_allowed, "text/plain", "expected GET\n");
         if (target.path == "/") return answer(http::status::ok, "text/html; charset=utf-8", hub_.page());
         if (target.path == "/recording.csv") return send_recording();
         if (target.path != "/ws") return answer(http::status::not_found, "text/plain", "there is no such page\n");
-        if (!beast::websocket::is_upgrade(request))
-            return answer(http::status::upgrade_required, "text/plain", "a WebSocket would be right\n");
+        if (!beast::websocket::is_upgrade(request)) return answer(http::status::upgrade_required, "text/plain", "expected a WebSocket\n");
         if (!hub_.has_room()) return answer(http::status::service_unavailable, "text/plain", "there are too many viewers\n");
         std::make_shared<Client>(hub_, std::move(stream_), std::move(counted_))->start(request);
     }
@@ -115,4 +114,4 @@ private:
 
 void serve_connection(Hub& hub, Hub::Tcp::socket socket) { std::make_shared<Connection>(hub, std::move(socket))->start(); }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 /// The surface's vertex that is next to p, by the triangle that p lies on.
 static Index vertex_at(const TriMesh& surface, const TriangleTree& tree, const Vec3& p) {
@@ -31,4 +31,4 @@ std::vector<Triangle> far_triangles(const TriMesh& surface, std::size_t wanted) 
     return far;
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 static_assert(std::endian::native == std::endian::little, "messages are written as they lie in memory");
 
@@ -188,4 +188,4 @@ std::string encode_model(std::size_t part, const std::vector<Triangle>& triangle
     return out;
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

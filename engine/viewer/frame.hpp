@@ -19,7 +19,7 @@
 #include <memory>
 #include <string>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 inline constexpr std::uint8_t kFrameMessage = 1, kModelMessage = 2, kWireVersion = 2;
 inline constexpr std::size_t kBlockVertices = 512;
@@ -62,4 +62,4 @@ private:
 
 [[nodiscard]] std::string encode_model(std::size_t part, const std::vector<Triangle>& triangles, const std::vector<Triangle>& far = {});
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -6,7 +6,7 @@
 
 #include <sys/random.h>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 Result<std::string> make_token() {
     std::array<unsigned char, 16> bytes{};
@@ -48,4 +48,4 @@ bool Gate::accepts_origin(std::string_view origin, std::string_view host) const 
     return origin.empty() || origin == fmt::format("http://{}", host);
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

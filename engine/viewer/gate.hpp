@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 /// 32 hexadecimal digits from the operating system's random source.
 [[nodiscard]] Result<std::string> make_token();
@@ -36,4 +36,4 @@ private:
     bool loopback_;
 };
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

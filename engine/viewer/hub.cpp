@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace {
 
@@ -194,4 +194,4 @@ std::string Hub::status_for(unsigned client, std::uint64_t& plot_cursor) const {
                           exchange_.steps_not_shown.load(std::memory_order_relaxed), plot_cursor);
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -15,7 +15,7 @@
 #include <memory>
 #include <string>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 class Client;
 
@@ -110,4 +110,4 @@ private:
 /// Reads a request from a connection that has just been accepted.
 void serve_connection(Hub& hub, Hub::Tcp::socket socket);
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

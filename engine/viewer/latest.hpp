@@ -6,7 +6,7 @@
 #include <atomic>
 #include <cstdint>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 template <class T>
 class Latest {
@@ -36,4 +36,4 @@ private:
     std::atomic<std::uint8_t> middle_{1};
 };
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

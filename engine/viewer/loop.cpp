@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace {
 
@@ -42,13 +42,14 @@ private:
 class Loop {
 public:
     Loop(Session& session, Exchange& exchange, const LoopOptions& options, RunStatistics& tally)
-        : session_(session), exchange_(exchange), options_(options), tally_(tally) {}
+        : session_(session), exchange_(exchange), options_(options), tally_(tally), begun_(!options.wait_for_viewer) {}
 
     void run() {
         std::uint64_t taken = 0;
         while (!exchange_.stop.load(std::memory_order_relaxed) && (options_.steps == 0 || taken < options_.steps)) {
             const bool changed = take_commands();
-            if (!session_.wants_step()) {
+            begun_ = begun_ || exchange_.viewers.load(std::memory_order_relaxed) > 0;
+            if (!begun_ || !session_.wants_step()) {
                 meter_.pause();
                 due_ = 0;
                 show(changed);
@@ -141,6 +142,7 @@ private:
     PaceMeter meter_;
     std::array<Command, kMostCommands> commands_;
     std::int64_t due_ = 0;
+    bool begun_;              // steps may be taken
     bool behind_ = true;      // what was published last is not how things stand
     bool answer_due_ = false; // a command was applied after that
     std::uint64_t seals_ = 0;
@@ -159,4 +161,4 @@ void run_loop(Session& session, Exchange& exchange, const LoopOptions& options, 
     Loop(session, exchange, options, tally).run();
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

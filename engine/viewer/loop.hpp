@@ -11,7 +11,7 @@
 #include <atomic>
 #include <optional>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 /// One step in the page's plot.
 struct PlotPoint {
@@ -37,8 +37,8 @@ inline constexpr std::size_t kMostCommands = 256;
 /// What the two threads share.
 struct Exchange {
     boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kMostCommands>> commands; // network -> simulation
-    boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps;          // simulation -> network
-    std::atomic<std::uint64_t> steps_not_shown{0};                                          // the queue was full
+    boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps;           // simulation -> network
+    std::atomic<std::uint64_t> steps_not_shown{0};                                           // the queue was full
     Latest<Snapshot> snapshot;
     std::atomic<std::uint64_t> answers{0}; // snapshots published that show what a command did
     Latest<Sealed> sealed;                 // answers to Seal
@@ -48,8 +48,9 @@ struct Exchange {
 };
 
 struct LoopOptions {
-    std::uint64_t steps = 0; // 0: until stopped
-    bool paced = true;       // false: as fast as it goes, for measurements
+    std::uint64_t steps = 0;      // 0: until stopped
+    bool paced = true;            // false: as fast as it goes, for measurements
+    bool wait_for_viewer = false; // no step before somebody looks for the first time
 };
 
 /// Before the threads start: sizes what they share, and shows the session as it is.
@@ -62,4 +63,4 @@ void run_loop(Session& session, Exchange& exchange, const LoopOptions& options, 
 /// Steps that a tally holds: an hour of steps of 10 ms.
 inline constexpr std::uint64_t kTallySteps = 360'000;
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -1,5 +1,6 @@
 #include "engine/viewer/messages.hpp"
 
+#include "engine/gpu/camera.hpp"
 #include "engine/observe/places.hpp"
 #include "engine/step/pull_stage.hpp"
 #include "engine/step/solid_stage.hpp"
@@ -9,7 +10,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace {
 
@@ -119,7 +120,9 @@ std::string scene_message(const Scene& scene, const PreparedScene& prepared, con
     message["scope"] = model.budget_covers_step ? "step" : "collision";
     message["budget"] = describe_budget(model.budget);
     message["budget_ms"] = {1e3 * kLeastBudget, 1e3 * kMostBudget};
+    message["budget_work"] = {kLeastWork, kMostWork};
     message["leaf_level"] = leaf_level(model);
+    message["view"] = {{"front", point(kFrontView)}, {"antero_posterior", point(kAnteroPosteriorView)}, {"up", point(Camera().up)}};
     message["has_instrument"] = session.has_instrument();
     message["has_script"] = session.has_script();
     if (session.has_instrument()) {
@@ -181,6 +184,7 @@ std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const 
                     {"spheres_left_out", snapshot.spheres_left_out},
                     {"recorded", snapshot.recorded_steps},
                     {"repeatable", snapshot.repeatable},
+                    {"work_enough", snapshot.work_enough},
                     {"not_shown", not_shown}});
     message["steps"] = describe_steps(plot, cursor);
     return dump(message);
@@ -199,4 +203,4 @@ CommandRange range_of(const SceneModel& model) {
     return range;
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

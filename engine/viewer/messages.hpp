@@ -8,7 +8,7 @@
 #include <deque>
 #include <string>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 /// The last steps, numbered as they came, for viewers that are at different places in them.
 class PlotHistory {
@@ -44,4 +44,4 @@ struct SeatView {
 
 [[nodiscard]] CommandRange range_of(const SceneModel& model);
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace fs = std::filesystem;
 
@@ -13,11 +13,11 @@ Result<std::string> read_page(const fs::path& file) { return read_file_bytes(fil
 Result<std::string> read_page() {
     std::error_code failed;
     const fs::path folder = fs::read_symlink("/proc/self/exe", failed).parent_path();
-    for (const fs::path& place : {folder / "page" / "index.html", folder / ".." / "share" / "seldinger" / "page" / "index.html"})
+    for (const fs::path& place : {folder / "page" / "index.html", folder / ".." / "share" / "trocar" / "page" / "index.html"})
         if (fs::is_regular_file(place, failed)) return read_page(place);
     return Error{ErrorCode::MissingTool, fmt::format("the viewer's page was not built: {} is not there. It needs nodejs and npm, and "
                                                      "`./start build`, or `cmake --build BUILD --target viewer_page`, builds it",
                                                      (folder / "page" / "index.html").string())};
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

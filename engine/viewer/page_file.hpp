@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <string>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
-/// Beside the program (page/index.html), or where `cmake --install` puts it (../share/seldinger/page/index.html).
+/// Beside the program (page/index.html), or where `cmake --install` puts it (../share/trocar/page/index.html).
 /// fails  MissingTool: it was not built; says what builds it
 [[nodiscard]] Result<std::string> read_page();
 /// The same from a given file.
 [[nodiscard]] Result<std::string> read_page(const std::filesystem::path& file);
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

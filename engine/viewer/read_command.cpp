@@ -12,7 +12,7 @@
 #include <optional>
 #include <set>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace {
 
@@ -32,7 +32,7 @@ public:
         if (value == nullptr) return least;
         const double number = value->is_number() ? value->get<double>() : std::nan("");
         if (number >= least && number <= most) return number;
-        complain(fmt::format("\"{}\" is {}; a number from {:g} to {:g} would be right", key, text_of(*value), least, most));
+        complain(fmt::format("\"{}\" is {}; expected a number from {:g} to {:g}", key, text_of(*value), least, most));
         return least;
     }
     std::uint64_t whole(const char* key, std::uint64_t least, std::uint64_t most) {
@@ -40,19 +40,19 @@ public:
         if (value == nullptr) return least;
         if (value->is_number_unsigned())
             if (const auto number = value->get<std::uint64_t>(); number >= least && number <= most) return number;
-        complain(fmt::format("\"{}\" is {}; a whole number from {} to {} would be right", key, text_of(*value), least, most));
+        complain(fmt::format("\"{}\" is {}; expected a whole number from {} to {}", key, text_of(*value), least, most));
         return least;
     }
     bool flag(const char* key) {
         const Json* value = find(key);
         if (value == nullptr) return false;
-        if (!value->is_boolean()) complain(fmt::format("\"{}\" is {}; true or false would be right", key, text_of(*value)));
+        if (!value->is_boolean()) complain(fmt::format("\"{}\" is {}; expected true or false", key, text_of(*value)));
         return value->is_boolean() && value->get<bool>();
     }
     std::string word(const char* key) {
         const Json* value = find(key);
         if (value == nullptr) return {};
-        if (!value->is_string()) complain(fmt::format("\"{}\" is {}; a text would be right", key, text_of(*value)));
+        if (!value->is_string()) complain(fmt::format("\"{}\" is {}; expected a text", key, text_of(*value)));
         return value->is_string() ? value->get<std::string>() : std::string();
     }
     Vec3 point(const char* key) {
@@ -64,7 +64,7 @@ public:
             good = (*value)[axis].is_number() && std::abs((*value)[axis].get<double>()) <= kFurthestTarget;
             if (good) point[static_cast<int>(axis)] = (*value)[axis].get<double>();
         }
-        if (!good) complain(fmt::format("\"{}\" is {}; three numbers in metres would be right", key, text_of(*value)));
+        if (!good) complain(fmt::format("\"{}\" is {}; expected three numbers in metres", key, text_of(*value)));
         return point;
     }
     void complain(std::string what) {
@@ -104,7 +104,7 @@ Request read_budget(Members& members) {
     } else if (mode == "exact")
         set.limits.mode = BudgetMode::Exact;
     else
-        members.complain(fmt::format("\"mode\" is \"{}\"; wall, work or exact would be right", shown(mode)));
+        members.complain(fmt::format("\"mode\" is \"{}\"; expected wall, work or exact", shown(mode)));
     return Command{set};
 }
 
@@ -114,7 +114,7 @@ Request read_effect(Members& members, const CommandRange& range) {
     set.on = members.flag("on");
     const auto found = std::find(kEffectNames.begin(), kEffectNames.end(), name);
     if (found == kEffectNames.end())
-        members.complain(fmt::format("\"name\" is \"{}\"; {} would be right", shown(name), fmt::join(kEffectNames, ", ")));
+        members.complain(fmt::format("\"name\" is \"{}\"; expected {}", shown(name), fmt::join(kEffectNames, ", ")));
     else
         set.effect = static_cast<Effect>(found - kEffectNames.begin());
     if (found != kEffectNames.end() && std::find(range.missing.begin(), range.missing.end(), set.effect) != range.missing.end())
@@ -166,7 +166,7 @@ const char* effect_name(Effect effect) noexcept { return kEffectNames[static_cas
 
 Result<Request> read_request(std::string_view text, const CommandRange& range) {
     if (text.size() > kLongestMessage)
-        return Error{ErrorCode::BadValue, fmt::format("the message has {} bytes; at most {} would be right", text.size(), kLongestMessage)};
+        return Error{ErrorCode::BadValue, fmt::format("the message has {} bytes; expected at most {}", text.size(), kLongestMessage)};
     const Json message = Json::parse(text, nullptr, false);
     if (!message.is_object()) return Error{ErrorCode::BadSyntax, "the message is no JSON object"};
     const auto type = message.find("type");
@@ -180,4 +180,4 @@ Result<Request> read_request(std::string_view text, const CommandRange& range) {
     return request;
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -1,5 +1,5 @@
 // Messages from the page: JSON objects with a "type", each with exactly the members it needs. What is not one of these is
-// refused with a sentence that says what would be right.
+// refused with a sentence that says what was expected.
 #pragma once
 
 #include "base/result.hpp"
@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 /// What a message may refer to.
 struct CommandRange {
@@ -42,4 +42,4 @@ inline constexpr std::size_t kLongestMessage = 2048;
 /// As the page names it.
 [[nodiscard]] const char* effect_name(Effect effect) noexcept;
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace {
 
@@ -62,7 +62,7 @@ std::string Recording::text(const Scene& scene, std::size_t steps, std::uint64_t
     budget.limits = limits_;
     std::string out = fmt::format("# Hand positions of an interactive run of {}, {} steps.\n", project_path(scene.file), steps);
     if (repeatable())
-        out += fmt::format("# Bit for bit: seldinger run {} --budget {} -n {} --path THIS_FILE\n", shell_quoted(project_path(scene.file)),
+        out += fmt::format("# Bit for bit: trocar run {} --budget {} -n {} --path THIS_FILE\n", shell_quoted(project_path(scene.file)),
                            budget.to_string(), steps);
     for (std::size_t i = 0; i < kSpoilerCount; ++i)
         if (spoiled(static_cast<Spoiler>(i))) out += fmt::format("# Not repeated bit for bit by this file: {}.\n", kReasons[i]);
@@ -72,4 +72,4 @@ std::string Recording::text(const Scene& scene, std::size_t steps, std::uint64_t
     return out;
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

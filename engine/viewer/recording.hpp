@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 /// What a file of hand positions cannot tell: a run that had it is not repeated by the file.
 enum class Spoiler : std::uint8_t { WallBudget, BudgetChanged, EffectSwitched, TissuePulled, Full, Stopped };
@@ -54,4 +54,4 @@ private:
     std::atomic<unsigned> spoilers_{0};
 };
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -6,7 +6,7 @@
 
 #include <thread>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 using Tcp = boost::asio::ip::tcp;
 
@@ -58,7 +58,7 @@ Result<std::unique_ptr<Server>> Server::open(const Scene& scene, const PreparedS
     const auto address = boost::asio::ip::make_address(options.address, failed);
     if (failed)
         return Error{ErrorCode::BadUsage,
-                     fmt::format("\"{:.60}\" is no address; 127.0.0.1, which only this machine reaches, would be right", options.address),
+                     fmt::format("\"{:.60}\" is no address; expected 127.0.0.1, which only this machine reaches", options.address),
                      {},
                      0,
                      0,
@@ -79,4 +79,4 @@ const std::string& Server::url() const noexcept { return parts_->url; }
 unsigned short Server::port() const noexcept { return parts_->port; }
 const std::string& Server::token() const noexcept { return parts_->hub.gate().token(); }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 struct ServerOptions {
     std::string address = "127.0.0.1";
@@ -35,4 +35,4 @@ private:
     std::unique_ptr<Parts> parts_;
 };
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -6,14 +6,25 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace {
 
 /// 1/s: breathing that is switched fades in and out at this rate, or the organ would be thrown.
 constexpr double kBreathFade = 1.0;
+/// Units of a step with an exact stage beside the walls' refit, for each triangle of the instruments' skins: ten times what any of the
+/// demo scene's 3,000 steps took (10, `work_units` of its exact run).
+constexpr std::uint64_t kUnitsPerSkinTriangle = 100;
 /// Single steps that may wait: a key that repeats faster than steps are taken.
 constexpr unsigned kWaitingSteps = 3;
+
+/// In mode Work a wall's refit is charged; in the other modes it is measured, and not among a step's units.
+std::uint64_t refit_units(const SceneModel& model) noexcept {
+    std::uint64_t triangles = 0;
+    for (const InstrumentModel& instrument : model.instruments)
+        if (model.bodies[instrument.lumen].moves()) triangles += model.bodies[instrument.lumen].surface.triangles.size();
+    return kUnitsPerRefitTriangle * triangles;
+}
 
 template <class... Ts>
 struct Overloaded : Ts... {
@@ -81,8 +92,8 @@ void Session::apply(const Command& command) {
                    },
                    [&](const FollowScript& follow) { status_.script = follow.on && has_script_; },
                    [&](const SetBudget& set) {
+                       if (!simulator_->set_budget(set.limits).ok()) return; // the page offers no such budget
                        status_.budget = set.limits;
-                       simulator_->set_budget(set.limits);
                        if (has_instrument() && simulator_->state().step == 0)
                            recording_ = begin_recording();
                        else
@@ -96,13 +107,13 @@ void Session::apply(const Command& command) {
                    [&](const Pace& pace) { status_.pace = pace.factor; },
                    [&](const SwitchEffect& set) { switch_effect(set.effect, set.on); },
                    [&](const Grab& grab) {
-                       if (!can_be_pulled(model_, grab.body)) return;
-                       simulator_->set_pull(Pull{grab.body, grab.vertex, grab.target});
+                       if (grab.body >= model_.bodies.size() || !can_be_pulled(model_, grab.body)) return;
+                       if (!simulator_->set_pull(Pull{grab.body, grab.vertex, grab.target}).ok()) return;
                        status_.grabbed = true;
                        spoil(Spoiler::TissuePulled);
                    },
                    [&](const LetGo&) {
-                       simulator_->set_pull(std::nullopt);
+                       (void)simulator_->set_pull(std::nullopt); // always fine
                        status_.grabbed = false;
                    },
                    [&](const Restart&) { begin_run(); }, [&](const Seal&) {}, // the loop's
@@ -167,7 +178,7 @@ void Session::move_hand() {
     wanted.rotation = std::clamp(wanted.rotation, rod.rotation - turn, rod.rotation + turn);
     wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
     hand_ = recording_->add(simulator_->state().time + dt, wanted);
-    simulator_->set_hand(0, hand_);
+    (void)simulator_->set_hand(0, hand_); // clamped above: it is finite, and the instrument is there
 }
 
 const StepReport& Session::step() {
@@ -175,8 +186,15 @@ const StepReport& Session::step() {
     breathe();
     if (has_instrument()) move_hand();
     const StepReport& report = simulator_->step();
+    most_work_ = std::max(most_work_, report.work_units + (report.exact_ran ? refit_units(model_) : 0));
     if (!report.finite && recording_) recording_->spoil(Spoiler::Stopped);
     return report;
+}
+
+std::uint64_t Session::work_enough() const noexcept {
+    std::uint64_t skin = 0;
+    for (const InstrumentModel& instrument : model_.instruments) skin += instrument.topology.triangles.size();
+    return std::clamp(std::max(kUnitsPerSkinTriangle * skin + refit_units(model_), 2 * most_work_), kLeastWork, kMostWork);
 }
 
 double Session::assumed_error_m() const noexcept {
@@ -198,4 +216,4 @@ double Session::assumed_error_m() const noexcept {
     return error;
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -12,7 +12,7 @@
 #include <memory>
 #include <optional>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 inline constexpr std::size_t kEffectCount = 5;
 
@@ -45,6 +45,9 @@ public:
     [[nodiscard]] const SessionStatus& status() const noexcept { return status_; }
     /// Largest distance between an untested pair's stand-in and what it stands for, m; 0 where nothing is assumed.
     [[nodiscard]] double assumed_error_m() const noexcept;
+    /// Tests a step, as mode Work counts them, with which the exact stage has room as it has without a limit: what the scene's size lets
+    /// one expect, or twice what any step has taken so far.
+    [[nodiscard]] std::uint64_t work_enough() const noexcept;
     /// Restart begins another one; whoever reads the last one keeps it.
     [[nodiscard]] const std::shared_ptr<Recording>& recording() const noexcept { return recording_; }
     [[nodiscard]] std::uint64_t run() const noexcept { return run_; } // counts restarts
@@ -76,6 +79,7 @@ private:
     double breath_share_ = 1.0; // of the amplitude: it comes and goes within a second
     unsigned single_steps_ = 0;
     std::uint64_t run_ = 0;
+    std::uint64_t most_work_ = 0; // of a step so far, all runs together
 };
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 namespace {
 
@@ -116,10 +116,11 @@ void fill_snapshot(const Session& session, bool spheres, Snapshot& snapshot) {
     snapshot.report = session.simulator().context().report;
     snapshot.assumed_error_m = session.assumed_error_m();
     snapshot.run = session.run();
+    snapshot.work_enough = session.work_enough();
     if (const Recording* recording = session.recording().get()) {
         snapshot.recorded_steps = recording->steps();
         snapshot.repeatable = recording->repeatable();
     }
 }
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

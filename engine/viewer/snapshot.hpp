@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 
 using Point = std::array<float, 3>; // m: a tenth of a micrometre in a body of a metre
 
@@ -35,6 +35,7 @@ struct Snapshot {
     double assumed_error_m = 0.0;
     double pace = 1.0; // simulated s per s, over the last second
     std::uint64_t run = 0;
+    std::uint64_t work_enough = 0; // Session::work_enough
     std::size_t recorded_steps = 0;
     bool repeatable = false;
 };
@@ -47,4 +48,4 @@ void prepare_snapshot(const Session& session, Snapshot& snapshot);
 /// spheres  those of the level that the last descent reached
 void fill_snapshot(const Session& session, bool spheres, Snapshot& snapshot);
 
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

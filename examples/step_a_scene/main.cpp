@@ -1,11 +1,11 @@
-// Steps a scene from C++ and prints where the catheter's tip is: cmake --install Seldinger, then find_package(Seldinger).
+// Steps a scene from C++ and prints where the catheter's tip is: cmake --install Trocar, then find_package(Trocar).
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <cstdio>
 #include <cstdlib>
 
-namespace sim = seldinger::engine;
+namespace sim = trocar::engine;
 
 int main(int argc, char** argv) {
     if (argc < 2) {

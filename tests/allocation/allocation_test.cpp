@@ -49,7 +49,7 @@ void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memo
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr const char* kAllEffects = R"("elasticity", "damping", "coarse_contact", "exact_contact", "friction")";
@@ -230,4 +230,4 @@ TEST(Counter, SeesAnAllocation) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-using namespace seldinger::house;
+using namespace trocar::house;
 
 namespace {
 
@@ -17,7 +17,7 @@ struct SourceFile {
 
 std::vector<SourceFile> read_sources() {
     namespace fs = std::filesystem;
-    const fs::path root = SELDINGER_SOURCE_DIR;
+    const fs::path root = TROCAR_SOURCE_DIR;
     std::vector<SourceFile> files;
     for (const std::string_view room : kRooms) {
         if (!fs::exists(root / room)) continue;

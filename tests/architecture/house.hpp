@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::house {
+namespace trocar::house {
 
 inline constexpr std::array<std::string_view, 6> kRooms{"base", "fem", "spheretree", "collision", "assets", "engine"};
 
@@ -113,4 +113,4 @@ inline std::optional<std::string> complaint_about_text(const std::string& file, 
     return std::nullopt;
 }
 
-} // namespace seldinger::house
+} // namespace trocar::house

@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 void expect_clean_surface(const TriMesh& mesh, std::size_t wanted, const char* what) {
@@ -163,4 +163,4 @@ TEST(Anatomy, AnUnknownTargetIsAnErrorThatNamesTheKnownOnes) {
 }
 
 } // namespace
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 TEST(Recipe, TheDefaultIsInRange) { EXPECT_TRUE(check_recipe(Recipe{}).ok()); }
@@ -48,4 +48,4 @@ TEST(Recipe, ARecipeOutOfRangeGeneratesNothing) {
 }
 
 } // namespace
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -73,4 +73,4 @@ TEST(Shapes, TheTorusHasAHandle) {
 }
 
 } // namespace
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::anatomy {
+namespace trocar::anatomy {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -66,4 +66,4 @@ TEST(Vessels, ThatCannotBeMadeSayWhy) {
 }
 
 } // namespace
-} // namespace seldinger::anatomy
+} // namespace trocar::anatomy

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-using namespace seldinger;
-using namespace seldinger::test;
+using namespace trocar;
+using namespace trocar::test;
 
 namespace {
 

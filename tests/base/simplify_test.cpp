@@ -3,9 +3,10 @@
 #include "base/simplify.hpp"
 
 #include "test_meshes.hpp"
+#include "tests/made/surfaces.hpp"
 
-using namespace seldinger;
-using namespace seldinger::test;
+using namespace trocar;
+using namespace trocar::test;
 
 namespace {
 
@@ -101,10 +102,24 @@ TEST(Simplify, RefusesWhatItCannotKeepManifold) {
     EXPECT_FALSE(simplify(broken, 6).ok());
 }
 
+TEST(Simplify, MadeOrgansAnimalsAndArteriesStayClosed) {
+    for (const TriMesh& mesh :
+         {made::make_organ(1, 5), made::make_organ(2, 5), made::make_animal(1, 20000), made::make_artery_tree(1, 20000)}) {
+        ASSERT_GT(mesh.triangles.size(), 13000u);
+        for (const std::size_t target : {12000u, 1500u}) {
+            const auto fewer = simplify(mesh, target);
+            ASSERT_TRUE(fewer.ok());
+            EXPECT_LE(fewer->triangles.size(), target);
+            EXPECT_TRUE(check_closed_surface(*fewer).ok());
+            EXPECT_NEAR(signed_volume(*fewer), signed_volume(mesh), 0.03 * signed_volume(mesh));
+        }
+    }
+}
+
 TEST(Simplify, RealOrgansStayClosed) {
     for (const char* name : {"stanford/bunny_60k_manifold.obj.gz", "organs/hra_vhm_spleen_17k.obj.gz", "stanford/armadillo_86k.obj.gz"}) {
         SCOPED_TRACE(name);
-        SELDINGER_LOAD_OR_SKIP(mesh, name);
+        TROCAR_LOAD_OR_SKIP(mesh, name);
         ASSERT_TRUE(apply_repair(mesh, Repair::Weld).ok());
         for (const std::size_t target : {12000u, 1500u}) {
             const auto fewer = simplify(mesh, target);

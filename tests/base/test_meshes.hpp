@@ -13,7 +13,7 @@
 #include <random>
 #include <sstream>
 
-namespace seldinger::test {
+namespace trocar::test {
 
 /// Fixed seed, printed where a test fails: SCOPED_TRACE(random.seed).
 struct Random {
@@ -100,10 +100,10 @@ inline TriMesh flipped(TriMesh m) {
     return m;
 }
 
-/// Reads $SELDINGER_TEST_DATA/name, plain or gzip. v and f lines only; polygons become fans. Empty if it cannot.
+/// Reads $TROCAR_TEST_DATA/name, plain or gzip. v and f lines only; polygons become fans. Empty if it cannot.
 inline TriMesh load_obj(const std::string& name) {
     TriMesh m;
-    const char* root = std::getenv("SELDINGER_TEST_DATA");
+    const char* root = std::getenv("TROCAR_TEST_DATA");
     if (root == nullptr) return m;
     gzFile file = gzopen((std::string(root) + "/" + name).c_str(), "rb");
     if (file == nullptr) return m;
@@ -130,8 +130,8 @@ inline TriMesh load_obj(const std::string& name) {
     return m;
 }
 
-} // namespace seldinger::test
+} // namespace trocar::test
 
-#define SELDINGER_LOAD_OR_SKIP(mesh, name)                                                                                                 \
-    TriMesh mesh = seldinger::test::load_obj(name);                                                                                        \
-    if (mesh.triangles.empty()) GTEST_SKIP() << "set SELDINGER_TEST_DATA to the folder that holds " << name
+#define TROCAR_LOAD_OR_SKIP(mesh, name)                                                                                                    \
+    TriMesh mesh = trocar::test::load_obj(name);                                                                                           \
+    if (mesh.triangles.empty()) GTEST_SKIP() << "set TROCAR_TEST_DATA to the folder that holds " << name

@@ -2,9 +2,10 @@
 #include "base/topology.hpp"
 
 #include "test_meshes.hpp"
+#include "tests/made/surfaces.hpp"
 
-using namespace seldinger;
-using namespace seldinger::test;
+using namespace trocar;
+using namespace trocar::test;
 
 TEST(SurfaceReport, ACubeHasNoDefects) {
     const SurfaceReport report = inspect_surface(make_cube(2.0));
@@ -170,6 +171,40 @@ TEST(TetReport, CountsEveryDefectByKind) {
     EXPECT_EQ(std::count(report.bad_tets.begin(), report.bad_tets.end(), 2u), 1);
 }
 
+/// Soups of parts whose edges, holes and volume are known by how they were made.
+TEST(MadeMeshes, ReportsMatchWhatTheyWereMadeOf) {
+    for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        made::Random random(seed);
+        TriMesh whole;
+        std::size_t rims = 0, components = 0, triangles = 0;
+        double volume = 0.0;
+        for (; components < 1 + seed; ++components) {
+            TriMesh part = made::make_organ(10 * seed + components, 3);
+            for (Vec3& v : part.vertices) v += Vec3(0.3 * static_cast<double>(components), 0, 0);
+            volume += signed_volume(part);
+            std::size_t rim = 0;
+            if (seed % 2 == 0) part = made::with_holes(part, 3, random, &rim);
+            rims += rim;
+            whole = join(std::move(whole), part);
+        }
+        triangles = whole.triangles.size();
+        TriMesh mesh = made::as_soup(whole, random);
+        EXPECT_EQ(inspect_surface(mesh).components, triangles) << "a soup before it is welded";
+        ASSERT_TRUE(apply_repair(mesh, Repair::Weld).ok());
+        const SurfaceReport report = inspect_surface(mesh);
+        EXPECT_EQ(mesh.triangles.size(), triangles);
+        EXPECT_EQ(report.boundary_edges, rims);
+        EXPECT_EQ(report.nonmanifold_edges, 0u);
+        EXPECT_EQ(report.inconsistent_edges, 0u);
+        EXPECT_EQ(report.components, components);
+        EXPECT_EQ(report.closed(), rims == 0);
+        if (rims == 0) {
+            EXPECT_NEAR(report.signed_volume, volume, 1e-9 * volume);
+        }
+    }
+}
+
 TEST(RealMeshes, ReportsMatchTheManifest) {
     struct Row {
         const char* name;
@@ -181,7 +216,7 @@ TEST(RealMeshes, ReportsMatchTheManifest) {
           Row{"organs/hra_vhf_liver_capsule_30k.obj.gz", 230, 0, 1, 0.001421},
           Row{"organs/hra_vhm_liver_capsule_28k.obj.gz", 0, 0, 1, 7.444e-05}, Row{"cow/spot_23k.obj.gz", 0, 0, 1, 0.688}}) {
         SCOPED_TRACE(row.name);
-        SELDINGER_LOAD_OR_SKIP(mesh, row.name);
+        TROCAR_LOAD_OR_SKIP(mesh, row.name);
         ASSERT_TRUE(apply_repair(mesh, Repair::Weld).ok()); // the manifest counts welded files
         const SurfaceReport report = inspect_surface(mesh);
         EXPECT_EQ(report.boundary_edges, row.boundary);

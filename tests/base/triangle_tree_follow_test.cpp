@@ -6,8 +6,8 @@
 
 #include <set>
 
-using namespace seldinger;
-using namespace seldinger::test;
+using namespace trocar;
+using namespace trocar::test;
 
 namespace {
 

@@ -3,11 +3,12 @@
 #include "base/triangle_tree.hpp"
 
 #include "test_meshes.hpp"
+#include "tests/made/surfaces.hpp"
 
 #include <set>
 
-using namespace seldinger;
-using namespace seldinger::test;
+using namespace trocar;
+using namespace trocar::test;
 
 TEST(TriangleTree, ClosestPointEqualsBruteForceBeforeAndAfterARefit) {
     Random random{11};
@@ -122,8 +123,44 @@ TEST(InsideTest, OverlappingShellsAreOneBodyAndCavitiesAreOutside) {
     EXPECT_TRUE(hollow.inside(Vec3(0.7, 0, 0)));
 }
 
+/// Of tubes whose axes and radii are known the number of tubes around a point is, too.
+TEST(InsideTest, CountsTheTubesOfMadeArteriesThatOverlap) {
+    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        const std::vector<made::Tube> tubes = made::make_tubes(seed);
+        const InsideTest test(made::make_overlapping_arteries(seed, 48));
+        const Box3 box = made::make_overlapping_arteries(seed, 8).bounds();
+        Random random{static_cast<std::uint32_t>(seed)};
+        std::size_t inside = 0, shared = 0;
+        for (int trial = 0; trial < 20000; ++trial) {
+            Vec3 p = box.lo + (0.5 * (random.point() + Vec3::Ones())).cwiseProduct(box.extent());
+            if (trial % 2 == 0) { // most of the box is empty: near an axis
+                const made::Tube& tube = tubes[static_cast<std::size_t>(trial) / 2 % tubes.size()];
+                p = tube.from + 0.5 * (random.uniform() + 1.0) * (tube.to - tube.from) + 1.3 * tube.radius * random.point();
+            }
+            int around = 0;
+            bool in_doubt = false; // between the polygon and the circle around it
+            for (const made::Tube& tube : tubes) {
+                const Vec3 way = tube.to - tube.from;
+                const double share = std::clamp((p - tube.from).dot(way) / way.squaredNorm(), 0.0, 1.0);
+                const double depth = (p - tube.from - share * way).norm() / tube.radius;
+                around += depth < 1.0;
+                in_doubt = in_doubt || (depth > 0.98 && depth < 1.001);
+            }
+            if (in_doubt) continue;
+            const int winding = test.winding_number(p);
+            EXPECT_EQ(winding, around) << p.transpose();
+            for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(test.tree().ray_crossings(p, axis, trial % 2 == 0), winding) << p.transpose();
+            inside += winding > 0;
+            shared += winding > 1;
+        }
+        EXPECT_GT(inside, 2000u);
+        EXPECT_GT(shared, 100u) << "tubes overlap";
+    }
+}
+
 TEST(InsideTest, WorksOnRealArteriesWhoseTubesOverlap) {
-    SELDINGER_LOAD_OR_SKIP(mesh, "vessels/hra_vhf_arteries_101k.obj.gz");
+    TROCAR_LOAD_OR_SKIP(mesh, "vessels/hra_vhf_arteries_101k.obj.gz");
     ASSERT_TRUE(apply_repairs(mesh, std::array{Repair::Weld, Repair::FillHoles, Repair::Orient}).ok());
     const InsideTest test(mesh);
     Random random{15};

@@ -2,8 +2,8 @@
 
 #include "test_meshes.hpp"
 
-using namespace seldinger;
-using namespace seldinger::test;
+using namespace trocar;
+using namespace trocar::test;
 
 namespace {
 

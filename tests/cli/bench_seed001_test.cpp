@@ -2,7 +2,7 @@
 // called heuristic are bounded by what they are allowed to lose.
 #include "program.hpp"
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 class BenchSeed001 : public Program {};
@@ -39,4 +39,4 @@ TEST_F(BenchSeed001, ExactSetupsLoseNothingAndNoSetupInventsAnything) {
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

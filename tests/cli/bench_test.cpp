@@ -3,7 +3,7 @@
 
 #include <map>
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 /// Percent of the surface; parts shorter than 1e-4 of the body that lie in no single sphere count as uncovered, since nothing proves
@@ -82,4 +82,4 @@ TEST_F(BenchCommand, AnUnknownNameIsRefusedWithTheKnownOnes) {
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

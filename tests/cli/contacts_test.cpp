@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 const std::string kHeader =
@@ -318,6 +318,21 @@ TEST_F(Ccd, CountsWrongAnswersOnItsLastLine) {
     EXPECT_TRUE(ended.out.ends_with(" ns worst\n")) << ended;
 }
 
+/// The same vertex, that stays above the face from 3 to 1: a truth that says it meets it is one that no test finds.
+std::string staying_query(bool truth) { return with(falling_query(truth), "-2,2,", "2,2,"); }
+
+TEST_F(Ccd, AMissedContactIsExit5AndNamedByFileAndQuery) {
+    const std::string missed =
+        write("vertex-face_missed.csv", falling_query(true) + staying_query(false) + staying_query(true) + staying_query(true));
+    const std::string fine = write("vertex-face_fine.csv", staying_query(false) + falling_query(false));
+    Ended ended = call({"ccd", missed, fine});
+    ASSERT_TRUE(ended_with(ended, 5));
+    EXPECT_TRUE(ended.says("\n6 queries, 1 false positives, 2 false negatives, ")) << ended;
+    EXPECT_TRUE(ended.says(missed + ": found no contact in query 3 of 4, expected one by its rows 17 to 24; 2 false negatives")) << ended;
+    EXPECT_FALSE(ended.says(fine + ": found")) << ended;
+    EXPECT_TRUE(ended_with(call({"ccd", fine}), 0)) << "a conservative test may report one too many";
+}
+
 TEST_F(Ccd, ReadsGzip) {
     const fs::path file = folder / "vertex-face.csv.gz";
     gzFile out = gzopen(file.c_str(), "wb");
@@ -344,4 +359,4 @@ TEST_F(Ccd, RefusesBrokenFilesWithTheirLine) {
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

@@ -4,7 +4,7 @@
 #include <functional>
 #include <optional>
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 /// An environment variable for the programs that a test starts.
@@ -67,7 +67,7 @@ protected:
     }
     fs::path started = folder / "started";
     Environment path{"PATH", (folder / "bin").string() + ":/usr/bin:/bin"}, tmp{"TMPDIR", (folder / "tmp").string()},
-        cache{"SELDINGER_CACHE", (folder / "cache").string()};
+        cache{"TROCAR_CACHE", (folder / "cache").string()};
 };
 
 TEST_F(Interrupted, APreparationEndsTheMesherAndRemovesItsFolder) {
@@ -124,9 +124,9 @@ TEST_F(Interrupted, MoreTetrahedraThanWouldBeTakenAreRefusedBeforeTheMesherStart
     const Ended ended = call({"explain", write("fine.json", with(kSoftBall, "\"max_volume\": 500", "\"max_volume\": 1e-10"))});
     EXPECT_TRUE(refuses(ended, "bodies.ball.coarse.max_volume: 1e-10 mm^3 asks for "));
     EXPECT_TRUE(ended.says("e+15 tetrahedra or more of a body of ")) << ended;
-    EXPECT_TRUE(ended.says("at most 5000000 would be taken; 0.0")) << ended;
+    EXPECT_TRUE(ended.says("at most 5000000 would be taken; expected 0.0")) << ended;
     EXPECT_FALSE(fs::exists(started));
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

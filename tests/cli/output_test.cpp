@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 class Output : public Program {};
@@ -49,9 +49,9 @@ TEST_F(Output, SummaryHasEveryKeyOfTheContractWithItsType) {
     ASSERT_TRUE(json.is_object());
     for (const char* key : {"scene", "mode", "budget", "budget_scope", "state_hash"})
         EXPECT_TRUE(json.contains(key) && json[key].is_string()) << key;
-    for (const char* key :
-         {"steps", "simulated_s", "wall_s", "realtime_factor", "budget_kept", "worst_overrun_ms", "substeps", "stable_step_s",
-          "min_volume_ratio", "inverted_tets_max", "exact_steps", "contacts_total", "unresolved_total", "assumed_total", "lumen_exits"})
+    for (const char* key : {"steps", "simulated_s", "wall_s", "realtime_factor", "budget_kept", "realtime_kept", "worst_overrun_ms",
+                            "substeps", "stable_step_s", "min_volume_ratio", "inverted_tets_max", "exact_steps", "contacts_total",
+                            "unresolved_total", "assumed_total", "lumen_exits"})
         EXPECT_TRUE(json.contains(key) && json[key].is_number()) << key;
     for (const char* key : {"step_ms", "collision_ms"})
         for (const char* part : {"p50", "p95", "p99", "max"})
@@ -187,6 +187,25 @@ TEST_F(Checkpoints, ThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
     EXPECT_FALSE(fs::exists(folder / "never"));
 }
 
+/// What a surface is carried by, how far its motion fades, whether a body touches itself: nothing of it shows in a mesh.
+TEST_F(Checkpoints, OfASceneOfWhichOneKeyWasChangedAreRefusedWithASentence) {
+    const std::string organ = R"("bodies": {"organ": {"kind": "deformable", "coarse": {"mesher": "lattice", "surface_triangles": 60},
+        "surface": {"shape": "box", "centre": [0, 0, 60], "extent": [30, 30, 60], "cells": 2}, "self_contact": true},
+        "tube": {"embedded_in": "organ", "blend": 5, )";
+    const std::string text =
+        with(with(text_of(scene), R"("bodies": {"tube": {)", organ), R"("effects": [)", R"("effects": ["elasticity", "self_contact", )");
+    const fs::path carried = write("carried.json", text), first = folder / "first";
+    ASSERT_TRUE(ended_with(call({"run", carried, "--out", first, "--no-pictures", "-n", "4", "--checkpoint-every", "2"}), 0));
+    const auto resume_with = [&](const fs::path& of, const std::string& out) {
+        return call({"run", of, "--out", folder / out, "--no-pictures", "-n", "6", "--resume", first / "checkpoint.bin"});
+    };
+    for (const auto& [key, other] : {std::pair(R"("blend": 5)", R"("blend": 6)"), std::pair(R"("embedded_in": "organ", "blend": 5, )", ""),
+                                     std::pair(R"("self_contact": true)", R"("self_contact": false)")})
+        EXPECT_TRUE(refuses(resume_with(write("other.json", with(text, key, other)), "never"), "was made of another scene")) << key;
+    EXPECT_FALSE(fs::exists(folder / "never"));
+    EXPECT_TRUE(ended_with(resume_with(write("again.json", text), "on"), 0)) << "what was not changed goes on";
+}
+
 TEST_F(Output, TenLaunchesOfAProgramGiveTheSameBits) {
     const fs::path scene = write("tube.json", kTube);
     std::string first;
@@ -203,7 +222,7 @@ TEST_F(Output, TwoRunsIntoOneFolderAreNotMixed) {
     const fs::path scene = write("tube.json", kTube);
     const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "-n", "100000000"});
     ASSERT_TRUE(wait_for_file(out() / "steps.csv.partial"));
-    std::string command = std::string(SELDINGER_PROGRAM) + " run " + scene.string() + " --force --no-pictures --out " + out().string() +
+    std::string command = std::string(TROCAR_PROGRAM) + " run " + scene.string() + " --force --no-pictures --out " + out().string() +
                           " > " + (folder / "second").string() + " 2>&1";
     EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
     EXPECT_NE(text_of(folder / "second").find("another run is writing"), std::string::npos) << text_of(folder / "second");
@@ -214,14 +233,153 @@ TEST_F(Output, TwoRunsIntoOneFolderAreNotMixed) {
 /// A limit on the size of files is a disk that is full: write fails in the middle.
 TEST_F(Output, ADiskThatIsFullIsExit2AndNothingLooksFinished) {
     const fs::path scene = write("tube.json", kTube);
-    const std::string command = "ulimit -f 8; trap '' XFSZ; exec " + std::string(SELDINGER_PROGRAM) + " run " + scene.string() +
+    const std::string command = "ulimit -f 8; trap '' XFSZ; exec " + std::string(TROCAR_PROGRAM) + " run " + scene.string() +
                                 " --no-pictures -n 2000 --checkpoint-every 100 --out " + out().string() + " > " +
                                 (folder / "full").string() + " 2>&1";
     EXPECT_EQ(WEXITSTATUS(std::system(("bash -c \"" + command + "\"").c_str())), 2) << text_of(folder / "full");
     EXPECT_NE(text_of(folder / "full").find("cannot be written"), std::string::npos) << text_of(folder / "full");
-    EXPECT_FALSE(fs::exists(out() / "summary.json"));
+    EXPECT_TRUE(names_as_missing("steps.csv")) << "a run whose rows are lost does not look whole";
     EXPECT_FALSE(fs::exists(out() / "steps.csv"));
 }
+
+/// A run with every kind of output, of which some cannot be written: a folder stands in their place.
+class Missing : public Program {
+protected:
+    Ended run_with(const std::vector<fs::path>& blocked, const fs::path& grants = "/dev/null") {
+        fs::remove_all(out());
+        for (const fs::path& path : blocked) fs::create_directories(out() / path / "of somebody");
+        return call({"run", scene, "--out", out(), "--no-pictures", "--force", "--trace", "--record", "--checkpoint-every", "7",
+                     "--record-grants", grants});
+    }
+    /// All but `missing` are there, and the summary names that one alone.
+    void expect_all_but(const fs::path& missing) {
+        for (const fs::path& other : all)
+            if (other != missing) {
+                EXPECT_TRUE(fs::is_regular_file(out() / other)) << other << " without " << missing;
+            }
+        if (missing == "summary.json") return;
+        ASSERT_EQ(summary()["missing_outputs"].size(), 1u) << missing;
+        EXPECT_EQ(summary()["missing_outputs"][0].get<std::string>().find(missing.string() + " is missing: "), 0u) << summary();
+    }
+    fs::path scene = write("tube.json", with(kTube, "\"exact\"", "\"work:300\""));
+    const std::vector<fs::path> all{"steps.csv", "report.html", "checkpoint.bin", "trace.json", "summary.json", "record/states.pvd"};
+};
+
+TEST_F(Missing, OneOutputThatCannotBeWrittenLosesNoOther) {
+    ASSERT_TRUE(ended_with(run_with({}), 0));
+    EXPECT_EQ(summary()["missing_outputs"], Json::array());
+    const std::string hash = summary()["state_hash"];
+    for (const fs::path& blocked : all) {
+        if (blocked == "record/states.pvd") continue; // seen before the first step, when nothing is lost yet
+        const Ended ended = run_with({blocked});
+        EXPECT_TRUE(ended_with(ended, 2)) << blocked;
+        EXPECT_TRUE(ended.says("error: " + blocked.string() + " is missing: ")) << ended;
+        EXPECT_TRUE(ended.says("20 steps in ") && ended.says("the other outputs of the 20 steps are in " + out().string())) << ended;
+        expect_all_but(blocked);
+        if (blocked != "summary.json") {
+            EXPECT_EQ(summary()["state_hash"], hash) << blocked;
+        }
+    }
+    const Ended ended = run_with({}, "/dev/full");
+    EXPECT_TRUE(ended_with(ended, 2));
+    EXPECT_TRUE(ended.says("error: /dev/full is missing: /dev/full: cannot be written: No space left on device")) << ended;
+    expect_all_but("/dev/full");
+}
+
+TEST_F(Missing, SeveralAreNamedOneByOne) {
+    const Ended ended = run_with({"report.html", "trace.json"});
+    ASSERT_TRUE(ended_with(ended, 2));
+    EXPECT_EQ(summary()["missing_outputs"].size(), 2u);
+    EXPECT_TRUE(ended.says("error: report.html is missing: ") && ended.says("error: trace.json is missing: ")) << ended;
+}
+
+/// The figures of `prepare`, `plan` and `contacts` likewise: each file by itself.
+TEST_F(Missing, OfOtherCommandsTheOtherFilesAreThereToo) {
+    const fs::path cube = write("cube.off", "OFF\n8 12 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
+                                            "3 0 2 1\n3 0 3 2\n3 4 5 6\n3 4 6 7\n3 0 1 5\n3 0 5 4\n"
+                                            "3 1 2 6\n3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n");
+    for (const char* blocked : {"spheres.sph", "prepare.json"}) {
+        fs::remove_all(out());
+        fs::create_directories(out() / blocked / "of somebody");
+        const Ended ended = call({"prepare", cube, "--out", out(), "--force", "--depth", "1"});
+        EXPECT_TRUE(ended_with(ended, 2));
+        EXPECT_TRUE(ended.says("1 of 2 outputs are missing, see above; the others are written to ")) << ended;
+        for (const char* other : {"spheres.sph", "prepare.json"})
+            EXPECT_EQ(fs::is_regular_file(out() / other), std::string(other) != blocked);
+    }
+    const Ended ended = call({"contacts", cube, cube, "--out", "/dev/full", "--stats", folder / "stats.json"});
+    EXPECT_TRUE(ended_with(ended, 2));
+    EXPECT_TRUE(fs::exists(folder / "stats.json")) << ended;
+}
+
+/// Under a limit on the size of files no picture fits and the summary does.
+TEST_F(Missing, PicturesOnAFullDiskLoseNeitherTheSummaryNorTheTable) {
+    const fs::path pictures =
+        write("pictures.json", with(kTube, "\"budget\"", "\"outputs\": {\"pictures\": 2, \"size\": [640, 480]}, \"budget\""));
+    const Ended fine = call({"run", pictures, "--out", folder / "fine"});
+    ASSERT_TRUE(ended_with(fine, 0));
+    if (fine.says("no pictures")) GTEST_SKIP() << "no OpenGL draws here";
+    const std::string command = "ulimit -f 12; trap '' XFSZ; exec " + std::string(TROCAR_PROGRAM) + " run " + pictures.string() +
+                                " --out " + out().string() + " > " + (folder / "full").string() + " 2>&1";
+    EXPECT_EQ(WEXITSTATUS(std::system(("bash -c \"" + command + "\"").c_str())), 2) << text_of(folder / "full");
+    EXPECT_TRUE(names_as_missing("pictures")) << text_of(folder / "full");
+    EXPECT_TRUE(fs::exists(out() / "summary.json")) << text_of(folder / "full");
+    EXPECT_TRUE(fs::exists(out() / "steps.csv"));
+}
+
+/// A scene that is refused only when it is prepared: whatever is told instead was found before.
+TEST_F(Output, AnOccupiedFolderOrABadCheckpointIsFoundBeforeAnythingIsPrepared) {
+    const std::string broken = with(kTube, "\"position\": [0, 0, 10]", "\"position\": [0, 50, 10]");
+    const fs::path scene = write("outside.json", broken);
+    ASSERT_TRUE(refuses(call({"run", scene, "--out", out()}), "such as [")) << "preparation refuses it";
+    EXPECT_FALSE(fs::exists(out()));
+    fs::create_directories(out());
+    write("out/mine.txt", "some text");
+    write("file", "some text");
+    for (const std::string command : {"run", "cost"}) {
+        EXPECT_TRUE(refuses(call({command, scene, "--out", out()}), "it holds mine.txt")) << command;
+        EXPECT_TRUE(refuses(call({command, scene, "--out", folder / "file"}), "is a file")) << command;
+        EXPECT_TRUE(refuses(call({command, scene, "--out", folder / "file/below"}), "cannot be made")) << command;
+    }
+    const auto resumed = [&](const fs::path& from) { return call({"run", scene, "--out", folder / "never", "--resume", from.string()}); };
+    EXPECT_TRUE(refuses(resumed(folder / "nowhere.bin"), "nowhere.bin"));
+    EXPECT_TRUE(refuses(resumed(write("text.bin", "some text")), "is no checkpoint"));
+    ASSERT_TRUE(ended_with(
+        call({"run", write("tube.json", kTube), "--out", folder / "first", "--no-pictures", "-n", "5", "--checkpoint-every", "5"}), 0));
+    EXPECT_TRUE(refuses(resumed(folder / "first"), "such as [")) << "a good one is no reason";
+    const fs::path other = write("other.json", with(broken, "\"name\": \"tube\"", "\"name\": \"pipe\""));
+    EXPECT_TRUE(refuses(call({"run", other, "--out", folder / "never", "--resume", folder / "first"}), "another scene, \"tube\""));
+    EXPECT_TRUE(refuses(call({"run", scene, "--out", folder / "never", "--resume", folder / "first", "-n", "5"}), "is of step 5"));
+    EXPECT_FALSE(fs::exists(folder / "never"));
+}
+
+TEST_F(Output, WhatAnEarlierRunLeftStaysWhereTheNextOneIsRefused) {
+    ASSERT_TRUE(ended_with(run(write("tube.json", kTube)), 0));
+    const std::string before = text_of(out() / "steps.csv");
+    const fs::path broken = write("outside.json", with(kTube, "\"position\": [0, 0, 10]", "\"position\": [0, 50, 10]"));
+    for (const char* command : {"run", "cost"}) {
+        EXPECT_TRUE(refuses(call({command, broken, "--out", out(), "--force"}), "such as [")) << command;
+        EXPECT_EQ(text_of(out() / "steps.csv"), before) << command;
+    }
+    EXPECT_TRUE(refuses(call({"prepare", write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "--out", out(), "--force"}), ""));
+    EXPECT_EQ(text_of(out() / "steps.csv"), before);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(Output, UnderALimitOfAddressSpaceToolsAreStartedAsWithoutOne) {
+    const fs::path scene = write("tube.json", kTube);
+    ASSERT_TRUE(ended_with(run(scene), 0));
+    const bool plots = text_of(out() / "report.html").find("<svg") != std::string::npos;
+    for (const char* limit : {"8000000", "4000000", "1500000"}) { // KiB
+        fs::remove_all(out());
+        const std::string command = "ulimit -v " + std::string(limit) + "; exec " + std::string(TROCAR_PROGRAM) + " run " + scene.string() +
+                                    " --no-pictures --out " + out().string() + " > " + (folder / "limited").string() + " 2>&1";
+        EXPECT_EQ(WEXITSTATUS(std::system(("bash -c \"" + command + "\"").c_str())), 0) << limit << text_of(folder / "limited");
+        EXPECT_EQ(text_of(folder / "limited").find("could not start"), std::string::npos) << limit << text_of(folder / "limited");
+        EXPECT_EQ(text_of(out() / "report.html").find("<svg") != std::string::npos, plots) << limit;
+    }
+}
+#endif
 
 /// A VTK file whose blocks of raw numbers follow one another to its end, as many as it names.
 testing::AssertionResult is_whole_vtk(const fs::path& file) {
@@ -284,12 +442,12 @@ TEST_F(Output, OnAFullDiskWhatIsThereUnderItsFinalNameCanBeRead) {
     const fs::path scene = write("tube.json", kTube);
     for (const int kib : {8, 128}) { // no state fits; the states do, and the table of steps does not
         fs::remove_all(out());
-        const std::string command = "ulimit -f " + std::to_string(kib) + "; trap '' XFSZ; exec " + std::string(SELDINGER_PROGRAM) +
-                                    " run " + scene.string() + " --no-pictures -n 2000 --record --out " + out().string() + " > " +
+        const std::string command = "ulimit -f " + std::to_string(kib) + "; trap '' XFSZ; exec " + std::string(TROCAR_PROGRAM) + " run " +
+                                    scene.string() + " --no-pictures -n 2000 --record --out " + out().string() + " > " +
                                     (folder / "full").string() + " 2>&1";
         EXPECT_EQ(WEXITSTATUS(std::system(("bash -c \"" + command + "\"").c_str())), 2) << text_of(folder / "full");
         EXPECT_NE(text_of(folder / "full").find("cannot be written"), std::string::npos) << text_of(folder / "full");
-        EXPECT_FALSE(fs::exists(out() / "summary.json"));
+        EXPECT_TRUE(names_as_missing("steps.csv")) << kib;
         EXPECT_FALSE(fs::exists(out() / "steps.csv"));
         const std::size_t states = expect_readable_states(out());
         EXPECT_EQ(states > 0, kib == 128) << kib << " KiB a file";
@@ -297,4 +455,4 @@ TEST_F(Output, OnAFullDiskWhatIsThereUnderItsFinalNameCanBeRead) {
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

@@ -1,7 +1,7 @@
 // `plan`: the way, the motion that was found, and why there is none.
 #include "program.hpp"
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 /// A wire in a tube with one bend and two named targets.
@@ -69,6 +69,41 @@ TEST_F(PlanCommand, FindsAMotionThatReachesTheTargetAlsoWhenItIsReplayed) {
     EXPECT_LT(std::sqrt(dx * dx + dz * dz), 0.0045) << end["tip_m"];
 }
 
+/// The bend within tissue that breathes, for 5 s.
+std::string breathing_bend() {
+    std::string text = with(kBend, R"("tube": {"kind": "static", "hollow": true,)", R"("organ": {"kind": "deformable",
+        "surface": {"shape": "box", "centre": [25, 0, 40], "extent": [70, 40, 80], "cells": 4},
+        "material": {"young_modulus": 0.005, "poisson_ratio": 0.4, "density": 1000, "viscosity": 1e-6, "mass_damping": 5},
+        "coarse": {"mesher": "lattice", "surface_triangles": 200}, "fixed": [{"direction": [0, 0, 1], "fraction": 0.2}]},
+        "tube": {"kind": "static", "hollow": true, "embedded_in": "organ", "blend": 5,)");
+    text = with(text, R"("duration": 0.2)", R"("duration": 5)");
+    text = with(text, R"("budget": "5ms")", R"("budget": "exact")");
+    return with(text, R"("effects": ["coarse_contact", "exact_contact", "friction"])",
+                R"("effects": {"elasticity": true, "damping": true, "coarse_contact": true, "exact_contact": true, "friction": true,
+                               "breathing": {"amplitude": 2, "period": 2, "direction": [0, 0, 1]}})");
+}
+
+TEST_F(PlanCommand, StatesTheDistanceThatARunOfItsPathThenShowsWhileTheOrganBreathes) {
+    const fs::path scene = write("breathing.json", breathing_bend());
+    const Ended planned = plan(scene, "near");
+    ASSERT_TRUE(ended_with(planned, 0));
+    const Json replay = plan_json()["replay"];
+    ASSERT_TRUE(replay.is_object()) << planned;
+    EXPECT_TRUE(planned.says("amplitude 2 mm, period 2 s")) << planned;
+    EXPECT_LE(replay["least_m"].get<double>(), replay["target_distance_m"].get<double>());
+    EXPECT_GE(replay["most_m"].get<double>(), replay["target_distance_m"].get<double>());
+    EXPECT_LT(replay["target_distance_m"].get<double>(), 1.2 * 0.003) << "the path holds the hand's answers to the breath";
+    const fs::path csv = folder / "path.csv";
+    fs::copy_file(out() / "path.csv", csv);
+    const Ended ran = run(scene, {"--path", csv.string(), "--to", "near", "-n", std::to_string(replay["steps"].get<int>()), "--force"});
+    ASSERT_TRUE(ended_with(ran, 0));
+    EXPECT_EQ(summary()["target_distance_m"]["last"], replay["target_distance_m"]) << "the same numbers, to the last digit";
+    char said[64];
+    std::snprintf(said, sizeof said, "%.2f mm", 1e3 * replay["target_distance_m"].get<double>());
+    EXPECT_TRUE(planned.says("tip " + std::string(said) + " from near")) << planned;
+    EXPECT_TRUE(ran.says("tip to target " + std::string(said))) << ran;
+}
+
 TEST_F(PlanCommand, LeadsTheCentrelineFromTheEntryToTheTarget) {
     ASSERT_TRUE(ended_with(plan(write("bend.json", kBend), "end", {"--time", "0.02"}), 2)) << "too short a trial to arrive";
     EXPECT_EQ(plan_json()["arrived"], false);
@@ -88,6 +123,9 @@ TEST_F(PlanCommand, NamesTheTargetsThatThereAre) {
              "end"),
         "names none"));
     EXPECT_TRUE(refuses(call({"plan", scene.string()}), "--to"));
+    const fs::path csv = write("path.csv", "t,insertion,rotation\n0,10,0\n1,12,0\n");
+    EXPECT_TRUE(refuses(run(scene, {"--path", csv.string(), "--to", "heart"}), "known: end, near"));
+    EXPECT_TRUE(refuses(run(scene, {"--to", "end"}), "--path"));
     EXPECT_FALSE(fs::exists(out())) << "nothing is left behind";
 }
 
@@ -109,4 +147,4 @@ TEST_F(PlanCommand, RefusesABusyFolderUnlessForced) {
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

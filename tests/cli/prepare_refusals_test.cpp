@@ -1,7 +1,7 @@
-// Surfaces that `prepare` refuses, with numbers and what would be right, and thin ones whose work is bounded.
+// Surfaces that `prepare` refuses, with numbers and what was expected, and thin ones whose work is bounded.
 #include "program.hpp"
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 const std::vector<std::string> kBuilders = {"medial", "hubbard", "octree", "shell"};
@@ -31,7 +31,7 @@ TEST_F(Preparation, OfCoordinatesWhoseVolumesWouldOverflowIsRefusedByEveryBuilde
         const fs::path mesh = write("far.obj", cube_with_corner(far));
         for (const std::string& builder : kBuilders) {
             const Ended ended = prepare(mesh, {"--builder", builder});
-            EXPECT_TRUE(refuses(ended, "far.obj: vertex 6 lies ") && refuses(ended, "at most 1e+30 m would be right")) << builder;
+            EXPECT_TRUE(refuses(ended, "far.obj: vertex 6 lies ") && refuses(ended, "expected at most 1e+30 m")) << builder;
         }
     }
     EXPECT_TRUE(refuses(prepare(write("far.obj", cube_with_corner("1e20")), {"--unit", "1e12"}), "vertex 6 lies 1e+32 m"));
@@ -83,4 +83,4 @@ TEST_F(Preparation, OfANeedleEndsAndSaysThatItsSpheresAreCoarser) {
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

@@ -21,7 +21,7 @@
 
 extern char** environ;
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
@@ -59,7 +59,7 @@ constexpr double kPatience = 300.0;
 class Program : public ::testing::Test {
 protected:
     Program() {
-        std::string name = (fs::temp_directory_path() / "seldinger-cli-XXXXXX").string();
+        std::string name = (fs::temp_directory_path() / "trocar-cli-XXXXXX").string();
         folder = mkdtemp(name.data());
     }
     ~Program() override {
@@ -73,7 +73,7 @@ protected:
     }
 
     /// Starts the program; output goes to files, so that no pipe can fill up.
-    pid_t start(const std::vector<std::string>& arguments, const fs::path& program = SELDINGER_PROGRAM) const {
+    pid_t start(const std::vector<std::string>& arguments, const fs::path& program = TROCAR_PROGRAM) const {
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
@@ -120,6 +120,15 @@ protected:
     }
 
     [[nodiscard]] fs::path out() const { return folder / "out"; }
+    /// The summary says that this output is not there; where it could not be written either, nothing looks finished.
+    [[nodiscard]] bool names_as_missing(const std::string& output) const {
+        if (!fs::exists(out() / "summary.json")) return true;
+        const Json json = summary();
+        if (!json.is_object() || !json.contains("missing_outputs")) return false;
+        for (const Json& sentence : json["missing_outputs"])
+            if (sentence.get<std::string>().find(output) != std::string::npos) return true;
+        return false;
+    }
     [[nodiscard]] Json summary() const { return Json::parse(text_of(out() / "summary.json"), nullptr, false); }
 
     fs::path folder;
@@ -171,4 +180,4 @@ inline testing::AssertionResult refuses(const Ended& ended, const std::string& p
     return testing::AssertionSuccess();
 }
 
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

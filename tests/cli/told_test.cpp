@@ -2,7 +2,7 @@
 // what is refused before it costs anything.
 #include "program.hpp"
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 class Told : public Program {
@@ -90,10 +90,10 @@ TEST_F(Told, ACoarseMeshOfAnotherSizeOrPlaceIsRefusedAndTheFittingOneIsTaken) {
     write("cube.vtk", cube_tets(20.0));
     write("away.vtk", cube_tets(20.0, 40.0));
     EXPECT_TRUE(ended_with(run(write("fits.json", cube_scene("cube.vtk", "mm"))), 0));
-    const Ended unit = run(write("unit.json", cube_scene("cube.vtk", "cm")));
+    const Ended unit = call({"run", write("unit.json", cube_scene("cube.vtk", "cm")), "--out", folder / "unit"});
     EXPECT_TRUE(refuses(unit, "the coarse mesh is 200 mm long and the surface 20 mm"));
     EXPECT_TRUE(unit.says("cube.vtk") && unit.says("unit.json:")) << unit;
-    EXPECT_TRUE(refuses(run(write("away.json", cube_scene("away.vtk", "mm"))), "from the nearest tetrahedron"));
+    EXPECT_TRUE(refuses(call({"run", write("away.json", cube_scene("away.vtk", "mm")), "--out", folder / "away"}), "from the nearest tetrahedron"));
 }
 
 TEST_F(Told, AFlatTetrahedronOfAFileIsSaidToBeInThatFile) {
@@ -108,7 +108,7 @@ TEST_F(Told, AHandThatWouldBeSlowedIsExplainedBeforehand) {
     EXPECT_EQ(slow.out.find("its hand would go"), std::string::npos) << slow;
     const Ended fast = call({"explain", write("fast.json", with(kTube, "\"step\": 0.01", "\"step\": 0.1"))});
     ASSERT_TRUE(ended_with(fast, 0));
-    EXPECT_NE(fast.out.find("mm in a step; 1 mm are taken: a step of "), std::string::npos) << fast;
+    EXPECT_NE(fast.out.find("mm in a step; 1 mm are taken, expected a step of at most "), std::string::npos) << fast;
 }
 
 TEST_F(Told, MaterialsOfPrepareAreRefusedByTheirOptions) {
@@ -136,4 +136,4 @@ TEST_F(Told, AQueryFileThatIsNotThereIsSaidToBeNotThere) {
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

@@ -1,7 +1,7 @@
 // Exit codes, options and what they refuse.
 #include "program.hpp"
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 class Usage : public Program {};
@@ -16,7 +16,7 @@ TEST_F(Usage, HelpAndVersionEndWell) {
     EXPECT_TRUE(ended_with(call({"run", "--help"}), 0));
     const Ended version = call({"--version"});
     EXPECT_TRUE(ended_with(version, 0));
-    EXPECT_TRUE(version.says("seldinger 0.")) << version;
+    EXPECT_TRUE(version.says("trocar 0.")) << version;
 }
 
 TEST_F(Usage, WrongCommandLinesEndWithTwo) {
@@ -47,6 +47,7 @@ TEST_F(Run, EndsWithZeroAndSaysWhatItDid) {
     EXPECT_TRUE(ended.says("real-time factor")) << ended;
     EXPECT_TRUE(ended.says("p50/p95/p99/max")) << ended;
     EXPECT_TRUE(ended.says("budget kept in 100")) << ended;
+    EXPECT_TRUE(ended.says("of 20 whole steps took longer than the 10 ms they simulate")) << ended;
     for (const char* name : {"summary.json", "steps.csv", "report.html"}) EXPECT_TRUE(fs::exists(out() / name)) << name;
 }
 
@@ -56,7 +57,7 @@ TEST_F(Run, TakesAsManyStepsAsAskedOnAnyScene) {
         ASSERT_TRUE(ended_with(run(tube, {"-n", std::to_string(steps), "--force"}), 0)) << steps;
         EXPECT_EQ(summary()["steps"], steps);
     }
-    const std::string scenes = std::string(SELDINGER_SOURCE_DIR) + "/assets/scenes/";
+    const std::string scenes = std::string(TROCAR_SOURCE_DIR) + "/assets/scenes/";
     for (const char* name : {"straight_tube.json", "falling_sphere.json"}) {
         ASSERT_TRUE(ended_with(run(scenes + name, {"-n", "3", "--force"}), 0)) << name;
         EXPECT_EQ(summary()["steps"], 3) << name;
@@ -183,7 +184,7 @@ TEST_F(PathFile, ThatIsWrongIsNamedWithItsLine) {
 }
 
 TEST_F(PathFile, OnASceneWithoutInstrumentIsRefused) {
-    const std::string ball = std::string(SELDINGER_SOURCE_DIR) + "/assets/scenes/falling_sphere.json";
+    const std::string ball = std::string(TROCAR_SOURCE_DIR) + "/assets/scenes/falling_sphere.json";
     EXPECT_TRUE(refuses(run(ball, {"--path", write("path.csv", "0,20,0\n1,25,0\n")}), "--path"));
 }
 
@@ -205,8 +206,8 @@ TEST_F(Schema, IsJsonAndTheOneInTheAssets) {
     ASSERT_TRUE(schema.is_object());
     EXPECT_TRUE(schema.contains("$schema"));
     EXPECT_TRUE(schema.contains("$defs") && schema["$defs"]["scene"]["properties"].contains("bodies"));
-    EXPECT_EQ(schema, Json::parse(text_of(fs::path(SELDINGER_SOURCE_DIR) / "assets/scene.schema.json"), nullptr, false));
+    EXPECT_EQ(schema, Json::parse(text_of(fs::path(TROCAR_SOURCE_DIR) / "assets/scene.schema.json"), nullptr, false));
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

@@ -2,14 +2,14 @@
 // not taken as they stand.
 #include "program.hpp"
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 class Values : public Program {
 protected:
     /// In a folder of its own, as a user who gives no --out.
     Ended call_in_folder(const std::string& arguments) const {
-        const std::string command = "cd '" + folder.string() + "' && exec '" SELDINGER_PROGRAM "' " + arguments + " > stdout 2> stderr";
+        const std::string command = "cd '" + folder.string() + "' && exec '" TROCAR_PROGRAM "' " + arguments + " > stdout 2> stderr";
         Ended ended;
         ended.exit_code = WEXITSTATUS(std::system(command.c_str()));
         ended.out = text_of(folder / "stdout");
@@ -45,7 +45,7 @@ TEST_F(Values, OfNumbersAreRefusedWithTheirRange) {
     EXPECT_TRUE(refuses(none, "0 not in range 1 to 1000000000"));
     EXPECT_LT(none.all().size(), 200u) << none;
     for (const char* pace : {"1e-300", "1e-4", "1001", "-1", "nan", "inf", "fast", "1x"})
-        EXPECT_TRUE(refuses(call({"run", file, std::string("--pace=") + pace}), "0, or 0.001 to 1000, would be right")) << pace;
+        EXPECT_TRUE(refuses(call({"run", file, std::string("--pace=") + pace}), "expected 0, or 0.001 to 1000")) << pace;
     for (const char* pace : {"0", "1000"}) EXPECT_TRUE(ended_with(run(scene, {"-n", "1", "--force", "--pace", pace}), 0)) << pace;
     EXPECT_FALSE(fs::exists(folder / "x"));
 }
@@ -65,7 +65,7 @@ TEST_F(Values, ControlCharactersReachNoTerminal) {
     for (const auto& [written, shown] : std::vector<std::pair<std::string, std::string>>{
              {"\\u001b[31m", "\"\\u001b[31m\""}, {"a\\nb", "\"a\\u000ab\""}, {"\\u0000a", "\"\\u0000a\""}, {"\\u009bA", "\"\\u009bA\""}}) {
         const Ended ended = call({"run", write("name.json", named(written)), "--out", out()});
-        EXPECT_TRUE(refuses(ended, "name.json:2:13: name: found " + shown + "; text without control characters would be right"));
+        EXPECT_TRUE(refuses(ended, "name.json:2:13: name: found " + shown + "; expected text without control characters"));
     }
     const Ended key = call({"run", write("key.json", with(kTube, "\"name\"", "\"\\u001b[31mname\"")), "--out", out()});
     EXPECT_TRUE(refuses(key, "\\u001b[31mname"));
@@ -89,11 +89,13 @@ TEST_F(Values, ARecordIsNotWrittenOverWhatTheRunReads) {
     EXPECT_EQ(text_of(folder / "grants"), grants);
 }
 
-TEST_F(Values, ARecordThatCannotBeWrittenLeavesNothingThatLooksFinished) {
-    EXPECT_TRUE(refuses(run(scene, {"-n", "2", "--record-grants", "/dev/full"}), "/dev/full: cannot be written"));
-    EXPECT_FALSE(fs::exists(out() / "summary.json"));
-    EXPECT_FALSE(fs::exists(out() / "report.html"));
-    EXPECT_FALSE(fs::exists(out() / "steps.csv"));
+TEST_F(Values, ARecordThatCannotBeWrittenIsToldAndTheSummaryNamesItAsMissing) {
+    EXPECT_TRUE(refuses(run(scene, {"-n", "2", "--record-grants", "/dev/full"}), "/dev/full"));
+    const std::string summary = text_of(out() / "summary.json");
+    const std::size_t missing = summary.find("\"missing_outputs\"");
+    ASSERT_NE(missing, std::string::npos) << summary;
+    EXPECT_NE(summary.substr(missing, 200).find("full"), std::string::npos) << summary.substr(missing, 200);
+    EXPECT_TRUE(fs::exists(out() / "steps.csv"));
 }
 
 TEST_F(Values, ThatAreNotTakenAsTheyStandAreTold) {
@@ -130,4 +132,4 @@ TEST_F(Values, BeyondAnyMeasureAreSaidInFewDigits) {
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

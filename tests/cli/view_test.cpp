@@ -1,7 +1,7 @@
-// `seldinger view` from the command line: its address, its end, and what it refuses.
+// `trocar view` from the command line: its address, its end, and what it refuses.
 #include "program.hpp"
 
-namespace seldinger::cli_test {
+namespace trocar::cli_test {
 namespace {
 
 class View : public Program {
@@ -31,6 +31,21 @@ TEST_F(View, EndsWellWhenInterrupted) {
     EXPECT_TRUE(ended.says("0 steps")) << ended;
 }
 
+TEST_F(View, TakesNoStepBeforeSomebodyLooksUnlessItIsToldTo) {
+    const pid_t child = start({"view", scene.string(), "--page", page.string()});
+    while (text_of(folder / "stdout").find("Ctrl-C") == std::string::npos && waitpid(child, nullptr, WNOHANG) == 0)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    std::this_thread::sleep_for(std::chrono::milliseconds(500)); // some fifty steps, if it took any
+    kill(child, SIGINT);
+    const Ended ended = wait_for(child, kPatience);
+    EXPECT_TRUE(ended_with(ended, 0));
+    EXPECT_TRUE(ended.says("the first step waits for it")) << ended;
+    EXPECT_TRUE(ended.says("\n0 steps, ")) << ended;
+    EXPECT_TRUE(call({"view", scene.string(), "--page", page.string(), "-n", "3"}).says("\n3 steps, "))
+        << "whoever counts steps has no viewer";
+    EXPECT_TRUE(call({"view", scene.string(), "--page", page.string(), "-n", "3", "--at-once"}).says("\n3 steps, "));
+}
+
 TEST_F(View, RefusesWhatItCannotServe) {
     const auto view = [&](std::vector<std::string> more) {
         std::vector<std::string> arguments = {"view", scene.string(), "--page", page.string(), "-n", "1"};
@@ -46,9 +61,9 @@ TEST_F(View, RefusesWhatItCannotServe) {
 }
 
 TEST_F(View, WithoutItsPageSaysWhatBuildsIt) {
-    const fs::path alone = folder / "bin" / "seldinger"; // the program without what stands beside it
+    const fs::path alone = folder / "bin" / "trocar"; // the program without what stands beside it
     fs::create_directory(folder / "bin");
-    fs::copy_file(SELDINGER_PROGRAM, alone);
+    fs::copy_file(TROCAR_PROGRAM, alone);
     const Ended ended = wait_for(start({"view", scene.string(), "-n", "1"}, alone), kPatience);
     EXPECT_TRUE(refuses(ended, "page was not built"));
     EXPECT_TRUE(ended.says("viewer_page")) << "what builds it: " << ended;
@@ -56,4 +71,4 @@ TEST_F(View, WithoutItsPageSaysWhatBuildsIt) {
 }
 
 } // namespace
-} // namespace seldinger::cli_test
+} // namespace trocar::cli_test

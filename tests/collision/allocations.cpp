@@ -20,8 +20,8 @@ void* operator new(std::size_t size, const std::nothrow_t&) noexcept { // std::s
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
-namespace seldinger::collision::testing {
+namespace trocar::collision::testing {
 
 std::size_t allocation_count() noexcept { return allocations; }
 
-} // namespace seldinger::collision::testing
+} // namespace trocar::collision::testing

@@ -3,8 +3,8 @@
 
 #include <cstddef>
 
-namespace seldinger::collision::testing {
+namespace trocar::collision::testing {
 
 [[nodiscard]] std::size_t allocation_count() noexcept;
 
-} // namespace seldinger::collision::testing
+} // namespace trocar::collision::testing

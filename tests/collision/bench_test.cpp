@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <ctime>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -88,4 +88,4 @@ TEST(Bench, SkinInALumen) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

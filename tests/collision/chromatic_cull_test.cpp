@@ -9,7 +9,7 @@
 #include <set>
 #include <tuple>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -367,4 +367,4 @@ TEST(ChromaticCuller, TheHierarchyFindsTheSame) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -184,4 +184,4 @@ TEST(ChromaticSets, SlotsHoldEveryTriangleOnceAndOnlyNeighboursShareOne) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::build;
@@ -157,4 +157,4 @@ TEST(CoherentSearch, RefusesWhatItWasNotBuiltForAndGoesOn) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::build;
@@ -161,4 +161,4 @@ TEST(CoherentSearch, LayersThatSlideStayOnTheirSides) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -292,4 +292,4 @@ TEST(FaceGroups, CoverTheSurfaceAndKnowTheirNeighbours) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

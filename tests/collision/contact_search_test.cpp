@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <set>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -216,4 +216,4 @@ TEST(ContactSearch, TakesEmptySingleAndOverlappingSurfaces) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using namespace testing;
@@ -51,4 +51,4 @@ TEST(DopTree, NodesAboveAPartAreThoseOfAWholeRefit) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -219,4 +219,4 @@ TEST(FacePlanes, ChangeNoContactWithinASurface) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

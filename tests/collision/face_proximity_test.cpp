@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -125,4 +125,4 @@ TEST(FaceProximity, WhatComesNearAtAnyOfManyInstantsIsFoundAndNothingElse) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

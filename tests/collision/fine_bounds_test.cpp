@@ -9,7 +9,7 @@
 #include <limits>
 #include <numeric>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -87,4 +87,4 @@ TEST(NearFeatures, TheKernelAndItsPlainTwinGiveTheSameLanes) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

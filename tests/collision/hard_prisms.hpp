@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-namespace seldinger::collision::testing {
+namespace trocar::collision::testing {
 
 struct HardPrisms {
     static constexpr Index kSets = 40;
@@ -115,4 +115,4 @@ inline std::size_t count_lost(const HardPrisms& hard, std::span<const std::uint8
     return lost;
 }
 
-} // namespace seldinger::collision::testing
+} // namespace trocar::collision::testing

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -346,4 +346,4 @@ TEST(Cullide, LosesWhatItsPaperSaysItLosesAndTheSafeFormDoesNot) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

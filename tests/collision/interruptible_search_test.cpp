@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <set>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -367,4 +367,4 @@ TEST(InterruptibleSearch, AllocatesNothingAfterTheFirstStep) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -9,7 +9,7 @@
 
 #include <cstdlib>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -89,9 +89,9 @@ void compare(const Pair& pair, Counts& counts, std::uint64_t seed, std::size_t t
     EXPECT_EQ(meeting.meets, truth == Verdict::Meets) << "seed " << seed << " trial " << trial;
 }
 
-/// More trials on request: SELDINGER_LONG_TESTS=1 asks for millions (hours), a larger number for that many times the usual.
+/// More trials on request: TROCAR_LONG_TESTS=1 asks for millions (hours), a larger number for that many times the usual.
 std::size_t trials(std::size_t usual) {
-    const char* wanted = std::getenv("SELDINGER_LONG_TESTS");
+    const char* wanted = std::getenv("TROCAR_LONG_TESTS");
     const unsigned long times = wanted != nullptr ? std::strtoul(wanted, nullptr, 10) : 0;
     return times == 0 ? usual : times == 1 ? 1000 * usual : times * usual;
 }
@@ -246,4 +246,4 @@ TEST(Meeting, TellsTimePlaceAndNormal) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

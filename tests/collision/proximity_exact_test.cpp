@@ -6,7 +6,7 @@
 
 #include <set>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Sequence;
@@ -167,4 +167,4 @@ TEST(Proximity, FacesThatMeetAreThoseWhoseFeaturesTheContactSearchFinds) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

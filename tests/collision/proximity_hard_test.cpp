@@ -8,7 +8,7 @@
 #include <limits>
 #include <set>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Sequence;
@@ -330,4 +330,4 @@ TEST(ProximityHardCases, AStepAllocatesNothingOnceTheListsHaveTheirRoom) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

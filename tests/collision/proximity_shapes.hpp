@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace seldinger::collision::testing {
+namespace trocar::collision::testing {
 
 /// Several surfaces over steps that follow each other: [frame][surface][vertex].
 struct Sequence {
@@ -108,4 +108,4 @@ inline Sequence make_flying_soups(std::uint64_t seed, std::size_t triangles, dou
            x.found.points.bary_b == y.found.points.bary_b && x.kept == y.kept;
 }
 
-} // namespace seldinger::collision::testing
+} // namespace trocar::collision::testing

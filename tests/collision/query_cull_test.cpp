@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 struct Problem {
@@ -173,4 +173,4 @@ TEST(HardPrisms, WhoTouchesIsNeverFreeInAnyViewFormOrSize) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-namespace seldinger::collision::testing {
+namespace trocar::collision::testing {
 
 using Rational = mpq_class;
 using RationalPoint = std::array<Rational, 3>;
@@ -177,4 +177,4 @@ inline Verdict RationalPair::verdict() const {
     return unknown ? Verdict::Unknown : Verdict::Apart;
 }
 
-} // namespace seldinger::collision::testing
+} // namespace trocar::collision::testing

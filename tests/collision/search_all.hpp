@@ -6,7 +6,7 @@
 
 #include <span>
 
-namespace seldinger::collision::testing {
+namespace trocar::collision::testing {
 
 inline ExactStats search_all(std::span<const Surface* const> surfaces, const SearchOptions& options, std::vector<SearchContact>& contacts) {
     std::vector<const SurfaceTopology*> topologies;
@@ -25,4 +25,4 @@ inline ExactStats search_all(std::span<const Surface* const> surfaces, const Sea
     return search.stats();
 }
 
-} // namespace seldinger::collision::testing
+} // namespace trocar::collision::testing

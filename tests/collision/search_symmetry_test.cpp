@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <set>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -96,4 +96,4 @@ TEST(SearchSymmetry, OfLatticeSurfacesNoWritingChangesAPair) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

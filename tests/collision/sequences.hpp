@@ -9,7 +9,7 @@
 
 #include <functional>
 
-namespace seldinger::collision::testing {
+namespace trocar::collision::testing {
 
 /// Surfaces and where their vertices are at each frame; a step goes from one frame to the next, unless `teleports`.
 struct MeshSequence {
@@ -184,4 +184,4 @@ inline Totals compare(const MeshSequence& q, const CoherentOptions& options) {
     return totals;
 }
 
-} // namespace seldinger::collision::testing
+} // namespace trocar::collision::testing

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -94,4 +94,4 @@ TEST(ContactTrack, CountsTheStepsOfEveryPairInContact) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::compare;
@@ -125,4 +125,4 @@ TEST(CoherentSearch, StillPaysWhereItMayFallBack) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace seldinger::collision::testing {
+namespace trocar::collision::testing {
 
 /// splitmix64: the same numbers everywhere.
 class Random {
@@ -99,4 +99,4 @@ inline Surface make_triangle_soup(Random& random, std::size_t triangles, double 
     return s;
 }
 
-} // namespace seldinger::collision::testing
+} // namespace trocar::collision::testing

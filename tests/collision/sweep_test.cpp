@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -311,4 +311,4 @@ TEST(Sweep, FourAtATimeAnswerAsOneAtATime) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

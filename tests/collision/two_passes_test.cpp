@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 TEST(TwoPasses, OneViewGivesTheBitsOfTheOrderFreeForm) {
@@ -53,4 +53,4 @@ TEST(TwoPasses, OneViewGivesTheBitsOfTheOrderFreeForm) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::collision {
+namespace trocar::collision {
 namespace {
 
 using testing::Random;
@@ -135,4 +135,4 @@ TEST(TwoStageSearch, AnInterruptedOneSaysSoAndIsNotLookedAt) {
 }
 
 } // namespace
-} // namespace seldinger::collision
+} // namespace trocar::collision

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 BenchTable table_of(const char* rows) {
@@ -150,4 +150,4 @@ TEST(Headlines, InMarkdownAreOneLineEach) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 TEST(BenchValidation, EveryBoundHoldsAndThePageHasItsPlots) {
     const auto all = benches();
@@ -27,9 +27,9 @@ TEST(BenchValidation, EveryBoundHoldsAndThePageHasItsPlots) {
 }
 
 TEST(BenchValidation, BeamsOfOtherProgramsAreMatchedWithinTheirBounds) {
-    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    const char* data = std::getenv("TROCAR_TEST_DATA");
     if (data == nullptr || !std::filesystem::is_directory(std::filesystem::path(data) / "fem"))
-        GTEST_SKIP() << "SELDINGER_TEST_DATA names no folder with fem/";
+        GTEST_SKIP() << "TROCAR_TEST_DATA names no folder with fem/";
     for (const ReferenceBeam& beam : reference_beams()) {
         const auto tips = compare_beam(beam, std::filesystem::path(data) / "fem", false);
         ASSERT_TRUE(tips.ok()) << tips.error().to_string();
@@ -63,4 +63,4 @@ TEST(BenchValidation, AReferenceThatIsMissingIsNamed) {
     EXPECT_NE(tips.error().to_string().find("sofa_cantilever_tet_linear"), std::string::npos);
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

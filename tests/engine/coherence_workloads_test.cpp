@@ -4,13 +4,14 @@
 #include "engine/bench/coherence_comparison.hpp"
 #include "engine/bench/contact_workloads.hpp"
 #include "engine/io/read_surface.hpp"
+#include "tests/made/surfaces.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdlib>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using collision::CoherentOptions;
@@ -44,7 +45,7 @@ Workload cloth() { return workload_of(make_folding_cloth(24, 160, {32, 4})); }
 
 /// Empty where the data are not there.
 Workload cloth_on_a_ball() {
-    const char* data = std::getenv("SELDINGER_TEST_DATA");
+    const char* data = std::getenv("TROCAR_TEST_DATA");
     if (data == nullptr) return {};
     const std::filesystem::path folder = std::filesystem::path(data) / "cloth";
     if (!std::filesystem::exists(folder / "cloth_ball92.ply.gz")) return {};
@@ -148,12 +149,23 @@ void expect_switches(const char* name, const Workload& workload, std::size_t at_
 
 TEST(CoherenceWorkloads, ExactSwitchesChangeNothingOnACatheterInItsArtery) { expect_switches("artery", artery(2), 100); }
 TEST(CoherenceWorkloads, ExactSwitchesChangeNothingOnClothThatFolds) { expect_switches("folding cloth", cloth(), 1000); }
+/// A cloth on a ball that is folded, frame by frame, until it crosses itself thousands of times.
+Workload made_cloth_on_a_ball() {
+    const TriMesh first = made::make_drape(80, 1.2);
+    return {collision::make_topology(first.triangles, first.vertices.size()),
+            {first.vertices, made::make_drape(80, 1.25).vertices, made::make_drape(80, 1.3).vertices}};
+}
+
+// of 92 thousand triangles that cross themselves a hundred thousand times: what runs along other paths
+constexpr Switch kSwitchesOfABall[] = {kExactSwitches[0], kExactSwitches[3], kExactSwitches[8], kExactSwitches[9]};
+
+TEST(CoherenceWorkloads, ExactSwitchesChangeNothingOnAMadeClothOnABall) {
+    expect_switches("made cloth on a ball", made_cloth_on_a_ball(), 300, kSwitchesOfABall, std::span(kHeuristicSwitches).subspan(1, 1));
+}
 TEST(CoherenceWorkloads, ExactSwitchesChangeNothingOnAClothOnABall) {
     const Workload workload = cloth_on_a_ball();
-    if (workload.frames.empty()) GTEST_SKIP() << "SELDINGER_TEST_DATA has no cloth/cloth_ball92.ply.gz";
-    // of 92 thousand triangles that cross themselves a hundred thousand times: what runs along other paths
-    constexpr Switch kExact[] = {kExactSwitches[0], kExactSwitches[3], kExactSwitches[8], kExactSwitches[9]};
-    expect_switches("cloth on a ball", workload, 10000, kExact, std::span(kHeuristicSwitches).subspan(1, 1));
+    if (workload.frames.empty()) GTEST_SKIP() << "TROCAR_TEST_DATA has no cloth/cloth_ball92.ply.gz";
+    expect_switches("cloth on a ball", workload, 10000, kSwitchesOfABall, std::span(kHeuristicSwitches).subspan(1, 1));
 }
 
 /// Sessions beside the search that keeps nothing.
@@ -186,11 +198,12 @@ void expect_sessions(const char* name, const Workload& workload, std::size_t mos
 TEST(CoherenceWorkloads, SessionsFindTheSameContacts) {
     expect_sessions("artery", artery(8));
     expect_sessions("folding cloth", workload_of(make_folding_cloth(24, 160, {28, 14})));
+    expect_sessions("made cloth on a ball", made_cloth_on_a_ball(), 2);
     if (const Workload ball = cloth_on_a_ball(); ball.frames.empty())
-        std::printf("SELDINGER_TEST_DATA has no cloth/cloth_ball92.ply.gz: left out\n");
+        std::printf("TROCAR_TEST_DATA has no cloth/cloth_ball92.ply.gz: left out\n");
     else
         expect_sessions("cloth on a ball", {ball.topology, {ball.frames[0], ball.frames[1], ball.frames[1]}}, 2);
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 extern "C" const char* __lsan_default_suppressions(); // NOLINT(bugprone-reserved-identifier): the hook's given name
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa\n"; } // NOLINT(bugprone-reserved-identifier)
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr ContextKind kAllKinds[] = {ContextKind::EglDevice, ContextKind::EglSurfaceless, ContextKind::OsMesa};
@@ -75,4 +75,4 @@ TEST(GpuContext, EveryKindThatIsThereDrawsTheSamePictures) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

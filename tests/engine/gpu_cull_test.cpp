@@ -11,7 +11,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using namespace collision;
@@ -197,4 +197,4 @@ TEST(GpuCull, AskingNothingIsAnsweredWithNothing) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -11,7 +11,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using testing::Contains;
@@ -200,4 +200,4 @@ TEST(GpuFailure, AnswersThatDoNotComeBackAreNoAnswers) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -8,7 +8,7 @@
 
 #include <vector>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 
 struct Cloth {
     std::vector<Vec3> t0, t1;
@@ -72,4 +72,4 @@ struct WholeView {
     }
 };
 
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

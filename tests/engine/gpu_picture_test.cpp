@@ -19,7 +19,7 @@
 #include <numbers>
 #include <random>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 TEST(FrameCamera, ShowsEveryPointAndFillsThePictureToTheMargin) {
@@ -144,7 +144,7 @@ TEST(Png, ReadsBackAsItWasWritten) {
 }
 
 TEST(Png, AFileEndsCompleteOrIsNotThere) {
-    const auto folder = std::filesystem::temp_directory_path() / "seldinger_gpu_picture_test";
+    const auto folder = std::filesystem::temp_directory_path() / "trocar_gpu_picture_test";
     std::filesystem::create_directories(folder);
     const auto path = folder / "picture.png";
     ASSERT_TRUE(write_png(path, make_gradient()).ok());
@@ -213,4 +213,4 @@ TEST(Shaders, AreEmbeddedAndTheirIncludesReplaced) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using test::kHeight;
@@ -243,4 +243,4 @@ TEST(Fluoroscopy, IsGreyAndTheRodIsItsDarkestPart) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -7,7 +7,7 @@
 #include <array>
 #include <cstdlib>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 
 struct SmallScene {
     TriMesh organ = anatomy::make_icosphere(Vec3::Zero(), 0.05, 4);
@@ -63,8 +63,8 @@ struct Difference {
     return renderer ? std::move(renderer).value() : nullptr;
 }
 
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test
 
 #define REQUIRE_RENDERER(name)                                                                                                             \
-    const auto name = ::seldinger::engine::test::any_renderer();                                                                           \
+    const auto name = ::trocar::engine::test::any_renderer();                                                                              \
     if (name == nullptr) GTEST_SKIP() << "no OpenGL 4.5 on this machine: install libegl1 libgl1-mesa-dri"

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine::hand_clock {
+namespace trocar::engine::hand_clock {
 
 class HandClock final : public Clock {
 public:
@@ -51,4 +51,4 @@ inline bool run_exact(StepBudget& budget, HandClock& clock, const ExactForecast&
     return true;
 }
 
-} // namespace seldinger::engine::hand_clock
+} // namespace trocar::engine::hand_clock

@@ -15,7 +15,7 @@
 
 #include <unistd.h>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 
 /// Appends a number in the wanted byte order (the machine is little-endian).
 template <class T>
@@ -57,7 +57,7 @@ class FolderTest : public testing::Test {
 protected:
     void SetUp() override {
         const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-        folder_ = std::filesystem::temp_directory_path() / ("seldinger-" + std::string(info->name()) + "-" + std::to_string(::getpid()));
+        folder_ = std::filesystem::temp_directory_path() / ("trocar-" + std::string(info->name()) + "-" + std::to_string(::getpid()));
         std::filesystem::create_directories(folder_);
     }
     void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -284,4 +284,4 @@ inline std::vector<Sample> surface_samples() {
     };
 }
 
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

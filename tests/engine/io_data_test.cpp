@@ -14,11 +14,11 @@
 #include <map>
 #include <sstream>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 namespace {
 
 std::filesystem::path data_folder() {
-    const char* folder = std::getenv("SELDINGER_TEST_DATA");
+    const char* folder = std::getenv("TROCAR_TEST_DATA");
     return folder ? folder : "";
 }
 
@@ -75,7 +75,7 @@ const std::string kHullMesh = "stanford/bunny_tet34k.mesh.gz";
 class TestData : public testing::Test {
 protected:
     void SetUp() override {
-        if (data_folder().empty()) GTEST_SKIP() << "SELDINGER_TEST_DATA does not name the test data";
+        if (data_folder().empty()) GTEST_SKIP() << "TROCAR_TEST_DATA does not name the test data";
         ASSERT_GT(read_manifest().size(), 60u);
     }
 };
@@ -152,4 +152,4 @@ TEST_F(TestData, AnArteryIsTakenFromTheTreeByName) {
 }
 
 } // namespace
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

@@ -9,7 +9,7 @@
 #include <clocale>
 #include <locale>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 namespace {
 
 using Formats = FolderTest;
@@ -158,4 +158,4 @@ TEST_F(Formats, ExtremeNumbersAreRoundedNotRefused) {
 }
 
 } // namespace
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

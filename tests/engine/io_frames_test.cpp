@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 template <class Value>
@@ -44,4 +44,4 @@ TEST(Frames, NumbersOfObjectsAndVerticesAreThoseThereAre) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -12,7 +12,7 @@
 
 #include <sys/stat.h>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 namespace {
 
 using HostileFiles = FolderTest;
@@ -80,7 +80,7 @@ TEST_F(HostileFiles, BinaryFilesCutOffInTheirDataAreRefused) {
 }
 
 TEST_F(HostileFiles, RandomDamageNeverCrashes) {
-    const char* wanted = std::getenv("SELDINGER_TEST_SEED"); // other damage than every day's
+    const char* wanted = std::getenv("TROCAR_TEST_SEED"); // other damage than every day's
     const unsigned long seed = wanted ? std::strtoul(wanted, nullptr, 10) : 20261120;
     std::mt19937 random(static_cast<std::mt19937::result_type>(seed));
     for (const Sample& sample : all_samples()) {
@@ -283,4 +283,4 @@ TEST_F(HostileFiles, ReadingTakesTimeInProportionToTheSize) {
 }
 
 } // namespace
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

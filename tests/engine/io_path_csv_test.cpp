@@ -1,7 +1,7 @@
 #include "engine/io/path_csv.hpp"
 #include "io_bytes.hpp"
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 namespace {
 
 TEST(PathCsv, HeaderCommentsAndBlankLinesAreOptional) {
@@ -139,4 +139,4 @@ TEST_F(PathFiles, AMissingFileIsNamed) {
 }
 
 } // namespace
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

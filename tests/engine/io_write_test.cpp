@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 namespace {
 
 using Writers = FolderTest;
@@ -110,4 +110,4 @@ TEST_F(Writers, ManyWritersOfOneFileLeaveOneCompleteFile) {
 }
 
 } // namespace
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

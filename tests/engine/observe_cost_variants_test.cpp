@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 const std::string kBoxOnTable = R"({
@@ -18,7 +18,7 @@ const std::string kBoxOnTable = R"({
     "bodies": {
         "box": {"kind": "deformable", "surface": {"shape": "box", "centre": [0, 0, 30.5], "extent": [60, 60, 60], "cells": 4},
             "material": {"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.01, "mass_damping": 1},
-            "coarse": {"surface_triangles": 160}},
+            "coarse": {"mesher": "tetgen", "surface_triangles": 160}},
         "table": {"kind": "static", "surface": {"shape": "box", "centre": [0, 0, -5], "extent": [200, 200, 10], "cells": 16}}
     },
     "contact": {"solid_stiffness": 1},
@@ -79,7 +79,7 @@ TEST(Variants, WithTreesThatHoldTheirSurfaceMissNothingAtAnyBudget) {
         EXPECT_EQ(row.steps, 40u);
     }
     EXPECT_EQ(table.rows[5].contacts.spurious, 0u) << "to the end, the order of the descent is nothing";
-    EXPECT_EQ(table.rows[5].surface.hausdorff, 0.0);
+    EXPECT_EQ(table.rows[5].trajectory.hausdorff, 0.0);
     EXPECT_NE(table.rows[3].leaf_contacts_mean, table.rows[1].leaf_contacts_mean) << "other trees have other leaves";
     const std::string csv = cost_csv(table);
     EXPECT_NE(csv.find(",variant\n"), std::string::npos);
@@ -100,8 +100,8 @@ TEST(Variants, WithoutTheExactStageLoseIt) {
 class Parts : public test::Folder {};
 
 bool same_run(const CostOwnRun& a, const CostOwnRun& b) {
-    return a.steps == b.steps && a.state_hash == b.state_hash && a.surface.sum_sq == b.surface.sum_sq &&
-           a.surface.hausdorff == b.surface.hausdorff && a.curve.size() == b.curve.size() && a.step_ms.p99 == b.step_ms.p99 &&
+    return a.steps == b.steps && a.state_hash == b.state_hash && a.trajectory.sum_sq == b.trajectory.sum_sq &&
+           a.trajectory.hausdorff == b.trajectory.hausdorff && a.curve.size() == b.curve.size() && a.step_ms.p99 == b.step_ms.p99 &&
            a.failure == b.failure && a.tip_distance_max_m == b.tip_distance_max_m;
 }
 
@@ -126,7 +126,7 @@ TEST_F(Parts, GoOnWhereAMeasurementWasInterrupted) {
     const CostTable whole = *measure_cost(prepared, kCost, options);
     for (std::size_t k = 0; k < 3; ++k) {
         EXPECT_EQ(second.rows[k].state_hash, whole.rows[k].state_hash);
-        EXPECT_EQ(second.rows[k].surface.sum_sq, whole.rows[k].surface.sum_sq);
+        EXPECT_EQ(second.rows[k].trajectory.sum_sq, whole.rows[k].trajectory.sum_sq);
         EXPECT_EQ(second.rows[k].contacts.spurious, whole.rows[k].contacts.spurious);
     }
     parts.remove(3);
@@ -140,10 +140,10 @@ TEST_F(Parts, OfAnotherMeasurementOrDamagedAreNotThere) {
     ExactRun run = run_exactly(prepared.model, options);
     ASSERT_TRUE(parts.keep(run).ok());
     CostOwnRun own;
-    own.surface.hausdorff = std::numeric_limits<double>::infinity();
+    own.trajectory.hausdorff = std::numeric_limits<double>::infinity();
     ASSERT_TRUE(parts.keep(0, own).ok());
     ASSERT_TRUE(parts.exact_run() && parts.own_run(0));
-    EXPECT_EQ(parts.own_run(0)->surface.hausdorff, own.surface.hausdorff);
+    EXPECT_EQ(parts.own_run(0)->trajectory.hausdorff, own.trajectory.hausdorff);
     EXPECT_EQ(parts.exact_run()->shapes.back().surfaces, run.shapes.back().surfaces);
     CostOptions longer = options;
     longer.steps = 5;
@@ -163,4 +163,4 @@ TEST_F(Parts, OfAnotherMeasurementOrDamagedAreNotThere) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 
 namespace fs = std::filesystem;
 
@@ -57,7 +57,7 @@ struct TinyRun {
         if (!observer.ok()) return observer.error();
         Simulator simulator(prepared.model);
         for (std::uint64_t k = 0; k < steps; ++k)
-            if (auto seen = (*observer)->after_step(simulator, simulator.step()); !seen.ok()) return seen.error();
+            (void)(*observer)->after_step(simulator, simulator.step()); // what is missing is in the summary
         auto summary = (*observer)->finish(simulator, 0.5, false);
         if (notices != nullptr) *notices = (*observer)->notices();
         return summary;
@@ -103,4 +103,4 @@ protected:
     fs::path out;
 };
 
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

@@ -2,7 +2,7 @@
 #include "engine/observe/laid_out.hpp"
 #include "step_fixture.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 std::string following() {
@@ -40,4 +40,4 @@ TEST(LaidOut, WithoutARouteThereIsNothingToLayOut) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,13 +10,13 @@
 #include <cstdlib>
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 class Regression : public ::testing::Test {
 protected:
     Regression() {
-        std::string name = (std::filesystem::temp_directory_path() / "seldinger-regression-XXXXXX").string();
+        std::string name = (std::filesystem::temp_directory_path() / "trocar-regression-XXXXXX").string();
         folder = mkdtemp(name.data());
         write("tube.json", "{}");
         write("other.json", "{}");
@@ -136,8 +136,8 @@ TEST_F(Regression, DamagedReferencesAreRefused) {
         return bytes;
     }();
     for (const std::string& damaged : {packed.substr(0, packed.size() / 2), std::string("hello"), std::string(), std::string("{}"),
-                                       std::string(R"({"format": "seldinger-reference", "version": 2})"),
-                                       std::string(R"({"format": "seldinger-reference", "version": 1, "steps": "many"})")}) {
+                                       std::string(R"({"format": "trocar-reference", "version": 2})"),
+                                       std::string(R"({"format": "trocar-reference", "version": 1, "steps": "many"})")}) {
         ASSERT_TRUE(write_file_atomically(file, damaged).ok());
         const auto back = read_trace(file);
         ASSERT_FALSE(back.ok()) << damaged;
@@ -186,4 +186,4 @@ TEST_F(Regression, DriftNamesPartStepNodeAndSize) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,7 +13,7 @@
 
 #include <cstdlib>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -53,9 +53,10 @@ TEST_F(Report, IsOnePageThatLoadsNothing) {
     EXPECT_THAT(page, HasSubstr("name=\"viewport\""));
 }
 
-TEST_F(Report, SaysFirstWhetherTheDeadlineWasKept) {
+TEST_F(Report, SaysFirstWhetherTheBudgetWasKeptAndWhatItIsFor) {
     ASSERT_TRUE(TinyRun(changed({{R"({"limit": "exact"})", R"({"limit": "10s"})"}})).into(out, 5).ok());
-    EXPECT_THAT(text_of("report.html"), HasSubstr("<h1>The deadline was kept in all 5 steps.</h1>"));
+    EXPECT_THAT(text_of("report.html"), HasSubstr("<h1>Collision detection kept the budget of 10000 ms in all 5 steps"));
+    EXPECT_THAT(text_of("report.html"), HasSubstr("%</small></b><span>whole steps within real time"));
 }
 
 TEST_F(Report, EscapesTextOfTheScene) {
@@ -128,7 +129,7 @@ TEST(Verdicts, TellMissedDeadlinesAndWhatEachLossMeans) {
     RunRecord record = record_of(run, statistics);
     make_run_summary(record, 10.0, 5.0, 0);
     const Verdict verdict = make_verdict(record);
-    EXPECT_EQ(verdict.headline, "The deadline was missed in 1 of 1000 steps (0.1 %).");
+    EXPECT_EQ(verdict.headline, "Collision detection missed the budget of 2 ms in 1 of 1000 steps (0.1 %).");
     EXPECT_THAT(verdict.detail, HasSubstr("1.5 ms at worst"));
     EXPECT_EQ(verdict.mark, Mark::Note);
     std::string all;
@@ -136,6 +137,44 @@ TEST(Verdicts, TellMissedDeadlinesAndWhatEachLossMeans) {
     EXPECT_THAT(all, HasSubstr("Exact contacts skipped: in 100 of 1000 steps"));
     EXPECT_THAT(all, HasSubstr("Assumed contacts: 400 untested sphere pairs"));
     EXPECT_THAT(all, HasSubstr("Instrument outside the lumen: none"));
+}
+
+/// Steps of 10 ms, each within its 33 ms of collision detection; the first `slow` of them took longer than they simulate.
+RunStatistics steps_of_which_are_slow(int slow, int count) {
+    RunStatistics statistics;
+    StepReport report;
+    for (int k = 0; k < count; ++k) {
+        report.ms.budget = 1.0;
+        report.ms.total = k < slow ? 12.5 : 10.0;
+        statistics.add(report, 33.0);
+    }
+    return statistics;
+}
+
+TEST(Verdicts, TellWholeStepsThatWereSlowerThanRealTimeApartFromTheBudget) {
+    for (const bool covers_step : {false, true}) {
+        TinyRun run(changed({{R"({"limit": "exact"})", covers_step ? R"({"limit": "33ms", "scope": "step"})" : R"({"limit": "33ms"})"}}));
+        const std::string who = covers_step ? "Whole steps" : "Collision detection";
+        RunStatistics statistics = steps_of_which_are_slow(8, 600);
+        RunRecord record = record_of(run, statistics);
+        make_run_summary(record, 6.0, 6.0, 0);
+        EXPECT_EQ(record.summary.budget_kept, 1.0);
+        EXPECT_EQ(record.summary.realtime_overruns, 8u);
+        EXPECT_DOUBLE_EQ(record.summary.realtime_kept, 592.0 / 600.0);
+        const Verdict verdict = make_verdict(record);
+        EXPECT_EQ(verdict.headline, who + " kept the budget of 33 ms in all 600 steps; 8 whole steps were slower than real time.");
+        EXPECT_THAT(verdict.detail, HasSubstr("8 of 600 steps took longer than the 10 ms that each simulates: 98.67 %"));
+        EXPECT_EQ(verdict.mark, Mark::Note);
+        std::string all;
+        for (const Loss& loss : list_losses(record)) all += loss.name + ": " + loss.amount + "\n";
+        EXPECT_THAT(all, HasSubstr("Steps over the budget: none"));
+        EXPECT_THAT(all, HasSubstr("Whole steps slower than real time: 8 of 600 steps, 12.5 ms the slowest"));
+    }
+    RunStatistics statistics = steps_of_which_are_slow(0, 600);
+    RunRecord record = record_of(tube_run(), statistics);
+    make_run_summary(record, 6.0, 6.0, 0);
+    EXPECT_EQ(record.summary.realtime_kept, 1.0) << "a step that takes as long as it simulates is in time";
+    EXPECT_THAT(make_verdict(record).detail, HasSubstr("No whole step took longer than the 10 ms it simulates."));
 }
 
 TEST(Verdicts, AreBadWhenTheInstrumentLeftTheLumen) {
@@ -181,4 +220,4 @@ TEST(Outline, OfABoxFromTheFrontIsItsRim) {
     }
 }
 
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

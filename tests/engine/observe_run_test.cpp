@@ -13,7 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
@@ -57,7 +57,7 @@ TEST_F(RunFolder, HoldsARowPerStepUnderTheContractsColumns) {
         EXPECT_EQ(fields[9], "inf") << "exact: no limit in milliseconds";
     }
     EXPECT_THAT(names(), Not(Contains("steps.csv.partial")));
-    EXPECT_THAT(names(), Not(Contains(".seldinger.lock")));
+    EXPECT_THAT(names(), Not(Contains(".trocar.lock")));
 }
 
 TEST_F(RunFolder, HoldsASummaryWithEveryKeyOfTheContract) {
@@ -75,6 +75,7 @@ TEST_F(RunFolder, HoldsASummaryWithEveryKeyOfTheContract) {
                             "step_ms",
                             "collision_ms",
                             "budget_kept",
+                            "realtime_kept",
                             "worst_overrun_ms",
                             "substeps",
                             "stable_step_s",
@@ -112,10 +113,20 @@ TEST_F(RunFolder, HoldsASummaryWithEveryKeyOfTheContract) {
     EXPECT_EQ(json["bodies"][0]["name"], "tube");
 }
 
+TEST_F(RunFolder, CountsWholeStepsAgainstTheTimeTheySimulate) {
+    ASSERT_TRUE(tube_run().into(out, 20).ok());
+    const std::vector<std::string> lines = lines_of("steps.csv");
+    std::uint64_t slower = 0;
+    for (std::size_t k = 1; k < lines.size(); ++k) slower += std::stod(fields_of(lines[k])[8]) > 10.0; // total_ms
+    EXPECT_EQ(summary()["realtime_overruns"], slower);
+    EXPECT_DOUBLE_EQ(summary()["realtime_kept"].get<double>(), 1.0 - static_cast<double>(slower) / 20.0);
+}
+
 TEST_F(RunFolder, SaysTheSameTwiceExceptForTimes) {
     const auto clean = [&] {
         nlohmann::json json = summary();
-        for (const char* timing : {"wall_s", "realtime_factor", "step_ms", "collision_ms", "stages_ms", "observe_s", "prepare_s"})
+        for (const char* timing : {"wall_s", "realtime_factor", "step_ms", "collision_ms", "stages_ms", "observe_s", "prepare_s",
+                                   "realtime_kept", "realtime_overruns"})
             json.erase(timing);
         return json;
     };
@@ -181,10 +192,10 @@ TEST_F(RunFolder, OfAStoppedRunHoldsTheLastGoodStateAndSaysWhy) {
     bad.kinetic_j = std::nan("");
     bad.failure = "wire: node 7 is <not> finite";
     ASSERT_TRUE((*observer)->after_step(simulator, bad).ok());
-    const auto done = (*observer)->finish(simulator, 0.1, false);
-    ASSERT_TRUE(done.ok()) << done.error().to_string();
-    EXPECT_FALSE(done->finite);
-    EXPECT_EQ(done->failure, bad.failure);
+    const RunSummary done = (*observer)->finish(simulator, 0.1, false);
+    EXPECT_THAT(done.missing_outputs, testing::IsEmpty());
+    EXPECT_FALSE(done.finite);
+    EXPECT_EQ(done.failure, bad.failure);
     EXPECT_EQ(lines_of("steps.csv").size(), 2u) << "the step that failed was not done";
     const nlohmann::json json = summary();
     EXPECT_EQ(json["finite"], false);
@@ -276,4 +287,21 @@ TEST(Statistics, CountOverrunsAndWhatTheyCost) {
     EXPECT_EQ(statistics.worst_charged_ms, 4.0);
 }
 
-} // namespace seldinger::engine::test
+TEST(Statistics, CountStepsSlowerThanRealTimeWhateverTheBudgetSays) {
+    std::uint64_t seed = 7;
+    RunStatistics statistics;
+    StepReport report;
+    std::uint64_t slower = 0;
+    for (int k = 0; k < 1000; ++k) {
+        seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
+        report.ms.total = static_cast<double>(seed >> 60); // 0..15 ms, many of them just 10
+        report.budget_kept = k % 3 != 0;
+        statistics.add(report, 1.0);
+        slower += report.ms.total > 10.0;
+    }
+    EXPECT_EQ(statistics.count_slower_than_real_time(0.01), slower);
+    EXPECT_EQ(statistics.count_slower_than_real_time(0.015), 0u);
+    EXPECT_EQ(RunStatistics{}.count_slower_than_real_time(0.01), 0u);
+}
+
+} // namespace trocar::engine::test

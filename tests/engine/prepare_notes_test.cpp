@@ -10,7 +10,7 @@
 
 #include <filesystem>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using ::testing::AllOf;
@@ -94,4 +94,4 @@ TEST(PreparationNotes, NameASolidThatStartsWhollyInsideAnother) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

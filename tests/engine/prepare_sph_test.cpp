@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 namespace {
 
 class SphFiles : public FolderTest {
@@ -107,4 +107,4 @@ TEST_F(SphFiles, CutOrChangedAnywhereAFileIsReadOrRefusedNeverMore) {
 }
 
 } // namespace
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

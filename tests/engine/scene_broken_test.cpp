@@ -1,7 +1,7 @@
-// Every broken scene gives one error: where it is, what was found, what would be right.
+// Every broken scene gives one error: where it is, what was found, what was expected.
 #include "scene_fixture.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 struct Broken {
@@ -43,8 +43,7 @@ const Broken kBroken[] = {
      "sphere or torus"},
     {"BlendWithoutCarrier", "\"embedded_in\": \"organ\",", "", "bodies.vessel.blend", "unused key", "embedded_in"},
     {"WeldToleranceWithoutWeld", "{\"shape\": \"sphere\", \"radius\": 50}",
-     "{\"file\": \"" SELDINGER_SOURCE_DIR "/README.md\", \"weld_tolerance\": 1}", "bodies.organ.surface.weld_tolerance", "unused key",
-     "weld"},
+     "{\"file\": \"" TROCAR_SOURCE_DIR "/README.md\", \"weld_tolerance\": 1}", "bodies.organ.surface.weld_tolerance", "unused key", "weld"},
     {"MissingUnits", "\"units\": {\"length\": \"mm\", \"pressure\": \"kPa\"},", "", "units", "\"units\" is missing", "length"},
     {"MissingLength", "\"length\": \"mm\", ", "", "units.length", "\"length\" is missing", "\"mm\""},
     {"MissingKind", "\"kind\": \"static\",", "", "bodies.vessel.kind", "\"kind\" is missing", "\"static\""},
@@ -58,8 +57,7 @@ const Broken kBroken[] = {
      "file, recipe, shape"},
     {"TwoSurfaces", "{\"shape\": \"sphere\", \"radius\": 50}", "{\"shape\": \"sphere\", \"recipe\": \"x\"}", "bodies.organ.surface",
      "exclude each other", "one of them"},
-    {"DuplicateKey", "\"density\": 1060", "\"density\": 1060, \"density\": 1000", "density", "already given in line",
-     "once would be right"},
+    {"DuplicateKey", "\"density\": 1060", "\"density\": 1060, \"density\": 1000", "density", "already given in line", "expected once"},
     {"BadName", "\"organ\": {", "\"my organ\": {", "bodies", "\"my organ\"", "letters"},
     // types and lengths
     {"TextForNumber", "1060", "\"1060\"", "bodies.organ.material.density", "found the string \"1060\"", "a number in kg/m^3"},
@@ -83,23 +81,23 @@ const Broken kBroken[] = {
     {"WrongChoice", "\"static\"", "\"statik\"", "bodies.vessel.kind", "found the string \"statik\"", "nearest known value: \"static\""},
     {"WrongUnit", "\"mm\"", "\"furlong\"", "units.length", "found the string \"furlong\"", "known: m, cm, mm"},
     {"WrongRepair", "{\"shape\": \"sphere\", \"radius\": 50}",
-     "{\"file\": \"" SELDINGER_SOURCE_DIR "/README.md\", \"repair\": [\"fil_holes\"]}", "bodies.organ.surface.repair[0]", "fil_holes",
+     "{\"file\": \"" TROCAR_SOURCE_DIR "/README.md\", \"repair\": [\"fil_holes\"]}", "bodies.organ.surface.repair[0]", "fil_holes",
      "\"fill_holes\""},
     {"WrongEffect", "\"damping\"", "\"dampening\"", "effects[1]", "dampening", "nearest known value: \"damping\""},
-    {"EffectTwice", "\"damping\"", "\"elasticity\"", "effects[1]", "listed twice", "once would be right"},
+    {"EffectTwice", "\"damping\"", "\"elasticity\"", "effects[1]", "listed twice", "expected once"},
     // ranges and units
     {"NegativeDensity", "1060", "-1060", "bodies.organ.material.density", "found -1060 kg/m^3", "50 to 23000 kg/m^3"},
     {"DensityInGramsPerCm", "1060", "1.06", "bodies.organ.material.density", "found 1.06 kg/m^3",
-     "was it meant in g/cm^3? then 1060 would be right"},
+     "was it meant in g/cm^3? then expected 1060"},
     {"ModulusOfMetalInTissue", "\"young_modulus\": 5,", "\"young_modulus\": 2e8,", "bodies.organ.material.young_modulus",
      "that is 2e+11 Pa", "soft tissue"},
     {"ModulusMeantInMPa", "60000", "60", "instruments.wire.young_modulus", "found 60 kPa, that is 60000 Pa",
-     "was it meant in MPa? then 60000 would be right"},
+     "was it meant in MPa? then expected 60000"},
     {"NegativeModulus", "\"young_modulus\": 5,", "\"young_modulus\": -5,", "bodies.organ.material.young_modulus", "found -5 kPa",
-     "would be right"},
+     "expected "},
     {"PoissonOneHalf", "1060}", "1060, \"poisson_ratio\": 0.5}", "bodies.organ.material.poisson_ratio", "found 0.5", "0 to 0.4999"},
     {"RadiusInMetres", "\"radius\": 0.4", "\"radius\": 0.0004", "instruments.wire.radius", "found 0.0004 mm",
-     "was it meant in m? then 0.4 would be right"},
+     "was it meant in m? then expected 0.4"},
     {"AngleInDegrees", "\"radius\": 0.4", "\"radius\": 0.4, \"tip\": {\"angle\": 45}", "instruments.wire.tip.angle", "found 45 rad",
      "was it meant in deg?"},
     {"StepZero", "\"step\": 0.01", "\"step\": 0", "time.step", "found 0 s", "more than 0"},
@@ -117,7 +115,7 @@ const Broken kBroken[] = {
     {"ZeroDirection", "[0, 0, 2]", "[0, 0, 0]", "instruments.wire.entry.direction", "length 0", "[0, 0, 1]"},
     {"GravityInMetresPerSecond", "\"effects\": [", "\"gravity\": [0, 0, -9.81], \"effects\": [\"gravity\", ", "gravity",
      "found a gravity of 9.81 mm/s^2", "9806.65 mm/s^2"},
-    {"GravityMissing", "\"elasticity\",", "\"gravity\",", "effects", "gravity", "adding it would be right"},
+    {"GravityMissing", "\"elasticity\",", "\"gravity\",", "effects", "gravity", "expected it added"},
     {"BudgetWithoutUnit", "\"effects\": [", "\"budget\": \"8\", \"effects\": [", "budget", "without a unit", "\"8ms\""},
     {"NegativeBudget", "\"effects\": [", "\"budget\": {\"limit\": \"-1ms\"}, \"effects\": [", "budget.limit", "negative", "\"8ms\""},
     {"RepeatedTubePoint", "[0, 0, 200, 4]", "[0, 0, 0, 4]", "bodies.vessel.surface.axis[1]", "same point", "another point"},
@@ -132,15 +130,14 @@ const Broken kBroken[] = {
     {"UnknownTarget", "\"path\": [[0, 20, 0], [1, 50, 1]]", "\"follow\": {\"target\": \"nd\"}", "instruments.wire.follow.target",
      "unknown target \"nd\"", "\"end\""},
     {"LandmarkWithoutRecipe", "{\"position\": [0, 0, 10], \"direction\": [0, 0, 2]}", "{\"landmark\": \"femoral_entry\"}",
-     "instruments.wire.entry.landmark", "no landmarks", "a position would be right"},
+     "instruments.wire.entry.landmark", "no landmarks", "expected a position"},
     {"MissingFile", "{\"shape\": \"sphere\", \"radius\": 50}", "\"liver.obj\"", "bodies.organ.surface", "\"liver.obj\" does not exist",
      "relative to the scene's folder"},
     {"FolderAsFile", "{\"shape\": \"sphere\", \"radius\": 50}", "\"/\"", "bodies.organ.surface", "is a folder", "a file"},
     {"UnknownVariable", "{\"shape\": \"sphere\", \"radius\": 50}", "\"${HOME}/x.obj\"", "bodies.organ.surface", "\"HOME\"",
-     "SELDINGER_TEST_DATA"},
-    {"UnclosedVariable", "{\"shape\": \"sphere\", \"radius\": 50}", "\"${HOME\"", "bodies.organ.surface", "variable",
-     "SELDINGER_TEST_DATA"},
-    {"InsideNobody", "\"radius\": 0.4", "\"radius\": 0.4, \"inside\": \"cathter\"", "instruments.wire.entry", "unused", "leaving it out"},
+     "TROCAR_TEST_DATA"},
+    {"UnclosedVariable", "{\"shape\": \"sphere\", \"radius\": 50}", "\"${HOME\"", "bodies.organ.surface", "variable", "TROCAR_TEST_DATA"},
+    {"InsideNobody", "\"radius\": 0.4", "\"radius\": 0.4, \"inside\": \"cathter\"", "instruments.wire.entry", "unused", "left out"},
     {"NoEntryAndNotInside", "\"entry\": {\"position\": [0, 0, 10], \"direction\": [0, 0, 2]},", "", "instruments.wire.entry", "is missing",
      "\"inside\""},
     {"NoLumenAndNotInside", "\"lumen\": \"vessel\",", "", "instruments.wire.lumen", "is missing", "\"inside\""},
@@ -160,7 +157,7 @@ const Broken kBroken[] = {
     {"TimeGoesBack", "[1, 50, 1]", "[0, 50, 1]", "instruments.wire.path[1]", "row 2: found the time 0 s after 0 s", "increasing times"},
     {"NegativeTime", "[0, 20, 0]", "[-1, 20, 0]", "instruments.wire.path[0][0]", "found -1 s", "0 to"},
     {"TooFast", "[1, 50, 1]", "[1, 60, 1]", "instruments.wire.path[1]",
-     "row 2: insertion from 20 mm to 60 mm within 1 s needs 40 mm/s; the hand's limit is 35 mm/s", "\"limits\": {\"speed\": 40}"},
+     "row 2: insertion from 20 mm to 60 mm within 1 s needs 40 mm/s, beyond the limit of 35 mm/s", "\"limits\": {\"speed\": 40}"},
     {"PulledTooFast", "[[0, 20, 0], [1, 50, 1]]", "[[0, 60, 0], [1, 20, 1]]", "instruments.wire.path[1]", "40 mm/s", "\"limits\""},
     {"TurnedTooFast", "[1, 50, 1]", "[1, 50, -4]", "instruments.wire.path[1]",
      "row 2: rotation from 0 rad to -4 rad within 1 s needs 4 rad/s", "\"limits\": {\"rotation\": 4}"},
@@ -168,7 +165,7 @@ const Broken kBroken[] = {
      "0 to the instrument's length, 300 mm"},
     {"PathAndFollow", "\"path\":", "\"follow\": {\"target\": \"end\"}, \"path\":", "instruments.wire.follow", "both a path and follow",
      "one of them"},
-    {"StartsElsewhere", "\"path\":", "\"inserted\": 30, \"path\":", "instruments.wire.inserted", "begins at 20 mm", "leaving this out"},
+    {"StartsElsewhere", "\"path\":", "\"inserted\": 30, \"path\":", "instruments.wire.inserted", "begins at 20 mm", "left out"},
     {"FollowTooFast", "\"path\": [[0, 20, 0], [1, 50, 1]]", "\"follow\": {\"target\": \"end\", \"speed\": 40}",
      "instruments.wire.follow.speed", "found 40 mm/s", "35 mm/s"},
     {"InsertedBeyondLength", "\"path\": [[0, 20, 0], [1, 50, 1]]", "\"inserted\": 400", "instruments.wire.inserted", "found 400 mm",
@@ -180,7 +177,7 @@ const Broken kBroken[] = {
     {"PictureAfterTheEnd", "\"effects\": [", "\"outputs\": {\"pictures\": [{\"view\": \"tip\", \"time\": 2}]}, \"effects\": [",
      "outputs.pictures[0].time", "found 2 s", "at most the duration, 1 s"},
     {"XrayWithoutEffect", "\"effects\": [", "\"outputs\": {\"pictures\": [{\"view\": \"fluoroscopy\", \"time\": 1}]}, \"effects\": [",
-     "outputs.pictures[0].view", "effect is off", "adding it"},
+     "outputs.pictures[0].view", "effect is off", "expected it among the effects"},
     {"HalfAPixel", "\"effects\": [", "\"outputs\": {\"size\": [640.5, 480]}, \"effects\": [", "outputs.size", "found 640.5",
      "whole numbers"},
 };
@@ -215,13 +212,13 @@ TEST(BrokenScenes, BreathingNeedsFixedNodes) {
 }
 
 TEST(BrokenScenes, UnsetTestDataFolderIsNamed) {
-    const char* folder = std::getenv("SELDINGER_TEST_DATA");
+    const char* folder = std::getenv("TROCAR_TEST_DATA");
     const std::string kept = folder != nullptr ? folder : "";
-    unsetenv("SELDINGER_TEST_DATA");
-    const Error error = refusal(spoil("{\"shape\": \"sphere\", \"radius\": 50}", "\"${SELDINGER_TEST_DATA}/x.obj\""));
-    if (folder != nullptr) setenv("SELDINGER_TEST_DATA", kept.c_str(), 1);
+    unsetenv("TROCAR_TEST_DATA");
+    const Error error = refusal(spoil("{\"shape\": \"sphere\", \"radius\": 50}", "\"${TROCAR_TEST_DATA}/x.obj\""));
+    if (folder != nullptr) setenv("TROCAR_TEST_DATA", kept.c_str(), 1);
     EXPECT_EQ(error.code, ErrorCode::FileNotFound);
-    EXPECT_TRUE(says(error, "environment variable SELDINGER_TEST_DATA"));
+    EXPECT_TRUE(says(error, "environment variable TROCAR_TEST_DATA"));
     EXPECT_TRUE(says(error, "not set"));
 }
 
@@ -236,4 +233,4 @@ TEST(BrokenScenes, SpeedAboveTheHandsNeedsExplicitLimits) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

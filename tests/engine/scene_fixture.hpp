@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 inline const std::string kSoundScene = R"({
     "units": {"length": "mm", "pressure": "kPa"},
@@ -70,7 +70,7 @@ inline testing::AssertionResult says(const Error& error, const std::string& piec
 class SceneFolder {
 public:
     SceneFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "seldinger-scene-XXXXXX").string();
+        std::string name = (std::filesystem::temp_directory_path() / "trocar-scene-XXXXXX").string();
         path_ = mkdtemp(name.data());
     }
     ~SceneFolder() {
@@ -92,7 +92,7 @@ private:
 
 /// Root of the source tree, seen from this file.
 inline std::filesystem::path source_root() {
-    return SELDINGER_SOURCE_DIR; // __FILE__ may be relative to where the compiler ran
+    return TROCAR_SOURCE_DIR; // __FILE__ may be relative to where the compiler ran
 }
 
-} // namespace seldinger::engine
+} // namespace trocar::engine

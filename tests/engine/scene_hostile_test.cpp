@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 TEST(HostileScenes, AnEmptyFileIsNamedSo) {
@@ -50,7 +50,7 @@ TEST(HostileScenes, NumbersBeyondDoubleAreRefused) {
     }
     EXPECT_TRUE(says(refusal(spoil("1060", "1e308")), "found 1e308 kg/m^3"));
     EXPECT_TRUE(says(refusal(spoil("1060", std::string(400, '9'))), "overflow"));
-    EXPECT_TRUE(says(refusal(spoil("\"young_modulus\": 5,", "\"young_modulus\": 1e307,")), "would be right"));
+    EXPECT_TRUE(says(refusal(spoil("\"young_modulus\": 5,", "\"young_modulus\": 1e307,")), "expected "));
 }
 
 TEST(HostileScenes, ATrailingCommaIsPointedAt) {
@@ -167,4 +167,4 @@ TEST(HostileScenes, PositionsOfAllKindsOfValuesAreExact) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,5 +1,5 @@
 // What is published agrees with the table, and the schema agrees with the reader.
-// SELDINGER_WRITE_GENERATED=1 writes the published files instead of comparing them.
+// TROCAR_WRITE_GENERATED=1 writes the published files instead of comparing them.
 #include "engine/scene/json_tree.hpp"
 #include "engine/scene/recipe.hpp"
 #include "engine/scene/schema.hpp"
@@ -11,7 +11,7 @@
 #include <iterator>
 #include <sstream>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -22,8 +22,8 @@ std::string file_text(const std::filesystem::path& file) {
 }
 
 void expect_published(const std::filesystem::path& file, const std::string& text) {
-    if (std::getenv("SELDINGER_WRITE_GENERATED") != nullptr) std::ofstream(file, std::ios::binary) << text;
-    EXPECT_TRUE(file_text(file) == text) << file << " is out of date; run this test with SELDINGER_WRITE_GENERATED=1";
+    if (std::getenv("TROCAR_WRITE_GENERATED") != nullptr) std::ofstream(file, std::ios::binary) << text;
+    EXPECT_TRUE(file_text(file) == text) << file << " is out of date; run this test with TROCAR_WRITE_GENERATED=1";
 }
 
 /// As much of JSON Schema as the scene's uses. Returns where the first violation is, or nothing.
@@ -159,7 +159,7 @@ TEST(Published, EveryShippedRecipeIsAccepted) {
 TEST(Published, TheRealAnatomySceneIsAccepted) {
     const auto file = source_root() / "tests/scenes/real_anatomy.json";
     EXPECT_EQ(Validator(scene_schema()).first_violation(with_comments(file_text(file))), "");
-    if (std::getenv("SELDINGER_TEST_DATA") == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    if (std::getenv("TROCAR_TEST_DATA") == nullptr) GTEST_SKIP() << "TROCAR_TEST_DATA is not set";
     const auto scene = read_scene(file);
     EXPECT_TRUE(scene.ok()) << scene.error().to_string();
 }
@@ -198,4 +198,4 @@ TEST(Schema, EveryKeyIsExplained) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 #include "engine/scene/scene_size.hpp"
 #include "scene_fixture.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 const std::string kHead = R"({"units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 1}, "bodies": {)";
@@ -47,7 +47,7 @@ TEST(SceneSize, AShortTextOfFarRowsIsNoTubeOfManyRings) {
     const Error error = refusal(kHead + body("a", R"("shape": "tube", "axis": [)" + rows + "]") + "}}");
     EXPECT_EQ(error.code, ErrorCode::BadValue);
     EXPECT_TRUE(says(error, "bodies.a.surface.axis["));
-    EXPECT_TRUE(says(error, "10000000 in the scene would be right"));
+    EXPECT_TRUE(says(error, "10000000 in the scene"));
     EXPECT_EQ(error.line, 1U);
     EXPECT_LT(error.column, 5000U) << "the rows that are left are not looked at";
 }
@@ -76,7 +76,7 @@ TEST(SceneSize, AShapeOfTooManyTrianglesIsRefusedBeforeItIsMade) {
     const std::string hollow = R"("kind": "static", "hollow": true)", tube = R"("shape": "tube", "axis": [[0, 0, 0, 4], [0, 0, 90, 4]])";
     const Error error = refusal(kHead + body("tube", tube + sides(1000), hollow) + "}}");
     EXPECT_EQ(error.key, "bodies.tube.surface.sides");
-    EXPECT_TRUE(says(error, "4998000 triangles; at most 1000000 would be right, \"sides\": 236")) << error.to_string();
+    EXPECT_TRUE(says(error, "4998000 triangles; expected at most 1000000, \"sides\": 236")) << error.to_string();
     EXPECT_EQ(refusal(kHead + body("a", kLargestBox, R"("kind": "static", "hollow": true)") + "}}").key, "bodies.a.surface.cells");
     EXPECT_TRUE(parse_scene(kHead + body("tube", tube + sides(200), hollow) + "}}", "scenes/test.json").ok());
 }
@@ -94,7 +94,7 @@ TEST(SceneSize, MoreThanAThousandBodiesAreRefused) {
     for (int i = 0; i <= 1000; ++i) text += (i > 0 ? ", " : "") + body("b" + std::to_string(i), R"("shape": "sphere", "radius": 5)");
     const Error error = refusal(text + "}}");
     EXPECT_EQ(error.key, "bodies");
-    EXPECT_TRUE(says(error, "found 1001 bodies and instruments; at most 1000 would be right"));
+    EXPECT_TRUE(says(error, "found 1001 bodies and instruments; expected at most 1000"));
 }
 
 TEST(SceneSize, AFileIsRefusedOnceItIsReadAndNothingElseIsMade) {
@@ -109,7 +109,7 @@ TEST(SceneSize, AFileIsRefusedOnceItIsReadAndNothingElseIsMade) {
     const auto prepared = prepare_scene(parsed(text));
     ASSERT_FALSE(prepared.ok());
     EXPECT_EQ(prepared.error().key, "bodies.mesh.surface");
-    EXPECT_TRUE(says(prepared.error(), "found 5000 triangles, 10000328 with the other bodies; at most 10000000"));
+    EXPECT_TRUE(says(prepared.error(), "found 5000 triangles, 10000328 with the other bodies; expected at most 10000000"));
 }
 
 TEST(SceneSize, TetrahedraAreCountedOverAllBodies) {
@@ -127,7 +127,7 @@ TEST(SceneSize, TetrahedraAreCountedOverAllBodies) {
     const Result<void> full = prepare(kMostTets - 10);
     ASSERT_FALSE(full.ok());
     EXPECT_EQ(full.error().key, "bodies.ball.coarse");
-    EXPECT_TRUE(says(full.error(), "with the other bodies; at most 5000000 in the scene would be right"));
+    EXPECT_TRUE(says(full.error(), "with the other bodies; expected at most 5000000 in the scene"));
 }
 
 TEST(SceneSize, ALatticeOfMoreTetrahedraIsRefusedBeforeItIsMade) {
@@ -139,4 +139,4 @@ TEST(SceneSize, ALatticeOfMoreTetrahedraIsRefusedBeforeItIsMade) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

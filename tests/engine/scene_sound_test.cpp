@@ -5,7 +5,7 @@
 
 #include <array>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 Scene accepted(const std::string& text) {
@@ -111,8 +111,8 @@ TEST(Scenes, AWireRunsInTheBoreOfAnInstrumentBeforeIt) {
     EXPECT_EQ(scene->instruments[1].entry.position, scene->instruments[0].entry.position);
     const auto refused = [](const std::string& wire) { return refusal(with_wire(wire)); };
     EXPECT_TRUE(says(refused(R"("core": {"inside": "wier", "length": 400, "radius": 0.2})"), "nearest known"));
-    EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "length": 400, "radius": 0.4})"), "a thinner wire would be right"));
-    EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "lumen": "vessel", "length": 400, "radius": 0.2})"), "leaving it out"));
+    EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "length": 400, "radius": 0.4})"), "expected a thinner wire"));
+    EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "lumen": "vessel", "length": 400, "radius": 0.2})"), "left out"));
     EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "kind": "mass_spring", "length": 400, "radius": 0.2})"), "the kind \"rod\""));
     EXPECT_TRUE(says(refused(R"("core": {"inside": "wire", "length": 400, "radius": 0.2},
                                 "third": {"inside": "wire", "length": 400, "radius": 0.2})"),
@@ -262,7 +262,7 @@ TEST(Recipes, LengthsAreConvertedAndRangesChecked) {
     EXPECT_EQ(recipe->terminals, anatomy::Recipe{}.terminals);
     const auto wrong = parse_recipe("{\"units\": {\"length\": \"cm\"}, \"liver_width\": 210}", "r.json");
     ASSERT_FALSE(wrong.ok());
-    EXPECT_TRUE(says(wrong.error(), "was it meant in mm? then 21 would be right"));
+    EXPECT_TRUE(says(wrong.error(), "was it meant in mm? then expected 21"));
     EXPECT_FALSE(parse_recipe("{\"seed\": 1}", "r.json").ok());
     EXPECT_FALSE(parse_recipe("{\"units\": {\"length\": \"cm\"}, \"seed\": 1.5}", "r.json").ok());
 }
@@ -305,7 +305,7 @@ TEST(Budgets, NonsenseIsRefused) {
                              "+5ms"}) {
         const auto budget = parse_budget(text);
         ASSERT_FALSE(budget.ok()) << text;
-        EXPECT_NE(budget.error().message.find("would be right"), std::string::npos);
+        EXPECT_NE(budget.error().message.find("expected "), std::string::npos);
     }
 }
 
@@ -320,4 +320,4 @@ TEST(NearestNames, SwapsCountOnce) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

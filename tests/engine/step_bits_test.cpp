@@ -4,7 +4,7 @@
 
 #include <thread>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// Soft bodies that meet, one of them itself, on wrapped trees.
@@ -61,4 +61,4 @@ TEST_F(Bits, AreTheSameInAnyThreadAndWithOthersRunningBesideIt) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr const char* kInlet = R"("inlet": {"position": [0, 0, 2]})";
@@ -174,4 +174,4 @@ TEST(BloodDrag, RunsUnderAWorkBudgetGiveTheSameBitsTwice) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using namespace hand_clock;
@@ -245,4 +245,4 @@ TEST(StepBudget, WhatTestsCostIsNotForgottenBelowTheLowestThatWasSeen) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

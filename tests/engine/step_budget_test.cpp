@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using namespace hand_clock;
@@ -345,4 +345,4 @@ TEST(StepBudget, ABudgetOfNothingGrantsNothing) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -14,7 +14,7 @@
 #include <ostream>
 #include <random>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 std::uint64_t memory_hash(const Simulator& simulator) {
@@ -208,7 +208,7 @@ struct CheckpointFile : ::testing::Test {
 };
 
 TEST_F(CheckpointFile, KeepsWhatAHandHoldsAndPulls) {
-    simulator.set_pull(Pull{1, 3, Vec3(0.01, 0.02, 0.03)});
+    ASSERT_TRUE(simulator.set_pull(Pull{1, 3, Vec3(0.01, 0.02, 0.03)}).ok());
     simulator.step();
     const Checkpoint checkpoint = make_checkpoint(simulator);
     Simulator later(prepared.model);
@@ -234,7 +234,7 @@ TEST_F(CheckpointFile, ThatIsNoneOrOfAnotherVersionOrCutOffIsRefused) {
     EXPECT_THAT(complaint("step,time_s\n"), ::testing::HasSubstr("is no checkpoint"));
     EXPECT_THAT(complaint(""), ::testing::HasSubstr("is no checkpoint"));
     std::string newer = bytes;
-    newer[std::string("seldinger-checkpoint\n").size()] = 77;
+    newer[std::string("trocar-checkpoint\n").size()] = 77;
     EXPECT_THAT(complaint(newer), ::testing::HasSubstr("version 77"));
     for (std::size_t length = 0; length < bytes.size(); length += length < 200 ? 1 : 9973)
         EXPECT_NE(complaint(bytes.substr(0, length)), "") << length;
@@ -318,4 +318,4 @@ TEST(ByteStream, ALengthThatLiesEndsTheListWithItsBytes) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

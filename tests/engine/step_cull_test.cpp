@@ -8,7 +8,7 @@
 
 #include <atomic>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::uint64_t kSteps = 60;
@@ -243,4 +243,4 @@ TEST(CullCost, ALineThroughMeasurementsTellsStartAndSlope) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 
 #include <numeric>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// Every reading takes time, and some of them much more.
@@ -156,4 +156,4 @@ TEST(Deadline, AClockThatLeapsByAnHourInAStepCostsThatStepAlone) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

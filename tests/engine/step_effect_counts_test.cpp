@@ -4,7 +4,7 @@
 #include "engine/step/model_hash.hpp"
 #include "step_fixture.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 /// Every effect there is: a wire in a tube in breathing tissue that lies on a table.
@@ -131,4 +131,4 @@ TEST(EffectCost, MeasuresEveryEffectOfASceneAndNoOther) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

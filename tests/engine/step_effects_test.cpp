@@ -1,7 +1,7 @@
 // Friction and pulse: there when a scene calls for them, and nothing of them otherwise.
 #include "step_fixture.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr const char* kWithFriction = R"("elasticity", "damping", "coarse_contact", "exact_contact", "friction")";
@@ -109,4 +109,4 @@ TEST(Pulse, LeftOutNothingMovesAndNothingIsKept) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

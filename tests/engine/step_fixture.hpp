@@ -11,7 +11,7 @@
 #include <cmath>
 #include <string>
 
-namespace seldinger::engine::test {
+namespace trocar::engine::test {
 
 /// An empty model, and a failed test, when the text is refused.
 inline PreparedScene prepare(const std::string& text) {
@@ -131,4 +131,4 @@ inline bool all_finite(const State& state) {
     return true;
 }
 
-} // namespace seldinger::engine::test
+} // namespace trocar::engine::test

@@ -1,7 +1,7 @@
 // Kinds of instruments in the whole step: a rod that twists, a chain of masses and springs, a wire in a catheter.
 #include "step_fixture.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using test::Tally;
@@ -166,4 +166,4 @@ TEST(WireInACatheter, GivesTheSameBitsTwiceTwistingOrNot) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 PreparedScene breathing_tube() {
@@ -21,8 +21,11 @@ TEST(LookedAt, AStateThatIsSeenInEveryStepIsTheOneThatIsSeenAtTheEnd) {
     std::size_t waited = 0;
     for (int step = 0; step < 60; ++step) {
         for (Simulator* simulator : {&seen, &unseen}) {
-            if (step == 20) simulator->set_pull(Pull{0, 5, corner + Vec3(2e-3, 4e-3, -1e-3)}); // somebody pulls at what waits
-            if (step == 40) simulator->set_pull(std::nullopt);
+            std::optional<Pull> pull; // somebody pulls at what waits, and lets go
+            if (step == 20) pull = Pull{0, 5, corner + Vec3(2e-3, 4e-3, -1e-3)};
+            if (step == 20 || step == 40) {
+                EXPECT_TRUE(simulator->set_pull(pull).ok());
+            }
             ASSERT_TRUE(simulator->step().finite) << simulator->context().report.failure;
         }
         (void)hash_state(seen.state());
@@ -90,7 +93,7 @@ TEST(LookedAt, ALumenThatWasLeftOutIsFoundWhereItIs) {
     std::size_t contacts = 0;
     for (int step = 0; step < 90; ++step) {
         const bool left_out = step % 20 < 13;
-        sometimes.set_budget({left_out ? BudgetMode::Work : BudgetMode::Exact, 0.0, 0});
+        EXPECT_TRUE(sometimes.set_budget({left_out ? BudgetMode::Work : BudgetMode::Exact, 0.0, 0}).ok());
         ASSERT_TRUE(always.step().finite);
         ASSERT_TRUE(sometimes.step().finite);
         if (left_out) {
@@ -112,4 +115,4 @@ TEST(LookedAt, ALumenThatWasLeftOutIsFoundWhereItIs) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

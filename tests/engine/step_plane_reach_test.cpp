@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 struct Course {
@@ -155,4 +155,4 @@ TEST(PlaneReach, AWallThatComesByItselfIsSeen) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

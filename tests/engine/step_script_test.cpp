@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr double kDt = 0.01;
@@ -198,4 +198,4 @@ TEST(Steering, ATipThatOnlyTakesTheForkAtOneAngleGetsToTheEnd) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

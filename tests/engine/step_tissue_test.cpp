@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using test::Tally;
@@ -18,7 +18,7 @@ std::string ball_scene(const std::string& effects, const std::string& ball_extra
     "bodies": {{
         "ball": {{"kind": "deformable", "surface": {{"shape": "sphere", "centre": [0, 0, 45], "radius": 30, "subdivisions": 4}},
                  "material": {{"young_modulus": 20, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.01, "cap_viscosity": false, "mass_damping": 4}},
-                 "coarse": {{"surface_triangles": 200}}{}}},
+                 "coarse": {{"mesher": "tetgen", "surface_triangles": 200}}{}}},
         "table": {{"kind": "static", "surface": {{"shape": "box", "centre": [0, 0, -5], "extent": [120, 120, 10], "cells": 48}}}}
     }},
     "effects": [{}]
@@ -265,4 +265,4 @@ TEST(Stop, ACrushedSlabOfStVKIsReportedByItsInvertedTetsOrStops) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -3,7 +3,7 @@
 #include "engine/step/tissue_stage.hpp"
 #include "step_fixture.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 void expect_same_planes(const InstrumentScratch& a, const InstrumentScratch& b, int step) {
@@ -80,4 +80,4 @@ TEST(WallAge, AWholeRefitMakesItNew) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -1,7 +1,7 @@
 // A wire in a bent tube: it stays inside at every budget and speed, and says what it could not test.
 #include "step_fixture.hpp"
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 using test::BentTube;
@@ -236,4 +236,4 @@ TEST(Wire, EveryClusterOfItsSkinIsAShortPieceOfTheRod) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -13,7 +13,7 @@
 
 #include <unistd.h>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 class Interrupt : public testing::Test {
@@ -70,7 +70,7 @@ TEST_F(Interrupt, EndsTheProgramWithTheLastHoldUnlessAnOwnerSeesToIt) {
 }
 
 TEST_F(Interrupt, KillsTheProgramThatRunsAndRemovesItsFolder) {
-    const std::filesystem::path told = std::filesystem::path(testing::TempDir()) / "seldinger-interrupted-folder.txt";
+    const std::filesystem::path told = std::filesystem::path(testing::TempDir()) / "trocar-interrupted-folder.txt";
     EXPECT_EXIT(
         {
             catch_interrupts();
@@ -107,4 +107,4 @@ TEST(Process, ThatCannotBeStartedSaysWhy) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
@@ -72,4 +72,4 @@ TEST(Pace, AClockThatStoodStillOrLeptIsLateOnceInSlowMotion) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -10,7 +10,7 @@
 #include <map>
 #include <random>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 std::size_t weld_by_map(TriMesh& mesh) {
@@ -80,4 +80,4 @@ TEST(Weld, OfPositionsThatAllCollideIsNoSlower) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

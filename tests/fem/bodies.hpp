@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace seldinger::fem::test {
+namespace trocar::fem::test {
 
 /// Box of nx x ny x nz cells of size `cell` [m], six tets each around the cell's diagonal.
 inline TetMesh make_bar(Index nx, Index ny, Index nz, double cell) {
@@ -58,4 +58,4 @@ inline std::vector<Vec3> zeros(std::size_t count) { return std::vector<Vec3>(cou
 
 inline constexpr MaterialLaw kLaws[] = {MaterialLaw::StVK, MaterialLaw::Corotational, MaterialLaw::NeoHookean};
 
-} // namespace seldinger::fem::test
+} // namespace trocar::fem::test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace {
 
 using test::bare_design;
@@ -171,4 +171,4 @@ TEST(Coaxial, AWireOfNoStiffnessLeavesTheCatheterAsItIs) {
 }
 
 } // namespace
-} // namespace seldinger::fem
+} // namespace trocar::fem

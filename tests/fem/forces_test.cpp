@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 using namespace test;
 
@@ -300,4 +300,4 @@ TEST(NaturalLog, IsWithinTwoUlpOfTheLibrary) {
     EXPECT_TRUE(std::isnan(natural_log(-1.0)) && std::isnan(natural_log(0.0)));
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

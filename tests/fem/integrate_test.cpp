@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 using namespace test;
 
@@ -204,6 +204,39 @@ TEST(Integrate, SlabUnderSuddenGravityCollapsesWithStVKAndSaysSo) {
     }
 }
 
+TEST(Integrate, SmallestVolumeAndInvertedTetsAreOfTheStateThatIsLeft) {
+    // From places so wild that sub-steps are rejected and stages within them invert what the end has upright again.
+    std::mt19937_64 random(16);
+    std::size_t inverted = 0, upright = 0, only_within = 0;
+    for (const MaterialLaw law : kLaws)
+        for (const Integrator integrator : {Integrator::Rk4, Integrator::Leapfrog})
+            for (int k = 0; k < 25; ++k) {
+                const TetMesh mesh = make_bar(2, 2, 2, 0.01);
+                Material material = make_material(law, 0.3);
+                material.viscosity = 1e-3;
+                const auto model = make_model(mesh, material, nodes_at(mesh, 2, 0.0));
+                TissueState state = make_rest_state(model);
+                const double wild = std::uniform_real_distribution<double>(0.0, 0.008)(random);
+                for (Vec3& x : state.position) x += random_vec(random, wild);
+                for (Vec3& v : state.velocity) v += random_vec(random, 2.0);
+                RkWorkspace workspace;
+                StableStepWorkspace stable;
+                const auto done = advance(model, state, 0.003, {}, {.integrator = integrator, .max_substeps = 20000}, workspace, stable);
+                const IntegrateReport& report = done.integrate;
+                const TetReport end = measure_tets(model, state.position);
+                EXPECT_EQ(report.min_volume_ratio <= 0.0, report.inverted > 0);
+                EXPECT_EQ(report.inverted, end.inverted);
+                EXPECT_NEAR(report.min_volume_ratio, end.min_volume_ratio, 1e-12);
+                EXPECT_LE(report.least_stage_ratio, report.min_volume_ratio);
+                inverted += report.inverted > 0;
+                upright += report.inverted == 0;
+                only_within += report.inverted == 0 && report.least_stage_ratio <= 0.0;
+            }
+    EXPECT_GT(inverted, 5u);
+    EXPECT_GT(upright, 5u);
+    EXPECT_GT(only_within, 0u) << "the case that the two numbers contradicted each other in";
+}
+
 TEST(Advance, RefusesWithTheStepThatWouldWorkAndLeavesTheStateFinite) {
     const auto model = make_model(make_bar(3, 2, 2, 0.01), make_material(MaterialLaw::NeoHookean));
     TissueState state = thrown_bar(model);
@@ -380,4 +413,4 @@ TEST(TissueModel, RefusesBrokenMeshesByTetAndNode) {
     EXPECT_NEAR(make_model(good, material).mass, 1060.0 * 1e-6, 1e-15);
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <numeric>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 using namespace test;
 
@@ -200,4 +200,4 @@ TEST(ForcePlan, NamesEveryTetAndNodeOnceAndEverySlotOfANode) {
     EXPECT_EQ(plan.slot_begin.back(), plan.slots.size());
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

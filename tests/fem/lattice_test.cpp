@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 using namespace test;
 
@@ -87,4 +87,4 @@ TEST(Lattice, RefusesWhatItCannotFill) {
     EXPECT_EQ(make_lattice_mesh({}, {.cell = 0.01}).error().code, ErrorCode::BadMesh);
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 using namespace test;
 
@@ -328,4 +328,4 @@ TEST(TetLocator, FindsTheTetOfEveryPointAsBruteForceDoes) {
     }
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

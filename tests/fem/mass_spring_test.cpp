@@ -7,7 +7,7 @@
 #include <ctime>
 #include <random>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace {
 
 RodDesign soft_catheter() {
@@ -95,4 +95,4 @@ TEST(MassSpring, TellsWhenItsStiffnessAsksForTooManySubsteps) {
 }
 
 } // namespace
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace {
 
 TEST(RodBand, SolvesAsADenseSolverDoes) {
@@ -50,4 +50,4 @@ TEST(RodBand, SolvesAsADenseSolverDoes) {
 }
 
 } // namespace
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace {
 
 using test::bare_design;
@@ -161,4 +161,4 @@ TEST(RodFlow, OfAWireInACatheterOnlyWhatStandsOutFeelsIt) {
 }
 
 } // namespace
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace {
 
 using test::bare_design;
@@ -141,4 +141,4 @@ TEST(RodPort, AShapedTipComesInWithoutAJolt) {
 }
 
 } // namespace
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace seldinger::fem::test {
+namespace trocar::fem::test {
 
 /// A straight rod of one modulus that nothing slows down: long implicit steps bring it to rest in a few.
 inline RodDesign bare_design(double length, double segment) {
@@ -39,4 +39,4 @@ inline RodReport settle(const RodModel& model, RodState& state, const RodDrive& 
     return report;
 }
 
-} // namespace seldinger::fem::test
+} // namespace trocar::fem::test

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace {
 
 RodDesign straight_design() {
@@ -202,4 +202,4 @@ TEST(RodSkin, IsClosedOutwardAndStaysWithinTheRadius) {
 }
 
 } // namespace
-} // namespace seldinger::fem
+} // namespace trocar::fem

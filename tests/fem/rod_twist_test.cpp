@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace {
 
 using test::bare_design;
@@ -299,4 +299,4 @@ TEST(RodTwist, DrivenToAndFroThroughThePortItNeverJoltsAndWindsDown) {
 }
 
 } // namespace
-} // namespace seldinger::fem
+} // namespace trocar::fem

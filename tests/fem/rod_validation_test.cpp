@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 namespace {
 
 using test::bare_design;
@@ -237,4 +237,4 @@ TEST(RodValidation, ConstantRestCurvatureClosesToACircle) {
 }
 
 } // namespace
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 using namespace test;
 
@@ -83,4 +83,4 @@ TEST(Speed, OfForcesStepsAndLinksIsPrinted) {
     print("steering", measure(100, [&] { (void)steer(links, position, dense, frames, out); }), 60000, "vertex");
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 
-namespace seldinger::fem {
+namespace trocar::fem {
 
 using namespace test;
 
@@ -208,4 +208,4 @@ TEST(Viscosity, CappedCostsATenthOfTheStepAndNoMore) {
     }
 }
 
-} // namespace seldinger::fem
+} // namespace trocar::fem

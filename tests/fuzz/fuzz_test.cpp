@@ -1,5 +1,5 @@
 // The fuzz targets without a fuzzer: every seed, and a counted number of random changes to it, the same ones every day unless
-// SELDINGER_TEST_SEED says otherwise. tests/fuzz/run.sh drives the same targets with libFuzzer, for as long as one likes.
+// TROCAR_TEST_SEED says otherwise. tests/fuzz/run.sh drives the same targets with libFuzzer, for as long as one likes.
 #include "targets.hpp"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <ostream>
 #include <random>
 
-namespace seldinger::fuzz {
+namespace trocar::fuzz {
 
 std::ostream& operator<<(std::ostream& os, const Target& target) { return os << target.name; } // found by gtest
 
@@ -53,7 +53,7 @@ class Fuzzed : public ::testing::TestWithParam<Target> {};
 
 TEST_P(Fuzzed, BreaksNoPromise) {
     const Target& target = GetParam();
-    const char* wanted = std::getenv("SELDINGER_TEST_SEED");
+    const char* wanted = std::getenv("TROCAR_TEST_SEED");
     const unsigned long seed = wanted != nullptr ? std::strtoul(wanted, nullptr, 10) : 20261122;
     std::printf("seed %lu\n", seed);
     std::mt19937 random(static_cast<std::mt19937::result_type>(seed));
@@ -69,4 +69,4 @@ INSTANTIATE_TEST_SUITE_P(Targets, Fuzzed, ::testing::ValuesIn(targets().begin(),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 } // namespace
-} // namespace seldinger::fuzz
+} // namespace trocar::fuzz

@@ -1,4 +1,4 @@
-// One target under libFuzzer: SELDINGER_FUZZ_TARGET names it. With SELDINGER_FUZZ_SEEDS=FOLDER its seeds are written there first.
+// One target under libFuzzer: TROCAR_FUZZ_TARGET names it. With TROCAR_FUZZ_SEEDS=FOLDER its seeds are written there first.
 #include "targets.hpp"
 
 #include <algorithm>
@@ -9,12 +9,12 @@
 
 namespace {
 
-const seldinger::fuzz::Target* chosen = nullptr;
+const trocar::fuzz::Target* chosen = nullptr;
 
 void write_seeds(const std::filesystem::path& folder) {
     std::filesystem::create_directories(folder);
     int number = 0;
-    for (const std::string& seed : seldinger::fuzz::seeds_of(chosen->name))
+    for (const std::string& seed : trocar::fuzz::seeds_of(chosen->name))
         std::ofstream(folder / ("seed" + std::to_string(number++)), std::ios::binary)
             .write(seed.data(), static_cast<std::streamsize>(seed.size()));
 }
@@ -22,17 +22,17 @@ void write_seeds(const std::filesystem::path& folder) {
 } // namespace
 
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
-    const char* name = std::getenv("SELDINGER_FUZZ_TARGET");
-    const auto all = seldinger::fuzz::targets();
+    const char* name = std::getenv("TROCAR_FUZZ_TARGET");
+    const auto all = trocar::fuzz::targets();
     const auto found = std::find_if(all.begin(), all.end(), [&](const auto& target) { return name != nullptr && target.name == name; });
     if (found == all.end()) {
-        std::fprintf(stderr, "SELDINGER_FUZZ_TARGET must be one of:");
+        std::fprintf(stderr, "TROCAR_FUZZ_TARGET must be one of:");
         for (const auto& target : all) std::fprintf(stderr, " %s", std::string(target.name).c_str());
         std::fprintf(stderr, "\n");
         std::exit(2);
     }
     chosen = &*found;
-    if (const char* folder = std::getenv("SELDINGER_FUZZ_SEEDS")) write_seeds(folder);
+    if (const char* folder = std::getenv("TROCAR_FUZZ_SEEDS")) write_seeds(folder);
     return 0;
 }
 

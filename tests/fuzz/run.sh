@@ -7,11 +7,11 @@
 # what breaks a promise is left in build/fuzz/found, and the exit code is 1. Make it a seed in tests/fuzz/seeds.cpp when mending it.
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
-build=${SELDINGER_FUZZ_BUILD:-$root/build/fuzz}
+build=${TROCAR_FUZZ_BUILD:-$root/build/fuzz}
 minutes=${1:-1}
 [ $# -gt 0 ] && shift
 cmake -G Ninja -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ \
-    -DSELDINGER_FUZZ=ON -DSELDINGER_SANITIZE=address,undefined,fuzzer-no-link >/dev/null
+    -DTROCAR_FUZZ=ON -DTROCAR_SANITIZE=address,undefined,fuzzer-no-link >/dev/null
 ninja -C "$build" fuzz
 fuzz=$build/tests/fuzz/fuzz
 [ $# -eq 0 ] && set -- $("$fuzz" 2>&1 | sed -n 's/.*one of://p')
@@ -22,7 +22,7 @@ for target; do
     mkdir -p "$corpus"
     printf '%-12s' "$target"
     # An input of 8 KiB may take 256 MiB at most: a size field that lies must not be believed.
-    if SELDINGER_FUZZ_TARGET=$target SELDINGER_FUZZ_SEEDS=$corpus "$fuzz" "$corpus" -max_total_time=$((minutes * 60)) -max_len=8192 \
+    if TROCAR_FUZZ_TARGET=$target TROCAR_FUZZ_SEEDS=$corpus "$fuzz" "$corpus" -max_total_time=$((minutes * 60)) -max_len=8192 \
         -malloc_limit_mb=256 -rss_limit_mb=2048 -timeout=10 -artifact_prefix="$build/found/$target-" -print_final_stats=1 \
         >"$build/$target.log" 2>&1; then
         sed -n 's/^stat::number_of_executed_units: */runs /p; s/^stat::average_exec_per_sec: */per second /p' "$build/$target.log" | tr '\n' ' '

@@ -5,7 +5,7 @@
 #include "engine/step/checkpoint.hpp"
 #include "tests/engine/io_bytes.hpp"
 
-namespace seldinger::fuzz {
+namespace trocar::fuzz {
 
 using namespace engine;
 
@@ -108,4 +108,4 @@ std::vector<std::string> seeds_of(std::string_view target) {
     return seeds;
 }
 
-} // namespace seldinger::fuzz
+} // namespace trocar::fuzz

@@ -29,7 +29,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-namespace seldinger::fuzz {
+namespace trocar::fuzz {
 
 using namespace engine;
 
@@ -172,7 +172,7 @@ void read_spheres(std::string_view bytes) {
 
 /// meta.txt, then three arrays, apart by "|": the folder of a sequence.
 void read_frame_folder(std::string_view bytes) {
-    static const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("seldinger-fuzz-" + std::to_string(::getpid()));
+    static const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("trocar-fuzz-" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder);
     for (const char* name : {"meta.txt", "tris.i32", "obj.i32", "pos.f64"}) {
         const std::size_t cut = std::min(bytes.find('|'), bytes.size());
@@ -285,4 +285,4 @@ constexpr Target kTargets[] = {
 
 std::span<const Target> targets() { return kTargets; }
 
-} // namespace seldinger::fuzz
+} // namespace trocar::fuzz

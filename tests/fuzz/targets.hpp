@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace seldinger::fuzz {
+namespace trocar::fuzz {
 
 struct Target {
     std::string_view name;
@@ -20,4 +20,4 @@ struct Target {
 /// Inputs to start from: something sound in every dialect, and what was found once. Made here, so that no binary file has to be kept.
 [[nodiscard]] std::vector<std::string> seeds_of(std::string_view target);
 
-} // namespace seldinger::fuzz
+} // namespace trocar::fuzz

@@ -1,5 +1,5 @@
 // Every hard case, one test each: nothing beyond its bound. The figures are printed, so that a margin that shrinks is seen before it
-// is gone: `test_hard_cases | grep margin`, or `seldinger bench hard-cases` for one table.
+// is gone: `test_hard_cases | grep margin`, or `trocar bench hard-cases` for one table.
 #include "engine/bench/hard_cases.hpp"
 
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <ostream>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 
 std::ostream& operator<<(std::ostream& os, const HardCase& hard) { return os << hard.name; } // found by gtest
 
@@ -42,4 +42,4 @@ TEST(HardReport, KnowsWhatHoldsAndThatNaNNeverDoes) {
 }
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -11,17 +11,17 @@ function(build_project name source)
     run("configuring ${name}" ${CMAKE_COMMAND} -S ${source} -B ${WORK_DIR}/${name} -G ${GENERATOR}
         -DCMAKE_BUILD_TYPE=${CONFIG} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS}
         -DCMAKE_PREFIX_PATH=${WORK_DIR}/prefix -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF
-        -DSeldinger_DIR=${WORK_DIR}/prefix/${LIB_DIR}/cmake/Seldinger)
+        -DTrocar_DIR=${WORK_DIR}/prefix/${LIB_DIR}/cmake/Trocar)
     run("building ${name}" ${CMAKE_COMMAND} --build ${WORK_DIR}/${name} --parallel 2)
 endfunction()
 
 file(REMOVE_RECURSE ${WORK_DIR})
 run("installing" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix)
-file(GLOB_RECURSE config RELATIVE ${WORK_DIR}/prefix ${WORK_DIR}/prefix/*/SeldingerConfig.cmake)
-string(REGEX REPLACE "/cmake/Seldinger/SeldingerConfig.cmake$" "" LIB_DIR "${config}")
+file(GLOB_RECURSE config RELATIVE ${WORK_DIR}/prefix ${WORK_DIR}/prefix/*/TrocarConfig.cmake)
+string(REGEX REPLACE "/cmake/Trocar/TrocarConfig.cmake$" "" LIB_DIR "${config}")
 
 # Nothing that is installed may point back into the source or the build folder.
-file(GLOB_RECURSE package ${WORK_DIR}/prefix/${LIB_DIR}/cmake/Seldinger/*.cmake)
+file(GLOB_RECURSE package ${WORK_DIR}/prefix/${LIB_DIR}/cmake/Trocar/*.cmake)
 foreach(file ${package})
     file(READ ${file} text)
     string(FIND "${text}" "${SOURCE_DIR}" found)
@@ -41,6 +41,6 @@ foreach(example ${examples})
     get_filename_component(folder ${example} DIRECTORY)
     get_filename_component(name ${folder} NAME)
     build_project(${name} ${folder})
-    run("running ${name}" ${WORK_DIR}/${name}/${name} ${WORK_DIR}/prefix/share/seldinger/scenes/straight_tube.json 20)
+    run("running ${name}" ${WORK_DIR}/${name}/${name} ${WORK_DIR}/prefix/share/trocar/scenes/straight_tube.json 20)
     message(STATUS "${name}: ${last_output}")
 endforeach()

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the program and watches its resident memory: does it grow from step to step?
 
-    tests/memory/watch.py PROGRAM run SCENE [OPTIONS...]      e.g. build/release/seldinger run assets/scenes/hepatic.json
+    tests/memory/watch.py PROGRAM run SCENE [OPTIONS...]      e.g. build/release/trocar run assets/scenes/hepatic.json
 
 Output goes to a folder that is removed again. Counted are the samples while rows are added to steps.csv: preparation takes
 what it takes. Fails (exit 1) where the largest resident memory of the last quarter is more than 2 % above that of the second: the first
@@ -39,7 +39,7 @@ def count_rows(table):
 def main():
     if len(sys.argv) < 4:
         sys.exit(__doc__)
-    with tempfile.TemporaryDirectory(prefix="seldinger-memory-") as folder:
+    with tempfile.TemporaryDirectory(prefix="trocar-memory-") as folder:
         out = Path(folder) / "out"
         with (Path(folder) / "said").open("w+") as said:
             process = subprocess.Popen(sys.argv[1:] + ["--out", str(out), "--no-pictures"], stdout=said, stderr=subprocess.STDOUT)
@@ -53,7 +53,7 @@ def main():
             said.seek(0)
             text = said.read()
         if process.returncode != 0 or len(samples) < 16:
-            sys.exit(f"{text}exit {process.returncode}, {len(samples)} samples: a longer run would be right")
+            sys.exit(f"{text}exit {process.returncode}, {len(samples)} samples; expected a longer run")
     quarters = [samples[len(samples) * k // 4 : len(samples) * (k + 1) // 4] for k in range(4)]
     for part in quarters:
         print(f"rows {part[0][0]:>7} to {part[-1][0]:>7}: {min(m for _, m in part):.1f} to {max(m for _, m in part):.1f} MiB")

@@ -6,7 +6,7 @@
     tests/mutation/mutants.py --places                          only: is each mutant's place still there, once?
 
 Every mutant is one small edit: a sign, a tolerance, a missed child, a wrong winding, a stale box. The edits are made in a copy of the
-tracked files (FOLDER, /tmp/seldinger-mutants by default, kept between runs so that ccache and ninja have little to do); for each the
+tracked files (FOLDER, /tmp/trocar-mutants by default, kept between runs so that ccache and ninja have little to do); for each the
 named test program is built and run with the named filter. A mutant is killed when that run fails, and survives when it passes: then a
 test is missing, and the exit code is 1. Before the first mutant every filter must pass on the unchanged sources.
 
@@ -55,12 +55,25 @@ MUTANTS = [
            "if (beneath_[node][0] >= end ||", "if (beneath_[node][0] + 1 >= end ||", "collision", "DopTree.*"),
     Mutant("lumen-goes-on", "a lumen that was left out for some steps goes on as if it had not been", "engine/step/instrument_stage.cpp",
            "const bool continues = scratch.lumen_step + 1 == state.step;", "const bool continues = true;", "engine", "LookedAt.*"),
+    Mutant("springs-never-wait", "springs of solids are felt before anything touches", "engine/step/waiting_springs.cpp",
+           "scratch.springs_wait = !solids.empty() && !is_pressed(model, body, 0.0, state, context);", "scratch.springs_wait = false;",
+           "engine", "ContactLaws.*"),
+    Mutant("springs-always-wait", "what meets in a step is not integrated again", "engine/step/waiting_springs.cpp",
+           "return is_pressed(model, body, model.step_s, state, context);", "return false;", "engine", "SolidContact.*"),
+    Mutant("self-unbalanced", "self-contact leaves a moment", "engine/step/surface_spring.cpp",
+           "spring.balanced = left.squaredNorm() < kBalanced * kBalanced;", "spring.balanced = false;", "engine", "ContactLaws.AFreeBody*"),
+    Mutant("self-one-sided", "self-contact pushes one side alone", "engine/step/surface_spring.cpp",
+           "against.direction = -a.direction;", "against.direction = 1e-9 * a.direction;", "engine", "ContactLaws.AFreeBody*"),
+    Mutant("drift-forgotten", "two bodies that fly along meet as if the world stood still", "engine/step/solid_stage.cpp",
+           "share_a * rate - drift,", "share_a * rate,", "engine", "ContactLaws.TwoBodies*"),
+    Mutant("soften-rows", "springs that share a node are softened one by one alone", "fem/stable_step.cpp",
+           "if (worst > most) scale[s] *= most / worst;", "", "fem", "StableStep.*"),
     Mutant("surface-waits", "a surface that nothing in a step looks at is never placed", "engine/step/tissue_stage.cpp",
            "if (!context.bodies[i].surface_waits) return;", "return;", "engine", "LookedAt.*"),
     Mutant("wall-stayed-away", "a wall that comes towards a rod by itself is not looked at", "engine/step/wall_planes.cpp",
            "return before - wall_way - ", "return before - ", "engine", "PlaneReach.*"),
     Mutant("spring-sign", "a contact spring pulls where it should push", "fem/springs.cpp",
-           "m.push * springs.entries[k].g", "-m.push * springs.entries[k].g", "fem", "Springs.*"),
+           "m.push * (spring.balanced", "-m.push * (spring.balanced", "fem", "Springs.*"),
     Mutant("spring-sticks", "damping acts on leaving too: a spring sticks", "fem/springs.cpp",
            "holds || m.rate < 0.0 ? -spring.damping * m.rate : 0.0", "-spring.damping * m.rate", "fem", "Springs.*"),
     Mutant("spring-stays-behind", "a spring forgets that what it stands against moves", "fem/springs.cpp",
@@ -123,6 +136,9 @@ MUTANTS = [
            "frames.objects[v] < 0 || ", "", "engine", "Frames.*"),
     Mutant("checkpoint-forgets-hints", "a checkpoint forgets what the descent remembers", "engine/step/step_memory.cpp",
            "stream.list(scratch.chain.hint, [&](auto& leaf) { stream.number(leaf); });", "", "engine", "*Resumed*"),
+    Mutant("viscosity-once", "drag counts the viscosity once, not twice", "fem/tet_laws-inl.hpp",
+           "const V twice = hn::Add(viscosity, viscosity);\n    const auto diagonal", "const V twice = viscosity;\n    const auto diagonal", "fem",
+           "Damping.Drag*"),
     Mutant("budget-one-more", "a budget of work may be overspent by one unit", "engine/time/step_budget.cpp",
            "limits_.work_units > units_spent_ ? limits_.work_units - units_spent_ : 0",
            "limits_.work_units >= units_spent_ ? limits_.work_units - units_spent_ + 1 : 0", "engine", "StepBudget.*:Wire.*"),
@@ -273,7 +289,7 @@ def first_failure(output):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--work", type=Path, default=Path("/tmp/seldinger-mutants"))
+    parser.add_argument("--work", type=Path, default=Path("/tmp/trocar-mutants"))
     parser.add_argument("--build", type=Path, help="a finished build of these sources")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", nargs="*", default=[])

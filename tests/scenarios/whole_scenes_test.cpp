@@ -1,6 +1,8 @@
 // The shipped scenes for a while, in work mode: the same bits twice, and the instrument inside its vessel.
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/prepare/process.hpp"
 #include "engine/step/simulator.hpp"
+#include "tests/made/patient.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,11 +10,11 @@
 #include <filesystem>
 #include <iostream>
 
-namespace seldinger::engine {
+namespace trocar::engine {
 namespace {
 
 PreparedScene prepare_in_work_mode(const std::string& file) {
-    Result<Scene> scene = read_scene(std::filesystem::path(SELDINGER_SOURCE_DIR) / file);
+    Result<Scene> scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / file);
     EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().to_string());
     if (!scene.ok()) return {};
     scene->budget.limits = {BudgetMode::Work, 0.0, 1'000'000};
@@ -71,8 +73,25 @@ TEST(Scenario, ChemoembolisationIsTheSameRunTwiceAndStaysInside) {
     EXPECT_EQ(run(prepared.model, kSteps).hash, first.hash);
 }
 
+/// The same scene, with a patient in the place of the test data that has the defects of a scan and another shape for every seed.
+TEST(Scenario, AMadePatientsArteriesHoldTheCatheterAfterTheSameRepairs) {
+    const char* was = std::getenv("TROCAR_TEST_DATA");
+    const std::string kept = was != nullptr ? was : "";
+    const auto folder = TemporaryFolder::make();
+    ASSERT_TRUE(folder.ok());
+    made::write_patient(folder->path(), 1);
+    ASSERT_EQ(setenv("TROCAR_TEST_DATA", folder->path().c_str(), 1), 0);
+    const PreparedScene prepared = prepare_in_work_mode("tests/scenes/real_anatomy.json");
+    if (was != nullptr)
+        setenv("TROCAR_TEST_DATA", kept.c_str(), 1);
+    else
+        unsetenv("TROCAR_TEST_DATA");
+    ASSERT_FALSE(prepared.model.instruments.empty());
+    expect_sound(run(prepared.model, kSteps / 2), kSteps / 2);
+}
+
 TEST(Scenario, ARealPatientsArteriesHoldTheCatheterAfterNamedRepairs) {
-    if (std::getenv("SELDINGER_TEST_DATA") == nullptr) GTEST_SKIP() << "SELDINGER_TEST_DATA is not set";
+    if (std::getenv("TROCAR_TEST_DATA") == nullptr) GTEST_SKIP() << "TROCAR_TEST_DATA is not set";
     const PreparedScene prepared = prepare_in_work_mode("tests/scenes/real_anatomy.json");
     ASSERT_FALSE(prepared.model.instruments.empty());
     expect_sound(run(prepared.model, kSteps / 2), kSteps / 2);
@@ -127,4 +146,4 @@ INSTANTIATE_TEST_SUITE_P(Vessels, Steered, ::testing::Values("u_bend", "s_bend",
                          [](const auto& vessel) { return std::string(vessel.param); });
 
 } // namespace
-} // namespace seldinger::engine
+} // namespace trocar::engine

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 namespace {
 
 void expect_tree(const CentrelineTree& tree) {
@@ -56,4 +56,4 @@ TEST(Centreline, ARootOutsideIsRefused) {
 }
 
 } // namespace
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

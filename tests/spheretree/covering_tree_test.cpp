@@ -2,12 +2,13 @@
 #include "spheretree/bounding.hpp"
 #include "spheretree/chain_tree.hpp"
 #include "spheretree/covering_tree.hpp"
+#include "tests/made/surfaces.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 namespace {
 
 using test::make_icosphere;
@@ -53,9 +54,17 @@ TEST(CoveringTree, EveryLevelCoversTheWholeSurface) {
     }
 }
 
+TEST(CoveringTree, OfMadeVesselsAndClothCoversThem) {
+    for (const TriMesh& mesh : {made::make_artery_tree(2, 4000), made::make_overlapping_arteries(2), made::make_drape(30, 0.5)}) {
+        const CoveringTree covering = build_covering_tree(mesh, {.branching = 4, .leaf_triangles = 3});
+        expect_sound_layout(covering.tree, mesh.triangles.size());
+        expect_covers(covering, covering.tree.spheres, mesh, mesh.vertices);
+    }
+}
+
 TEST(CoveringTree, OfAPatientsVesselsCoversThem) {
     const auto mesh = test::read_test_obj("vessels/steve_vessel_architecture_3.6k.obj", 1e-3);
-    if (!mesh) GTEST_SKIP() << "SELDINGER_TEST_DATA does not name a folder with the test data";
+    if (!mesh) GTEST_SKIP() << "TROCAR_TEST_DATA does not name a folder with the test data";
     const CoveringTree covering = build_covering_tree(*mesh, {.branching = 4, .leaf_triangles = 3});
     expect_sound_layout(covering.tree, mesh->triangles.size());
     expect_covers(covering, covering.tree.spheres, *mesh, mesh->vertices);
@@ -146,4 +155,4 @@ TEST(ChainTree, LeavesSweepTheirLinksAndGroupsHoldThem) {
 }
 
 } // namespace
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -9,7 +9,7 @@
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 namespace {
 
 using test::make_icosphere;
@@ -312,4 +312,4 @@ TEST(DeformingTree, AtAnyBudgetEveryCrossingOfDeformedSurfacesIsBeneathAReported
 }
 
 } // namespace
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 namespace {
 
 using test::make_tube;
@@ -247,4 +247,4 @@ TEST(HollowDescent, WallPointIsTheNearestOfTheWall) {
 }
 
 } // namespace
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <set>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 namespace {
 
 using test::make_icosphere;
@@ -418,4 +418,4 @@ TEST(Descent, BodiesInsideOneAnotherCoincidentCentresAndZeroRadiiAreReportedWith
 }
 
 } // namespace
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

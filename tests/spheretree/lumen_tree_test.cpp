@@ -3,6 +3,7 @@
 #include "spheretree/lumen_path.hpp"
 #include "spheretree/lumen_state.hpp"
 #include "spheretree/union_room.hpp"
+#include "tests/made/surfaces.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +11,7 @@
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 namespace {
 
 using test::make_icosphere;
@@ -70,9 +71,20 @@ TEST(LumenTree, OfASphereIsHardlyMoreThanOneBall) {
     EXPECT_NEAR(lumen->largest_ball[0], 0.01, 4e-4);
 }
 
+TEST(LumenTree, OfMadeVesselsThatBranchIsFreeAndOnePiece) {
+    for (const std::uint64_t seed : {1u, 2u}) {
+        const TriMesh wall = made::make_artery_tree(seed, 4000);
+        LumenReport report;
+        const auto lumen = build_lumen_tree(wall, {}, &report);
+        ASSERT_TRUE(lumen) << lumen.error().to_string();
+        expect_free_balls(*lumen, wall);
+        EXPECT_EQ(report.components, 1U) << "seed " << seed;
+    }
+}
+
 TEST(LumenTree, OfPatientsVesselsIsFree) {
     const auto wall = test::read_test_obj("vessels/steve_vessel_architecture_3.6k.obj", 1e-3);
-    if (!wall) GTEST_SKIP() << "SELDINGER_TEST_DATA does not name a folder with the test data";
+    if (!wall) GTEST_SKIP() << "TROCAR_TEST_DATA does not name a folder with the test data";
     LumenReport report;
     const auto lumen = build_lumen_tree(*wall, {}, &report);
     ASSERT_TRUE(lumen) << lumen.error().to_string();
@@ -321,4 +333,4 @@ TEST(LumenPath, SaysWhyThereIsNone) {
 }
 
 } // namespace
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 namespace {
 
 /// A tube of 0.3 m, rolled up into a spiral that passes through itself in its second turn.
@@ -117,4 +117,4 @@ TEST(SelfPairs, OfABodyAtRestThereAreNone) {
 }
 
 } // namespace
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

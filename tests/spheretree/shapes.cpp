@@ -9,7 +9,7 @@
 #include <numbers>
 #include <sstream>
 
-namespace seldinger::spheretree::test {
+namespace trocar::spheretree::test {
 
 TriMesh make_tube(const TubeShape& shape) {
     TriMesh mesh;
@@ -94,7 +94,7 @@ TriMesh make_icosphere(const Vec3& centre, double radius, unsigned levels) {
 }
 
 std::optional<TriMesh> read_test_obj(const std::string& name, double scale) {
-    const char* folder = std::getenv("SELDINGER_TEST_DATA");
+    const char* folder = std::getenv("TROCAR_TEST_DATA");
     if (folder == nullptr) return std::nullopt;
     std::ifstream file(std::string(folder) + "/" + name);
     if (!file) return std::nullopt;
@@ -119,4 +119,4 @@ std::optional<TriMesh> read_test_obj(const std::string& name, double scale) {
     return mesh;
 }
 
-} // namespace seldinger::spheretree::test
+} // namespace trocar::spheretree::test

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace seldinger::spheretree::test {
+namespace trocar::spheretree::test {
 
 struct TubeShape {
     std::function<Vec3(double)> axis;     // parameter [0, 1] to m
@@ -24,7 +24,7 @@ struct TubeShape {
 /// 20 * 4^levels triangles.
 [[nodiscard]] TriMesh make_icosphere(const Vec3& centre, double radius, unsigned levels);
 
-/// A file of the test data (OBJ, plain), scaled, turned outwards where it is inward. Empty where SELDINGER_TEST_DATA does
+/// A file of the test data (OBJ, plain), scaled, turned outwards where it is inward. Empty where TROCAR_TEST_DATA does
 /// not name a folder that has it.
 [[nodiscard]] std::optional<TriMesh> read_test_obj(const std::string& name, double scale);
 
@@ -49,4 +49,4 @@ private:
     std::uint64_t state_;
 };
 
-} // namespace seldinger::spheretree::test
+} // namespace trocar::spheretree::test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 namespace {
 
 using Pairs = std::vector<std::pair<Index, Index>>;
@@ -54,4 +54,4 @@ TEST(SweepAndPrune, TouchingCountsAndNothingGivesNothing) {
 }
 
 } // namespace
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

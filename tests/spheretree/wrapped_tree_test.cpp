@@ -3,13 +3,14 @@
 #include "shapes.hpp"
 #include "spheretree/tree_quality.hpp"
 #include "spheretree/wrapped_tree.hpp"
+#include "tests/made/surfaces.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace seldinger::spheretree {
+namespace trocar::spheretree {
 namespace {
 
 using test::make_icosphere;
@@ -194,6 +195,13 @@ TEST(WrappedTree, NeedlesAreCutIntoSoManyPiecesAndNoMore) {
     EXPECT_FALSE(build_wrapped_tree(make_straight_tube(0.001, 0.5), {Builder::Medial, 8, 2})->coarser);
 }
 
+TEST(WrappedTree, MadeOrgansAnimalsAndArteriesAreHeld) {
+    for (const TriMesh& mesh : {made::make_organ(1, 4), made::make_animal(1, 2000), made::make_artery_tree(1, 4000)}) {
+        SCOPED_TRACE(mesh.triangles.size());
+        expect_wrapped(mesh, {Builder::Medial, 8, 2}, 11);
+    }
+}
+
 TEST(WrappedTree, ClosedOrgansOfTheTestDataAreHeld) {
     std::size_t seen = 0;
     for (const char* name : {"organs/sofa_liver.obj", "organs/sofa_liver2.obj", "stanford/armadillo_1k_sofa.obj",
@@ -205,7 +213,7 @@ TEST(WrappedTree, ClosedOrgansOfTheTestDataAreHeld) {
         expect_wrapped(*mesh, {Builder::Medial, 8, 2}, 11);
         ++seen;
     }
-    if (seen == 0) GTEST_SKIP() << "SELDINGER_TEST_DATA does not name the test data";
+    if (seen == 0) GTEST_SKIP() << "TROCAR_TEST_DATA does not name the test data";
 }
 
 TEST(TreeQuality, SeesWhatIsMissing) {
@@ -230,4 +238,4 @@ TEST(TreeQuality, VolumeOfAUnionCountsOverlapsOnce) {
 }
 
 } // namespace
-} // namespace seldinger::spheretree
+} // namespace trocar::spheretree

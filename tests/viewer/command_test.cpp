@@ -8,7 +8,7 @@
 
 #include <random>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 namespace {
 
 using ::testing::HasSubstr;
@@ -136,4 +136,4 @@ TEST(ViewerMessages, GarbageNeverBreaksTheReader) {
 }
 
 } // namespace
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -6,7 +6,7 @@
 
 #include <map>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 namespace {
 
 using test::flipped;
@@ -77,4 +77,4 @@ TEST(FarTriangles, OfShellsInOneMeshKeepThemApart) {
 }
 
 } // namespace
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 namespace {
 
 /// A viewer: keeps numbers from frame to frame, as the page does. Follows frame.hpp's description, not its code.
@@ -232,4 +232,4 @@ TEST(ViewerModels, SayTheirTrianglesAndThoseFromAfar) {
 }
 
 } // namespace
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

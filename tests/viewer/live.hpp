@@ -17,7 +17,7 @@
 #include <optional>
 #include <thread>
 
-namespace seldinger::engine::viewer::test {
+namespace trocar::engine::viewer::test {
 
 namespace beast = boost::beast;
 namespace http = boost::beast::http;
@@ -35,9 +35,11 @@ struct Live {
     Exchange exchange;
     std::unique_ptr<Server> server;
     RunStatistics tally;
+    LoopOptions options;
     std::thread thread;
 
-    explicit Live(const std::string& text = engine::test::bent_tube_scene({35, "work:20000"})) {
+    explicit Live(const std::string& text = engine::test::bent_tube_scene({35, "work:20000"}), const LoopOptions& loop = {})
+        : options(loop) {
         scene = *parse_scene(text, "scenes/live.json");
         prepared = *prepare_scene(scene);
         start();
@@ -49,7 +51,7 @@ struct Live {
         auto opened = Server::open(scene, prepared, *session, exchange, {"127.0.0.1", 0, "<!doctype html><title>page</title>"});
         EXPECT_TRUE(opened.ok());
         server = std::move(*opened);
-        thread = std::thread([this] { run_loop(*session, exchange, {}, tally); });
+        thread = std::thread([this] { run_loop(*session, exchange, options, tally); });
     }
     void stop() {
         exchange.stop = true;
@@ -168,4 +170,4 @@ private:
     bool was_text_ = false;
 };
 
-} // namespace seldinger::engine::viewer::test
+} // namespace trocar::engine::viewer::test

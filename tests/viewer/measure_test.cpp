@@ -1,5 +1,5 @@
 // What watching costs, and how long a hand waits to be seen. Not part of the tests: prints figures, decides nothing.
-//   test_viewer --gtest_also_run_disabled_tests --gtest_filter='*Measured*'      scene: SELDINGER_VIEWER_SCENE
+//   test_viewer --gtest_also_run_disabled_tests --gtest_filter='*Measured*'      scene: TROCAR_VIEWER_SCENE
 #include "live.hpp"
 
 #include "engine/time/clock.hpp"
@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace seldinger::engine::viewer::test {
+namespace trocar::engine::viewer::test {
 namespace {
 
 constexpr double kSeconds = 6.0;                                   // of each run
@@ -15,8 +15,8 @@ constexpr std::int64_t kAnswer = 15'000'000, kStill = 150'000'000; // ns that th
 constexpr int kRounds = 5;                                         // without and with a viewer, by turns
 
 std::string scene_file() {
-    const char* given = std::getenv("SELDINGER_VIEWER_SCENE");
-    return given != nullptr ? given : SELDINGER_SOURCE_DIR "/assets/scenes/hepatic.json";
+    const char* given = std::getenv("TROCAR_VIEWER_SCENE");
+    return given != nullptr ? given : TROCAR_SOURCE_DIR "/assets/scenes/hepatic.json";
 }
 
 double middle(std::vector<double> values) {
@@ -101,4 +101,4 @@ TEST(DISABLED_ViewerMeasured, StepsWithAndWithoutAViewer) {
 }
 
 } // namespace
-} // namespace seldinger::engine::viewer::test
+} // namespace trocar::engine::viewer::test

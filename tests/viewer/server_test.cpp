@@ -1,6 +1,7 @@
 // The server as strangers, viewers and a driver meet it.
 #include "live.hpp"
 
+#include "engine/observe/picture_scene.hpp"
 #include "engine/time/clock.hpp"
 #include "engine/viewer/gate.hpp"
 #include "engine/viewer/hub.hpp"
@@ -9,7 +10,7 @@
 
 #include <random>
 
-namespace seldinger::engine::viewer::test {
+namespace trocar::engine::viewer::test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -88,6 +89,22 @@ TEST(ViewerServer, SendsSceneModelFramesAndStatus) {
     const Json later = viewer.await_status([&](const Json& status) { return status["step"] > first["step"]; });
     EXPECT_GT(later["step"], first["step"]);
     EXPECT_EQ(later["budget"]["mode"], "work");
+}
+
+TEST(ViewerServer, TellsThePageTheViewOfTheReportsPictures) {
+    const Live live;
+    const Json scene = Viewer(live).await_type("scene");
+    const State state = make_initial_state(live.prepared.model);
+    const Moment moment{.prepared = live.prepared, .state = state, .contacts = {}};
+    for (const auto& [picture, name] :
+         {std::pair{PictureView::Anatomy, "front"}, std::pair{PictureView::Fluoroscopy, "antero_posterior"}}) {
+        const Camera camera = make_view(picture, moment, 640, 480).camera;
+        const Vec3 into = (camera.look_at - camera.eye).normalized();
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_NEAR(scene["view"][name][static_cast<std::size_t>(axis)].get<double>(), into[axis], 1e-9) << name;
+            EXPECT_EQ(scene["view"]["up"][static_cast<std::size_t>(axis)].get<double>(), Vec3::UnitZ()[axis]);
+        }
+    }
 }
 
 /// Drives as a page does, again and again (a hand of which nothing is heard is let go), to a status that `good` likes.
@@ -314,6 +331,24 @@ TEST(ViewerServer, StepsOfACommandComeAtOnceButNeverMoreThanOneAheadOfTheClock) 
 }
 
 /// A restart takes as long as dozens of steps: a person who presses R again and again waits for one.
+TEST(ViewerServer, NoStepIsTakenBeforeTheFirstViewerWhereTheLoopWaitsForOne) {
+    const Live live(engine::test::bent_tube_scene({35, "work:20000"}), {.wait_for_viewer = true});
+    for (int k = 0; k < 20; ++k) {
+        const Answer answer = get(live, "/recording.csv?token=" + live.server->token()); // no viewer: it takes a file away
+        ASSERT_EQ(answer.status, 200u);
+        ASSERT_THAT(answer.body, HasSubstr(", 0 steps.\n"));
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    {
+        Viewer viewer(live);
+        const Json first = viewer.await_type("status");
+        EXPECT_GT(first["insertion_m"].get<double>(), 1e-3) << "where it begins";
+        EXPECT_FALSE(viewer.await_status([](const Json& json) { return json["step"].get<int>() > 3; }).is_null());
+    }
+    Viewer second(live); // the first one has gone, and the run went on
+    EXPECT_FALSE(second.await_status([](const Json& json) { return json["step"].get<int>() > 20; }).is_null());
+}
+
 TEST(ViewerServer, OfManyRestartsOneIsMadeAndWhatElseWasSaidHolds) {
     Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
     const PreparedScene prepared = *prepare_scene(scene);
@@ -348,7 +383,8 @@ TEST(ViewerServer, TissueIsLetGoWhenItsDriverGoesInAFlood) {
             for (int k = 0; k < 600; ++k) driver.send(R"({"type":"grab","body":0,"vertex":3,"target":[0.05,0,0.05]})");
             ASSERT_FALSE(watcher.await_status([](const Json& status) { return status["grabbed"] == true; }).is_null());
         }
-        EXPECT_FALSE(watcher.await_status([](const Json& status) { return status["driver"] == 0 && status["grabbed"] == false; }).is_null());
+        EXPECT_FALSE(
+            watcher.await_status([](const Json& status) { return status["driver"] == 0 && status["grabbed"] == false; }).is_null());
     }
 }
 
@@ -384,4 +420,4 @@ TEST(ViewerServer, SaysThatAPortIsTaken) {
 }
 
 } // namespace
-} // namespace seldinger::engine::viewer::test
+} // namespace trocar::engine::viewer::test

@@ -13,7 +13,7 @@
 
 #include <unistd.h>
 
-namespace seldinger::engine::viewer {
+namespace trocar::engine::viewer {
 namespace {
 
 using ::testing::HasSubstr;
@@ -58,7 +58,7 @@ Drive drive_at(int step) {
 
 /// Repeats the recording as `run --path` does, and gives the state's hash.
 std::uint64_t hash_of_run(const std::string& scene_text, const std::string& csv, const BudgetLimits& limits, std::size_t steps) {
-    const std::filesystem::path file = std::filesystem::temp_directory_path() / fmt::format("seldinger-viewer-{}.csv", getpid());
+    const std::filesystem::path file = std::filesystem::temp_directory_path() / fmt::format("trocar-viewer-{}.csv", getpid());
     std::ofstream(file) << csv;
     Result<Scene> scene = parse_scene(scene_text, "scenes/viewer.json");
     EXPECT_TRUE(scene.ok());
@@ -100,7 +100,7 @@ TEST_P(Recorded, RunRepeatsBitForBit) {
     const std::uint64_t hash = hash_state(session.simulator().state());
     const std::string csv = recording->text(loaded.scene, recording->steps(), hash);
     EXPECT_THAT(csv, HasSubstr(fmt::format("# state_hash {:016x}\n", hash)));
-    EXPECT_THAT(csv, HasSubstr("# Bit for bit: seldinger run"));
+    EXPECT_THAT(csv, HasSubstr("# Bit for bit: trocar run"));
     EXPECT_EQ(hash_of_run(tested.scene, csv, tested.limits, recording->steps()), hash) << held_back << " steps held back";
     EXPECT_NE(hash_of_run(tested.scene, csv, tested.limits, recording->steps() - 1), hash);
 }
@@ -210,6 +210,58 @@ TEST(ViewerSession, APullMovesTissueTowardsItsTarget) {
     EXPECT_EQ(session.simulator().context().report.pull_force_n, 0.0);
 }
 
+/// Steps in which the exact stage ran, of so many driven ones.
+int count_exact(Session& session, int steps) {
+    int exact = 0;
+    for (int k = 0; k < steps; ++k) {
+        session.apply(drive_at(k));
+        exact += session.step().exact_ran;
+    }
+    return exact;
+}
+
+TEST(ViewerSession, SaysHowMuchWorkTheExactStageNeedsBeforeAndAfterItRan) {
+    for (const std::string& text : {kOddUnits, test::bent_tube_scene(bent("10s")), test::bent_tube_scene(bent("10s", test::kOrgan))}) {
+        const Loaded loaded = load(text);
+        constexpr int kSteps = 180;
+        Session session(loaded.scene, loaded.prepared);
+        const auto record = [&] { // as the page does
+            session.apply(SetBudget{{BudgetMode::Work, 0, session.work_enough()}});
+            session.apply(Restart{});
+        };
+        record();
+        EXPECT_EQ(count_exact(session, kSteps), kSteps) << loaded.scene.name << ": recorded before any step";
+        session.apply(SetBudget{{BudgetMode::Wall, 10.0, 0}});
+        session.apply(Restart{});
+        EXPECT_EQ(count_exact(session, kSteps), kSteps) << loaded.scene.name << ": live";
+        record();
+        EXPECT_EQ(count_exact(session, kSteps), kSteps) << loaded.scene.name << ": recorded afterwards";
+        EXPECT_TRUE(session.recording()->repeatable());
+        session.apply(SetBudget{{BudgetMode::Work, 0, 100}});
+        EXPECT_LT(count_exact(session, kSteps), kSteps) << loaded.scene.name << ": too little is not enough";
+    }
+}
+
+TEST(ViewerSession, KnowsWhereTheInstrumentStandsBeforeTheFirstStepAndAfterARestart) {
+    const Loaded loaded = load(kOddUnits);
+    Session session(loaded.scene, loaded.prepared);
+    Snapshot snapshot;
+    prepare_snapshot(session, snapshot);
+    for (int round = 0; round < 2; ++round) {
+        fill_snapshot(session, false, snapshot);
+        const InstrumentState& wire = session.simulator().state().instruments.front();
+        EXPECT_EQ(snapshot.report.step, 0u);
+        EXPECT_NEAR(snapshot.report.insertion_m, 20.1e-3, 1e-12);
+        EXPECT_EQ(snapshot.report.rotation_rad, wire.rod.rotation);
+        EXPECT_EQ(snapshot.report.tip, wire.rod.position.back());
+        session.apply(Drive{1.0, 0.5});
+        for (int k = 0; k < 5; ++k) session.step();
+        fill_snapshot(session, false, snapshot);
+        EXPECT_GT(snapshot.report.insertion_m, 20.2e-3);
+        session.apply(Restart{});
+    }
+}
+
 TEST(ViewerSession, PausesAndStepsOneByOne) {
     const Loaded loaded = load(kOddUnits);
     Session session(loaded.scene, loaded.prepared);
@@ -301,4 +353,4 @@ TEST(ViewerLatest, IsWholeAndNeverGoesBack) {
 }
 
 } // namespace
-} // namespace seldinger::engine::viewer
+} // namespace trocar::engine::viewer

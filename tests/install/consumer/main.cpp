@@ -7,7 +7,7 @@
 #include <filesystem>
 
 int main(int argc, char** argv) {
-    using namespace seldinger;
+    using namespace trocar;
     if (argc != 2) return 2;
     const TriMesh tetrahedron{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                               .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};

@@ -39,7 +39,7 @@ function quantiles(values) {
 }
 
 async function measure(forced) {
-    const folder = mkdtempSync(join(tmpdir(), "seldinger-page-"));
+    const folder = mkdtempSync(join(tmpdir(), "trocar-page-"));
     const served = await Served.start(scene);
     const browser = await openBrowser(forced);
     try {
@@ -47,7 +47,7 @@ async function measure(forced) {
         await page.keyboard.press("Enter");
         await page.waitForTimeout(1000);
         await page.evaluate(() => {
-            const { latencyMs } = window.seldinger;
+            const { latencyMs } = window.trocar;
             latencyMs.length = 0;
             latencyMs.push = (ms) => {
                 performance.mark("answer");
@@ -58,7 +58,7 @@ async function measure(forced) {
         await pressKeys(page);
         await browser.stopTracing();
         const { drawn, frameMs, pixels } = await page.evaluate(() => ({
-            drawn: [...window.seldinger.latencyMs], frameMs: window.seldinger.frameMs, pixels: window.seldinger.pixels,
+            drawn: [...window.trocar.latencyMs], frameMs: window.trocar.frameMs, pixels: window.trocar.pixels,
         }));
         const shown = fromMarksToScreen(join(folder, "trace.json")).map((ms, k) => drawn[k] + ms);
         console.log(`${scene}, page put together by ${forced ? "WebGL's software renderer" : "the CPU"}: key to picture, p10/p50/p90: drawn ${quantiles(drawn)} ms of ${drawn.length} keys, ` +

@@ -7,8 +7,8 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { afresh, kPatience, look, noComplaints, openBrowser, openPage, Served, status, until } from "./server.mjs";
 
-const folder = mkdtempSync(join(tmpdir(), "seldinger-page-"));
-const scene = join(process.env.SELDINGER_SOURCE, "assets/scenes/u_bend.json");
+const folder = mkdtempSync(join(tmpdir(), "trocar-page-"));
+const scene = join(process.env.TROCAR_SOURCE, "assets/scenes/u_bend.json");
 const middle = { x: 200, y: 60, width: 450, height: 480 };
 let served, browser, page; // one page for most: opening one is what takes longest
 
@@ -46,6 +46,55 @@ test("the first screen says what to press, and the page has nothing to complain 
     assert.ok(!(await page.isVisible("#welcome")));
     await until(page, "s.frames > 5");
     noComplaints(page);
+});
+
+test("the page begins with the report's view, the patient's front, and so does the X-ray", async () => {
+    const fresh = await openPage(browser, served.url);
+    const along = (which) => `s.looking.reduce((sum, x, k) => sum + x * s.scene.view.${which}[k], 0) > 0.9999`;
+    await until(fresh, along("front"));
+    assert.ok(await fresh.evaluate(() => window.trocar.scene.view.front[1] < -0.9)); // y points forwards
+    await fresh.keyboard.press("Escape");
+    await fresh.keyboard.press("x");
+    await fresh.keyboard.press("v");
+    await until(fresh, along("antero_posterior"));
+    await fresh.close();
+});
+
+test("before the first step the page says where the catheter stands, and calls nothing tested", async () => {
+    const paused = await Served.start(scene, ["--paused"]);
+    const page = await openPage(browser, paused.url);
+    await page.keyboard.press("Escape");
+    await until(page, "t.paused && t.step === 0");
+    const { insertion_m } = await status(page);
+    assert.ok(insertion_m > 1e-3, `${insertion_m}`);
+    assert.equal(await page.innerText("#insertion"), `${(1e3 * insertion_m).toFixed(1)} mm`);
+    for (const id of ["#level", "#assumed", "#error", "#exact"]) assert.equal(await page.innerText(id), "–", id);
+    await page.keyboard.press("n");
+    await until(page, "t.step === 1 && document.getElementById('level').textContent.includes('all tested')");
+    assert.equal(await page.getAttribute("#level", "class"), "good");
+    await page.close();
+    assert.equal(await paused.stop(), 0);
+});
+
+test("with sphere trees and exact contact off nothing is called tested", async () => {
+    const start = await afresh(page);
+    const flip = async (name, on) => {
+        await page.evaluate((id) => document.getElementById(id).click(), `effect-${name}`);
+        await until(page, `t.effects.${name} === ${on}`);
+    };
+    await flip("coarse_contact", false);
+    await flip("exact_contact", false);
+    const { step } = await status(page);
+    await until(page, "t.step > g + 2 && !t.exact_ran && document.getElementById('error').textContent === 'nothing is tested'", step);
+    assert.equal(await page.innerText("#level"), "sphere trees off");
+    assert.notEqual(await page.getAttribute("#level", "class"), "good");
+    assert.equal(await page.getAttribute("#error", "class"), "bad");
+    assert.equal(await page.innerText("#assumed"), "–");
+    assert.equal(await page.innerText("#exact"), "off");
+    assert.equal(await page.evaluate(() => document.querySelectorAll("#levels .on").length), 0);
+    await flip("coarse_contact", true);
+    await flip("exact_contact", true);
+    await until(page, "document.getElementById('level').textContent.includes('all tested') && t.step > g", start.step);
 });
 
 test("keys move the catheter, and it stops when they are let go", async () => {
@@ -108,6 +157,7 @@ test("the budget slider changes the level reached, by keyboard alone", async () 
     await page.keyboard.press("Home");
     await until(page, "t.budget.units === 10 && t.pairs_open > 0 && t.assumed > 0 && t.level < s.scene.leaf_level");
     assert.match(await page.innerText("#level"), /of/);
+    await until(page, "said.some((text) => /^Exact contacts do not run: 10 tests a step/.test(text))");
     await page.keyboard.press("Escape");
     for (let k = 0; k < 12; ++k) await page.keyboard.press("Equal"); // and + does the same
     await until(page, "t.budget.units > 100");
@@ -132,8 +182,8 @@ test("pause, single step, restart", async () => {
 test("a lost connection is said, and comes back", async () => {
     await afresh(page);
     const frames = await page.evaluate(() => {
-        window.seldinger.drop();
-        return window.seldinger.frames;
+        window.trocar.drop();
+        return window.trocar.frames;
     });
     await until(page, "said.some((text) => /connection/.test(text))");
     await until(page, "s.frames > g + 3 && s.status !== undefined", frames);
@@ -167,7 +217,7 @@ test("the picture shows vessel and catheter, and the X-ray is another picture", 
     assert.ok(shaded.red > 0.05, `vessel: ${JSON.stringify(shaded)}`);
     assert.ok(shaded.bluish > 0.0002, `catheter: ${JSON.stringify(shaded)}`);
     await page.keyboard.press("x");
-    const pictures = await page.evaluate(() => window.seldinger.pictures);
+    const pictures = await page.evaluate(() => window.trocar.pictures);
     await until(page, "s.pictures > g + 2", pictures);
     const xray = await look(browser, page, middle);
     assert.ok(xray.red < 0.01 && xray.brightness > 0.5, `X-ray: ${JSON.stringify(xray)}`);
@@ -180,11 +230,11 @@ test("the picture shows vessel and catheter, and the X-ray is another picture", 
 test("without a card fewer triangles are drawn, unless a picture is asked for as it is", async () => {
     const whole = await openPage(browser, `${served.url}&pixels=1`);
     await until(whole, "s.triangles > 1000");
-    const count = await whole.evaluate(() => window.seldinger.scene.parts.reduce((sum, part) => sum + part.triangles, 0));
+    const count = await whole.evaluate(() => window.trocar.scene.parts.reduce((sum, part) => sum + part.triangles, 0));
     const plain = await openPage(browser, served.url);
     await until(plain, "s.triangles > 1000");
-    assert.ok(await plain.evaluate(() => window.seldinger.triangles) < 0.8 * count);
-    assert.ok(await whole.evaluate(() => window.seldinger.triangles) >= count);
+    assert.ok(await plain.evaluate(() => window.trocar.triangles) < 0.8 * count);
+    assert.ok(await whole.evaluate(() => window.trocar.triangles) >= count);
     noComplaints(whole);
     noComplaints(plain);
     await whole.close();
@@ -245,7 +295,7 @@ test("everything is reached by keyboard: boxes, kinds of budget, the camera", as
     await page.keyboard.press("Space");
     await until(page, "t.paused");
     for (const code of ["j", "l", "i", "k", "u", "o"]) {
-        const pictures = await page.evaluate(() => window.seldinger.pictures);
+        const pictures = await page.evaluate(() => window.trocar.pictures);
         await page.keyboard.press(code);
         await until(page, "s.pictures > g", pictures);
     }
@@ -266,7 +316,7 @@ test("graphics that are lost are said, the hand rests, and both come back", asyn
     const { step } = await status(page);
     await until(page, "t.step > g + 30", step);
     assert.ok(Math.abs((await status(page)).insertion_m - start.insertion_m) < 1e-4);
-    const pictures = await page.evaluate(() => { window.lost.restoreContext(); return window.seldinger.pictures; });
+    const pictures = await page.evaluate(() => { window.lost.restoreContext(); return window.trocar.pictures; });
     await until(page, "s.pictures > g && t.insertion_m > 0.022", pictures);
     await page.keyboard.up("w");
     await until(page, "document.querySelectorAll('#messages p.error').length === 0");
@@ -290,7 +340,7 @@ test("on short and narrow screens nothing lies over what is pressed", async () =
 });
 
 test("a scene without an instrument offers no hand and no recording", async () => {
-    const other = await Served.start(join(process.env.SELDINGER_SOURCE, "assets/scenes/falling_sphere.json"));
+    const other = await Served.start(join(process.env.TROCAR_SOURCE, "assets/scenes/falling_sphere.json"));
     const page = await openPage(browser, other.url);
     assert.match(await page.innerText("#welcome"), /no instrument/);
     await page.keyboard.press("Enter");
@@ -312,23 +362,26 @@ test("a program that was started anew is told from one that is not there", async
     await again.stop();
 });
 
-test("a recording is downloaded and `seldinger run` repeats it bit for bit", async () => {
+test("a recording is downloaded and `trocar run` repeats it bit for bit", async () => {
     await afresh(page);
+    await page.click("[data-mode=wall]");
+    await until(page, "t.budget.mode === 'wall'");
     await page.click("#record");
-    await until(page, "t.repeatable && t.budget.mode === 'work'");
+    await until(page, "t.repeatable && t.budget.mode === 'work' && t.budget.units === t.work_enough && said.some((text) => /tests a step instead of/.test(text))");
     await page.locator("#view").focus();
     await page.keyboard.down("w");
     await until(page, "t.insertion_m > 0.03");
     await page.keyboard.up("w");
+    assert.ok(await page.evaluate(() => window.trocar.status.exact_ran)); // as live
     await page.keyboard.press("Space");
     await until(page, "t.paused && t.repeatable");
     const [download] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
     const path = join(folder, "hand.csv");
     await download.saveAs(path);
     const text = readFileSync(path, "utf8");
-    const command = text.match(/# Bit for bit: seldinger run \S+ --budget (\S+) -n (\d+) --path THIS_FILE/);
+    const command = text.match(/# Bit for bit: trocar run \S+ --budget (\S+) -n (\d+) --path THIS_FILE/);
     const hash = text.match(/# state_hash (\w+)/)[1];
-    execFileSync(process.env.SELDINGER, ["run", scene, "--budget", command[1], "-n", command[2], "--path", path, "--out", join(folder, "out"), "--no-pictures", "--quiet"]);
+    execFileSync(process.env.TROCAR, ["run", scene, "--budget", command[1], "-n", command[2], "--path", path, "--out", join(folder, "out"), "--no-pictures", "--quiet"]);
     assert.equal(JSON.parse(readFileSync(join(folder, "out", "summary.json"), "utf8")).state_hash, hash);
     await page.keyboard.press("Space");
 });

@@ -10,6 +10,14 @@ chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || com
 [[ -f $build/page/index.html ]] || skip "the page was not built (cmake --build $build --target viewer_page)"
 [[ -d $build/page_build/node_modules/playwright-core ]] || skip "the page's packages are not there (cmake --build $build --target viewer_page)"
 (cd "$build/page_build" && "$node" node_modules/typescript/bin/tsc --noEmit) # the types hold
-export CHROMIUM=$chromium SELDINGER=$program PAGE_BUILD=$build/page_build SELDINGER_SOURCE=$source
+export CHROMIUM=$chromium TROCAR=$program PAGE_BUILD=$build/page_build TROCAR_SOURCE=$source
 if [[ ${4:-} == measure ]]; then exec "$node" "$source/tests/viewer/page/measure.mjs" "${@:5}"; fi
-exec "$node" --test --test-concurrency=1 "$source/tests/viewer/page/page.test.mjs"
+# A browser that cannot reach this machine's own address, or stands still (a busy machine without a card), says nothing of the page.
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+status=0
+timeout -k 10 420 "$node" --test --test-concurrency=1 "$source/tests/viewer/page/page.test.mjs" >"$log" 2>&1 || status=$?
+cat "$log"
+((status == 124 || status == 137)) && skip "the browser stood still for 420 s"
+((status != 0)) && grep -q 'net::ERR_' "$log" && skip "the browser did not reach the program: $(grep -m1 -o 'net::ERR_[A-Z_]*' "$log")"
+exit "$status"

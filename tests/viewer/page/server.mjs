@@ -8,10 +8,10 @@ const { chromium } = require("playwright-core");
 export const kPatience = 120_000; // ms
 
 export class Served {
-    /// Starts `seldinger view` and waits for its address.
+    /// Starts `trocar view` and waits for its address.
     static async start(scene, more = []) {
         const served = new Served();
-        served.process = spawn(process.env.SELDINGER, ["view", scene, "--quiet", ...more], { stdio: ["ignore", "pipe", "pipe"] });
+        served.process = spawn(process.env.TROCAR, ["view", scene, "--quiet", ...more], { stdio: ["ignore", "pipe", "pipe"] });
         served.errors = "";
         served.process.stderr.on("data", (data) => { served.errors += data; });
         served.ended = new Promise((resolve) => served.process.on("exit", resolve));
@@ -21,7 +21,7 @@ export class Served {
                 text += data;
                 if (text.includes("\n")) resolve(text.split("\n")[0]);
             });
-            served.process.on("exit", (code) => reject(new Error(`seldinger ended with ${code}: ${served.errors}`)));
+            served.process.on("exit", (code) => reject(new Error(`trocar ended with ${code}: ${served.errors}`)));
         });
         return served;
     }
@@ -31,13 +31,17 @@ export class Served {
     }
 }
 
+/// As root in a container (no sandbox can be made there) as well as without root, and where no network is reached: nothing is looked up, updated or
+/// synchronised. The profile is a fresh folder for every launch.
+const kAnywhere = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+
 /// Without a graphics card. The browser's own choice there: WebGL drawn in software, the page put together by the CPU. `forced`: the page as well goes through WebGL's software
 /// renderer, as the usual flags of test machines have it: what is then drawn waits for what the page's parts take.
 export async function openBrowser(forced = false) {
     const more = forced ? ["--use-gl=angle", "--use-angle=swiftshader", "--ignore-gpu-blocklist"] : ["--disable-gpu-compositing"];
     return chromium.launch({
         executablePath: process.env.CHROMIUM,
-        args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage", ...more],
+        args: [...kAnywhere, "--enable-unsafe-swiftshader", "--disable-dev-shm-usage", ...more],
     });
 }
 
@@ -70,11 +74,11 @@ export async function openPage(browser, url, options = {}) {
     return page;
 }
 
-/// Waits until an expression about window.seldinger (s), its status (t), what its messages said (window.said) and `given` (g) holds. Through the debugger: the
+/// Waits until an expression about window.trocar (s), its status (t), what its messages said (window.said) and `given` (g) holds. Through the debugger: the
 /// page's own policy lets no text be run.
 export async function until(page, expression, given) {
     page.debugger ??= await page.context().newCDPSession(page);
-    const text = `(() => { const s = window.seldinger, t = s?.status ?? {}, g = ${JSON.stringify(given ?? null)}; return s !== undefined && !!(${expression}); })()`;
+    const text = `(() => { const s = window.trocar, t = s?.status ?? {}, g = ${JSON.stringify(given ?? null)}; return s !== undefined && !!(${expression}); })()`;
     for (const end = Date.now() + kPatience; Date.now() < end; await new Promise((next) => setTimeout(next, 40))) {
         const { result, exceptionDetails } = await page.debugger.send("Runtime.evaluate", { expression: text });
         if (exceptionDetails) throw new Error(`${expression}: ${exceptionDetails.exception?.description}`);
@@ -82,7 +86,7 @@ export async function until(page, expression, given) {
     }
     throw new Error(`never came true: ${expression} (${JSON.stringify(given)}); the status is ${JSON.stringify(await status(page))}`);
 }
-export const status = (page) => page.evaluate(() => window.seldinger.status);
+export const status = (page) => page.evaluate(() => window.trocar.status);
 
 /// Mean brightness and share of reddish pixels, 0..1, of a part of the page.
 export async function look(browser, page, clip) {

@@ -52,8 +52,8 @@ export class Connection {
     private async askWhy(): Promise<void> {
         const answer = await fetch(`/?token=${encodeURIComponent(this.token)}`, { method: "HEAD" }).catch(() => undefined);
         if (answer?.status === 403)
-            this.listener.onMessage("error", "seldinger was started anew: open the address that it has printed now.");
-        else if (answer?.ok) this.listener.onMessage("error", "seldinger has as many viewers as it takes: the page tries again.");
+            this.listener.onMessage("error", "trocar was started anew: open the address that it has printed now.");
+        else if (answer?.ok) this.listener.onMessage("error", "trocar has as many viewers as it takes: the page tries again.");
     }
 
     send(message: Record<string, unknown>): boolean {

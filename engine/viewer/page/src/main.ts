@@ -19,10 +19,11 @@ export interface Probe {
     pixels: number;
     triangles: number;   // of the last picture
     bytes: number;
+    looking: [number, number, number]; // unit vector from the eye into the scene
     drop(): void;
 }
 declare global {
-    interface Window { seldinger: Probe }
+    interface Window { trocar: Probe }
 }
 
 const kNumbersEvery = 250; // ms, where the CPU draws
@@ -71,7 +72,7 @@ class App {
             if (button === 3) this.panel.toggleXray();
         };
         this.probe = {
-            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, triangles: 0, bytes: 0,
+            pictures: 0, frames: 0, status: undefined, scene: undefined, latencyMs: [], frameMs: 16, drawMs: 0, pixels: 1, triangles: 0, bytes: 0, looking: this.stage.looking,
             drop: () => this.connection.drop(),
         };
         addEventListener("keydown", (event) => this.key(event));
@@ -104,7 +105,7 @@ class App {
 
     private setScene(scene: SceneMessage): void {
         this.scene = this.probe.scene = scene;
-        document.title = `Seldinger: ${scene.name}`;
+        document.title = `Trocar: ${scene.name}`;
         this.stage.setScene(scene);
         this.panel.setScene(scene);
     }
@@ -208,6 +209,7 @@ class App {
         this.probe.pixels = this.stage.pixels;
         this.probe.triangles = this.stage.triangles;
         this.probe.bytes = this.connection.received;
+        this.probe.looking = this.stage.looking;
         if (this.stage.software) this.writeWith(drawn, now);
         else this.write(this.turns % 3 === 0, this.turns % 20 === 0);
         if (this.isAwaited()) this.rest = setTimeout(() => this.goOn(), kLongestAnswer);
@@ -259,9 +261,9 @@ function fatal(text: string): void {
 
 addEventListener("error", (event) => fatal(`The page failed: ${event.message}`));
 try {
-    window.seldinger = new App().probe;
+    window.trocar = new App().probe;
 } catch (problem) {
     fatal(problem instanceof Error && /webgl/i.test(problem.message)
-        ? "This browser gives the page no WebGL 2: allow it in its settings, or use another one. `seldinger run` makes pictures without a browser."
+        ? "This browser gives the page no WebGL 2: allow it in its settings, or use another one. `trocar run` makes pictures without a browser."
         : `The page failed: ${problem instanceof Error ? problem.message : String(problem)}`);
 }

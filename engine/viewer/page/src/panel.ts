@@ -11,7 +11,6 @@ const kEffectNames: Record<string, string> = {
 };
 const kNumbersEvery = 80; // ms
 const kTurn = 0.08, kApproach = 0.9; // rad, times: of the camera by a key
-const kLeastWork = 10, kMostWork = 1e7;
 const kMessageTime = 6000; // ms
 
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -21,7 +20,7 @@ export class Panel {
     private status: Status | undefined;
     private readonly budget = element<HTMLInputElement>("budget");
     private wall = { mode: "wall", ms: 33 } as Budget & { mode: "wall" };
-    private work = { mode: "work", units: 100000 } as Budget & { mode: "work" };
+    private work: (Budget & { mode: "work" }) | undefined; // that the scene or a person chose
     private dragging = 0; // ms: until then the slider is the person's
 
     constructor(private readonly stage: Stage, private readonly plot: Plot, private readonly send: Send, help: () => void,
@@ -56,7 +55,7 @@ export class Panel {
         element("download").addEventListener("click", (event) => {
             if (connection.open) return;
             event.preventDefault();
-            this.say("error", "The path lies with seldinger, and the connection is lost: it can be downloaded when that is back.");
+            this.say("error", "The path lies with trocar, and the connection is lost: it can be downloaded when that is back.");
         });
         element<HTMLAnchorElement>("download").href = `/recording.csv?token=${encodeURIComponent(connection.token)}`;
     }
@@ -118,20 +117,10 @@ export class Panel {
         };
         this.showRun(status);
         this.showBudget(status.budget);
-        const open = status.pairs_open > 0;
-        const leaf = this.scene?.leaf_level ?? 0;
-        const shownLevel = Math.min(status.level, leaf);
-        text("level", `${status.level} of ${leaf}${open ? "" : ", all tested"}`, open ? "warn" : "good");
-        text("assumed", `${status.assumed} of ${status.pairs_tested + status.pairs_open}`, status.assumed > 0 ? "warn" : "");
-        const answered = status.exact_ran || (!open && status.step > 0);
-        text("error", status.exact_ran ? "0, exact" : open ? `up to ${(1e3 * status.error_m).toFixed(2)} mm` : answered ? "leaf spheres" : "–", open && !status.exact_ran ? "warn" : "");
-        text("exact", status.exact_ran ? `${status.exact_contacts}${status.exact_insisted ? ", had to run" : ""}` : status.effects.exact_contact ? "did not run" : "not asked for", status.exact_ran || !status.effects.exact_contact ? "" : "warn");
-        text("force", `${status.force_n.toFixed(2)} N`);
-        text("exits", `${status.lumen_exits}`, status.lumen_exits > 0 ? "bad" : "");
-        const levels = element("levels");
-        levels.classList.toggle("cut", open);
-        [...levels.children].forEach((bar, k) => bar.classList.toggle("on", status.step > 0 && k <= shownLevel));
-        text("kept", `kept ${(100 * this.plot.kept).toFixed(0)} %`);
+        this.showAnswer(status, text);
+        this.warnOfWork(status);
+        const percent = (share: number) => `${(100 * share).toFixed(0)} %`;
+        text("kept", `kept ${percent(this.plot.kept)}, real time ${percent(this.plot.realTimeKept(1e3 * (this.scene?.step_s ?? 1)))}`);
         for (const [name, on] of Object.entries(status.effects)) {
             const input = document.getElementById(`effect-${name}`) as HTMLInputElement | null;
             if (input && document.activeElement !== input) input.checked = on;
@@ -140,6 +129,39 @@ export class Panel {
         text("rotation", `${((180 / Math.PI) * status.rotation_rad).toFixed(0)}°`);
         text("target", status.target_m >= 0 ? `${(1e3 * status.target_m).toFixed(1)} mm` : "–");
     }
+
+    /// What the last step's contacts stand on: nothing is called tested that was switched off, or before a step was taken.
+    private showAnswer(status: Status, text: (id: string, value: string, kind?: string) => void): void {
+        const { coarse_contact: spheres, exact_contact: exact } = status.effects;
+        const began = status.step > 0, looked = began && spheres, open = looked && status.pairs_open > 0;
+        const leaf = this.scene?.leaf_level ?? 0;
+        if (!looked) text("level", spheres ? "–" : "sphere trees off", spheres ? "" : "warn");
+        else text("level", `${status.level} of ${leaf}${open ? "" : ", all tested"}`, open ? "warn" : "good");
+        text("assumed", looked ? `${status.assumed} of ${status.pairs_tested + status.pairs_open}` : "–", looked && status.assumed > 0 ? "warn" : "");
+        if (status.exact_ran) text("error", "0, exact");
+        else if (!spheres) text("error", exact ? "unknown" : "nothing is tested", "bad");
+        else if (open) text("error", `up to ${(1e3 * status.error_m).toFixed(2)} mm`, "warn");
+        else text("error", began ? "leaf spheres" : "–");
+        if (status.exact_ran) text("exact", `${status.exact_contacts}${status.exact_insisted ? ", had to run" : ""}`);
+        else if (exact) text("exact", began ? "did not run" : "–", began ? "warn" : "");
+        else text("exact", spheres ? "not asked for" : "off", spheres ? "" : "warn");
+        text("force", spheres || exact ? `${status.force_n.toFixed(2)} N` : "–");
+        text("exits", `${status.lumen_exits}`, status.lumen_exits > 0 ? "bad" : "");
+        const levels = element("levels");
+        levels.classList.toggle("cut", open);
+        [...levels.children].forEach((bar, k) => bar.classList.toggle("on", looked && k <= Math.min(status.level, leaf)));
+    }
+
+    /// A budget of work has no clock to be generous by: it may never have room for the exact stage.
+    private warnOfWork(status: Status): void {
+        const { budget } = status;
+        const short = budget.mode === "work" && status.step > 0 && status.effects.exact_contact && !status.exact_ran && this.scene?.has_instrument;
+        if (short === this.workIsShort) return;
+        this.workIsShort = short;
+        if (!short || budget.mode !== "work") return this.unsay("work");
+        this.say("notice", `Exact contacts do not run: ${shortNumber(budget.units)} tests a step have no room for them, ${shortNumber(Math.max(status.work_enough, budget.units))} would have.`, "work");
+    }
+    private workIsShort: boolean | undefined = false;
 
     private showRun(status: Status): void {
         const pill = (id: string, value: string, kind: string) => {
@@ -162,7 +184,7 @@ export class Panel {
         const record = element("record");
         record.classList.toggle("on", status.repeatable);
         record.textContent = status.repeatable ? `● ${status.recorded} steps` : "Record";
-        element("download").title = status.repeatable ? "replays to the same bits with `seldinger run --path`; its first lines say how"
+        element("download").title = status.repeatable ? "replays to the same bits with `trocar run --path`; its first lines say how"
             : "hand positions since the start; its first lines say why they do not repeat bit for bit";
         if (status.failure) this.say("error", `The run stopped: ${status.failure}. R starts again.`, "failure");
     }
@@ -172,7 +194,6 @@ export class Panel {
             button.setAttribute("aria-checked", String(button.dataset.mode === budget.mode));
         element("budget-row").style.visibility = budget.mode === "exact" ? "hidden" : "visible";
         if (budget.mode === "wall") this.wall = budget;
-        if (budget.mode === "work") this.work = budget;
         element("budget-text").textContent = budget.mode === "wall" ? formatMs(budget.ms) : budget.mode === "work" ? `${shortNumber(budget.units)} tests` : "";
         if (performance.now() > this.dragging && budget.mode !== "exact") this.budget.value = String(Math.round(this.placeOf(budget)));
     }
@@ -180,16 +201,22 @@ export class Panel {
     /// The slider is logarithmic: as much way from 0.1 to 1 ms as from 1 to 10.
     private budgetAt(place: number): Budget {
         const share = place / 1000;
-        if (this.status?.budget.mode === "work") return { mode: "work", units: Math.round(kLeastWork * (kMostWork / kLeastWork) ** share) };
+        if (this.status?.budget.mode === "work") {
+            const [least, most] = this.workRange;
+            return this.work = { mode: "work", units: Math.round(least * (most / least) ** share) };
+        }
         const [least, most] = this.scene?.budget_ms ?? [0.1, 33];
         return { mode: "wall", ms: Math.min(most, Math.max(least, Number((least * (most / least) ** share).toPrecision(3)))) };
     }
     /// 0..1000; a budget beyond the slider's stands at its end.
     private placeOf(budget: Budget): number {
         const place = (value: number, least: number, most: number) => (1000 * Math.log(Math.min(most, Math.max(least, value)) / least)) / Math.log(most / least);
-        if (budget.mode === "work") return place(budget.units, kLeastWork, kMostWork);
+        if (budget.mode === "work") return place(budget.units, ...this.workRange);
         return budget.mode === "wall" ? place(budget.ms, ...(this.scene?.budget_ms ?? [0.1, 33])) : 0;
     }
+    private get workRange(): [number, number] { return this.scene?.budget_work ?? [10, 1e8]; }
+    /// In work as much as the exact stage needs, unless somebody chose less.
+    private get workBudget(): Budget & { mode: "work" } { return this.work ?? { mode: "work", units: this.status?.work_enough ?? this.workRange[1] }; }
     /// The arrows of a group of radio buttons.
     private chooseMode(event: KeyboardEvent): void {
         const by = event.code === "ArrowRight" || event.code === "ArrowDown" ? 1 : event.code === "ArrowLeft" || event.code === "ArrowUp" ? -1 : 0;
@@ -203,7 +230,7 @@ export class Panel {
     }
     private sendBudget(budget: Budget): void { this.send({ type: "budget", ...budget }); }
     private setMode(mode: Budget["mode"]): void {
-        this.sendBudget(mode === "wall" ? { mode, ms: Math.min(33, Math.max(0.1, this.wall.ms)) } : mode === "work" ? this.work : { mode: "exact" });
+        this.sendBudget(mode === "wall" ? { mode, ms: Math.min(33, Math.max(0.1, this.wall.ms)) } : mode === "work" ? this.workBudget : { mode: "exact" });
     }
     private nudgeBudget(by: number): void {
         if (this.status === undefined) return;
@@ -226,15 +253,19 @@ export class Panel {
     private toggleGrab(): void {
         const on = element("grab").getAttribute("aria-pressed") !== "true";
         element("grab").setAttribute("aria-pressed", String(on));
-        dispatchEvent(new CustomEvent("seldinger-arm", { detail: on }));
+        dispatchEvent(new CustomEvent("trocar-arm", { detail: on }));
     }
     private restart(): void { this.send({ type: "restart" }); }
-    /// From rest, under a budget of work: what is recorded then repeats.
+    /// From rest, under a budget of work: what is recorded then repeats. With as much as the exact stage needs: it runs as it did live.
     private record(): void {
-        if (this.status?.budget.mode === "wall") this.sendBudget(this.work);
+        const before = this.status?.budget;
+        if (before === undefined) return;
+        const units = before.mode === "work" ? before.units : this.status!.work_enough;
+        if (before.mode === "wall") this.sendBudget({ mode: "work", units });
         for (const name of this.scene?.effects ?? []) if (this.status?.effects[name] === false) this.send({ type: "effect", name, on: true });
         this.restart();
-        const budget = this.status?.budget.mode === "exact" ? "without a limit" : "under a budget of work";
+        const instead = before.mode === "wall" ? ` instead of ${formatMs(before.ms)}, enough for exact contacts` : "";
+        const budget = before.mode === "exact" ? "without a limit" : `under ${shortNumber(units)} tests a step${instead}`;
         this.say("notice", `Recording from the start, ${budget}. Download path takes it away.`);
     }
     private setContacts(on: boolean): void {
@@ -283,7 +314,7 @@ export class Panel {
         const seat = element("seat");
         seat.textContent = open ? "connected" : "connection lost: trying again";
         seat.className = open ? "pill" : "pill bad";
-        if (!open) this.say("error", "The connection to seldinger is lost; the page tries again. Is the program still running?", "connection");
+        if (!open) this.say("error", "The connection to trocar is lost; the page tries again. Is the program still running?", "connection");
         else this.unsay("connection");
     }
 

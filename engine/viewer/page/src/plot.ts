@@ -18,7 +18,12 @@ export class Plot {
         if (this.steps.length > kSteps) this.steps.splice(0, this.steps.length - kSteps);
     }
     clear(): void { this.steps = []; }
-    get kept(): number { return this.steps.length === 0 ? 1 : this.steps.filter((step) => step[5] === 1).length / this.steps.length; }
+    /// Shares of the steps shown: budgeted parts within their budget, whole steps that took no longer than the `stepMs` they simulate.
+    get kept(): number { return this.share((step) => step[5] === 1); }
+    realTimeKept(stepMs: number): number { return this.share((step) => step[1] <= stepMs); }
+    private share(holds: (step: PlotStep) => boolean): number {
+        return this.steps.length === 0 ? 1 : this.steps.filter(holds).length / this.steps.length;
+    }
 
     draw(stepMs: number): void {
         const { canvas, pen } = this;

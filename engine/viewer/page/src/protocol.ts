@@ -16,6 +16,12 @@ export interface Target {
     offset?: [number, number, number];
 }
 export type Budget = { mode: "wall"; ms: number } | { mode: "work"; units: number } | { mode: "exact" };
+/// Unit vectors from the eye into the scene, as the report's pictures have them, and what is above.
+export interface View {
+    front: [number, number, number];
+    antero_posterior: [number, number, number];
+    up: [number, number, number];
+}
 export interface SceneMessage {
     type: "scene";
     name: string;
@@ -27,7 +33,9 @@ export interface SceneMessage {
     scope: "collision" | "step";
     budget: Budget;
     budget_ms: [number, number];
+    budget_work: [number, number];
     leaf_level: number;
+    view: View;
     has_instrument: boolean;
     has_script: boolean;
     limits?: { speed: number; rotation: number };
@@ -82,6 +90,7 @@ export interface Status {
     spheres_left_out: number;
     recorded: number;
     repeatable: boolean;
+    work_enough: number; // tests a step, with which the exact stage runs as it does without a limit
     not_shown: number;
     steps: PlotStep[];
 }

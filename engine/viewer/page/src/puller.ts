@@ -14,7 +14,7 @@ export class Puller {
         canvas.addEventListener("pointerdown", (event) => this.begin(event), { capture: true });
         canvas.addEventListener("pointermove", (event) => this.move(event));
         for (const end of ["pointerup", "pointercancel"] as const) canvas.addEventListener(end, () => this.end());
-        addEventListener("seldinger-arm", (event) => {
+        addEventListener("trocar-arm", (event) => {
             this.armed = (event as CustomEvent<boolean>).detail;
             canvas.classList.toggle("pulling", this.armed);
         });

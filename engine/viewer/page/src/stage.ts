@@ -7,7 +7,7 @@ import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { Fluoroscope } from "./fluoroscope";
 import { makeDots, makeTarget, setDots } from "./marks";
 import { Surface } from "./surface";
-import type { Frame, Model, PartShape, SceneMessage } from "./protocol";
+import type { Frame, Model, PartShape, SceneMessage, View } from "./protocol";
 
 const kSphereColours = [0x4ade80, 0xf87171, 0xfbbf24].map((hex) => new THREE.Color(hex));
 const kSlowDraw = 24;           // ms of drawing; slower pictures are drawn more simply, then with fewer pixels
@@ -18,6 +18,7 @@ const kRest = 3;                // in software from one picture to the next, tim
 const kLongestRest = 60;        // ms
 const kThinnestLine = 2;        // of the pixels that are drawn; a thinner one has gaps
 const kTail = 0.035;            // m around the tip in the tip's view
+const kMargin = 1.12;           // of the whole view, times what it shows
 
 export interface Picked { body: number; vertex: number; point: THREE.Vector3 }
 
@@ -67,7 +68,7 @@ export class Stage {
         }
         this.renderer.autoClear = false;
         this.camera.up.set(0, 0, 1);
-        this.camera.position.set(0, -1, 0.2);
+        this.camera.position.set(0, 1, 0.2);
         this.controls = new OrbitControls(this.camera, canvas);
         this.controls.enableDamping = !this.reduced;
         this.controls.dampingFactor = 0.12;
@@ -119,11 +120,14 @@ export class Stage {
             mesh.position.copy(rest);
         }
         this.rodRadius = message.radius ?? 5e-4;
+        this.view = message.view;
+        this.camera.up.set(...message.view.up);
         for (const surface of this.surfaces) surface.setSimple(this.simple);
         this.framed = false;
     }
 
     private rodRadius = 5e-4;   // m
+    private view: View = { front: [0, -1, 0], antero_posterior: [0, -1, 0], up: [0, 0, 1] }; // the scene's comes before the first frame
 
     setModel(model: Model): void { this.surfaces[model.part]?.setCorners(model.corners, model.far); }
 
@@ -191,20 +195,29 @@ export class Stage {
         return box;
     }
 
-    /// The patient from the front, slightly from above, whole.
+    /// The standard view of the report's pictures, of all that is there: from the patient's front, slightly from above; the X-ray straight on.
     frameAll(): void {
         const box = this.boundsOfAll();
         if (box.isEmpty()) return;
         this.followTip = false;
         const centre = box.getCenter(new THREE.Vector3());
-        const size = box.getSize(new THREE.Vector3());
+        const ahead = new THREE.Vector3(...(this.xray ? this.view.antero_posterior : this.view.front));
+        const right = new THREE.Vector3().crossVectors(ahead, this.camera.up).normalize();
+        const above = new THREE.Vector3().crossVectors(right, ahead);
         const half = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
-        const flat = Math.max(size.z / 2, size.x / 2 / this.camera.aspect);
-        const distance = 1.12 * (flat / half) + size.y / 2;
-        this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(0.18, -1, 0.16).normalize(), distance);
+        const distance = Math.max(...cornersOf(box).map((corner) => {
+            const way = corner.sub(centre);
+            return kMargin * Math.max(Math.abs(way.dot(above)), Math.abs(way.dot(right)) / this.camera.aspect) / half - way.dot(ahead);
+        }));
+        this.camera.position.copy(centre).addScaledVector(ahead, -distance);
         this.controls.target.copy(centre);
         this.controls.minDistance = 0.01;
         this.controls.maxDistance = 6 * distance;
+    }
+
+    /// Unit vector from the eye to what it looks at.
+    get looking(): [number, number, number] {
+        return this.controls.target.clone().sub(this.camera.position).normalize().toArray();
     }
 
     /// Close to the tip, and with it from now on.
@@ -376,6 +389,10 @@ export class Stage {
         this.draw();
         this.stale = false;
     }
+}
+
+function cornersOf({ min, max }: THREE.Box3): THREE.Vector3[] {
+    return [min.x, max.x].flatMap((x) => [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new THREE.Vector3(x, y, z))));
 }
 
 /// A renderer without a graphics card names itself.

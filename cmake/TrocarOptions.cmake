@@ -1,48 +1,48 @@
 # Compiler settings of every target. Bits must not depend on the machine: no -march=native, no fused
 # multiply-add behind our back, no fast-math.
-option(SELDINGER_WERROR "Warnings are errors" OFF)
-set(SELDINGER_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize=")
+option(TROCAR_WERROR "Warnings are errors" OFF)
+set(TROCAR_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize=")
 
-add_library(seldinger_options INTERFACE)
-target_compile_features(seldinger_options INTERFACE cxx_std_20)
-target_compile_options(seldinger_options INTERFACE
+add_library(trocar_options INTERFACE)
+target_compile_features(trocar_options INTERFACE cxx_std_20)
+target_compile_options(trocar_options INTERFACE
     $<BUILD_INTERFACE:-Wall;-Wextra;-Wshadow;-Wnon-virtual-dtor;-Wno-psabi;-ffp-contract=off>
     # Members that a designated initialiser leaves out are meant to have their defaults; EXPECT_EQ after an if is no
     # dangling else; with sanitizers GCC takes more for uninitialised than is (its manual says so).
-    $<BUILD_INTERFACE:$<$<BOOL:${SELDINGER_WERROR}>:-Werror;-Wno-error=missing-field-initializers;-Wno-error=dangling-else;-Wno-error=maybe-uninitialized>>)
-if(SELDINGER_SANITIZE)
-    target_compile_options(seldinger_options INTERFACE
-        $<BUILD_INTERFACE:-fsanitize=${SELDINGER_SANITIZE};-fno-omit-frame-pointer;-O1;-g1>)
-    target_link_options(seldinger_options INTERFACE $<BUILD_INTERFACE:-fsanitize=${SELDINGER_SANITIZE}>)
-    if(SELDINGER_SANITIZE MATCHES "undefined")
-        target_compile_options(seldinger_options INTERFACE $<BUILD_INTERFACE:-fno-sanitize-recover=undefined>)
+    $<BUILD_INTERFACE:$<$<BOOL:${TROCAR_WERROR}>:-Werror;-Wno-error=missing-field-initializers;-Wno-error=dangling-else;-Wno-error=maybe-uninitialized>>)
+if(TROCAR_SANITIZE)
+    target_compile_options(trocar_options INTERFACE
+        $<BUILD_INTERFACE:-fsanitize=${TROCAR_SANITIZE};-fno-omit-frame-pointer;-O1;-g1>)
+    target_link_options(trocar_options INTERFACE $<BUILD_INTERFACE:-fsanitize=${TROCAR_SANITIZE}>)
+    if(TROCAR_SANITIZE MATCHES "undefined")
+        target_compile_options(trocar_options INTERFACE $<BUILD_INTERFACE:-fno-sanitize-recover=undefined>)
     endif()
 endif()
 
 # A room of the house: every source in its folder (and the named sub-folders), headers beside them.
-function(seldinger_module name)
+function(trocar_module name)
     cmake_parse_arguments(arg "" "" "DEPENDS;PRIVATE" ${ARGN})
     file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
     list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
     file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.hpp)
     if(sources)
-        add_library(seldinger_${name} STATIC ${sources} ${headers})
+        add_library(trocar_${name} STATIC ${sources} ${headers})
         set(scope PUBLIC)
-        target_link_libraries(seldinger_${name} PRIVATE ${arg_PRIVATE})
-        target_precompile_headers(seldinger_${name} PRIVATE <Eigen/Core> <array> <cstdint> <string> <vector>)
+        target_link_libraries(trocar_${name} PRIVATE ${arg_PRIVATE})
+        target_precompile_headers(trocar_${name} PRIVATE <Eigen/Core> <array> <cstdint> <string> <vector>)
     else()
-        add_library(seldinger_${name} INTERFACE)
+        add_library(trocar_${name} INTERFACE)
         set(scope INTERFACE)
     endif()
-    add_library(Seldinger::${name} ALIAS seldinger_${name})
-    set_target_properties(seldinger_${name} PROPERTIES EXPORT_NAME ${name})
-    target_include_directories(seldinger_${name} ${scope}
-        $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/seldinger>)
-    target_link_libraries(seldinger_${name} ${scope} seldinger_options ${arg_DEPENDS})
+    add_library(Trocar::${name} ALIAS trocar_${name})
+    set_target_properties(trocar_${name} PROPERTIES EXPORT_NAME ${name})
+    target_include_directories(trocar_${name} ${scope}
+        $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/trocar>)
+    target_link_libraries(trocar_${name} ${scope} trocar_options ${arg_DEPENDS})
 endfunction()
 
 # One test program per folder of tests/: its sources, the modules it tests.
-function(seldinger_test name)
+function(trocar_test name)
     cmake_parse_arguments(arg "" "TIMEOUT" "DEPENDS;LABELS" ${ARGN})
     file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
     if(NOT sources)

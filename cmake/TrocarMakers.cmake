@@ -1,5 +1,5 @@
 # Gives a target maker_version(): a hash of the sources of the rooms and wings that make what engine/prepare caches.
-function(seldinger_hash_makers target)
+function(trocar_hash_makers target)
     set(sources "")
     foreach(room ${ARGN})
         file(GLOB_RECURSE found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${room}/*.cpp ${PROJECT_SOURCE_DIR}/${room}/*.hpp)

@@ -1,5 +1,5 @@
 # Embeds shaders/*.glsl into a target; engine/gpu/shader_text.hpp reads them.
-function(seldinger_embed_shaders target)
+function(trocar_embed_shaders target)
     file(GLOB shaders CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/shaders/*.glsl)
     set(output ${CMAKE_CURRENT_BINARY_DIR}/shader_texts.cpp)
     add_custom_command(OUTPUT ${output}

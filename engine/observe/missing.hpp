@@ -1,0 +1,33 @@
+// Outputs that could not be written. One of them costs the others nothing: it is told, and missing in the end.
+#pragma once
+
+#include "base/result.hpp"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace trocar::engine {
+
+class MissingOutputs {
+public:
+    /// What came of writing `what` (a name in the output folder). Success after a failure, of what is written whole each time, takes the
+    /// failure back. True: this output has begun to be missing with it.
+    bool note(const std::string& what, const Result<void>& written);
+    /// One of several files that go by one name; no later success brings it back.
+    bool add(const std::string& what, const Error& error);
+
+    [[nodiscard]] bool empty() const noexcept { return outputs_.empty(); }
+    /// A sentence for each: its name, the file and the system's reason.
+    [[nodiscard]] std::vector<std::string> sentences() const;
+
+private:
+    struct Output {
+        std::string what;
+        Error first;
+        std::size_t count = 0; // files
+    };
+    std::vector<Output> outputs_; // in the order in which they began to be missing
+};
+
+} // namespace trocar::engine

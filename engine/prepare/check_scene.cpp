@@ -1,0 +1,209 @@
+#include "engine/prepare/check_scene.hpp"
+
+#include "engine/scene/scene_size.hpp"
+#include "engine/scene/table.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+namespace trocar::engine {
+
+namespace {
+
+constexpr double kNoLimit = std::numeric_limits<double>::max();
+constexpr double kMostSteps = 1e9;
+constexpr double kUnitLength = 1e-6; // [-] by which the length of a direction may differ from 1
+
+/// The first thing that is wrong is kept; keys are those of the file.
+class SceneCheck {
+public:
+    explicit SceneCheck(const Scene& scene) : scene_(scene) {}
+
+    void number(const std::string& key, double value, double least, double most) {
+        if (!(value >= least && value <= most))
+            fail(key, most == kNoLimit ? fmt::format("found {:g}, expected a finite number, {:g} or more", value, least)
+                                       : fmt::format("found {:g}, expected a number from {:g} to {:g}", value, least, most));
+    }
+    void above(const std::string& key, double value, double most = kNoLimit) {
+        number(key, value, 0.0, most);
+        if (value == 0.0) fail(key, "found 0, expected more");
+    }
+    void place(const std::string& key, const Vec3& value) {
+        for (int axis = 0; axis < 3; ++axis) number(key, value[axis], -kMaxCoordinate, kMaxCoordinate);
+    }
+    void direction(const std::string& key, const Vec3& value) {
+        if (!(std::abs(value.norm() - 1.0) <= kUnitLength))
+            fail(key, fmt::format("found a length of {:g}, expected a direction of length 1", value.norm()));
+    }
+    void index(const std::string& key, std::size_t value, std::size_t count, const char* what) {
+        if (value >= count) fail(key, fmt::format("found {} {}, expected one of the scene's {}", what, value, count));
+    }
+    void fail(const std::string& key, std::string message) {
+        if (!error_) error_ = scene_error(scene_, key, std::move(message));
+    }
+    [[nodiscard]] bool failed() const noexcept { return error_.has_value(); }
+    [[nodiscard]] Result<void> result() const { return error_ ? Result<void>(*error_) : Result<void>(); }
+
+private:
+    const Scene& scene_;
+    std::optional<Error> error_;
+};
+
+void check_time(const Scene& scene, SceneCheck& check) {
+    const TimeSpec& time = scene.time;
+    check.above("time.step", time.step);
+    check.number("time.duration", time.duration, 0.0, kNoLimit);
+    if (!check.failed() && !(time.duration / time.step <= kMostSteps))
+        check.fail("time.duration", fmt::format("found {:g} steps, expected at most {:g}", time.duration / time.step, kMostSteps));
+    check.number("time.max_substeps", time.max_substeps, 1.0, kNoLimit);
+    if (time.pace) check.above("time.pace", time.pace->speed);
+    const BudgetLimits& limits = scene.budget.limits;
+    if (limits.mode != BudgetMode::Wall && limits.mode != BudgetMode::Work && limits.mode != BudgetMode::Exact)
+        check.fail("budget", fmt::format("found mode {}, expected Wall, Work or Exact", static_cast<unsigned>(limits.mode)));
+    if (limits.mode == BudgetMode::Wall) check.number("budget", limits.wall_s, 0.0, kMaxBudgetSeconds);
+}
+
+void check_effects(const Scene& scene, SceneCheck& check) {
+    check.place("gravity", scene.gravity / 10.0); // m/s^2: 1000 is ten times what the largest accepted one has
+    const Effects& effects = scene.effects;
+    if (effects.breathing) {
+        check.number("effects.breathing.amplitude", effects.breathing->amplitude, 0.0, kMaxCoordinate);
+        check.above("effects.breathing.period", effects.breathing->period);
+        check.direction("effects.breathing.direction", effects.breathing->direction);
+    }
+    if (effects.pulse) {
+        check.number("effects.pulse.amplitude", effects.pulse->amplitude, 0.0, 1.0);
+        check.above("effects.pulse.period", effects.pulse->period);
+    }
+    if (effects.blood_drag) {
+        check.number("effects.blood_drag.speed", effects.blood_drag->speed, 0.0, kNoLimit);
+        check.above("effects.blood_drag.density", effects.blood_drag->density);
+        check.above("effects.blood_drag.viscosity", effects.blood_drag->viscosity);
+        check.number("effects.blood_drag.pulsatility", effects.blood_drag->pulsatility, 0.0, kNoLimit);
+    }
+    const ContactSpec& contact = scene.contact;
+    check.above("contact.clearance", contact.clearance);
+    check.number("contact.exact_distance", contact.exact_distance, 0.0, kNoLimit);
+    check.number("contact.margin", contact.margin, 0.0, kNoLimit);
+    check.above("contact.rod_stiffness", contact.rod_stiffness);
+    check.above("contact.wall_stiffness", contact.wall_stiffness);
+    check.above("contact.solid_stiffness", contact.solid_stiffness);
+    check.number("contact.solid_damping", contact.solid_damping, 0.0, kNoLimit);
+    check.number("contact.solid_friction", contact.solid_friction, 0.0, kNoLimit);
+    check.number("contact.assumed_depth", contact.assumed_depth, 0.0, kNoLimit);
+    check.number("contact.depth_cap", contact.depth_cap, 0.0, 64.0);
+}
+
+void check_place(const Scene& scene, const std::string& key, const PlaceSpec& place, SceneCheck& check) {
+    check.place(key, place.position);
+    check.direction(key, place.direction);
+    if (!place.landmark.empty()) check.index(key, place.body, scene.bodies.size(), "body");
+}
+
+/// Counts that decide how much memory a shape takes, before anything of that size is made.
+void check_shape(const std::string& key, const ShapeSpec& shape, SceneCheck& check) {
+    check.place(key + ".centre", shape.centre);
+    check.place(key + ".extent", shape.extent);
+    check.number(key + ".radius", shape.radius, 0.0, kMaxCoordinate);
+    check.number(key + ".tube_radius", shape.tube_radius, 0.0, kMaxCoordinate);
+    check.number(key + ".subdivisions", shape.subdivisions, 0.0, 8.0);
+    check.number(key + ".cells", shape.cells, 1.0, 1000.0);
+    check.number(key + ".sides", shape.sides, 3.0, static_cast<double>(kMostShapeTriangles));
+    check.number(key + ".triangles", static_cast<double>(shape.triangles), 0.0, static_cast<double>(kMostShapeTriangles));
+    check.number(key + ".blend", shape.blend, 0.0, kMaxCoordinate);
+    for (const Vec3& point : shape.axis) check.place(key + ".axis", point);
+    for (const double radius : shape.axis_radii) check.above(key + ".axis", radius, kMaxCoordinate);
+    if (shape.kind == ShapeKind::Tube && (shape.axis.size() < 2 || shape.axis_radii.size() != shape.axis.size()))
+        check.fail(key + ".axis", fmt::format("found {} points and {} radii, expected two points or more with a radius each",
+                                              shape.axis.size(), shape.axis_radii.size()));
+    if (!check.failed() && count_triangles(shape) > kMostTriangles)
+        check.fail(key, fmt::format("found {}, expected at most {} triangles", describe_size(shape), kMostTriangles));
+}
+
+void check_fixed(const std::string& key, const FixedRegion& region, SceneCheck& check) {
+    if (region.kind == RegionKind::Direction) {
+        check.direction(key, region.direction);
+        check.number(key, region.fraction, 0.0, 1.0);
+    }
+    if (region.kind == RegionKind::Sphere) {
+        check.place(key, region.centre);
+        check.number(key, region.radius, 0.0, kMaxCoordinate);
+    }
+}
+
+void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
+    const SceneBody& body = scene.bodies[i];
+    const std::string key = "bodies." + body.name;
+    check.above(key + ".scale", body.scale);
+    check.place(key + ".translate", body.translate);
+    check.number(key + ".blend", body.blend, 0.0, kMaxCoordinate);
+    check.above(key + ".surface.unit", body.surface.unit);
+    check.number(key + ".surface.weld_tolerance", body.surface.repairing.weld_tolerance, 0.0, kMaxCoordinate);
+    check.number(key + ".surface.may_remove", body.surface.repairing.may_remove, 0.0, 1.0);
+    if (body.surface.source == SurfaceSource::Shape) check_shape(key + ".surface", body.surface.shape, check);
+    if (body.embedded_in != kNoIndex) {
+        check.index(key + ".embedded_in", body.embedded_in, scene.bodies.size(), "body");
+        if (!check.failed() && (body.embedded_in == i || scene.bodies[body.embedded_in].kind != BodyKind::Deformable))
+            check.fail(key + ".embedded_in", "found a body that cannot carry it, expected another one that is deformable");
+    }
+    if (body.kind == BodyKind::Deformable) {
+        if (const Result<void> material = fem::check_material(body.material); !material.ok())
+            check.fail(key + ".material", material.error().message);
+        check.above(key + ".coarse.unit", body.coarse.unit);
+        check.number(key + ".coarse.max_volume", body.coarse.max_volume, 0.0, kNoLimit);
+        for (const FixedRegion& region : body.fixed) check_fixed(key + ".fixed", region, check);
+    }
+    if (body.kind == BodyKind::Kinematic && body.motion.empty())
+        check.fail(key + ".motion", "found no row, expected one at least for a kinematic body");
+    double last = -kNoLimit;
+    for (const KeyFrame& frame : body.motion) {
+        check.number(key + ".motion", frame.time, last, kNoLimit);
+        check.place(key + ".motion", frame.displacement);
+        last = frame.time;
+    }
+}
+
+void check_instrument(const Scene& scene, std::size_t i, SceneCheck& check) {
+    const SceneInstrument& instrument = scene.instruments[i];
+    const std::string key = "instruments." + instrument.name;
+    check.index(key + ".lumen", instrument.lumen, scene.bodies.size(), "body");
+    if (!check.failed() && !scene.bodies[instrument.lumen].hollow) check.fail(key + ".lumen", "found a body that is not hollow");
+    if (instrument.inside != kNoIndex) check.index(key + ".inside", instrument.inside, i, "instrument before it,");
+    check_place(scene, key + ".entry", instrument.entry, check);
+    check.number(key + ".friction", instrument.friction, 0.0, kNoLimit);
+    check.number(key + ".min_bend_radius", instrument.min_bend_radius, 0.0, kNoLimit);
+    check.number(key + ".skin_triangles", static_cast<double>(instrument.skin_triangles), 1.0, static_cast<double>(kMostShapeTriangles));
+    check.number(key + ".inserted", instrument.inserted, 0.0, kMaxCoordinate);
+    check.above(key + ".speed_limit", instrument.speed_limit);
+    check.above(key + ".rotation_limit", instrument.rotation_limit);
+    double last = -kNoLimit;
+    for (const PathPoint& point : instrument.path) {
+        check.number(key + ".path", point.time, last, kNoLimit);
+        check.number(key + ".path", point.insertion, -kMaxCoordinate, kMaxCoordinate);
+        check.number(key + ".path", point.rotation, -kNoLimit, kNoLimit);
+        last = point.time;
+    }
+    if (!instrument.follow) return;
+    check.index(key + ".follow", instrument.follow->target, scene.targets.size(), "target");
+    check.above(key + ".follow.speed", instrument.follow->speed);
+    check.above(key + ".follow.look_ahead", instrument.follow->look_ahead);
+    check.above(key + ".follow.tolerance", instrument.follow->tolerance);
+}
+
+} // namespace
+
+Result<void> check_scene(const Scene& scene) {
+    SceneCheck check(scene);
+    check_time(scene, check);
+    check_effects(scene, check);
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) check_body(scene, i, check);
+    for (const SceneTarget& target : scene.targets) check_place(scene, "targets." + target.name, target.place, check);
+    for (std::size_t i = 0; i < scene.instruments.size(); ++i) check_instrument(scene, i, check);
+    if (scene.effects.blood_drag && scene.effects.blood_drag->inlet)
+        check_place(scene, "effects.blood_drag.inlet", scene.effects.blood_drag->inlet->place, check);
+    return check.result();
+}
+
+} // namespace trocar::engine

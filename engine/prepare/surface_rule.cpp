@@ -1,0 +1,89 @@
+#include "engine/prepare/surface_rule.hpp"
+
+#include "base/self_intersection.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace trocar::engine {
+
+namespace {
+
+constexpr std::size_t kShownPairs = 4;
+
+std::string list_triangles(const SurfaceReport& report) {
+    if (report.bad_triangles.empty()) return "";
+    return fmt::format("; first bad triangles: {}", fmt::join(report.bad_triangles, ", "));
+}
+
+/// Of what can be counted edge by edge and vertex by vertex.
+std::optional<SurfaceDefect> find_open_defect(const SurfaceReport& r, const std::string& wanted) {
+    const std::string where = list_triangles(r);
+    const auto defect = [&where](std::string what, Repair repair) { return SurfaceDefect{std::move(what) + where, repair}; };
+    if (r.degenerate_triangles > 0)
+        return defect(fmt::format("{} needs triangles with area, {} have none", wanted, r.degenerate_triangles), Repair::DropDegenerate);
+    if (r.duplicate_triangles > 0) return defect(fmt::format("{} triangles stand twice", r.duplicate_triangles), Repair::DropDuplicates);
+    if (r.nonmanifold_edges > 0)
+        return defect(fmt::format("{} edges belong to three or more triangles", r.nonmanifold_edges), Repair::DropNonManifold);
+    if (!r.closed())
+        return defect(fmt::format("{} needs a closed surface, this one has {} border edges", wanted, r.boundary_edges), Repair::FillHoles);
+    if (!r.oriented()) return defect(fmt::format("{} edges are used the same way by both triangles", r.inconsistent_edges), Repair::Orient);
+    if (r.nonmanifold_vertices > 0) return defect(fmt::format("{} vertices are pinched", r.nonmanifold_vertices), Repair::DropNonManifold);
+    if (!(r.signed_volume > 0.0)) return SurfaceDefect{"the surface is inside out", Repair::Orient};
+    return std::nullopt;
+}
+
+/// Of several shells some may be inside out, and the whole still hold a volume.
+std::optional<SurfaceDefect> find_turned_shells(const TriMesh& mesh, const SurfaceReport& report) {
+    if (report.components < 2) return std::nullopt;
+    TriMesh oriented = mesh;
+    const Result<RepairStep> step = apply_repair(oriented, Repair::Orient);
+    if (!step.ok() || step->triangles_flipped == 0) return std::nullopt;
+    return SurfaceDefect{fmt::format("{} triangles belong to shells that are inside out", step->triangles_flipped), Repair::Orient};
+}
+
+std::optional<SurfaceDefect> find_crossings(const TriMesh& mesh, const std::string& wanted) {
+    const SelfIntersections crossings = find_self_intersections(mesh, kShownPairs);
+    if (!crossings.complete && crossings.count == 0)
+        return SurfaceDefect{
+            fmt::format("{} needs a surface that does not pass through itself: more than {} pairs of triangles are too near "
+                        "to each other to tell; expected no long thin triangles upon each other, such as of one polygon "
+                        "with very many corners",
+                        wanted, kMostCompared),
+            std::nullopt};
+    if (crossings.count == 0) return std::nullopt;
+    std::vector<std::string> pairs;
+    for (const auto& [a, b] : crossings.pairs) pairs.push_back(fmt::format("{} with {}", a, b));
+    return SurfaceDefect{fmt::format("{} needs a surface that does not pass through itself, {} pairs of triangles cross; "
+                                     "first bad triangles: {}",
+                                     wanted, crossings.count, fmt::join(pairs, ", ")),
+                         Repair::DropSelfIntersections};
+}
+
+} // namespace
+
+std::optional<SurfaceDefect> find_defect(const TriMesh& mesh, const SurfaceReport& r, const SurfaceNeeds& needs) {
+    if (r.triangles == 0) return SurfaceDefect{"the surface has no triangles", std::nullopt};
+    if (!r.finite()) return SurfaceDefect{fmt::format("{} vertices are not finite", r.non_finite_vertices), std::nullopt};
+    if (!needs.closed) {
+        if (r.closed() && r.oriented() && r.nonmanifold_edges == 0 && r.signed_volume < 0.0)
+            return SurfaceDefect{"the closed surface is inside out", Repair::Orient};
+        return std::nullopt;
+    }
+    if (auto defect = find_open_defect(r, needs.wanted)) return defect;
+    if (auto defect = find_turned_shells(mesh, r)) return defect;
+    return needs.uncrossed ? find_crossings(mesh, needs.wanted) : std::nullopt;
+}
+
+std::vector<std::string> list_leniencies(const SurfaceReport& r) {
+    std::vector<std::string> notes;
+    if (r.components > 1) notes.push_back(fmt::format("{} separate shells", r.components));
+    if (!r.closed()) notes.push_back(fmt::format("open: {} border edges", r.boundary_edges));
+    if (r.nonmanifold_edges > 0) notes.push_back(fmt::format("{} edges of three or more triangles", r.nonmanifold_edges));
+    if (r.inconsistent_edges > 0) notes.push_back(fmt::format("{} edges with neighbours turned apart", r.inconsistent_edges));
+    if (r.degenerate_triangles > 0) notes.push_back(fmt::format("{} triangles without area", r.degenerate_triangles));
+    if (r.duplicate_triangles > 0) notes.push_back(fmt::format("{} triangles stand twice", r.duplicate_triangles));
+    return notes;
+}
+
+} // namespace trocar::engine

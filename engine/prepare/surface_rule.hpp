@@ -1,0 +1,51 @@
+// What a surface has to be for what it is used for: one rule for the bodies of scenes and for `prepare`.
+#pragma once
+
+#include "base/repair.hpp"
+#include "base/topology.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace trocar::engine {
+
+/// What somebody asks of a surface. Finite numbers, and outward where closed, are asked of all.
+struct SurfaceNeeds {
+    std::string wanted;     // who asks, for messages: "a lumen"
+    bool closed = false;    // and manifold, consistently oriented, outward, every triangle with area
+    bool uncrossed = false; // no triangle passes through another
+};
+
+/// The first reason why a surface does not do.
+struct SurfaceDefect {
+    std::string what;             // with counts and the first bad triangles
+    std::optional<Repair> repair; // that is made for it
+};
+[[nodiscard]] std::optional<SurfaceDefect> find_defect(const TriMesh& mesh, const SurfaceReport& report, const SurfaceNeeds& needs);
+
+/// What was let pass, a note each.
+[[nodiscard]] std::vector<std::string> list_leniencies(const SurfaceReport& report);
+
+/// Repairs after which nothing is wrong any more, found by trying them.
+struct RepairProposal {
+    std::vector<Repair> repairs; // the whole chain, those that were asked for included where they help
+    SurfaceMeasure before, after;
+};
+
+/// What to do about a surface.
+struct RepairAdvice {
+    std::optional<RepairProposal> proposal;
+    std::string obstacle; // why there is none: what the last try said
+};
+/// raw     the surface before any repair        asked   the repairs that somebody wrote down already
+/// cost    bounded: a few chains of at most a dozen repairs, in few rounds; surfaces above 400,000 triangles are not tried
+[[nodiscard]] RepairAdvice propose_repairs(const TriMesh& raw, std::span<const Repair> asked, const SurfaceNeeds& needs,
+                                           const RepairOptions& options);
+
+/// How a place asks for repairs: a scene's key, or `prepare`'s option.
+enum class RepairWriting : std::uint8_t { SceneKey, Option };
+/// "; \"repair\": [\"weld\", \"fill_holes\"] mends all of it: area ...", or why nothing does.
+[[nodiscard]] std::string describe_advice(const RepairAdvice& advice, RepairWriting writing);
+
+} // namespace trocar::engine

@@ -1,0 +1,127 @@
+#include "engine/step/entry_checks.hpp"
+
+#include "engine/scene/budget.hpp"
+#include "engine/scene/table.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+
+namespace trocar::engine {
+
+namespace {
+
+Error bad(std::string key, std::string message) { return {ErrorCode::BadValue, std::move(message), {}, 0, 0, std::move(key)}; }
+
+/// Numbers one after another; the first that is wrong is kept.
+class NumberCheck {
+public:
+    NumberCheck& positive(const char* key, double value) { return take(value > 0.0, key, value, "a finite number above 0"); }
+    NumberCheck& not_negative(const char* key, double value) { return take(value >= 0.0, key, value, "a finite number, 0 or more"); }
+    NumberCheck& finite(const char* key, const Vec3& value) {
+        for (int axis = 0; axis < 3; ++axis) take(true, key, value[axis], "three finite numbers");
+        return *this;
+    }
+    [[nodiscard]] Result<void> result() const { return first_ ? Result<void>(*first_) : Result<void>(); }
+
+private:
+    NumberCheck& take(bool in_range, const char* key, double value, const char* expected) {
+        if (!first_ && !(in_range && std::isfinite(value))) first_ = bad(key, fmt::format("found {:g}, expected {}", value, expected));
+        return *this;
+    }
+    std::optional<Error> first_;
+};
+
+Error no_such(const char* key, const char* what, std::size_t found, std::size_t count) {
+    return bad(key, count == 0 ? fmt::format("found {} {}, and there is none", what, found)
+                               : fmt::format("found {} {}, expected one from 0 to {}", what, found, count - 1));
+}
+
+std::size_t count_nodes(const BodyModel& body) { return body.tissue ? body.tissue->node_count() : 0; }
+
+} // namespace
+
+Result<void> check_limits(const BudgetLimits& limits) {
+    if (limits.mode != BudgetMode::Wall && limits.mode != BudgetMode::Work && limits.mode != BudgetMode::Exact)
+        return bad("budget.mode", fmt::format("found {}, expected Wall, Work or Exact", static_cast<unsigned>(limits.mode)));
+    if (limits.mode == BudgetMode::Wall && !(limits.wall_s >= 0.0 && limits.wall_s <= kMaxBudgetSeconds))
+        return bad("budget.wall_s", fmt::format("found {:g} s, expected a time from 0 to {:g} s", limits.wall_s, kMaxBudgetSeconds));
+    return {};
+}
+
+Result<void> check_hand(const SceneModel& model, std::size_t instrument, const DriveCommand& wanted) {
+    if (instrument >= model.instruments.size()) return no_such("instrument", "instrument", instrument, model.instruments.size());
+    for (const auto& [key, value] : {std::pair("insertion", wanted.insertion), std::pair("rotation", wanted.rotation)})
+        if (!std::isfinite(value)) return bad(key, fmt::format("found {:g}, expected a finite number", value));
+    return {};
+}
+
+Result<void> check_pull(const SceneModel& model, const Pull& pull) {
+    if (pull.body >= model.bodies.size()) return no_such("pull.body", "body", pull.body, model.bodies.size());
+    const std::size_t vertices = model.bodies[pull.body].surface.vertices.size();
+    if (pull.vertex >= vertices) return no_such("pull.vertex", "vertex", pull.vertex, vertices);
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(std::abs(pull.target[axis]) <= kMaxCoordinate))
+            return bad("pull.target",
+                       fmt::format("found {:g} m, expected a place within {:g} m of the origin", pull.target[axis], kMaxCoordinate));
+    return {};
+}
+
+Result<void> check_settings(const SceneModel& model) {
+    NumberCheck check;
+    check.positive("step_s", model.step_s).positive("max_substeps", model.max_substeps);
+    const EffectSet& effects = model.effects;
+    if (effects.gravity) check.finite("gravity", *effects.gravity);
+    if (effects.breathing)
+        check.not_negative("breathing.amplitude", effects.breathing->amplitude)
+            .positive("breathing.period", effects.breathing->period)
+            .finite("breathing.direction", effects.breathing->direction);
+    if (effects.pulse) check.positive("pulse.period", effects.pulse->period);
+    if (effects.blood_drag)
+        check.positive("blood_drag.density", effects.blood_drag->density)
+            .positive("blood_drag.viscosity", effects.blood_drag->viscosity)
+            .not_negative("blood_drag.pulsatility", effects.blood_drag->pulsatility)
+            .not_negative("blood_drag.period", effects.blood_drag->period);
+    const ContactSettings& contact = model.contact;
+    check.not_negative("contact.clearance", contact.clearance)
+        .not_negative("contact.exact_distance", contact.exact_distance)
+        .not_negative("contact.margin", contact.margin)
+        .positive("contact.rod_stiffness", contact.rod_stiffness)
+        .positive("contact.wall_stiffness", contact.wall_stiffness)
+        .positive("contact.solid_stiffness", contact.solid_stiffness)
+        .not_negative("contact.solid_damping", contact.solid_damping)
+        .not_negative("contact.solid_friction", contact.solid_friction)
+        .not_negative("contact.assumed_depth", contact.assumed_depth)
+        .not_negative("contact.depth_cap", contact.depth_cap);
+    for (const InstrumentModel& instrument : model.instruments)
+        check.positive("limits.speed", instrument.limits.speed)
+            .positive("limits.rotation", instrument.limits.rotation)
+            .not_negative("friction", instrument.friction);
+    return check.result();
+}
+
+Result<void> check_same_shape(const SceneModel& a, const SceneModel& b) {
+    const auto differ = [](const std::string& what, std::size_t x, std::size_t y) {
+        return bad("model", fmt::format("{}: found {}, expected {} as in this simulator's", what, y, x));
+    };
+    if (a.bodies.size() != b.bodies.size()) return differ("bodies", a.bodies.size(), b.bodies.size());
+    if (a.instruments.size() != b.instruments.size()) return differ("instruments", a.instruments.size(), b.instruments.size());
+    for (std::size_t i = 0; i < a.bodies.size(); ++i) {
+        const BodyModel &x = a.bodies[i], &y = b.bodies[i];
+        if (x.surface.vertices.size() != y.surface.vertices.size())
+            return differ("vertices of " + x.name, x.surface.vertices.size(), y.surface.vertices.size());
+        if (x.surface.triangles.size() != y.surface.triangles.size())
+            return differ("triangles of " + x.name, x.surface.triangles.size(), y.surface.triangles.size());
+        if (count_nodes(x) != count_nodes(y)) return differ("nodes of " + x.name, count_nodes(x), count_nodes(y));
+    }
+    for (std::size_t i = 0; i < a.instruments.size(); ++i) {
+        const InstrumentModel &x = a.instruments[i], &y = b.instruments[i];
+        if (x.rod.node_count() != y.rod.node_count()) return differ("nodes of " + x.name, x.rod.node_count(), y.rod.node_count());
+        if (x.skin.vertex_count() != y.skin.vertex_count())
+            return differ("skin vertices of " + x.name, x.skin.vertex_count(), y.skin.vertex_count());
+    }
+    return {};
+}
+
+} // namespace trocar::engine

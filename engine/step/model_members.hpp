@@ -1,0 +1,74 @@
+// Every member of every struct that a SceneModel is made of: one line each, so that whoever goes through a model leaves nothing out.
+// A member that a struct gains and its line lacks is a compile error here (a structured binding names all or none): add it.
+#pragma once
+
+#include "engine/prepare/model.hpp"
+
+#include <string_view>
+#include <tuple>
+
+namespace trocar::engine {
+
+/// members_of(value): a tuple of references to all members; member_names(value): their names, with commas between.
+#define TROCAR_MEMBERS(Type, ...)                                                                                                          \
+    [[nodiscard]] inline auto members_of(const Type& value) noexcept {                                                                     \
+        const auto& [__VA_ARGS__] = value;                                                                                                 \
+        return std::tie(__VA_ARGS__);                                                                                                      \
+    }                                                                                                                                      \
+    [[nodiscard]] inline auto members_of(Type& value) noexcept {                                                                           \
+        auto& [__VA_ARGS__] = value;                                                                                                       \
+        return std::tie(__VA_ARGS__);                                                                                                      \
+    }                                                                                                                                      \
+    [[nodiscard]] constexpr std::string_view member_names(const Type*) noexcept { return #__VA_ARGS__; }
+
+TROCAR_MEMBERS(TriMesh, vertices, triangles)
+TROCAR_MEMBERS(SinCos, sin, cos)
+TROCAR_MEMBERS(fem::Material, law, young_modulus, poisson_ratio, density, viscosity, mass_damping)
+TROCAR_MEMBERS(fem::LawConstants, mu, lambda, rest_volume)
+TROCAR_MEMBERS(fem::TetShape, inverse, volume, stiffness)
+TROCAR_MEMBERS(fem::TetBatch, inverse, volume, gram, inverse_det, node, slot)
+TROCAR_MEMBERS(fem::ForceChunk, first_batch, batch_count, first_slot, slot_count)
+TROCAR_MEMBERS(fem::ForcePlan, batches, chunks, tet_of, node_of, record_of, slot_begin, slots, inv_mass)
+TROCAR_MEMBERS(fem::TissueModel, material, law, tet_nodes, tet_shape, node_mass, inv_mass, rest_position, pinned, plan, volume, mass)
+TROCAR_MEMBERS(fem::RigidLinks, frame_nodes, frame_rest, vertex_frame, vertex_weight, vertex_projection, vertex_blend, node_rest,
+               degenerate, static_count, max_length, longest, long_count)
+TROCAR_MEMBERS(fem::StiffnessRow, from_tip, factor)
+TROCAR_MEMBERS(fem::RodDesign, length, radius, segment, young_modulus, density, drag, whip_drag, tip, tip_length, tip_angle, tip_stiffness,
+               stiffness, torsion, poisson_ratio)
+TROCAR_MEMBERS(fem::RodModel, design, segment, bend_stiffness, stretch_stiffness, mass, rest_curvature, twist_stiffness, turn_inertia,
+               rest_length)
+TROCAR_MEMBERS(fem::RodSkin, triangles, vertex_node, sides, turn)
+TROCAR_MEMBERS(fem::RodPort, position, direction)
+TROCAR_MEMBERS(collision::SurfaceTopology, triangles, edges, triangle_edges, vertex_owner, edge_owner)
+TROCAR_MEMBERS(spheretree::Sphere, centre, radius)
+TROCAR_MEMBERS(spheretree::SphereTree, spheres, parent, first_child, child_count, level, level_begin, items, item_begin, item_end)
+TROCAR_MEMBERS(spheretree::CoveringTree, tree, vertex_begin, vertices)
+TROCAR_MEMBERS(spheretree::ChainTree, tree)
+TROCAR_MEMBERS(spheretree::DeformingTree::Beneath, frame, reach)
+TROCAR_MEMBERS(spheretree::DeformingTree, tree, frame_rest, frame_nodes, node_rest, near_begin, near, turners, beneath_begin, beneath,
+               stands)
+TROCAR_MEMBERS(spheretree::LumenTree, tree, largest_ball, leaf_of_ball, neighbour_begin, neighbours, wall_begin, wall_triangles,
+               anchor_begin, anchors, anchor_weights, link_reach, rest_vertices, triangles)
+TROCAR_MEMBERS(MotionRow, time, displacement)
+TROCAR_MEMBERS(BloodFlow, points, radii, speeds, parents, child_begin, children, links)
+TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, closed, tissue, carrier, links, self_contact, path, topology, pulse_reach,
+               covering, wrapped, lumen, blood)
+TROCAR_MEMBERS(DriveRow, time, insertion, rotation)
+TROCAR_MEMBERS(DriveLimits, speed, rotation)
+TROCAR_MEMBERS(Route, points, radii, length)
+TROCAR_MEMBERS(FollowSettings, speed, look_ahead, tolerance)
+TROCAR_MEMBERS(InstrumentModel, name, rod, skin, port, lumen, mass_spring_substeps, inside, wire, friction, inserted, limits, path, route,
+               route_links, follow, flow_entry, chain, topology)
+TROCAR_MEMBERS(Breathing, amplitude, period, direction)
+TROCAR_MEMBERS(Pulse, period)
+TROCAR_MEMBERS(Blood, density, viscosity, pulsatility, period)
+TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, exact_contact, gravity, breathing, pulse, blood_drag)
+TROCAR_MEMBERS(ContactSettings, clearance, exact_distance, margin, rod_stiffness, wall_stiffness, solid_stiffness, solid_damping,
+               solid_friction, solid_response, sphere_trees, descent_order, depth_cap, assumed_depth, culling)
+TROCAR_MEMBERS(BudgetLimits, mode, wall_s, work_units)
+TROCAR_MEMBERS(SceneModel, name, file, step_s, step_count, fixed_substeps, max_substeps, integrator, budget, budget_covers_step, drop,
+               bodies, nested, instruments, effects, contact)
+
+#undef TROCAR_MEMBERS
+
+} // namespace trocar::engine

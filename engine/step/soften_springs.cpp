@@ -1,0 +1,65 @@
+#include "engine/step/soften_springs.hpp"
+
+#include "engine/step/spring_memory.hpp"
+#include "engine/step/surface_spring.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+void find_scales(const SceneModel& model, std::size_t body, StepContext& context) {
+    BodyScratch& scratch = context.bodies[body];
+    scratch.spring_scale.clear();
+    if (!model.bodies[body].tissue || scratch.springs.springs.empty() || !(scratch.stable.rates.elastic > 0.0)) return;
+    fem::find_spring_scales(*model.bodies[body].tissue, scratch.springs, kMostAdded * scratch.stable.rates.elastic, scratch.stable,
+                            scratch.spring_scale);
+}
+
+double scale_of(const SceneModel& model, std::size_t body, Index spring, const StepContext& context) {
+    if (spring == kNoIndex) return 1.0;
+    const std::vector<double>& scales = context.bodies[owner_of(model, body)].spring_scale;
+    return scales.empty() ? 1.0 : scales[spring];
+}
+
+fem::ContactSpring& spring_at(const SceneModel& model, std::size_t body, Index spring, StepContext& context) {
+    return context.bodies[owner_of(model, body)].springs.springs[spring];
+}
+
+/// One that was softer starts with no more energy than it ended with.
+void start_less_deep(const SceneModel& model, const SprungPlace& place, double stiffer, const State& state, StepContext& context) {
+    for (const auto& [body, index] : {std::pair(place.own, place.spring_a), std::pair(place.other, place.spring_b)}) {
+        if (index == kNoIndex) continue;
+        const std::size_t owner = owner_of(model, body);
+        const double gap = fem::find_spring_gap(context.bodies[owner].springs, index, 0.0, state.bodies[owner].tissue.position);
+        if (gap < 0.0) context.bodies[owner].springs.springs[index].offset -= gap * (1.0 - 1.0 / std::sqrt(stiffer));
+    }
+}
+
+} // namespace
+
+void soften_springs(const SceneModel& model, const State& state, StepContext& context) {
+    if (context.solids.springs.empty()) return;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) find_scales(model, i, context);
+    for (SprungPlace& place : context.solids.sprung) {
+        place.scale = std::min(scale_of(model, place.own, place.spring_a, context), scale_of(model, place.other, place.spring_b, context));
+        const SprungPlace* before = find_sprung(context.solids, place.key());
+        if (before != nullptr && place.scale > before->scale) start_less_deep(model, place, place.scale / before->scale, state, context);
+    }
+    for (const SpringPair& pair : context.solids.springs) {
+        const double scale =
+            std::min(scale_of(model, pair.body_a, pair.spring_a, context), scale_of(model, pair.body_b, pair.spring_b, context));
+        if (!(scale < 1.0)) continue;
+        ++context.report.softened;
+        for (const auto& [body, index] : {std::pair(pair.body_a, pair.spring_a), std::pair(pair.body_b, pair.spring_b)}) {
+            if (index == kNoIndex) continue;
+            fem::ContactSpring& spring = spring_at(model, body, index, context);
+            spring.stiffness *= scale;
+            spring.damping *= scale;
+        }
+    }
+}
+
+} // namespace trocar::engine

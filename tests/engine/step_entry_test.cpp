@@ -1,0 +1,234 @@
+// Whatever a program hands to the simulator: it is refused with a sentence, or it is taken; what is refused has changed nothing, and no
+// state is ever anything but finite.
+#include "engine/prepare/check_scene.hpp"
+#include "engine/step/entry_checks.hpp"
+#include "step_fixture.hpp"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <random>
+
+namespace trocar::engine {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+const double kNan = std::nan("");
+
+/// Values that nobody means, among others that somebody might.
+class Hostile {
+public:
+    explicit Hostile(std::uint64_t seed) : random_(seed) {}
+    double number() {
+        const double odd[] = {kNan, kInf, -kInf, 1e308, -1e308, 5e-324, 0.0, -0.0};
+        if (below(2) == 0) return odd[below(std::size(odd))];
+        return std::uniform_real_distribution<double>(-0.2, 0.2)(random_);
+    }
+    std::size_t index(std::size_t count) {
+        const std::size_t odd[] = {count, count + 1, SIZE_MAX, SIZE_MAX / 2, std::size_t{1} << 32};
+        return below(2) == 0 && count > 0 ? below(count) : odd[below(std::size(odd))];
+    }
+    BudgetLimits limits() {
+        const std::uint64_t work[] = {0, 1, 300, UINT64_MAX};
+        return {static_cast<BudgetMode>(below(5)), number(), work[below(std::size(work))]};
+    }
+    std::size_t below(std::size_t count) { return std::uniform_int_distribution<std::size_t>(0, count - 1)(random_); }
+
+private:
+    std::mt19937_64 random_;
+};
+
+bool is_finite_state(const State& state) { return test::all_finite(state); }
+
+const PreparedScene& organ_scene() {
+    static const PreparedScene prepared = test::prepare(test::bent_tube_scene(
+        {.budget = "work:2000", .effects = R"("elasticity", "damping", "coarse_contact", "exact_contact")", .carrier = test::kOrgan}));
+    return prepared;
+}
+
+TEST(Entries, AHandThatIsNotFiniteOrOfNoInstrumentIsRefusedWithASentence) {
+    Simulator simulator(organ_scene().model);
+    for (const double bad : {kNan, kInf, -kInf}) {
+        const auto insertion = simulator.set_hand(0, {bad, 0.0}), rotation = simulator.set_hand(0, {0.03, bad});
+        ASSERT_FALSE(insertion.ok());
+        ASSERT_FALSE(rotation.ok());
+        EXPECT_THAT(insertion.error().to_string(), HasSubstr("insertion: found "));
+        EXPECT_THAT(rotation.error().to_string(), HasSubstr("rotation: found "));
+        EXPECT_THAT(rotation.error().to_string(), HasSubstr("expected a finite number"));
+    }
+    for (const std::size_t nobody : {std::size_t{1}, std::size_t{1000}, SIZE_MAX}) {
+        const auto set = simulator.set_hand(nobody, {0.03, 0.0});
+        ASSERT_FALSE(set.ok());
+        EXPECT_THAT(set.error().message, HasSubstr("expected one from 0 to 0"));
+        EXPECT_FALSE(simulator.follow_route(nobody).has_value());
+    }
+    EXPECT_TRUE(simulator.set_hand(0, {1e308, -1e308}).ok()) << "the limits of the hand bound it";
+    for (int k = 0; k < 20; ++k) ASSERT_TRUE(simulator.step().finite);
+    EXPECT_TRUE(is_finite_state(simulator.state()));
+}
+
+/// Two simulators: one is told everything, the other only what the first one took.
+TEST(Entries, WhatIsRefusedHasChangedNothingAndEveryStateIsFinite) {
+    const SceneModel& model = organ_scene().model;
+    std::size_t refused = 0, taken = 0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        Hostile hostile(seed);
+        Simulator told(model), twin(model);
+        const auto count = [&](bool ok) { ok ? ++taken : ++refused; };
+        for (int k = 0; k < 40; ++k) {
+            const DriveCommand hand{hostile.number(), hostile.number()};
+            const std::size_t instrument = hostile.index(model.instruments.size());
+            const auto handed = told.set_hand(instrument, hand);
+            count(handed.ok());
+            if (handed.ok()) {
+                ASSERT_TRUE(twin.set_hand(instrument, hand).ok());
+            } else {
+                EXPECT_THAT(handed.error().message, HasSubstr("found "));
+            }
+            Pull pull;
+            pull.body = hostile.index(model.bodies.size());
+            const std::size_t vertices = pull.body < model.bodies.size() ? model.bodies[pull.body].surface.vertices.size() : 7;
+            pull.vertex = static_cast<Index>(hostile.index(vertices));
+            pull.target = Vec3(hostile.number(), hostile.number(), hostile.number());
+            const auto pulled = told.set_pull(pull);
+            count(pulled.ok());
+            if (pulled.ok()) {
+                ASSERT_TRUE(twin.set_pull(pull).ok());
+            }
+            BudgetLimits limits = hostile.limits();
+            if (limits.mode == BudgetMode::Wall) limits.wall_s = kNan; // a clock must not decide this test
+            const auto budget = told.set_budget(limits);
+            count(budget.ok());
+            if (budget.ok()) {
+                ASSERT_TRUE(twin.set_budget(limits).ok());
+            }
+            told.set_cull_device(nullptr);
+            (void)told.finish_step(); // of no step: nothing
+            if (hostile.below(2) == 0) (void)told.begin_step();
+            (void)told.begin_step(); // once more: nothing
+            EXPECT_FALSE(told.join_step(twin).ok());
+            EXPECT_FALSE(told.join_step(told).ok());
+            EXPECT_NE(told.take_over("nonsense"), "");
+            const StepReport& report = told.finish_step();
+            ASSERT_TRUE(report.finite) << report.failure;
+            ASSERT_TRUE(twin.step().finite);
+            ASSERT_TRUE(is_finite_state(told.state())) << "seed " << seed << ", step " << k;
+        }
+        EXPECT_EQ(hash_state(told.state()), hash_state(twin.state())) << "seed " << seed;
+    }
+    EXPECT_GT(refused, 100u);
+    EXPECT_GT(taken, 50u);
+}
+
+TEST(Entries, AModelOrABudgetThatNoStepCanBeTakenWithStopsBeforeTheFirstOne) {
+    const auto refusal = [](const SceneModel& model, const BudgetLimits& limits) {
+        Simulator simulator(model, limits);
+        const std::uint64_t before = hash_state(simulator.state());
+        EXPECT_FALSE(simulator.begin_step());
+        const StepReport report = simulator.step();
+        EXPECT_FALSE(report.finite);
+        EXPECT_EQ(hash_state(simulator.state()), before);
+        return report.failure;
+    };
+    const SceneModel& good = organ_scene().model;
+    for (const double bad : {kNan, kInf, -1.0, 1e9})
+        EXPECT_THAT(refusal(good, {BudgetMode::Wall, bad, 0}), HasSubstr("budget.wall_s: found "));
+    EXPECT_THAT(refusal(good, {static_cast<BudgetMode>(9), 0.0, 0}), HasSubstr("budget.mode: found 9"));
+    SceneModel model = good;
+    for (const double bad : {kNan, kInf, 0.0, -0.01}) {
+        model.step_s = bad;
+        EXPECT_THAT(refusal(model, good.budget), HasSubstr("step_s: found "));
+    }
+    model = good;
+    model.effects.gravity = Vec3(0.0, kNan, 0.0);
+    EXPECT_THAT(refusal(model, good.budget), HasSubstr("gravity: found nan, expected three finite numbers"));
+    model = good;
+    model.contact.rod_stiffness = kNan;
+    EXPECT_THAT(refusal(model, good.budget), HasSubstr("contact.rod_stiffness"));
+    model = good;
+    model.instruments[0].limits.speed = kNan;
+    EXPECT_THAT(refusal(model, good.budget), HasSubstr("limits.speed"));
+}
+
+TEST(Entries, AStepOfAModelOfAnotherSizeIsNotJoined) {
+    const PreparedScene tube = test::prepare(test::bent_tube_scene({.budget = "work:2000"}));
+    Simulator a(organ_scene().model), b(tube.model);
+    ASSERT_TRUE(a.begin_step());
+    const auto joined = b.join_step(a);
+    ASSERT_FALSE(joined.ok());
+    EXPECT_THAT(joined.error().message, HasSubstr("bodies: found 2, expected 1"));
+    EXPECT_TRUE(b.step().finite) << "it goes on by itself";
+}
+
+/// One number of a scene that a program has made, set to something.
+struct SceneEdit {
+    const char* what;
+    void (*apply)(Scene&, double);
+};
+const SceneEdit kEdits[] = {
+    {"time.step", [](Scene& s, double x) { s.time.step = x; }},
+    {"time.duration", [](Scene& s, double x) { s.time.duration = x; }},
+    {"contact.clearance", [](Scene& s, double x) { s.contact.clearance = x; }},
+    {"contact.rod_stiffness", [](Scene& s, double x) { s.contact.rod_stiffness = x; }},
+    {"gravity", [](Scene& s, double x) { s.gravity = Vec3(0.0, x, 0.0); }},
+    {"bodies.organ.material.young_modulus", [](Scene& s, double x) { s.bodies[0].material.young_modulus = x; }},
+    {"bodies.organ.scale", [](Scene& s, double x) { s.bodies[0].scale = x; }},
+    {"bodies.organ.translate", [](Scene& s, double x) { s.bodies[0].translate = Vec3(x, 0.0, 0.0); }},
+    {"bodies.organ.surface.extent", [](Scene& s, double x) { s.bodies[0].surface.shape.extent[1] = x; }},
+    {"bodies.organ.fixed", [](Scene& s, double x) { s.bodies[0].fixed[0].fraction = x; }},
+    {"bodies.tube.surface.axis", [](Scene& s, double x) { s.bodies[1].surface.shape.axis_radii[1] = x; }},
+    {"bodies.tube.blend", [](Scene& s, double x) { s.bodies[1].blend = x; }},
+    {"instruments.wire.entry", [](Scene& s, double x) { s.instruments[0].entry.position[2] = x; }},
+    {"instruments.wire.direction", [](Scene& s, double x) { s.instruments[0].entry.direction = Vec3(x, x, x); }},
+    {"instruments.wire.length", [](Scene& s, double x) { s.instruments[0].design.length = x; }},
+    {"instruments.wire.radius", [](Scene& s, double x) { s.instruments[0].design.radius = x; }},
+    {"instruments.wire.path", [](Scene& s, double x) { s.instruments[0].path[1].insertion = x; }},
+    {"instruments.wire.speed", [](Scene& s, double x) { s.instruments[0].speed_limit = x; }},
+};
+
+/// The second body of the scene's list is the tube.
+Scene written_scene() {
+    auto good =
+        parse_scene(test::bent_tube_scene({.budget = "work:300", .effects = R"("elasticity", "coarse_contact")", .carrier = test::kOrgan}),
+                    "scenes/own.json");
+    EXPECT_TRUE(good.ok()) << good.error().to_string();
+    return std::move(*good);
+}
+
+TEST(Entries, ASceneThatAProgramHasWrittenIsCheckedAsOneThatWasRead) {
+    const Scene good = written_scene();
+    ASSERT_TRUE(check_scene(good).ok()) << check_scene(good).error().to_string();
+    for (const SceneEdit& edit : kEdits)
+        for (const double bad : {kNan, kInf, -kInf, -1e300}) {
+            Scene scene = good;
+            edit.apply(scene, bad);
+            const auto prepared = prepare_scene(scene);
+            EXPECT_FALSE(prepared.ok()) << edit.what << " = " << bad;
+            if (!prepared.ok()) {
+                EXPECT_FALSE(prepared.error().message.empty());
+            }
+        }
+    const auto refuses = [&](auto change) {
+        Scene scene = good;
+        change(scene);
+        return !prepare_scene(scene).ok();
+    };
+    for (const Index bad : {Index{2}, Index{1000}, kNoIndex - 1}) {
+        EXPECT_TRUE(refuses([bad](Scene& s) { s.instruments[0].lumen = bad; })) << bad;
+        EXPECT_TRUE(refuses([bad](Scene& s) { s.instruments[0].inside = bad; })) << bad;
+        EXPECT_TRUE(refuses([bad](Scene& s) { s.bodies[1].embedded_in = bad; })) << bad;
+        EXPECT_TRUE(refuses([bad](Scene& s) {
+            s.instruments[0].path.clear();
+            s.instruments[0].follow.emplace().target = bad;
+        })) << bad;
+    }
+    EXPECT_TRUE(refuses([](Scene& s) { s.instruments[0].lumen = 0; })) << "a body that is not hollow";
+    EXPECT_TRUE(refuses([](Scene& s) { s.bodies[1].embedded_in = 1; })) << "itself";
+    EXPECT_TRUE(refuses([](Scene& s) { s.bodies[0].surface.shape.cells = 1 << 30; }));
+    EXPECT_TRUE(refuses([](Scene& s) { s.bodies[1].surface.shape.axis_radii.pop_back(); }));
+}
+
+} // namespace
+} // namespace trocar::engine

@@ -1,0 +1,81 @@
+// The rod pushed through narrow winding tubes, whose walls are planes round every place: the iteration ends in a balance of forces.
+#include "fem/rod.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace trocar::fem {
+namespace {
+
+/// A tube along z that winds in x and y and has a narrowing. m
+struct WindingTube {
+    double radius = 1.5e-3, wave = 30e-3, swing = 4e-3, phase = 0.0, narrow_at = 50e-3, narrow_share = 0.5;
+
+    [[nodiscard]] Vec3 centre(double z) const {
+        const double grown = std::min(1.0, z / 20e-3); // straight where the rod enters
+        const double angle = z / wave + phase;
+        return {grown * swing * (std::sin(angle) - std::sin(phase)), grown * swing * (std::cos(angle) - std::cos(phase)), z};
+    }
+    [[nodiscard]] double radius_at(double z) const {
+        const double off = (z - narrow_at) / 6e-3;
+        return radius * (1.0 - narrow_share * std::exp(-off * off));
+    }
+};
+
+void add_planes(const RodModel& model, const RodState& state, const WindingTube& tube, std::vector<RodPlane>& planes) {
+    planes.clear();
+    for (Index node = first_inserted_node(model, state.insertion); node + 1 < model.node_count(); ++node)
+        for (const double weight : {0.5, 1.0}) {
+            const Vec3 p = (1.0 - weight) * state.position[node] + weight * state.position[node + 1];
+            const Vec3 centre = tube.centre(p.z());
+            const Vec3 along = (tube.centre(p.z() + 1e-4) - tube.centre(p.z() - 1e-4)).normalized();
+            const Vec3 side = perpendicular_axis(along);
+            for (int k = 0; k < 6; ++k) {
+                const double angle = 1.0471975511965976 * k;
+                const Vec3 normal = std::cos(angle) * side + std::sin(angle) * along.cross(side);
+                planes.push_back({node, weight, normal, normal.dot(centre) - (tube.radius_at(p.z()) - model.design.radius), 0.0});
+            }
+        }
+}
+
+TEST(RodContact, EndsInABalanceOfForcesInNarrowWindingTubes) {
+    std::mt19937 random(19);
+    const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    std::size_t steps = 0, open = 0;
+    double worst = 0.0;
+    for (int k = 0; k < 12; ++k) {
+        RodDesign design;
+        design.length = 0.15;
+        design.radius = between(0.25e-3, 0.5e-3);
+        design.segment = 2.5e-3;
+        design.young_modulus = between(30e6, 400e6);
+        const auto model = make_rod_model(design);
+        ASSERT_TRUE(model);
+        const WindingTube tube{between(1.2e-3, 2.5e-3), between(8e-3, 30e-3),  between(2e-3, 6e-3),
+                               between(0.0, 6.0),       between(40e-3, 80e-3), between(0.0, 0.5)};
+        RodState state;
+        place_rod(*model, {}, 8e-3, 0.0, state);
+        RodWorkspace work;
+        std::vector<RodPlane> planes;
+        RodDrive drive;
+        drive.insertion = state.insertion;
+        drive.friction = 0.05;
+        for (int step = 0; step < 400; ++step) {
+            drive.insertion += 0.25e-3;
+            drive.rotation += between(-0.03, 0.03);
+            add_planes(*model, state, tube, planes);
+            const RodReport report = solve_rod(*model, state, 0.01, 2, drive, planes, work);
+            ASSERT_EQ(report.first_bad_node, kNoIndex);
+            ++steps;
+            open += report.largest_residual > 1e-5;
+            worst = std::max(worst, report.largest_residual);
+        }
+    }
+    EXPECT_EQ(open, 0u) << "of " << steps << " steps, the worst by " << 1e3 * worst << " mm";
+}
+
+} // namespace
+} // namespace trocar::fem
