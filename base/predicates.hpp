@@ -12,6 +12,9 @@ struct Point2 {
     double x, y;
 };
 
+/// A point seen along an axis (0 to 2): the two other coordinates, in cyclic order.
+[[nodiscard]] inline Point2 drop_axis(const Vec3& p, int axis) noexcept { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
+
 /// +1 if a, b, c turn counter-clockwise, -1 clockwise, 0 exactly collinear.
 [[nodiscard]] int orient2d(const Point2& a, const Point2& b, const Point2& c) noexcept;
 

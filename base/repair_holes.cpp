@@ -18,7 +18,7 @@ constexpr std::size_t kMaxSearchedLoop = 400; // of whose chords all are tried: 
 constexpr int kMaxFillings = 40;              // of the same loops, each without the triangles that crossed before
 constexpr double kMostWeighed = 1e9;          // triangles in all fillings together, about: seconds
 constexpr double kBeside = 0.1;               // of the way to a vertex of the border
-constexpr double kShapeWeight = 0.01;         // of squared edge lengths beside area: among equal areas the rounder triangles
+constexpr double kRoundness = 0.01;         // of squared edge lengths beside area: among equal areas the rounder triangles
 
 using Loop = std::vector<Index>; // vertices in the direction in which new triangles run
 using Edge = std::array<Index, 2>;
@@ -127,7 +127,7 @@ private:
         const double edges_sq = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
         if (!taken_.crossing.empty() && taken_.crossing.contains(sorted({loop_[i], loop_[j], loop_[k]}))) return kForbidden;
         if (doubled < 1e-9 * edges_sq && are_collinear(a, b, c)) return flat_weight_;
-        return 0.5 * doubled + kShapeWeight * edges_sq;
+        return 0.5 * doubled + kRoundness * edges_sq;
     }
     /// cost(i, k): least weight of the triangles between the chord i-k and the loop from i to k. Kept by rows and by columns, so
     /// that both factors of the inner loop are read in the order of memory.

@@ -10,7 +10,6 @@ namespace {
 
 using Corners = std::array<Vec3, 3>;
 
-Point2 project(const Vec3& p, int axis) noexcept { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
 
 bool in_between(double a, double x, double b) noexcept { return std::min(a, b) <= x && x <= std::max(a, b); }
 
@@ -34,8 +33,8 @@ bool triangle_holds(const std::array<Point2, 3>& t, const Point2& p) noexcept {
 /// one to one, and the others cannot separate what meets.
 bool coplanar_meet(const Vec3& p, const Vec3& q, const Corners& t) noexcept {
     for (int axis = 0; axis < 3; ++axis) {
-        const Point2 fp = project(p, axis), fq = project(q, axis);
-        const std::array<Point2, 3> flat{project(t[0], axis), project(t[1], axis), project(t[2], axis)};
+        const Point2 fp = drop_axis(p, axis), fq = drop_axis(q, axis);
+        const std::array<Point2, 3> flat{drop_axis(t[0], axis), drop_axis(t[1], axis), drop_axis(t[2], axis)};
         if (!triangle_holds(flat, fp) && !segments_meet(fp, fq, flat[0], flat[1]) && !segments_meet(fp, fq, flat[1], flat[2]) &&
             !segments_meet(fp, fq, flat[2], flat[0]))
             return false;

@@ -26,7 +26,6 @@ Vec3 sortable_centre(const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
     return is_finite(sum) ? sum : Vec3(Vec3::Zero());
 }
 
-Point2 project(const Vec3& p, int axis) noexcept { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
 
 /// Sign of orient2d(a, b, p) for p shifted by (e, e^2), e -> 0: simulation of simplicity (Edelsbrunner & Muecke 1990).
 /// 0 only where a and b coincide.
@@ -148,7 +147,7 @@ std::optional<SurfacePoint> TriangleTree::closest(const Vec3& p, double max_dist
 
 int TriangleTree::crossing(Index slot, const Vec3& p, int axis, bool positive) const noexcept {
     const auto [a, b, c] = corners_at(slot);
-    const Point2 flat = project(p, axis), fa = project(a, axis), fb = project(b, axis), fc = project(c, axis);
+    const Point2 flat = drop_axis(p, axis), fa = drop_axis(a, axis), fb = drop_axis(b, axis), fc = drop_axis(c, axis);
     const int turn = shifted_orient2d(fa, fb, flat);
     if (turn == 0 || shifted_orient2d(fb, fc, flat) != turn || shifted_orient2d(fc, fa, flat) != turn) return 0;
     // turn > 0: the front face looks along +axis. A p in the plane counts as just below it along the axis.

@@ -5,14 +5,6 @@
 #include <cmath>
 
 namespace trocar::collision {
-namespace {
-
-bool is_bounded(const Vec3& p) noexcept { // false for NaN
-    return (p.array().abs() <= kLargestCoordinate).all();
-}
-
-} // namespace
-
 void CullSnapshot::reserve(std::size_t prism_count, std::size_t pair_count) {
     prisms.reserve(prism_count);
     corners.reserve(prism_count);

@@ -18,9 +18,6 @@ template <class Id>
 bool is_repeated(const std::array<Id, 3>& ids, int k) noexcept {
     return (k > 0 && ids[k] == ids[0]) || (k > 1 && ids[k] == ids[1]);
 }
-bool is_bounded(const Vec3& p) noexcept { // false for NaN
-    return std::abs(p[0]) <= kLargestCoordinate && std::abs(p[1]) <= kLargestCoordinate && std::abs(p[2]) <= kLargestCoordinate;
-}
 
 SweptCorners corners_of(const SurfaceMotion& m, const Triangle& t) noexcept {
     return {m.t0[t[0]], m.t0[t[1]], m.t0[t[2]], m.t1[t[0]], m.t1[t[1]], m.t1[t[2]]};

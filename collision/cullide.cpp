@@ -7,7 +7,7 @@ namespace trocar::collision {
 
 namespace {
 
-constexpr float kFar = 2.0f;
+constexpr float kFarDepth = 2.0f;
 
 } // namespace
 
@@ -65,12 +65,12 @@ void Cullide::look(std::span<const Vec3> positions, int axis, const CullidePlan&
                        (view.forward.dot(positions[v]) - f.nearest) * f.depth_scale};
     CullidePass pass{.patches = live_.size(), .triangles = prisms.size(), .queries = 2 * live_.size()};
     std::vector<std::uint8_t> hidden(live_.size(), 0);
-    depth_.assign(static_cast<std::size_t>(size_) * static_cast<std::size_t>(size_), kFar);
+    depth_.assign(static_cast<std::size_t>(size_) * static_cast<std::size_t>(size_), kFarDepth);
     for (std::size_t k = 0; k < live_.size(); ++k) { // forward: against itself and those before
         draw(live_[k]);
         hidden[k] = is_hidden(live_[k]);
     }
-    std::fill(depth_.begin(), depth_.end(), kFar);
+    std::fill(depth_.begin(), depth_.end(), kFarDepth);
     for (std::size_t k = live_.size(); k-- > 0;) { // backward: against those after
         hidden[k] = hidden[k] || is_hidden(live_[k]);
         draw(live_[k]);

@@ -25,6 +25,8 @@ struct SweptBox {
 
 /// Beyond this a coordinate is treated like NaN: as being everywhere. Far below the largest float, so sums stay finite.
 inline constexpr double kLargestCoordinate = 1e37; // m
+/// No coordinate is beyond it; false for NaN.
+[[nodiscard]] inline bool is_bounded(const Vec3& p) noexcept { return (p.array().abs() <= kLargestCoordinate).all(); }
 
 /// A float that is not above x. With y = x - 2^-23 |x| - 2^-148, rounding adds at most 2^-24 |y| + 2^-150, less than was taken off.
 [[nodiscard]] inline float round_down(double x) noexcept { return static_cast<float>(x - 0x1p-23 * std::abs(x) - 0x1p-148); }

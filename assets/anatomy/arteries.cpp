@@ -10,7 +10,7 @@ namespace trocar::anatomy {
 namespace {
 
 /// m, least wall-to-wall gap between vessels beyond their common mouth: grid and triangles must resolve it.
-constexpr double kLeastGap = 0.0018;
+constexpr double kLeastArteryGap = 0.0018;
 /// m of arc: a branch must have left its parent by then, or the two run side by side.
 constexpr double kLongestMouth = 0.032;
 
@@ -104,8 +104,8 @@ Result<void> open_mouth(const VesselPlan& plan, std::span<const LaidVessel> laid
     for (std::size_t i = 0; i < tube.points.size(); ++i) {
         const double outside = distance_to_all(laid, tube.points[i]);
         if (axis_out == 0 && outside > 0) axis_out = i;
-        if (wall_out == 0 && outside > tube.radii[i] + std::max(tube.blend, kLeastGap)) wall_out = i;
-        if (wall_out > 0 && outside < tube.radii[i] + kLeastGap)
+        if (wall_out == 0 && outside > tube.radii[i] + std::max(tube.blend, kLeastArteryGap)) wall_out = i;
+        if (wall_out > 0 && outside < tube.radii[i] + kLeastArteryGap)
             return Error{ErrorCode::BadMesh, vessel.legs.front().name + " comes too near to another vessel"};
     }
     if (wall_out == 0 || static_cast<double>(wall_out) * vessel.spacing > kLongestMouth + 2 * parent_radius)

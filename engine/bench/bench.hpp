@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -45,6 +46,13 @@ struct Bench {
     std::string_view what; // one line for --help
     Result<BenchTable> (*run)(const BenchOptions&);
 };
+
+/// The middle one of the values; 0 where there is none.
+[[nodiscard]] inline double median(std::vector<double> values) {
+    if (values.empty()) return 0.0;
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+    return values[values.size() / 2];
+}
 
 /// All benches, in the order in which they are listed.
 [[nodiscard]] std::span<const Bench> benches();

@@ -26,11 +26,6 @@ struct Workload {
     FrameSequence frames;
 };
 
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values.empty() ? 0.0 : values[values.size() / 2];
-}
-
 /// What one search costs over all steps: medians. One thread: the thread's own time; more: the wall's.
 struct Measured {
     double build_ms = 0.0, refit_ms = 0.0, broad_ms = 0.0, narrow_ms = 0.0, total_ms = 0.0;

@@ -53,7 +53,7 @@ struct Charges {
     }
 };
 
-double share(std::uint64_t part, std::uint64_t whole) { return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 1.0; }
+double kept_share(std::uint64_t part, std::uint64_t whole) { return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 1.0; }
 
 BenchRow run_under(const SceneModel& model, double budget_ms, std::uint64_t steps) {
     Simulator simulator(model, BudgetLimits{.mode = BudgetMode::Wall, .wall_s = 1e-3 * budget_ms});
@@ -66,9 +66,9 @@ BenchRow run_under(const SceneModel& model, double budget_ms, std::uint64_t step
     const std::uint64_t done = charges.wall_ms.size();
     return {{"budget_ms", budget_ms},
             {"steps", done},
-            {"kept", share(charges.kept, done)},
-            {"kept_own_time", share(charges.kept_own, done)},
-            {"kept_where_it_fits", share(charges.fitting_kept, charges.fitting)},
+            {"kept", kept_share(charges.kept, done)},
+            {"kept_own_time", kept_share(charges.kept_own, done)},
+            {"kept_where_it_fits", kept_share(charges.fitting_kept, charges.fitting)},
             {"charged_ms_p50", percentile(charges.wall_ms, 0.5)},
             {"charged_ms_p99", percentile(charges.wall_ms, 0.99)},
             {"charged_ms_p999", percentile(charges.wall_ms, 0.999)},

@@ -38,7 +38,7 @@ struct Encounter {
     std::size_t touching = 0;
 };
 
-struct Subject {
+struct Meeting {
     std::string name;
     const SolidBody *a, *b;
     std::vector<Encounter> encounters;
@@ -65,8 +65,8 @@ Encounter meet(const SolidBody& a, const SolidBody& b, const Pose& pose) {
 }
 
 /// From a first touch to deep inside, turning on the way.
-Subject make_subject(const std::string& name, const SolidBody& a, const SolidBody& b, int poses) {
-    Subject subject{name, &a, &b, {}};
+Meeting make_subject(const std::string& name, const SolidBody& a, const SolidBody& b, int poses) {
+    Meeting subject{name, &a, &b, {}};
     const double reach = 0.5 * (a.mesh.bounds().extent().x() + b.mesh.bounds().extent().x());
     for (int k = 0; k < poses; ++k) {
         const double way = static_cast<double>(k) / static_cast<double>(std::max(1, poses - 1));
@@ -75,7 +75,7 @@ Subject make_subject(const std::string& name, const SolidBody& a, const SolidBod
     return subject;
 }
 
-void start(const Subject& subject, const Encounter& met, DescentOrder order, spheretree::Descent& descent) {
+void start(const Meeting& subject, const Encounter& met, DescentOrder order, spheretree::Descent& descent) {
     descent.begin(0.0, order, kCap);
     descent.add_solid_pair({0, &subject.a->tree, met.a.spheres}, {1, &subject.b->tree, met.b.spheres});
 }
@@ -94,7 +94,7 @@ struct Answer {
     }
 };
 
-Answer judge(const Subject& subject, const Encounter& met, const spheretree::Descent& descent, double us) {
+Answer judge(const Meeting& subject, const Encounter& met, const spheretree::Descent& descent, double us) {
     const spheretree::DescentStats stats = descent.stats();
     std::vector<Contact> contacts;
     descent.add_contacts(contacts);
@@ -119,7 +119,7 @@ Answer judge(const Subject& subject, const Encounter& met, const spheretree::Des
 }
 
 /// Smallest budget that leaves at least `open` pairs, in this pose; where none does, the one that leaves most.
-std::uint64_t find_work(const Subject& subject, const Encounter& met, std::uint64_t open) {
+std::uint64_t find_work(const Meeting& subject, const Encounter& met, std::uint64_t open) {
     spheretree::Descent descent;
     start(subject, met, DescentOrder::Breadth, descent);
     std::uint64_t work = 0, most = 0, best = 0;
@@ -139,7 +139,7 @@ std::uint64_t median(std::vector<std::uint64_t> values) {
     return values[values.size() / 2];
 }
 
-Answer run_work(const Subject& subject, DescentOrder order, std::uint64_t work) {
+Answer run_work(const Meeting& subject, DescentOrder order, std::uint64_t work) {
     constexpr int kRepeats = 20; // of the timed part, which is microseconds
     spheretree::Descent descent;
     Answer sum;
@@ -157,7 +157,7 @@ Answer run_work(const Subject& subject, DescentOrder order, std::uint64_t work) 
 }
 
 /// Under a deadline, as the engine keeps it; over_us gets what every descent took beyond its budget.
-Answer run_wall(const Subject& subject, double budget_ms, std::vector<double>& over_us) {
+Answer run_wall(const Meeting& subject, double budget_ms, std::vector<double>& over_us) {
     const MonotonicClock clock;
     StepBudget budget(clock, {BudgetMode::Wall, 1e-3 * budget_ms, 0});
     spheretree::Descent descent;
@@ -181,13 +181,13 @@ Answer run_wall(const Subject& subject, double budget_ms, std::vector<double>& o
     return sum;
 }
 
-BenchRow make_row(const Subject& subject, const std::string& order, const std::string& budget, const Answer& a) {
+BenchRow make_row(const Meeting& subject, const std::string& order, const std::string& budget, const Answer& a) {
     return {{"bodies", subject.name},       {"order", order},         {"budget", budget},   {"open", a.open},
             {"leaf_pairs", a.leaves},       {"level", a.level},       {"us", a.us},         {"fps", a.us > 0.0 ? 1e6 / a.us : 0.0},
             {"called_touching", a.flagged}, {"touching", a.touching}, {"missed", a.missed}, {"farthest_mm", a.farthest_mm}};
 }
 
-void add_work_rows(const Subject& subject, std::size_t column, const BenchOptions& options, BenchTable& table) {
+void add_work_rows(const Meeting& subject, std::size_t column, const BenchOptions& options, BenchTable& table) {
     constexpr std::pair<DescentOrder, const char*> kOrders[] = {{DescentOrder::Breadth, "breadth"},
                                                                 {DescentOrder::Deepest, "deepest"},
                                                                 {DescentOrder::Depth, "depth"},
@@ -208,7 +208,7 @@ void add_work_rows(const Subject& subject, std::size_t column, const BenchOption
     table.rows.push_back(make_row(subject, "breadth", "exact", run_work(subject, DescentOrder::Breadth, WorkBudget::kUnlimited)));
 }
 
-void add_wall_rows(const Subject& subject, BenchTable& table) {
+void add_wall_rows(const Meeting& subject, BenchTable& table) {
     for (const double ms : kWallBudgetsMs) {
         std::vector<double> over;
         BenchRow row = make_row(subject, "breadth", fmt::format("{:g}ms", ms), run_wall(subject, ms, over));
@@ -231,7 +231,7 @@ Result<BenchTable> bench_interruptible(const BenchOptions& options) {
     for (const auto& [a, b, name, column] : {std::tuple{&first, &first, twice(first), 0}, std::tuple{&second, &second, twice(second), 1},
                                              std::tuple{&second, &first, second.name + " and " + first.name, 2}}) {
         options.progress(name);
-        const Subject subject = make_subject(name, *a, *b, poses);
+        const Meeting subject = make_subject(name, *a, *b, poses);
         add_work_rows(subject, static_cast<std::size_t>(column), options, table);
         add_wall_rows(subject, table);
     }

@@ -28,7 +28,7 @@ constexpr double kClose = 5e-3; // m, d_close
 constexpr BodyId kFigure = 0, kCloth = 1;
 
 /// The paper's seconds for 600 steps: hierarchy update, collision test, both. Its machine is not named in the part that was at hand.
-struct PaperRow {
+struct ProximityRow {
     int refit, test, total;
 };
 
@@ -52,7 +52,7 @@ constexpr const char* kSceneNames[] = {"walking", "standing", "walking, cloth on
 struct Setup {
     std::string name;
     ProximityOptions options;
-    std::optional<PaperRow> paper = std::nullopt;
+    std::optional<ProximityRow> paper = std::nullopt;
     Scene scene = Scene::Walking;
 };
 
@@ -97,10 +97,10 @@ public:
 
 void add_ablations(Setups& setups) {
     const ProximityOptions set = accelerated();
-    setups.add("accelerated: 18-DOP, quadtree, oriented", set).paper = PaperRow{56, 31, 88};
-    setups.add("unoriented", set, [](auto& o) { o.inflation = Inflation::Plain; }).paper = PaperRow{37, 136, 173};
-    setups.add("AABB", set, [](auto& o) { o.dop = 6; }).paper = PaperRow{43, 50, 93};
-    setups.add("binary tree", set, [](auto& o) { o.arity = 2; }).paper = PaperRow{64, 35, 99};
+    setups.add("accelerated: 18-DOP, quadtree, oriented", set).paper = ProximityRow{56, 31, 88};
+    setups.add("unoriented", set, [](auto& o) { o.inflation = Inflation::Plain; }).paper = ProximityRow{37, 136, 173};
+    setups.add("AABB", set, [](auto& o) { o.dop = 6; }).paper = ProximityRow{43, 50, 93};
+    setups.add("binary tree", set, [](auto& o) { o.arity = 2; }).paper = ProximityRow{64, 35, 99};
     setups.add("octree", set, [](auto& o) { o.arity = 8; });
     setups.add("14-DOP", set, [](auto& o) { o.dop = 14; });
     setups.add("26-DOP", set, [](auto& o) { o.dop = 26; });

@@ -61,11 +61,6 @@ struct Measured {
     std::vector<std::uint64_t> fingerprints; // [step]
 };
 
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values.empty() ? 0.0 : values[values.size() / 2];
-}
-
 std::uint64_t fingerprint(std::span<const SearchContact> contacts) {
     std::uint64_t mixed = contacts.size();
     for (const SearchContact& c : contacts)

@@ -18,13 +18,13 @@ namespace {
 
 using spheretree::Builder;
 
-struct Subject {
+struct TreeSubject {
     const char* name;
     const char* file;
     std::size_t triangles; // simplified to so many; 0: as it is
     bool in_quick;
 };
-constexpr Subject kSubjects[] = {
+constexpr TreeSubject kTreeSubjects[] = {
     {"bunny 3.7K", "stanford/bunny_7k_closed.off.gz", 3674, false}, {"bunny 7K", "stanford/bunny_7k_closed.off.gz", 0, true},
     {"armadillo 1K", "stanford/armadillo_1k_sofa.obj", 0, true},    {"spot 5.9K", "cow/spot_5.9k.obj.gz", 0, false},
     {"cow 5.8K", "cow/cow_viewpoint_5.8k.obj.gz", 0, false},        {"dragon 11K", "stanford/dragon_vrip_res4.ply.gz", 0, false},
@@ -110,7 +110,7 @@ void add_rates(const SolidBody& body, BenchTable& table) {
 Result<BenchTable> bench_spheretree(const BenchOptions& options) {
     BenchTable table;
     if (options.data)
-        for (const Subject& subject : kSubjects) {
+        for (const TreeSubject& subject : kTreeSubjects) {
             if (options.quick && !subject.in_quick) continue;
             options.progress(subject.name);
             Result<TriMesh> mesh = read_surface(*options.data / subject.file, {.weld = true});

@@ -8,7 +8,7 @@
 namespace trocar::engine {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 constexpr double kStep = 1.0 / 240.0; // s
 constexpr double kGravity = 9.81;     // m/s^2
 constexpr int kSweeps = 12;           // over all threads of the cloth, each step
@@ -27,7 +27,7 @@ void add_revolution(std::size_t rings, std::size_t sides, const Vec3& centre, co
     for (std::size_t i = 0; i <= rings; ++i) {
         const auto [radius, height] = profile(static_cast<double>(i) / static_cast<double>(rings));
         for (std::size_t k = 0; k < sides; ++k) {
-            const double angle = 2.0 * kPi * (static_cast<double>(k) + 0.5 * static_cast<double>(i % 2)) / static_cast<double>(sides);
+            const double angle = 2.0 * kHalfTurn * (static_cast<double>(k) + 0.5 * static_cast<double>(i % 2)) / static_cast<double>(sides);
             out.rest.push_back(centre + Vec3(radius * std::cos(angle), radius * std::sin(angle), height));
         }
     }
@@ -168,7 +168,7 @@ Solid make_solid(ClothScene scene, std::size_t triangles) {
     Solid solid;
     const auto squares = static_cast<double>(triangles) / 2.0;
     const auto ball = [](double s) {
-        return std::pair(kBallRadius * std::sin(kPi * (0.002 + 0.996 * s)), -kBallRadius * std::cos(kPi * s));
+        return std::pair(kBallRadius * std::sin(kHalfTurn * (0.002 + 0.996 * s)), -kBallRadius * std::cos(kHalfTurn * s));
     };
     if (scene == ClothScene::FourCones) {
         const auto sides = static_cast<std::size_t>(std::max(6.0, std::sqrt(squares)));
@@ -195,7 +195,7 @@ Cloth make_cloth_of(ClothScene scene, std::size_t triangles) {
     const auto ripple = [](double x, double y) { return 0.002 * std::sin(23.0 * x + 9.0 * y) + 0.001 * std::sin(31.0 * y - 17.0 * x); };
     if (scene == ClothScene::Garment) {
         Cloth skirt = make_cloth(side * 2, side / 2, true, [&](double s, double r) {
-            const double angle = 2.0 * kPi * s, height = 0.05 - 0.5 * r;
+            const double angle = 2.0 * kHalfTurn * s, height = 0.05 - 0.5 * r;
             const double radius = body_radius(0.05) + 0.004 + 0.1 * r + 0.02 * r * std::sin(9.0 * angle);
             return Vec3(radius * std::cos(angle), radius * std::sin(angle), height);
         });

@@ -47,11 +47,6 @@ fem::Material soft_material(const LawUnderTest& law) {
     return {.law = law.law, .young_modulus = 20000.0, .poisson_ratio = 0.45, .density = 1000.0, .viscosity = law.viscosity};
 }
 
-double median(std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-    return values[values.size() / 2];
-}
-
 /// Median over calls of the thread's own time, or of wall time where several threads work; s.
 template <class Work>
 double time_calls(bool wall, bool quick, Work&& work) {

@@ -156,7 +156,7 @@ void a_heap_under_any_budget(HardReport& report) {
     }
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kContactsCases[] = {
     {"contact", "ATipAgainstAWallOneTriangleThinNeverPassesIt", "no vertex outside, whatever the speed and the budget",
      tip_against_a_wall_one_triangle_thin},
     {"contact", "TwoCordsInAChannelStayInside", "no vertex outside; the axes keep their radius from the walls", two_cords_in_a_channel},
@@ -168,6 +168,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_contacts() noexcept { return kCases; }
+std::span<const HardCase> hard_contacts() noexcept { return kContactsCases; }
 
 } // namespace trocar::engine

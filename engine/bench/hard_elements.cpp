@@ -280,7 +280,7 @@ void rigid_rotations_by_right_angles_pull_on_nothing(HardReport& report) {
     }
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kElementsCases[] = {
     {"elements", "ZeroVolumeAndInvertedTetsAreRefusedById", "refused at load, tet and nodes named",
      zero_volume_and_inverted_tets_are_refused_by_id},
     {"elements", "SliverOfATenthOfADegreeIsTakenSlowsTheStepAndIsNamed",
@@ -303,6 +303,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_elements() noexcept { return kCases; }
+std::span<const HardCase> hard_elements() noexcept { return kElementsCases; }
 
 } // namespace trocar::engine

@@ -214,7 +214,7 @@ void target_that_cannot_be_reached(HardReport& report) {
     refuses(report, hard, "instruments.wire.follow", "no way from the entry to far");
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kInstrumentsCases[] = {
     {"instruments", "AKnotThatIsAttemptedCoilsInTheSacAndComesOutAgain",
      "no vertex outside; energy below that of a coil of half the sac's radius; drawn back it comes out whole", knot_that_is_attempted},
     {"instruments", "ACatheterLongerThanTheVesselStopsAndStaysInside",
@@ -237,6 +237,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_instruments() noexcept { return kCases; }
+std::span<const HardCase> hard_instruments() noexcept { return kInstrumentsCases; }
 
 } // namespace trocar::engine

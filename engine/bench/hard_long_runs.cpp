@@ -29,12 +29,6 @@ struct Second {
     double time_s, energy_j, memory_mib, step_ms;
 };
 
-double median(std::vector<double> values) {
-    if (values.empty()) return 0.0;
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-    return values[values.size() / 2];
-}
-
 /// A row of averages over each second.
 std::vector<Second> run_long(const BenchOptions& options, const std::string& name, const SceneModel& model, std::string& stopped) {
     Simulator simulator(model);

@@ -105,7 +105,7 @@ void a_ball_inside_a_ball(HardReport& report) {
     }
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kPlacesCases[] = {
     {"places", "TenThousandSizesFromTheOriginNothingChanges",
      "no vertex outside, nothing sinks; the run at the origin to 1e-12 m until the wall is met, then as near as the last bit lets it",
      ten_thousand_sizes_from_the_origin},
@@ -116,6 +116,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_places() noexcept { return kCases; }
+std::span<const HardCase> hard_places() noexcept { return kPlacesCases; }
 
 } // namespace trocar::engine

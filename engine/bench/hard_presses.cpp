@@ -80,7 +80,7 @@ void flesh_pressed_flat(HardReport& report) {
                 press(report, {.seconds = seconds, .left = 1.0, .thickness = thickness, .step = step}, {1.05, 1.0});
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kPressesCases[] = {
     {"contact", "FleshHeldBetweenSolidsIsNotHeated",
      "pressed to a third, by springs of 0.2 to 2000 N/mm, undamped: its energy and that of the springs never above 1.02 of what they had "
      "when the press stopped",
@@ -93,6 +93,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_presses() noexcept { return kCases; }
+std::span<const HardCase> hard_presses() noexcept { return kPressesCases; }
 
 } // namespace trocar::engine

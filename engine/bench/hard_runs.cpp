@@ -188,7 +188,7 @@ void a_budget_that_jumps_pumps_no_energy(HardReport& report) {
     }
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kRunsCases[] = {
     {"whole runs", "TenLaunchesGiveTheSameBits", "one final state under a budget of work", ten_launches},
     {"whole runs", "ThreadsChangeNoBit", "one final state", threads_change_no_bit},
     {"whole runs", "ShortCutsChangeNoContact",
@@ -202,6 +202,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_runs() noexcept { return kCases; }
+std::span<const HardCase> hard_runs() noexcept { return kRunsCases; }
 
 } // namespace trocar::engine

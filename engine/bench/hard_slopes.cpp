@@ -82,7 +82,7 @@ void a_block_beyond_the_friction_angle_slides(HardReport& report) {
     report.note(fmt::format("{}: its way over Coulomb's {:.2f}", name_of(stiff), slide(report, stiff).all / way_of(stiff)));
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kSlopesCases[] = {
     {"contact", "ABlockBelowTheFrictionAngleIsHeld",
      "at 0.3 and 0.8 of the angle, by springs of 0.2 and 20 N/mm, in steps of 1 and 5 ms: it stops within 2 mm, and stays",
      a_block_on_a_slope_is_held},
@@ -93,6 +93,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_slopes() noexcept { return kCases; }
+std::span<const HardCase> hard_slopes() noexcept { return kSlopesCases; }
 
 } // namespace trocar::engine

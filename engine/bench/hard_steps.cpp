@@ -310,7 +310,7 @@ void a_scene_that_forbids_substeps_is_told_the_step_that_works(HardReport& repor
     report.require(!fine.refused && fine.integrate.substeps_done == 1, "that step is taken in one");
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kStepsCases[] = {
     {"time step", "Rk4IsBoundedAtItsLimitGrowsTwoPercentBeyondAndIsGoneAtFive",
      "energy below 1.5 of the first at the limit, above 10 at 1.02, above 1e6 at 1.05",
      rk4_is_bounded_at_its_limit_grows_two_percent_beyond_and_is_gone_at_five},
@@ -339,6 +339,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_steps() noexcept { return kCases; }
+std::span<const HardCase> hard_steps() noexcept { return kStepsCases; }
 
 } // namespace trocar::engine

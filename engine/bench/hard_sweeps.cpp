@@ -189,7 +189,7 @@ void tunnelling_at_rising_speed(HardReport& report) {
     }
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kSweepsCases[] = {
     {"sweeps", "KnownContactsAndMissesInEveryOrderPlaceScaleAndDirectionOfTime",
      "exactly the known answer in all writings: six vertex orders, both edge orders, bodies swapped, time reversed, scales 2^-30 to 2^20, "
      "3e4 sizes away",
@@ -201,6 +201,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_sweeps() noexcept { return kCases; }
+std::span<const HardCase> hard_sweeps() noexcept { return kSweepsCases; }
 
 } // namespace trocar::engine

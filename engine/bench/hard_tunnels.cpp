@@ -166,7 +166,7 @@ void tunnelling_of_a_wire_at_rising_speed(HardReport& report) {
     }
 }
 
-constexpr HardCase kCases[] = {
+constexpr HardCase kTunnelsCases[] = {
     {"tunnelling", "APlateThatFliesAtABallThrowsIt",
      "by surfaces no speed from 0.3 to 30 m/s tunnels or stops the run, whatever the budget; up to 1.2 m/s the ball leaves at 0.8 of the "
      "plate's speed at least, at none at more than twice it; by spheres where it tunnels the report says so",
@@ -181,6 +181,6 @@ constexpr HardCase kCases[] = {
 
 } // namespace
 
-std::span<const HardCase> hard_tunnels() noexcept { return kCases; }
+std::span<const HardCase> hard_tunnels() noexcept { return kTunnelsCases; }
 
 } // namespace trocar::engine

@@ -13,7 +13,7 @@ namespace trocar::engine {
 
 namespace {
 
-struct Request {
+struct BenchRequest {
     std::string name;
     std::vector<std::string> given; // files with tables that `all` does not measure again
     BenchOptions options;
@@ -41,7 +41,7 @@ std::size_t count_broken(std::string_view bench, const BenchTable& table) {
 }
 
 /// Every table, one after another. One that cannot be measured is named, and the others are.
-int run_all(const Request& request, ProgressLine& progress) {
+int run_all(const BenchRequest& request, ProgressLine& progress) {
     std::vector<MeasuredBench> measured;
     nlohmann::ordered_json json = nlohmann::ordered_json::array();
     int failed = 0;
@@ -80,7 +80,7 @@ int run_all(const Request& request, ProgressLine& progress) {
     return failed == 0 && broken > 0 ? kExitDiffers : failed;
 }
 
-int run_bench(Request& request) {
+int run_bench(BenchRequest& request) {
     if (request.name.empty()) return list_benches();
     const auto all = benches();
     const auto bench = std::find_if(all.begin(), all.end(), [&](const Bench& b) { return b.name == request.name; });
@@ -112,7 +112,7 @@ int run_bench(Request& request) {
 } // namespace
 
 Command add_bench_command(CLI::App& app) {
-    const auto request = std::make_shared<Request>();
+    const auto request = std::make_shared<BenchRequest>();
     CLI::App* command = app.add_subcommand("bench", "Measure the papers' and the peers' tables here; no name: list them");
     command->add_option("name", request->name, "which table, or all");
     command->add_option("--json", request->options.json, "write the rows to this file");

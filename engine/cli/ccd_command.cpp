@@ -17,7 +17,7 @@ namespace trocar::engine {
 
 namespace {
 
-struct Request {
+struct CcdRequest {
     std::vector<std::string> files;
     std::string kind = "auto";
     unsigned repeats = 3;
@@ -87,7 +87,7 @@ void tell_missed(const std::string& file, const Tally& tally) {
                   file});
 }
 
-int answer_files(const Request& request) {
+int answer_files(const CcdRequest& request) {
     Tally total;
     std::size_t rounded = 0;
     for (const std::string& file : request.files) {
@@ -117,7 +117,7 @@ int answer_files(const Request& request) {
 } // namespace
 
 Command add_ccd_command(CLI::App& app) {
-    const auto request = std::make_shared<Request>();
+    const auto request = std::make_shared<CcdRequest>();
     CLI::App* command =
         app.add_subcommand("ccd", "Answer the queries of the public CCD benchmark (CSV, plain or .gz) and compare with their truth");
     command->add_option("files", request->files, "files of eight rows a query; the name tells vertex-face or edge-edge")->required();

@@ -43,8 +43,8 @@ double real(const Json& json) {
     return json.get<std::string>() == "inf" ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
 }
 
-Json percentiles(const Percentiles& p) { return {real(p.p50), real(p.p95), real(p.p99), real(p.max)}; }
-Percentiles percentiles(const Json& json) { return {real(json.at(0)), real(json.at(1)), real(json.at(2)), real(json.at(3))}; }
+Json four_numbers(const Percentiles& p) { return {real(p.p50), real(p.p95), real(p.p99), real(p.max)}; }
+Percentiles four_numbers(const Json& json) { return {real(json.at(0)), real(json.at(1)), real(json.at(2)), real(json.at(3))}; }
 
 Json to_json(const CostOwnRun& run) {
     Json curve = Json::array();
@@ -52,8 +52,8 @@ Json to_json(const CostOwnRun& run) {
         curve.push_back({real(p.time_s), real(p.level), real(p.pairs_open), real(p.tip_distance_m), real(p.step_ms), real(p.charged_ms)});
     return {{"steps", run.steps},
             {"failure", run.failure},
-            {"step_ms", percentiles(run.step_ms)},
-            {"charged_ms", percentiles(run.charged_ms)},
+            {"step_ms", four_numbers(run.step_ms)},
+            {"charged_ms", four_numbers(run.charged_ms)},
             {"budget_kept", run.budget_kept},
             {"realtime_kept", run.realtime_kept},
             {"exact_steps", run.exact_steps},
@@ -69,8 +69,8 @@ CostOwnRun from_json(const Json& json) {
     CostOwnRun run;
     run.steps = json.at("steps");
     run.failure = json.at("failure");
-    run.step_ms = percentiles(json.at("step_ms"));
-    run.charged_ms = percentiles(json.at("charged_ms"));
+    run.step_ms = four_numbers(json.at("step_ms"));
+    run.charged_ms = four_numbers(json.at("charged_ms"));
     run.budget_kept = json.at("budget_kept");
     run.realtime_kept = json.at("realtime_kept");
     run.exact_steps = json.at("exact_steps");

@@ -23,7 +23,7 @@ constexpr double kLargestClearanceShare = 0.25;
 /// Of the clearance: what counts as touching stays well below it, or every rest would be a contact.
 constexpr double kLargestDistanceShare = 0.2;
 /// [-]; an insertion that is the bound but for this is not beyond it.
-constexpr double kRounding = 1e-9;
+constexpr double kRoundingOfUnits = 1e-9;
 /// Links of the sphere chain per rod segment: at the node and midway to the next.
 constexpr std::size_t kLinksPerSegment = 2;
 
@@ -202,7 +202,7 @@ void note_bounds(const Scene& scene, PreparedScene& prepared) {
         const double bound = instrument.rod.design.length - 2.0 * instrument.rod.segment; // move_hands goes no farther
         double asked = instrument.inserted;
         for (const DriveRow& row : instrument.path) asked = std::max(asked, row.insertion);
-        if (asked > bound * (1.0 + kRounding))
+        if (asked > bound * (1.0 + kRoundingOfUnits))
             prepared.bodies[instrument.lumen].notes.push_back(
                 fmt::format("{} is to be inserted {:.4g} mm, and {:.4g} mm are taken: two segments of {:.4g} mm of its length of "
                             "{:.4g} mm stay at the port",

@@ -85,7 +85,7 @@ Index add_sphere_spring(const SceneModel& model, const SphereSide& side, double 
 }
 
 auto key_of(const SphereHold& hold) { return std::tie(hold.body_a, hold.body_b, hold.sphere_a, hold.sphere_b, hold.tested); }
-bool by_key(const SphereHold& x, const SphereHold& y) { return key_of(x) < key_of(y); }
+bool by_hold_key(const SphereHold& x, const SphereHold& y) { return key_of(x) < key_of(y); }
 
 /// Pairs that are the deepest of one of their spheres.
 void choose_pairs(const SceneModel& model, StepContext& context) {
@@ -113,7 +113,7 @@ void choose_pairs(const SceneModel& model, StepContext& context) {
             context.solids.holds.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0],
                                             contact.origin == ContactOrigin::TestedSpheres, contact.normal, contact.gap});
     }
-    std::sort(context.solids.holds.begin(), context.solids.holds.end(), by_key);
+    std::sort(context.solids.holds.begin(), context.solids.holds.end(), by_hold_key);
 }
 
 /// m, negative: how far the two are into one another as the response counts it.
@@ -121,7 +121,7 @@ double gap_of(SphereHold& hold, double stiffness, double limit, const SceneModel
     if (hold.tested || model.contact.solid_response == SolidResponse::Spheres)
         return hold.tested ? hold.gap : std::max(hold.gap, -model.contact.assumed_depth);
     const std::vector<SphereHold>& before = context.solids.holds_before;
-    const auto old = std::lower_bound(before.begin(), before.end(), hold, by_key);
+    const auto old = std::lower_bound(before.begin(), before.end(), hold, by_hold_key);
     const bool known = old != before.end() && key_of(*old) == key_of(hold);
     if (known) hold.normal = old->normal;
     const Vec3 now =

@@ -21,7 +21,7 @@ constexpr std::size_t kPathLooks = 4096;
 constexpr auto by_key = [](const auto& x, const auto& y) { return x.key() < y.key(); };
 
 /// A place of a surface: a vertex, or a point of an edge.
-struct Probe {
+struct VertexProbe {
     Index vertex[2] = {kNoIndex, kNoIndex};
     double weight[2] = {1.0, 0.0};
 
@@ -50,7 +50,7 @@ struct Look {
 };
 
 /// The touch of a place with what of the other surface it stands before, or behind.
-Contact make_touch(const OneWay& way, const Probe& probe, const Vec3& place, const SurfacePoint& at, bool inside) {
+Contact make_touch(const OneWay& way, const VertexProbe& probe, const Vec3& place, const SurfacePoint& at, bool inside) {
     const Triangle& face = way.face(at.triangle);
     Contact touch;
     touch.body_a = static_cast<BodyId>(way.own);
@@ -89,7 +89,7 @@ Look look_at_vertex(const OneWay& way, Index v, double reach) {
 }
 
 /// The middle of what lies inside of an edge.
-void add_edge_touch(const OneWay& way, const Probe& probe) {
+void add_edge_touch(const OneWay& way, const VertexProbe& probe) {
     const InsideTest& against = way.context.bodies[way.other].inside;
     const Vec3 place = probe.at(way.surface(way.own));
     if (!against.inside(place)) return;
@@ -201,7 +201,7 @@ void probe_edges(const OneWay& way, std::vector<Piercing>& piercings) {
         const Piercing &in = piercings[k - 1], &out = piercings[k];
         if (in.v0 != out.v0 || in.v1 != out.v1 || !(out.s > in.s)) continue;
         const double middle = 0.5 * (in.s + out.s);
-        const Probe probe{{in.v0, in.v1}, {1.0 - middle, middle}};
+        const VertexProbe probe{{in.v0, in.v1}, {1.0 - middle, middle}};
         add_edge_touch(way, probe);
     }
 }

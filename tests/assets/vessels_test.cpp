@@ -10,7 +10,7 @@
 namespace trocar::anatomy {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kHalfTurn = 3.14159265358979323846;
 
 const VesselBranch kTrunk{{{0, 0, 0}, {0, 0, 0.08}}, {0.004, 0.004}};
 
@@ -25,7 +25,7 @@ TEST(Vessels, AStraightOneIsATubeWithRoundEnds) {
     const auto mesh = make_vessels(std::vector{kTrunk}, 0.0, 8000);
     ASSERT_TRUE(mesh.ok()) << mesh.error().message;
     expect_lumen(*mesh);
-    const double volume = kPi * 0.004 * 0.004 * 0.08 + 4.0 / 3.0 * kPi * 0.004 * 0.004 * 0.004;
+    const double volume = kHalfTurn * 0.004 * 0.004 * 0.08 + 4.0 / 3.0 * kHalfTurn * 0.004 * 0.004 * 0.004;
     EXPECT_NEAR(inspect_surface(*mesh).signed_volume, volume, 0.02 * volume);
     EXPECT_NEAR(static_cast<double>(mesh->triangles.size()), 8000.0, 2000.0);
 }

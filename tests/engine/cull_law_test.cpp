@@ -23,7 +23,7 @@ namespace {
 
 using collision::SearchContact;
 
-constexpr std::size_t kMostTriangles = 1500, kMostByQueries = 400; // at 6000 it holds as well, and takes a minute
+constexpr std::size_t kMostOfALaw = 1500, kMostByQueries = 400; // at 6000 it holds as well, and takes a minute
 
 struct Hit {
     ContactOrigin origin;
@@ -183,7 +183,7 @@ TEST(CullLaw, WhoeverCullsTheContactsOfMadeSurfacesAreTheSame) {
     Culled by_opengl;
     for (const std::size_t triangles : {320u, 1300u})
         for (const made::Named& one : made::make_all(triangles, triangles)) {
-            if (one.mesh.triangles.size() > kMostTriangles) continue;
+            if (one.mesh.triangles.size() > kMostOfALaw) continue;
             anatomy::Random random(++tried);
             SCOPED_TRACE(::testing::Message() << one.name << " (seed " << tried << ")");
             const bool queries = one.mesh.triangles.size() <= kMostByQueries; // slow
@@ -211,7 +211,7 @@ TEST(CullLaw, WhoeverCullsTheContactsOfEverySurfaceAreTheSame) {
     Culled by_opengl;
     for (const auto& file : files) {
         const auto mesh = read_surface(file, {.weld = true});
-        if (!mesh.ok() || mesh->triangles.empty() || mesh->triangles.size() > kMostTriangles) continue;
+        if (!mesh.ok() || mesh->triangles.empty() || mesh->triangles.size() > kMostOfALaw) continue;
         anatomy::Random random(tried + 1);
         const std::vector<Vec3> t1 = squeeze(mesh->vertices, random);
         SCOPED_TRACE(::testing::Message() << file << " (seed " << ++tried << ")");
@@ -259,7 +259,7 @@ void expect_the_law_pinched(const TriMesh& mesh) {
                     1e-3 * by_opengl.look_ms, static_cast<unsigned long long>(calls.draws),
                     static_cast<unsigned long long>(calls.read_backs));
     std::printf("\n");
-    EXPECT_GT(mesh.triangles.size(), kMostTriangles);
+    EXPECT_GT(mesh.triangles.size(), kMostOfALaw);
     EXPECT_GT(contacts, 0u);
     if (open_gl && has_opengl()) {
         EXPECT_LT(by_opengl.left, by_opengl.near);

@@ -19,11 +19,11 @@ using test::Cloth;
 using test::make_cloth;
 using test::WholeView;
 
-constexpr ContextKind kAllKinds[] = {ContextKind::EglDevice, ContextKind::EglSurfaceless, ContextKind::OsMesa};
+constexpr ContextKind kCullKinds[] = {ContextKind::EglDevice, ContextKind::EglSurfaceless, ContextKind::OsMesa};
 
 std::vector<std::unique_ptr<GlCullBackend>> all_backends() {
     std::vector<std::unique_ptr<GlCullBackend>> backends;
-    for (const ContextKind kind : kAllKinds) {
+    for (const ContextKind kind : kCullKinds) {
         auto backend = GlCullBackend::make({.order = {kind}});
         if (backend.ok()) {
             std::printf("%s\n", (*backend)->name().c_str());
@@ -70,7 +70,7 @@ TEST(GpuCull, OcclusionQueriesGiveTheBitsOfTheOrderFreeForm) {
     const auto prisms = cloth.prisms();
     const ChromaticSets sets = make_chromatic_sets(cloth.topology.triangles, cloth.t0.size());
     int tried = 0;
-    for (const ContextKind kind : kAllKinds) {
+    for (const ContextKind kind : kCullKinds) {
         auto canvas = GlCanvas::make({.order = {kind}});
         if (!canvas.ok()) {
             std::printf("%s is not there: %s\n", name_of(kind), canvas.error().message.c_str());

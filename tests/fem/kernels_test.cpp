@@ -18,7 +18,7 @@ struct EveryKernel : testing::TestWithParam<MaterialLaw> {
     ~EveryKernel() override { choose_isa(""); }
 };
 
-std::string name_law(const testing::TestParamInfo<MaterialLaw>& info) {
+std::string name_of_law(const testing::TestParamInfo<MaterialLaw>& info) {
     constexpr const char* kNames[] = {"StVK", "Corotational", "NeoHookean"};
     return kNames[static_cast<int>(info.param)];
 }
@@ -179,7 +179,7 @@ TEST_P(EveryKernel, GrowthOfTheStiffestTetIsSeenAndOnlyThat) {
     EXPECT_GT(more, little);
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, EveryKernel, testing::ValuesIn(kLaws), name_law);
+INSTANTIATE_TEST_SUITE_P(Laws, EveryKernel, testing::ValuesIn(kLaws), name_of_law);
 
 TEST(ForcePlan, NamesEveryTetAndNodeOnceAndEverySlotOfANode) {
     const auto model = make_model(make_bar_mesh({13, 7, 5}, 0.01, 0.1), make_material(MaterialLaw::NeoHookean));

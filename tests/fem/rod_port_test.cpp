@@ -13,7 +13,7 @@ using test::bending_stiffness;
 using test::settle;
 
 constexpr double kLength = 0.05, kSegment = 2e-3; // m: a node stands on the port
-const RodPort kPort{Vec3::Zero(), Vec3::UnitX()};
+const RodPort kAtOrigin{Vec3::Zero(), Vec3::UnitX()};
 
 RodDesign port_design() { return bare_design(0.1, kSegment); }
 
@@ -22,12 +22,12 @@ RodModel port_model() { return make_rod_model(port_design()).value(); }
 /// N/m, of a cantilever of that insertion against a small push on its tip.
 double stiffness_at(const RodModel& model, double insertion, const Vec3& across) {
     RodDrive drive;
-    drive.port = kPort;
+    drive.port = kAtOrigin;
     drive.insertion = insertion;
     drive.contact_stiffness = 20.0; // of the order of the rod's, so that both give way
     RodState state;
     place_rod(model, drive.port, insertion, 0.0, state);
-    const bool along = across.dot(kPort.direction) != 0.0;
+    const bool along = across.dot(kAtOrigin.direction) != 0.0;
     const double push = along ? 1e-6 : 1e-4; // m; along it less than it buckles at
     const double at = along ? -insertion : 0.0;
     std::vector<RodPlane> planes{{static_cast<Index>(model.node_count() - 2), 1.0, across, at + push, 0.0}};
@@ -68,7 +68,7 @@ TEST(RodPort, ANodeThatPassesLeavesTheStiffnessAlongAsItWas) {
 /// Pushed in or drawn out at 35 mm/s past several nodes while a plane holds the tip aside: the force on the plane.
 void expect_smooth_force(const RodModel& model, double from, double to, double most) {
     RodDrive drive;
-    drive.port = kPort;
+    drive.port = kAtOrigin;
     drive.insertion = from;
     drive.contact_stiffness = 2e4;
     RodState state;
@@ -115,7 +115,7 @@ TEST(RodPort, AShapedTipComesInWithoutAJolt) {
     const RodModel model = make_rod_model(design).value();
     for (const bool inwards : {true, false}) {
         RodDrive drive;
-        drive.port = kPort;
+        drive.port = kAtOrigin;
         drive.insertion = inwards ? 0.004 : 0.02;
         RodState state;
         place_rod(model, drive.port, drive.insertion, 0.0, state);

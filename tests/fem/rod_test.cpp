@@ -21,7 +21,7 @@ RodDesign straight_design() {
 }
 
 /// Lets the rod come to rest under constant drive.
-RodReport settle(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double seconds = 2.0) {
+RodReport come_to_rest(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double seconds = 2.0) {
     RodWorkspace workspace;
     RodReport report;
     for (int i = 0; i < 100; ++i) report = solve_rod(model, state, seconds / 100, 2, drive, planes, workspace);
@@ -36,7 +36,7 @@ TEST(Rod, ACantileverUnderItsOwnWeightBendsAsEulerBernoulliSays) {
     drive.gravity = Vec3(0, 0, -2.0);
     RodState state;
     place_rod(model, drive.port, drive.insertion, 0.0, state);
-    const RodReport report = settle(model, state, drive, {}, 40.0);
+    const RodReport report = come_to_rest(model, state, drive, {}, 40.0);
     const double area = std::numbers::pi * 0.25e-6, second_moment = 0.25 * area * 0.25e-6;
     const double load = 1100.0 * area * 2.0; // N/m
     // The last node behind the port is free to turn: the clamp sits half a segment behind it.
@@ -58,7 +58,7 @@ TEST(Rod, AShapedTipTakesItsRestAngleAndTurnsWithTheHandle) {
         drive.rotation = rotation;
         RodState state;
         place_rod(model, drive.port, drive.insertion, rotation, state);
-        settle(model, state, drive, {}, 8.0);
+        come_to_rest(model, state, drive, {}, 8.0);
         const std::size_t last = model.node_count() - 1;
         const Vec3 tangent = (state.position[last] - state.position[last - 1]).normalized();
         EXPECT_NEAR(std::acos(tangent.x()), 0.8, 0.08);
@@ -100,7 +100,7 @@ TEST(Rod, APlaneHoldsItAndTellsTheForce) {
     place_rod(model, drive.port, drive.insertion, 0.0, state);
     const Index tip = static_cast<Index>(model.node_count() - 2);
     std::vector<RodPlane> planes{{tip, 1.0, Vec3::UnitZ(), 1e-3, 0.0}}; // lifts the tip by a millimetre
-    settle(model, state, drive, planes);
+    come_to_rest(model, state, drive, planes);
     const double bending = 100e6 * 0.25 * std::numbers::pi * std::pow(0.5e-3, 4);
     const double expected = 3.0 * bending * 1e-3 / std::pow(0.05, 3);
     EXPECT_NEAR(state.position.back().z(), 1e-3, 1e-6);
@@ -158,7 +158,7 @@ TEST(Rod, APigtailIsACoilOfItsAngleWhoseLoopsLieBesideOneAnother) {
         drive.insertion = 0.06;
         RodState state;
         place_rod(model, drive.port, drive.insertion, 0.0, state);
-        for (int k = 0; k < 5; ++k) settle(model, state, drive, {}, 1.0); // steps of 5 ms, as a scene's
+        for (int k = 0; k < 5; ++k) come_to_rest(model, state, drive, {}, 1.0); // steps of 5 ms, as a scene's
         // Nodes a turn apart stand beside one another, by the rise of a turn.
         const std::size_t tip = model.node_count() - 1, turn = static_cast<std::size_t>(std::round(2.0 * std::numbers::pi / 8.0 * 40.0));
         const double gap = (state.position[tip] - state.position[tip - turn]).norm();

@@ -11,7 +11,7 @@ using test::bare_design;
 using test::bending_stiffness;
 using test::settle;
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 /// Tip of a clamped elastica under an end load across its first direction.
 struct Elastica {
@@ -147,7 +147,7 @@ Elliptic elliptic(double m) {
         power *= 2.0;
         sum += power * c * c;
     }
-    return {0.5 * kPi / a, 0.5 * kPi / a * (1.0 - sum)};
+    return {0.5 * kHalfTurn / a, 0.5 * kHalfTurn / a * (1.0 - sum)};
 }
 
 struct Pressed {
@@ -173,10 +173,10 @@ Pressed press(double length, double shortening, double nudge) {
 TEST(RodValidation, BucklesAtEulersLoadAndNotBelowIt) {
     const double length = 0.06;
     const RodDesign design = bare_design(length, 1e-3);
-    const double euler = kPi * kPi * bending_stiffness(design) / (4.0 * length * length);
-    const double axial = design.young_modulus * kPi * design.radius * design.radius / length; // N/m
+    const double euler = kHalfTurn * kHalfTurn * bending_stiffness(design) / (4.0 * length * length);
+    const double axial = design.young_modulus * kHalfTurn * design.radius * design.radius / length; // N/m
     // A weight a millionth of gravity tells it which way: it bends by w L^4 / (8 E I) / (1 - P / P_euler), about.
-    const double nudge = 1e-5, area = kPi * design.radius * design.radius;
+    const double nudge = 1e-5, area = kHalfTurn * design.radius * design.radius;
     const double unloaded = design.density * area * nudge * std::pow(length, 4) / (8.0 * bending_stiffness(design));
     const Pressed below = press(length, 0.9 * euler / axial, nudge);
     std::printf("margin: at %.4f of Euler's load the tip is %.2f times as far aside as without it\n", below.force / euler,
@@ -193,11 +193,11 @@ TEST(RodValidation, BucklesAtEulersLoadAndNotBelowIt) {
 TEST(RodValidation, FarBeyondBucklingItsLoadIsTheElasticas) {
     const double length = 0.06;
     const RodDesign design = bare_design(length, 1e-3);
-    const double euler = kPi * kPi * bending_stiffness(design) / (4.0 * length * length);
+    const double euler = kHalfTurn * kHalfTurn * bending_stiffness(design) / (4.0 * length * length);
     for (const double tip_angle : {0.5, 1.0, 1.5}) {
         const double m = std::pow(std::sin(0.5 * tip_angle), 2);
         const Elliptic full = elliptic(m);
-        const double load = std::pow(2.0 * full.k / kPi, 2), shortening = 2.0 - 2.0 * full.e / full.k;
+        const double load = std::pow(2.0 * full.k / kHalfTurn, 2), shortening = 2.0 - 2.0 * full.e / full.k;
         const Pressed rod = press(length, shortening * length, 1e-3);
         std::printf("margin: shortened to %.3f L: load %.4f of Euler's, the elastica's %.4f\n", 1.0 - shortening, rod.force / euler, load);
         EXPECT_NEAR(rod.force / euler, load, 4e-3 * load) << tip_angle;
@@ -219,7 +219,7 @@ RodState curl(double length, int segments, const Rest& rest) {
 }
 
 TEST(RodValidation, ConstantRestCurvatureClosesToACircle) {
-    const double length = 0.1, curvature = 2.0 * kPi / length;
+    const double length = 0.1, curvature = 2.0 * kHalfTurn / length;
     double last = 0.0;
     for (const int segments : {16, 32, 64}) {
         // Turning nodes share the length out among them: as many segments as turns.
@@ -228,7 +228,7 @@ TEST(RodValidation, ConstantRestCurvatureClosesToACircle) {
         const std::size_t tip = state.position.size() - 1;
         const double gap = (state.position[tip] - state.position[tip - static_cast<std::size_t>(segments)]).norm();
         std::printf("margin: circle of %d segments closes to %.3e of its length, ratio %.2f\n", segments, gap / length, last / gap);
-        EXPECT_LT(gap / length, 1.5 * 2.0 * kPi / 24.0 * std::pow(2.0 * kPi / segments, 2)) << segments;
+        EXPECT_LT(gap / length, 1.5 * 2.0 * kHalfTurn / 24.0 * std::pow(2.0 * kHalfTurn / segments, 2)) << segments;
         if (last > 0.0) {
             EXPECT_GT(last / gap, 3.3) << segments;
         }
