@@ -3,13 +3,17 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-set(rooms base fem spheretree collision assets engine)
+set(folders base fem spheretree collision assets engine)
+set(modules base fem spheretree collision assets io time scene prepare step render report experiments)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Trocar)
 
-set(targets trocar_options)
-foreach(room ${rooms})
-    list(APPEND targets trocar_${room})
-    install(DIRECTORY ${PROJECT_SOURCE_DIR}/${room} DESTINATION include/trocar FILES_MATCHING PATTERN "*.hpp")
+set(targets trocar_options trocar_engine)
+foreach(module ${modules})
+    list(APPEND targets trocar_${module})
+endforeach()
+foreach(folder ${folders})
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION include/trocar FILES_MATCHING PATTERN "*.hpp"
+        PATTERN engine/viewer EXCLUDE PATTERN engine/cli EXCLUDE)
 endforeach()
 set_target_properties(trocar_options PROPERTIES EXPORT_NAME options)
 

@@ -1,4 +1,4 @@
-# Embeds shaders/*.glsl into a target; engine/gpu/shader_text.hpp reads them.
+# Embeds shaders/*.glsl into a target; engine/render/shader_text.hpp reads them.
 function(trocar_embed_shaders target)
     file(GLOB shaders CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/shaders/*.glsl)
     set(output ${CMAKE_CURRENT_BINARY_DIR}/shader_texts.cpp)

@@ -7,7 +7,7 @@ foreach(shader IN LISTS SHADERS)
     string(APPEND entries "    {\"${name}\", R\"glsl(${text})glsl\"},\n")
 endforeach()
 file(WRITE ${OUTPUT} "// Generated from shaders/ by cmake/embed_shaders.cmake.
-#include \"engine/gpu/shader_text.hpp\"
+#include \"engine/render/shader_text.hpp\"
 
 namespace trocar::engine {
 namespace {

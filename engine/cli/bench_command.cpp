@@ -1,4 +1,4 @@
-#include "engine/bench/headlines.hpp"
+#include "bench/headlines.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"

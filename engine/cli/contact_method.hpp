@@ -2,8 +2,8 @@
 #pragma once
 
 #include "base/result.hpp"
-#include "collision/contact_search.hpp"
-#include "engine/gpu/culled_search.hpp"
+#include "collision/search/contact_search.hpp"
+#include "engine/render/culled_search.hpp"
 
 #include <optional>
 #include <string>

@@ -1,7 +1,7 @@
 // `contacts`: the exact contacts of one step between two frames of one or two meshes, or of every step of a sequence of frames.
-#include "collision/coherent_search.hpp"
-#include "collision/contact_search.hpp"
-#include "engine/bench/coherence_comparison.hpp"
+#include "collision/search/coherent_search.hpp"
+#include "collision/search/contact_search.hpp"
+#include "bench/coherence_comparison.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/contact_method.hpp"
 #include "engine/cli/contacts_input.hpp"

@@ -1,8 +1,8 @@
 // What `contacts` tells of a run: counts and times of every stage, as JSON and as lines.
 #pragma once
 
-#include "collision/coherent_search.hpp"
-#include "collision/contact_search.hpp"
+#include "collision/search/coherent_search.hpp"
+#include "collision/search/contact_search.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

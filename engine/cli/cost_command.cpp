@@ -4,10 +4,10 @@
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/printable.hpp"
-#include "engine/observe/cost_page.hpp"
-#include "engine/observe/cost_parts.hpp"
-#include "engine/observe/cost_variants.hpp"
-#include "engine/observe/output_folder.hpp"
+#include "engine/experiments/cost_page.hpp"
+#include "engine/experiments/cost_parts.hpp"
+#include "engine/experiments/cost_variants.hpp"
+#include "engine/report/output_folder.hpp"
 #include "engine/time/interrupt.hpp"
 
 #include <CLI/CLI.hpp>

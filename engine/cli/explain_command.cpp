@@ -1,9 +1,9 @@
 // `explain`: what a scene will simulate and why, what it will not, how many sub-steps, how much memory, what it will cost.
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
-#include "engine/gpu/describe_graphics.hpp"
-#include "engine/observe/effect_cost.hpp"
-#include "engine/observe/laid_out.hpp"
+#include "engine/render/describe_graphics.hpp"
+#include "engine/experiments/effect_cost.hpp"
+#include "engine/experiments/laid_out.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/instrument_stage.hpp"
 #include "engine/step/simulator.hpp"
@@ -67,8 +67,7 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
                 e.breathing ? fmt::format("{:g} mm every {:g} s, on the fixed nodes", 1e3 * e.breathing->amplitude, e.breathing->period)
                             : "")},
         {"coarse_contact", e.coarse_contact,
-         listed(e.coarse_contact, fmt::format("{} sphere trees of solids, order {}, under the budget", scene.contact.sphere_trees,
-                                              spheretree::order_name(scene.contact.descent_order)))},
+         listed(e.coarse_contact, fmt::format("{} sphere trees of solids, breadth-first, under the budget", scene.contact.sphere_trees))},
         {"self_contact", e.self_contact && e.coarse_contact && deformable > 0,
          deformable == 0     ? "no body deforms"
          : !e.coarse_contact ? "needs the effect coarse_contact"

@@ -1,9 +1,9 @@
 #include "engine/cli/image_space_contacts.hpp"
 
-#include "collision/cull_twin.hpp"
-#include "collision/cullide.hpp"
-#include "engine/gpu/gl_cull_backend.hpp"
-#include "engine/gpu/hand_over.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "collision/culling/cullide.hpp"
+#include "engine/render/gl_cull_backend.hpp"
+#include "engine/render/hand_over.hpp"
 #include "engine/time/clock.hpp"
 
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 // `contacts --method image-space`: pairs of triangles that cross, in meshes that stand still.
 #pragma once
 
-#include "collision/image_space.hpp"
-#include "engine/gpu/culled_search.hpp"
+#include "collision/culling/image_space.hpp"
+#include "engine/render/culled_search.hpp"
 #include "engine/io/contact_rows.hpp"
 
 namespace trocar::engine {

@@ -3,8 +3,8 @@
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/printable.hpp"
-#include "engine/observe/output_folder.hpp"
-#include "engine/observe/plan_files.hpp"
+#include "engine/report/output_folder.hpp"
+#include "engine/experiments/plan_files.hpp"
 #include "engine/prepare/standing_room.hpp"
 #include "engine/scene/scene.hpp"
 

@@ -2,7 +2,7 @@
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
-#include "engine/observe/output_folder.hpp"
+#include "engine/report/output_folder.hpp"
 #include "engine/prepare/prepare_mesh.hpp"
 #include "engine/prepare/sph.hpp"
 #include "engine/scene/units.hpp"

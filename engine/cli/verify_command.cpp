@@ -2,7 +2,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
-#include "engine/observe/regression_page.hpp"
+#include "engine/experiments/regression_page.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

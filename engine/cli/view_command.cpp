@@ -1,6 +1,6 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
-#include "engine/gpu/attach_culler.hpp"
+#include "engine/render/attach_culler.hpp"
 #include "engine/time/interrupt.hpp"
 #include "engine/viewer/page_file.hpp"
 #include "engine/viewer/server.hpp"

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "base/vec.hpp"
-#include "fem/links.hpp"
-#include "spheretree/centreline.hpp"
+#include "fem/embedding/links.hpp"
+#include "spheretree/lumen/centreline.hpp"
 
 #include <optional>
 #include <span>

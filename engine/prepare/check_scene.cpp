@@ -93,7 +93,6 @@ void check_effects(const Scene& scene, SceneCheck& check) {
     check.number("contact.solid_damping", contact.solid_damping, 0.0, kNoLimit);
     check.number("contact.solid_friction", contact.solid_friction, 0.0, kNoLimit);
     check.number("contact.assumed_depth", contact.assumed_depth, 0.0, kNoLimit);
-    check.number("contact.depth_cap", contact.depth_cap, 0.0, 64.0);
 }
 
 void check_place(const Scene& scene, const std::string& key, const PlaceSpec& place, SceneCheck& check) {

@@ -1,7 +1,7 @@
 // What `prepare` says about a mesh's chromatic decomposition.
 #pragma once
 
-#include "collision/chromatic_sets.hpp"
+#include "collision/culling/chromatic_sets.hpp"
 
 namespace trocar::engine {
 

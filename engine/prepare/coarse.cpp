@@ -112,6 +112,13 @@ Result<TetMesh> mesh_with_retries(const TriMesh& dense, const CoarseOptions& opt
         if (left_s <= 0.0 && !*best) return out_of_time(best->error(), options, tries);
         if (left_s <= 0.0) break;
     }
+    if (!*best && best->error().code == ErrorCode::BadMesh) {
+        Error error = best->error();
+        error.message += fmt::format("; what helps: \"mesher\": \"lattice\", which takes any closed surface, or other \"surface_triangles\" "
+                                     "than {} (TetGen meshes the surface after it is simplified to about so many)",
+                                     options.surface_triangles);
+        return error;
+    }
     return std::move(*best);
 }
 

@@ -6,15 +6,14 @@
 #include "engine/prepare/blood.hpp"
 #include "engine/prepare/drive.hpp"
 #include "engine/time/step_budget.hpp"
-#include "fem/integrator.hpp"
-#include "fem/links.hpp"
-#include "fem/rod_skin.hpp"
-#include "fem/tissue.hpp"
-#include "spheretree/chain_tree.hpp"
-#include "spheretree/covering_tree.hpp"
-#include "spheretree/deforming_tree.hpp"
-#include "spheretree/descent_order.hpp"
-#include "spheretree/lumen_tree.hpp"
+#include "fem/tissue/integrator.hpp"
+#include "fem/embedding/links.hpp"
+#include "fem/rod/rod_skin.hpp"
+#include "fem/tissue/tissue.hpp"
+#include "spheretree/update/chain_tree.hpp"
+#include "spheretree/update/covering_tree.hpp"
+#include "spheretree/update/deforming_tree.hpp"
+#include "spheretree/lumen/lumen_tree.hpp"
 
 #include <optional>
 #include <string>
@@ -139,8 +138,6 @@ struct ContactSettings {
     double solid_friction = 0.0;    // Coulomb mu between solid bodies; 0 without the effect friction
     SolidResponse solid_response = SolidResponse::Surface;
     SphereTrees sphere_trees = SphereTrees::Covering;
-    spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
-    int depth_cap = 2;                                                          // level at which DepthCapped stops
     double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
     Culling culling = Culling::Auto;                                            // of the exact stage's candidates
 };

@@ -5,9 +5,9 @@
 #include "engine/io/read_tets.hpp"
 #include "engine/prepare/coarse.hpp"
 #include "engine/scene/scene_size.hpp"
-#include "fem/lattice.hpp"
-#include "fem/mesh_parts.hpp"
-#include "fem/stable_step.hpp"
+#include "fem/mesh/lattice.hpp"
+#include "fem/mesh/mesh_parts.hpp"
+#include "fem/tissue/stable_step.hpp"
 
 #include <fmt/format.h>
 
@@ -34,7 +34,14 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, std:
     fem::LatticeOptions options;
     options.cell = fem::find_lattice_cell(surface, body.coarse.surface_triangles);
     Result<fem::LatticeMesh> lattice = fem::make_lattice_mesh(surface, options);
-    if (!lattice.ok()) return lattice.error();
+    if (!lattice.ok()) {
+        Error error = lattice.error();
+        if (error.code == ErrorCode::BadMesh)
+            error.message += fmt::format("; what helps: more \"surface_triangles\" than {} (cells become smaller), \"repair\": "
+                                         "[\"drop_inner_shells\"] for a surface that is a thin shell around a hollow, or \"mesher\": \"tetgen\"",
+                                         body.coarse.surface_triangles);
+        return error;
+    }
     notes.push_back(fmt::format("coarse mesh by lattice of {:.3g} m: {:.4f} of the surface's volume, {:.0f} % of its boundary nodes on the "
                                 "surface, the farthest {:.3g} m off",
                                 options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, lattice->farthest));

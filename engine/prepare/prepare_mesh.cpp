@@ -2,16 +2,16 @@
 
 #include "base/self_intersection.hpp"
 #include "base/surface_area.hpp"
-#include "collision/chromatic_sets.hpp"
+#include "collision/culling/chromatic_sets.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/cache.hpp"
 #include "engine/prepare/coarse.hpp"
 #include "engine/prepare/payload.hpp"
 #include "engine/prepare/surface_rule.hpp"
 #include "engine/time/clock.hpp"
-#include "fem/lattice.hpp"
-#include "fem/links.hpp"
-#include "fem/stable_step.hpp"
+#include "fem/mesh/lattice.hpp"
+#include "fem/embedding/links.hpp"
+#include "fem/tissue/stable_step.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

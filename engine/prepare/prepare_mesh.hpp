@@ -3,9 +3,9 @@
 
 #include "base/repair.hpp"
 #include "base/topology.hpp"
-#include "fem/material.hpp"
-#include "spheretree/tree_quality.hpp"
-#include "spheretree/wrapped_tree.hpp"
+#include "fem/tissue/material.hpp"
+#include "spheretree/build/tree_quality.hpp"
+#include "spheretree/build/wrapped_tree.hpp"
 
 #include <filesystem>
 #include <functional>

@@ -7,8 +7,8 @@
 #include "engine/prepare/wrap_solids.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "engine/time/clock.hpp"
-#include "fem/mass_spring.hpp"
-#include "spheretree/lumen_path.hpp"
+#include "fem/rod/mass_spring.hpp"
+#include "spheretree/lumen/lumen_path.hpp"
 
 #include <fmt/format.h>
 
@@ -167,8 +167,6 @@ ContactSettings make_contact(const Scene& scene) {
     contact.solid_friction = scene.effects.friction ? scene.contact.solid_friction : 0.0;
     contact.solid_response = scene.contact.solid_spheres ? SolidResponse::Spheres : SolidResponse::Surface;
     contact.sphere_trees = find_sphere_trees(scene);
-    contact.descent_order = scene.contact.descent_order;
-    contact.depth_cap = static_cast<int>(scene.contact.depth_cap);
     contact.culling = scene.contact.culling == "never"    ? Culling::Never
                       : scene.contact.culling == "cpu"    ? Culling::Cpu
                       : scene.contact.culling == "opengl" ? Culling::OpenGl

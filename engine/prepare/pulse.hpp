@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/mesh.hpp"
-#include "spheretree/lumen_tree.hpp"
+#include "spheretree/lumen/lumen_tree.hpp"
 
 #include <vector>
 

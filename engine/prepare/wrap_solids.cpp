@@ -2,7 +2,7 @@
 
 #include "engine/prepare/cache.hpp"
 #include "engine/prepare/payload.hpp"
-#include "spheretree/wrapped_tree.hpp"
+#include "spheretree/build/wrapped_tree.hpp"
 
 #include <fmt/format.h>
 

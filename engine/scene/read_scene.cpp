@@ -97,8 +97,6 @@ void read_contact(const Values& values, ContactSpec& contact) {
     contact.solid_friction = values.number("solid_friction");
     contact.sphere_trees = values.text("sphere_trees");
     contact.solid_spheres = values.text("solid_response") == "spheres";
-    contact.descent_order = *spheretree::find_order(values.text("descent_order"));
-    contact.depth_cap = static_cast<unsigned>(values.number("depth_cap"));
     contact.culling = values.text("culling");
 }
 
@@ -188,7 +186,6 @@ void question_contact(const Scene& scene, CheckContext& context) {
     };
     for (const char* key : {"culling", "exact_distance"}) ask(key, exact, "no instrument has exact contacts");
     ask("solid_friction", effects.friction, "the effect friction is off");
-    ask("depth_cap", scene.contact.descent_order == spheretree::DescentOrder::DepthCapped, "descent_order is not depth-capped");
 }
 
 /// Switched off is not forgotten: effects exist to be switched. A question reminds of what that leaves unused.

@@ -11,10 +11,9 @@
 #include "engine/scene/budget.hpp"
 #include "engine/scene/units.hpp"
 #include "engine/time/pacer.hpp"
-#include "fem/integrator.hpp"
-#include "fem/material.hpp"
-#include "fem/rod.hpp"
-#include "spheretree/descent_order.hpp"
+#include "fem/tissue/integrator.hpp"
+#include "fem/tissue/material.hpp"
+#include "fem/rod/rod.hpp"
 
 #include <filesystem>
 #include <map>
@@ -185,8 +184,6 @@ struct ContactSpec {
     double solid_friction = 0.0;           // Coulomb mu between solid bodies, with the effect friction
     std::string sphere_trees = "covering"; // of solid bodies: covering, wrapped, heuristic
     bool solid_spheres = false;            // solid bodies push by the overlap of their spheres, not by the depth of their surfaces
-    spheretree::DescentOrder descent_order = spheretree::DescentOrder::Breadth; // of pairs of solid bodies
-    unsigned depth_cap = 2;                                                     // level at which the order depth-capped stops
     double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
     std::string culling = "auto"; // of the exact stage's candidates by pictures: auto, never, cpu, opengl
 };

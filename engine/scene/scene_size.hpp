@@ -18,7 +18,7 @@ inline constexpr std::size_t kMostTriangles = 10'000'000;
 /// Of one shape, as many as vessels may aim at: preparation of a few million takes minutes. Of boxes and spheres neither hollow nor
 /// deformable the ranges of their own keys are the limit, a few million.
 inline constexpr std::size_t kMostShapeTriangles = 1'000'000;
-/// Of all deformable bodies together. The plan of their forces holds distances of 32 bits (fem/force_plan.hpp), far more than these need.
+/// Of all deformable bodies together. The plan of their forces holds distances of 32 bits (fem/tissue/force_plan.hpp), far more than these need.
 inline constexpr std::size_t kMostTets = 5'000'000;
 
 /// Triangles of the surface that a shape describes, exactly; of vessels, how many are aimed at.

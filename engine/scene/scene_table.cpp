@@ -116,10 +116,6 @@ const ObjectSpec& contact_table() {
                 "the coarse nodes sphere by sphere as they are asked for, so that they hold their surface whatever it does; or "
                 "the same as the paper moves them, which may lose surface.")
                 .by_default(std::string_view("covering")),
-            choice_field("descent_order", {"breadth", "deepest", "depth", "depth-capped"},
-                         "In which order pairs of solid bodies' spheres are tested; the last two are there to be compared.")
-                .by_default(std::string_view("breadth")),
-            count_field("depth_cap", 0, 8, "Level at which the order depth-capped stops.").by_default(double(usual.depth_cap)),
             choice_field(
                 "culling", {"auto", "never", "cpu", "opengl"},
                 "Whether the exact stage looks at its candidates by pictures before it tests them: where that is predicted to pay, "

@@ -3,15 +3,15 @@
 #pragma once
 
 #include "base/inside.hpp"
-#include "collision/interruptible_search.hpp"
+#include "collision/search/interruptible_search.hpp"
 #include "engine/step/cull_stage.hpp"
 #include "engine/step/report.hpp"
 #include "engine/step/state.hpp"
-#include "fem/coaxial.hpp"
-#include "fem/integrate.hpp"
-#include "fem/stable_step.hpp"
-#include "spheretree/descent.hpp"
-#include "spheretree/sweep_and_prune.hpp"
+#include "fem/rod/coaxial.hpp"
+#include "fem/tissue/integrate.hpp"
+#include "fem/tissue/stable_step.hpp"
+#include "spheretree/traverse/descent.hpp"
+#include "spheretree/traverse/sweep_and_prune.hpp"
 
 #include <limits>
 #include <optional>

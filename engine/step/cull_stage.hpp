@@ -1,8 +1,8 @@
 // Stage II of the exact stage: whether it is looked at all, by whom, and what came of it.
 #pragma once
 
-#include "collision/cull_twin.hpp"
-#include "collision/interruptible_search.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "collision/search/interruptible_search.hpp"
 #include "engine/prepare/model.hpp"
 #include "engine/step/cull_worker.hpp"
 #include "engine/step/report.hpp"

@@ -2,7 +2,7 @@
 // What it looks at is a snapshot; an answer that comes too late is dropped.
 #pragma once
 
-#include "collision/candidate_culler.hpp"
+#include "collision/search/candidate_culler.hpp"
 
 #include <condition_variable>
 #include <memory>

@@ -92,8 +92,7 @@ Result<void> check_settings(const SceneModel& model) {
         .positive("contact.solid_stiffness", contact.solid_stiffness)
         .not_negative("contact.solid_damping", contact.solid_damping)
         .not_negative("contact.solid_friction", contact.solid_friction)
-        .not_negative("contact.assumed_depth", contact.assumed_depth)
-        .not_negative("contact.depth_cap", contact.depth_cap);
+        .not_negative("contact.assumed_depth", contact.assumed_depth);
     for (const InstrumentModel& instrument : model.instruments)
         check.positive("limits.speed", instrument.limits.speed)
             .positive("limits.rotation", instrument.limits.rotation)

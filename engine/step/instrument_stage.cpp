@@ -1,8 +1,8 @@
 #include "engine/step/instrument_stage.hpp"
 
 #include "engine/step/surface_spring.hpp"
-#include "fem/coaxial.hpp"
-#include "fem/mass_spring.hpp"
+#include "fem/rod/coaxial.hpp"
+#include "fem/rod/mass_spring.hpp"
 
 #include <algorithm>
 #include <cmath>

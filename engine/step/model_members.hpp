@@ -64,7 +64,7 @@ TROCAR_MEMBERS(Pulse, period)
 TROCAR_MEMBERS(Blood, density, viscosity, pulsatility, period)
 TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, exact_contact, gravity, breathing, pulse, blood_drag)
 TROCAR_MEMBERS(ContactSettings, clearance, exact_distance, margin, rod_stiffness, wall_stiffness, solid_stiffness, solid_damping,
-               solid_friction, solid_response, sphere_trees, descent_order, depth_cap, assumed_depth, culling)
+               solid_friction, solid_response, sphere_trees, assumed_depth, culling)
 TROCAR_MEMBERS(BudgetLimits, mode, wall_s, work_units)
 TROCAR_MEMBERS(SceneModel, name, file, step_s, step_count, fixed_substeps, max_substeps, integrator, budget, budget_covers_step, drop,
                bodies, nested, instruments, effects, contact)

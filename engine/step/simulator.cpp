@@ -262,7 +262,7 @@ void Simulator::descend() {
     context_.report.effects.note(Effect::CoarseContact);
     const double listing = after + budget_.forecast(StepPart::List).reserve_s();
     budget_.keep_back(listing);
-    context_.descent.begin(model_.contact.margin, model_.contact.descent_order, model_.contact.depth_cap);
+    context_.descent.begin(model_.contact.margin);
     add_solid_pairs(model_, context_);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, context_);
     for (bool finished = !follow_lumens(listing); !finished;) {

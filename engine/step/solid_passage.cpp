@@ -1,6 +1,6 @@
 #include "engine/step/solid_passage.hpp"
 
-#include "collision/sweep.hpp"
+#include "collision/ccd/sweep.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/spring_memory.hpp"
 #include "engine/step/surface_place.hpp"

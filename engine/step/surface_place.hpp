@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/mesh.hpp"
-#include "fem/links.hpp"
+#include "fem/embedding/links.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #include "engine/step/instrument_stage.hpp"
 #include "engine/step/surface_place.hpp"
 
-#include "collision/proximity.hpp"
+#include "collision/proximity/proximity.hpp"
 
 #include <algorithm>
 #include <cmath>

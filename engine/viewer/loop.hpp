@@ -2,7 +2,7 @@
 // network through queues that never block, and waits for nobody.
 #pragma once
 
-#include "engine/observe/statistics.hpp"
+#include "engine/report/statistics.hpp"
 #include "engine/viewer/latest.hpp"
 #include "engine/viewer/snapshot.hpp"
 

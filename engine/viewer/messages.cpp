@@ -1,7 +1,7 @@
 #include "engine/viewer/messages.hpp"
 
-#include "engine/gpu/camera.hpp"
-#include "engine/observe/places.hpp"
+#include "engine/render/camera.hpp"
+#include "engine/report/places.hpp"
 #include "engine/step/pull_stage.hpp"
 #include "engine/step/solid_stage.hpp"
 

@@ -1,6 +1,6 @@
 #include "engine/viewer/recording.hpp"
 
-#include "engine/observe/places.hpp"
+#include "engine/report/places.hpp"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 // The step loop allocates nothing once it is warm: every allocation of the program passes a counter here.
 #include "../engine/step_fixture.hpp"
 
-#include "collision/cull_twin.hpp"
-#include "engine/gpu/attach_culler.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "engine/render/attach_culler.hpp"
 #include "engine/viewer/latest.hpp"
 #include "engine/viewer/snapshot.hpp"
 

@@ -62,23 +62,23 @@ TEST(HouseRules, KnowForbiddenArrowsFromAllowedOnes) {
     const auto allowed = [](const char* file, const char* included) {
         EXPECT_FALSE(complaint_about_include(file, included)) << *complaint_about_include(file, included);
     };
-    forbidden("base/box.hpp", "fem/rod.hpp");
-    forbidden("fem/links.cpp", "collision/box_tree.hpp");
-    forbidden("collision/box_tree.cpp", "spheretree/descent.hpp");
-    forbidden("assets/anatomy/generate.cpp", "fem/rod.hpp");
+    forbidden("base/box.hpp", "fem/rod/rod.hpp");
+    forbidden("fem/embedding/links.cpp", "collision/bvh/box_tree.hpp");
+    forbidden("collision/bvh/box_tree.cpp", "spheretree/traverse/descent.hpp");
+    forbidden("assets/anatomy/generate.cpp", "fem/rod/rod.hpp");
     forbidden("spheretree/build.cpp", "engine/io/obj.hpp");
-    forbidden("engine/step/step.cpp", "engine/observe/observer.hpp");
-    forbidden("engine/step/step.cpp", "engine/gpu/renderer.hpp");
+    forbidden("engine/step/step.cpp", "engine/report/observer.hpp");
+    forbidden("engine/step/step.cpp", "engine/render/renderer.hpp");
     forbidden("engine/step/step.cpp", "engine/cli/commands.hpp");
     forbidden("engine/io/obj.cpp", "engine/scene/scene.hpp");
-    forbidden("engine/io/obj.cpp", "fem/rod.hpp");
+    forbidden("engine/io/obj.cpp", "fem/rod/rod.hpp");
     forbidden("engine/attic/a.cpp", "engine/io/obj.hpp");
     allowed("base/box.cpp", "base/vec.hpp");
     allowed("base/box.cpp", "Eigen/Core");
-    allowed("fem/links.cpp", "base/topology.hpp");
-    allowed("engine/step/step.cpp", "collision/box_tree.hpp");
+    allowed("fem/embedding/links.cpp", "base/topology.hpp");
+    allowed("engine/step/step.cpp", "collision/bvh/box_tree.hpp");
     allowed("engine/step/step.cpp", "engine/prepare/model.hpp");
-    allowed("engine/observe/report.cpp", "engine/gpu/renderer.hpp");
+    allowed("engine/observe/report.cpp", "engine/render/renderer.hpp");
     allowed("engine/io/obj.cpp", "base/mesh.hpp");
 }
 
@@ -87,12 +87,12 @@ TEST(HouseRules, SeeClocksInCodeButNotInCommentsOrStrings) {
         return complaint_about_text(file, strip_comments_and_strings(text)).has_value();
     };
     EXPECT_TRUE(complains("engine/step/step.cpp", "auto t = std::chrono::steady_clock::now();"));
-    EXPECT_TRUE(complains("fem/rod.cpp", "int n = 1'000'000; clock_gettime(CLOCK_MONOTONIC, &t);"));
+    EXPECT_TRUE(complains("fem/rod/rod.cpp", "int n = 1'000'000; clock_gettime(CLOCK_MONOTONIC, &t);"));
     EXPECT_TRUE(complains("base/repair.cpp", "#include <fstream>\n"));
     EXPECT_TRUE(complains("collision/x.cpp", "std::unordered_map<int, int> m;"));
     EXPECT_FALSE(complains("engine/time/clock.cpp", "auto t = std::chrono::steady_clock::now();"));
-    EXPECT_FALSE(complains("fem/rod.cpp", "// a steady_clock would not do\n/* nor\nclock_gettime */ int x;"));
-    EXPECT_FALSE(complains("fem/rod.cpp", "const char* s = \"steady_clock \\\" clock_gettime\";"));
+    EXPECT_FALSE(complains("fem/rod/rod.cpp", "// a steady_clock would not do\n/* nor\nclock_gettime */ int x;"));
+    EXPECT_FALSE(complains("fem/rod/rod.cpp", "const char* s = \"steady_clock \\\" clock_gettime\";"));
     EXPECT_EQ(includes_of(strip_comments_and_strings("// #include \"fem/a.hpp\"\n#include \"base/b.hpp\"\n#include <vector>\n")),
               (std::vector<std::string>{"base/b.hpp", "vector"}));
 }

@@ -70,7 +70,7 @@ std::vector<std::string> column_of(const std::vector<std::vector<std::string>>& 
 TEST_F(Cost, ComparesOtherAnswersAndSharesTheWorkAmongProcesses) {
     const fs::path scene = write("ball.json", kBall);
     const auto table = [&](const std::vector<std::string>& more) {
-        std::vector<std::string> words{"cost", scene,   "--budgets", "work:0,work:400", "--variants", "deepest,spheres", "-n",
+        std::vector<std::string> words{"cost", scene,   "--budgets", "work:0,work:400", "--variants", "wrapped,spheres", "-n",
                                        "20",   "--out", out(),       "--force"};
         words.insert(words.end(), more.begin(), more.end());
         EXPECT_TRUE(ended_with(call(words), 0));
@@ -78,11 +78,11 @@ TEST_F(Cost, ComparesOtherAnswersAndSharesTheWorkAmongProcesses) {
     };
     const auto alone = table({}), shared = table({"--jobs", "2"});
     ASSERT_EQ(alone.size(), 7u);
-    EXPECT_EQ(column_of(alone, "variant"), (std::vector<std::string>{"", "", "deepest", "deepest", "spheres", "spheres"}));
+    EXPECT_EQ(column_of(alone, "variant"), (std::vector<std::string>{"", "", "wrapped", "wrapped", "spheres", "spheres"}));
     for (const char* head : {"false_contacts", "force_error_rel", "surface_rms_m", "surface_hausdorff_m", "pairs_open_mean"})
         EXPECT_EQ(column_of(alone, head), column_of(shared, head)) << head << ": no clock has a say in it";
     EXPECT_FALSE(fs::exists(out() / "parts")) << "nothing is left of the sharing";
-    EXPECT_TRUE(refuses(call({"cost", scene, "--variants", "deepest,covering", "--out", out(), "--force"}), "--variants"));
+    EXPECT_TRUE(refuses(call({"cost", scene, "--variants", "wrapped,covering", "--out", out(), "--force"}), "--variants"));
     EXPECT_TRUE(refuses(call({"cost", scene, "--variants", "quick", "--out", out(), "--force"}), "known"));
     EXPECT_TRUE(refuses(call({"cost", scene, "--jobs", "0", "--out", out()}), "--jobs"));
 }

@@ -77,10 +77,10 @@ TEST_F(Told, ARunThatKeepsWhatItsSceneAsksSaysNothing) {
 }
 
 TEST_F(Told, SettingsThatNothingReadsAreNamed) {
-    const std::string settings = R"("contact": {"culling": "cpu", "depth_cap": 3, "solid_friction": 0.2}, "bodies":)";
+    const std::string settings = R"("contact": {"culling": "cpu", "exact_distance": 0.00005, "solid_friction": 0.2}, "bodies":)";
     const Ended ended = run(write("press.json", with(kPress, "\"bodies\":", settings)));
     ASSERT_TRUE(ended_with(ended, 0));
-    for (const char* key : {"contact.culling", "contact.depth_cap", "contact.solid_friction"}) {
+    for (const char* key : {"contact.culling", "contact.exact_distance", "contact.solid_friction"}) {
         EXPECT_NE(ended.err.find(std::string("notice: ") + key + ": given, but "), std::string::npos) << key << ended;
         EXPECT_TRUE(notices(std::string(key) + ": given, but ")) << key;
     }

@@ -1,5 +1,5 @@
 // Times of one step with a catheter's skin in a lumen of the demo's size, stage by stage. Prints, and fails only on the absurd.
-#include "collision/interruptible_search.hpp"
+#include "collision/search/interruptible_search.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>

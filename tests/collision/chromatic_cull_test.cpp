@@ -1,6 +1,6 @@
-#include "collision/chromatic_culler.hpp"
-#include "collision/cull_twin.hpp"
-#include "collision/interruptible_search.hpp"
+#include "collision/culling/chromatic_culler.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "collision/search/interruptible_search.hpp"
 #include "shapes.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "collision/chromatic_sets.hpp"
+#include "collision/culling/chromatic_sets.hpp"
 #include "shapes.hpp"
 
 #include <gtest/gtest.h>

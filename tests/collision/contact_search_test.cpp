@@ -1,5 +1,5 @@
 // The whole-step search against every pair decided in rational arithmetic, and against itself with each technique changed.
-#include "collision/contact_search.hpp"
+#include "collision/search/contact_search.hpp"
 
 #include "base/box.hpp"
 #include "tests/collision/rational.hpp"

@@ -1,5 +1,5 @@
 // Bounds refitted part by part are those of a refit of everything.
-#include "collision/dop_tree.hpp"
+#include "collision/bvh/dop_tree.hpp"
 #include "shapes.hpp"
 
 #include <gtest/gtest.h>

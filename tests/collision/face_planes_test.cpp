@@ -1,8 +1,8 @@
 // Planes of faces between clusters: what they prove apart the elementary tests never report, and no contact changes.
-#include "collision/face_planes.hpp"
+#include "collision/search/face_planes.hpp"
 
-#include "collision/contact_search.hpp"
-#include "collision/interruptible_search.hpp"
+#include "collision/search/contact_search.hpp"
+#include "collision/search/interruptible_search.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>

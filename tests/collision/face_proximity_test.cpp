@@ -1,7 +1,7 @@
 // Closest points of faces against GJK and against sampling; coming near during a step against many instants.
 #include "base/self_intersection.hpp"
-#include "collision/convex_distance.hpp"
-#include "collision/face_proximity.hpp"
+#include "collision/proximity/convex_distance.hpp"
+#include "collision/proximity/face_proximity.hpp"
 #include "shapes.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // The second look of the broad phase never says "apart" of what is not, and its kernels agree with their plain twins.
-#include "collision/fine_bounds.hpp"
+#include "collision/bvh/fine_bounds.hpp"
 
-#include "collision/near_pairs.hpp"
+#include "collision/bvh/near_pairs.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>

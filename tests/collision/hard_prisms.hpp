@@ -2,7 +2,7 @@
 // corners, at equal depths, slivers, at the picture's borders; spread over more than 32 sets.
 #pragma once
 
-#include "collision/cull_backend.hpp"
+#include "collision/culling/cull_backend.hpp"
 
 #include <numeric>
 #include <vector>

@@ -1,7 +1,7 @@
 #include "base/self_intersection.hpp"
-#include "collision/cull_twin.hpp"
-#include "collision/cullide.hpp"
-#include "collision/image_space.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "collision/culling/cullide.hpp"
+#include "collision/culling/image_space.hpp"
 #include "shapes.hpp"
 
 #include <gtest/gtest.h>

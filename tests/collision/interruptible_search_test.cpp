@@ -1,10 +1,10 @@
 // The search of the step loop: the same contacts as every pair tested by itself, interrupted or not, without
 // allocating.
-#include "collision/interruptible_search.hpp"
+#include "collision/search/interruptible_search.hpp"
 
-#include "collision/contact_search.hpp"
-#include "collision/meeting.hpp"
-#include "collision/proximity.hpp"
+#include "collision/search/contact_search.hpp"
+#include "collision/ccd/meeting.hpp"
+#include "collision/proximity/proximity.hpp"
 #include "tests/collision/allocations.hpp"
 #include "tests/collision/shapes.hpp"
 

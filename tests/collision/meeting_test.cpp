@@ -1,5 +1,5 @@
 // Exact verdicts against rational arithmetic, on pairs that are made to be hard.
-#include "collision/meeting.hpp"
+#include "collision/ccd/meeting.hpp"
 
 #include "base/closest_point.hpp"
 #include "tests/collision/rational.hpp"

@@ -1,5 +1,5 @@
 // Every switch that is called exact, on or off, gives what testing all faces against all others gives, to the bit.
-#include "collision/contact_search.hpp"
+#include "collision/search/contact_search.hpp"
 #include "proximity_shapes.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Small surfaces that move, for the tests of proximities.
 #pragma once
 
-#include "collision/proximity_search.hpp"
+#include "collision/proximity/proximity_search.hpp"
 #include "shapes.hpp"
 
 #include <string>

@@ -1,7 +1,7 @@
 // The paper's two passes with all its coherence, and pictures' hard cases: who touches is never free.
-#include "collision/chromatic_sets.hpp"
-#include "collision/cull_twin.hpp"
-#include "collision/query_culler.hpp"
+#include "collision/culling/chromatic_sets.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "collision/culling/query_culler.hpp"
 #include "hard_prisms.hpp"
 #include "shapes.hpp"
 

@@ -2,7 +2,7 @@
 // them but the question.
 #pragma once
 
-#include "collision/sweep.hpp"
+#include "collision/ccd/sweep.hpp"
 
 #include <gmpxx.h>
 

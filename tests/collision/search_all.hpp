@@ -1,7 +1,7 @@
 // A whole search over surfaces, from building to deciding.
 #pragma once
 
-#include "collision/contact_search.hpp"
+#include "collision/search/contact_search.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <span>

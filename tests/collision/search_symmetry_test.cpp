@@ -1,6 +1,6 @@
 // The whole-step search asked the same question in other words: corners of triangles turned and flipped, bodies swapped, everything
 // moved and scaled so that no number is rounded. The answer may not differ by one pair.
-#include "collision/contact_search.hpp"
+#include "collision/search/contact_search.hpp"
 
 #include "tests/collision/search_all.hpp"
 #include "tests/collision/shapes.hpp"

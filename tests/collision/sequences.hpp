@@ -1,8 +1,8 @@
 // Surfaces that move over many steps, and a step by step comparison of CoherentSearch with ContactSearch.
 #pragma once
 
-#include "collision/coherent_search.hpp"
-#include "collision/contact_search.hpp"
+#include "collision/search/coherent_search.hpp"
+#include "collision/search/contact_search.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,7 @@
 // The bounds that skipping frames stands on: relative drifts of clusters, distances of features; and how long a contact has lasted.
 #include "base/closest_point.hpp"
-#include "collision/contact_track.hpp"
-#include "collision/session_bounds.hpp"
-#include "collision/session_drift.hpp"
+#include "collision/search/session_bounds.hpp"
+#include "collision/search/session_drift.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>
@@ -67,30 +66,6 @@ TEST(FeatureBounds, AreBelowTheDistanceAndCloseToIt) {
         ASSERT_LE(bounds[i], distance);
         ASSERT_GT(bounds[i], 0.999999 * distance - 1e-9);
     }
-}
-
-TEST(ContactTrack, CountsTheStepsOfEveryPairInContact) {
-    const auto contact = [](Index a, Index b) {
-        SearchContact c;
-        c.contact.origin = ContactOrigin::ExactVF;
-        c.contact.feature_a[0] = c.id_a = a;
-        c.id_b = b;
-        return c;
-    };
-    const std::vector<SearchContact> steps[] = {{contact(1, 1), contact(2, 7)}, {contact(0, 4), contact(2, 7)}, {}, {contact(2, 7)}};
-    ContactTrack track;
-    const std::size_t began[] = {2, 1, 0, 1}, ended[] = {0, 1, 2, 0};
-    for (std::size_t k = 0; k < 4; ++k) {
-        track.follow(steps[k]);
-        ASSERT_EQ(track.contacts().size(), steps[k].size());
-        EXPECT_EQ(track.began(), began[k]);
-        EXPECT_EQ(track.ended(), ended[k]);
-        if (k == 1) {
-            EXPECT_EQ(track.contacts()[0].steps, 1u);
-            EXPECT_EQ(track.contacts()[1].steps, 2u);
-        }
-    }
-    EXPECT_EQ(track.contacts()[0].steps, 1u); // a pair that parted counts anew
 }
 
 } // namespace

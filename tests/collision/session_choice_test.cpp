@@ -1,5 +1,5 @@
 // When what is kept is not used: by counted work, so never dearer than plain steps by more than a little, and right away where it pays.
-#include "collision/session_choice.hpp"
+#include "collision/search/session_choice.hpp"
 #include "tests/collision/sequences.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
-#include "collision/sweep.hpp"
+#include "collision/ccd/sweep.hpp"
 
 #include "base/closest_point.hpp"
-#include "collision/sweep_batch.hpp"
+#include "collision/ccd/sweep_batch.hpp"
 #include "tests/collision/shapes.hpp"
 
 #include <gtest/gtest.h>

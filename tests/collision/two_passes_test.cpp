@@ -1,6 +1,6 @@
-#include "collision/chromatic_sets.hpp"
-#include "collision/cull_twin.hpp"
-#include "collision/two_passes.hpp"
+#include "collision/culling/chromatic_sets.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "collision/culling/two_passes.hpp"
 #include "shapes.hpp"
 
 #include <gtest/gtest.h>

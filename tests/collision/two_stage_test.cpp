@@ -1,6 +1,6 @@
 // The exact search of two surfaces with culling by pictures between its hierarchies and its tests: the same contacts, always.
-#include "collision/cull_twin.hpp"
-#include "collision/interruptible_search.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "collision/search/interruptible_search.hpp"
 #include "shapes.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // The short version of the benches: made of their rows, with nothing where a row or a peer is missing.
-#include "engine/bench/headlines.hpp"
+#include "bench/headlines.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/prepare/process.hpp"
 

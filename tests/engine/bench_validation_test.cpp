@@ -1,5 +1,5 @@
-#include "engine/bench/bench.hpp"
-#include "engine/bench/reference_beams.hpp"
+#include "bench/bench.hpp"
+#include "bench/reference_beams.hpp"
 
 #include <algorithm>
 #include <cstdlib>

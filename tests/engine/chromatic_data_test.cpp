@@ -1,8 +1,8 @@
 // The chromatic decomposition of surfaces made here and of every one of the test data, and crossings of those whose crossings are known.
 #include "base/self_intersection.hpp"
-#include "collision/cull_twin.hpp"
-#include "collision/image_space.hpp"
-#include "engine/bench/dented.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "collision/culling/image_space.hpp"
+#include "bench/dented.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/chromatic_report.hpp"
 #include "tests/made/surfaces.hpp"

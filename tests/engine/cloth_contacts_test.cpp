@@ -1,7 +1,7 @@
 // Two frames of a cloth that falls on a ball, with lists of the pairs of triangles that cross in each: what crosses in one frame and
 // not in the other came to cross, or ceased to, in between; that takes a contact of a vertex and a face or of two edges of the pair.
 #include "base/self_intersection.hpp"
-#include "collision/contact_search.hpp"
+#include "collision/search/contact_search.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/io/read_surface.hpp"
 #include "tests/made/surfaces.hpp"

@@ -1,10 +1,10 @@
 // Stage II on OpenGL against its twin on the CPU: the same bits in every view, the same contacts whoever culls.
 #include "../collision/hard_prisms.hpp"
-#include "collision/chromatic_culler.hpp"
-#include "collision/cull_twin.hpp"
-#include "engine/gpu/describe_graphics.hpp"
-#include "engine/gpu/gl_canvas.hpp"
-#include "engine/gpu/gl_cull_backend.hpp"
+#include "collision/culling/chromatic_culler.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "engine/render/describe_graphics.hpp"
+#include "engine/render/gl_canvas.hpp"
+#include "engine/render/gl_cull_backend.hpp"
 #include "gpu_fixture.hpp"
 
 #include <gmock/gmock.h>

@@ -1,10 +1,10 @@
 // What happens to culling when OpenGL does not do its part. The driver is the real one; single calls of it are kept from it or answered
 // in its place, as a driver without memory, or one that has lost its device, would.
-#include "collision/cull_twin.hpp"
-#include "engine/gpu/culled_search.hpp"
-#include "engine/gpu/gl_api.hpp"
-#include "engine/gpu/gl_canvas.hpp"
-#include "engine/gpu/gl_cull_backend.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "engine/render/culled_search.hpp"
+#include "engine/render/gl_api.hpp"
+#include "engine/render/gl_canvas.hpp"
+#include "engine/render/gl_cull_backend.hpp"
 #include "gpu_fixture.hpp"
 
 #include <gmock/gmock.h>

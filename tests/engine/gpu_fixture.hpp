@@ -2,8 +2,8 @@
 #pragma once
 
 #include "assets/anatomy/random.hpp"
-#include "collision/chromatic_sets.hpp"
-#include "collision/cull_backend.hpp"
+#include "collision/culling/chromatic_sets.hpp"
+#include "collision/culling/cull_backend.hpp"
 #include "collision/topology.hpp"
 
 #include <vector>

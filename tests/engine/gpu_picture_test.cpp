@@ -1,11 +1,11 @@
 // What pictures need besides a GPU: cameras, meshes with normals, shapes and numbers, PNG, shader texts.
 #include "base/topology.hpp"
-#include "engine/gpu/canvas.hpp"
-#include "engine/gpu/picture.hpp"
-#include "engine/gpu/program.hpp"
-#include "engine/gpu/projection.hpp"
-#include "engine/gpu/render_mesh.hpp"
-#include "engine/gpu/shader_text.hpp"
+#include "engine/render/canvas.hpp"
+#include "engine/render/picture.hpp"
+#include "engine/render/program.hpp"
+#include "engine/render/projection.hpp"
+#include "engine/render/render_mesh.hpp"
+#include "engine/render/shader_text.hpp"
 
 #include "assets/anatomy/shapes.hpp"
 

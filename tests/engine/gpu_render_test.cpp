@@ -1,7 +1,7 @@
 #include "gpu_scene.hpp"
 
-#include "engine/gpu/canvas.hpp"
-#include "engine/gpu/overlay.hpp"
+#include "engine/render/canvas.hpp"
+#include "engine/render/overlay.hpp"
 
 #include <gmock/gmock.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "assets/anatomy/shapes.hpp"
-#include "engine/gpu/renderer.hpp"
+#include "engine/render/renderer.hpp"
 
 #include <array>
 #include <cstdlib>

@@ -3,7 +3,7 @@
 #include "engine/io/read_surface.hpp"
 #include "engine/io/read_tets.hpp"
 #include "engine/io/write_mesh.hpp"
-#include "fem/lattice.hpp"
+#include "fem/mesh/lattice.hpp"
 #include "io_bytes.hpp"
 #include "tests/made/surfaces.hpp"
 

@@ -1,6 +1,6 @@
 // The price of accuracy: distances of surfaces, contacts as patches, budgets along the exact run's states.
-#include "engine/observe/cost_page.hpp"
-#include "engine/observe/gnuplot.hpp"
+#include "engine/experiments/cost_page.hpp"
+#include "engine/report/gnuplot.hpp"
 #include "engine/prepare/process.hpp"
 #include "step_fixture.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/io/file_bytes.hpp"
-#include "engine/observe/observer.hpp"
+#include "engine/report/observer.hpp"
 #include "engine/prepare/process.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "observe_fixture.hpp"
 
-#include "engine/observe/output_folder.hpp"
+#include "engine/report/output_folder.hpp"
 
 #include <csignal>
 

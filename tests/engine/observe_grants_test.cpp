@@ -1,5 +1,5 @@
 // Records of the clock's decisions: written, read back, refused when they are not whole, and replayed bit for bit.
-#include "engine/observe/grant_record.hpp"
+#include "engine/report/grant_record.hpp"
 #include "engine/step/model_hash.hpp"
 #include "step_fixture.hpp"
 

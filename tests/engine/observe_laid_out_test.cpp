@@ -1,5 +1,5 @@
 // A scene as it stands late in its run: instruments laid along their routes.
-#include "engine/observe/laid_out.hpp"
+#include "engine/experiments/laid_out.hpp"
 #include "step_fixture.hpp"
 
 namespace trocar::engine {

@@ -2,7 +2,7 @@
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/io/gzip.hpp"
-#include "engine/observe/regression_page.hpp"
+#include "engine/experiments/regression_page.hpp"
 #include "step_fixture.hpp"
 
 #include <algorithm>

@@ -1,13 +1,13 @@
 #include "observe_fixture.hpp"
 
-#include "engine/observe/html.hpp"
-#include "engine/observe/outline.hpp"
-#include "engine/observe/places.hpp"
-#include "engine/observe/plots.hpp"
-#include "engine/observe/verdict.hpp"
+#include "engine/report/html.hpp"
+#include "engine/report/outline.hpp"
+#include "engine/report/places.hpp"
+#include "engine/report/plots.hpp"
+#include "engine/report/verdict.hpp"
 
 #include "assets/anatomy/shapes.hpp"
-#include "engine/gpu/renderer.hpp"
+#include "engine/render/renderer.hpp"
 
 #include <gmock/gmock.h>
 

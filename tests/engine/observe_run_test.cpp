@@ -1,7 +1,7 @@
 #include "observe_fixture.hpp"
 
-#include "engine/observe/statistics.hpp"
-#include "engine/observe/step_table.hpp"
+#include "engine/report/statistics.hpp"
+#include "engine/report/step_table.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -3,9 +3,9 @@
 #include "engine/prepare/cache.hpp"
 #include "engine/prepare/coarse.hpp"
 #include "engine/prepare/process.hpp"
-#include "fem/lattice.hpp"
-#include "fem/links.hpp"
-#include "fem/stable_step.hpp"
+#include "fem/mesh/lattice.hpp"
+#include "fem/embedding/links.hpp"
+#include "fem/tissue/stable_step.hpp"
 #include "tests/made/surfaces.hpp"
 
 #include <fstream>

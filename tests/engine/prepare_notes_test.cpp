@@ -1,7 +1,7 @@
 // What preparing a scene warns of: the sliver that sets the step, a Poisson's ratio at which linear tetrahedra lock, a body inside
 // another.
 #include "engine/io/write_mesh.hpp"
-#include "fem/bar_mesh.hpp"
+#include "fem/mesh/bar_mesh.hpp"
 #include "step_fixture.hpp"
 
 #include "base/topology.hpp"

@@ -6,7 +6,7 @@
 #include "engine/prepare/prepare_mesh.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/prepare/surface_rule.hpp"
-#include "fem/bar_mesh.hpp"
+#include "fem/mesh/bar_mesh.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // .sph files: what is written is read again, and damaged or hostile ones are refused with file and line.
 #include "engine/prepare/sph.hpp"
 #include "io_bytes.hpp"
-#include "spheretree/wrapped_tree.hpp"
+#include "spheretree/build/wrapped_tree.hpp"
 
 #include <random>
 

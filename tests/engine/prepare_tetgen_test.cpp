@@ -3,7 +3,7 @@
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/process.hpp"
 #include "engine/prepare/tetgen.hpp"
-#include "fem/tissue.hpp"
+#include "fem/tissue/tissue.hpp"
 #include "tests/made/hostile.hpp"
 
 #include <fstream>

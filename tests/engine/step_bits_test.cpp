@@ -1,5 +1,5 @@
 // `work` mode comes to the same bits whatever the processor offers: whole runs, with every kind of kernel that the step dispatches.
-#include "fem/kernels.hpp"
+#include "fem/tissue/kernels.hpp"
 #include "step_fixture.hpp"
 
 #include <thread>

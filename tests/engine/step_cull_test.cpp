@@ -1,6 +1,6 @@
 // Stage II inside the engine's exact stage: whoever looks, the run is the same run; what was chosen is told.
-#include "collision/cull_twin.hpp"
-#include "engine/gpu/attach_culler.hpp"
+#include "collision/culling/cull_twin.hpp"
+#include "engine/render/attach_culler.hpp"
 #include "engine/step/cull_stage.hpp"
 #include "step_fixture.hpp"
 

@@ -382,17 +382,5 @@ TEST(SolidContact, AHairpinUnderItsOwnWeightLiesOnItselfWhereTheSceneHasSelfCont
     EXPECT_EQ(height[1], height[2]);
 }
 
-TEST(SolidContact, TheOrderOfTheDescentIsTheScenes) {
-    for (const char* order : {"breadth", "deepest", "depth", "depth-capped"}) {
-        const PreparedScene prepared =
-            test::prepare(scene_of({kBall, kTable}, "work:500", kDown, fmt::format("\"descent_order\": \"{}\"", order)));
-        ASSERT_EQ(prepared.model.bodies.size(), 2u);
-        EXPECT_EQ(spheretree::order_name(prepared.model.contact.descent_order), order);
-        Simulator simulator(prepared.model);
-        EXPECT_EQ(test::run_steps(simulator, 40).steps, 40u) << order;
-        EXPECT_TRUE(test::all_finite(simulator.state())) << order;
-    }
-}
-
 } // namespace
 } // namespace trocar::engine

@@ -1,7 +1,7 @@
 // Small bodies and random deformations that the tests of this folder share.
 #pragma once
 
-#include "fem/tissue.hpp"
+#include "fem/tissue/tissue.hpp"
 
 #include <random>
 

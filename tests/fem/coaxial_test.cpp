@@ -1,5 +1,5 @@
 // A wire in a catheter: both stiffnesses where they overlap, the wire alone beyond the tip, each moved by its own hand.
-#include "fem/coaxial.hpp"
+#include "fem/rod/coaxial.hpp"
 #include "rod_rest.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // The law of docs/tissue.md, measured: what `viscosity` and `mass_damping` multiply, and how fast a free oscillation dies away.
 #include "bodies.hpp"
-#include "fem/integrate.hpp"
+#include "fem/tissue/integrate.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "fem/forces.hpp"
-#include "fem/logarithm.hpp"
-#include "fem/polar.hpp"
+#include "fem/tissue/forces.hpp"
+#include "fem/tissue/logarithm.hpp"
+#include "fem/tissue/polar.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <Eigen/Dense>

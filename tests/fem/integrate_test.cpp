@@ -1,5 +1,5 @@
-#include "fem/integrate.hpp"
-#include "fem/stable_step.hpp"
+#include "fem/tissue/integrate.hpp"
+#include "fem/tissue/stable_step.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // The vectorised kernels: the same bits on every instruction set, for any number of threads, in any order of nodes and tets.
-#include "fem/bar_mesh.hpp"
-#include "fem/integrate.hpp"
+#include "fem/mesh/bar_mesh.hpp"
+#include "fem/tissue/integrate.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
-#include "fem/lattice.hpp"
+#include "fem/mesh/lattice.hpp"
 
 #include "base/topology.hpp"
-#include "fem/links.hpp"
-#include "fem/stable_step.hpp"
+#include "fem/embedding/links.hpp"
+#include "fem/tissue/stable_step.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <gtest/gtest.h>

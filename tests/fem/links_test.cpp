@@ -1,7 +1,7 @@
 #include "base/topology.hpp"
-#include "fem/kernels.hpp"
-#include "fem/links.hpp"
-#include "fem/tet_locator.hpp"
+#include "fem/tissue/kernels.hpp"
+#include "fem/embedding/links.hpp"
+#include "fem/embedding/tet_locator.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <Eigen/Dense>

@@ -1,5 +1,5 @@
 // The paper's chain of masses and springs: it hangs like the rod, is stable at its derived sub-step, and costs what it costs.
-#include "fem/mass_spring.hpp"
+#include "fem/rod/mass_spring.hpp"
 #include "rod_rest.hpp"
 
 #include <gtest/gtest.h>

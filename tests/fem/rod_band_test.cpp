@@ -1,5 +1,5 @@
 // The rod's band solver against a dense one: of any size, shorter than the band included.
-#include "fem/rod_band.hpp"
+#include "fem/rod/rod_band.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>

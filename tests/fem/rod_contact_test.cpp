@@ -1,5 +1,5 @@
 // The rod pushed through narrow winding tubes, whose walls are planes round every place: the iteration ends in a balance of forces.
-#include "fem/rod.hpp"
+#include "fem/rod/rod.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Drag of a fluid: known loads, terminal velocities, and none on what goes with the flow.
-#include "fem/coaxial.hpp"
-#include "fem/mass_spring.hpp"
+#include "fem/rod/coaxial.hpp"
+#include "fem/rod/mass_spring.hpp"
 #include "rod_rest.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Rods at rest: straight designs whose steps are only there to find the place of least energy.
 #pragma once
 
-#include "fem/rod.hpp"
+#include "fem/rod/rod.hpp"
 
 #include <cmath>
 #include <numbers>

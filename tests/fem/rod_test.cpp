@@ -1,5 +1,5 @@
-#include "fem/rod.hpp"
-#include "fem/rod_skin.hpp"
+#include "fem/rod/rod.hpp"
+#include "fem/rod/rod_skin.hpp"
 
 #include "base/topology.hpp"
 

@@ -1,7 +1,7 @@
 // Torsion: how a turn of the handle travels, winds the rod up, snaps round in a bend, and stretches a helical spring.
 #include "rod_rest.hpp"
 
-#include "fem/rod_step.hpp"
+#include "fem/rod/rod_step.hpp"
 
 #include <gtest/gtest.h>
 

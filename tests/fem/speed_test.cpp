@@ -1,6 +1,6 @@
 // Prints what the step loop's kernels cost here; fails only where the median is out of all proportion (100 times the usual).
-#include "fem/integrate.hpp"
-#include "fem/links.hpp"
+#include "fem/tissue/integrate.hpp"
+#include "fem/embedding/links.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <algorithm>

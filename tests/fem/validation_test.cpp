@@ -1,8 +1,8 @@
 // The model against analytic answers: modes, wave speeds, beams, compression; both integrators at their edges.
-#include "fem/bar_mesh.hpp"
-#include "fem/integrate.hpp"
-#include "fem/statics.hpp"
-#include "fem/validation.hpp"
+#include "fem/mesh/bar_mesh.hpp"
+#include "fem/tissue/integrate.hpp"
+#include "fem/tissue/statics.hpp"
+#include "fem/tissue/validation.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <algorithm>

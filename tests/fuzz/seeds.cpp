@@ -1,7 +1,7 @@
 #include "targets.hpp"
 
 #include "engine/io/mesh_path.hpp"
-#include "engine/observe/grant_record.hpp"
+#include "engine/report/grant_record.hpp"
 #include "engine/step/checkpoint.hpp"
 #include "tests/engine/io_bytes.hpp"
 

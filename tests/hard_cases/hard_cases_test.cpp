@@ -1,6 +1,6 @@
 // Every hard case, one test each: nothing beyond its bound. The figures are printed, so that a margin that shrinks is seen before it
 // is gone: `test_hard_cases | grep margin`, or `trocar bench hard-cases` for one table.
-#include "engine/bench/hard_cases.hpp"
+#include "bench/hard_cases.hpp"
 
 #include <gtest/gtest.h>
 

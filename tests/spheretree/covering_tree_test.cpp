@@ -1,7 +1,7 @@
 #include "shapes.hpp"
 #include "spheretree/bounding.hpp"
-#include "spheretree/chain_tree.hpp"
-#include "spheretree/covering_tree.hpp"
+#include "spheretree/update/chain_tree.hpp"
+#include "spheretree/update/covering_tree.hpp"
 #include "tests/made/surfaces.hpp"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 // Wrapped trees that follow coarse nodes: what the bound holds, what the paper's heuristic loses, what a lazy descent pays.
 #include "base/trig.hpp"
 #include "shapes.hpp"
-#include "spheretree/deforming_tree.hpp"
-#include "spheretree/descent.hpp"
-#include "spheretree/wrapped_tree.hpp"
+#include "spheretree/update/deforming_tree.hpp"
+#include "spheretree/traverse/descent.hpp"
+#include "spheretree/build/wrapped_tree.hpp"
 
 #include <gtest/gtest.h>
 

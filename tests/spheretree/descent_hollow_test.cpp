@@ -1,8 +1,8 @@
 // The descent of an instrument's links into a hollow body.
 #include "base/inside.hpp"
 #include "shapes.hpp"
-#include "spheretree/covering_tree.hpp"
-#include "spheretree/descent.hpp"
+#include "spheretree/update/covering_tree.hpp"
+#include "spheretree/traverse/descent.hpp"
 
 #include <gtest/gtest.h>
 

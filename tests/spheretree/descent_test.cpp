@@ -1,7 +1,7 @@
 // The descent of solid bodies into one another.
 #include "shapes.hpp"
-#include "spheretree/covering_tree.hpp"
-#include "spheretree/descent.hpp"
+#include "spheretree/update/covering_tree.hpp"
+#include "spheretree/traverse/descent.hpp"
 
 #include <gtest/gtest.h>
 

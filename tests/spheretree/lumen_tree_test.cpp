@@ -1,8 +1,8 @@
 #include "base/inside.hpp"
 #include "shapes.hpp"
-#include "spheretree/lumen_path.hpp"
-#include "spheretree/lumen_state.hpp"
-#include "spheretree/union_room.hpp"
+#include "spheretree/lumen/lumen_path.hpp"
+#include "spheretree/lumen/lumen_state.hpp"
+#include "spheretree/lumen/union_room.hpp"
 #include "tests/made/surfaces.hpp"
 
 #include <gtest/gtest.h>

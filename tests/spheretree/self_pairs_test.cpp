@@ -1,8 +1,8 @@
 // A body against itself: nothing that meets far from where it grew is missed, whatever the budget; neighbours are left alone.
 #include "base/self_intersection.hpp"
 #include "shapes.hpp"
-#include "spheretree/covering_tree.hpp"
-#include "spheretree/descent.hpp"
+#include "spheretree/update/covering_tree.hpp"
+#include "spheretree/traverse/descent.hpp"
 
 #include <gtest/gtest.h>
 

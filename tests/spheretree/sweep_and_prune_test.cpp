@@ -1,5 +1,5 @@
 #include "shapes.hpp"
-#include "spheretree/sweep_and_prune.hpp"
+#include "spheretree/traverse/sweep_and_prune.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #include "base/repair.hpp"
 #include "base/topology.hpp"
 #include "shapes.hpp"
-#include "spheretree/tree_quality.hpp"
-#include "spheretree/wrapped_tree.hpp"
+#include "spheretree/build/tree_quality.hpp"
+#include "spheretree/build/wrapped_tree.hpp"
 #include "tests/made/surfaces.hpp"
 
 #include <gmock/gmock.h>

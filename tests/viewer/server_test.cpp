@@ -1,7 +1,7 @@
 // The server as strangers, viewers and a driver meet it.
 #include "live.hpp"
 
-#include "engine/observe/picture_scene.hpp"
+#include "engine/report/picture_scene.hpp"
 #include "engine/time/clock.hpp"
 #include "engine/viewer/gate.hpp"
 #include "engine/viewer/hub.hpp"

@@ -1,0 +1,184 @@
+#include "bench/bench.hpp"
+
+#include "bench/headlines.hpp"
+#include "bench/tables.hpp"
+#include "engine/io/file_bytes.hpp"
+#include "engine/report/html.hpp"
+#include "engine/report/places.hpp"
+#include "engine/report/report_style.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace trocar::engine {
+
+namespace {
+
+std::string cell(const BenchRow& value) {
+    if (value.is_null()) return "-";
+    if (value.is_string()) return value.get<std::string>();
+    if (value.is_number_float()) return fmt::format("{:.4g}", value.get<double>());
+    return value.dump();
+}
+
+std::vector<std::string> columns_of(const BenchTable& table) {
+    std::vector<std::string> columns;
+    for (const BenchRow& row : table.rows)
+        for (const auto& [key, value] : row.items())
+            if (std::find(columns.begin(), columns.end(), key) == columns.end()) columns.push_back(key);
+    return columns;
+}
+
+} // namespace
+
+nlohmann::ordered_json machine_json() {
+    const Machine machine = describe_machine();
+    nlohmann::ordered_json json;
+    json["cpu"] = machine.processor;
+    json["cores"] = machine.cores;
+    json["memory_gib"] = machine.memory_gib;
+    json["system"] = machine.system;
+    json["avx2"] = static_cast<bool>(__builtin_cpu_supports("avx2"));
+    json["avx512"] = static_cast<bool>(__builtin_cpu_supports("avx512f"));
+    json["compiler"] = machine.compiler;
+#ifdef __OPTIMIZE__
+    json["build"] = "optimised";
+#else
+    json["build"] = "not optimised";
+#endif
+    return json;
+}
+
+nlohmann::ordered_json bench_json(std::string_view name, const BenchTable& table) {
+    nlohmann::ordered_json json;
+    json["bench"] = name;
+    json["machine"] = machine_json();
+    json["quick"] = table.quick;
+    json["rows"] = table.rows;
+    json["notes"] = table.notes;
+    return json;
+}
+
+Result<ReadBench> read_bench(const std::filesystem::path& file) {
+    const auto bytes = read_file_bytes(file);
+    if (!bytes) return bytes.error();
+    const auto json = BenchRow::parse(*bytes, nullptr, false);
+    const auto is_bench = [](const BenchRow& b) {
+        return b.is_object() && b.contains("bench") && b["bench"].is_string() && b.contains("rows") && b["rows"].is_array() &&
+               std::all_of(b["rows"].begin(), b["rows"].end(), [](const BenchRow& row) { return row.is_object(); });
+    };
+    if (!is_bench(json)) return Error{ErrorCode::BadSyntax, "is not what `trocar bench NAME --json FILE` writes", file.string()};
+    ReadBench read{json["bench"], {}};
+    read.table.quick = json.contains("quick") && json["quick"] == true;
+    read.table.rows.assign(json["rows"].begin(), json["rows"].end());
+    if (json.contains("notes") && json["notes"].is_array())
+        for (const BenchRow& note : json["notes"])
+            if (note.is_string()) read.table.notes.push_back(note);
+    return read;
+}
+
+std::string bench_text(const BenchTable& table) {
+    const std::vector<std::string> columns = columns_of(table);
+    std::vector<std::vector<std::string>> lines{columns};
+    for (const BenchRow& row : table.rows) {
+        std::vector<std::string>& line = lines.emplace_back();
+        for (const std::string& column : columns) line.push_back(row.contains(column) ? cell(row[column]) : "");
+    }
+    std::string text;
+    std::vector<std::size_t> width(columns.size(), 0);
+    for (const auto& line : lines)
+        for (std::size_t k = 0; k < line.size(); ++k) width[k] = std::max(width[k], line[k].size());
+    for (const auto& line : lines) {
+        for (std::size_t k = 0; k < line.size(); ++k) text += fmt::format("{:<{}}  ", line[k], width[k]);
+        text.erase(text.find_last_not_of(' ') + 1);
+        text += '\n';
+    }
+    for (const std::string& note : table.notes) text += "note: " + note + '\n';
+    return text;
+}
+
+namespace {
+
+std::string page_head(const std::string& title, const std::string& lead) {
+    return fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+                       "content=\"width=device-width,initial-scale=1\">\n<title>{0}</title>\n<style>{1}</style></head>\n<body><main>\n"
+                       "<p class=\"over\">trocar {0}</p>\n<p class=\"lead\">{2}</p>\n",
+                       escape_html(title), kReportStyle, escape_html(lead));
+}
+
+std::string page_foot() {
+    const Machine machine = describe_machine();
+    return fmt::format("<footer>{}, {} cores, {}</footer>\n</main></body></html>\n", escape_html(machine.processor), machine.cores,
+                       escape_html(machine.compiler));
+}
+
+std::string plots_html(const BenchTable& table) {
+    if (table.sketches.empty()) return {};
+    const Result<std::vector<Plot>> plots = draw_plots(table.sketches, table.plot_data);
+    if (!plots) return fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
+    std::string page = "<div class=\"grid\">\n";
+    for (const Plot& plot : *plots)
+        page += fmt::format("<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
+                            escape_html(plot.title), plot.svg, escape_html(plot.caption));
+    return page + "</div>\n";
+}
+
+std::string rows_html(const BenchTable& table) {
+    const std::vector<std::string> columns = columns_of(table);
+    std::string page = "<div class=\"scroll\"><table><tr>";
+    for (const std::string& column : columns) page += fmt::format("<th>{}</th>", escape_html(column));
+    page += "</tr>\n";
+    for (const BenchRow& row : table.rows) {
+        page += "<tr>";
+        for (const std::string& column : columns)
+            page += fmt::format("<td>{}</td>", row.contains(column) ? escape_html(cell(row[column])) : "");
+        page += "</tr>\n";
+    }
+    page += "</table></div>\n";
+    for (const std::string& note : table.notes) page += fmt::format("<p class=\"soft\">{}</p>\n", escape_html(note));
+    return page;
+}
+
+std::string headlines_html(std::span<const MeasuredBench> measured) {
+    std::string page = "<div class=\"scroll\"><table><tr><th>bench</th><th>what</th><th>here</th><th>beside it</th>"
+                       "<th class=\"n\">factor</th><th>where it differs</th></tr>\n";
+    for (const MeasuredBench& one : measured)
+        for (const Headline& line : headlines_of(one.bench->name, one.table))
+            page += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{}</td><td>{}</td></tr>\n",
+                                escape_html(one.bench->name), escape_html(line.what), escape_html(line.here), escape_html(line.beside),
+                                line.factor ? fmt::format("{:.3g}", *line.factor) : "", escape_html(line.remark));
+    return page + "</table></div>\n";
+}
+
+} // namespace
+
+std::string bench_page(const Bench& bench, const BenchTable& table) {
+    return page_head("bench " + std::string(bench.name), std::string(bench.what)) + plots_html(table) + "<h2>Figures</h2>\n" +
+           rows_html(table) + page_foot();
+}
+
+std::string all_benches_page(std::span<const MeasuredBench> measured) {
+    const bool quick = std::any_of(measured.begin(), measured.end(), [](const MeasuredBench& one) { return one.table.quick; });
+    std::string page =
+        page_head("bench",
+                  std::string("The papers' and the peers' tables, measured on this machine, with theirs beside ours.") +
+                      (quick ? " A quick run: a small part of each, on smaller models, without factors against the papers." : "")) +
+        headlines_html(measured);
+    for (const MeasuredBench& one : measured)
+        page += fmt::format("<h2>{}</h2>\n<p>{}</p>\n", escape_html(one.bench->name), escape_html(one.bench->what)) +
+                plots_html(one.table) + rows_html(one.table);
+    return page + page_foot();
+}
+
+std::optional<std::filesystem::path> find_peer(std::string_view name) {
+    std::error_code failed;
+    const auto self = std::filesystem::read_symlink("/proc/self/exe", failed);
+    if (failed) return std::nullopt;
+    const auto peer = self.parent_path() / "peers" / name;
+    return std::filesystem::is_regular_file(peer, failed) ? std::optional(peer) : std::nullopt;
+}
+
+std::span<const Bench> benches() { return kBenches; }
+
+} // namespace trocar::engine

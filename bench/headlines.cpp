@@ -1,0 +1,308 @@
+#include "bench/headlines.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+using Rows = std::span<const BenchRow>;
+
+std::string text(const BenchRow& row, const char* key) {
+    const auto found = row.find(key);
+    return found != row.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+/// Nothing where it is not there, or no number.
+std::optional<double> number(const BenchRow& row, const char* key) {
+    const auto found = row.find(key);
+    return found != row.end() && found->is_number() ? std::optional(found->get<double>()) : std::nullopt;
+}
+
+bool is(const BenchRow& row, const char* key, const nlohmann::ordered_json& value) {
+    const auto found = row.find(key);
+    return found != row.end() && *found == value;
+}
+
+template <class Wanted>
+const BenchRow* find(Rows rows, Wanted wanted) {
+    const auto found = std::find_if(rows.begin(), rows.end(), wanted);
+    return found != rows.end() ? &*found : nullptr;
+}
+
+std::optional<double> ratio(std::optional<double> theirs, std::optional<double> ours) {
+    return theirs && ours && *ours > 0.0 ? std::optional(*theirs / *ours) : std::nullopt;
+}
+
+std::string list(const std::vector<std::string>& parts) { return fmt::format("{}", fmt::join(parts, " / ")); }
+
+std::vector<Headline> of_deadline(Rows rows) {
+    std::vector<std::string> budgets, kept, late;
+    for (const BenchRow& row : rows) {
+        if (!number(row, "kept_where_it_fits")) continue;
+        budgets.push_back(fmt::format("{:g}", *number(row, "budget_ms")));
+        kept.push_back(fmt::format("{:.2f}", 100.0 * *number(row, "kept_where_it_fits")));
+        late.push_back(fmt::format("{:.3g}", number(row, "own_ms_p999").value_or(0.0)));
+    }
+    if (budgets.empty()) return {};
+    return {{"steps that end within budgets of " + list(budgets) + " ms, in % (of those whose mandatory part fits)",
+             list(kept),
+             "wanted: 99.9",
+             {},
+             {}},
+            {"the same, 99.9th percentile of what a step used, ms", list(late), {}, {}, {}}};
+}
+
+std::vector<Headline> of_effects(Rows rows) {
+    std::vector<Headline> lines;
+    for (std::size_t begin = 0; begin < rows.size();) {
+        const std::string scene = text(rows[begin], "scene");
+        std::vector<std::string> saved;
+        std::size_t end = begin;
+        for (; end < rows.size() && text(rows[end], "scene") == scene; ++end) {
+            const bool is_measurable = std::abs(number(rows[end], "saved_ms").value_or(0.0)) > number(rows[end], "noise_ms").value_or(0.0);
+            saved.push_back(text(rows[end], "effect") +
+                            (is_measurable ? fmt::format(" {:.0f} %", 100.0 * number(rows[end], "saved_share").value_or(0.0))
+                                           : std::string(" less than can be measured")));
+        }
+        lines.push_back(
+            {scene + ": time of a step that leaving one effect out saves", fmt::format("{}", fmt::join(saved, ", ")), {}, {}, {}});
+        begin = end;
+    }
+    return lines;
+}
+
+std::vector<Headline> of_fem(Rows rows) {
+    std::vector<Headline> lines;
+    for (const char* bar : {"bar_5k", "bar_50k", "bar_500k"}) {
+        const auto elastic = [&](const BenchRow& row) {
+            return is(row, "name", bar) && is(row, "law", "neo_hookean") && is(row, "viscous", false) &&
+                   text(row, "integrator") == "none" && is(row, "threads", 1) && number(row, "ns_per_tet");
+        };
+        const BenchRow* ours = find(rows, [&](const BenchRow& row) {
+            return elastic(row) && is(row, "peer", false) && text(row, "isa") != "portable" && is(row, "precision", "double");
+        });
+        const BenchRow* peer =
+            find(rows, [&](const BenchRow& row) { return is(row, "name", bar) && is(row, "peer", true) && number(row, "ns_per_tet"); });
+        if (ours == nullptr) continue;
+        const auto theirs = peer != nullptr ? number(*peer, "ns_per_tet") : std::nullopt;
+        lines.push_back({fmt::format("elastic forces of {}, neo-Hookean, double, {}, ns a tetrahedron", bar, text(*ours, "isa")),
+                         fmt::format("{:.1f}", *number(*ours, "ns_per_tet")),
+                         theirs ? fmt::format("Bullet, float, beside it: {:.1f}", *theirs) : std::string(),
+                         ratio(theirs, number(*ours, "ns_per_tet")),
+                         {}});
+    }
+    return lines;
+}
+
+std::vector<Headline> of_validation(Rows rows) {
+    std::size_t bounds = 0, hold = 0;
+    std::string missed;
+    for (const BenchRow& row : rows) {
+        if (!row.contains("holds")) continue;
+        ++bounds;
+        hold += is(row, "holds", true);
+        if (!is(row, "holds", true)) missed += (missed.empty() ? "missed: " : "; ") + text(row, "what");
+    }
+    return {
+        {"tissue against analytic answers, SOFA and CalculiX: bounds that hold", fmt::format("{} of {}", hold, bounds), {}, {}, missed}};
+}
+
+std::vector<Headline> of_spheretree(Rows rows) {
+    std::vector<Headline> lines;
+    const BenchRow* bunny =
+        find(rows, [](const BenchRow& row) { return text(row, "mesh").starts_with("bunny") && text(row, "builder") == "medial"; });
+    if (bunny != nullptr)
+        lines.push_back({fmt::format("sphere tree of the {}: leaves; outside at levels 1 / 2 / 3, per mille; volume; uncovered; seconds",
+                                     text(*bunny, "mesh")),
+                         fmt::format("{:.0f}; {:.0f} / {:.0f} / {:.1f}; {:.3f}; {:g} %; {:.1f}", number(*bunny, "leaves").value_or(0.0),
+                                     number(*bunny, "outside_1_permille").value_or(0.0), number(*bunny, "outside_2_permille").value_or(0.0),
+                                     number(*bunny, "outside_3_permille").value_or(0.0), number(*bunny, "volume_ratio").value_or(0.0),
+                                     number(*bunny, "uncovered_percent").value_or(0.0), number(*bunny, "build_s").value_or(0.0)),
+                         "Bradshaw's toolkit, " + text(*bunny, "toolkit"),
+                         ratio(123.0, number(*bunny, "build_s")),
+                         {}});
+    for (const BenchRow& row : rows)
+        if (const auto rate = number(row, "million_tests_per_s"); rate && *rate > 0.0) {
+            lines.push_back({"sphere pairs tested, millions a second on one core", fmt::format("{:.0f}", *rate), "wanted: 100", {}, {}});
+            break;
+        }
+    return lines;
+}
+
+/// The work budget that leaves about as much open as the paper's last row.
+std::vector<Headline> of_interruptible(Rows rows) {
+    const BenchRow* row =
+        find(rows, [](const BenchRow& r) { return text(r, "order") == "breadth" && text(r, "paper").starts_with("1 s:"); });
+    if (row == nullptr) return {};
+    return {{fmt::format("{}, descent interrupted at {:.0f} open pairs: microseconds; contacts missed", text(*row, "bodies"),
+                         number(*row, "open").value_or(0.0)),
+             fmt::format("{:.3g}; {:.0f}", number(*row, "us").value_or(0.0), number(*row, "missed").value_or(0.0)),
+             "seed 003: " + text(*row, "paper"),
+             {},
+             "the paper's table contradicts itself (1 s of critical time at 25 frames a second): work budgets stand for its rows"}};
+}
+
+std::vector<Headline> of_contacts(Rows rows) {
+    std::vector<Headline> lines;
+    for (const BenchRow& row : rows) {
+        if (!text(row, "method").ends_with("(default)") || !is(row, "threads", 1) || text(row, "workload") == "growth") continue;
+        const std::string workload = text(row, "workload");
+        if (std::any_of(lines.begin(), lines.end(), [&](const Headline& l) { return l.what.starts_with(workload); })) continue;
+        const BenchRow* peer = find(rows, [&](const BenchRow& r) {
+            return text(r, "workload") == workload && is(r, "peer", true) && text(r, "method").find("embree") != std::string::npos;
+        });
+        const auto theirs = peer != nullptr ? number(*peer, "broad_ms") : std::nullopt;
+        lines.push_back(
+            {fmt::format("{} of {:.0f} triangles: broad phase / whole exact step, ms", workload, number(row, "triangles").value_or(0.0)),
+             fmt::format("{:.1f} / {:.1f}", number(row, "refit_and_broad_ms").value_or(0.0), number(row, "total_ms").value_or(0.0)),
+             theirs ? fmt::format("Embree's broad phase beside it: {:.1f}", *theirs) : std::string(),
+             ratio(theirs, number(row, "refit_and_broad_ms")),
+             {}});
+    }
+    return lines;
+}
+
+std::string chromatic_remark(std::optional<double> sets, const BenchRow* aabb, const BenchRow* plain) {
+    std::string remark;
+    if (aabb != nullptr && sets > number(*aabb, "total_ms")) remark = "the sets do not beat the AABB tree here, as they did in the paper";
+    if (plain != nullptr && sets > number(*plain, "total_ms"))
+        remark += std::string(remark.empty() ? "" : "; ") +
+                  "a hierarchy with SIMD beats the sets: an elementary test costs nanoseconds, and most of what II spares are those";
+    return remark;
+}
+
+std::vector<Headline> of_chromatic(Rows rows) {
+    std::vector<Headline> lines;
+    for (const BenchRow& row : rows) {
+        if (text(row, "method") != "sets, II where it pays") continue;
+        const auto beside = [&](std::string_view method) {
+            return find(rows, [&](const BenchRow& r) {
+                return text(r, "scene") == text(row, "scene") && text(r, "looked_for") == text(row, "looked_for") &&
+                       text(r, "method").starts_with(method);
+            });
+        };
+        const BenchRow *plain = beside("this library's hierarchy"), *aabb = beside("AABB");
+        const std::string paper = text(row, "paper_ms");
+        lines.push_back(
+            {fmt::format("{}{}: AABB tree / sets / this library's hierarchy, ms", text(row, "scene"),
+                         text(row, "looked_for").empty() ? std::string() : ", contacts with " + text(row, "looked_for")),
+             fmt::format("{} / {:.1f} / {}", aabb != nullptr ? fmt::format("{:.1f}", number(*aabb, "total_ms").value_or(0.0)) : "-",
+                         number(row, "total_ms").value_or(0.0),
+                         plain != nullptr ? fmt::format("{:.1f}", number(*plain, "total_ms").value_or(0.0)) : "-"),
+             paper.empty() ? std::string() : "seed 000, 2005: " + paper + " ms with sets",
+             {},
+             chromatic_remark(number(row, "total_ms"), aabb, plain)});
+    }
+    return lines;
+}
+
+std::vector<Headline> of_seed001(Rows rows) {
+    std::vector<Headline> lines;
+    for (const BenchRow& row : rows)
+        if (const auto paper = number(row, "paper_total_s"))
+            lines.push_back({text(row, "setup") + ": refit / test / total, s",
+                             fmt::format("{:.3g} / {:.3g} / {:.3g}", number(row, "refit_s").value_or(0.0),
+                                         number(row, "test_s").value_or(0.0), number(row, "total_s").value_or(0.0)),
+                             fmt::format("seed 001, 2003: {:g} / {:g} / {:g}", number(row, "paper_refit_s").value_or(0.0),
+                                         number(row, "paper_test_s").value_or(0.0), *paper),
+                             ratio(paper, number(row, "total_s")),
+                             {}});
+    if (!lines.empty())
+        lines.front().remark = "refitting is the smaller part here: memory is read in order, and faces are tested in batches";
+    return lines;
+}
+
+std::string ms_and_crossings(const BenchRow& row) {
+    return fmt::format("{:.0f} ({:.0f})", *number(row, "total_ms"), number(row, "crossings").value_or(0.0));
+}
+
+/// A line per mesh: the fastest of the safe forms, and of the paper's.
+std::vector<Headline> of_image_space(Rows rows) {
+    std::vector<Headline> lines;
+    for (std::size_t begin = 0; begin < rows.size();) {
+        const auto is_of_paper = [](const BenchRow& row) { return text(row, "culler").starts_with("as the paper"); };
+        const BenchRow* fastest[2] = {}; // of the safe ones, of the paper's
+        std::size_t end = begin;
+        for (; end < rows.size() && text(rows[end], "mesh") == text(rows[begin], "mesh"); ++end) {
+            const BenchRow*& best = fastest[is_of_paper(rows[end]) ? 1 : 0];
+            if (number(rows[end], "total_ms") && (best == nullptr || *number(rows[end], "total_ms") < *number(*best, "total_ms")))
+                best = &rows[end];
+        }
+        const auto& [safe, paper] = fastest;
+        if (safe != nullptr)
+            lines.push_back({fmt::format("{} of {:.0f} triangles, {}{}: ms (crossings found)", text(*safe, "mesh"),
+                                         number(*safe, "triangles").value_or(0.0), text(*safe, "culler"),
+                                         paper != nullptr ? " / " + text(*paper, "culler") : std::string()),
+                             ms_and_crossings(*safe) + (paper != nullptr ? " / " + ms_and_crossings(*paper) : std::string()),
+                             "seed 002: " + text(*safe, "paper"),
+                             {},
+                             paper != nullptr && number(*paper, "crossings") < number(*safe, "crossings")
+                                 ? "the paper's form prunes by pixel centres and loses crossings"
+                                 : ""});
+        begin = end;
+    }
+    return lines;
+}
+
+std::vector<Headline> of_seed004(Rows rows) {
+    std::vector<Headline> lines;
+    for (const BenchRow& row : rows) {
+        const auto paper = number(row, "paper_s");
+        const auto share = number(row, "percent_of_rtri"), paper_share = number(row, "paper_percent");
+        if (!paper || text(row, "method") != "with skipping") continue;
+        lines.push_back({fmt::format("{} {:.0f} + {:.0f} triangles, with skipping, s per step (share of representative triangles')",
+                                     text(row, "animation"), number(row, "rigid").value_or(0.0), number(row, "cloth").value_or(0.0)),
+                         fmt::format("{:.3g} ({:.0f} %)", number(row, "s_per_step").value_or(0.0), share.value_or(0.0)),
+                         fmt::format("seed 004: {:g} ({:.0f} %)", *paper, paper_share.value_or(0.0)),
+                         ratio(paper, number(row, "s_per_step")),
+                         share && paper_share && *share < 0.67 * *paper_share
+                             ? "most of the gain is that of clusters of triangles over single ones; skipping adds the rest"
+                             : ""});
+    }
+    return lines;
+}
+
+struct Maker {
+    std::string_view bench;
+    std::vector<Headline> (*make)(Rows);
+};
+constexpr Maker kMakers[] = {{"deadline", of_deadline},       {"effects", of_effects},       {"fem", of_fem},
+                             {"validation", of_validation},   {"spheretree", of_spheretree}, {"interruptible", of_interruptible},
+                             {"contacts", of_contacts},       {"chromatic", of_chromatic},   {"seed001", of_seed001},
+                             {"image-space", of_image_space}, {"seed004", of_seed004}};
+
+/// A cell of a Markdown table.
+std::string escaped(const std::string& words) {
+    std::string safe;
+    for (const char c : words) safe += c == '|' ? std::string("\\|") : c == '\n' ? std::string(" ") : std::string(1, c);
+    return safe;
+}
+
+} // namespace
+
+std::vector<Headline> headlines_of(std::string_view bench, const BenchTable& table) {
+    for (const Maker& maker : kMakers)
+        if (maker.bench == bench) {
+            std::vector<Headline> lines = maker.make(table.rows);
+            for (Headline& line : lines)
+                if (table.quick && line.beside.starts_with("seed ")) line.factor.reset(); // not of the same size
+            return lines;
+        }
+    return {};
+}
+
+std::string headlines_markdown(std::span<const MeasuredBench> measured) {
+    std::string page = "| `trocar bench` | what | here | beside it | factor |\n| --- | --- | --- | --- | --- |\n";
+    for (const MeasuredBench& one : measured)
+        for (const Headline& line : headlines_of(one.bench->name, one.table))
+            page += fmt::format("| `{}` | {} | {} | {}{}{} | {} |\n", one.bench->name, escaped(line.what), escaped(line.here),
+                                escaped(line.beside), line.remark.empty() || line.beside.empty() ? "" : "; ", escaped(line.remark),
+                                line.factor ? fmt::format("{:.3g}", *line.factor) : "");
+    return page;
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,30 @@
+// A bench in a few lines: what its paper or its peer says, what was measured here, the factor, and a sentence where the shape differs.
+#pragma once
+
+#include "bench/bench.hpp"
+
+namespace trocar::engine {
+
+struct Headline {
+    std::string what;
+    std::string here;
+    std::string beside;           // the paper's or the peer's figure; empty: none
+    std::optional<double> factor; // theirs over ours: how many times less is needed here
+    std::string remark;           // where the shape differs from theirs, and why; empty: it does not
+};
+
+/// Made of the table's rows alone. Rows that a quick run or a missing peer left out give no line.
+[[nodiscard]] std::vector<Headline> headlines_of(std::string_view bench, const BenchTable& table);
+
+struct MeasuredBench {
+    const Bench* bench = nullptr;
+    BenchTable table;
+};
+
+/// All headlines as a table in Markdown, as docs/benchmarks.md shows it.
+[[nodiscard]] std::string headlines_markdown(std::span<const MeasuredBench> measured);
+
+/// All headlines and all tables, with their plots, as one page without any other file.
+[[nodiscard]] std::string all_benches_page(std::span<const MeasuredBench> measured);
+
+} // namespace trocar::engine

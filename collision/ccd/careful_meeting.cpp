@@ -1,0 +1,88 @@
+#include "collision/ccd/careful_meeting.hpp"
+
+#include "collision/ccd/exact_meeting.hpp"
+#include "collision/ccd/sweep_parts.hpp"
+
+#include <cassert>
+
+namespace trocar::collision {
+namespace {
+
+/// Do all c_k keep one strict sign on some axis, from t - reach to t + reach? Then the origin, where it is in the plane, is inside.
+/// |c_k'| <= 2 * 2 M 2M per coordinate (two products, each of a position at most M and a velocity at most 2 M, twice).
+template <int Count>
+bool stays_inside(const Differences<Count>& q, double t, double reach) noexcept {
+    const auto corner = at(q, t);
+    constexpr auto order = around<Count>();
+    const double m2 = q.magnitude * q.magnitude;
+    const double bound = kCrossRounding * kUnitRoundoff * m2 + 8.0 * m2 * reach * (1.0 + 1e-9);
+    std::array<Vec3, Count> c;
+    for (std::size_t k = 0; k < Count; ++k) c[k] = corner[order[k]].cross(corner[order[(k + 1) % Count]]);
+    for (int axis = 0; axis < 3; ++axis) {
+        bool positive = true, negative = true;
+        for (std::size_t k = 0; k < Count; ++k) {
+            positive = positive && c[k][axis] > bound;
+            negative = negative && c[k][axis] < -bound;
+        }
+        if (positive || negative) return true;
+    }
+    return false;
+}
+
+/// A time at which the features are proven to meet, near `time`; nothing where that is not obvious.
+template <int Count>
+std::optional<double> prove_meeting(const Differences<Count>& q, double time) noexcept {
+    double t = time;
+    for (int round = 0; round < 2; ++round) {
+        const Plane plane = plane_at(q, t);
+        t -= plane.value / plane.slope;
+        if (!(t >= 0.0 && t <= 1.0) || std::abs(t - time) > kMeetingTime) return std::nullopt;
+    }
+    const double m = q.magnitude;
+    const double bound = kPlaneRounding * kUnitRoundoff * m * m * m + std::numeric_limits<double>::min();
+    const double slope = std::abs(plane_at(q, t).slope);
+    const double reach = std::max(4.0 * bound / slope, 0x1p-50);
+    const double from = t - reach, to = t + reach;
+    if (!(reach < kMeetingTime) || from < 0.0 || to > 1.0) return std::nullopt;
+    const double before = plane_at(q, from).value, after = plane_at(q, to).value;
+    const bool crosses = (before > bound && after < -bound) || (before < -bound && after > bound);
+    if (!crosses || !stays_inside(q, t, reach + 0x1p-52)) return std::nullopt;
+    return t;
+}
+
+template <int Count>
+Meeting make_meeting(const Differences<Count>& q, double time, Decision decided_by) noexcept {
+    Nearest nearest = find_nearest(at(q, time));
+    if (!(nearest.distance <= 1e-9 * q.magnitude)) nearest = find_nearest_carefully(at(q, time));
+    Meeting meeting{.meets = true, .decided_by = decided_by, .time = time, .bary = nearest.bary};
+    nearest.distance = 0.0; // only rounding is left of it: the flat normal is the better one
+    meeting.normal = contact_normal(q, time, nearest);
+    return meeting;
+}
+
+/// corners   what find_exact_time takes
+template <int Count, class First, class Second>
+Meeting decide(Differences<Count>& q, double time, const First& first, const Second& second) {
+    q.measure();
+    if (const auto proven = prove_meeting(q, time)) return make_meeting(q, *proven, Decision::Proof);
+    if (const auto exact = find_exact_time(first, second)) return make_meeting(q, *exact, Decision::Exact);
+    return {.decided_by = Decision::Exact};
+}
+
+} // namespace
+
+Meeting meet_carefully(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
+    const Sweep sweep = sweep_vertex_face(vertex, face, {});
+    if (!sweep.hit()) return {};
+    Differences<3> q = make_differences(vertex, face);
+    return decide(q, sweep.time, vertex, face);
+}
+
+Meeting meet_carefully(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
+    const Sweep sweep = sweep_edge_edge(a, b, {});
+    if (!sweep.hit()) return {};
+    Differences<4> q = make_differences(a, b);
+    return decide(q, sweep.time, a, b);
+}
+
+} // namespace trocar::collision

@@ -1,0 +1,13 @@
+// Pairs that meeting.cpp could not decide four at a time: the step is gone through (sweep.hpp), the meeting that it comes to is proven,
+// or the pair is decided in whole numbers.
+#pragma once
+
+#include "collision/ccd/meeting.hpp"
+
+namespace trocar::collision {
+
+/// The coordinates must be finite (assert).
+[[nodiscard]] Meeting meet_carefully(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face);
+[[nodiscard]] Meeting meet_carefully(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b);
+
+} // namespace trocar::collision

@@ -1,0 +1,96 @@
+#include "collision/ccd/meeting.hpp"
+
+#include "collision/ccd/careful_meeting.hpp"
+#include "collision/clones.hpp"
+#include "collision/ccd/crossing.hpp"
+#include "collision/ccd/pair_kinds.hpp"
+
+#include <algorithm>
+
+namespace trocar::collision {
+namespace {
+
+TROCAR_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, Meeting& meeting) noexcept {
+    meeting.meets = true;
+    meeting.decided_by = Decision::Proof;
+    meeting.time = lanes.time[lane];
+    for (std::size_t k = 0; k < 3; ++k) meeting.bary[k] = lanes.nearest.bary[k][lane];
+    meeting.normal = lanes.normal.get(lane);
+}
+
+/// Stages 1 and 2 for four pairs, of which the first meetings.size() are there.
+/// carefully   answers for one of them by itself
+template <int Count, class Carefully>
+TROCAR_LANES_INLINE void meet_lanes(LaneDifferences<Count> q, std::span<Meeting> meetings, const Carefully& carefully) {
+    measure(q);
+    for (Meeting& meeting : meetings) {
+        meeting.meets = false;
+        meeting.decided_by = Decision::Filter;
+    }
+    Mask apart = stays_on_one_side(q, all(0.0));
+    if (!any(~apart)) return;
+    const LaneCrossing crossing = find_crossing(q);
+    apart |= crossing.apart;
+    if (any(~(apart | crossing.meets))) {
+        const LaneSweep sweep = sweep_lanes(q, ~(apart | crossing.meets), {});
+        apart |= ~(crossing.meets | sweep.hit | sweep.unclear);
+    }
+    for (std::size_t k = 0; k < meetings.size(); ++k) {
+        const int lane = static_cast<int>(k);
+        if (crossing.meets[lane])
+            write_lane(crossing, lane, meetings[k]);
+        else if (!apart[lane])
+            meetings[k] = carefully(k);
+    }
+}
+
+template <class Pairs>
+TROCAR_LANES_INLINE void meet_all(const Pairs& kind, std::span<const FeaturePair> pairs, std::span<Meeting> meetings) {
+    for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
+        const auto part = pairs.subspan(first, std::min<std::size_t>(kLanes, pairs.size() - first));
+        meet_lanes(kind.gather(part), meetings.subspan(first, part.size()), [&](std::size_t k) {
+            const auto [a, b] = kind.alone(part[k]);
+            return meet_carefully(a, b);
+        });
+    }
+}
+
+/// One pair in every lane.
+template <int Count>
+TROCAR_LANES_INLINE LaneDifferences<Count> spread(const Differences<Count>& q) noexcept {
+    LaneDifferences<Count> lanes{};
+    for (int i = 0; i < Count; ++i) {
+        lanes.t0[i] = {all(q.t0[i][0]), all(q.t0[i][1]), all(q.t0[i][2])};
+        lanes.t1[i] = {all(q.t1[i][0]), all(q.t1[i][1]), all(q.t1[i][2])};
+    }
+    return lanes;
+}
+
+} // namespace
+
+TROCAR_CLONES
+void meet_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
+                       std::span<Meeting> meetings) {
+    meet_all(VertexFaces{vertices, faces}, pairs, meetings);
+}
+
+TROCAR_CLONES
+void meet_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, std::span<Meeting> meetings) {
+    meet_all(EdgeEdges{a, b}, pairs, meetings);
+}
+
+TROCAR_CLONES
+Meeting meet_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
+    Meeting meeting;
+    meet_lanes(spread(make_differences(vertex, face)), std::span(&meeting, 1), [&](std::size_t) { return meet_carefully(vertex, face); });
+    return meeting;
+}
+
+TROCAR_CLONES
+Meeting meet_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
+    Meeting meeting;
+    meet_lanes(spread(make_differences(a, b)), std::span(&meeting, 1), [&](std::size_t) { return meet_carefully(a, b); });
+    return meeting;
+}
+
+} // namespace trocar::collision

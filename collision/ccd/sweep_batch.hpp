@@ -1,0 +1,22 @@
+// The elementary tests of sweep.hpp, four pairs at a time. Same proof, same answers; pairs that need care (slivers, features that
+// turn while they meet, contacts that converge slowly) are handed to the scalar routine.
+#pragma once
+
+#include "collision/ccd/sweep.hpp"
+#include "collision/topology.hpp"
+
+#include <span>
+
+namespace trocar::collision {
+
+struct FeaturePair { // vertex and face id, or two edge ids
+    Index a, b;
+};
+
+/// sweeps   [pairs.size()] written; of those that are Separated only the outcome counts
+void sweep_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
+                        const SweepLimits& limits, std::span<Sweep> sweeps) noexcept;
+void sweep_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, const SweepLimits& limits,
+                      std::span<Sweep> sweeps) noexcept;
+
+} // namespace trocar::collision

@@ -1,0 +1,167 @@
+#include "engine/experiments/cost_along.hpp"
+
+#include "engine/step/step_memory.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+/// Resultant contact force on every deformable body and on every instrument, N.
+void find_forces(const Simulator& simulator, std::vector<Vec3>& forces, std::vector<Vec3>& nodal, std::vector<Vec3>& rest) {
+    const SceneModel& model = simulator.model();
+    forces.clear();
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!model.bodies[i].tissue) continue;
+        const std::vector<Vec3>& position = simulator.state().bodies[i].tissue.position;
+        nodal.assign(position.size(), Vec3::Zero());
+        rest.assign(position.size(), Vec3::Zero());
+        fem::add_spring_forces(simulator.context().bodies[i].springs, 0.0, position, rest, nodal);
+        Vec3 sum = Vec3::Zero();
+        for (const Vec3& f : nodal) sum += f;
+        forces.push_back(sum);
+    }
+    for (const InstrumentScratch& instrument : simulator.context().instruments) {
+        Vec3 sum = Vec3::Zero();
+        for (const fem::RodPlane& plane : instrument.planes) sum += std::max(plane.force, 0.0) * plane.normal;
+        forces.push_back(sum);
+    }
+}
+
+} // namespace
+
+void LookAhead::set_exact(const Simulator& exact) {
+    memory_.clear();
+    append_step_memory(exact.model(), exact.state(), exact.context(), memory_);
+    exact_ = follow(exact);
+}
+
+/// Through the exact run's memory every time: what the step before this one taught (modes of the stable step) is the same for all.
+Shape LookAhead::follow(const Simulator& answered) {
+    [[maybe_unused]] const std::string misfit = simulator_.take_over(memory_); // its own model's: it fits
+    [[maybe_unused]] const bool joined = simulator_.join_step(answered).ok();  // of the same scene
+    simulator_.begin_step();
+    Shape shape = shape_of(simulator_.model(), simulator_.state());
+    shape.skins = shape_of(answered.model(), answered.state()).skins;
+    simulator_.abandon_step(); // half of it was all that was asked
+    return shape;
+}
+
+SurfaceDistance LookAhead::compare(const Simulator& answered) { return compare_shapes(simulator_.model(), follow(answered), exact_); }
+
+/// What the surfaces say of solids, what the exact answer says of instruments.
+PatchContacts AlongExactStates::solids_of(const PatchContacts& near, const PatchContacts& reference) const {
+    const std::size_t bodies = exact_.model().bodies.size();
+    PatchContacts truth = near;
+    for (const PatchContact& c : reference)
+        if (c.patch.other >= bodies) truth.push_back(c);
+    std::sort(truth.begin(), truth.end(), [](const auto& a, const auto& b) { return a.patch < b.patch; });
+    return truth;
+}
+
+const SceneModel& model_of(const SceneModel& scene, const CostOptions& options, const CostRow& row) {
+    for (const CostVariant& variant : options.variants)
+        if (variant.name == row.variant) return *variant.model;
+    return scene;
+}
+
+void AlongExactStates::Along::finish(double exact_force_sq, CostAlong& row) const {
+    const double count = steps > 0 ? static_cast<double>(steps) : 1.0;
+    row.pairs_open_mean = open / count;
+    row.leaf_contacts_mean = leaves / count;
+    row.level_reached_mean = levels / count;
+    row.assumed_mean = assumed / count;
+    // Without any force in the exact run the error has no scale: a force where there should be none is all wrong.
+    row.force_error_rel = exact_force_sq > 0.0 ? std::sqrt(force_sq / exact_force_sq) : (force_sq > 0.0 ? 1.0 : 0.0);
+}
+
+AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost, const CostOptions& options, CostTable& table)
+    : table_(table), finder_(model, cost), exact_(model, BudgetLimits{}), ahead_(model), along_(table.rows.size()) {
+    for (const CostVariant& variant : options.variants) variant_finders_.emplace_back(*variant.model, cost);
+    for (std::size_t k = 0; k < along_.size(); ++k) {
+        const CostRow& row = table.rows[k];
+        along_[k].simulator = std::make_unique<Simulator>(model_of(model, options, row), row.budget.limits);
+        along_[k].finder = &finder_;
+        along_[k].other_trees = along_[k].simulator->model().contact.sphere_trees != model.contact.sphere_trees;
+        for (std::size_t v = 0; v < options.variants.size(); ++v)
+            if (options.variants[v].name == row.variant) along_[k].finder = &variant_finders_[v];
+    }
+    table.tolerance_m = finder_.tolerance();
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) table.patch_m.push_back(finder_.patch_size(i));
+}
+
+bool AlongExactStates::step(const std::function<void(const CostRow&, const Simulator&)>& show) {
+    if (!exact_.begin_step()) return false;
+    for (Along& along : along_) {
+        if (!along.simulator->join_step(exact_).ok()) return false; // a variant of another size: there is none
+        along.simulator->finish_step();
+    }
+    exact_.finish_step();
+    const PatchContacts near = finder_.find_near(exact_.state());
+    const PatchContacts reference = finder_.find_answer(exact_);
+    count_uncovered(near, reference);
+    find_forces(exact_, exact_forces_, nodal_, rest_);
+    for (const Vec3& f : exact_forces_) exact_force_sq_ += f.squaredNorm();
+    ++steps_;
+    const PatchContacts truth = solids_of(near, reference);
+    named_.clear();
+    for (std::size_t k = 0; k < along_.size(); ++k) {
+        compare(along_[k], along_[k].other_trees ? truth : reference, table_.rows[k]);
+        if (show) show(table_.rows[k], *along_[k].simulator);
+    }
+    std::sort(named_.begin(), named_.end());
+    depth_patches_ += static_cast<std::uint64_t>(std::unique(named_.begin(), named_.end()) - named_.begin());
+    return true;
+}
+
+void AlongExactStates::compare_surfaces() {
+    ahead_.set_exact(exact_);
+    for (std::size_t k = 0; k < along_.size(); ++k) table_.rows[k].surface.join(ahead_.compare(*along_[k].simulator));
+}
+
+void AlongExactStates::finish() {
+    for (std::size_t k = 0; k < along_.size(); ++k) {
+        along_[k].finish(exact_force_sq_, table_.rows[k]);
+        table_.rows[k].depth_patches = depth_patches_;
+    }
+    if (near_covered_ > 0) table_.near_depth_rms_m = std::sqrt(near_excess_sq_ / static_cast<double>(near_covered_));
+    if (steps_ > 0 && !exact_forces_.empty())
+        table_.force_rms_n = std::sqrt(exact_force_sq_ / static_cast<double>(steps_ * exact_forces_.size()));
+}
+
+/// What the independent search found against what the exact answer says of the same surfaces.
+void AlongExactStates::count_uncovered(const PatchContacts& near, const PatchContacts& reference) {
+    table_.near_patches += near.size();
+    for (const PatchContact& c : near) {
+        const auto at =
+            std::lower_bound(reference.begin(), reference.end(), c, [](const auto& a, const auto& b) { return a.patch < b.patch; });
+        const bool covered = at != reference.end() && at->patch == c.patch;
+        table_.near_uncovered += !covered;
+        if (!covered) continue;
+        near_excess_sq_ += (at->depth - c.depth) * (at->depth - c.depth);
+        ++near_covered_;
+    }
+}
+
+void AlongExactStates::compare(Along& along, const PatchContacts& reference, CostRow& row) {
+    const StepReport& report = along.simulator->context().report;
+    const PatchContacts answer = along.finder->find_answer(*along.simulator);
+    row.contacts += compare_patches(reference, answer);
+    for (const PatchContacts* list : {&reference, &answer})
+        for (const PatchContact& contact : *list) named_.push_back(contact.patch);
+    find_forces(*along.simulator, forces_, nodal_, rest_);
+    for (std::size_t k = 0; k < forces_.size(); ++k) along.force_sq += (forces_[k] - exact_forces_[k]).squaredNorm();
+    along.open += static_cast<double>(report.pairs_open);
+    along.leaves += static_cast<double>(report.leaf_contacts);
+    along.levels += report.level_reached;
+    along.assumed += static_cast<double>(report.assumed);
+    ++along.steps;
+}
+
+double CostAlong::depth_error_rms_m() const noexcept {
+    return depth_patches > 0 ? std::sqrt(contacts.depth_error_sq / static_cast<double>(depth_patches)) : 0.0;
+}
+
+} // namespace trocar::engine

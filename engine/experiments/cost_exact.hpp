@@ -1,0 +1,33 @@
+// The run that all others are measured against: what is kept of it.
+#pragma once
+
+#include "engine/experiments/cost_run.hpp"
+
+namespace trocar::engine {
+
+/// What is compared of a state: surfaces of bodies that move, skins of instruments.
+struct Shape {
+    std::vector<std::vector<Vec3>> surfaces, skins;
+};
+
+struct ExactRun {
+    std::uint64_t every = 1;             // steps between kept states
+    std::uint64_t steps = 0;             // taken
+    std::vector<Shape> shapes;           // after every such step
+    std::vector<std::vector<Vec3>> tips; // [step][instrument] m
+    std::uint64_t busiest_step = 0;      // in which most pairs of spheres were looked at, from 1; 0: no step
+    std::string failure;
+};
+
+/// Without any limit, as the scene says.
+[[nodiscard]] ExactRun run_exactly(const SceneModel& model, const CostOptions& options);
+
+[[nodiscard]] Shape shape_of(const SceneModel& model, const State& state);
+
+/// Surfaces and skins of a state against those of the exact run.
+[[nodiscard]] SurfaceDistance compare_shapes(const SceneModel& model, const Shape& shape, const Shape& exact);
+
+/// m; farthest tip of any instrument from where it is in the exact run. 0 without instruments.
+[[nodiscard]] double tip_distance(const State& state, const std::vector<Vec3>& exact);
+
+} // namespace trocar::engine

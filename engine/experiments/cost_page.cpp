@@ -1,0 +1,133 @@
+// The page of `cost`: what each budget gave up, as a table and as curves.
+#include "engine/experiments/cost_page.hpp"
+
+#include "engine/report/html.hpp"
+#include "engine/report/places.hpp"
+#include "engine/report/report_style.hpp"
+#include "engine/report/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace trocar::engine {
+
+namespace {
+
+bool has_variants(const CostTable& table) {
+    return std::any_of(table.rows.begin(), table.rows.end(), [](const CostRow& row) { return !row.variant.empty(); });
+}
+
+std::string table_html(const CostTable& table) {
+    std::string page = "<div class=\"scroll\"><table><tr><th>budget</th>";
+    for (const char* head : {"charged, median [ms]", "whole step, median [ms]", "99 % [ms]", "budget kept", "real time kept", "open pairs",
+                             "leaf contacts", "level", "missed", "false", "depth error [mm]", "force error", "surface RMS [mm]",
+                             "Hausdorff [mm]", "trajectory RMS [mm]", "trajectory Hausdorff [mm]"})
+        page += fmt::format("<th class=\"n\">{}</th>", head);
+    page += "</tr>\n";
+    for (const CostRow& row : table.rows) {
+        page += fmt::format("<tr><td>{}</td>", escape_html(row.name()));
+        for (const std::string& cell :
+             {number_text(row.charged_ms.p50), number_text(row.step_ms.p50), number_text(row.step_ms.p99),
+              fmt::format("{:.2f} %", 100.0 * row.budget_kept), fmt::format("{:.2f} %", 100.0 * row.realtime_kept),
+              number_text(row.pairs_open_mean), number_text(row.leaf_contacts_mean), fmt::format("{:.2f}", row.level_reached_mean),
+              fmt::format("{}", row.contacts.missed), fmt::format("{}", row.contacts.spurious), number_text(1e3 * row.depth_error_rms_m()),
+              fmt::format("{:.2f} %", 100.0 * row.force_error_rel), number_text(1e3 * row.surface.rms()),
+              number_text(1e3 * row.surface.hausdorff), number_text(1e3 * row.trajectory.rms()),
+              number_text(1e3 * row.trajectory.hausdorff)})
+            page += fmt::format("<td class=\"n\">{}</td>", cell);
+        page += "</tr>\n";
+    }
+    return page + "</table></div>\n";
+}
+
+/// The first sentence: the cheapest budget that gave up nothing that matters, or what the tightest one cost.
+std::string headline(const CostTable& table) {
+    if (table.steps > 0 && !table.touched())
+        return fmt::format("Nothing touched in {}: no budget had anything to lose", count_text(table.steps, "step", "steps"));
+    const CostRow* cheapest = nullptr;
+    for (const CostRow& row : table.rows) {
+        if (!row.variant.empty()) continue;
+        const bool exact = row.steps > 0 && row.contacts.missed == 0 && row.contacts.spurious == 0 && row.trajectory.hausdorff == 0.0;
+        if (exact && row.budget.limits.mode != BudgetMode::Exact && (cheapest == nullptr || row.charged_ms.p50 < cheapest->charged_ms.p50))
+            cheapest = &row;
+    }
+    if (cheapest != nullptr) return fmt::format("{} a step is enough: its run equals the exact one to the last bit", cheapest->name());
+    const auto own_end =
+        table.rows.begin() + static_cast<std::ptrdiff_t>(
+                                 std::count_if(table.rows.begin(), table.rows.end(), [](const CostRow& r) { return r.variant.empty(); }));
+    const auto worst = std::max_element(table.rows.begin(), own_end,
+                                        [](const CostRow& a, const CostRow& b) { return a.trajectory.hausdorff < b.trajectory.hausdorff; });
+    if (worst == own_end || !(worst->trajectory.hausdorff > 0.0)) return "All runs equal the exact one to the last bit";
+    return fmt::format("At {} a step the run diverges by up to {} mm from the exact one", worst->name(),
+                       number_text(1e3 * worst->trajectory.hausdorff));
+}
+
+std::string pictures_html(std::span<const CostPicture> pictures) {
+    if (pictures.empty()) return {};
+    std::string page =
+        fmt::format("<h2>The same instant under each budget, {:.2f} s</h2>\n<p>Spheres that count as contacts: dark red "
+                    "where they were tested down to their leaves, light where the budget ended first.</p>\n<div class=\"grid\">\n",
+                    pictures.front().time_s);
+    for (const CostPicture& picture : pictures)
+        fmt::format_to(std::back_inserter(page),
+                       "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption><b>{0}</b>: {2} tested to the end, {3} left "
+                       "open</figcaption></figure>\n",
+                       escape_html(picture.name), encode_base64(picture.png), count_text(picture.tested, "pair", "pairs"), picture.assumed);
+    return page + "</div>\n";
+}
+
+std::string how_measured(const Scene& scene, const CostTable& table) {
+    std::string patches;
+    for (std::size_t i = 0; i < table.patch_m.size(); ++i)
+        patches += fmt::format("{}{} {} mm", i > 0 ? ", " : "", escape_html(scene.bodies[i].name), number_text(1e3 * table.patch_m[i]));
+    return fmt::format(
+        "<h2>How it was measured</h2>\n<p>Contacts, depths, forces, surfaces and lists come from asking every budget in every step of the "
+        "exact run what it would have answered there, from the exact run's state. Surfaces (at {0} instants): an instrument where the "
+        "step ends, tissue one step later, which it takes from the state that the answer left. Depth errors are over the patches that "
+        "any of the compared answers takes for a contact in that step: the same for every budget. Distances between surfaces are from "
+        "each vertex to the nearest point of the other surface, both ways. Times, trajectories and tips come from a run under each budget "
+        "by itself, compared with the exact run at the same instants; the budget pays for {5}, and times are given for that and for the "
+        "whole step. A contact is a patch of a surface in a step: cells of {1}. Solids touch where their spheres "
+        "come within {2} mm, "
+        "and pairs that the budget left open count as they do for the response; an instrument touches where the wall presses on it. A "
+        "variant with other sphere trees than the scene's is compared with "
+        "the surfaces themselves: what the exact answer takes for contacts lies beneath its own leaves.</p>\n"
+        "<p class=\"soft\">The exact run's contact force is {3} N (root mean square over steps and bodies). {4} patches of solids were "
+        "found within the tolerance by a search that shares nothing with the contact stages; {6} of them lay beneath no contact of the "
+        "exact "
+        "descent, and in the others the spheres' depth was {7} mm from the surfaces' (root mean square).</p>\n",
+        table.compared_states, patches, number_text(1e3 * table.tolerance_m), number_text(table.force_rms_n), table.near_patches,
+        scope_text(scene.budget), table.near_uncovered, number_text(1e3 * table.near_depth_rms_m));
+}
+
+} // namespace
+
+std::string cost_page(const Scene& scene, CostTable& table, std::span<const CostPicture> pictures) {
+    const std::string plots = cost_plots(scene, table);
+    std::string page =
+        fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+                    "content=\"width=device-width,initial-scale=1\">\n"
+                    "<title>The price of accuracy: {0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">{0}: the price "
+                    "of accuracy</p>\n"
+                    "<div class=\"verdict note\"><h1>{2}</h1>\n<p class=\"lead\">{3} under {4}, each against the exact run{5}.</p></div>\n",
+                    escape_html(scene.name), kReportStyle, escape_html(headline(table)), count_text(table.steps, "step", "steps"),
+                    count_text(table.rows.size(), "budget", "budgets"),
+                    has_variants(table) ? ", as the scene says and answered other ways; curves over time are the scene's own" : "");
+    page += table_html(table);
+    if (!table.notices.empty()) {
+        page += "<div class=\"notices\">";
+        for (const std::string& notice : table.notices) page += fmt::format("<div>{}</div>", escape_html(notice));
+        page += "</div>\n";
+    }
+    page += "<h2>Over budgets and time</h2>\n" + plots + pictures_html(pictures) + how_measured(scene, table);
+    const Machine machine = describe_machine();
+    page +=
+        fmt::format("<footer>{}, {} cores, {}. The numbers of this page are in cost.csv and cost.json.</footer>\n</main></body></html>\n",
+                    escape_html(machine.processor), machine.cores, escape_html(machine.compiler));
+    return page;
+}
+
+} // namespace trocar::engine

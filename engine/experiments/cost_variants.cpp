@@ -1,0 +1,47 @@
+#include "engine/experiments/cost_variants.hpp"
+
+#include <fmt/format.h>
+
+namespace trocar::engine {
+
+namespace {
+
+Error variant_error(std::string message) { return {ErrorCode::BadUsage, std::move(message), {}, 0, 0, "--variants"}; }
+
+std::string known_variants() {
+    std::string names;
+    for (const VariantWord& word : list_variants()) names += fmt::format("{}{}", names.empty() ? "" : ", ", word.name);
+    return names;
+}
+
+} // namespace
+
+std::vector<VariantWord> list_variants() {
+    return {{"covering", "sphere trees fitted to the surface in every step"},
+            {"wrapped", "medial sphere trees that hold their surface whatever it does"},
+            {"heuristic", "the same, moved as their paper moves them: they may lose surface"},
+            {"surface", "solids push by the depth of their surfaces"},
+            {"spheres", "solids push by the overlap of their spheres, as the paper"},
+            {"coarse", "without the exact stage"}};
+}
+
+Result<Scene> make_variant(const Scene& scene, std::string_view name) {
+    Scene variant = scene;
+    bool changed = false;
+    if (name == "covering" || name == "wrapped" || name == "heuristic") {
+        changed = variant.contact.sphere_trees != name;
+        variant.contact.sphere_trees = std::string(name);
+    } else if (name == "surface" || name == "spheres") {
+        changed = variant.contact.solid_spheres != (name == "spheres");
+        variant.contact.solid_spheres = name == "spheres";
+    } else if (name == "coarse") {
+        changed = variant.effects.exact_contact;
+        variant.effects.exact_contact = false;
+    } else {
+        return variant_error(fmt::format("\"{}\" is none; known: {}", name, known_variants()));
+    }
+    if (!changed) return variant_error(fmt::format("\"{}\" is what the scene says already", name));
+    return variant;
+}
+
+} // namespace trocar::engine

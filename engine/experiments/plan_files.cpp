@@ -1,0 +1,180 @@
+#include "engine/experiments/plan_files.hpp"
+
+#include "engine/io/atomic_file.hpp"
+#include "engine/io/path_csv.hpp"
+#include "engine/report/gnuplot.hpp"
+#include "engine/report/html.hpp"
+#include "engine/report/output_folder.hpp"
+#include "engine/report/places.hpp"
+#include "engine/report/report_style.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace trocar::engine {
+
+namespace {
+
+const InstrumentModel& instrument_of(const PlanRecord& record) { return record.prepared.model.instruments.front(); }
+
+std::vector<PathRow> rows_in_units(const PlanRecord& record) {
+    const Units& units = record.scene.units;
+    std::vector<PathRow> rows;
+    for (const DriveRow& row : record.plan.path)
+        rows.push_back({row.time / units.time, row.insertion / units.length, row.rotation / units.angle});
+    return rows;
+}
+
+nlohmann::ordered_json replay_json(const PlanRecord& record) {
+    const Replay& replay = record.replay;
+    if (replay.steps == 0) return nullptr;
+    nlohmann::ordered_json json{{"steps", replay.steps},   {"seconds", replay.seconds}, {"target_distance_m", replay.last},
+                                {"least_m", replay.least}, {"most_m", replay.most},     {"lumen_exits", replay.lumen_exits}};
+    if (const auto& breathing = record.prepared.model.effects.breathing)
+        json["breathing"] = {{"amplitude_m", breathing->amplitude}, {"period_s", breathing->period}};
+    return json;
+}
+
+std::string centreline_text(const PlanRecord& record) {
+    const Route& route = *instrument_of(record).route;
+    const double unit = record.scene.units.length;
+    std::string text = "x,y,z,radius\n";
+    for (std::size_t i = 0; i < route.points.size(); ++i)
+        text += fmt::format("{},{},{},{}\n", route.points[i].x() / unit, route.points[i].y() / unit, route.points[i].z() / unit,
+                            route.radii[i] / unit);
+    return text;
+}
+
+std::string json_text(const PlanRecord& record) {
+    const InstrumentModel& instrument = instrument_of(record);
+    nlohmann::ordered_json json;
+    json["scene"] = project_path(record.scene.file);
+    json["instrument"] = instrument.name;
+    json["target"] = record.target;
+    json["units"] = {
+        {"time", record.scene.units.time_name}, {"length", record.scene.units.length_name}, {"angle", record.scene.units.angle_name}};
+    json["arrived"] = record.plan.arrived;
+    json["time_s"] = record.plan.time;
+    json["steps"] = record.plan.path.size() - 1;
+    json["closest_m"] = record.plan.closest;
+    json["target_distance_m"] = record.plan.last;
+    json["tolerance_m"] = instrument.follow.tolerance;
+    json["replay"] = replay_json(record);
+    json["retractions"] = record.plan.retractions;
+    json["lumen_exits"] = record.plan.lumen_exits;
+    json["max_contact_force_n"] = record.plan.largest_force;
+    json["route"] = {{"length_m", record.route.length},
+                     {"points", instrument.route->points.size()},
+                     {"min_radius_m", record.route.smallest_radius},
+                     {"min_radius_at_m", record.route.smallest_radius_at},
+                     {"min_clearance_m", record.route.smallest_radius - instrument.rod.design.radius},
+                     {"max_curvature_per_m", record.route.sharpest_curvature},
+                     {"max_curvature_at_m", record.route.sharpest_curvature_at}};
+    return json.dump(2) + "\n";
+}
+
+std::string route_data(const PlanRecord& record) {
+    const InstrumentModel& instrument = instrument_of(record);
+    std::string text;
+    for (std::size_t i = 0; i < instrument.route->points.size(); ++i)
+        text += fmt::format("{} {} {} {}\n", 1e3 * instrument.route->length[i], 1e3 * instrument.route->radii[i],
+                            1e3 * (instrument.route->radii[i] - instrument.rod.design.radius), record.route.curvature[i]);
+    return text;
+}
+
+std::string motion_data(const PlanRecord& record) {
+    std::string text;
+    for (std::size_t i = 0; i < record.plan.path.size(); ++i)
+        text += fmt::format("{} {} {} {}\n", record.plan.path[i].time, 1e3 * record.plan.path[i].insertion, record.plan.path[i].rotation,
+                            1e3 * record.plan.progress[i]);
+    return text;
+}
+
+std::vector<Sketch> make_sketches(const PlanRecord& record) {
+    const std::string along = "set xlabel 'along the route [mm]' textcolor rgb '#4b5563' offset 0,0.4\nset yrange [0:*]\n";
+    const std::string time = "set xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4\n";
+    Sketch room{{"room", "Room along the route", "Free radius around the lumen's centreline, and what the instrument leaves of it.", {}},
+                540,
+                300,
+                along};
+    room.commands += "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' "
+                     "title 'free radius', "
+                     "'' using 1:3 with lines lw 1.6 lc rgb '#0f8a6d' title 'clearance'";
+    Sketch bend{{"bend", "Curvature of the route", "What the instrument has to bend to, if it stays in the middle.", {}}, 540, 300, along};
+    bend.commands +=
+        "unset key\nset ylabel '1/m' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:4 with lines lw 1.6 lc rgb '#7c3aed'";
+    Sketch hand{{"hand", "What the hand does", "Insertion, and how far the tip is from the target.", {}}, 540, 300, time};
+    hand.commands += "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' "
+                     "title 'inserted', "
+                     "'' using 1:4 with lines lw 1.6 lc rgb '#d97706' title 'tip to target'";
+    Sketch turn{{"turn", "Rotation of the handle", "", {}}, 540, 300, time};
+    turn.commands +=
+        "unset key\nset ylabel 'rad' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:3 with lines lw 1.6 lc rgb '#2158d6'";
+    return record.plan.path.size() > 1 ? std::vector{room, bend, hand, turn} : std::vector{room, bend};
+}
+
+std::string page_text(const PlanRecord& record, std::vector<std::string>& notices) {
+    const std::string title = fmt::format("{}: way to {}", escape_html(record.scene.name), escape_html(record.target));
+    std::string page = fmt::format("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+                                   "content=\"width=device-width,initial-scale=1\">\n"
+                                   "<title>{0}</title>\n<style>{1}</style></head>\n<body><main>\n<p class=\"over\">{0}</p>\n",
+                                   title, kReportStyle);
+    const InstrumentModel& instrument = instrument_of(record);
+    page += fmt::format("<h1>{}</h1>\n",
+                        record.plan.arrived ? fmt::format("The tip arrives after {:.1f} s.", record.plan.time)
+                                            : fmt::format("The tip does not arrive: {:.1f} mm at its nearest.", 1e3 * record.plan.closest));
+    page += fmt::format("<p class=\"lead\">{:.0f} mm along the lumen, {:.2f} mm wide at its narrowest (after {:.0f} mm), bent to a radius "
+                        "of {:.1f} mm at its "
+                        "sharpest (after {:.0f} mm). {} retraction{}, {} vertices outside the lumen, at most {:.2g} N on the wall.</p>\n",
+                        1e3 * record.route.length, 2e3 * record.route.smallest_radius, 1e3 * record.route.smallest_radius_at,
+                        record.route.sharpest_curvature > 0.0 ? 1e3 / record.route.sharpest_curvature : 0.0,
+                        1e3 * record.route.sharpest_curvature_at, record.plan.retractions, record.plan.retractions == 1 ? "" : "s",
+                        record.plan.lumen_exits, record.plan.largest_force);
+    const auto plots = draw_plots(make_sketches(record), {{"route.txt", route_data(record)}, {"motion.txt", motion_data(record)}});
+    if (plots.ok()) {
+        page += "<div class=\"grid\">\n";
+        for (const Plot& plot : *plots)
+            page += fmt::format("<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
+                                escape_html(plot.title), plot.svg, escape_html(plot.caption));
+        page += "</div>\n";
+    } else {
+        notices.push_back("no plots: " + plots.error().to_string());
+        page += fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
+    }
+    page += fmt::format("<h2>To follow it</h2>\n<pre>{}</pre>\n<p class=\"soft\">Instrument {}, radius {:.3g} mm, "
+                        "tolerance {:.3g} mm.</p>\n",
+                        escape_html(replay_command(record, output_name::kPath)), escape_html(instrument.name),
+                        1e3 * instrument.rod.design.radius, 1e3 * instrument.follow.tolerance);
+    if (const Replay& replay = record.replay; replay.steps > 0)
+        page += fmt::format("<p>Replayed in the scene as it is, the tip is {:.2f} mm from {} at {:.6g} s, and {:.2f} to {:.2f} mm over the "
+                            "last period of what moves by itself.</p>\n",
+                            1e3 * replay.last, escape_html(record.target), replay.seconds, 1e3 * replay.least, 1e3 * replay.most);
+    page += "</main></body></html>\n";
+    return page;
+}
+
+} // namespace
+
+std::vector<DriveRow> rows_as_written(const PlanRecord& record) {
+    const Units& units = record.scene.units;
+    std::vector<DriveRow> rows;
+    for (const PathRow& row : rows_in_units(record))
+        rows.push_back({row.time * units.time, row.insertion * units.length, row.rotation * units.angle});
+    return rows;
+}
+
+std::string replay_command(const PlanRecord& record, const std::string& path) {
+    const std::uint64_t steps = count_replay_steps(record.prepared.model, record.plan.path.size());
+    std::string command = fmt::format("trocar run {} --path {} --to {}", shell_quoted(project_path(record.scene.file)), shell_quoted(path),
+                                      shell_quoted(record.target));
+    return steps == record.prepared.model.step_count ? command : command + fmt::format(" -n {}", steps);
+}
+
+std::vector<Result<void>> write_plan(const PlanRecord& record, const std::filesystem::path& folder, std::vector<std::string>& notices) {
+    return {write_path_csv(folder / output_name::kPath, rows_in_units(record)),
+            write_file_atomically(folder / output_name::kCentreline, centreline_text(record)),
+            write_file_atomically(folder / output_name::kReport, page_text(record, notices)),
+            write_file_atomically(folder / output_name::kPlan, json_text(record))};
+}
+
+} // namespace trocar::engine

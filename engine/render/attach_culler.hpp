@@ -1,0 +1,13 @@
+// Gives a simulator the graphics device that its scene asks for.
+#pragma once
+
+#include "engine/render/context.hpp"
+#include "engine/step/simulator.hpp"
+
+namespace trocar::engine {
+
+/// With "culling": "auto" hardware alone is taken, with "opengl" whatever draws.
+/// returns   what it came to, in words; empty: nothing was asked for
+std::string attach_culler(Simulator& simulator, const ContextOptions& options = {});
+
+} // namespace trocar::engine

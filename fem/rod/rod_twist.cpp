@@ -1,0 +1,185 @@
+#include "fem/rod/rod_twist.hpp"
+
+#include "base/trig.hpp"
+#include "fem/rod/rod_parts.hpp"
+#include "fem/rod/rod_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::fem {
+
+namespace {
+
+/// rad; no angle turns further in one Newton iteration: a tip that snaps round goes through all angles on its way.
+constexpr double kTrustAngle = 0.5;
+
+/// rad, of (cos, sin), a few tenths in size: Newton's method on the sine of the difference, whose error is cubed every time.
+double small_angle(double cosine, double sine) noexcept {
+    double angle = sine;
+    for (int k = 0; k < 4; ++k) {
+        const SinCos at = sin_cos(angle);
+        angle += sine * at.cos - cosine * at.sin;
+    }
+    return angle;
+}
+
+} // namespace
+
+void size_twist_workspace(const RodModel& model, RodWorkspace& work) {
+    if (model.twist_stiffness.empty() || work.turn.size() == model.node_count()) return;
+    work.binormal.assign(model.node_count(), Vec3::Zero());
+    for (auto* list :
+         {&work.before, &work.after, &work.writhe, &work.start_angle, &work.grip, &work.push, &work.diagonal, &work.beside, &work.turn})
+        list->assign(model.node_count(), 0.0);
+}
+
+double RodTwist::stiffness(std::size_t i) const noexcept {
+    const double k = model_.twist_stiffness[i];
+    if (i + 1 != first_) return k;
+    return k / inserted_share(model_, state_.insertion, first_);
+}
+
+void RodTwist::carry_frames() noexcept {
+    Vec3 m = perpendicular_axis(drive_.port.direction);
+    for (std::size_t i = 0; i < model_.node_count(); ++i) {
+        work_.tangent[i] = rod_tangent(state_.position, i, drive_.port.direction);
+        m = transport_axis(m, i > 0 ? work_.tangent[i - 1] : drive_.port.direction, work_.tangent[i]);
+        work_.axis[i] = m;
+    }
+}
+
+void RodTwist::turn_rest_bend(std::size_t i) noexcept {
+    const auto& k = model_.rest_curvature[i];
+    if (k[0] == 0.0 && k[1] == 0.0) return;
+    const SinCos turn = sin_cos(state_.angle[i]);
+    const Vec3 across = work_.tangent[i].cross(work_.axis[i]);
+    const double h_sq = model_.segment * model_.segment;
+    work_.rest_bend[i] = h_sq * ((k[0] * turn.cos - k[1] * turn.sin) * work_.axis[i] + (k[0] * turn.sin + k[1] * turn.cos) * across);
+}
+
+double RodTwist::torque(std::size_t i) const noexcept {
+    return stiffness(i) * (state_.angle[i + 1] - state_.angle[i] + 0.5 * (work_.writhe[i] + work_.writhe[i + 1]));
+}
+
+double RodTwist::torque_at(std::size_t i) const noexcept { return i < first_ ? torque(i) : 0.5 * (torque(i - 1) + torque(i)); }
+
+double RodTwist::stiffness_at(std::size_t i) const noexcept { return i < first_ ? stiffness(i) : 0.5 * (stiffness(i - 1) + stiffness(i)); }
+
+void RodTwist::find_gradient() noexcept {
+    std::fill(work_.binormal.begin(), work_.binormal.end(), Vec3::Zero());
+    std::fill(work_.writhe.begin(), work_.writhe.end(), 0.0);
+    const std::size_t last = model_.node_count() - 1;
+    for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i < last; ++i) {
+        const Vec3 before = state_.position[i] - state_.position[i - 1], after = state_.position[i + 1] - state_.position[i];
+        const double a = std::sqrt(before.squaredNorm()), b = std::sqrt(after.squaredNorm());
+        const double room = a * b + before.dot(after); // 0 where it folds back on itself
+        if (!(room > 1e-3 * a * b)) continue;
+        work_.binormal[i] = before.cross(after) / room;
+        work_.before[i] = 1.0 / a;
+        work_.after[i] = 1.0 / b;
+    }
+}
+
+std::array<Vec3, 3> RodTwist::gradient(std::size_t i) const noexcept {
+    const Vec3 before = work_.before[i] * work_.binormal[i], after = work_.after[i] * work_.binormal[i];
+    return {-before, before - after, after};
+}
+
+void RodTwist::find_writhe() noexcept {
+    for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
+        const std::array<Vec3, 3> weight = gradient(i);
+        double sum = 0.0;
+        for (std::size_t a = 0; a < 3; ++a) sum += weight[a].dot(state_.position[i - 1 + a] - work_.start[i - 1 + a]);
+        work_.writhe[i] = sum;
+    }
+}
+
+void RodTwist::begin() noexcept {
+    for (Index i = 0; i < first_; ++i) {
+        state_.angle[i] = state_.rotation;
+        state_.spin[i] = 0.0;
+    }
+    carry_frames();
+    find_gradient();
+    work_.start = state_.position; // same size: copies, never allocates
+    work_.start_angle = state_.angle;
+    for (std::size_t i = first_; i < model_.node_count(); ++i) state_.angle[i] += dt_ * state_.spin[i];
+    for (std::size_t i = 0; i < model_.node_count(); ++i) turn_rest_bend(i);
+}
+
+/// Row of node i: what turns it, and how that changes with its angle; beside[i] couples it to node i - 1.
+void RodTwist::assemble(std::size_t i) noexcept {
+    const double inertia = model_.turn_inertia[i] / (dt_ * dt_);
+    const double damped = inertia * (1.0 + model_.design.drag * dt_);
+    const double turned = state_.angle[i] - work_.start_angle[i];
+    double sum = inertia * dt_ * state_.spin[i] - damped * turned + work_.push[i] - work_.grip[i] * turned;
+    double diagonal = damped + work_.grip[i];
+    work_.beside[i] = 0.0;
+    if (i > 0) {
+        sum -= torque(i - 1);
+        diagonal += stiffness(i - 1);
+        if (i > first_) work_.beside[i] = -stiffness(i - 1);
+    }
+    if (i + 1 < model_.node_count()) {
+        sum += torque(i);
+        diagonal += stiffness(i);
+    }
+    if (const double k = model_.bend_stiffness[i]; k > 0.0) {
+        const Vec3 bend = second_difference(state_.position, i);
+        sum += k * bend.dot(work_.tangent[i].cross(work_.rest_bend[i]));
+        diagonal += k * std::max(0.0, bend.dot(work_.rest_bend[i])); // beyond a right angle it would pull the matrix down
+    }
+    work_.turn[i] = sum;
+    work_.diagonal[i] = diagonal;
+}
+
+double RodTwist::turn() noexcept {
+    const std::size_t nodes = model_.node_count();
+    find_writhe();
+    for (std::size_t i = first_; i < nodes; ++i) assemble(i);
+    for (std::size_t i = first_ + 1; i < nodes; ++i) {
+        const double factor = work_.beside[i] / work_.diagonal[i - 1];
+        work_.diagonal[i] -= factor * work_.beside[i];
+        work_.turn[i] -= factor * work_.turn[i - 1];
+    }
+    double largest = 0.0;
+    for (std::size_t i = nodes; i-- > first_;) {
+        if (i + 1 < nodes) work_.turn[i] -= work_.beside[i + 1] * work_.turn[i + 1];
+        work_.turn[i] /= work_.diagonal[i];
+        largest = std::max(largest, std::abs(work_.turn[i]));
+    }
+    const double scale = largest > kTrustAngle ? kTrustAngle / largest : 1.0;
+    for (std::size_t i = first_; i < nodes; ++i) {
+        state_.angle[i] += scale * work_.turn[i];
+        turn_rest_bend(i);
+    }
+    return largest * model_.design.radius;
+}
+
+/// Frames that went along in time stand turned against those that are carried along the rod now: by what its writhe changed.
+void RodTwist::recount_angles() noexcept {
+    Vec3 m = perpendicular_axis(drive_.port.direction), last = drive_.port.direction;
+    for (std::size_t i = 0; i < model_.node_count(); ++i) {
+        const Vec3 tangent = rod_tangent(state_.position, i, drive_.port.direction);
+        m = transport_axis(m, last, tangent);
+        last = tangent;
+        const Vec3 along = transport_axis(work_.axis[i], work_.tangent[i], tangent);
+        if (i >= first_) state_.angle[i] += small_angle(m.dot(along), tangent.dot(m.cross(along)));
+    }
+}
+
+void RodTwist::end() noexcept {
+    for (std::size_t i = first_; i < model_.node_count(); ++i) state_.spin[i] = (state_.angle[i] - work_.start_angle[i]) / dt_;
+    recount_angles();
+    std::fill(work_.writhe.begin(), work_.writhe.end(), 0.0); // it is in the angles now
+}
+
+double RodTwist::energy() const noexcept {
+    double sum = 0.0;
+    for (std::size_t i = first_ > 0 ? first_ - 1 : 0; i + 1 < model_.node_count(); ++i)
+        sum += 0.5 * torque(i) * (state_.angle[i + 1] - state_.angle[i]); // after end(): the angles are all of it
+    return sum;
+}
+
+} // namespace trocar::fem

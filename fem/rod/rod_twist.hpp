@@ -1,0 +1,66 @@
+// Torsion of the rod: one material angle per node, solved beside the positions in every Newton iteration, in linear time.
+//
+// This work is based on:
+//   Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, "Discrete Elastic Rods" (angles on a frame carried without twist).
+//   Bergou, Audoly, Vouga, Wardetzky, Grinspun 2010, "Discrete Viscous Threads" (gradient of the twist at a node).
+// Deviations: angles sit at the nodes, where the rest curvature acts, not on the segments; positions and angles take turns,
+// each least in energy for the other. In a sub-step the frames go along by parallel transport in time, and bending changes the
+// twist by its gradient at the start; then the angles are counted from frames carried along the rod again.
+#pragma once
+
+#include "fem/rod/rod.hpp"
+
+#include <array>
+
+namespace trocar::fem {
+
+/// The angles' part of one implicit Euler step. Nodes before `first` have the handle's angle: it is turned at the port.
+class RodTwist {
+public:
+    RodTwist(const RodModel& model, RodState& state, const RodDrive& drive, double dt, Index first, RodWorkspace& workspace) noexcept
+        : model_(model), state_(state), drive_(drive), dt_(dt), first_(first), work_(workspace) {}
+
+    /// Frames of the sub-step, gradient of the twist, first guess of the angles; keeps where the nodes start.
+    void begin() noexcept;
+
+    /// Adds up how far the rod's bending has twisted it in this sub-step, where the positions are now.
+    void find_writhe() noexcept;
+
+    /// How bending node i twists the rod: gradient for nodes i - 1, i, i + 1, 1/m.
+    [[nodiscard]] std::array<Vec3, 3> gradient(std::size_t i) const noexcept;
+    /// N m, twisting torque at node i; N m/rad, how it grows at most.
+    [[nodiscard]] double torque_at(std::size_t i) const noexcept;
+    [[nodiscard]] double stiffness_at(std::size_t i) const noexcept;
+
+    /// One Newton iteration of the angles where the positions are now; turns the rest curvature along.
+    /// returns   m, largest correction at the rod's surface
+    double turn() noexcept;
+
+    /// Rates of the angles over the sub-step; then counts them from the frames of the new positions.
+    void end() noexcept;
+
+    /// J, of the segments beyond the port
+    [[nodiscard]] double energy() const noexcept;
+
+private:
+    /// N m/rad between nodes i and i + 1: the part behind the port does not twist.
+    [[nodiscard]] double stiffness(std::size_t i) const noexcept;
+    [[nodiscard]] double torque(std::size_t i) const noexcept;
+    void carry_frames() noexcept;
+    void turn_rest_bend(std::size_t i) noexcept;
+    void find_gradient() noexcept;
+    void recount_angles() noexcept;
+    void assemble(std::size_t i) noexcept;
+
+    const RodModel& model_;
+    RodState& state_;
+    const RodDrive& drive_;
+    double dt_;
+    Index first_;
+    RodWorkspace& work_;
+};
+
+/// Room for the angles; nothing without torsion.
+void size_twist_workspace(const RodModel& model, RodWorkspace& workspace);
+
+} // namespace trocar::fem

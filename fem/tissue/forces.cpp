@@ -1,0 +1,140 @@
+#include "fem/tissue/forces.hpp"
+
+#include "fem/tissue/laws.hpp"
+
+#include <cmath>
+
+namespace trocar::fem {
+
+namespace {
+
+/// F = [x1 - x0, x2 - x0, x3 - x0] Dm^-1; at(node) is a pointer to three numbers.
+template <class At>
+Block<double> find_gradient(const TissueModel& model, std::size_t tet, At&& at) noexcept {
+    const Tet& t = model.tet_nodes[tet];
+    Block<double> edges, inverse;
+    for (std::size_t k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i) edges.m[3 * i + static_cast<int>(k)] = at(t[k + 1])[i] - at(t[0])[i];
+    for (int i = 0; i < 9; ++i) inverse.m[i] = model.tet_shape[tet].inverse[i];
+    return product(edges, inverse);
+}
+
+void note_volume(TetReport& report, double det, std::size_t tet) noexcept {
+    if (det < report.min_volume_ratio || report.min_volume_tet == kNoIndex) {
+        report.min_volume_ratio = det;
+        report.min_volume_tet = static_cast<Index>(tet);
+    }
+    if (det <= 0.0) ++report.inverted;
+}
+
+template <class Law, class At>
+TetReport measure(const TissueModel& model, At&& at) noexcept {
+    TetReport report;
+    for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {
+        const Block<double> f = find_gradient(model, tet, at);
+        const double det = determinant(f);
+        const double energy = model.tet_shape[tet].volume * model.tet_shape[tet].stiffness * Law::energy(model.law, f, det);
+        note_volume(report, det, tet);
+        report.elastic_energy += energy;
+        if (!(std::isfinite(det) && std::isfinite(energy)) && report.first_bad_tet == kNoIndex)
+            report.first_bad_tet = static_cast<Index>(tet);
+    }
+    return report;
+}
+
+template <class At>
+TetReport measure_with_law(const TissueModel& model, At&& at) noexcept {
+    switch (model.material.law) {
+    case MaterialLaw::StVK:
+        return measure<StVKLaw>(model, at);
+    case MaterialLaw::Corotational:
+        return measure<CorotationalLaw>(model, at);
+    case MaterialLaw::NeoHookean:
+        break;
+    }
+    return measure<NeoHookeanLaw>(model, at);
+}
+
+/// Runs a kernel on fresh records and adds sign times the node sums.
+Extremes run_once(const TissueModel& model, TetKernel kernel, std::span<const Vec3> position, std::span<const Vec3> second, double sign,
+                  std::span<Vec3> out) {
+    const ForcePlan& plan = model.plan;
+    std::vector<NodeRecord> records(plan.node_count());
+    std::vector<PartialForce> partial(plan.slots.size());
+    gather_records(plan, position, second, records);
+    const Extremes found = run_tets(plan, make_tet_job(model, kernel, 1), records, partial);
+    for (std::size_t record = 0; record < plan.node_count(); ++record)
+        out[plan.node_of[record]] += sign * sum_partial(plan, partial, record);
+    return found;
+}
+
+} // namespace
+
+TetJob make_tet_job(const TissueModel& model, TetKernel kernel, unsigned threads) noexcept {
+    return {.kernel = kernel, .law = model.material.law, .constants = model.law, .viscosity = model.material.viscosity, .threads = threads};
+}
+
+void gather_records(const ForcePlan& plan, std::span<const Vec3> position, std::span<const Vec3> second,
+                    std::span<NodeRecord> records) noexcept {
+    for (std::size_t record = 0; record < plan.node_count(); ++record) {
+        const Index node = plan.node_of[record];
+        for (int axis = 0; axis < 3; ++axis) {
+            records[record].x[axis] = position[node][axis];
+            if (!second.empty()) records[record].v[axis] = second[node][axis];
+        }
+    }
+}
+
+void scatter_records(const ForcePlan& plan, std::span<const NodeRecord> records, std::span<Vec3> position,
+                     std::span<Vec3> second) noexcept {
+    for (std::size_t record = 0; record < plan.node_count(); ++record) {
+        const Index node = plan.node_of[record];
+        const NodeRecord& r = records[record];
+        position[node] = Vec3(r.x[0], r.x[1], r.x[2]);
+        second[node] = Vec3(r.v[0], r.v[1], r.v[2]);
+    }
+}
+
+TetReport add_tet_forces(const TissueModel& model, std::span<const Vec3> position, std::span<const Vec3> velocity, std::span<Vec3> force) {
+    const TetKernel kernel = model.material.viscosity > 0.0 ? TetKernel::ViscousForce : TetKernel::Force;
+    const Extremes found = run_once(model, kernel, position, velocity, 1.0, force);
+    TetReport report;
+    for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {
+        const double det = determinant(find_gradient(model, tet, [&](Index node) { return position[node].data(); }));
+        if (det <= 0.0) ++report.inverted;
+    }
+    if (found.low_place == kNoIndex) return report;
+    report.min_volume_ratio = found.low;
+    report.min_volume_tet = model.plan.tet_of[found.low_place];
+    return report;
+}
+
+TetReport measure_tets(const TissueModel& model, std::span<const Vec3> position) noexcept {
+    return measure_with_law(model, [&](Index node) { return position[node].data(); });
+}
+
+TetReport measure_tets(const TissueModel& model, std::span<const NodeRecord> records, std::span<TetSum> scratch,
+                       unsigned threads) noexcept {
+    const TetSum sum = sum_tets(model.plan, make_tet_job(model, TetKernel::Force, threads), records, scratch);
+    TetReport report;
+    report.elastic_energy = sum.energy;
+    report.inverted = sum.inverted;
+    report.first_bad_tet = sum.first_bad_tet;
+    if (sum.low_place == kNoIndex) return report;
+    report.min_volume_ratio = sum.low;
+    report.min_volume_tet = model.plan.tet_of[sum.low_place];
+    return report;
+}
+
+Index add_stiffness_product(const TissueModel& model, std::span<const Vec3> position, std::span<const Vec3> displacement,
+                            std::span<Vec3> product) {
+    const Extremes found = run_once(model, TetKernel::Stiffness, position, displacement, -1.0, product);
+    return found.high_place == kNoIndex ? kNoIndex : model.plan.tet_of[found.high_place];
+}
+
+void add_damping_product(const TissueModel& model, std::span<const Vec3> position, std::span<const Vec3> velocity,
+                         std::span<Vec3> product) {
+    if (model.material.viscosity > 0.0) run_once(model, TetKernel::Damping, position, velocity, -1.0, product);
+}
+
+} // namespace trocar::fem

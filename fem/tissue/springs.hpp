@@ -1,0 +1,67 @@
+// One-sided contact springs on the nodes: the only form in which contact reaches the tissue. engine/step makes them from
+// contacts through the transposed links; fem knows no contact, no other body, no budget.
+#pragma once
+
+#include "fem/tissue/force_plan.hpp"
+
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace trocar::fem {
+
+struct SpringEntry {
+    Index node = 0;
+    Vec3 g = Vec3::Zero(); // d gap / d x_node, [-]
+};
+
+/// gap(x, t) = offset + rate t + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping
+/// max(0, -d gap/dt), at most `limit`. Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
+/// A balanced one pushes two places of one body apart: the sum of its g is 0, and its forces have no moment either, however far its nodes
+/// have turned since it was made; momentum and angular momentum are those of the body without it.
+/// One that holds (friction's) pulls as it pushes: N = -stiffness gap - damping d gap/dt whatever the gap, within +-friction times
+/// what the spring `load` before it pushes with at that moment.
+struct ContactSpring {
+    Index first_entry = 0;                                  // into ContactSprings::entries
+    std::uint16_t entry_count = 0;                          // coarse nodes it hangs on, 3 for a linked vertex
+    bool balanced = false;                                  // it hangs on the nodes of both places that it pushes apart
+    Index load = kNoIndex;                                  // the spring whose push bounds its own; kNoIndex: it does not hold
+    double offset = 0.0;                                    // m
+    double rate = 0.0;                                      // m/s, what it stands against moves on by itself; < 0: it comes nearer
+    double stiffness = 0.0;                                 // N/m, >= 0
+    double damping = 0.0;                                   // N s/m, >= 0
+    double limit = std::numeric_limits<double>::infinity(); // N, >= 0
+    double friction = 0.0;                                  // Coulomb's, >= 0
+};
+
+struct ContactSprings {
+    std::vector<ContactSpring> springs;
+    std::vector<SpringEntry> entries;
+
+    void clear() noexcept {
+        springs.clear();
+        entries.clear();
+    }
+};
+
+struct SpringReport {
+    std::uint32_t pressed = 0; // springs with a negative gap, and those that hold beneath such a load
+    double energy = 0.0;       // J, what the pressed ones give back: 1/2 stiffness gap^2 up to their limit
+    double deepest_gap = 0.0;  // m, <= 0
+};
+
+/// Adds the force of every pressed spring. position, velocity, force [node_count]; entries name nodes below node_count.
+/// time: s since the springs were made
+SpringReport add_spring_forces(const ContactSprings& springs, double time, std::span<const Vec3> position, std::span<const Vec3> velocity,
+                               std::span<Vec3> force) noexcept;
+
+/// m; of one spring, `time` (s) after it was made.
+[[nodiscard]] double find_spring_gap(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept;
+/// N; what it pushes with then, if nothing moves: without damping.
+[[nodiscard]] double find_spring_push(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept;
+
+/// The same on records in the plan's order; entries name nodes in the caller's.
+SpringReport add_spring_forces(const ContactSprings& springs, double time, const ForcePlan& plan, std::span<const NodeRecord> records,
+                               std::span<PartialForce> force) noexcept;
+
+} // namespace trocar::fem

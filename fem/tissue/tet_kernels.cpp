@@ -1,0 +1,187 @@
+#include "fem/tissue/blocks.hpp"
+#include "fem/tissue/kernels.hpp"
+
+#include <algorithm>
+#include <array>
+
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4) // neither has fused multiply-adds: the baseline does as well
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fem/tissue/tet_kernels.cpp"
+#include <hwy/foreach_target.h> // translates this file once more for every instruction set
+#include <hwy/highway.h>
+
+#include "fem/tissue/tet_lanes-inl.hpp"
+#include "fem/tissue/tet_laws-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace trocar::fem {
+namespace HWY_NAMESPACE {
+
+/// Notes or compares; 1 where there is nothing to compare with. A crushed tet (|F|^2 below 1; 3 is rest) has no drag worth a note.
+template <bool kSize>
+HWY_INLINE V find_growth(const TetGrowth& growth, std::size_t first, V tangent, V size_sq) {
+    if (growth.use == TetGrowth::Use::None) return set(1.0);
+    StiffnessNote& note = growth.notes[first / kBatch];
+    double *per_tangent = note.per_tangent + first % kBatch, *per_size = note.per_size + first % kBatch;
+    if (growth.use == TetGrowth::Use::Note) {
+        hn::Store(hn::Div(set(1.0), tangent), D8(), per_tangent);
+        if constexpr (kSize) hn::Store(hn::Div(set(1.0), hn::Max(size_sq, set(1.0))), D8(), per_size);
+        return set(1.0);
+    }
+    const V grown = hn::Mul(tangent, hn::Load(D8(), per_tangent));
+    if constexpr (kSize) return hn::Max(grown, hn::Mul(size_sq, hn::Load(D8(), per_size)));
+    return grown;
+}
+
+template <class Law, TetKernel kKernel>
+HWY_INLINE M3 evaluate(const TetBatch& batch, std::size_t lane, std::size_t first, const TetJob& job, const M3& edges,
+                       const NodeRecord* records, LaneExtremes& extremes) {
+    const V place = hn::Add(set(static_cast<double>(first)), hn::Iota(D8(), 0.0));
+    const V factor = hn::Neg(hn::Load(D8(), batch.volume + lane)); // a force is -V P grad_a
+    if constexpr (kKernel == TetKernel::Damping) {
+        const M3 inverse = load_inverse(batch, lane), f = mul(edges, inverse);
+        const M3 rate = mul(load_edges(batch, lane, records, true), inverse);
+        return mult(mul(f, viscous_second_stress(hn::Mul(set(job.viscosity), factor), f, rate)), inverse);
+    } else if constexpr (kKernel == TetKernel::Stiffness) {
+        const M3 inverse = load_inverse(batch, lane), f = mul(edges, inverse), cof = cofactors(f);
+        const M3 d = mul(load_edges(batch, lane, records, true), inverse);
+        const V det = determinant(f, cof);
+        const M3 stress = Law::stress_along(Constants(job.constants, factor), f, cof, det, d);
+        extremes.note(det, hn::Neg(contract(d, stress)), place);
+        return mult(stress, inverse);
+    } else {
+        constexpr bool kViscous = kKernel == TetKernel::ViscousForce;
+        const Response response = Law::template respond<kViscous>(batch, lane, job, factor, edges, records);
+        extremes.note(response.det, find_growth < kViscous || Law::kTurns > (job.growth, first, response.tangent, response.size_sq), place);
+        return response.force;
+    }
+}
+
+template <class Law, TetKernel kKernel>
+Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob& job, const NodeRecord* records, PartialForce* partial) {
+    const auto d4 = hn::CappedTag<double, 4>();
+    for (Index slot = chunk.first_slot; slot < chunk.first_slot + chunk.slot_count; ++slot)
+        for (std::size_t q = 0; q < 4; q += hn::Lanes(d4)) hn::Store(hn::Zero(d4), d4, partial[slot].f + q);
+    LaneExtremes extremes;
+    const std::size_t end = chunk.first_batch + chunk.batch_count;
+    if constexpr (kKernel == TetKernel::ViscousForce && kLanes == kBatch) {
+        // Three batches under way at once: the last one's forces are summed and the next is loaded around the evaluation of this one, a
+        // chain longer than a processor looks ahead. The sums keep their order. A tenth faster; the elastic chain is too short to gain,
+        // and AVX2 has too few registers.
+        const TetBatch* last = &plan.batches[chunk.first_batch];
+        M3 edges = load_edges(*last, 0, records, false), force;
+        TROCAR_UNROLL for (int i = 0; i < 9; ++i) force.m[i] = hn::Zero(D8()); // what the first round sums
+        for (std::size_t b = chunk.first_batch; b < end; ++b) {
+            add_to_slots(force, *last, 0, partial);
+            last = &plan.batches[b];
+            force = evaluate<Law, kKernel>(*last, 0, b * kBatch, job, edges, records, extremes);
+            edges = load_edges(plan.batches[std::min(b + 1, end - 1)], 0, records, false);
+        }
+        add_to_slots(force, *last, 0, partial);
+    } else {
+        for (std::size_t b = chunk.first_batch; b < end; ++b) {
+            const TetBatch& batch = plan.batches[b];
+            for (std::size_t lane = 0; lane < kBatch; lane += kLanes) {
+                const M3 edges = load_edges(batch, lane, records, false);
+                add_to_slots(evaluate<Law, kKernel>(batch, lane, b * kBatch + lane, job, edges, records, extremes), batch, lane, partial);
+            }
+        }
+    }
+    return extremes.reduce();
+}
+
+using ChunkRun = Extremes (*)(const ForcePlan&, const ForceChunk&, const TetJob&, const NodeRecord*, PartialForce*);
+
+template <class Law>
+ChunkRun pick_kernel(TetKernel kernel) {
+    switch (kernel) {
+    case TetKernel::Force:
+        return &run_chunk<Law, TetKernel::Force>;
+    case TetKernel::ViscousForce:
+        return &run_chunk<Law, TetKernel::ViscousForce>;
+    case TetKernel::Stiffness:
+        return &run_chunk<Law, TetKernel::Stiffness>;
+    case TetKernel::Damping:
+        break;
+    }
+    return &run_chunk<StVKLanes, TetKernel::Damping>;
+}
+
+ChunkRun pick_run(TetKernel kernel, MaterialLaw law) {
+    switch (law) {
+    case MaterialLaw::StVK:
+        return pick_kernel<StVKLanes>(kernel);
+    case MaterialLaw::Corotational:
+        return pick_kernel<CorotationalLanes>(kernel);
+    case MaterialLaw::NeoHookean:
+        break;
+    }
+    return pick_kernel<NeoHookeanLanes>(kernel);
+}
+
+int lane_count() { return static_cast<int>(kLanes); }
+
+} // namespace HWY_NAMESPACE
+} // namespace trocar::fem
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace trocar::fem {
+
+namespace {
+
+HWY_EXPORT(pick_run);
+HWY_EXPORT(lane_count);
+
+bool comes_first(Index place, Index other) noexcept { return other == kNoIndex || place < other; }
+
+} // namespace
+
+Extremes no_extremes() noexcept { return {1e300, 0.0, kNoIndex, kNoIndex}; }
+
+void Extremes::join(const Extremes& other) noexcept {
+    if (other.low_place != kNoIndex && (other.low < low || (other.low == low && comes_first(other.low_place, low_place)))) {
+        low = other.low;
+        low_place = other.low_place;
+    }
+    if (other.high_place != kNoIndex && (other.high > high || (other.high == high && comes_first(other.high_place, high_place)))) {
+        high = other.high;
+        high_place = other.high_place;
+    }
+}
+
+Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<PartialForce> partial) noexcept {
+    const auto run = HWY_DYNAMIC_DISPATCH(pick_run)(job.kernel, job.law);
+    std::array<Extremes, kMostBlocks> found;
+    const auto run_range = [&](std::size_t block, std::size_t begin, std::size_t end) {
+        Extremes& extremes = found[block] = no_extremes();
+        for (std::size_t c = begin; c < end; ++c) extremes.join(run(plan, plan.chunks[c], job, records.data(), partial.data()));
+    };
+    const std::size_t blocks = for_each_block(plan.chunks.size(), job.threads, 1, run_range);
+    for (std::size_t k = 1; k < blocks; ++k) found[0].join(found[k]);
+    return found[0];
+}
+
+std::string_view chosen_isa() noexcept {
+    switch (HWY_DYNAMIC_DISPATCH(lane_count)()) {
+    case 8:
+        return "avx512";
+    case 4:
+        return "avx2";
+    default:
+        return "portable";
+    }
+}
+
+bool choose_isa(std::string_view isa) noexcept {
+    hwy::SetSupportedTargetsForTest(0);
+    if (isa.empty()) return true;
+    const auto all = hwy::SupportedTargets();
+    const auto wanted = isa == "avx512" ? HWY_AVX3 : isa == "avx2" ? HWY_AVX2 : HWY_STATIC_TARGET;
+    if ((all & wanted) == 0) return false;
+    hwy::SetSupportedTargetsForTest(wanted);
+    return chosen_isa() == isa;
+}
+
+} // namespace trocar::fem
+#endif

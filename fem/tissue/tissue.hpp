@@ -1,0 +1,59 @@
+// A deformable body: linear tetrahedra with lumped mass. The model is built once and only read; the state is all that moves.
+#pragma once
+
+#include "base/mesh.hpp"
+#include "base/result.hpp"
+#include "fem/tissue/force_plan.hpp"
+#include "fem/tissue/material.hpp"
+
+#include <span>
+
+namespace trocar::fem {
+
+/// Rest shape of one tetrahedron.
+struct TetShape {
+    double inverse[9]; // Dm^-1, row-major: F = Ds Dm^-1 with Ds = [x1-x0, x2-x0, x3-x0], 1/m
+    double volume;     // m^3, > 0
+    double stiffness;  // factor on the material's moduli and viscosity, > 0
+};
+
+/// A body of several tissues of one law: factors on the material for every tet. Empty: 1.
+struct TetContrast {
+    std::span<const double> stiffness, density; // [tet_count], > 0
+};
+
+struct TissueModel {
+    Material material;
+    LawConstants law;
+    std::vector<Tet> tet_nodes;      // [tet_count] positively oriented
+    std::vector<TetShape> tet_shape; // [tet_count]
+    std::vector<double> node_mass;   // [node_count] kg, lumped: a quarter of every adjacent tet
+    std::vector<double> inv_mass;    // [node_count] 1/kg, 0 pins the node
+    std::vector<Vec3> rest_position; // [node_count] m
+    std::vector<Index> pinned;       // node ids, ascending, each once
+    ForcePlan plan;                  // the same body in the kernels' own order
+    double volume = 0.0;             // m^3, all tets
+    double mass = 0.0;               // kg, all nodes, pinned ones included
+
+    [[nodiscard]] std::size_t node_count() const noexcept { return rest_position.size(); }
+    [[nodiscard]] std::size_t tet_count() const noexcept { return tet_nodes.size(); }
+};
+
+struct TissueState {
+    std::vector<Vec3> position; // [node_count] m, world
+    std::vector<Vec3> velocity; // [node_count] m/s
+};
+
+/// Checks mesh and material and precomputes the rest shape. pinned_nodes in any order, repeats allowed.
+/// Fails with BadMesh (first bad tet or node by id: not finite, out of range, repeated node, inverted, flat, node
+/// without a tet, repeated tet, more than one part) or BadValue (material, contrast by tet).
+[[nodiscard]] Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material, std::span<const Index> pinned_nodes,
+                                                    const TetContrast& contrast = {});
+
+/// At rest, without velocity.
+[[nodiscard]] TissueState make_rest_state(const TissueModel& model);
+
+/// A tet whose volume is below this fraction of its longest edge cubed is flat: refused. Rounding alone makes 1e-16.
+inline constexpr double kFlatTetRatio = 1e-12;
+
+} // namespace trocar::fem

@@ -1,0 +1,35 @@
+// Route through a lumen, from ball to overlapping ball: the way an instrument can be steered to its target.
+#pragma once
+
+#include "spheretree/lumen/lumen_tree.hpp"
+
+namespace trocar::spheretree {
+
+struct LumenPathPoint {
+    Vec3 centre = Vec3::Zero(); // m
+    double radius = 0.0;        // m, free around the centre; a lower bound
+};
+
+struct PathOptions {
+    double min_radius = 0.0; // m, never narrower than this
+    double spacing = 1e-3;   // m, of the points that are returned
+    unsigned smoothing = 20; // rounds of averaging; a point never moves to where it is narrower than it was, unless
+                             // it keeps 90 % of its room; 0: the balls' centres as they are
+};
+
+/// Widest-and-shortest route: minimises the sum of length / free radius (Dijkstra over overlapping balls; ties by ball id).
+/// from, to  m, inside the lumen, or at most one ball radius outside it
+/// returns   points from `from` to `to`, about `spacing` apart
+/// fails     BadValue: an end lies outside the lumen, no route is as wide as min_radius (the error says the widest there is)
+[[nodiscard]] Result<std::vector<LumenPathPoint>> find_lumen_path(const LumenTree& lumen, const Vec3& from, const Vec3& to,
+                                                                  const PathOptions& options = {});
+
+/// m, length of the shortest way from `from` to every ball's centre, from ball to overlapping ball; infinite where there is none.
+/// fails     BadValue: `from` lies outside the lumen
+[[nodiscard]] Result<std::vector<double>> find_way_lengths(const LumenTree& lumen, const Vec3& from);
+
+/// How much room a point has: radius of the largest free ball around it that the union proves; negative: distance to the
+/// union. Rest pose.
+[[nodiscard]] double free_radius_at(const LumenTree& lumen, const Vec3& p);
+
+} // namespace trocar::spheretree
