@@ -39,7 +39,7 @@ void append(std::string& text, Integer value) {
     fmt::format_to(std::back_inserter(text), "{}", static_cast<std::int64_t>(value));
 }
 
-struct Column {
+struct StepColumn {
     const char* name;
     void (*append_value)(std::string&, const Row&);
 };
@@ -48,7 +48,7 @@ struct Column {
     {                                                                                                                                      \
         name, [](std::string& text, const Row& row) { append(text, value); }                                                               \
     }
-constexpr Column kColumns[] = {
+constexpr StepColumn kColumns[] = {
     // the contract's, in its order
     TROCAR_COLUMN("step", row.r.step),
     TROCAR_COLUMN("time_s", row.r.time_s),
@@ -124,13 +124,13 @@ Error cannot_write(const std::filesystem::path& path, int reason) {
 
 std::string step_table_header() {
     std::string text;
-    for (const Column& column : kColumns) text.append(text.empty() ? "" : ",").append(column.name);
+    for (const StepColumn& column : kColumns) text.append(text.empty() ? "" : ",").append(column.name);
     return text;
 }
 
 void append_step_row(const StepReport& report, double budget_ms, std::string& text) {
     const Row row{report, budget_ms};
-    for (const Column& column : kColumns) {
+    for (const StepColumn& column : kColumns) {
         column.append_value(text, row);
         text += ',';
     }
