@@ -134,7 +134,7 @@ std::uint64_t find_work(const Meeting& subject, const Encounter& met, std::uint6
     return best;
 }
 
-std::uint64_t median(std::vector<std::uint64_t> values) {
+std::uint64_t median_count(std::vector<std::uint64_t> values) {
     std::sort(values.begin(), values.end());
     return values[values.size() / 2];
 }
@@ -195,7 +195,7 @@ void add_work_rows(const Meeting& subject, std::size_t column, const BenchOption
     for (const PaperRow& paper : kPaper) {
         std::vector<std::uint64_t> works;
         for (const Encounter& met : subject.encounters) works.push_back(find_work(subject, met, paper.open[column]));
-        const std::uint64_t work = median(works);
+        const std::uint64_t work = median_count(works);
         for (const auto& [order, name] : kOrders) {
             if (order != DescentOrder::Breadth && (options.quick || paper.open[column] < 30)) continue;
             BenchRow row = make_row(subject, name, fmt::format("work:{}", work), run_work(subject, order, work));

@@ -46,14 +46,14 @@ constexpr const char* kWhereShapesDiffer[] = {
     "once for all their faces, so they are several times cheaper than cones, and tighter",
 };
 
-enum class Scene : std::uint8_t { Walking, Standing, WalkingCloth }; // WalkingCloth: the cloth against itself alone
+enum class FigureScene : std::uint8_t { Walking, Standing, WalkingCloth }; // WalkingCloth: the cloth against itself alone
 constexpr const char* kSceneNames[] = {"walking", "standing", "walking, cloth on cloth"};
 
 struct Setup {
     std::string name;
     ProximityOptions options;
     std::optional<ProximityRow> paper = std::nullopt;
-    Scene scene = Scene::Walking;
+    FigureScene scene = FigureScene::Walking;
 };
 
 /// The paper's: 18-DOPs, quadtrees, oriented inflation, cones with groups, leaf angle.
@@ -82,7 +82,7 @@ ProximityOptions exact_set() {
 class Setups {
 public:
     std::vector<Setup> all;
-    Scene scene = Scene::Walking;
+    FigureScene scene = FigureScene::Walking;
 
     Setup& add(std::string name, const ProximityOptions& options) {
         all.push_back({std::move(name), options, std::nullopt, scene});
@@ -153,11 +153,11 @@ std::vector<Setup> make_setups() {
     add_ablations(setups);
     add_cones(setups);
     add_coherence(setups);
-    setups.scene = Scene::Standing;
+    setups.scene = FigureScene::Standing;
     setups.add("exact reference: no cones, no leaf angle", exact_set());
     setups.add("accelerated: 18-DOP, quadtree, oriented", accelerated());
     add_coherence(setups);
-    setups.scene = Scene::WalkingCloth;
+    setups.scene = FigureScene::WalkingCloth;
     add_touching(setups);
     return setups.all;
 }
@@ -298,7 +298,7 @@ Result<BenchTable> bench_seed001(const BenchOptions& options) {
     for (const Setup& setup : make_setups()) {
         options.progress(fmt::format("{}: {}", kSceneNames[static_cast<std::size_t>(setup.scene)], setup.name));
         auto& of_scene = truth[static_cast<std::size_t>(setup.scene)];
-        const auto totals = run(setup.scene == Scene::Standing ? standing : walking, setup.options, of_scene);
+        const auto totals = run(setup.scene == FigureScene::Standing ? standing : walking, setup.options, of_scene);
         if (!totals) return totals.error();
         table.rows.push_back(make_row(setup, *totals, of_scene));
     }

@@ -89,7 +89,7 @@ Cloth make_cloth(std::size_t columns, std::size_t rows, bool closed, const Place
 }
 
 /// The solid's motion, and how it keeps a point out of it.
-struct Scene {
+struct MovedScene {
     ClothScene kind;
     /// Of the solid's frame at a time.
     [[nodiscard]] Vec3 place(double t) const noexcept {
@@ -147,7 +147,7 @@ void pull_threads(Cloth& cloth) {
     }
 }
 
-void step(const Scene& scene, double t, Cloth& cloth) {
+void step(const MovedScene& scene, double t, Cloth& cloth) {
     std::vector<Vec3> start = cloth.at;
     for (std::size_t v = 0; v < cloth.at.size(); ++v) {
         if (cloth.inverse_mass[v] == 0.0) continue;
@@ -218,7 +218,7 @@ std::size_t warm_up(ClothScene scene) noexcept { return scene == ClothScene::Bal
 } // namespace
 
 ClothSequence make_cloth_sequence(ClothScene kind, std::size_t rigid, std::size_t cloth_triangles, std::size_t steps) {
-    const Scene scene{kind};
+    const MovedScene scene{kind};
     const Solid solid = make_solid(kind, rigid);
     Cloth cloth = make_cloth_of(kind, cloth_triangles);
     const std::vector<Vec3> rest = cloth.at;

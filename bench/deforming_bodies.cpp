@@ -21,10 +21,10 @@ constexpr std::size_t kNodes = 1500; // of the coarse mesh
 constexpr double kRightAngle = 1.5707963267948966;
 
 /// Coordinates relative to the body's middle, as shares of its longest edge.
-using Deformation = Vec3 (*)(const Vec3&);
-struct Deformation {
+using Deform = Vec3 (*)(const Vec3&);
+struct DeformedCase {
     const char* name;
-    Deformation by;
+    Deform by;
 };
 Vec3 stay(const Vec3& p) { return p; }
 Vec3 turn(const Vec3& p) { return rotation_about(Vec3::UnitX(), kRightAngle) * p; }
@@ -35,7 +35,7 @@ Vec3 bend(const Vec3& p) { // by a right angle over its length
 }
 Vec3 stretch(const Vec3& p) { return {p.x() / std::sqrt(1.3), 1.3 * p.y(), p.z() / std::sqrt(1.3)}; }
 Vec3 twist(const Vec3& p) { return rotation_about(Vec3::UnitY(), kRightAngle * p.y()) * p; }
-constexpr Deformation kDeformations[] = {{"at rest", stay},
+constexpr DeformedCase kDeformations[] = {{"at rest", stay},
                            {"turned by 90 degrees", turn},
                            {"bent by 90 degrees", bend},
                            {"stretched by 1.3", stretch},
@@ -64,7 +64,7 @@ struct Posed {
     [[nodiscard]] spheretree::NodePose pose() const { return {nodes, turn}; }
 };
 
-Posed pose_body(const SolidBody& body, const Linked& linked, Deformation by, const Vec3& shift) {
+Posed pose_body(const SolidBody& body, const Linked& linked, Deform by, const Vec3& shift) {
     const Vec3 middle = body.mesh.bounds().centre();
     const double size = body.mesh.bounds().longest_edge();
     Posed posed;
@@ -91,7 +91,7 @@ double farthest_escape(const TriMesh& mesh, std::span<const spheretree::Sphere> 
     return escape;
 }
 
-BenchRow judge(const SolidBody& body, const Linked& linked, const Deformation& tested, SphereUpdate update) {
+BenchRow judge(const SolidBody& body, const Linked& linked, const DeformedCase& tested, SphereUpdate update) {
     constexpr int kRepeats = 20;
     const Posed posed = pose_body(body, linked, tested.by, Vec3::Zero());
     spheretree::SphereTree now = body.tree;
@@ -149,7 +149,7 @@ BenchRow measure_lazy(const SolidBody& body, const Linked& linked, SphereUpdate 
 Result<void> add_updates(const SolidBody& body, BenchTable& table) {
     const Result<Linked> linked = link_body(body);
     if (!linked) return linked.error();
-    for (const Deformation& tested : kDeformations)
+    for (const DeformedCase& tested : kDeformations)
         for (const SphereUpdate update : {SphereUpdate::Conservative, SphereUpdate::Heuristic})
             table.rows.push_back(judge(body, *linked, tested, update));
     for (const SphereUpdate update : {SphereUpdate::Conservative, SphereUpdate::Heuristic})

@@ -37,7 +37,7 @@ struct LawUnderTest {
     fem::MaterialLaw law;
     double viscosity; // Pa s
 };
-constexpr LawUnderTest kLaws[] = {{"stvk", fem::MaterialLaw::StVK, 1.0},
+constexpr LawUnderTest kTimedLaws[] = {{"stvk", fem::MaterialLaw::StVK, 1.0},
                                   {"stvk", fem::MaterialLaw::StVK, 0.0},
                                   {"neo_hookean", fem::MaterialLaw::NeoHookean, 1.0},
                                   {"neo_hookean", fem::MaterialLaw::NeoHookean, 0.0},
@@ -163,7 +163,7 @@ BenchRow link_row(const Body& body, const fem::TissueModel& model, unsigned thre
             {"clock", threads > 1 ? "wall" : "cpu"}};
 }
 
-Body make_bar(const char* name, std::array<Index, 3> cells) {
+Body make_bench_bar(const char* name, std::array<Index, 3> cells) {
     Body body;
     body.name = name;
     body.mesh = fem::make_bar_mesh(cells, 0.4 / cells[0], 0.15);
@@ -184,9 +184,9 @@ Result<void> add_scaling(const BenchOptions& options, BenchTable& table) {
     if (!options.quick) across.insert(across.end(), {9, 13, 20, 28});
     std::string text;
     for (const Index n : across) {
-        const Body bar = make_bar("scaling", {4 * n, n, n});
+        const Body bar = make_bench_bar("scaling", {4 * n, n, n});
         options.progress(fmt::format("scaling: {} tets", bar.mesh.tets.size()));
-        const LawUnderTest &elastic = kLaws[3], &viscous = kLaws[0];
+        const LawUnderTest &elastic = kTimedLaws[3], &viscous = kTimedLaws[0];
         fmt::format_to(std::back_inserter(text), "{}", bar.mesh.tets.size());
         for (const LawUnderTest* law : {&elastic, &viscous}) {
             const auto model = fem::make_tissue_model(bar.mesh, soft_material(*law), bar.pinned);
@@ -293,7 +293,7 @@ Result<void> add_rows(const Body& body, const BenchOptions& options, BenchTable&
     const unsigned all = std::max(1u, std::thread::hardware_concurrency());
     const unsigned most = options.threads > 0 ? options.threads : all;
     const bool small = body.mesh.tets.size() < 10000;
-    for (const LawUnderTest& law : kLaws) {
+    for (const LawUnderTest& law : kTimedLaws) {
         options.progress(fmt::format("{}: {}", body.name, law.name));
         const auto model = fem::make_tissue_model(body.mesh, soft_material(law), body.pinned);
         if (!model.ok()) return model.error();
@@ -330,10 +330,10 @@ Result<void> add_rows(const Body& body, const BenchOptions& options, BenchTable&
 
 Result<BenchTable> bench_fem(const BenchOptions& options) {
     BenchTable table;
-    std::vector<Body> bodies{make_bar("bar_5k", {24, 6, 6})};
+    std::vector<Body> bodies{make_bench_bar("bar_5k", {24, 6, 6})};
     if (!options.quick) {
-        bodies.push_back(make_bar("bar_50k", {52, 13, 13}));
-        bodies.push_back(make_bar("bar_500k", {112, 28, 28}));
+        bodies.push_back(make_bench_bar("bar_50k", {52, 13, 13}));
+        bodies.push_back(make_bench_bar("bar_500k", {112, 28, 28}));
         auto liver = make_liver(options);
         if (!liver.ok()) return liver.error();
         if (*liver) bodies.push_back(std::move(**liver));

@@ -16,18 +16,18 @@
 namespace trocar::engine {
 namespace {
 
-using TrianglePair = std::array<Index, 2>;
+using CrossingPair = std::array<Index, 2>;
 using Feature = std::array<Index, 3>; // vertex ids ascending; kNoIndex for what it has not
 
-std::set<TrianglePair> read_pairs(const std::filesystem::path& file) {
+std::set<CrossingPair> read_pairs(const std::filesystem::path& file) {
     const auto text = read_file_bytes(file);
     EXPECT_TRUE(text.ok());
-    std::set<TrianglePair> pairs;
+    std::set<CrossingPair> pairs;
     if (!text) return pairs;
     std::istringstream lines(*text);
     for (std::string line; std::getline(lines, line);) {
         std::istringstream numbers(line);
-        TrianglePair pair{};
+        CrossingPair pair{};
         if (line.starts_with('#') || !(numbers >> pair[0] >> pair[1])) continue;
         pairs.insert({std::min(pair[0], pair[1]), std::max(pair[0], pair[1])});
     }
@@ -56,7 +56,7 @@ bool any_contact(const Triangle& s, const Triangle& t, const Hits& hits) {
 /// Two frames of one surface, and the pairs of triangles that cross in each.
 struct Frames {
     TriMesh t0, t1;
-    std::set<TrianglePair> before, after;
+    std::set<CrossingPair> before, after;
 };
 
 void expect_explained(const Frames& frames, std::size_t least_contacts, std::size_t least_changed) {
@@ -80,20 +80,20 @@ void expect_explained(const Frames& frames, std::size_t least_contacts, std::siz
         else
             hits.insert({feature({k.feature_a[0], k.feature_a[1]}), feature({k.feature_b[0], k.feature_b[1]})});
     }
-    std::vector<TrianglePair> changed;
+    std::vector<CrossingPair> changed;
     std::set_symmetric_difference(frames.before.begin(), frames.before.end(), frames.after.begin(), frames.after.end(),
                                   std::back_inserter(changed));
     EXPECT_GT(changed.size(), least_changed);
     std::size_t unexplained = 0;
     const std::vector<Triangle>& triangles = frames.t0.triangles;
-    for (const TrianglePair& pair : changed) unexplained += !any_contact(triangles[pair[0]], triangles[pair[1]], hits);
+    for (const CrossingPair& pair : changed) unexplained += !any_contact(triangles[pair[0]], triangles[pair[1]], hits);
     std::printf("%zu contacts, %zu pairs of triangles changed, %zu of them without a contact\n", contacts.size(), changed.size(),
                 unexplained);
     EXPECT_EQ(unexplained, 0u);
 }
 
-std::set<TrianglePair> crossing_pairs(const TriMesh& mesh) {
-    std::set<TrianglePair> pairs;
+std::set<CrossingPair> crossing_pairs(const TriMesh& mesh) {
+    std::set<CrossingPair> pairs;
     for (const auto& pair : find_self_intersections(mesh, 10'000'000).pairs) pairs.insert({pair[0], pair[1]});
     return pairs;
 }

@@ -171,7 +171,7 @@ struct Edit {
 };
 
 /// Keys of every part of a scene, each changed alone.
-const std::vector<Edit> kEdits{
+const std::vector<Edit> kModelEdits{
     {R"("step": 0.01)", R"("step": 0.011)"},
     {R"("blend": 5)", R"("blend": 6)"},
     {R"("embedded_in": "organ", "blend": 5,)", ""},
@@ -200,7 +200,7 @@ TEST(ModelHash, ACheckpointIsRefusedByASceneOfWhichAnyOneKeyWasChanged) {
     Simulator simulator(prepared.model);
     simulator.step();
     const Checkpoint checkpoint = make_checkpoint(simulator);
-    for (const Edit& edit : kEdits) {
+    for (const Edit& edit : kModelEdits) {
         const std::size_t at = text.find(edit.what);
         ASSERT_NE(at, std::string::npos) << edit.what;
         const PreparedScene other = test::prepare(std::string(text).replace(at, edit.what.size(), edit.by));
