@@ -30,10 +30,10 @@ std::string press_scene(const Press& p) {
 }
 
 /// J; of the ball, and of the springs that hold it: flesh pressed flat has less than they.
-double all_energy_of(const Simulator& simulator) {
+double all_energy_of(Simulator& simulator) {
     const std::vector<Vec3>& position = simulator.state().bodies[0].tissue.position;
     std::vector<Vec3> rest(position.size(), Vec3::Zero()), force = rest;
-    return energy_of(simulator) + fem::add_spring_forces(simulator.context().bodies[0].springs, 0.0, position, rest, force).energy;
+    return energy_of(simulator) + fem::add_spring_forces(simulator.raw_state().bodies[0].springs, 0.0, position, rest, force).energy;
 }
 
 constexpr double kRest = 1.0; // s, that the press stays where it came to

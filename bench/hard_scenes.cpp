@@ -96,7 +96,7 @@ std::string heap_bodies(int balls, int triangles) {
     return bodies;
 }
 
-double energy_of(const Simulator& simulator) {
+double energy_of(Simulator& simulator) {
     double potential = 0.0;
     for (std::size_t i = 0; i < simulator.model().bodies.size(); ++i) {
         if (!simulator.model().bodies[i].tissue || !simulator.model().effects.gravity) continue;
@@ -105,7 +105,7 @@ double energy_of(const Simulator& simulator) {
         for (std::size_t n = 0; n < tissue.node_count(); ++n)
             potential += tissue.node_mass[n] * up.dot(simulator.state().bodies[i].tissue.position[n]);
     }
-    return potential + simulator.context().report.kinetic_j + simulator.context().report.elastic_j;
+    return potential + simulator.report().kinetic_j + simulator.report().elastic_j;
 }
 
 Vec3 middle_of(const std::vector<Vec3>& points) {

@@ -56,7 +56,7 @@ bool run_hard(HardReport& report, Simulator& simulator, std::uint64_t steps, Loo
 }
 
 /// Kinetic, elastic and potential energy of all tissue, the table's top at zero. J
-[[nodiscard]] double energy_of(const Simulator& simulator);
+[[nodiscard]] double energy_of(Simulator& simulator);
 [[nodiscard]] Vec3 middle_of(const std::vector<Vec3>& points);
 [[nodiscard]] double lowest_of(const std::vector<Vec3>& points); // z, m
 

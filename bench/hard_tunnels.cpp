@@ -47,8 +47,9 @@ Outcome look_after(HardReport& report, const Meeting& m, const std::string& bodi
     Outcome outcome;
     if (!prepared) return outcome;
     Simulator simulator(prepared->model);
-    State& state = const_cast<State&>(simulator.state()); // a scene gives no body a velocity
-    for (Vec3& v : state.bodies[0].tissue.velocity) v = Vec3(0.0, 0.0, ball_flies_at);
+    State thrown = simulator.state(); // a scene gives no body a velocity
+    for (Vec3& v : thrown.bodies[0].tissue.velocity) v = Vec3(0.0, 0.0, ball_flies_at);
+    if (!report.require(simulator.restore(thrown).ok(), "a state with another velocity is taken")) return outcome;
     const double mass = prepared->model.bodies[0].tissue->mass, first = 0.5 * mass * ball_flies_at * ball_flies_at;
     outcome.ran = true;
     for (std::uint64_t k = 0; k < steps; ++k) {
@@ -57,6 +58,7 @@ Outcome look_after(HardReport& report, const Meeting& m, const std::string& bodi
         if (outcome.finite = step.finite; !step.finite) return outcome; // it stopped and said so: not silent
     }
     const fem::TissueModel& tissue = *prepared->model.bodies[0].tissue;
+    const State& state = simulator.state();
     for (std::size_t n = 0; n < tissue.node_count(); ++n)
         outcome.ball_speed += tissue.node_mass[n] / mass * state.bodies[0].tissue.velocity[n].z();
     outcome.energy_gain = energy_of(simulator) / std::max(first, 1e-12);

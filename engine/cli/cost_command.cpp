@@ -177,7 +177,7 @@ private:
             const std::size_t among = budgets >= count ? budgets : rows;
             wanted.push_back(all[count == 1 ? 0 : k * (among - 1) / (count - 1)].name());
         }
-        options_.show = [&photographer, wanted](const CostRow& row, const Simulator& answer) {
+        options_.show = [&photographer, wanted](const CostRow& row, Simulator& answer) {
             if (std::find(wanted.begin(), wanted.end(), row.name()) != wanted.end()) photographer.take(row.name(), answer);
         };
     }

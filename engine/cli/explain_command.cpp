@@ -162,13 +162,16 @@ struct Trial {
     }
 };
 
-/// memory    of a run to go on from; empty: from the start
+/// from      a state to go on from; none: the start
 /// settling  steps that do not count, as far as there is time for them
-Trial try_steps(const SceneModel& model, const std::string& memory, std::uint64_t settling, std::uint64_t steps) {
+Trial try_steps(const SceneModel& model, const std::optional<State>& from, std::uint64_t settling, std::uint64_t steps) {
     Simulator simulator(model);
     Trial trial;
-    if (!memory.empty()) trial.last.failure = simulator.take_over(memory);
-    if (!trial.last.failure.empty()) return trial;
+    if (from)
+        if (const Result<void> restored = simulator.restore(*from); !restored) {
+            trial.last.failure = restored.error().message;
+            return trial;
+        }
     const StopWatch watch;
     const auto step = [&] { return (trial.last = simulator.step()).finite; };
     for (std::uint64_t k = 0; k < settling && watch.elapsed_ms() < kTrialTime; ++k)
@@ -222,7 +225,7 @@ double print_cost(const Scene& scene, const PreparedScene& prepared, ProgressLin
     if (!first.last.finite) fmt::print("  trial           stopped: {}\n", first.last.failure);
     if (first.total.empty()) return 0.0;
     Trial late;
-    if (const std::string memory = lay_along_routes(model); !memory.empty()) late = try_steps(model, memory, kSettlingSteps, steps);
+    if (const std::optional<State> inside = lay_along_routes(model)) late = try_steps(model, inside, kSettlingSteps, steps);
     print_prediction(model, first, late);
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);

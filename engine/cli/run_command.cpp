@@ -123,7 +123,7 @@ Taken take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t step
         if (taken.interrupted) break;
         if (pacer != nullptr) wait_until_ns(pacer->begin_step(monotonic_ns()));
         const bool as_recorded = take_step(simulator, k, grants);
-        const StepReport& report = simulator.context().report;
+        const StepReport& report = simulator.report();
         const Result<void> observed = observer.after_step(simulator, report);
         if (!observed.ok()) {
             progress.clear();
@@ -236,7 +236,7 @@ Result<void> check_record_place(const RunOptions& options, const Scene& scene) {
     return check_place(options.record_grants, "--record-grants");
 }
 
-Result<void> write_record(const RunOptions& options, const PreparedScene& prepared, const Simulator& simulator, GrantRecord& record) {
+Result<void> write_record(const RunOptions& options, const PreparedScene& prepared, Simulator& simulator, GrantRecord& record) {
     record.model_hash = hash_model(prepared.model);
     record.scene = prepared.model.name;
     record.limits = prepared.model.budget;

@@ -80,7 +80,7 @@ int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& p
     print_tally(tally, prepared.model.step_s);
     for (const std::string& note : session.simulator().cull_notes()) fmt::print(stderr, "notice: {}\n", note);
     if (!session.stopped()) return kExitFine;
-    fmt::print(stderr, "error: stopped: {}\n", session.simulator().context().report.failure);
+    fmt::print(stderr, "error: stopped: {}\n", session.simulator().report().failure);
     return kExitNotFinite;
 }
 

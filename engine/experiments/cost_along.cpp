@@ -1,7 +1,5 @@
 #include "engine/experiments/cost_along.hpp"
 
-#include "engine/step/step_memory.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -15,15 +13,15 @@ void find_forces(const Simulator& simulator, std::vector<Vec3>& forces, std::vec
     forces.clear();
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].tissue) continue;
-        const std::vector<Vec3>& position = simulator.state().bodies[i].tissue.position;
+        const std::vector<Vec3>& position = simulator.raw_state().bodies[i].tissue.position;
         nodal.assign(position.size(), Vec3::Zero());
         rest.assign(position.size(), Vec3::Zero());
-        fem::add_spring_forces(simulator.context().bodies[i].springs, 0.0, position, rest, nodal);
+        fem::add_spring_forces(simulator.raw_state().bodies[i].springs, 0.0, position, rest, nodal);
         Vec3 sum = Vec3::Zero();
         for (const Vec3& f : nodal) sum += f;
         forces.push_back(sum);
     }
-    for (const InstrumentScratch& instrument : simulator.context().instruments) {
+    for (const InstrumentState& instrument : simulator.raw_state().instruments) {
         Vec3 sum = Vec3::Zero();
         for (const fem::RodPlane& plane : instrument.planes) sum += std::max(plane.force, 0.0) * plane.normal;
         forces.push_back(sum);
@@ -32,24 +30,18 @@ void find_forces(const Simulator& simulator, std::vector<Vec3>& forces, std::vec
 
 } // namespace
 
-void LookAhead::set_exact(const Simulator& exact) {
-    memory_.clear();
-    append_step_memory(exact.model(), exact.state(), exact.context(), memory_);
-    exact_ = follow(exact);
-}
+void LookAhead::set_exact(Simulator& exact) { exact_ = follow(exact); }
 
-/// Through the exact run's memory every time: what the step before this one taught (modes of the stable step) is the same for all.
-Shape LookAhead::follow(const Simulator& answered) {
-    [[maybe_unused]] const std::string misfit = simulator_.take_over(memory_); // its own model's: it fits
-    [[maybe_unused]] const bool joined = simulator_.join_step(answered).ok();  // of the same scene
+/// The next step's tissue feels the answer's springs: nothing else of that step is asked.
+Shape LookAhead::follow(Simulator& answered) {
+    [[maybe_unused]] const bool fits = simulator_.restore(answered.state()).ok(); // of a model of the same sizes
     simulator_.begin_step();
     Shape shape = shape_of(simulator_.model(), simulator_.state());
     shape.skins = shape_of(answered.model(), answered.state()).skins;
-    simulator_.abandon_step(); // half of it was all that was asked
     return shape;
 }
 
-SurfaceDistance LookAhead::compare(const Simulator& answered) { return compare_shapes(simulator_.model(), follow(answered), exact_); }
+SurfaceDistance LookAhead::compare(Simulator& answered) { return compare_shapes(simulator_.model(), follow(answered), exact_); }
 
 /// What the surfaces say of solids, what the exact answer says of instruments.
 PatchContacts AlongExactStates::solids_of(const PatchContacts& near, const PatchContacts& reference) const {
@@ -92,13 +84,17 @@ AlongExactStates::AlongExactStates(const SceneModel& model, const CostSpec& cost
     for (std::size_t i = 0; i < model.bodies.size(); ++i) table.patch_m.push_back(finder_.patch_size(i));
 }
 
-bool AlongExactStates::step(const std::function<void(const CostRow&, const Simulator&)>& show) {
-    if (!exact_.begin_step()) return false;
+bool AlongExactStates::step(const std::function<void(const CostRow&, Simulator&)>& show) {
+    start_ = exact_.state();
+    if (!exact_.step().finite) return false;
+    leafless_ = start_;
+    leafless_.solids.touching.clear();
+    leafless_.solids.holds.clear();
     for (Along& along : along_) {
-        if (!along.simulator->join_step(exact_).ok()) return false; // a variant of another size: there is none
-        along.simulator->finish_step();
+        const State& from = along.other_trees ? leafless_ : start_;
+        if (!along.simulator->restore(from).ok()) return false; // a variant of another size: there is none
+        along.simulator->step();
     }
-    exact_.finish_step();
     const PatchContacts near = finder_.find_near(exact_.state());
     const PatchContacts reference = finder_.find_answer(exact_);
     count_uncovered(near, reference);
@@ -146,7 +142,7 @@ void AlongExactStates::count_uncovered(const PatchContacts& near, const PatchCon
 }
 
 void AlongExactStates::compare(Along& along, const PatchContacts& reference, CostRow& row) {
-    const StepReport& report = along.simulator->context().report;
+    const StepReport& report = along.simulator->report();
     const PatchContacts answer = along.finder->find_answer(*along.simulator);
     row.contacts += compare_patches(reference, answer);
     for (const PatchContacts* list : {&reference, &answer})

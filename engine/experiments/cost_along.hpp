@@ -13,14 +13,13 @@ class LookAhead {
 public:
     explicit LookAhead(const SceneModel& model) : simulator_(model, BudgetLimits{}) {}
     /// The exact run, between two steps: what answers of its last step are compared with.
-    void set_exact(const Simulator& exact);
-    /// answered  joined the exact run's last step, and finished it
-    [[nodiscard]] SurfaceDistance compare(const Simulator& answered);
+    void set_exact(Simulator& exact);
+    /// answered  has taken the exact run's last step from the same state
+    [[nodiscard]] SurfaceDistance compare(Simulator& answered);
 
 private:
-    [[nodiscard]] Shape follow(const Simulator& answered);
+    [[nodiscard]] Shape follow(Simulator& answered);
     Simulator simulator_;
-    std::string memory_; // of the exact run: step_memory.hpp
     Shape exact_;
 };
 
@@ -30,7 +29,7 @@ public:
     AlongExactStates(const SceneModel& model, const CostSpec& cost, const CostOptions& options, CostTable& table);
 
     /// False: the exact run is stopped. `show` is called for every row's answer, unless empty.
-    bool step(const std::function<void(const CostRow&, const Simulator&)>& show);
+    bool step(const std::function<void(const CostRow&, Simulator&)>& show);
     /// After a step.
     void compare_surfaces();
     /// After the last step.
@@ -56,6 +55,7 @@ private:
     PatchFinder finder_;
     std::vector<PatchFinder> variant_finders_;
     Simulator exact_;
+    State start_, leafless_; // of the step; the second without what names leaves of the exact run's trees
     LookAhead ahead_;
     std::vector<Along> along_;
     std::vector<Vec3> exact_forces_, forces_, nodal_, rest_;

@@ -2,8 +2,8 @@
 
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
-#include "engine/step/bit_hash.hpp"
-#include "engine/step/byte_stream.hpp"
+#include "engine/state/bit_hash.hpp"
+#include "engine/state/byte_stream.hpp"
 #include "engine/step/model_hash.hpp"
 
 #include <fmt/format.h>

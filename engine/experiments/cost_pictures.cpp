@@ -23,7 +23,7 @@ const spheretree::Sphere* find_sphere(const Simulator& simulator, BodyId body, I
     const SceneModel& model = simulator.model();
     if (sphere == kNoIndex) return nullptr;
     if (body >= model.bodies.size()) {
-        const auto& spheres = simulator.context().instruments[body - model.bodies.size()].chain.spheres;
+        const auto& spheres = simulator.raw_state().instruments[body - model.bodies.size()].chain.spheres;
         return sphere < spheres.size() ? &spheres[sphere] : nullptr;
     }
     if (model.bodies[body].hollow || !has_spheres(simulator.context(), body)) return nullptr; // free space of a lumen is no contact
@@ -69,7 +69,7 @@ ContactSpheres find_contact_spheres(const Simulator& simulator) {
 CostPhotographer::CostPhotographer(const PreparedScene& prepared, unsigned width, unsigned height)
     : prepared_(prepared), width_(width), height_(height) {}
 
-void CostPhotographer::take(const std::string& name, const Simulator& simulator) {
+void CostPhotographer::take(const std::string& name, Simulator& simulator) {
     if (!notice_.empty()) return;
     const auto give_up = [this](const Error& error) { notice_ = "no pictures: " + error.to_string(); };
     if (!renderer_) {
@@ -80,7 +80,7 @@ void CostPhotographer::take(const std::string& name, const Simulator& simulator)
     ContactSpheres spheres = find_contact_spheres(simulator);
     keep_largest(spheres.tested);
     keep_largest(spheres.assumed);
-    View view = make_view(PictureView::Anatomy, {prepared_, simulator.state(), nullptr, {}}, width_, height_);
+    View view = make_view(PictureView::Anatomy, {prepared_, simulator.state(), {}, false}, width_, height_);
     for (RenderSurface& surface : view.scene.surfaces) surface.opacity = kMist * std::min(surface.opacity, 0.5);
     const TriMesh tested = mesh_of(spheres.tested), assumed = mesh_of(spheres.assumed);
     if (!tested.triangles.empty())

@@ -31,7 +31,7 @@ public:
     CostPhotographer(const PreparedScene& prepared, unsigned width, unsigned height);
     /// Bodies and instruments as mist, the spheres over them; every picture from where the first was taken.
     /// Without OpenGL no picture, and one notice.
-    void take(const std::string& name, const Simulator& simulator);
+    void take(const std::string& name, Simulator& simulator);
     [[nodiscard]] const std::vector<CostPicture>& pictures() const noexcept { return pictures_; }
     [[nodiscard]] const std::string& notice() const noexcept { return notice_; }
 

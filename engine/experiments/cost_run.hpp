@@ -80,7 +80,7 @@ struct CostOptions {
     /// Runs by themselves are measured by somebody else meanwhile: gives the row's, when it is done. Empty: measured here.
     std::function<Result<CostOwnRun>(std::size_t row)> elsewhere;
     /// Called for every row in the step of the exact run that looked at most pairs of spheres.
-    std::function<void(const CostRow& row, const Simulator& answer)> show;
+    std::function<void(const CostRow& row, Simulator& answer)> show;
 };
 
 struct CostTable {

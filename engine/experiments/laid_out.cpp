@@ -1,8 +1,5 @@
 #include "engine/experiments/laid_out.hpp"
 
-#include "engine/step/context.hpp"
-#include "engine/step/step_memory.hpp"
-
 #include <algorithm>
 
 namespace trocar::engine {
@@ -36,7 +33,7 @@ void lay_along(const InstrumentModel& instrument, InstrumentState& state) {
 
 } // namespace
 
-std::string lay_along_routes(const SceneModel& model) {
+std::optional<State> lay_along_routes(const SceneModel& model) {
     State state = make_initial_state(model);
     bool any = false;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
@@ -44,9 +41,7 @@ std::string lay_along_routes(const SceneModel& model) {
         lay_along(model.instruments[i], state.instruments[i]);
         any = true;
     }
-    std::string memory;
-    if (any) append_step_memory(model, state, make_step_context(model, state), memory);
-    return memory;
+    return any ? std::optional(std::move(state)) : std::nullopt;
 }
 
 } // namespace trocar::engine

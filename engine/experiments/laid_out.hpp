@@ -1,14 +1,14 @@
 // A scene as it will stand late in its run: instruments that follow a route laid along it.
 #pragma once
 
-#include "engine/prepare/model.hpp"
+#include "engine/state/state.hpp"
 
-#include <string>
+#include <optional>
 
 namespace trocar::engine {
 
-/// The memory of such a run, for Simulator::take_over: bodies at rest, every instrument with a route as far along it as it reaches,
-/// others where they start. Empty: no instrument has a route.
-[[nodiscard]] std::string lay_along_routes(const SceneModel& model);
+/// A state of such a run: bodies at rest, every instrument with a route as far along it as it reaches, others where they start. None: no
+/// instrument has a route.
+[[nodiscard]] std::optional<State> lay_along_routes(const SceneModel& model);
 
 } // namespace trocar::engine

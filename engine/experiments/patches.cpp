@@ -1,5 +1,6 @@
 #include "engine/experiments/patches.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid_stage.hpp"
 
 #include <algorithm>

@@ -34,7 +34,7 @@ TracePart make_part(const std::string& name, const std::vector<Vec3>& points, st
     return part;
 }
 
-TraceSample take_sample(const SceneModel& model, const Simulator& simulator, std::size_t points) {
+TraceSample take_sample(const SceneModel& model, Simulator& simulator, std::size_t points) {
     TraceSample sample;
     const State& state = simulator.state();
     sample.step = state.step;
@@ -48,8 +48,8 @@ TraceSample take_sample(const SceneModel& model, const Simulator& simulator, std
         sample.hands.push_back(state.instruments[i].rod.insertion);
         sample.hands.push_back(state.instruments[i].rod.rotation);
     }
-    sample.kinetic_j = simulator.context().report.kinetic_j;
-    sample.elastic_j = simulator.context().report.elastic_j;
+    sample.kinetic_j = simulator.report().kinetic_j;
+    sample.elastic_j = simulator.report().elastic_j;
     return sample;
 }
 

@@ -2,7 +2,7 @@
 
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
-#include "engine/step/bit_hash.hpp"
+#include "engine/state/bit_hash.hpp"
 
 #include <fmt/format.h>
 

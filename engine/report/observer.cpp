@@ -49,14 +49,14 @@ struct RunObserver::Parts {
         statistics.reserve(options.steps);
     }
 
-    [[nodiscard]] Moment moment(const Simulator& simulator) const {
-        return {prepared, simulator.state(), &simulator.context(), simulator.contacts()};
+    [[nodiscard]] Moment moment(Simulator& simulator) const {
+        return {prepared, simulator.state(), simulator.contacts()};
     }
     Result<void> start();
-    void observe(const Simulator& simulator, const StepReport& report);
-    void stop(const Simulator& simulator, const StepReport& report);
+    void observe(Simulator& simulator, const StepReport& report);
+    void stop(Simulator& simulator, const StepReport& report);
     void take_pictures(const Moment& now, double time, bool rest);
-    void save(const Simulator& simulator);
+    void save(Simulator& simulator);
     void note(const std::string& what, const Result<void>& written);
     void write_pages(RunRecord& record);
 
@@ -109,7 +109,7 @@ void RunObserver::Parts::take_pictures(const Moment& now, double time, bool rest
     }
 }
 
-void RunObserver::Parts::observe(const Simulator& simulator, const StepReport& report) {
+void RunObserver::Parts::observe(Simulator& simulator, const StepReport& report) {
     if (!report.finite) return stop(simulator, report);
     statistics.add(report, budget_ms);
     note(output_name::kSteps, table.add(report));
@@ -119,14 +119,14 @@ void RunObserver::Parts::observe(const Simulator& simulator, const StepReport& r
         news = recorded.error();
 }
 
-void RunObserver::Parts::save(const Simulator& simulator) {
+void RunObserver::Parts::save(Simulator& simulator) {
     const Result<void> written = write_checkpoint(folder.path() / output_name::kCheckpoint, make_checkpoint(simulator));
     if (written.ok()) saved_step = simulator.state().step; // an older one stays where it is
     note(output_name::kCheckpoint, written);
 }
 
 /// The step that failed has no row: it was not done. The simulator went back to the last good state, which is kept.
-void RunObserver::Parts::stop(const Simulator& simulator, const StepReport& report) {
+void RunObserver::Parts::stop(Simulator& simulator, const StepReport& report) {
     failure = report.failure;
     failed_step = report.step;
     const std::filesystem::path place = folder.path() / output_name::kLastGoodState;
@@ -167,7 +167,7 @@ Result<std::unique_ptr<RunObserver>> RunObserver::open(const Scene& scene, const
 RunObserver::RunObserver(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 RunObserver::~RunObserver() = default;
 
-Result<void> RunObserver::after_step(const Simulator& simulator, const StepReport& report) {
+Result<void> RunObserver::after_step(Simulator& simulator, const StepReport& report) {
     const StopWatch watch;
     parts_->observe(simulator, report);
     parts_->spent_ms += watch.elapsed_ms();
@@ -182,7 +182,7 @@ void RunObserver::set_pace(const PaceSpec& pace, const PaceStats& stats) {
     parts_->pace_stats = stats;
 }
 
-RunSummary RunObserver::finish(const Simulator& simulator, double wall_s, bool interrupted) {
+RunSummary RunObserver::finish(Simulator& simulator, double wall_s, bool interrupted) {
     Parts& parts = *parts_;
     const State& state = simulator.state();
     parts.note(output_name::kSteps, parts.table.finish());

@@ -59,7 +59,7 @@ public:
 
     /// After every step, also the one that stopped the run. An output that cannot be written loses neither the run nor the others:
     /// fails  CannotWrite, the first time that one is missing. The caller may go on, and call this and finish() as if it had not.
-    [[nodiscard]] Result<void> after_step(const Simulator& simulator, const StepReport& report);
+    [[nodiscard]] Result<void> after_step(Simulator& simulator, const StepReport& report);
 
     /// Before finish(): the run went at a pace.
     void set_pace(const PaceSpec& pace, const PaceStats& stats);
@@ -70,7 +70,7 @@ public:
     /// Writes what is only known at the end: steps.csv, pictures, report.html, and summary.json, which names what is missing. Whatever
     /// cannot be written, everything else is; see RunSummary::missing_outputs.
     /// interrupted  the run ended before its time, by request
-    [[nodiscard]] RunSummary finish(const Simulator& simulator, double wall_s, bool interrupted);
+    [[nodiscard]] RunSummary finish(Simulator& simulator, double wall_s, bool interrupted);
 
     /// What was given up on the way: no GL context, no gnuplot. One sentence each.
     [[nodiscard]] const std::vector<std::string>& notices() const noexcept;

@@ -62,9 +62,8 @@ void add_instrument(PictureView view, const InstrumentModel& instrument, const I
 }
 
 /// Where walls press on a rod: on the wall, coloured by how deep it is pressed in.
-void add_wall_markers(const SceneModel& model, const InstrumentModel& instrument, const InstrumentState& state,
-                      const InstrumentScratch& scratch, RenderScene& out) {
-    for (const fem::RodPlane& plane : scratch.planes) {
+void add_wall_markers(const SceneModel& model, const InstrumentModel& instrument, const InstrumentState& state, RenderScene& out) {
+    for (const fem::RodPlane& plane : state.planes) {
         if (!(plane.force > kMarkerForce) || out.markers.size() >= kMaxMarkers) continue;
         const Vec3 axis = (1.0 - plane.weight) * state.rod.position[plane.node] + plane.weight * state.rod.position[plane.node + 1];
         out.markers.push_back({axis - instrument.rod.design.radius * plane.normal, plane.force / model.contact.rod_stiffness});
@@ -72,10 +71,10 @@ void add_wall_markers(const SceneModel& model, const InstrumentModel& instrument
 }
 
 void add_markers(const Moment& moment, RenderScene& out) {
-    if (moment.context == nullptr) return;
+    if (!moment.markers || moment.state.step == 0) return;
     const SceneModel& model = moment.prepared.model;
     for (std::size_t i = 0; i < model.instruments.size(); ++i)
-        add_wall_markers(model, model.instruments[i], moment.state.instruments[i], moment.context->instruments[i], out);
+        add_wall_markers(model, model.instruments[i], moment.state.instruments[i], out);
     for (const Contact& contact : moment.contacts)
         if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() && out.markers.size() < kMaxMarkers)
             out.markers.push_back({contact.point, -contact.gap});

@@ -14,8 +14,8 @@ namespace trocar::engine {
 struct Moment {
     const PreparedScene& prepared;
     const State& state;
-    const StepContext* context = nullptr; // of the last step; none before the first
-    std::span<const Contact> contacts;    // of the last step
+    std::span<const Contact> contacts; // of the last step
+    bool markers = true;               // where walls press on instruments is shown
 };
 
 /// A scene for the renderer and the camera in front of it.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/io/write_mesh.hpp"
-#include "engine/step/state.hpp"
+#include "engine/state/state.hpp"
 
 #include <filesystem>
 

@@ -12,12 +12,12 @@ namespace {
 constexpr double kWindowSegments = 2.0, kWindow = 3e-3;
 
 /// Where the vessel stands now.
-std::span<const Vec3> flow_points_now(const SceneModel& model, std::size_t body, const State& state, BodyScratch& scratch) {
+std::span<const Vec3> flow_points_now(const SceneModel& model, std::size_t body, State& state, BodyScratch& scratch) {
     const BodyModel& vessel = model.bodies[body];
     const BloodFlow& flow = *vessel.blood;
     if (flow.links) {
         scratch.flow_points.resize(flow.point_count());
-        fem::steer(*flow.links, state.bodies[vessel.carrier].tissue.position, flow.points, scratch.flow_frames, scratch.flow_points);
+        fem::steer(*flow.links, state.bodies[vessel.carrier].tissue.position, flow.points, state.bodies[body].flow_frames, scratch.flow_points);
         return scratch.flow_points;
     }
     if (vessel.path.empty()) return flow.points;
@@ -107,7 +107,7 @@ void find_flow_of(const SceneModel& model, std::size_t index, double rate, std::
 
 } // namespace
 
-void find_blood_flow(const SceneModel& model, const State& state, StepContext& context) {
+void find_blood_flow(const SceneModel& model, State& state, StepContext& context) {
     if (!model.effects.blood_drag) return;
     const Blood& blood = *model.effects.blood_drag;
     double rate = 1.0;

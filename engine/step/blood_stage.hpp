@@ -8,6 +8,6 @@ namespace trocar::engine {
 /// Fills the flow of every instrument's scratch, where the effect is: the profile of Poiseuille around the centreline where the
 /// vessels stand now, seen from where the rods stand at the start of the step. Nodes before the port feel nothing.
 /// cost      O(node_count), some tens of centreline points a node
-void find_blood_flow(const SceneModel& model, const State& state, StepContext& context);
+void find_blood_flow(const SceneModel& model, State& state, StepContext& context);
 
 } // namespace trocar::engine

@@ -1,15 +1,15 @@
 #include "engine/step/checkpoint.hpp"
 
 #include "engine/step/model_hash.hpp"
-#include "engine/step/step_memory.hpp"
+#include "engine/state/state_bytes.hpp"
 
 #include <fmt/format.h>
 
 namespace trocar::engine {
 
-Checkpoint make_checkpoint(const Simulator& simulator) {
+Checkpoint make_checkpoint(Simulator& simulator) {
     Checkpoint checkpoint{hash_model(simulator.model()), simulator.model().name, simulator.budget(), simulator.state().step, {}};
-    append_step_memory(simulator.model(), simulator.state(), simulator.context(), checkpoint.memory);
+    append_state(simulator.state(), checkpoint.state);
     return checkpoint;
 }
 
@@ -20,10 +20,10 @@ Result<void> resume(Simulator& simulator, const Checkpoint& checkpoint, const st
         return wrong(fmt::format("was made of another scene, \"{}\" ({:016x}); this one is \"{}\" ({:016x}), prepared from its meshes "
                                  "and paths as they are now: undo what was changed since, or start anew without --resume",
                                  checkpoint.scene, checkpoint.model_hash, model.name, hash));
-    if (const std::string misfit = simulator.take_over(checkpoint.memory); !misfit.empty())
-        return wrong("the checkpoint cannot be used: " + misfit);
-    if (simulator.state().step != checkpoint.step) return wrong("the checkpoint's head and its state are of different steps");
-    return {};
+    Result<State> state = read_state(model, checkpoint.state);
+    if (!state) return wrong("the checkpoint cannot be used: " + state.error().message);
+    if (state->step != checkpoint.step) return wrong("the checkpoint's head and its state are of different steps");
+    return simulator.restore(*state);
 }
 
 } // namespace trocar::engine

@@ -2,7 +2,7 @@
 // wherever a budget is not a time. (Under one the rates of the clock are learnt anew, as in any run.)
 //
 // Binary: a line that names the kind of file, its version, the hash of the prepared scene, name, budget, step, what the step leaves
-// to the next (step_memory.hpp), and a hash of all bytes before it.
+// to the next (state_bytes.hpp), and a hash of all bytes before it.
 #pragma once
 
 #include "base/result.hpp"
@@ -18,10 +18,10 @@ struct Checkpoint {
     std::string scene;            // its name
     BudgetLimits limits;
     std::uint64_t step = 0; // steps done
-    std::string memory;     // append_step_memory
+    std::string state;      // append_state
 };
 
-[[nodiscard]] Checkpoint make_checkpoint(const Simulator& simulator);
+[[nodiscard]] Checkpoint make_checkpoint(Simulator& simulator);
 
 [[nodiscard]] std::string checkpoint_bytes(const Checkpoint& checkpoint);
 /// fails  BadSyntax: another kind of file, another version, cut off, changed

@@ -2,8 +2,8 @@
 
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
-#include "engine/step/bit_hash.hpp"
-#include "engine/step/byte_stream.hpp"
+#include "engine/state/bit_hash.hpp"
+#include "engine/state/byte_stream.hpp"
 
 #include <fmt/format.h>
 
@@ -12,8 +12,8 @@ namespace trocar::engine {
 namespace {
 
 constexpr std::string_view kKind = "trocar-checkpoint\n";
-/// Changes whenever the meaning of the bytes does, the memory's included: nothing is guessed from an older one.
-constexpr std::uint32_t kVersion = 6;
+/// Changes whenever the meaning of the bytes does, the state's included: nothing is guessed from an older one.
+constexpr std::uint32_t kVersion = 7;
 constexpr std::size_t kHashBytes = 8;
 
 std::uint64_t hash_of(std::string_view bytes) noexcept {
@@ -39,8 +39,8 @@ std::string checkpoint_bytes(const Checkpoint& checkpoint) {
     ByteWriter stream(bytes);
     stream.number(kVersion);
     pass_head(stream, checkpoint);
-    stream.number(static_cast<std::uint64_t>(checkpoint.memory.size()));
-    bytes += checkpoint.memory;
+    stream.number(static_cast<std::uint64_t>(checkpoint.state.size()));
+    bytes += checkpoint.state;
     stream.number(hash_of(bytes));
     return bytes;
 }
@@ -63,7 +63,7 @@ Result<Checkpoint> parse_checkpoint(std::string_view bytes, const std::filesyste
     if (hash != hash_of(bytes.substr(0, end)))
         return refuse(file, "the checkpoint was changed after it was written: its hash does not fit");
     if (checkpoint.limits.mode > BudgetMode::Exact) return refuse(file, "the checkpoint's budget is of no known kind");
-    checkpoint.memory = bytes.substr(end - size, size);
+    checkpoint.state = bytes.substr(end - size, size);
     return checkpoint;
 }
 

@@ -1,12 +1,12 @@
-// Working memory of the step: sized in the first steps, reused afterwards. Nothing here outlives a step in meaning, except
-// the contact springs and planes, which are the last step's answer that this step's integration feels.
+// Scratch memory of the step: sized in the first steps, reused afterwards, worthless once the step has ended. What a step leaves for the
+// next is in State.
 #pragma once
 
 #include "base/inside.hpp"
 #include "collision/search/interruptible_search.hpp"
 #include "engine/step/cull_stage.hpp"
 #include "engine/step/report.hpp"
-#include "engine/step/state.hpp"
+#include "engine/state/state.hpp"
 #include "fem/rod/coaxial.hpp"
 #include "fem/tissue/integrate.hpp"
 #include "fem/tissue/stable_step.hpp"
@@ -19,12 +19,6 @@
 
 namespace trocar::engine {
 
-/// Where a rod's plane presses on a wall.
-struct WallPress {
-    Index triangle = kNoIndex; // of the lumen's surface; kNoIndex: nowhere
-    std::array<double, 3> bary{1.0, 0.0, 0.0};
-};
-
 /// Coarse nodes that the spheres of a body hang on.
 struct SphereNodes {
     std::vector<Index> begin;   // [sphere_count + 1]
@@ -32,52 +26,10 @@ struct SphereNodes {
     std::vector<double> weight; // [entries] sum of a sphere's: 1, less where its surface stands still
 };
 
-/// A pair of spheres that pushes or holds.
-struct SphereHold {
-    BodyId body_a = 0, body_b = 0;
-    Index sphere_a = 0, sphere_b = 0;
-    bool tested = false;         // false: the budget left it open
-    Vec3 normal = Vec3::UnitX(); // unit, from b to a; of an open pair, as it was when it was first assumed
-    double gap = 0.0;            // m, of the spheres
-    Vec3 anchor = Vec3::Zero();  // m, of an open pair: where the first stood from the second then
-    double hold = 0.0;           // m, of an open pair: how far aside it is drawn from there
-    Vec3 aside = Vec3::Zero();   // unit, from b to a, that way
-};
-
-/// Leaves of two closed bodies beneath which surfaces are looked at.
-struct LeafPair {
-    std::size_t a = 0, b = 0; // a < b
-    Index leaf_a = 0, leaf_b = 0;
-    double gap = std::numeric_limits<double>::infinity(); // m, of the deepest touch that came from it
-
-    [[nodiscard]] auto key() const noexcept { return std::tuple(a, b, leaf_a, leaf_b); }
-};
-
-/// A vertex of one body that is in another one, or through it, and where it went in.
-struct SolidEntry {
-    std::size_t own = 0, other = 0;
-    Index vertex = 0;    // of own
-    Index by = kNoIndex; // triangle of other: the side that it came by
-    [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
-};
-
 /// A touch of a vertex to which another side is nearer than the one it came by: its spring starts pressed by less than its depth.
 struct PressedTouch {
     std::size_t touch = 0; // in SolidScratch::touches
     double pushed = 0.0;   // m
-};
-
-/// The springs of a vertex against another body, and by how much they were pressed at the end of the step.
-struct SprungPlace {
-    std::size_t own = 0, other = 0;
-    Index vertex = 0;                               // of own
-    Index spring_a = kNoIndex, spring_b = kNoIndex; // of own's owner, and of other's
-    double pressed = 0.0;                           // m, that they started with
-    double held = 0.0;                              // m, by how much they are pressed in the end; see note_held
-    double scale = 1.0;                             // [-], of the scene's stiffness; see soften_springs
-    Vec3 drawn = Vec3::Zero();                      // m, from other to own: by how much friction's are drawn along the surface
-
-    [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
 };
 
 /// How far a surface goes in a step.
@@ -107,13 +59,6 @@ struct SelfNear {
     Vec3 normal = Vec3::UnitZ(), point = Vec3::Zero();
 };
 
-/// The two springs of one contact: what the first body receives, the second should with the opposite sign.
-struct SpringPair {
-    std::size_t body_a = 0, body_b = 0;
-    Index spring_a = kNoIndex, spring_b = kNoIndex; // into the owners' springs; kNoIndex: nothing gives way there
-    Vec3 normal = Vec3::UnitX();
-};
-
 /// Contact between solid bodies.
 struct SolidScratch {
     spheretree::SweepAndPrune sweep;
@@ -122,22 +67,17 @@ struct SolidScratch {
     std::vector<Box3> boxes;                   // [body_count] of this step; empty: no solid that anything can touch
     std::vector<std::pair<Index, Index>> near; // bodies whose boxes overlap
     std::vector<LeafPair> leaf_pairs;
-    std::vector<LeafPair> remembered;                 // those of the last step that touched, by key
     std::vector<std::pair<Index, Index>> open_bodies; // with open sphere pairs, whose depth the surfaces decide
     std::vector<ProbedSphere> heap;
     std::vector<std::pair<Index, Index>> meeting;    // bodies, lower first, whose surfaces are looked at
-    std::vector<SolidEntry> entries, entries_before; // of this step and of the last one, by key
+    std::vector<SolidEntry> entries_before; // those of the last step, while this one lists its own
     std::vector<PressedTouch> pressed;
     std::vector<Index> self_vertices;            // of the body in hand that meet its own surface
     std::vector<Contact> touches;                // of this step: places of surfaces, with depth
-    std::vector<SphereHold> holds, holds_before; // of this step and of the last one, by key
+    std::vector<SphereHold> holds_before; // the same of its holds
     std::vector<Piercing> piercings[2];
-    std::vector<SpringPair> springs;                // of the last response
-    std::vector<SprungPlace> sprung, sprung_before; // the vertices' among them, of this response and of the last one, by key
+    std::vector<SprungPlace> vertex_springs_before; // and of its vertex springs
 };
-
-/// Of State::step: none, and none that comes before another.
-inline constexpr std::uint64_t kNoStep = UINT64_MAX - 1;
 
 /// How old the bounds of a wall's tree are, where they are refitted part by part.
 struct WallAge {
@@ -152,12 +92,8 @@ struct WallAge {
 struct BodyScratch {
     fem::TissueState tissue_t0;
     std::vector<Vec3> surface_t0; // [vertex_count] m
-    fem::LinkFrames frames;
     bool may_wait = false;      // nothing can meet it: what a step does with its tissue needs none of its surface
-    bool surface_waits = false; // its frames are those of the step, its vertices are not placed yet
     fem::RkWorkspace rk;
-    fem::StableStepWorkspace stable;
-    fem::ContactSprings springs;       // made by the last step's response
     fem::ContactSprings other_springs; // of those, what is not contact between solids: of a body whose solids' springs wait
     std::vector<double> spring_scale;  // [springs] scratch of the response
     bool springs_met = false;          // and one of them would be pressed: it is integrated again with them
@@ -181,20 +117,10 @@ struct BodyScratch {
     Vec3 change = Vec3::Zero();                      // m, by how much its next step is known to differ from this one
     double thickness = 0.0;                          // m, solid bodies that something can touch: extent along the thinnest axis, at rest
     SphereNodes sphere_nodes;                        // solid bodies that hang on nodes
-    spheretree::LumenState lumen;                    // hollow bodies
-    std::uint64_t lumen_step = kNoStep;              // State::step at its last update; kNoStep: it saw another wall than the step left
     collision::DopTree tree;                         // hollow bodies, swept over the step
     WallAge wall_age;                                // of the tree
     std::vector<Vec3> flow_points;                   // [point_count] m, hollow bodies whose blood moves along with a carrier
-    fem::LinkFrames flow_frames;
     InsideTest inside; // hollow bodies: the independent check; closed solids: depths of contacts
-};
-
-/// Somebody holds a point of a surface and pulls it towards a place.
-struct Pull {
-    std::size_t body = 0;       // of the model
-    Index vertex = 0;           // of its surface
-    Vec3 target = Vec3::Zero(); // m
 };
 
 struct InstrumentScratch {
@@ -205,16 +131,8 @@ struct InstrumentScratch {
     fem::RodReport rod_report;
     fem::CoaxialWorkspace coaxial; // with a wire inside
     DriveCommand command;
-    std::optional<DriveCommand> hand; // what somebody's hand wants, in place of the script
-    bool hand_stopped = false;        // in the last step: the motion that the hand asked for met the wall
-    bool kept_inside = false;         // the last look found the rod within its wall, and every step since was looked at
-    Route route;                      // where it is now
-    fem::LinkFrames route_frames;
     std::vector<fem::RodFlow> flow; // [node_count] of the blood around it in this step
-    spheretree::ChainState chain;
     std::vector<spheretree::Sphere> links_t0, links_t1;
-    std::vector<fem::RodPlane> planes; // of the last solve
-    std::vector<WallPress> presses;    // [planes]
     std::vector<double> wall_distance; // [2 node_count] m, at t0, at least; negative: not looked at; empty: nothing was, in this step
     collision::DopTree tree;           // of the skin, swept over the step
     ExactForecast forecast;
@@ -230,10 +148,7 @@ struct StepContext {
     SolidScratch solids;
     std::vector<Contact> exact;    // of this step; the last round's
     std::vector<Contact> contacts; // what the response pushed against: what pictures and counts show
-    std::optional<Pull> pull;      // felt in every step until it is let go
     StepReport report;
 };
-
-[[nodiscard]] StepContext make_step_context(const SceneModel& model, const State& state);
 
 } // namespace trocar::engine

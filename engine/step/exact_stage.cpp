@@ -39,7 +39,7 @@ WallPress press_at_vertex(const collision::SurfaceTopology& wall, Index vertex) 
 }
 
 /// A contact that the planes did not prevent becomes one more plane, exactly where it happened.
-void add_contact_plane(const SceneModel& model, std::size_t index, const Contact& contact, const State& state, StepContext& context) {
+void add_contact_plane(const SceneModel& model, std::size_t index, const Contact& contact, State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     const bool skin_is_a = contact.body_a == model.bodies.size() + index;
@@ -66,17 +66,17 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
     const double length = std::sqrt(normal.squaredNorm());
     normal = length > 0.0 ? Vec3(normal / length) : Vec3(skin_is_a ? contact.normal : Vec3(-contact.normal));
     const double room = instrument.rod.design.radius + model.contact.clearance;
-    scratch.planes.push_back({node, weight, normal, normal.dot(wall_point) + room, 0.0, (wall_point - wall_before) / model.step_s});
-    scratch.presses.push_back(press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]));
+    state.instruments[index].planes.push_back({node, weight, normal, normal.dot(wall_point) + room, 0.0, (wall_point - wall_before) / model.step_s});
+    state.instruments[index].presses.push_back(press_at_vertex(model.bodies[instrument.lumen].topology, wall_features[0]));
 }
 
 } // namespace
 
-void stop_hand(const SceneModel& model, std::size_t index, StepContext& context) {
+void stop_hand(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
     for (const std::size_t one : coaxial(model, index)) {
         InstrumentScratch& scratch = context.instruments[one];
         scratch.command = {std::min(scratch.command.insertion, scratch.rod_t0.insertion), scratch.rod_t0.rotation};
-        scratch.hand_stopped = true;
+        state.instruments[one].hand_stopped = true;
     }
 }
 
@@ -162,7 +162,7 @@ collision::ExactStats test_skin_at(const SceneModel& model, std::size_t index, c
 }
 
 /// Planes of the walls as a part of the budget's account.
-static void make_planes(const SceneModel& model, std::size_t index, const State& state, StepContext& context, double reach,
+static void make_planes(const SceneModel& model, std::size_t index, State& state, StepContext& context, double reach,
                         StepBudget* budget) {
     if (budget != nullptr) budget->begin_part(StepPart::Planes);
     plane_from_walls(model, index, state, context, reach);
@@ -187,7 +187,7 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
     for (const std::size_t one : coaxial(model, index)) refit_skin(model, one, state, context);
     if (budget != nullptr) budget->end_part(StepPart::Skin);
     WorkBudget grant = budget != nullptr ? budget->grant_tests(forecast) : WorkBudget();
-    const bool culled = context.cull->wanted(context.instruments[index].forecast.candidates, budget);
+    const bool culled = context.cull->wanted(state.instruments[index].exact_candidates, budget);
     for (const std::size_t one : coaxial(model, index))
         if (stats.finished) stats.add(search_skin(model, one, state, context, model.contact.exact_distance, grant, culled));
     if (budget != nullptr) budget->settle_tests(forecast, grant);
@@ -196,12 +196,12 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
 
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, State& state, StepContext& context, StepBudget* budget) {
     context.report.effects.note(Effect::ExactContact);
-    InstrumentScratch& scratch = context.instruments[index];
     const std::size_t known = context.exact.size();
     const double reach = suggest_plane_reach(model, index, state, context);
     make_planes(model, index, state, context, reach, budget);
     std::array<std::size_t, 2> base_planes{};
-    const ExactForecast forecast{scratch.forecast.candidates, scratch.forecast.triangles}; // of a round
+    InstrumentState& now = state.instruments[index];
+    const ExactForecast forecast{now.exact_candidates, context.instruments[index].forecast.triangles}; // of a round
     ExactOutcome outcome;
     std::uint64_t seen = 0;
     for (unsigned round = 0;; ++round) {
@@ -210,10 +210,10 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
             solve_and_test(model, index, state, context, forecast, budget, round == 0 ? std::optional(reach) : std::nullopt);
         if (round == 0)
             for (std::size_t k = 0; k < coaxial(model, index).count; ++k)
-                base_planes[k] = context.instruments[coaxial(model, index).index[k]].planes.size();
+                base_planes[k] = state.instruments[coaxial(model, index).index[k]].planes.size();
         const std::uint64_t candidates = stats.candidates_vf + stats.candidates_ee;
         seen += candidates + stats.cluster_pairs;
-        scratch.forecast.candidates = stats.finished ? seen : std::max(seen, scratch.forecast.candidates);
+        now.exact_candidates = stats.finished ? seen : std::max(seen, now.exact_candidates);
         context.report.candidates += candidates;
         outcome.finished = stats.finished;
         outcome.safe_fraction = stats.safe_fraction;
@@ -222,10 +222,10 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
         if (context.exact.size() == known || round == kMaxCorrections) return outcome;
         ++context.report.corrections;
         if (round == kHandStopRound) { // a jam: more planes would only squeeze harder
-            stop_hand(model, index, context);
+            stop_hand(model, index, state, context);
             ++context.report.hand_stops;
             for (std::size_t k = 0; k < coaxial(model, index).count; ++k) {
-                InstrumentScratch& one = context.instruments[coaxial(model, index).index[k]];
+                InstrumentState& one = state.instruments[coaxial(model, index).index[k]];
                 one.planes.resize(base_planes[k]);
                 one.presses.resize(base_planes[k]);
             }

@@ -1,5 +1,6 @@
 #include "engine/step/instrument_stage.hpp"
 
+#include "engine/step/script.hpp"
 #include "engine/step/surface_spring.hpp"
 #include "fem/rod/coaxial.hpp"
 #include "fem/rod/mass_spring.hpp"
@@ -17,28 +18,30 @@ constexpr double kRodSubstep = 5e-3;
 /// N; what the hand feels when the last step's contact stopped it: more than anybody would push.
 constexpr double kBlocked = 1e3;
 
-TipView view_tip(const InstrumentModel& model, const InstrumentState& state, InstrumentScratch& scratch) {
+TipView view_tip(const InstrumentModel& model, const InstrumentState& state, std::vector<Vec3>& axis) {
     const std::size_t last = model.rod.node_count() - 1;
     const auto shaped = static_cast<std::size_t>(model.rod.design.tip_length / model.rod.segment);
     const std::size_t root = last > shaped + 1 ? last - shaped - 1 : 1;
-    fem::carry_material_axis(model.rod, state.rod, model.port, scratch.axis);
+    fem::carry_material_axis(model.rod, state.rod, model.port, axis);
     const Vec3 chord = state.rod.position[root] - state.rod.position[root - 1];
     const double length = std::sqrt(chord.squaredNorm());
     // The rod is compressed most where it enters: what the hand feels. The first segment that is in all of its length tells it.
     const std::size_t entry = std::min<std::size_t>(fem::first_inserted_node(model.rod, state.rod.insertion), last - 1);
     const double shortened = model.rod.segment - std::sqrt((state.rod.position[entry + 1] - state.rod.position[entry]).squaredNorm());
     const double felt = model.rod.stretch_stiffness[entry] * std::max(0.0, shortened);
-    return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, scratch.axis[root],
-            scratch.hand_stopped ? kBlocked : felt, false};
+    return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, axis[root],
+            state.hand_stopped ? kBlocked : felt, false};
 }
 
 /// The route where the organs stand now: its carrier takes it along.
-const Route& route_now(const SceneModel& model, const InstrumentModel& instrument, const State& state, InstrumentScratch& scratch) {
-    if (scratch.route.points.empty()) scratch.route = *instrument.route;
+const Route& route_now(const SceneModel& model, std::size_t index, State& state) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentState& now = state.instruments[index];
+    if (now.route.points.empty()) now.route = *instrument.route;
     if (instrument.route_links)
         fem::steer(*instrument.route_links, state.bodies[model.bodies[instrument.lumen].carrier].tissue.position, instrument.route->points,
-                   scratch.route_frames, scratch.route.points);
-    return scratch.route;
+                   now.route_frames, now.route.points);
+    return now.route;
 }
 
 /// Places between the tip and the route that are tested for lying inside the lumen. A wall between two branches that is thinner than the
@@ -89,9 +92,8 @@ Vec3 point_at(const fem::RodState& rod, const LinkPlace& place) {
 DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentState& now = state.instruments[index];
-    InstrumentScratch& scratch = context.instruments[index];
-    const Route& route = route_now(model, instrument, state, scratch);
-    TipView view = view_tip(instrument, now, scratch);
+    const Route& route = route_now(model, index, state);
+    TipView view = view_tip(instrument, now, context.instruments[index].axis);
     view.sees_route = sees_route(model, index, route, state, context);
     return follow_route(route, instrument.follow, instrument.limits, view, {now.rod.insertion, now.rod.rotation}, model.step_s, now.follow);
 }
@@ -104,16 +106,16 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
         const DriveCommand from{now.rod.insertion, now.rod.rotation};
         DriveCommand wanted = from;
         const bool has_path = !instrument.path.empty();
-        if (instrument.route && (scratch.hand || has_path)) (void)route_now(model, instrument, state, scratch); // the report measures
-        if (scratch.hand)
-            wanted = *scratch.hand;
+        if (instrument.route && (now.hand || has_path)) (void)route_now(model, i, state); // the report measures
+        if (now.hand)
+            wanted = *now.hand;
         else if (has_path)
             wanted = evaluate_path(instrument.path, state.time + model.step_s);
         else if (instrument.route)
             wanted = steer_along_route(model, i, state, context);
         wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
         scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
-        scratch.hand_stopped = false;
+        now.hand_stopped = false;
         const double advance = scratch.command.insertion - from.insertion;
         context.report.hand_limited += advance > kHandReach || advance < -kHandReach;
         scratch.command.insertion = from.insertion + std::clamp(advance, -kHandReach, kHandReach);
@@ -141,24 +143,26 @@ static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, Step
 
 static void solve_alone(const SceneModel& model, std::size_t index, unsigned substeps, State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
-    fem::RodState& rod = state.instruments[index].rod;
+    InstrumentState& now = state.instruments[index];
+    fem::RodState& rod = now.rod;
     InstrumentScratch& scratch = context.instruments[index];
     const fem::RodDrive drive = make_drive(model, index, context);
     if (instrument.mass_spring_substeps > 0)
         scratch.rod_report =
-            fem::solve_mass_spring(instrument.rod, rod, model.step_s, instrument.mass_spring_substeps, drive, scratch.planes, scratch.rod);
+            fem::solve_mass_spring(instrument.rod, rod, model.step_s, instrument.mass_spring_substeps, drive, now.planes, scratch.rod);
     else
-        scratch.rod_report = fem::solve_rod(instrument.rod, rod, model.step_s, substeps, drive, scratch.planes, scratch.rod);
+        scratch.rod_report = fem::solve_rod(instrument.rod, rod, model.step_s, substeps, drive, now.planes, scratch.rod);
 }
 
 static void solve_pair(const SceneModel& model, std::size_t index, unsigned substeps, State& state, StepContext& context) {
     const std::size_t wire = model.instruments[index].wire;
     InstrumentScratch& outer = context.instruments[index];
     InstrumentScratch& inner = context.instruments[wire];
+    InstrumentState &outside = state.instruments[index], &inside = state.instruments[wire];
     const fem::RodDrive outer_drive = make_drive(model, index, context), inner_drive = make_drive(model, wire, context);
     outer.rod_report =
-        fem::solve_coaxial({model.instruments[index].rod, state.instruments[index].rod, outer_drive, outer.planes, outer.rod},
-                           {model.instruments[wire].rod, state.instruments[wire].rod, inner_drive, inner.planes, inner.rod}, model.step_s,
+        fem::solve_coaxial({model.instruments[index].rod, outside.rod, outer_drive, outside.planes, outer.rod},
+                           {model.instruments[wire].rod, inside.rod, inner_drive, inside.planes, inner.rod}, model.step_s,
                            substeps, outer.coaxial);
     inner.rod_report = {}; // its energies are in the pair's
 }
@@ -179,7 +183,7 @@ void solve_instrument(const SceneModel& model, std::size_t index, State& state, 
     }
 }
 
-void update_instrument_trees(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+void update_instrument_trees(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     const fem::RodModel& rod = instrument.rod;
@@ -194,63 +198,63 @@ void update_instrument_trees(const SceneModel& model, std::size_t index, const S
         scratch.links_t0.push_back({point_at(scratch.rod_t0, place), radius});
         scratch.links_t1.push_back({point_at(state.instruments[index].rod, place), radius});
     }
-    spheretree::update_chain(instrument.chain, scratch.links_t0, scratch.links_t1, scratch.chain);
+    spheretree::update_chain(instrument.chain, scratch.links_t0, scratch.links_t1, state.instruments[index].chain);
 }
 
-void update_lumens(const SceneModel& model, const State& state, StepContext& context) {
+void update_lumens(const SceneModel& model, State& state, StepContext& context) {
     for (const InstrumentModel& instrument : model.instruments) {
         const BodyModel& wall = model.bodies[instrument.lumen];
-        BodyScratch& scratch = context.bodies[instrument.lumen];
-        if (scratch.lumen_step == state.step) continue; // another instrument is in it, too
-        const bool continues = scratch.lumen_step + 1 == state.step;
-        if (!continues && scratch.lumen_step != kNoStep) scratch.lumen.miss_steps();
+        BodyState& own = state.bodies[instrument.lumen];
+        if (own.lumen_step == state.step) continue; // another instrument is in it, too
+        const bool continues = own.lumen_step + 1 == state.step;
+        if (!continues && own.lumen_step != kNoStep) own.lumen.miss_steps();
         if (wall.moves())
-            scratch.lumen.update(*wall.lumen, scratch.surface_t0, state.bodies[instrument.lumen].surface, continues);
+            own.lumen.update(*wall.lumen, context.bodies[instrument.lumen].surface_t0, own.surface, continues);
         else
-            scratch.lumen.update(*wall.lumen, {}, {});
-        scratch.lumen_step = state.step;
+            own.lumen.update(*wall.lumen, {}, {});
+        own.lumen_step = state.step;
     }
 }
 
-void add_to_descent(const SceneModel& model, std::size_t index, StepContext& context) {
+void add_to_descent(const SceneModel& model, std::size_t index, State& state, spheretree::Descent& descent) {
     const InstrumentModel& instrument = model.instruments[index];
-    context.descent.add_hollow_pair(
-        {static_cast<BodyId>(model.bodies.size() + index), &instrument.chain, &context.instruments[index].chain},
-        {static_cast<BodyId>(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &context.bodies[instrument.lumen].lumen});
+    descent.add_hollow_pair(
+        {static_cast<BodyId>(model.bodies.size() + index), &instrument.chain, &state.instruments[index].chain},
+        {static_cast<BodyId>(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &state.bodies[instrument.lumen].lumen});
 }
 
-void push_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+void push_wall(const SceneModel& model, std::size_t index, State& state, StepReport& report) {
     const InstrumentModel& instrument = model.instruments[index];
-    const InstrumentScratch& scratch = context.instruments[index];
+    const InstrumentState& now = state.instruments[index];
     const BodyModel& wall = model.bodies[instrument.lumen];
-    for (std::size_t k = 0; k < scratch.planes.size(); ++k) {
-        const fem::RodPlane& plane = scratch.planes[k];
+    for (std::size_t k = 0; k < now.planes.size(); ++k) {
+        const fem::RodPlane& plane = now.planes[k];
         if (!(plane.force > 0.0)) continue;
         const double force = std::min(plane.force, kMaxPress);
         const double drag = std::sqrt(plane.drag.squaredNorm()) * (force / plane.force);
-        context.report.clamped_forces += plane.force > kMaxPress;
-        context.report.contact_force_n += force;
-        context.report.friction_force_n += drag;
-        context.report.max_contact_force_n = std::max(context.report.max_contact_force_n, force);
-        if (wall.carrier == SIZE_MAX || scratch.presses[k].triangle == kNoIndex) continue;
+        report.clamped_forces += plane.force > kMaxPress;
+        report.contact_force_n += force;
+        report.friction_force_n += drag;
+        report.max_contact_force_n = std::max(report.max_contact_force_n, force);
+        if (wall.carrier == SIZE_MAX || now.presses[k].triangle == kNoIndex) continue;
         const double stiffness = model.contact.wall_stiffness; // as the tissue gives way the push fades
-        SurfacePush push{instrument.lumen,        wall.surface.triangles[scratch.presses[k].triangle],
-                         scratch.presses[k].bary, -plane.normal,
+        SurfacePush push{instrument.lumen,        wall.surface.triangles[now.presses[k].triangle],
+                         now.presses[k].bary, -plane.normal,
                          -force / stiffness,      stiffness};
-        add_surface_spring(model, push, state, context);
+        add_surface_spring(model, push, state);
         if (!(drag > 0.0)) continue;
         push.direction = -spheretree::direction_of(plane.drag);
         push.gap = -drag / stiffness;
-        add_surface_spring(model, push, state, context);
+        add_surface_spring(model, push, state);
     }
 }
 
 void list_presses(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
-    const InstrumentScratch& scratch = context.instruments[index];
+    const InstrumentState& now = state.instruments[index];
     const std::vector<Vec3>& surface = state.bodies[instrument.lumen].surface;
-    for (std::size_t k = 0; k < scratch.planes.size(); ++k) {
-        const fem::RodPlane& plane = scratch.planes[k];
+    for (std::size_t k = 0; k < now.planes.size(); ++k) {
+        const fem::RodPlane& plane = now.planes[k];
         if (!(plane.force > 0.0)) continue;
         Contact contact;
         contact.body_a = static_cast<BodyId>(model.bodies.size() + index);
@@ -260,7 +264,7 @@ void list_presses(const SceneModel& model, std::size_t index, const State& state
         contact.gap = -plane.force / model.contact.rod_stiffness;
         contact.point = point_at(state.instruments[index].rod, {plane.node, plane.weight});
         contact.feature_a[0] = plane.node;
-        const WallPress& press = scratch.presses[k];
+        const WallPress& press = now.presses[k];
         if (press.triangle != kNoIndex) {
             contact.point.setZero();
             for (std::size_t corner = 0; corner < 3; ++corner) {

@@ -36,26 +36,26 @@ void move_hands(const SceneModel& model, State& state, StepContext& context);
 void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
 
 /// Moves the sphere chain to the candidate motion.
-void update_instrument_trees(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+void update_instrument_trees(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
 
 /// Moves the balls of every instrument's lumen with their wall: what its descent looks at.
-void update_lumens(const SceneModel& model, const State& state, StepContext& context);
+void update_lumens(const SceneModel& model, State& state, StepContext& context);
 
 /// Adds the hollow pair of instrument and lumen to the descent.
-void add_to_descent(const SceneModel& model, std::size_t instrument, StepContext& context);
+void add_to_descent(const SceneModel& model, std::size_t instrument, State& state, spheretree::Descent& descent);
 
 /// A wall's surface at both ends of the step; the same twice where it does not move.
 [[nodiscard]] collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state,
                                                    const StepContext& context);
 
 /// Both of a coaxial pair, as below.
-void plane_from_walls(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context, double reach);
+void plane_from_walls(const SceneModel& model, std::size_t instrument, State& state, StepContext& context, double reach);
 
 /// Half-spaces around the rod from the wall's triangles, wherever the descent did not prove it free: the response's own view
 /// of the wall, needed with and without the exact stage. Seen from where the rod stood at the start of the step, towards
 /// the wall where it stands at the end. refit_wall or follow_wall must have been called.
 /// reach   m; triangles at most this far beyond the clearance get a plane
-void plane_from_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context, double reach);
+void plane_from_wall(const SceneModel& model, std::size_t instrument, State& state, StepContext& context, double reach);
 
 /// The longest way of a place on the rods in this step and that of its wall, together, m: what lies farther away than this was not met.
 [[nodiscard]] double longest_approach(const SceneModel& model, std::size_t instrument, const State& state, const StepContext& context);
@@ -81,7 +81,7 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument
 
 /// The hands of a coaxial pair go no further in and do not turn; what they want to draw back, they may: that is the way out of
 /// a jam.
-void stop_hand(const SceneModel& model, std::size_t instrument, StepContext& context);
+void stop_hand(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
 
 /// Does the rod, where nothing proved it free, stand closer to the wall at the end of the step than its radius?
 /// Or the wire in its bore?
@@ -104,7 +104,7 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, StepContext& context);
 
 /// Normal forces of the planes become springs on the coarse nodes that carry the wall.
-void push_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+void push_wall(const SceneModel& model, std::size_t instrument, State& state, StepReport& report);
 
 /// Appends the places where the rod presses on a wall to context.contacts: gap is what is missing of the clearance.
 void list_presses(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);

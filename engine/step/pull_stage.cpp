@@ -18,9 +18,9 @@ bool can_be_pulled(const SceneModel& model, std::size_t body) noexcept {
     return model.effects.elasticity && model.bodies[body].links.has_value();
 }
 
-void add_pull(const SceneModel& model, const State& state, StepContext& context) {
-    if (!context.pull || !can_be_pulled(model, context.pull->body)) return;
-    const Pull& pull = *context.pull;
+void add_pull(const SceneModel& model, State& state, StepReport& report) {
+    if (!state.pull || !can_be_pulled(model, state.pull->body)) return;
+    const Pull& pull = *state.pull;
     const Vec3 way = pull.target - state.bodies[pull.body].surface[pull.vertex];
     const double distance = std::sqrt(way.squaredNorm());
     if (!(distance > kArrived)) return;
@@ -28,9 +28,9 @@ void add_pull(const SceneModel& model, const State& state, StepContext& context)
     const double reach = std::min(distance, kMaxPull / kPullStiffness);
     const Index vertices[] = {pull.vertex};
     const double weights[] = {1.0};
-    if (!add_surface_spring(model, {pull.body, vertices, weights, way / distance, -reach, kPullStiffness}, state, context))
+    if (!add_surface_spring(model, {pull.body, vertices, weights, way / distance, -reach, kPullStiffness}, state))
         return; // a point of a vessel far from the organ
-    context.report.pull_force_n = kPullStiffness * reach;
+    report.pull_force_n = kPullStiffness * reach;
 }
 
 } // namespace trocar::engine

@@ -14,8 +14,8 @@ inline constexpr double kMaxPull = 3.0;
 /// Can this surface be pulled: does tissue carry it?
 [[nodiscard]] bool can_be_pulled(const SceneModel& model, std::size_t body) noexcept;
 
-/// Adds context.pull to the springs that this step's integration feels. Its direction is that of the start of the step.
+/// Adds state.pull to the springs that this step's integration feels. Its direction is that of the start of the step.
 /// Nothing where nobody pulls, or where the point does not move with tissue.
-void add_pull(const SceneModel& model, const State& state, StepContext& context);
+void add_pull(const SceneModel& model, State& state, StepReport& report);
 
 } // namespace trocar::engine

@@ -1,35 +1,13 @@
 // What the hands do: insertion and rotation of an instrument over time, from a table or steered towards a target.
 #pragma once
 
-#include "engine/prepare/drive.hpp"
+#include "engine/state/state.hpp"
 
 namespace trocar::engine {
 
 /// The command nearest to `wanted` that the limits allow within `dt` seconds from `from`.
 [[nodiscard]] DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits,
                                          double dt) noexcept;
-
-enum class FollowMode : std::uint8_t {
-    Advance, // push, the tip turned to the route ahead
-    Retract, // the tip went astray or stuck: back until it stands before that fork again
-    Turn,    // before the fork: turn the tip to this attempt's angle
-    Probe,   // push past the fork with the handle held
-    Arrived, // still, until the tip slips away from the end of the route
-};
-
-/// The hand's memory. Plain data: part of the state, so that a run can be repeated bit for bit.
-struct FollowState {
-    FollowMode mode = FollowMode::Advance;
-    double progress = 0.0;         // m along the route of the point nearest to the tip
-    double best_progress = 0.0;    // m, furthest on the route since the last retraction
-    double best_insertion = 0.0;   // m, when best_progress last grew, or patience was last renewed
-    double astray_insertion = 0.0; // m, where the tip was last on the route
-    double fork = 0.0;             // m along the route: where the attempt failed
-    double retract_from = 0.0;     // m of insertion
-    double turned_for = 0.0;       // s in Turn
-    double missing = 0.0;          // m, tip to the end of the route
-    unsigned attempts = 0;         // at this fork
-};
 
 /// What the hand sees, as on the fluoroscopy screen.
 struct TipView {

@@ -100,11 +100,6 @@ Contact make_touch(const Own& own, Index v) {
 
 } // namespace
 
-bool touches_itself(const SceneModel& model, std::size_t body) noexcept {
-    const BodyModel& own = model.bodies[body];
-    return model.effects.self_contact && own.self_contact && own.links && !own.hollow;
-}
-
 void touch_self(const SceneModel& model, const State& state, std::span<LeafPair> pairs, StepContext& context) {
     context.report.effects.note(Effect::SelfContact);
     const Own own{model, state, context, pairs.front().a};

@@ -5,9 +5,6 @@
 
 namespace trocar::engine {
 
-/// The scene has the effect, and the body's surface deforms with coarse nodes.
-[[nodiscard]] bool touches_itself(const SceneModel& model, std::size_t body) noexcept;
-
 /// Appends to context.solids.touches the vertices beneath these leaf pairs of one body that lie behind, or shortly before, a triangle
 /// that faces them and whose leaf lay apart from theirs at rest; each vertex once, with the nearest such triangle. Which side is
 /// out is the triangle's to say: a winding number does not know where a surface passes through itself. A vertex counts as behind

@@ -1,15 +1,17 @@
 // The step, in the order of the papers: hands, tissue, steering, coarse descent, exact contacts, response.
 #include "engine/step/simulator.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/blood_stage.hpp"
+#include "engine/state/state_bytes.hpp"
 #include "engine/step/entry_checks.hpp"
 #include "engine/step/instrument_stage.hpp"
+#include "engine/step/make_context.hpp"
 #include "engine/step/pull_stage.hpp"
 #include "engine/step/solid_stage.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/spring_memory.hpp"
-#include "engine/step/step_memory.hpp"
 #include "engine/step/tissue_stage.hpp"
 
 #include <fmt/format.h>
@@ -24,15 +26,14 @@ namespace trocar::engine {
 static constexpr std::uint64_t kForgetLumen = 16;
 
 /// Where the first instrument stands; also before the first step.
-static void report_first_instrument(const SceneModel& model, const State& state, StepContext& context) {
+static void report_first_instrument(const SceneModel& model, const State& state, StepReport& report) {
     if (model.instruments.empty()) return;
-    StepReport& report = context.report;
     const InstrumentState& first = state.instruments.front();
     report.tip = first.rod.position.back();
     report.insertion_m = first.rod.insertion;
     report.rotation_rad = first.rod.rotation;
     if (!model.instruments.front().route) return;
-    const std::vector<Vec3>& moved = context.instruments.front().route.points; // empty before the first step
+    const std::vector<Vec3>& moved = first.route.points; // empty before the first step
     const Vec3& target = moved.empty() ? model.instruments.front().route->points.back() : moved.back();
     report.target_distance_m = std::sqrt((target - report.tip).squaredNorm());
 }
@@ -45,7 +46,7 @@ Simulator::Simulator(const SceneModel& model, const BudgetLimits& limits) : Simu
 
 Simulator::Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits)
     : model_(model), budget_(clock, limits), state_(make_initial_state(model)), context_(make_step_context(model, state_)) {
-    report_first_instrument(model_, state_, context_);
+    report_first_instrument(model_, state_, context_.report);
     refuse(check_limits(limits));
     refuse(check_settings(model));
 }
@@ -86,8 +87,8 @@ void Simulator::move_everything() {
     StopWatch lap;
     keep_start(model_, state_, context_);
     move_hands(model_, state_, context_);
-    if (context_.pull) place_surface(model_, context_.pull->body, state_, context_);
-    add_pull(model_, state_, context_);
+    if (state_.pull) place_surface(model_, state_.pull->body, state_);
+    add_pull(model_, state_, report);
     report.ms.script = lap.lap_ms();
     if (!is_dropped(Droppable::Elasticity)) {
         budget_.begin_part(StepPart::Tissue);
@@ -148,65 +149,33 @@ const StepReport& Simulator::finish_step() {
     return report;
 }
 
-Result<void> Simulator::join_step(const Simulator& other) {
-    const auto wrong = [](const char* message) { return Error{.code = ErrorCode::BadValue, .message = message, .key = "join_step"}; };
-    if (&other == this) return wrong("found this simulator itself, expected another one");
-    if (begun_) return wrong("this simulator has begun a step of its own, expected one that has finished it");
-    if (Result<void> same = check_same_shape(model_, other.model_); !same) return same;
-    const bool same_trees = model_.contact.sphere_trees == other.model_.contact.sphere_trees;
-    state_ = other.state_;
-    for (std::size_t i = 0; i < context_.bodies.size(); ++i) {
-        if (!same_trees) keep_turns(model_, i, context_); // of the frames that the last step left here
-        BodyScratch& to = context_.bodies[i];
-        const BodyScratch& from = other.context_.bodies[i];
-        to.tissue_t0 = from.tissue_t0;
-        to.surface_t0 = from.surface_t0;
-        to.springs = from.springs;
-        to.frames = from.frames;
-        to.surface_waits = from.surface_waits;
-        to.springs_wait = from.springs_wait;
-        if (same_trees) {
-            to.spheres = from.spheres;
-            to.self_spheres = from.self_spheres;
-            to.turn_t0 = from.turn_t0;
-            to.turn_t1 = from.turn_t1;
-            to.coming = from.coming;
-            to.change = from.change;
-        }
-        to.wall_age = {};      // the other's step may have ended elsewhere than where it was seen from here
-        to.lumen = from.lumen; // goes on looking at the other's wall
-        to.lumen_step = from.lumen_step;
-    }
-    context_.instruments = other.context_.instruments;
-    context_.report = other.context_.report;
-    if (same_trees) {
-        context_.solids = other.context_.solids;
-        rejoin_trees(model_, state_, context_);
-    } else { // what it remembers names its own leaves
-        context_.solids.springs = other.context_.solids.springs;
-        context_.solids.sprung = other.context_.solids.sprung;
-        context_.solids.entries = other.context_.solids.entries;
-        if (model_.effects.coarse_contact) update_solid_trees(model_, state_, context_);
-    }
-    stopped_ = other.stopped_;
-    dropped_ = other.dropped_;
-    budget_.begin();
-    budget_.pause();
-    budget_.charge(model_.budget_covers_step ? other.budget_.elapsed_s() : 0.0);
-    if (model_.budget_covers_step) budget_.resume();
-    begun_ = other.begun_;
+Result<void> Simulator::restore(const State& state) {
+    const auto wrong = [](std::string message) { return Error{.code = ErrorCode::BadValue, .message = std::move(message), .key = "restore"}; };
+    if (begun_) return wrong("a step has begun, expected a simulator between two steps");
+    if (std::string misfit = find_misfit(model_, state); !misfit.empty()) return wrong(std::move(misfit));
+    state_ = state;
+    reserve_state(model_, state_);
+    forget_scratch(context_);
+    context_.report = StepReport{};
+    context_.report.step = state_.step;
+    context_.report.time_s = state_.time;
+    context_.contacts.clear();
+    report_first_instrument(model_, state_, context_.report);
+    stopped_ = false;
+    refuse(check_limits(budget_.limits()));
+    refuse(check_settings(model_));
     return {};
 }
 
 Result<void> Simulator::set_hand(std::size_t instrument, const DriveCommand& wanted) {
     Result<void> fine = check_hand(model_, instrument, wanted);
-    if (fine.ok()) context_.instruments[instrument].hand = wanted;
+    if (fine.ok()) state_.instruments[instrument].hand = wanted;
     return fine;
 }
 
 Result<void> Simulator::set_pull(const std::optional<Pull>& pull) {
     Result<void> fine = pull ? check_pull(model_, *pull) : Result<void>();
-    if (fine.ok()) context_.pull = pull;
+    if (fine.ok()) state_.pull = pull;
     return fine;
 }
 
@@ -216,23 +185,14 @@ Result<void> Simulator::set_budget(const BudgetLimits& limits) {
     return fine;
 }
 
-std::string Simulator::take_over(std::string_view memory) {
-    if (begun_) return "a step has begun, expected a simulator between two steps";
-    std::string wrong = read_step_memory(model_, memory, state_, context_);
-    stopped_ = !wrong.empty();
-    if (!stopped_) report_first_instrument(model_, state_, context_);
-    if (stopped_) context_.report.finite = false;
-    return wrong;
-}
-
 std::optional<DriveCommand> Simulator::follow_route(std::size_t instrument) {
     if (instrument >= model_.instruments.size() || !model_.instruments[instrument].route) return std::nullopt;
     return steer_along_route(model_, instrument, state_, context_);
 }
 
 void Simulator::effects_changed() {
-    for (BodyScratch& body : context_.bodies) body.lumen.reset();
-    for (InstrumentScratch& instrument : context_.instruments) instrument.kept_inside = false;
+    for (BodyState& body : state_.bodies) body.lumen.reset();
+    for (InstrumentState& instrument : state_.instruments) instrument.kept_inside = false;
 }
 
 /// The balls that instruments are looked for in, where the budget covers them and has time for them and for what follows. False: it has
@@ -247,7 +207,7 @@ bool Simulator::follow_lumens(double after_s) {
         return false;
     }
     bool makes_room = false; // the first time: it says nothing of the next
-    for (const InstrumentModel& instrument : model_.instruments) makes_room |= !context_.bodies[instrument.lumen].lumen.has_bounds();
+    for (const InstrumentModel& instrument : model_.instruments) makes_room |= !state_.bodies[instrument.lumen].lumen.has_bounds();
     budget_.begin_part(StepPart::Lumen);
     update_lumens(model_, state_, context_);
     if (!makes_room) budget_.end_part(StepPart::Lumen);
@@ -264,7 +224,7 @@ void Simulator::descend() {
     budget_.keep_back(listing);
     context_.descent.begin(model_.contact.margin);
     add_solid_pairs(model_, context_);
-    for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, context_);
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) add_to_descent(model_, i, state_, context_.descent);
     for (bool finished = !follow_lumens(listing); !finished;) {
         WorkBudget grant = budget_.grant_descent(context_.descent.next_cost());
         if (grant.left() == 0) break;
@@ -296,6 +256,7 @@ void Simulator::find_exact() {
         scratch.forecast.triangles = scratch.forecast.wall_triangles = 0;
         for (const std::size_t one : coaxial(model_, i)) scratch.forecast.triangles += model_.instruments[one].topology.triangles.size();
         if (model_.bodies[wall].moves()) scratch.forecast.wall_triangles = model_.bodies[wall].surface.triangles.size();
+        scratch.forecast.candidates = state_.instruments[i].exact_candidates;
         if (!is_dropped(Droppable::ExactContact) && budget_.exact_fits(scratch.forecast)) {
             refit(wall);
             budget_.charge_refit(scratch.forecast.wall_triangles);
@@ -333,7 +294,7 @@ void Simulator::respond() {
     StepReport& report = context_.report;
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
         const bool looked_at = model_.effects.coarse_contact || model_.effects.exact_contact;
-        if (!looked_at) context_.instruments[i].kept_inside = false;
+        if (!looked_at) state_.instruments[i].kept_inside = false;
         if (report.exact_ran || goes_along(model_, i) || !looked_at) continue;
         if (model_.effects.exact_contact)
             refit(model_.instruments[i].lumen);
@@ -341,7 +302,7 @@ void Simulator::respond() {
             follow_wall(model_, model_.instruments[i].lumen, state_, context_);
         solve_between_walls(model_, i, state_, context_, budget_);
         const bool pokes = pokes_into_wall(model_, i, state_, context_);
-        for (const std::size_t one : coaxial(model_, i)) context_.instruments[one].kept_inside = !pokes;
+        for (const std::size_t one : coaxial(model_, i)) state_.instruments[one].kept_inside = !pokes;
         if (!pokes) continue;
         if (model_.effects.exact_contact)
             insist_on_exact(i);
@@ -358,9 +319,9 @@ void Simulator::respond() {
         forget_forces();
     }
     report.residual_n = find_residual(model_, state_, context_);
-    note_held(model_, state_, context_);
-    for (BodyScratch& body : context_.bodies) body.springs.clear();
-    for (std::size_t i = 0; i < model_.instruments.size(); ++i) push_wall(model_, i, state_, context_);
+    note_held(model_, state_, context_.solids);
+    for (BodyState& body : state_.bodies) body.springs.clear();
+    for (std::size_t i = 0; i < model_.instruments.size(); ++i) push_wall(model_, i, state_, report);
     push_solids(model_, state_, context_);
     list_contacts();
 }
@@ -402,7 +363,7 @@ void Simulator::insist_on_exact(std::size_t instrument) {
 
 /// Without an exact stage the rod is pushed no further into what it met; nothing proves that this was enough.
 void Simulator::retry_with_hand_stopped(std::size_t instrument) {
-    stop_hand(model_, instrument, context_);
+    stop_hand(model_, instrument, state_, context_);
     ++context_.report.hand_stops;
     solve_instrument(model_, instrument, state_, context_);
 }
@@ -421,14 +382,14 @@ void Simulator::observe() {
 
 void Simulator::finish_report() {
     StepReport& report = context_.report;
-    report_first_instrument(model_, state_, context_);
+    report_first_instrument(model_, state_, context_.report);
     if (report.finite) return;
     stopped_ = true;
     restore_start(model_, state_, context_); // the last good state
 }
 
-const State& Simulator::state() const noexcept {
-    for (std::size_t i = 0; i < model_.bodies.size(); ++i) place_surface(model_, i, state_, context_);
+const State& Simulator::state() noexcept {
+    for (std::size_t i = 0; i < model_.bodies.size(); ++i) place_surface(model_, i, state_);
     return state_;
 }
 

@@ -6,7 +6,6 @@
 #include "engine/time/step_budget.hpp"
 
 #include <memory>
-#include <string_view>
 
 namespace trocar::engine {
 
@@ -32,14 +31,9 @@ public:
     /// its answer; a step that has not is not finished: the last report is returned.
     bool begin_step();
     const StepReport& finish_step();
-    /// Takes over a step that another simulator has begun (what would this one's budget have answered there?), or what one has come to that
-    /// has begun none. Its model is the same,
-    /// or differs in how contacts are found and answered alone; with other sphere trees it joins every step, from the first on.
-    /// The other must not go on before this one has finished it.
-    /// fails  BadValue: this one has begun a step; a model of other sizes; the simulator itself
-    [[nodiscard]] Result<void> join_step(const Simulator& other);
-    /// Gives up a step that was begun. The state is then none between two steps: take_over or join_step goes on from there, nothing else.
-    void abandon_step() noexcept { begun_ = false; }
+    /// Goes on from another state of this model, or of one that differs from it in settings alone: a fork is restore(other.state()).
+    /// fails  BadValue: a step has begun here; the state is no state of this model. Then nothing has changed.
+    [[nodiscard]] Result<void> restore(const State& state);
 
     /// What somebody does while it runs, from the next step on. A scene knows nothing of it: only the same calls at the same
     /// steps repeat such a run.
@@ -52,9 +46,6 @@ public:
     /// fails  check_limits
     [[nodiscard]] Result<void> set_budget(const BudgetLimits& limits);
     [[nodiscard]] const BudgetLimits& budget() const noexcept { return budget_.limits(); }
-    /// Goes on from the memory of another run of this model, before the first step; for engine/step/checkpoint.hpp.
-    /// returns  empty, or what is wrong with it: then no step is taken any more
-    [[nodiscard]] std::string take_over(std::string_view memory);
     /// What the instrument's route asks for next; nothing where it has none, or where there is no such instrument.
     [[nodiscard]] std::optional<DriveCommand> follow_route(std::size_t instrument);
     /// The model's owner has switched effects: what was kept from step to step is found afresh.
@@ -70,8 +61,11 @@ public:
     [[nodiscard]] DecisionTape& tape() noexcept { return budget_.tape(); }
 
     [[nodiscard]] const SceneModel& model() const noexcept { return model_; }
-    /// Surfaces that no step looks at are placed here: not from several threads at once.
-    [[nodiscard]] const State& state() const noexcept;
+    /// Evaluates the surfaces that no step has needed: not from several threads at once.
+    [[nodiscard]] const State& state() noexcept;
+    /// The same, but surfaces that no step has needed may wait there (BodyState::surface_waits).
+    [[nodiscard]] const State& raw_state() const noexcept { return state_; }
+    [[nodiscard]] const StepReport& report() const noexcept { return context_.report; }
     /// What the last step's response pushed against: places where an instrument presses on its wall (gap: what is missing
     /// of the clearance), and sphere contacts of solid bodies.
     [[nodiscard]] std::span<const Contact> contacts() const noexcept;
@@ -102,8 +96,8 @@ private:
     const SceneModel& model_;
     MonotonicClock own_clock_;
     StepBudget budget_;
-    mutable State state_; // and its surfaces that wait for state()
-    mutable StepContext context_;
+    State state_;
+    StepContext context_;
     unsigned dropped_ = 0; // effects that this step leaves out
     bool stopped_ = false;
     bool begun_ = false; // a step, and not finished it

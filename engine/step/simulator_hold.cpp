@@ -55,8 +55,8 @@ double Simulator::find_free_share(double distance) {
 
 /// Forces of a solve whose motion was not taken mean nothing: nothing is pushed in the next step.
 void Simulator::forget_forces() {
-    for (InstrumentScratch& scratch : context_.instruments)
-        for (fem::RodPlane& plane : scratch.planes) plane.force = 0.0;
+    for (InstrumentState& instrument : state_.instruments)
+        for (fem::RodPlane& plane : instrument.planes) plane.force = 0.0;
 }
 
 /// Bodies and rods go `fraction` of the way from the start of the step to where they are now.
@@ -84,7 +84,7 @@ void Simulator::scale_motion(double fraction) {
         fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis, state_.instruments[i].skin);
     }
     steer_surfaces(model_, state_, context_);
-    for (BodyScratch& body : context_.bodies) {
+    for (BodyState& body : state_.bodies) {
         body.lumen.miss_steps(); // what it saw is not where the step ends
         body.lumen_step = kNoStep;
     }

@@ -1,5 +1,6 @@
 #include "engine/step/soften_springs.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/spring_memory.hpp"
 #include "engine/step/surface_spring.hpp"
 
@@ -10,11 +11,12 @@ namespace trocar::engine {
 
 namespace {
 
-void find_scales(const SceneModel& model, std::size_t body, StepContext& context) {
+void find_scales(const SceneModel& model, std::size_t body, State& state, StepContext& context) {
+    BodyState& own = state.bodies[body];
     BodyScratch& scratch = context.bodies[body];
     scratch.spring_scale.clear();
-    if (!model.bodies[body].tissue || scratch.springs.springs.empty() || !(scratch.stable.rates.elastic > 0.0)) return;
-    fem::find_spring_scales(*model.bodies[body].tissue, scratch.springs, kMostAdded * scratch.stable.rates.elastic, scratch.stable,
+    if (!model.bodies[body].tissue || own.springs.springs.empty() || !(own.stable.rates.elastic > 0.0)) return;
+    fem::find_spring_scales(*model.bodies[body].tissue, own.springs, kMostAdded * own.stable.rates.elastic, own.stable,
                             scratch.spring_scale);
 }
 
@@ -24,38 +26,38 @@ double scale_of(const SceneModel& model, std::size_t body, Index spring, const S
     return scales.empty() ? 1.0 : scales[spring];
 }
 
-fem::ContactSpring& spring_at(const SceneModel& model, std::size_t body, Index spring, StepContext& context) {
-    return context.bodies[owner_of(model, body)].springs.springs[spring];
+fem::ContactSpring& spring_at(const SceneModel& model, std::size_t body, Index spring, State& state) {
+    return state.bodies[owner_of(model, body)].springs.springs[spring];
 }
 
 /// One that was softer starts with no more energy than it ended with.
-void start_less_deep(const SceneModel& model, const SprungPlace& place, double stiffer, const State& state, StepContext& context) {
+void start_less_deep(const SceneModel& model, const SprungPlace& place, double stiffer, State& state) {
     for (const auto& [body, index] : {std::pair(place.own, place.spring_a), std::pair(place.other, place.spring_b)}) {
         if (index == kNoIndex) continue;
         const std::size_t owner = owner_of(model, body);
-        const double gap = fem::find_spring_gap(context.bodies[owner].springs, index, 0.0, state.bodies[owner].tissue.position);
-        if (gap < 0.0) context.bodies[owner].springs.springs[index].offset -= gap * (1.0 - 1.0 / std::sqrt(stiffer));
+        const double gap = fem::find_spring_gap(state.bodies[owner].springs, index, 0.0, state.bodies[owner].tissue.position);
+        if (gap < 0.0) state.bodies[owner].springs.springs[index].offset -= gap * (1.0 - 1.0 / std::sqrt(stiffer));
     }
 }
 
 } // namespace
 
-void soften_springs(const SceneModel& model, const State& state, StepContext& context) {
-    if (context.solids.springs.empty()) return;
-    for (std::size_t i = 0; i < model.bodies.size(); ++i) find_scales(model, i, context);
-    for (SprungPlace& place : context.solids.sprung) {
+void soften_springs(const SceneModel& model, State& state, StepContext& context) {
+    if (state.solids.springs.empty()) return;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) find_scales(model, i, state, context);
+    for (SprungPlace& place : state.solids.vertex_springs) {
         place.scale = std::min(scale_of(model, place.own, place.spring_a, context), scale_of(model, place.other, place.spring_b, context));
         const SprungPlace* before = find_sprung(context.solids, place.key());
-        if (before != nullptr && place.scale > before->scale) start_less_deep(model, place, place.scale / before->scale, state, context);
+        if (before != nullptr && place.scale > before->scale) start_less_deep(model, place, place.scale / before->scale, state);
     }
-    for (const SpringPair& pair : context.solids.springs) {
+    for (const SpringPair& pair : state.solids.springs) {
         const double scale =
             std::min(scale_of(model, pair.body_a, pair.spring_a, context), scale_of(model, pair.body_b, pair.spring_b, context));
         if (!(scale < 1.0)) continue;
         ++context.report.softened;
         for (const auto& [body, index] : {std::pair(pair.body_a, pair.spring_a), std::pair(pair.body_b, pair.spring_b)}) {
             if (index == kNoIndex) continue;
-            fem::ContactSpring& spring = spring_at(model, body, index, context);
+            fem::ContactSpring& spring = spring_at(model, body, index, state);
             spring.stiffness *= scale;
             spring.damping *= scale;
         }

@@ -15,6 +15,6 @@ inline constexpr double kMostAdded = 24.0;
 
 /// Softens the springs that push_solids has just made. A place whose spring may be stiffer than the last one was starts less deep, so that
 /// what it holds is no more energy than before.
-void soften_springs(const SceneModel& model, const State& state, StepContext& context);
+void soften_springs(const SceneModel& model, State& state, StepContext& context);
 
 } // namespace trocar::engine

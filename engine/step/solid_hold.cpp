@@ -1,5 +1,6 @@
 #include "engine/step/solid_hold.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/surface_spring.hpp"
 
@@ -61,12 +62,12 @@ struct SphereSide {
 };
 
 /// Index of the spring, kNoIndex where nothing gives way.
-Index add_sphere_spring(const SceneModel& model, const SphereSide& side, double gap, double stiffness, double limit, const State& state,
-                        StepContext& context) {
+Index add_sphere_spring(const SceneModel& model, const SphereSide& side, double gap, double stiffness, double limit, State& state,
+                        const StepContext& context) {
     if (!model.bodies[side.body].links) return kNoIndex;
     const std::size_t owner = owner_of(model, side.body);
     const SphereNodes& hangs = context.bodies[side.body].sphere_nodes;
-    fem::ContactSprings& springs = context.bodies[owner].springs;
+    fem::ContactSprings& springs = state.bodies[owner].springs;
     fem::ContactSpring spring;
     spring.first_entry = static_cast<Index>(springs.entries.size());
     spring.stiffness = stiffness;
@@ -88,7 +89,7 @@ auto key_of(const SphereHold& hold) { return std::tie(hold.body_a, hold.body_b, 
 bool by_hold_key(const SphereHold& x, const SphereHold& y) { return key_of(x) < key_of(y); }
 
 /// Pairs that are the deepest of one of their spheres.
-void choose_pairs(const SceneModel& model, StepContext& context) {
+void choose_pairs(const SceneModel& model, SolidContactState& own, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         context.bodies[i].deepest.assign(model.bodies[i].hollow ? 0 : model.bodies[i].covering.tree.sphere_count(), kNoIndex);
     const auto for_each_side = [&](const Contact& contact, auto&& see) {
@@ -110,10 +111,10 @@ void choose_pairs(const SceneModel& model, StepContext& context) {
         bool chosen = false;
         if (counts(contact)) for_each_side(contact, [&](const Index& best) { chosen = chosen || best == k; });
         if (chosen)
-            context.solids.holds.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0],
+            own.holds.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0],
                                             contact.origin == ContactOrigin::TestedSpheres, contact.normal, contact.gap});
     }
-    std::sort(context.solids.holds.begin(), context.solids.holds.end(), by_hold_key);
+    std::sort(own.holds.begin(), own.holds.end(), by_hold_key);
 }
 
 /// m, negative: how far the two are into one another as the response counts it.
@@ -162,11 +163,11 @@ SphereNodes make_sphere_nodes(const SceneModel& model, std::size_t body) {
     return out;
 }
 
-void push_spheres(const SceneModel& model, const State& state, StepContext& context) {
-    SolidScratch& solids = context.solids;
-    std::swap(solids.holds, solids.holds_before);
+void push_spheres(const SceneModel& model, State& state, StepContext& context) {
+    SolidContactState& solids = state.solids;
+    std::swap(solids.holds, context.solids.holds_before);
     solids.holds.clear();
-    choose_pairs(model, context);
+    choose_pairs(model, solids, context);
     for (std::size_t i = 0; i < model.bodies.size(); ++i) std::fill(context.bodies[i].deepest.begin(), context.bodies[i].deepest.end(), 0u);
     for (const SphereHold& hold : solids.holds) { // from here on: pairs of each sphere
         ++context.bodies[hold.body_a].deepest[hold.sphere_a];

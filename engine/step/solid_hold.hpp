@@ -17,6 +17,6 @@ namespace trocar::engine {
 /// leaves beneath the smaller sphere, shared among its pairs; its force ends at ContactSettings::assumed_depth of that. source   seed 003,
 /// section 4. Deviates: pairs of a sphere share its stiffness where the paper averages per coarse vertex,
 ///          and an assumed pair holds where the paper's pushes with its overlap.
-void push_spheres(const SceneModel& model, const State& state, StepContext& context);
+void push_spheres(const SceneModel& model, State& state, StepContext& context);
 
 } // namespace trocar::engine

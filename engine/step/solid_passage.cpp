@@ -1,6 +1,7 @@
 #include "engine/step/solid_passage.hpp"
 
 #include "collision/ccd/sweep.hpp"
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/spring_memory.hpp"
 #include "engine/step/surface_place.hpp"
@@ -148,7 +149,7 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     return as_seen;
 }
 
-void press_touches(const SceneModel& model, const State& state, std::size_t first, StepContext& context) {
+void press_touches(const SceneModel& model, State& state, std::size_t first, StepContext& context) {
     SolidScratch& solids = context.solids;
     if (first == solids.pressed.size()) return;
     const Contact& any = solids.touches[solids.pressed[first].touch];
@@ -160,7 +161,7 @@ void press_touches(const SceneModel& model, const State& state, std::size_t firs
     for (std::size_t k = first; k < solids.pressed.size(); ++k) {
         PressedTouch& pressed = solids.pressed[k];
         const Contact& touch = solids.touches[pressed.touch];
-        const OneWay way{model, state, context, touch.body_a, touch.body_b};
+        const OneWay way{model, state, context, touch.body_a, touch.body_b, state.solids.entries};
         const Triangle face{touch.feature_b[0], touch.feature_b[1], touch.feature_b[2]};
         const std::array<double, 3> bary{touch.bary_b[0], touch.bary_b[1], touch.bary_b[2]};
         const Index v = touch.feature_a[0];

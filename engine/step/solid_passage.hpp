@@ -22,6 +22,7 @@ struct OneWay {
     const State& state;
     StepContext& context;
     std::size_t own, other;
+    std::vector<SolidEntry>& entries; // of this step
 
     [[nodiscard]] const std::vector<Vec3>& surface(std::size_t body) const { return state.bodies[body].surface; }
     [[nodiscard]] const std::vector<Vec3>& surface_t0(std::size_t body) const {
@@ -60,7 +61,7 @@ struct Standing {
 /// measure: nothing has worked against them on their way in. So they start with what they held before (spring_memory.hpp), and get on
 /// top as much as moves the two apart at kRecovery; where no spring waited for them, also as much as gives them the speed of what a
 /// script drove through them.
-void press_touches(const SceneModel& model, const State& state, std::size_t first, StepContext& context);
+void press_touches(const SceneModel& model, State& state, std::size_t first, StepContext& context);
 
 /// m/s; what has passed comes back at this speed, where nothing drives it. Faster would heat what is only pressed too hard.
 inline constexpr double kRecovery = 0.1;

@@ -1,5 +1,6 @@
 #include "engine/step/solid_probe.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid_touch.hpp"
 #include "engine/step/solid_trees.hpp"
 
@@ -73,10 +74,10 @@ struct Probe {
 
 } // namespace
 
-void probe_open_pairs(const SceneModel& model, StepContext& context) {
+void probe_open_pairs(const SceneModel& model, const SolidContactState& before, StepContext& context) {
     list_open_bodies(model, context);
     SolidScratch& solids = context.solids;
-    for (const LeafPair& pair : solids.remembered)
+    for (const LeafPair& pair : before.touching)
         if (pair.a == pair.b || std::binary_search(solids.open_bodies.begin(), solids.open_bodies.end(),
                                                    std::pair{static_cast<Index>(pair.a), static_cast<Index>(pair.b)}))
             solids.leaf_pairs.push_back(pair);
@@ -88,10 +89,9 @@ void probe_open_pairs(const SceneModel& model, StepContext& context) {
     }
 }
 
-void remember_touching(StepContext& context) {
-    std::vector<LeafPair>& kept = context.solids.remembered;
+void keep_touching(const SolidScratch& solids, std::vector<LeafPair>& kept) {
     kept.clear();
-    const std::vector<LeafPair>& pairs = context.solids.leaf_pairs;
+    const std::vector<LeafPair>& pairs = solids.leaf_pairs;
     for (std::size_t begin = 0; begin < pairs.size();) {
         const std::size_t first = kept.size();
         std::size_t end = begin;

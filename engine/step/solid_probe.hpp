@@ -13,10 +13,10 @@ namespace trocar::engine {
 /// cost      at most kProbeTests closest-point queries a step, shared among the pairs of bodies; counted in report.probe_tests
 /// source    none of the papers: seed 003 (section 4) pushes by the overlap of the open spheres, whose line of centres has little
 ///           to do with a surface's normal (SolidResponse::Spheres does that).
-void probe_open_pairs(const SceneModel& model, StepContext& context);
+void probe_open_pairs(const SceneModel& model, const SolidContactState& before, StepContext& context);
 
 /// Keeps those leaf pairs of context.solids.leaf_pairs that a touch came from, at most kRememberedPairs of two bodies.
-void remember_touching(StepContext& context);
+void keep_touching(const SolidScratch& solids, std::vector<LeafPair>& kept);
 
 /// Queries in a step; where there are so many pairs of bodies that each would get fewer than kLeastProbes, each gets these.
 inline constexpr std::size_t kProbeTests = 4096, kLeastProbes = 24;

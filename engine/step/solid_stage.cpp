@@ -1,5 +1,6 @@
 #include "engine/step/solid_stage.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/self_touch.hpp"
 #include "engine/step/soften_springs.hpp"
 #include "engine/step/solid_hold.hpp"
@@ -88,13 +89,13 @@ SurfacePush make_push(const Place& place, const Push& push, double gap_share, do
 }
 
 /// Index of the spring among its owner's.
-Index push_side(const SceneModel& model, const Side& side, const Push& push, const State& state, StepContext& context) {
+Index push_side(const SceneModel& model, const Side& side, const Push& push, State& state, StepContext& context) {
     const Place& place = side.place;
     if (!model.bodies[place.body].links) return kNoIndex;
     SurfacePush own = make_push(place, push, side.share, side.rate, side.load);
     own.direction = side.direction;
-    if (!add_surface_spring(model, own, state, context)) return kNoIndex;
-    return static_cast<Index>(context.bodies[owner_of(model, place.body)].springs.springs.size() - 1);
+    if (!add_surface_spring(model, own, state)) return kNoIndex;
+    return static_cast<Index>(state.bodies[owner_of(model, place.body)].springs.springs.size() - 1);
 }
 
 /// m/s; how the mass centre of two bodies moves, where nothing holds any.
@@ -105,11 +106,11 @@ Vec3 find_common_drift(const SceneModel& model, std::size_t a, std::size_t b, co
 }
 
 /// Both places hang on the nodes of one body: one spring between them.
-void push_within(const SceneModel& model, const Place& a, const Place& b, const Push& push, const State& state, StepContext& context) {
+void push_within(const SceneModel& model, const Place& a, const Place& b, const Push& push, State& state, StepContext& context) {
     const SurfacePush on_a = make_push(a, push, 1.0, 0.0, push.under != nullptr ? push.under->spring_a : kNoIndex);
-    const bool made = add_balanced_spring(model, on_a, {b.body, b.vertices, b.weights}, state, context);
-    const std::size_t last = context.bodies[owner_of(model, a.body)].springs.springs.size();
-    context.solids.springs.push_back({a.body, b.body, made ? static_cast<Index>(last - 1) : kNoIndex, kNoIndex, push.direction});
+    const bool made = add_balanced_spring(model, on_a, {b.body, b.vertices, b.weights}, state);
+    const std::size_t last = state.bodies[owner_of(model, a.body)].springs.springs.size();
+    state.solids.springs.push_back({a.body, b.body, made ? static_cast<Index>(last - 1) : kNoIndex, kNoIndex, push.direction});
 }
 
 /// Each body is integrated against the other as it stands at the step's start. If each took the whole gap for its own, both would close
@@ -122,7 +123,7 @@ void push_within(const SceneModel& model, const Place& a, const Place& b, const 
 /// does, planes that move would do work on what is pressed against it.)
 /// What a script moves is known ahead: the springs go along with it during the step. If it stood still and jumped at the step's end, each
 /// spring would begin with k (v h)^2 / 2 from nowhere, for a speed v and a step h: stiff ones would throw off what is pressed slowly.
-void push_both(const SceneModel& model, const Place& a, const Place& b, const Push& push, const State& state, StepContext& context) {
+void push_both(const SceneModel& model, const Place& a, const Place& b, const Push& push, State& state, StepContext& context) {
     const std::size_t owner_a = owner_of(model, a.body), owner_b = owner_of(model, b.body);
     if (owner_a == owner_b && model.bodies[a.body].links && model.bodies[b.body].links)
         return push_within(model, a, b, push, state, context);
@@ -132,7 +133,7 @@ void push_both(const SceneModel& model, const Place& a, const Place& b, const Pu
     const SpringPair load = push.under != nullptr ? *push.under : SpringPair{};
     const Index on_a = push_side(model, {a, push.direction, share_a, share_a * rate - drift, load.spring_a}, push, state, context);
     const Index on_b = push_side(model, {b, -push.direction, share_b, share_b * rate + drift, load.spring_b}, push, state, context);
-    context.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
+    state.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
 }
 
 /// m; friction's spring after a slip: drawn along with it, and dragged where it would pull harder than Coulomb's cone.
@@ -145,10 +146,10 @@ Vec3 draw_on(const Vec3& before, const Vec3& slip, const Vec3& normal, double lo
 }
 
 /// 1/kg; how fast the nodes that a spring hangs on let its place give way. 0: it does not.
-double find_lightness(const SceneModel& model, std::size_t body, Index index, const StepContext& context) {
+double find_lightness(const SceneModel& model, std::size_t body, Index index, const State& state) {
     if (index == kNoIndex) return 0.0;
     const std::size_t owner = owner_of(model, body);
-    const fem::ContactSprings& springs = context.bodies[owner].springs;
+    const fem::ContactSprings& springs = state.bodies[owner].springs;
     const fem::ContactSpring& spring = springs.springs[index];
     double lightness = 0.0;
     for (Index k = spring.first_entry; k < spring.first_entry + spring.entry_count; ++k)
@@ -159,7 +160,7 @@ double find_lightness(const SceneModel& model, std::size_t body, Index index, co
 /// Two springs along the surface: the way that it was drawn and across, each at any moment within mu times what the place is pressed with
 /// at that moment. How far they are drawn is bounded by the larger of the loads at the ends of the step: one that bounces a little from
 /// step to step does not lose its hold at each end where it is light.
-void hold_against_slip(const SceneModel& model, const Contact& touch, const Place& a, const Place& b, const State& state,
+void hold_against_slip(const SceneModel& model, const Contact& touch, const Place& a, const Place& b, State& state,
                        StepContext& context, SprungPlace& own) {
     const ContactSettings& contact = model.contact;
     const SprungPlace* before = find_sprung(context.solids, touch);
@@ -168,9 +169,9 @@ void hold_against_slip(const SceneModel& model, const Contact& touch, const Plac
     own.drawn = draw_on(before != nullptr ? before->drawn : Vec3(Vec3::Zero()), slip, touch.normal, longest);
     const double length = own.drawn.norm();
     const Vec3 along = length > 0.0 ? Vec3(-own.drawn / length) : touch.normal.unitOrthogonal();
-    const SpringPair load = context.solids.springs.back();
+    const SpringPair load = state.solids.springs.back();
     const double lightness =
-        find_lightness(model, load.body_a, load.spring_a, context) + find_lightness(model, load.body_b, load.spring_b, context);
+        find_lightness(model, load.body_a, load.spring_a, state) + find_lightness(model, load.body_b, load.spring_b, state);
     const double damping = lightness > 0.0 ? 2.0 * kFrictionDamping * std::sqrt(contact.solid_stiffness / lightness) : 0.0;
     for (const auto& [direction, gap] : {std::pair(along, -length), std::pair(Vec3(touch.normal.cross(along)), 0.0)})
         push_both(model, a, b,
@@ -184,7 +185,7 @@ void hold_against_slip(const SceneModel& model, const Contact& touch, const Plac
 }
 
 /// gap: m, that its springs start with
-void push_touch(const SceneModel& model, const Contact& touch, double gap, const State& state, StepContext& context) {
+void push_touch(const SceneModel& model, const Contact& touch, double gap, State& state, StepContext& context) {
     const ContactSettings& contact = model.contact;
     const std::size_t corners = touch.feature_a[1] == kNoIndex ? 1 : 2;
     const Place a{touch.body_a, std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)};
@@ -192,7 +193,7 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
     push_both(model, a, b, {touch.normal, gap, contact.solid_stiffness, contact.solid_damping}, state, context);
     SprungPlace of_edge; // forgotten: it holds from the slip of the last step on
     of_edge.pressed = std::max(0.0, -gap);
-    SprungPlace* own = remember_springs(touch, gap, context.solids);
+    SprungPlace* own = remember_springs(touch, gap, state.solids);
     if (!(contact.solid_friction > 0.0)) return;
     context.report.effects.note(Effect::Friction);
     hold_against_slip(model, touch, a, b, state, context, own != nullptr ? *own : of_edge);
@@ -202,7 +203,7 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, const
 double force_of(const SceneModel& model, std::size_t body, Index index, const State& state, const StepContext& context) {
     const std::size_t owner = owner_of(model, body);
     if (context.bodies[owner].springs_wait) return 0.0; // they were not felt
-    return fem::find_spring_push(context.bodies[owner].springs, index, model.step_s, state.bodies[owner].tissue.position);
+    return fem::find_spring_push(state.bodies[owner].springs, index, model.step_s, state.bodies[owner].tissue.position);
 }
 
 /// Mean velocities of bodies, at the step's end, where nothing holds any of them.
@@ -224,33 +225,7 @@ void note_depth(const Contact& touch, StepContext& context) {
 
 } // namespace
 
-bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept {
-    return std::binary_search(model.nested.begin(), model.nested.end(), std::pair(std::min(i, j), std::max(i, j)));
-}
-
-bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexcept {
-    const BodyModel& a = model.bodies[i];
-    const BodyModel& b = model.bodies[j];
-    if (a.hollow || b.hollow || (!a.moves() && !b.moves()) || are_nested(model, i, j)) return false;
-    return a.carrier != j && b.carrier != i;
-}
-
-bool can_touch_any(const SceneModel& model, std::size_t body) noexcept {
-    for (std::size_t other = 0; other < model.bodies.size(); ++other)
-        if (other != body && (are_solid_pair(model, body, other) || are_nested(model, body, other))) return true;
-    return touches_itself(model, body);
-}
-
-bool are_all_free(const SceneModel& model) noexcept {
-    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (!can_touch_any(model, i)) continue;
-        const std::optional<fem::TissueModel>& tissue = model.bodies[owner_of(model, i)].tissue;
-        if (!tissue || !tissue->pinned.empty()) return false;
-    }
-    return true;
-}
-
-void prepare_solids(const SceneModel& model, const State& state, StepContext& context) {
+void prepare_solids(const SceneModel& model, State& state, StepContext& context) {
     std::size_t vertices = 0; // of closed bodies that something can touch
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!can_touch_any(model, i)) continue;
@@ -260,7 +235,7 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
             BodyScratch& scratch = context.bodies[i];
             scratch.surface_ahead.resize(model.bodies[i].surface.vertices.size());
             (void)fem::steer(*model.bodies[i].links, state.bodies[owner_of(model, i)].tissue.position, model.bodies[i].surface.vertices,
-                             scratch.frames, scratch.surface_ahead);
+                             state.bodies[i].frames, scratch.surface_ahead);
         }
         if (!meet_by_surface(model, i, i)) continue;
         context.bodies[i].inside = InsideTest(model.bodies[i].surface);
@@ -272,8 +247,8 @@ void prepare_solids(const SceneModel& model, const State& state, StepContext& co
             if (tree.is_leaf(s))
                 for (const Index t : tree.items_of(s)) context.bodies[i].leaf_of_triangle[t] = s;
     }
-    for (std::vector<SolidEntry>* entries : {&context.solids.entries, &context.solids.entries_before}) entries->reserve(vertices);
-    for (std::vector<SprungPlace>* places : {&context.solids.sprung, &context.solids.sprung_before}) places->reserve(vertices);
+    context.solids.entries_before.reserve(vertices);
+    context.solids.vertex_springs_before.reserve(vertices);
     context.solids.pressed.reserve(vertices);
     context.solids.meeting.reserve(std::min<std::size_t>(model.bodies.size() * (model.bodies.size() + 1) / 2, kReservedPairs));
 }
@@ -301,8 +276,8 @@ void add_solid_pairs(const SceneModel& model, StepContext& context) {
         }
 }
 
-void push_solids(const SceneModel& model, const State& state, StepContext& context) {
-    context.solids.springs.clear();
+void push_solids(const SceneModel& model, State& state, StepContext& context) {
+    state.solids.springs.clear();
     find_drifts(model, state, context.solids);
     find_touches(model, state, context);
     auto pressed = context.solids.pressed.begin();
@@ -314,15 +289,15 @@ void push_solids(const SceneModel& model, const State& state, StepContext& conte
         context.report.solid_touches += touch.gap <= 0.0;
         note_depth(touch, context);
     }
-    sort_memory(context.solids);
+    sort_memory(state.solids);
     push_spheres(model, state, context);
     soften_springs(model, state, context);
-    context.report.held_pairs = context.solids.holds.size();
+    context.report.held_pairs = state.solids.holds.size();
 }
 
 double find_residual(const SceneModel& model, const State& state, const StepContext& context) {
     Vec3 sum = Vec3::Zero();
-    for (const SpringPair& pair : context.solids.springs) {
+    for (const SpringPair& pair : state.solids.springs) {
         if (pair.spring_a == kNoIndex || pair.spring_b == kNoIndex) continue; // what stands still takes any force
         sum += (force_of(model, pair.body_a, pair.spring_a, state, context) - force_of(model, pair.body_b, pair.spring_b, state, context)) *
                pair.normal;

@@ -5,21 +5,8 @@
 
 namespace trocar::engine {
 
-/// Does one of them start wholly inside the other? See SceneModel::nested.
-[[nodiscard]] bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept;
-
-/// Can these two bodies touch? Both are solid, one moves, neither carries the other (those are one body), and neither starts inside the
-/// other.
-[[nodiscard]] bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexcept;
-
-/// Is there anything that this body can touch, itself included?
-[[nodiscard]] bool can_touch_any(const SceneModel& model, std::size_t body) noexcept;
-
-/// No solid that something can touch stands still, is held, or is moved by a script.
-[[nodiscard]] bool are_all_free(const SceneModel& model) noexcept;
-
 /// What the response of solid bodies needs beside the model: the nodes beneath spheres, and depths of closed surfaces.
-void prepare_solids(const SceneModel& model, const State& state, StepContext& context);
+void prepare_solids(const SceneModel& model, State& state, StepContext& context);
 
 /// Adds every pair of solid bodies that can touch, and whose boxes do, to the descent; and those with themselves that may.
 void add_solid_pairs(const SceneModel& model, StepContext& context);
@@ -31,7 +18,7 @@ void add_solid_pairs(const SceneModel& model, StepContext& context);
 /// what presses at any moment: what rests stays where it is. Those of edges begin anew in each step, with its last slip.
 /// source   seed 003, section 4: forces on the coarse vertices linked to the spheres. Deviates: the depth is the surfaces', by
 ///          which a body rests where its surface is, and not where its spheres bulge.
-void push_solids(const SceneModel& model, const State& state, StepContext& context);
+void push_solids(const SceneModel& model, State& state, StepContext& context);
 
 /// N; sum over the springs of the last response, as the bodies stand now, of the forces that both bodies receive. Each body was
 /// integrated against the other as it stood at the step's start: what is left is the price of that.

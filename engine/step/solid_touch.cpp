@@ -1,5 +1,6 @@
 #include "engine/step/solid_touch.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/self_touch.hpp"
 #include "engine/step/solid_passage.hpp"
 #include "engine/step/solid_probe.hpp"
@@ -82,7 +83,7 @@ Look look_at_vertex(const OneWay& way, Index v, double reach) {
     } else {
         if (standing->pressed) solids.pressed.push_back({solids.touches.size(), 0.0});
         way.context.report.passed_places += standing->passed;
-        solids.entries.push_back({way.own, way.other, v, standing->by});
+        way.entries.push_back({way.own, way.other, v, standing->by});
     }
     solids.touches.push_back(touch);
     return {standing->inside ? kInside : kNear, touch.gap};
@@ -222,7 +223,8 @@ void refresh(const SceneModel& model, const State& state, std::size_t body, Step
 /// What is drawn back through a body meets the far side of it from behind: a touch that pushes the other way, among the places from
 /// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices of two
 /// bodies, and each that is in has an entry, in the same order, from `first_entry` on.
-void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, const State& state, SolidScratch& solids) {
+void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, State& state, SolidScratch& solids) {
+    std::vector<SolidEntry>& listed = state.solids.entries;
     if (first_pressed == solids.pressed.size()) return;
     const std::size_t a = solids.touches[first_touch].body_a;
     const auto direction_of = [a](const Contact& touch) { return touch.body_a == a ? touch.normal : Vec3(-touch.normal); };
@@ -241,13 +243,13 @@ void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t
         const bool opposing = !is_pressed && direction_of(touch).dot(back) < 0.0 && among.contains(touch.point);
         if (!opposing) {
             if (is_pressed) solids.pressed[pressed++].touch = touches;
-            if (is_in) solids.entries[entries++] = solids.entries[entry];
+            if (is_in) listed[entries++] = listed[entry];
             solids.touches[touches++] = touch;
         }
         entry += is_in;
     }
     solids.touches.resize(touches);
-    solids.entries.resize(entries);
+    listed.resize(entries);
 }
 
 /// Did the budget leave sphere pairs of two bodies open that come so far against each other in this step that the few places which a
@@ -258,11 +260,11 @@ bool needs_all_paths(const SceneModel& model, const StepContext& context, std::s
     return std::binary_search(open.begin(), open.end(), std::pair{static_cast<Index>(a), static_cast<Index>(b)});
 }
 
-void touch_bodies(const SceneModel& model, const State& state, std::size_t a, std::size_t b, std::span<LeafPair> pairs,
+void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::size_t b, std::span<LeafPair> pairs,
                   std::size_t& looks_left, StepContext& context) {
-    const OneWay from_a{model, state, context, a, b}, from_b{model, state, context, b, a};
+    const OneWay from_a{model, state, context, a, b, state.solids.entries}, from_b{model, state, context, b, a, state.solids.entries};
     SolidScratch& solids = context.solids;
-    const std::size_t first_touch = solids.touches.size(), first_entry = solids.entries.size(), first_pressed = solids.pressed.size();
+    const std::size_t first_touch = solids.touches.size(), first_entry = state.solids.entries.size(), first_pressed = solids.pressed.size();
     probe_vertices(from_a, pairs, true);
     probe_vertices(from_b, pairs, false);
     if (needs_all_paths(model, context, a, b)) {
@@ -291,7 +293,7 @@ void list_meeting(const SceneModel& model, const State& state, StepContext& cont
             meet_by_surface(model, contact.body_a, contact.body_b))
             add(contact.body_a, contact.body_b);
     for (const SolidEntry& entry : context.solids.entries_before) add(entry.own, entry.other);
-    for (const LeafPair& pair : context.solids.remembered) // looked at again whatever the descent says
+    for (const LeafPair& pair : state.solids.touching) // looked at again whatever the descent says
         if (pair.a == pair.b) add(pair.a, pair.b);
     std::sort(meeting.begin(), meeting.end());
     meeting.erase(std::unique(meeting.begin(), meeting.end()), meeting.end());
@@ -322,25 +324,19 @@ void count_unproven(const SceneModel& model, const State& state, StepContext& co
 
 } // namespace
 
-bool meet_by_surface(const SceneModel& model, std::size_t a, std::size_t b) noexcept {
-    if (model.contact.solid_response != SolidResponse::Surface) return false;
-    if (a == b && touches_itself(model, a)) return true;
-    return model.bodies[a].closed && model.bodies[b].closed;
-}
-
 bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept {
     if (contact.origin == ContactOrigin::TestedSpheres) return true;
     return contact.gap < 0.0 && model.bodies[contact.body_a].covering.tree.is_leaf(contact.feature_a[0]) &&
            model.bodies[contact.body_b].covering.tree.is_leaf(contact.feature_b[0]);
 }
 
-void find_touches(const SceneModel& model, const State& state, StepContext& context) {
+void find_touches(const SceneModel& model, State& state, StepContext& context) {
     SolidScratch& solids = context.solids;
     std::vector<LeafPair>& pairs = solids.leaf_pairs;
     solids.touches.clear();
     solids.pressed.clear();
-    std::swap(solids.entries, solids.entries_before);
-    solids.entries.clear();
+    std::swap(state.solids.entries, solids.entries_before);
+    state.solids.entries.clear();
     pairs.clear();
     for (BodyScratch& body : context.bodies) body.surface_is_fresh = false;
     list_meeting(model, state, context);
@@ -349,7 +345,7 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
         if (meet_by_surface(model, contact.body_a, contact.body_b) && is_leaf_pair(model, contact))
             pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
     }
-    probe_open_pairs(model, context);
+    probe_open_pairs(model, state.solids, context);
     std::sort(pairs.begin(), pairs.end(), by_key);
     pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }),
                 pairs.end());
@@ -364,8 +360,8 @@ void find_touches(const SceneModel& model, const State& state, StepContext& cont
             touch_self(model, state, of_these, context);
         begin = end;
     }
-    std::sort(solids.entries.begin(), solids.entries.end(), by_key);
-    remember_touching(context);
+    std::sort(state.solids.entries.begin(), state.solids.entries.end(), by_key);
+    keep_touching(solids, state.solids.touching);
     count_unproven(model, state, context);
 }
 

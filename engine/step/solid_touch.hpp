@@ -12,10 +12,6 @@ inline constexpr double kFacing = -0.2;
 /// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
 inline constexpr double kNoWay = 1e-9;
 
-/// The scene's response is "surface", and both bodies are closed: depths beneath their leaves are those of the surfaces. A body against
-/// itself need not be closed: its triangles say which side is out.
-[[nodiscard]] bool meet_by_surface(const SceneModel& model, std::size_t a, std::size_t b) noexcept;
-
 /// A pair of spheres with nothing left to refine, tested, or assumed and overlapping.
 [[nodiscard]] bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept;
 
@@ -26,6 +22,6 @@ inline constexpr double kNoWay = 1e-9;
 /// listed as far as they may come in the next step: the margin and what they moved in this one.
 /// Inside is decided by winding numbers of the whole surface: a leaf alone does not know. Each place counts once, however
 /// many leaf pairs see it. No allocation once the lists have their size.
-void find_touches(const SceneModel& model, const State& state, StepContext& context);
+void find_touches(const SceneModel& model, State& state, StepContext& context);
 
 } // namespace trocar::engine

@@ -1,5 +1,6 @@
 #include "engine/step/solid_trees.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/self_touch.hpp"
 #include "engine/step/solid_passage.hpp"
 #include "engine/step/solid_stage.hpp"
@@ -108,7 +109,7 @@ void update_solid_trees(const SceneModel& model, const State& state, StepContext
         const std::vector<Vec3>& now = state.bodies[i].surface;
         const std::vector<Vec3>& before = body.moves() ? scratch.surface_t0 : now;
         if (body.wrapped) {
-            read_turns(scratch.frames, scratch.turn_t1);
+            read_turns(state.bodies[i].frames, scratch.turn_t1);
             follow_wrapped(model, i, state, context);
         } else if (model.contact.sphere_trees != SphereTrees::Covering) {
             carry_wrapped(body, before, now, scratch.change, scratch.spheres);
@@ -151,13 +152,8 @@ const spheretree::Sphere* known_sphere(std::size_t body, Index sphere, const Ste
     return scratch.wrapped.knows(sphere) ? &scratch.wrapped.spheres()[sphere] : nullptr;
 }
 
-void keep_turns(const SceneModel& model, std::size_t body, StepContext& context) {
-    if (model.bodies[body].wrapped) read_turns(context.bodies[body].frames, context.bodies[body].turn_t0);
-}
-
-void rejoin_trees(const SceneModel& model, const State& state, StepContext& context) {
-    for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (model.bodies[i].wrapped && !context.bodies[i].turn_t1.empty()) follow_wrapped(model, i, state, context);
+void keep_turns(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
+    if (model.bodies[body].wrapped) read_turns(state.bodies[body].frames, context.bodies[body].turn_t0);
 }
 
 } // namespace trocar::engine

@@ -26,9 +26,6 @@ void update_solid_trees(const SceneModel& model, const State& state, StepContext
 [[nodiscard]] const spheretree::Sphere* known_sphere(std::size_t body, Index sphere, const StepContext& context) noexcept;
 
 /// A' - A of the frames that the body hangs on, as its surface stands: where the next step starts from.
-void keep_turns(const SceneModel& model, std::size_t body, StepContext& context);
-
-/// Lazy spheres of another context's step become this context's own.
-void rejoin_trees(const SceneModel& model, const State& state, StepContext& context);
+void keep_turns(const SceneModel& model, std::size_t body, const State& state, StepContext& context);
 
 } // namespace trocar::engine

@@ -1,5 +1,6 @@
 #include "engine/step/spring_memory.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/surface_spring.hpp"
 
 #include <algorithm>
@@ -12,16 +13,15 @@ bool is_of_vertex(const Contact& touch) noexcept { return touch.feature_a[1] == 
 
 } // namespace
 
-void note_held(const SceneModel& model, const State& state, StepContext& context) {
-    SolidScratch& solids = context.solids;
-    std::swap(solids.sprung, solids.sprung_before);
-    solids.sprung.clear();
+void note_held(const SceneModel& model, State& state, SolidScratch& solids) {
+    std::swap(state.solids.vertex_springs, solids.vertex_springs_before);
+    state.solids.vertex_springs.clear();
     const auto gap_of = [&](std::size_t body, Index spring) {
         const std::size_t owner = owner_of(model, body);
         if (spring == kNoIndex) return 0.0;
-        return fem::find_spring_gap(context.bodies[owner].springs, spring, model.step_s, state.bodies[owner].tissue.position);
+        return fem::find_spring_gap(state.bodies[owner].springs, spring, model.step_s, state.bodies[owner].tissue.position);
     };
-    for (SprungPlace& place : solids.sprung_before) // each body closes its share of the gap: the rest of it is the sum
+    for (SprungPlace& place : solids.vertex_springs_before) // each body closes its share of the gap: the rest of it is the sum
         place.held = std::max(0.0, -(gap_of(place.own, place.spring_a) + gap_of(place.other, place.spring_b)));
 }
 
@@ -30,9 +30,9 @@ const SprungPlace* find_sprung(const SolidScratch& solids, const Contact& touch)
 }
 
 const SprungPlace* find_sprung(const SolidScratch& solids, const std::tuple<std::size_t, std::size_t, Index>& key) noexcept {
-    const auto place = std::lower_bound(solids.sprung_before.begin(), solids.sprung_before.end(), key,
+    const auto place = std::lower_bound(solids.vertex_springs_before.begin(), solids.vertex_springs_before.end(), key,
                                         [](const SprungPlace& x, const auto& wanted) { return x.key() < wanted; });
-    return place != solids.sprung_before.end() && place->key() == key ? &*place : nullptr;
+    return place != solids.vertex_springs_before.end() && place->key() == key ? &*place : nullptr;
 }
 
 double find_start_gap(const SceneModel& model, const SolidScratch& solids, const Contact& touch) noexcept {
@@ -41,15 +41,15 @@ double find_start_gap(const SceneModel& model, const SolidScratch& solids, const
     return std::max(touch.gap, -((before ? before->held : 0.0) + kSettling * model.step_s));
 }
 
-SprungPlace* remember_springs(const Contact& touch, double gap, SolidScratch& solids) {
+SprungPlace* remember_springs(const Contact& touch, double gap, SolidContactState& solids) {
     if (!is_of_vertex(touch)) return nullptr;
     const SpringPair& made = solids.springs.back();
-    return &solids.sprung.emplace_back(
+    return &solids.vertex_springs.emplace_back(
         SprungPlace{touch.body_a, touch.body_b, touch.feature_a[0], made.spring_a, made.spring_b, std::max(0.0, -gap)});
 }
 
-void sort_memory(SolidScratch& solids) {
-    std::sort(solids.sprung.begin(), solids.sprung.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
+void sort_memory(SolidContactState& solids) {
+    std::sort(solids.vertex_springs.begin(), solids.vertex_springs.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
 }
 
 } // namespace trocar::engine

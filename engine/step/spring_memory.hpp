@@ -17,7 +17,7 @@ namespace trocar::engine {
 inline constexpr double kSettling = 1e-3;
 
 /// Notes what the vertices' springs of the last response hold at the step's end, and forgets whose they were.
-void note_held(const SceneModel& model, const State& state, StepContext& context);
+void note_held(const SceneModel& model, State& state, SolidScratch& solids);
 
 /// Of the last response; nullptr: no spring waited for it, or it is no vertex.
 [[nodiscard]] const SprungPlace* find_sprung(const SolidScratch& solids, const Contact& touch) noexcept;
@@ -28,7 +28,7 @@ void note_held(const SceneModel& model, const State& state, StepContext& context
 [[nodiscard]] double find_start_gap(const SceneModel& model, const SolidScratch& solids, const Contact& touch) noexcept;
 
 /// Remembers the springs that were just made for a touch with this gap; nullptr: it is no vertex's. sort_memory once all are made.
-SprungPlace* remember_springs(const Contact& touch, double gap, SolidScratch& solids);
-void sort_memory(SolidScratch& solids);
+SprungPlace* remember_springs(const Contact& touch, double gap, SolidContactState& solids);
+void sort_memory(SolidContactState& solids);
 
 } // namespace trocar::engine

@@ -1,4 +1,5 @@
 #include "engine/step/surface_spring.hpp"
+#include "engine/prepare/body_pairs.hpp"
 
 namespace trocar::engine {
 
@@ -46,22 +47,18 @@ bool finish_spring(fem::ContactSpring& spring, fem::ContactSprings& springs) {
 
 } // namespace
 
-std::size_t owner_of(const SceneModel& model, std::size_t body) noexcept {
-    return model.bodies[body].carrier != SIZE_MAX ? model.bodies[body].carrier : body;
-}
-
-bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const State& state, StepContext& context) {
+bool add_surface_spring(const SceneModel& model, const SurfacePush& push, State& state) {
     const std::size_t owner = owner_of(model, push.body);
-    fem::ContactSprings& springs = context.bodies[owner].springs;
+    fem::ContactSprings& springs = state.bodies[owner].springs;
     fem::ContactSpring spring = start_spring(push, springs);
     add_entries(model, push, state.bodies[owner].tissue.position, springs, spring);
     return finish_spring(spring, springs);
 }
 
-bool add_balanced_spring(const SceneModel& model, const SurfacePush& a, const SurfacePush& b, const State& state, StepContext& context) {
+bool add_balanced_spring(const SceneModel& model, const SurfacePush& a, const SurfacePush& b, State& state) {
     const std::size_t owner = owner_of(model, a.body);
     const std::vector<Vec3>& nodes = state.bodies[owner].tissue.position;
-    fem::ContactSprings& springs = context.bodies[owner].springs;
+    fem::ContactSprings& springs = state.bodies[owner].springs;
     fem::ContactSpring spring = start_spring(a, springs);
     SurfacePush against = b;
     against.direction = -a.direction;

@@ -1,15 +1,12 @@
 // A force on a place of a surface that organs carry: a spring on the coarse nodes that its vertices hang on.
 #pragma once
 
-#include "engine/step/context.hpp"
+#include "engine/state/state.hpp"
 
 #include <limits>
 #include <span>
 
 namespace trocar::engine {
-
-/// The body whose coarse mesh carries this one: itself, or its carrier.
-[[nodiscard]] std::size_t owner_of(const SceneModel& model, std::size_t body) noexcept;
 
 /// What pushes a place of a surface along `direction` (unit) while its gap is negative.
 struct SurfacePush {
@@ -29,10 +26,10 @@ struct SurfacePush {
 /// Adds one spring that pushes two places of the same owner's nodes apart: `a` along its direction, `b` against it, with the gap,
 /// stiffness and the rest of `a`. What one place receives the other gives, in every stage of every sub-step. False: nothing hangs on a
 /// node.
-bool add_balanced_spring(const SceneModel& model, const SurfacePush& a, const SurfacePush& b, const State& state, StepContext& context);
+bool add_balanced_spring(const SceneModel& model, const SurfacePush& a, const SurfacePush& b, State& state);
 
 /// Adds a spring to the owner's; the nodes get the force through the transpose of the links' derivative, so that
 /// momentum is kept. False if no vertex hangs on a node: nothing was added.
-bool add_surface_spring(const SceneModel& model, const SurfacePush& push, const State& state, StepContext& context);
+bool add_surface_spring(const SceneModel& model, const SurfacePush& push, State& state);
 
 } // namespace trocar::engine

@@ -1,6 +1,7 @@
 #include "engine/step/tissue_stage.hpp"
 
 #include "base/trig.hpp"
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/surface_spring.hpp"
 #include "engine/step/waiting_springs.hpp"
@@ -45,10 +46,10 @@ fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, 
     limits.max_substeps = model.max_substeps;
     limits.integrator = model.integrator;
     if (model.fixed_substeps == 0)
-        return fem::advance(*body.tissue, state.tissue, model.step_s, inputs, limits, scratch.rk, scratch.stable);
+        return fem::advance(*body.tissue, state.tissue, model.step_s, inputs, limits, scratch.rk, state.stable);
     // The scene insists on a number; preparation refused it where the body at rest would not stand it.
     fem::AdvanceReport done;
-    done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, inputs.springs, scratch.stable, model.integrator);
+    done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, inputs.springs, state.stable, model.integrator);
     const unsigned needed = fem::count_substeps(model.step_s, done.tightest, model.max_substeps);
     done.refused = needed == 0;
     if (!done.refused)
@@ -87,7 +88,7 @@ void integrate_body(const SceneModel& model, const BodyModel& body, double end_t
         inputs.gravity = *model.effects.gravity;
         counts.note(Effect::Gravity);
     }
-    inputs.springs = &felt_springs(scratch);
+    inputs.springs = &felt_springs(state, scratch);
     inputs.pinned_target = scratch.pinned_target;
     scratch.advanced = advance_body(model, body, inputs, state, scratch);
 }
@@ -128,7 +129,7 @@ void keep_start(const SceneModel& model, const State& state, StepContext& contex
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].moves()) continue;
         context.bodies[i].tissue_t0 = state.bodies[i].tissue;
-        keep_turns(model, i, context);
+        keep_turns(model, i, state, context);
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         context.instruments[i].rod_t0 = state.instruments[i].rod;
@@ -137,10 +138,10 @@ void keep_start(const SceneModel& model, const State& state, StepContext& contex
     }
 }
 
-void place_surface(const SceneModel& model, std::size_t i, State& state, StepContext& context) noexcept {
-    if (!context.bodies[i].surface_waits) return;
-    fem::place_vertices(*model.bodies[i].links, context.bodies[i].frames, model.bodies[i].surface.vertices, state.bodies[i].surface);
-    context.bodies[i].surface_waits = false;
+void place_surface(const SceneModel& model, std::size_t i, State& state) noexcept {
+    if (!state.bodies[i].surface_waits) return;
+    fem::place_vertices(*model.bodies[i].links, state.bodies[i].frames, model.bodies[i].surface.vertices, state.bodies[i].surface);
+    state.bodies[i].surface_waits = false;
 }
 
 void keep_surfaces(const SceneModel& model, State& state, StepContext& context) {
@@ -160,8 +161,8 @@ void restore_start(const SceneModel& model, State& state, StepContext& context) 
         BodyScratch& scratch = context.bodies[i];
         state.bodies[i].tissue = scratch.tissue_t0;
         if (scratch.may_wait) {
-            fem::turn_frames(*model.bodies[i].links, context.bodies[owner_of(model, i)].tissue_t0.position, scratch.frames);
-            scratch.surface_waits = true;
+            fem::turn_frames(*model.bodies[i].links, context.bodies[owner_of(model, i)].tissue_t0.position, state.bodies[i].frames);
+            state.bodies[i].surface_waits = true;
         } else {
             state.bodies[i].surface = scratch.surface_t0;
         }
@@ -185,7 +186,7 @@ void integrate_bodies(const SceneModel& model, State& state, StepContext& contex
     for (bool again = true; again;) { // each body once at most: what one that was put back does may press another
         again = false;
         for (std::size_t i = 0; i < model.bodies.size(); ++i)
-            context.bodies[i].springs_met = context.bodies[i].springs_wait && has_met(model, i, state, context);
+            context.bodies[i].springs_met = context.bodies[i].springs_wait && has_met(model, i, state);
         for (std::size_t i = 0; i < model.bodies.size(); ++i) {
             if (!context.bodies[i].springs_met) continue;
             again = true;
@@ -206,11 +207,11 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
             const Vec3 moved = evaluate_motion(body.path, state.time + model.step_s);
             for (std::size_t v = 0; v < surface.size(); ++v) surface[v] = body.surface.vertices[v] + moved;
         } else if (body.links) {
-            BodyScratch& scratch = context.bodies[i];
-            scratch.frames.leave_static = body.moves_by_links_alone();
-            fem::turn_frames(*body.links, state.bodies[owner_of(model, i)].tissue.position, scratch.frames);
-            scratch.surface_waits = true;
-            if (!scratch.may_wait) place_surface(model, i, state, context);
+            BodyState& own = state.bodies[i];
+            own.frames.leave_static = body.moves_by_links_alone();
+            fem::turn_frames(*body.links, state.bodies[owner_of(model, i)].tissue.position, own.frames);
+            own.surface_waits = true;
+            if (!context.bodies[i].may_wait) place_surface(model, i, state);
         } else if (!body.pulse_reach.empty()) {
             std::copy(body.surface.vertices.begin(), body.surface.vertices.end(), surface.begin());
         }

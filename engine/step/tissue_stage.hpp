@@ -16,7 +16,7 @@ void keep_surfaces(const SceneModel& model, State& state, StepContext& context);
 void restore_start(const SceneModel& model, State& state, StepContext& context);
 
 /// Places the vertices of a surface that waits for somebody to look at it.
-void place_surface(const SceneModel& model, std::size_t body, State& state, StepContext& context) noexcept;
+void place_surface(const SceneModel& model, std::size_t body, State& state) noexcept;
 
 /// Integrates every deformable body over the step with the springs of the last response. On a value that is not finite,
 /// or when more sub-steps than allowed are needed, the report says which body, element and number.

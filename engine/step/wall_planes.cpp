@@ -55,16 +55,16 @@ collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, 
 }
 
 /// Planes of one place from the list, nearest first, those that say nothing new left out.
-void add_planes(const NearList& list, Index node, double weight, double room, InstrumentScratch& scratch) {
-    const std::size_t first = scratch.planes.size();
+void add_planes(const NearList& list, Index node, double weight, double room, InstrumentState& now) {
+    const std::size_t first = now.planes.size();
     for (const NearTriangle& near : list.entries()) {
         bool known = false;
-        for (std::size_t k = first; k < scratch.planes.size() && !known; ++k)
-            known = scratch.planes[k].normal.dot(near.normal) > kSameDirection;
+        for (std::size_t k = first; k < now.planes.size() && !known; ++k)
+            known = now.planes[k].normal.dot(near.normal) > kSameDirection;
         if (known) continue;
-        scratch.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0, near.velocity});
-        scratch.presses.push_back({near.triangle, near.bary});
-        if (scratch.planes.size() - first == kPlanesPerPlace) return;
+        now.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0, near.velocity});
+        now.presses.push_back({near.triangle, near.bary});
+        if (now.planes.size() - first == kPlanesPerPlace) return;
     }
 }
 
@@ -116,8 +116,9 @@ bool wall_is_near(const SceneModel& model, std::size_t body, const State& state,
 
 } // namespace
 
-void plane_from_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context, double reach) {
+void plane_from_wall(const SceneModel& model, std::size_t index, State& state, StepContext& context, double reach) {
     const InstrumentModel& instrument = model.instruments[index];
+    InstrumentState& own = state.instruments[index];
     InstrumentScratch& scratch = context.instruments[index];
     const collision::SurfaceMotion before = wall_before(model, instrument.lumen, state, context);
     const std::span<const Vec3> after = state.bodies[instrument.lumen].surface;
@@ -128,8 +129,8 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
     if (goes_along(model, index)) // what is in the bore meets no wall
         first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
                                                      context.instruments[instrument.inside].command.insertion));
-    scratch.planes.clear();
-    scratch.presses.clear();
+    own.planes.clear();
+    own.presses.clear();
     scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
     NearList list;
     double nearest = 0.0;
@@ -150,12 +151,12 @@ void plane_from_wall(const SceneModel& model, std::size_t index, const State& st
                     list.add({id, distance, (p - on.point) / distance, now, (now - on.point) / model.step_s, on.bary});
                 },
                 context.bodies[instrument.lumen].wall_age.drift);
-            add_planes(list, node, weight, room, scratch);
+            add_planes(list, node, weight, room, own);
             scratch.wall_distance[slot_of(node, weight)] = nearest;
         }
 }
 
-void plane_from_walls(const SceneModel& model, std::size_t index, const State& state, StepContext& context, double reach) {
+void plane_from_walls(const SceneModel& model, std::size_t index, State& state, StepContext& context, double reach) {
     for (const std::size_t one : coaxial(model, index)) plane_from_wall(model, one, state, context, reach);
 }
 
@@ -200,7 +201,7 @@ static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, cons
     const fem::RodState& rod = state.instruments[index].rod;
     const double radius = instrument.rod.design.radius;
     // From within, what passes through the wall comes nearer to it than the radius on its way, unless it is faster than that.
-    const bool near_first = context.instruments[index].kept_inside && longest_approach(model, index, state, context) < radius;
+    const bool near_first = state.instruments[index].kept_inside && longest_approach(model, index, state, context) < radius;
     const double reach = near_first ? radius : radius + kPlaneReach;
     const Index first = fem::first_inserted_node(instrument.rod, rod.insertion);
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size(); ++node)

@@ -150,7 +150,7 @@ private:
 
 } // namespace
 
-void open_exchange(const Session& session, Exchange& exchange) {
+void open_exchange(Session& session, Exchange& exchange) {
     for (Snapshot& place : exchange.snapshot.places()) prepare_snapshot(session, place);
     fill_snapshot(session, false, exchange.snapshot.back());
     exchange.snapshot.publish();

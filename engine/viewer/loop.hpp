@@ -54,7 +54,7 @@ struct LoopOptions {
 };
 
 /// Before the threads start: sizes what they share, and shows the session as it is.
-void open_exchange(const Session& session, Exchange& exchange);
+void open_exchange(Session& session, Exchange& exchange);
 
 /// Runs until `exchange.stop`, or so many steps. tally  every step's report, as a headless run counts them; its memory is
 /// reserved, and later steps are left out when it is full.

@@ -3,7 +3,7 @@
 #include "engine/render/camera.hpp"
 #include "engine/report/places.hpp"
 #include "engine/step/pull_stage.hpp"
-#include "engine/step/solid_stage.hpp"
+#include "engine/prepare/body_pairs.hpp"
 
 #include <nlohmann/json.hpp>
 

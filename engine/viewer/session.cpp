@@ -2,6 +2,7 @@
 
 #include "engine/step/instrument_stage.hpp"
 #include "engine/step/pull_stage.hpp"
+#include "engine/step/script.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -206,7 +207,7 @@ double Session::assumed_error_m() const noexcept {
         const std::size_t bodies = model_.bodies.size();
         if (contact.body_a >= bodies) { // a group of an instrument's links
             const std::size_t i = contact.body_a - bodies;
-            const double radius = context.instruments[i].chain.spheres[contact.feature_a[0]].radius;
+            const double radius = simulator_->raw_state().instruments[i].chain.spheres[contact.feature_a[0]].radius;
             error = std::max(error, 2.0 * (radius - model_.instruments[i].rod.design.radius));
         } else { // two solids: anything within either sphere may be what touches
             error = std::max(error, 2.0 * context.bodies[contact.body_a].spheres[contact.feature_a[0]].radius);

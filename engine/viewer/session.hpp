@@ -39,8 +39,9 @@ public:
     [[nodiscard]] bool wants_step() const noexcept { return (!status_.paused || single_steps_ > 0) && !stopped(); }
     const StepReport& step();
 
-    [[nodiscard]] bool stopped() const noexcept { return !simulator_->context().report.finite; }
+    [[nodiscard]] bool stopped() const noexcept { return !simulator_->report().finite; }
     [[nodiscard]] const Simulator& simulator() const noexcept { return *simulator_; }
+    [[nodiscard]] Simulator& simulator() noexcept { return *simulator_; }
     [[nodiscard]] const SceneModel& model() const noexcept { return model_; }
     [[nodiscard]] const SessionStatus& status() const noexcept { return status_; }
     /// Largest distance between an untested pair's stand-in and what it stands for, m; 0 where nothing is assumed.

@@ -67,7 +67,7 @@ void list_spheres(const Session& session, Snapshot& snapshot) {
         const auto status = context.descent.link_status(i);
         const auto [begin, end] = spheres_of_level(chain.tree, level);
         for (Index sphere = begin; sphere < end; ++sphere)
-            add_sphere(context.instruments[i].chain.spheres[sphere], kind_of_group(chain, sphere, status), snapshot);
+            add_sphere(session.simulator().raw_state().instruments[i].chain.spheres[sphere], kind_of_group(chain, sphere, status), snapshot);
     }
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!has_spheres(context, i) || !model.instruments.empty()) continue; // solids meet solids only
@@ -80,14 +80,14 @@ void list_spheres(const Session& session, Snapshot& snapshot) {
 void list_rod(const Session& session, Snapshot& snapshot) {
     snapshot.rod.clear();
     if (!session.has_instrument()) return;
-    const fem::RodState& rod = session.simulator().state().instruments.front().rod;
+    const fem::RodState& rod = session.simulator().raw_state().instruments.front().rod;
     const Index first = fem::first_inserted_node(session.model().instruments.front().rod, rod.insertion);
     for (std::size_t k = first; k < rod.position.size(); ++k) snapshot.rod.push_back(to_point(rod.position[k]));
 }
 
 } // namespace
 
-void prepare_snapshot(const Session& session, Snapshot& snapshot) {
+void prepare_snapshot(Session& session, Snapshot& snapshot) {
     const State& state = session.simulator().state();
     snapshot.surfaces.clear();
     snapshot.moves.clear();
@@ -105,7 +105,7 @@ void prepare_snapshot(const Session& session, Snapshot& snapshot) {
     copy_surfaces(state, snapshot, true);
 }
 
-void fill_snapshot(const Session& session, bool spheres, Snapshot& snapshot) {
+void fill_snapshot(Session& session, bool spheres, Snapshot& snapshot) {
     copy_surfaces(session.simulator().state(), snapshot, false);
     list_contacts(session, snapshot);
     snapshot.spheres.clear();
@@ -113,7 +113,7 @@ void fill_snapshot(const Session& session, bool spheres, Snapshot& snapshot) {
     if (spheres) list_spheres(session, snapshot);
     list_rod(session, snapshot);
     snapshot.status = session.status();
-    snapshot.report = session.simulator().context().report;
+    snapshot.report = session.simulator().report();
     snapshot.assumed_error_m = session.assumed_error_m();
     snapshot.run = session.run();
     snapshot.work_enough = session.work_enough();

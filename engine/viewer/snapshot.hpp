@@ -43,9 +43,9 @@ struct Snapshot {
 inline constexpr std::size_t kMostDots = 2000, kMostSpheres = 6000;
 
 /// Sizes a snapshot for a session, with every surface as it is now.
-void prepare_snapshot(const Session& session, Snapshot& snapshot);
+void prepare_snapshot(Session& session, Snapshot& snapshot);
 /// Fills it. Allocates nothing.
 /// spheres  those of the level that the last descent reached
-void fill_snapshot(const Session& session, bool spheres, Snapshot& snapshot);
+void fill_snapshot(Session& session, bool spheres, Snapshot& snapshot);
 
 } // namespace trocar::engine::viewer

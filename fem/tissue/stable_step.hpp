@@ -34,23 +34,30 @@ struct TissueRates {
     Index worst_tet = kNoIndex;
 };
 
-/// Kept by the caller, one for a body: the modes, so that the next call starts from them and needs a few rounds only.
-struct StableStepWorkspace {
+/// Warm start: what a call takes over from the last one, and decides by.
+struct StableStepMemory {
     std::vector<Vec3> mode, damping_mode; // [node_count] by record, mass-scaled, unit length
+    std::vector<StiffnessNote> notes;     // [batches] how stiff every tet was when the step was derived
+    TissueRates rates;
+    unsigned rates_age = 0;  // sub-steps since they were derived
+    bool rates_hold = false; // the notes were taken with them, and no tet has stiffened since
+    bool warm = false;
+    int rounds_ahead = 0; // of the next derivation, taken already
+};
+
+/// Kept by the caller, one for a body: the modes, so that the next call starts from them and needs a few rounds only.
+struct StableStepWorkspace : StableStepMemory {
     std::vector<Vec3> product;
     std::vector<NodeRecord> records; // x: position, v: displacement
     std::vector<PartialForce> partial;
     std::vector<double> root_inv_mass;    // [node_count] by record, 1/sqrt(kg)
     std::vector<double> row, damping_row; // [node_count] by record, Gershgorin rows of the springs
-    std::vector<StiffnessNote> notes;     // [batches] how stiff every tet was when the step was derived
-    TissueRates rates;
-    unsigned rates_age = 0;  // sub-steps since they were derived
-    bool rates_hold = false; // the notes were taken with them, and no tet has stiffened since
     unsigned threads = 1;
-    bool warm = false;
-    int rounds_ahead = 0; // of the next derivation, taken already
     int cold_rounds = 30; // first call, or after warm = false
     int warm_rounds = 4;  // every call after that
+
+    [[nodiscard]] StableStepMemory& memory() noexcept { return *this; }
+    [[nodiscard]] const StableStepMemory& memory() const noexcept { return *this; }
 };
 
 /// position [node_count] m; springs may be null. Deterministic; allocates on the first call only.

@@ -126,7 +126,7 @@ TEST(Solids, AllocateNothingOnceWarm) {
                                                                  budget));
         Simulator simulator(prepared.model);
         (void)test::run_steps(simulator, warm);
-        const StepReport& report = simulator.context().report;
+        const StepReport& report = simulator.report();
         EXPECT_GT(report.solid_touches + report.held_pairs, 0u) << "they touch";
         expect_no_allocation(simulator);
     }

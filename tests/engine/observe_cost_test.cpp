@@ -1,4 +1,5 @@
 // The price of accuracy: distances of surfaces, contacts as patches, budgets along the exact run's states.
+#include "engine/state/state_bytes.hpp"
 #include "engine/experiments/cost_page.hpp"
 #include "engine/report/gnuplot.hpp"
 #include "engine/prepare/process.hpp"
@@ -175,7 +176,7 @@ TEST(Patches, OfABallOnATableAreWhereItTouches) {
     EXPECT_LT(of_body(1), 10) << "of some 300 patches of the table";
 }
 
-TEST(Join, AStepThatWasBegunElsewhereEndsTheSame) {
+TEST(Fork, AStepFromAnotherRunsStateEndsTheSame) {
     std::string wrapped = kBallOnTable; // a box: a perfect sphere's medial axis is a point, which takes long
     const std::string ball = R"("shape": "sphere", "centre": [0, 0, 32], "radius": 30, "subdivisions": 3)";
     wrapped.replace(wrapped.find(ball), ball.size(), R"("shape": "box", "centre": [0, 0, 32], "extent": [60, 60, 60], "cells": 4)");
@@ -184,12 +185,11 @@ TEST(Join, AStepThatWasBegunElsewhereEndsTheSame) {
         const PreparedScene prepared = test::prepare(text);
         Simulator exact(prepared.model, BudgetLimits{}), other(prepared.model, BudgetLimits{});
         for (int step = 0; step < 60; ++step) {
-            ASSERT_TRUE(exact.begin_step());
-            ASSERT_TRUE(other.join_step(exact).ok());
-            other.finish_step();
-            exact.finish_step();
-            ASSERT_EQ(hash_state(other.state()), hash_state(exact.state())) << prepared.model.name << ", step " << step;
-            ASSERT_EQ(other.context().report.pairs_tested, exact.context().report.pairs_tested) << step;
+            ASSERT_TRUE(other.restore(exact.state()).ok());
+            ASSERT_TRUE(exact.step().finite);
+            ASSERT_TRUE(other.step().finite);
+            ASSERT_EQ(hash_whole_state(other.state()), hash_whole_state(exact.state())) << prepared.model.name << ", step " << step;
+            ASSERT_EQ(other.report().pairs_tested, exact.report().pairs_tested) << step;
             ASSERT_EQ(other.contacts().size(), exact.contacts().size()) << step;
         }
     }

@@ -18,10 +18,10 @@ TEST(LaidOut, AnInstrumentWithARouteStandsAtItsEndAndStaysInside) {
     ASSERT_EQ(prepared.model.instruments.size(), 1u);
     ASSERT_TRUE(prepared.model.instruments[0].route.has_value());
     const double length = prepared.model.instruments[0].route->length.back();
-    const std::string memory = lay_along_routes(prepared.model);
-    ASSERT_FALSE(memory.empty());
+    const std::optional<State> inside = lay_along_routes(prepared.model);
+    ASSERT_TRUE(inside);
     Simulator simulator(prepared.model);
-    ASSERT_EQ(simulator.take_over(memory), "");
+    ASSERT_TRUE(simulator.restore(*inside).ok());
     EXPECT_NEAR(simulator.state().instruments[0].rod.insertion, length, 1e-12);
     double force = 0.0;
     for (int k = 0; k < 60; ++k) {
@@ -31,12 +31,12 @@ TEST(LaidOut, AnInstrumentWithARouteStandsAtItsEndAndStaysInside) {
         force = std::max(force, report.contact_force_n);
     }
     EXPECT_GT(force, 0.0) << "it leans on the bend";
-    EXPECT_LT(simulator.context().report.target_distance_m, 0.02);
+    EXPECT_LT(simulator.report().target_distance_m, 0.02);
 }
 
 TEST(LaidOut, WithoutARouteThereIsNothingToLayOut) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene());
-    EXPECT_TRUE(lay_along_routes(prepared.model).empty());
+    EXPECT_FALSE(lay_along_routes(prepared.model));
 }
 
 } // namespace

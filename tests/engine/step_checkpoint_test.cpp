@@ -1,8 +1,8 @@
 // A run that is cut and goes on from a checkpoint is the run that was never cut: every bit of what decides the next step, in every
 // step after the cut. And a checkpoint that is not this scene's, cut off, or changed is refused.
 #include "engine/io/write_mesh.hpp"
-#include "engine/step/bit_hash.hpp"
-#include "engine/step/byte_stream.hpp"
+#include "engine/state/byte_stream.hpp"
+#include "engine/state/state_bytes.hpp"
 #include "engine/step/checkpoint.hpp"
 #include "step_fixture.hpp"
 
@@ -17,11 +17,7 @@
 namespace trocar::engine {
 namespace {
 
-std::uint64_t memory_hash(const Simulator& simulator) {
-    BitHash hash;
-    hash.add_bytes(make_checkpoint(simulator).memory);
-    return hash.value();
-}
+std::uint64_t memory_hash(Simulator& simulator) { return hash_whole_state(simulator.state()); }
 
 struct SceneCase {
     std::string name, text;
@@ -182,8 +178,8 @@ TEST_P(Resumed, RunIsTheUninterruptedOneToTheBitInAllThatDecidesTheNextStep) {
             ASSERT_EQ(memory_hash(later), memory[later.state().step]) << "step " << later.state().step;
         }
         EXPECT_EQ(hash_state(later.state()), hash_state(whole.state()));
-        EXPECT_EQ(later.context().report.work_units, whole.context().report.work_units);
-        EXPECT_EQ(later.context().report.residual_n, whole.context().report.residual_n);
+        EXPECT_EQ(later.report().work_units, whole.report().work_units);
+        EXPECT_EQ(later.report().residual_n, whole.report().residual_n);
     }
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, Resumed, ::testing::ValuesIn(scenes()), [](const auto& tested) {
@@ -218,7 +214,7 @@ TEST_F(CheckpointFile, KeepsWhatAHandHoldsAndPulls) {
         simulator.step();
     }
     EXPECT_EQ(hash_state(later.state()), hash_state(simulator.state()));
-    EXPECT_GT(later.context().report.pull_force_n, 0.0);
+    EXPECT_GT(later.report().pull_force_n, 0.0);
 }
 
 TEST_F(CheckpointFile, OfAnotherSceneIsRefusedWithBothNames) {
@@ -256,22 +252,22 @@ TEST_F(CheckpointFile, WithAMemoryOfNonsenseNeverCrashesNorTakesMuchMemory) {
     const unsigned seed = 11;
     std::mt19937 random(seed);
     Checkpoint checkpoint = *parse_checkpoint(bytes, "some.bin");
-    const std::string sound = checkpoint.memory;
+    const std::string sound = checkpoint.state;
     int refused = 0;
     for (int k = 0; k < 300; ++k) {
-        checkpoint.memory = sound;
+        checkpoint.state = sound;
         for (unsigned changes = 1 + random() % 4; changes > 0; --changes) {
             const std::size_t at = random() % sound.size();
-            checkpoint.memory[at] = static_cast<char>(random());
+            checkpoint.state[at] = static_cast<char>(random());
             if (random() % 8 == 0)
-                for (std::size_t b = at; b < std::min(at + 8, sound.size()); ++b) checkpoint.memory[b] = '\xff';
+                for (std::size_t b = at; b < std::min(at + 8, sound.size()); ++b) checkpoint.state[b] = '\xff';
         }
-        if (random() % 8 == 0) checkpoint.memory.resize(random() % sound.size());
+        if (random() % 8 == 0) checkpoint.state.resize(random() % sound.size());
         Simulator later(prepared.model);
         const bool taken = resume(later, checkpoint, "some.bin").ok();
         refused += !taken;
         (void)later.step();
-        if (taken && later.context().report.finite) {
+        if (taken && later.report().finite) {
             EXPECT_EQ(later.state().step, checkpoint.step + 1);
         }
     }

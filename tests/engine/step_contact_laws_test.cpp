@@ -1,7 +1,6 @@
 // What must hold for every contact, whatever the shapes, orientations, steps and budgets: what touches nothing moves as without contact,
 // a free system keeps its momentum and angular momentum, and a scene that flies as a whole goes on as one at rest.
 #include "engine/io/write_mesh.hpp"
-#include "engine/step/step_memory.hpp"
 #include "step_fixture.hpp"
 
 #include <Eigen/Geometry>
@@ -119,7 +118,7 @@ void expect_as_without_contact(FreeScene scene, int steps) {
         ASSERT_TRUE(free.step().finite);
         const StepReport& report = touching.step();
         ASSERT_TRUE(report.finite) << report.failure;
-        EXPECT_EQ(report.substeps, free.context().report.substeps);
+        EXPECT_EQ(report.substeps, free.report().substeps);
         ASSERT_EQ(report.solid_touches, 0u) << "step " << k;
         ASSERT_NO_FATAL_FAILURE(expect_same_bits(free.state(), touching.state(), report.step));
     }
@@ -236,21 +235,14 @@ TEST(ContactLaws, ContactAsStiffAsItMayBeCostsAFewSubstepsAndARefusalNamesItAndW
     Simulator refused(prepared.model);
     for (int k = 0; k < 40 && refused.step().finite; ++k) {
     }
-    const std::string& why = refused.context().report.failure;
+    const std::string& why = refused.report().failure;
     for (const char* part : {"ball: the stable step is", "sub-steps of the step of 0.005 s", "contact.solid_stiffness"})
         EXPECT_NE(why.find(part), std::string::npos) << part << " in " << why;
     prepared.model.max_substeps = 1;
     Simulator soft(prepared.model);
     EXPECT_FALSE(soft.step().finite);
     for (const char* part : {"tetrahedron", "volume", "coarse.mesher"})
-        EXPECT_NE(soft.context().report.failure.find(part), std::string::npos) << part << " in " << soft.context().report.failure;
-}
-
-/// A run goes on from a state that somebody has changed.
-void take_over(Simulator& to, const Simulator& from, const State& state) {
-    std::string memory;
-    append_step_memory(from.model(), state, from.context(), memory);
-    ASSERT_EQ(to.take_over(memory), "");
+        EXPECT_NE(soft.report().failure.find(part), std::string::npos) << part << " in " << soft.report().failure;
 }
 
 struct Sums {
@@ -306,7 +298,7 @@ TEST(ContactLaws, AFreeBodyThatMeetsItselfKeepsMomentumAndAngularMomentum) {
         ASSERT_EQ(prepared.model.bodies.size(), 1u);
         Simulator start(prepared.model), simulator(prepared.model);
         const State thrown = throw_arms(prepared.model, start.state(), turn, random.between(0.1, 0.4), 3.0 * random.direction());
-        ASSERT_NO_FATAL_FAILURE(take_over(simulator, start, thrown));
+        ASSERT_TRUE(simulator.restore(thrown).ok());
         const Sums before = find_sums(prepared.model, thrown);
         std::uint64_t touches = 0;
         double smallest = 1.0;
@@ -353,7 +345,7 @@ TEST(ContactLaws, TwoBodiesThatFlyAlongMeetAsTwoAtRest) {
             if (moving == 1)
                 for (BodyState& body : thrown.bodies)
                     for (Vec3& v : body.tissue.velocity) v += frame;
-            ASSERT_NO_FATAL_FAILURE(take_over(simulator, start, thrown));
+            ASSERT_TRUE(simulator.restore(thrown).ok());
             for (int step = 0; step < steps; ++step) {
                 const StepReport& report = simulator.step();
                 ASSERT_TRUE(report.finite) << report.failure;

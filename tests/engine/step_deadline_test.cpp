@@ -72,9 +72,9 @@ TEST(Deadline, UnderOneTest64BodiesStayOnTheirTable) {
     std::uint32_t inverted = 0;
     for (int k = 0; k < 60; ++k) {
         ASSERT_TRUE(simulator.step().finite);
-        kinetic = std::max(kinetic, simulator.context().report.kinetic_j);
-        inverted += simulator.context().report.inverted_tets;
-        EXPECT_LE(simulator.context().report.pairs_tested, 1u);
+        kinetic = std::max(kinetic, simulator.report().kinetic_j);
+        inverted += simulator.report().inverted_tets;
+        EXPECT_LE(simulator.report().pairs_tested, 1u);
     }
     EXPECT_LT(kinetic, 2e-3) << "J; all of them together can fall by a millimetre: 3e-4";
     EXPECT_EQ(inverted, 0u);

@@ -108,9 +108,7 @@ TEST(Entries, WhatIsRefusedHasChangedNothingAndEveryStateIsFinite) {
             (void)told.finish_step(); // of no step: nothing
             if (hostile.below(2) == 0) (void)told.begin_step();
             (void)told.begin_step(); // once more: nothing
-            EXPECT_FALSE(told.join_step(twin).ok());
-            EXPECT_FALSE(told.join_step(told).ok());
-            EXPECT_NE(told.take_over("nonsense"), "");
+            EXPECT_FALSE(told.restore(twin.state()).ok()) << "in the middle of a step";
             const StepReport& report = told.finish_step();
             ASSERT_TRUE(report.finite) << report.failure;
             ASSERT_TRUE(twin.step().finite);
@@ -152,13 +150,12 @@ TEST(Entries, AModelOrABudgetThatNoStepCanBeTakenWithStopsBeforeTheFirstOne) {
     EXPECT_THAT(refusal(model, good.budget), HasSubstr("limits.speed"));
 }
 
-TEST(Entries, AStepOfAModelOfAnotherSizeIsNotJoined) {
+TEST(Entries, AStateOfAModelOfAnotherSizeIsNotTaken) {
     const PreparedScene tube = test::prepare(test::bent_tube_scene({.budget = "work:2000"}));
     Simulator a(organ_scene().model), b(tube.model);
-    ASSERT_TRUE(a.begin_step());
-    const auto joined = b.join_step(a);
-    ASSERT_FALSE(joined.ok());
-    EXPECT_THAT(joined.error().message, HasSubstr("bodies: found 2, expected 1"));
+    const auto restored = b.restore(a.state());
+    ASSERT_FALSE(restored.ok());
+    EXPECT_THAT(restored.error().message, HasSubstr("bodies: found 2, expected 1"));
     EXPECT_TRUE(b.step().finite) << "it goes on by itself";
 }
 

@@ -1,7 +1,7 @@
 // What a step leaves undone because nothing in it looks there: surfaces that wait, a lumen without time for its descent. Whoever looks
 // finds what would have been there.
-#include "engine/step/bit_hash.hpp"
-#include "engine/step/state.hpp"
+#include "engine/state/bit_hash.hpp"
+#include "engine/state/state.hpp"
 #include "step_fixture.hpp"
 
 #include <vector>
@@ -26,13 +26,13 @@ TEST(LookedAt, AStateThatIsSeenInEveryStepIsTheOneThatIsSeenAtTheEnd) {
             if (step == 20 || step == 40) {
                 EXPECT_TRUE(simulator->set_pull(pull).ok());
             }
-            ASSERT_TRUE(simulator->step().finite) << simulator->context().report.failure;
+            ASSERT_TRUE(simulator->step().finite) << simulator->report().failure;
         }
         (void)hash_state(seen.state());
-        EXPECT_FALSE(seen.context().bodies[0].surface_waits);
-        waited += unseen.context().bodies[0].surface_waits;
-        EXPECT_EQ(seen.context().report.pull_force_n, unseen.context().report.pull_force_n) << "step " << step;
-        EXPECT_EQ(seen.context().report.pull_force_n > 0.0, step >= 20 && step < 40) << "step " << step;
+        EXPECT_FALSE(seen.raw_state().bodies[0].surface_waits);
+        waited += unseen.raw_state().bodies[0].surface_waits;
+        EXPECT_EQ(seen.report().pull_force_n, unseen.report().pull_force_n) << "step " << step;
+        EXPECT_EQ(seen.report().pull_force_n > 0.0, step >= 20 && step < 40) << "step " << step;
     }
     EXPECT_EQ(waited, 60u);
     EXPECT_EQ(hash_state(seen.state()), hash_state(unseen.state()));
@@ -78,8 +78,8 @@ TEST(LookedAt, WhatSomethingCanTouchNeverWaits) {
         std::size_t touches = 0;
         for (int step = 0; step < 60; ++step) {
             ASSERT_TRUE(simulator.step().finite);
-            ASSERT_EQ(simulator.context().bodies[0].surface_waits, !table) << "step " << step;
-            touches += simulator.context().report.solid_touches;
+            ASSERT_EQ(simulator.raw_state().bodies[0].surface_waits, !table) << "step " << step;
+            touches += simulator.report().solid_touches;
         }
         EXPECT_EQ(touches > 0, table);
     }
@@ -97,8 +97,8 @@ TEST(LookedAt, ALumenThatWasLeftOutIsFoundWhereItIs) {
         ASSERT_TRUE(always.step().finite);
         ASSERT_TRUE(sometimes.step().finite);
         if (left_out) {
-            EXPECT_EQ(sometimes.context().report.pairs_tested, 0u);
-            EXPECT_EQ(sometimes.context().report.assumed, 1u) << "told, not silent";
+            EXPECT_EQ(sometimes.report().pairs_tested, 0u);
+            EXPECT_EQ(sometimes.report().assumed, 1u) << "told, not silent";
             continue;
         }
         const std::vector<Contact>&all = always.context().coarse, &found = sometimes.context().coarse;

@@ -1,5 +1,6 @@
 // Planes that reach only as far as the motion suggests: the solve between them is that between all planes.
 #include "engine/step/instrument_stage.hpp"
+#include "engine/step/make_context.hpp"
 #include "engine/step/tissue_stage.hpp"
 #include "hand_clock.hpp"
 #include "step_fixture.hpp"
@@ -47,12 +48,12 @@ Course push_through_the_bend(double advance, int steps) {
             EXPECT_EQ(near_state.instruments[0].rod.position[node], all_state.instruments[0].rod.position[node])
                 << "step " << step << ", node " << node;
         if (::testing::Test::HasFailure()) return course;
-        near.instruments[0].kept_inside = true; // looks as far as its radius
-        all.instruments[0].kept_inside = false; // looks all the way
+        near_state.instruments[0].kept_inside = true; // looks as far as its radius
+        all_state.instruments[0].kept_inside = false; // looks all the way
         EXPECT_EQ(pokes_into_wall(model, 0, near_state, near), pokes_into_wall(model, 0, all_state, all)) << step;
-        course.planes_short += near.instruments[0].planes.size();
-        course.planes_all += all.instruments[0].planes.size();
-        for (const fem::RodPlane& plane : all.instruments[0].planes) course.presses += plane.force > 0.0;
+        course.planes_short += near_state.instruments[0].planes.size();
+        course.planes_all += all_state.instruments[0].planes.size();
+        for (const fem::RodPlane& plane : all_state.instruments[0].planes) course.presses += plane.force > 0.0;
     }
     return course;
 }
@@ -97,7 +98,7 @@ TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
         solve_instrument(model, 0, other, all);
         ASSERT_EQ(state.instruments[0].rod.position, other.instruments[0].rod.position) << "step " << step;
         if (!leap) continue;
-        again += context.instruments[0].planes.size() == all.instruments[0].planes.size();
+        again += state.instruments[0].planes.size() == other.instruments[0].planes.size();
         ++leaps;
     }
     EXPECT_EQ(leaps, 13u);
@@ -124,7 +125,7 @@ TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
         for (Vec3& p : rod.position) p += Vec3(0.0, aside, 0.0);
         context.instruments[0].rod_t0 = rod; // it does not move
         for (const bool within : {true, false}) {
-            context.instruments[0].kept_inside = within;
+            state.instruments[0].kept_inside = within;
             EXPECT_EQ(pokes_into_wall(model, 0, state, context), within ? near : all)
                 << 1e3 * aside << " mm aside, seen within: " << within;
         }
@@ -148,7 +149,7 @@ TEST(PlaneReach, AWallThatComesByItselfIsSeen) {
         plane_from_walls(model, 0, state, context, kPlaneReach);
         EXPECT_GT(std::ranges::count_if(context.instruments[0].wall_distance, [](double d) { return d > 0.8e-3; }), 4);
         for (const bool within : {true, false}) {
-            context.instruments[0].kept_inside = within;
+            state.instruments[0].kept_inside = within;
             EXPECT_EQ(pokes_into_wall(model, 0, state, context), pokes) << 1e3 * comes << " mm, seen within: " << within;
         }
     }

@@ -39,13 +39,13 @@ Vec3 middle(const std::vector<Vec3>& points) {
 }
 
 /// Kinetic, elastic and potential energy, J; the last over the table's top.
-double total_energy(const Simulator& simulator) {
+double total_energy(Simulator& simulator) {
     const fem::TissueModel& tissue = *simulator.model().bodies[0].tissue;
     const std::vector<Vec3>& nodes = simulator.state().bodies[0].tissue.position;
     double potential = 0.0;
     for (std::size_t n = 0; n < nodes.size(); ++n)
         if (tissue.inv_mass[n] > 0.0) potential += 9.81 * nodes[n].z() / tissue.inv_mass[n];
-    const StepReport& report = simulator.context().report;
+    const StepReport& report = simulator.report();
     return potential + report.kinetic_j + report.elastic_j;
 }
 
@@ -70,7 +70,7 @@ TEST(FallingBall, ComesToRestOnTheTableAndGainsNoEnergy) {
     EXPECT_GT(height, 0.025) << "E = 20 kPa: it flattens under its weight";
     EXPECT_LT(height, 0.0301);
     EXPECT_LT(std::abs(lowest(simulator.state().bodies[0].surface)), 1e-3) << "it rests where its surface touches the table";
-    EXPECT_LT(simulator.context().report.kinetic_j, 2e-5) << "below 20 mm/s: without friction it slides on";
+    EXPECT_LT(simulator.report().kinetic_j, 2e-5) << "below 20 mm/s: without friction it slides on";
 }
 
 TEST(FallingBall, UnderATinyBudgetIsNotThrownAway) {
@@ -260,7 +260,7 @@ TEST(Stop, ACrushedSlabOfStVKIsReportedByItsInvertedTetsOrStops) {
             break;
         }
     }
-    EXPECT_TRUE(inverted > 0 || !simulator.context().report.finite) << "smallest volume ratio " << least;
+    EXPECT_TRUE(inverted > 0 || !simulator.report().finite) << "smallest volume ratio " << least;
     EXPECT_TRUE(test::all_finite(simulator.state()));
 }
 

@@ -1,12 +1,13 @@
 // The wall's bounds refitted a part at a time: planes as from a refit of everything, to the bit.
 #include "engine/step/instrument_stage.hpp"
+#include "engine/step/make_context.hpp"
 #include "engine/step/tissue_stage.hpp"
 #include "step_fixture.hpp"
 
 namespace trocar::engine {
 namespace {
 
-void expect_same_planes(const InstrumentScratch& a, const InstrumentScratch& b, int step) {
+void expect_same_planes(const InstrumentState& a, const InstrumentState& b, int step) {
     ASSERT_EQ(a.planes.size(), b.planes.size()) << "step " << step;
     for (std::size_t k = 0; k < a.planes.size(); ++k) {
         ASSERT_EQ(a.planes[k].node, b.planes[k].node) << "step " << step;
@@ -41,9 +42,10 @@ TEST(WallAge, PlanesAreThoseOfAWholeRefit) {
         follow_wall(model, 1, state, parts);
         refit_wall(model, 1, state, whole);
         plane_from_wall(model, 0, state, parts, kPlaneReach);
+        const InstrumentState by_parts = state.instruments[0];
         plane_from_wall(model, 0, state, whole, kPlaneReach);
-        expect_same_planes(parts.instruments[0], whole.instruments[0], step);
-        planes += whole.instruments[0].planes.size();
+        expect_same_planes(by_parts, state.instruments[0], step);
+        planes += by_parts.planes.size();
         drift = std::max(drift, parts.bodies[1].wall_age.drift);
         EXPECT_EQ(pokes_into_wall(model, 0, state, parts), pokes_into_wall(model, 0, state, whole)) << "step " << step;
     }

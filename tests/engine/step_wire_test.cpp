@@ -1,4 +1,5 @@
 // A wire in a bent tube: it stays inside at every budget and speed, and says what it could not test.
+#include "engine/step/make_context.hpp"
 #include "step_fixture.hpp"
 
 namespace trocar::engine {
@@ -222,7 +223,8 @@ TEST(Effects, WithoutAnyContactTheWirePassesThroughAndTheIndependentCheckSeesIt)
 TEST(Wire, EveryClusterOfItsSkinIsAShortPieceOfTheRod) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene());
     const SceneModel& model = prepared.model;
-    const StepContext context = make_step_context(model, make_initial_state(model));
+    State state = make_initial_state(model);
+    const StepContext context = make_step_context(model, state);
     const collision::DopTree& tree = context.instruments[0].tree;
     ASSERT_GT(tree.clusters().size(), 50u);
     for (Index cluster = 0; cluster < tree.clusters().size(); ++cluster) {

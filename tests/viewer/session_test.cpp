@@ -147,14 +147,14 @@ TEST(ViewerSession, MovesTheHandNoFasterThanItsLimits) {
     const double start = session.simulator().state().instruments[0].rod.insertion;
     session.apply(Drive{1.0, 1.0});
     for (int k = 0; k < 50; ++k) session.step();
-    const StepReport& report = session.simulator().context().report;
+    const StepReport& report = session.simulator().report();
     EXPECT_NEAR(report.insertion_m - start, 0.035 * 0.5, 1e-9);
     EXPECT_NEAR(report.rotation_rad, 3.14 * 0.5, 1e-9);
     session.apply(Drive{});
     session.step();
-    const double there = session.simulator().context().report.insertion_m;
+    const double there = session.simulator().report().insertion_m;
     session.step();
-    EXPECT_EQ(session.simulator().context().report.insertion_m, there);
+    EXPECT_EQ(session.simulator().report().insertion_m, there);
 }
 
 /// Against a closed end: what the hand wants does not pile up, and it comes back at once.
@@ -165,10 +165,10 @@ TEST(ViewerSession, AHandThatIsStoppedTurnsRoundAtOnce) {
     Session session(loaded.scene, loaded.prepared);
     session.apply(Drive{1.0, 0.0});
     for (int k = 0; k < 600; ++k) session.step();
-    const double furthest = session.simulator().context().report.insertion_m;
+    const double furthest = session.simulator().report().insertion_m;
     session.apply(Drive{-1.0, 0.0});
     for (int k = 0; k < 20; ++k) session.step();
-    EXPECT_LT(session.simulator().context().report.insertion_m, furthest - 10 * 0.035 * 0.007);
+    EXPECT_LT(session.simulator().report().insertion_m, furthest - 10 * 0.035 * 0.007);
 }
 
 TEST(ViewerSession, ASmallerBudgetStopsAtACoarserLevelAndSaysHowWrongItMayBe) {
@@ -176,12 +176,12 @@ TEST(ViewerSession, ASmallerBudgetStopsAtACoarserLevelAndSaysHowWrongItMayBe) {
     Session session(loaded.scene, loaded.prepared);
     session.apply(Drive{1.0, 0.0});
     for (int k = 0; k < 100; ++k) session.step();
-    const StepReport full = session.simulator().context().report;
+    const StepReport full = session.simulator().report();
     EXPECT_EQ(full.pairs_open, 0u);
     EXPECT_EQ(session.assumed_error_m(), 0.0);
     session.apply(SetBudget{{BudgetMode::Work, 0, 2}});
     session.step();
-    const StepReport little = session.simulator().context().report;
+    const StepReport little = session.simulator().report();
     EXPECT_GT(little.pairs_open, 0u);
     EXPECT_GT(little.assumed, 0u);
     EXPECT_LT(little.level_reached, full.level_reached);
@@ -199,15 +199,15 @@ TEST(ViewerSession, APullMovesTissueTowardsItsTarget) {
         if (surface[v].y() < surface[vertex].y()) vertex = v;
     const Vec3 start = surface[vertex], target = start + Vec3(0.0, -0.01, 0.0);
     session.apply(Grab{0, vertex, target});
-    for (int k = 0; k < 100; ++k) ASSERT_TRUE(session.step().finite) << session.simulator().context().report.failure;
+    for (int k = 0; k < 100; ++k) ASSERT_TRUE(session.step().finite) << session.simulator().report().failure;
     const double moved = start.y() - surface[vertex].y();
     EXPECT_GT(moved, 5e-4);
     EXPECT_LT(moved, 0.0101);
-    EXPECT_GT(session.simulator().context().report.pull_force_n, 0.0);
+    EXPECT_GT(session.simulator().report().pull_force_n, 0.0);
     session.apply(LetGo{});
     for (int k = 0; k < 300; ++k) session.step();
     EXPECT_LT(start.y() - surface[vertex].y(), 0.3 * moved); // it springs back
-    EXPECT_EQ(session.simulator().context().report.pull_force_n, 0.0);
+    EXPECT_EQ(session.simulator().report().pull_force_n, 0.0);
 }
 
 /// Steps in which the exact stage ran, of so many driven ones.
@@ -284,7 +284,7 @@ TEST(ViewerSession, SwitchesOnlyEffectsOfTheScene) {
     for (const bool on : {false, true, false, true}) {
         session.apply(SwitchEffect{Effect::CoarseContact, on});
         for (int k = 0; k < 20; ++k) ASSERT_TRUE(session.step().finite);
-        EXPECT_EQ(session.simulator().context().report.pairs_tested > 0, on);
+        EXPECT_EQ(session.simulator().report().pairs_tested > 0, on);
     }
 }
 

@@ -1,6 +1,6 @@
-#include "engine/step/state.hpp"
+#include "engine/state/state.hpp"
 
-#include "engine/step/bit_hash.hpp"
+#include "engine/state/bit_hash.hpp"
 
 namespace trocar::engine {
 

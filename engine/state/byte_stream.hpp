@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -35,6 +36,11 @@ public:
     void list(const std::vector<T>& values, Each&& each) {
         number(static_cast<std::uint64_t>(values.size()));
         for (const T& value : values) each(value);
+    }
+    template <class T, class Each>
+    void optional(const std::optional<T>& value, Each&& each) {
+        number(value.has_value());
+        if (value) each(*value);
     }
     void text(const std::string& value) {
         list(std::vector<char>(value.begin(), value.end()), [this](char c) { put<1>(static_cast<unsigned char>(c)); });
@@ -77,6 +83,15 @@ public:
         values.clear(); // keeps its memory: lists of the step do not grow later
         for (std::uint64_t k = 0; k < count && ok_; ++k) each(values.emplace_back());
         if (!ok_ && !values.empty()) values.pop_back();
+    }
+    template <class T, class Each>
+    void optional(std::optional<T>& value, Each&& each) {
+        bool there = false;
+        number(there);
+        if (there)
+            each(value.emplace());
+        else
+            value.reset();
     }
     void text(std::string& value) {
         std::vector<char> letters;

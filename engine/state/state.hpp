@@ -1,0 +1,158 @@
+// All that one step leaves for the next. A step reads nothing else of the past: a copy of a State is a fork, and goes on to the same bits.
+// What hash, save and load see of it is listed once, in visit_state.hpp.
+#pragma once
+
+#include "base/contact.hpp"
+#include "engine/prepare/model.hpp"
+#include "fem/embedding/links.hpp"
+#include "fem/rod/rod.hpp"
+#include "fem/tissue/springs.hpp"
+#include "fem/tissue/stable_step.hpp"
+#include "spheretree/lumen/lumen_state.hpp"
+#include "spheretree/update/chain_tree.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <tuple>
+
+namespace trocar::engine {
+
+enum class FollowMode : std::uint8_t {
+    Advance, // push, the tip turned to the route ahead
+    Retract, // the tip went astray or stuck: back until it stands before that fork again
+    Turn,    // before the fork: turn the tip to this attempt's angle
+    Probe,   // push past the fork with the handle held
+    Arrived, // still, until the tip slips away from the end of the route
+};
+
+/// The hand's memory. Plain data: part of the state, so that a run can be repeated bit for bit.
+struct FollowState {
+    FollowMode mode = FollowMode::Advance;
+    double progress = 0.0;         // m along the route of the point nearest to the tip
+    double best_progress = 0.0;    // m, furthest on the route since the last retraction
+    double best_insertion = 0.0;   // m, when best_progress last grew, or patience was last renewed
+    double astray_insertion = 0.0; // m, where the tip was last on the route
+    double fork = 0.0;             // m along the route: where the attempt failed
+    double retract_from = 0.0;     // m of insertion
+    double turned_for = 0.0;       // s in Turn
+    double missing = 0.0;          // m, tip to the end of the route
+    unsigned attempts = 0;         // at this fork
+};
+
+/// A State::step that is none, and comes before none.
+inline constexpr std::uint64_t kNoStep = UINT64_MAX - 1;
+
+/// Where a rod's plane presses on a wall.
+struct WallPress {
+    Index triangle = kNoIndex; // of the lumen's surface; kNoIndex: nowhere
+    std::array<double, 3> bary{1.0, 0.0, 0.0};
+};
+
+/// A pair of spheres that pushes or holds.
+struct SphereHold {
+    BodyId body_a = 0, body_b = 0;
+    Index sphere_a = 0, sphere_b = 0;
+    bool tested = false;         // false: the budget left it open
+    Vec3 normal = Vec3::UnitX(); // unit, from b to a; of an open pair, as it was when it was first assumed
+    double gap = 0.0;            // m, of the spheres
+    Vec3 anchor = Vec3::Zero();  // m, of an open pair: where the first stood from the second then
+    double hold = 0.0;           // m, of an open pair: how far aside it is drawn from there
+    Vec3 aside = Vec3::Zero();   // unit, from b to a, that way
+};
+
+/// Leaves of two closed bodies beneath which surfaces are looked at.
+struct LeafPair {
+    std::size_t a = 0, b = 0; // a < b
+    Index leaf_a = 0, leaf_b = 0;
+    double gap = std::numeric_limits<double>::infinity(); // m, of the deepest touch that came from it
+
+    [[nodiscard]] auto key() const noexcept { return std::tuple(a, b, leaf_a, leaf_b); }
+};
+
+/// A vertex of one body that is in another one, or through it, and where it went in.
+struct SolidEntry {
+    std::size_t own = 0, other = 0;
+    Index vertex = 0;    // of own
+    Index by = kNoIndex; // triangle of other: the side that it came by
+    [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
+};
+
+/// The springs of a vertex against another body, and by how much they were pressed at the end of the step.
+struct SprungPlace {
+    std::size_t own = 0, other = 0;
+    Index vertex = 0;                               // of own
+    Index spring_a = kNoIndex, spring_b = kNoIndex; // of own's owner, and of other's
+    double pressed = 0.0;                           // m, that they started with
+    double held = 0.0;                              // m, by how much they are pressed in the end; see note_held
+    double scale = 1.0;                             // [-], of the scene's stiffness; see soften_springs
+    Vec3 drawn = Vec3::Zero();                      // m, from other to own: by how much friction's are drawn along the surface
+
+    [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
+};
+
+/// The two springs of one contact: what the first body receives, the second should with the opposite sign.
+struct SpringPair {
+    std::size_t body_a = 0, body_b = 0;
+    Index spring_a = kNoIndex, spring_b = kNoIndex; // into the owners' springs; kNoIndex: nothing gives way there
+    Vec3 normal = Vec3::UnitX();
+};
+
+/// Somebody holds a point of a surface and pulls it towards a place.
+struct Pull {
+    std::size_t body = 0;       // of the model
+    Index vertex = 0;           // of its surface
+    Vec3 target = Vec3::Zero(); // m
+};
+
+struct BodyState {
+    fem::TissueState tissue;             // deformable bodies
+    std::vector<Vec3> surface;           // [vertex_count] m, at the end of the last step
+    bool surface_waits = false;          // the frames are those of the step's end, the surface is evaluated when it is asked for
+    fem::LinkFrames frames;              // of the links that carry the surface
+    fem::LinkFrames flow_frames;         // of the centreline on which the blood flows, where tissue carries it
+    fem::StableStepWorkspace stable;     // warm start of the stable step: modes and rates (StableStepMemory)
+    fem::ContactSprings springs;         // made by the last step's response: what this step's integration feels
+    spheretree::LumenState lumen;        // hollow bodies: inscribed spheres as the last step left them
+    std::uint64_t lumen_step = kNoStep;  // State::step at its last update; kNoStep: it saw another wall than the step left
+};
+
+struct InstrumentState {
+    fem::RodState rod;
+    std::vector<Vec3> skin; // [skin vertex_count] m, at the end of the last step
+    FollowState follow;
+    std::optional<DriveCommand> hand; // what a user wants, in place of the script
+    bool hand_stopped = false;        // in the last step: the motion that the hand asked for met the wall
+    bool kept_inside = false;         // the last test found the rod within its wall, and every step since was tested
+    Route route;                      // where it is now; the model's radii and lengths
+    fem::LinkFrames route_frames;
+    spheretree::ChainState chain;          // its hints: the lumen's spheres that held the links in the last step
+    std::vector<fem::RodPlane> planes;     // of the last solve, with the forces that push the wall in the next step
+    std::vector<WallPress> presses;        // [planes]
+    std::uint64_t exact_candidates = 0;    // of the last exact stage: the forecast of the next
+};
+
+/// Contact between solid bodies: warm start of the next step's.
+struct SolidContactState {
+    std::vector<LeafPair> touching;          // leaf pairs of the last step that touched, by key
+    std::vector<SphereHold> holds;           // by key
+    std::vector<SolidEntry> entries;         // vertices that are in another body, by key
+    std::vector<SpringPair> springs;         // of the last response
+    std::vector<SprungPlace> vertex_springs; // the vertices' among them, by key
+};
+
+struct State {
+    std::uint64_t step = 0;        // steps done
+    double time = 0.0;             // s
+    std::vector<BodyState> bodies; // as SceneModel::bodies
+    std::vector<InstrumentState> instruments;
+    SolidContactState solids;
+    std::optional<Pull> pull; // felt in every step until it is let go
+};
+
+[[nodiscard]] State make_initial_state(const SceneModel& model);
+
+/// 64-bit FNV-1a over the bits of step, positions, velocities, insertions and rotations, in the order of the structs.
+[[nodiscard]] std::uint64_t hash_state(const State& state) noexcept;
+
+} // namespace trocar::engine

@@ -1,0 +1,196 @@
+#include "engine/state/state_bytes.hpp"
+
+#include "engine/prepare/body_pairs.hpp"
+#include "engine/state/bit_hash.hpp"
+#include "engine/state/byte_stream.hpp"
+#include "engine/state/visit_state.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+// Checks of what was read: ids that would reach beyond a list, sizes of another model.
+
+bool are_finite(const std::vector<Vec3>& points) {
+    return std::all_of(points.begin(), points.end(), [](const Vec3& p) { return is_finite(p); });
+}
+bool is_none_or(std::size_t count, std::size_t wanted) { return count == 0 || count == wanted; }
+bool is_id(Index id, std::size_t count) { return id == kNoIndex || id < count; }
+
+bool springs_fit(const fem::ContactSprings& springs, std::size_t nodes) {
+    for (Index index = 0; index < springs.springs.size(); ++index) {
+        const fem::ContactSpring& s = springs.springs[index];
+        if (s.load != kNoIndex && (s.load >= index || springs.springs[s.load].load != kNoIndex)) return false;
+        if (!std::isfinite(s.friction) || !(s.friction >= 0.0)) return false;
+        if (std::size_t{s.first_entry} + s.entry_count > springs.entries.size()) return false;
+        if (!std::isfinite(s.offset) || !std::isfinite(s.rate) || !std::isfinite(s.stiffness) || !(s.stiffness >= 0.0)) return false;
+        if (!std::isfinite(s.damping) || !(s.damping >= 0.0) || !(s.limit >= 0.0)) return false;
+    }
+    return std::all_of(springs.entries.begin(), springs.entries.end(),
+                       [&](const fem::SpringEntry& e) { return e.node < nodes && is_finite(e.g); });
+}
+
+bool body_fits(const BodyModel& model, std::size_t nodes, const BodyState& body) {
+    const fem::StableStepWorkspace& stable = body.stable;
+    const std::size_t tissue_nodes = model.tissue ? model.tissue->node_count() : 0;
+    const std::size_t batches = model.tissue ? model.tissue->plan.batches.size() : 0, tets = model.tissue ? model.tissue->tet_count() : 0;
+    return body.tissue.position.size() == tissue_nodes && body.tissue.velocity.size() == tissue_nodes &&
+           body.surface.size() == model.surface.vertices.size() && are_finite(body.tissue.position) && are_finite(body.tissue.velocity) &&
+           are_finite(body.surface) && is_none_or(body.frames.frame.size(), model.links ? model.links->frame_nodes.size() : 0) &&
+           is_none_or(stable.mode.size(), tissue_nodes) && is_none_or(stable.damping_mode.size(), tissue_nodes) &&
+           are_finite(stable.mode) && are_finite(stable.damping_mode) && is_none_or(stable.notes.size(), batches) &&
+           is_id(stable.rates.worst_tet, tets) && stable.rounds_ahead >= 0 && stable.rounds_ahead < 2 * stable.warm_rounds &&
+           springs_fit(body.springs, nodes) &&
+           is_none_or(body.flow_frames.frame.size(), model.blood && model.blood->links ? model.blood->links->frame_nodes.size() : 0);
+}
+
+bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const InstrumentState& state) {
+    const std::size_t nodes = own.rod.node_count(), triangles = model.bodies[own.lumen].surface.triangles.size();
+    const auto plane_fits = [&](const fem::RodPlane& p) {
+        return p.node + 1 < nodes && is_finite(p.normal) && is_finite(p.wall_velocity) && is_finite(p.drag) && std::isfinite(p.offset) &&
+               std::isfinite(p.weight) && std::isfinite(p.force);
+    };
+    const auto press_fits = [&](const WallPress& p) { return is_id(p.triangle, triangles); };
+    const std::size_t angles = own.rod.twist_stiffness.empty() ? 0 : nodes;
+    for (const std::vector<double>* list : {&state.rod.angle, &state.rod.spin})
+        if (list->size() != angles || !std::all_of(list->begin(), list->end(), [](double value) { return std::isfinite(value); }))
+            return false;
+    const FollowState& f = state.follow;
+    const bool follow_finite = std::isfinite(f.progress + f.best_progress + f.best_insertion + f.astray_insertion + f.fork +
+                                             f.retract_from + f.turned_for + f.missing);
+    return state.rod.position.size() == nodes && state.rod.velocity.size() == nodes && state.skin.size() == own.skin.vertex_count() &&
+           are_finite(state.rod.position) && are_finite(state.rod.velocity) && are_finite(state.skin) && state.rod.insertion >= 0.0 &&
+           state.rod.insertion <= own.rod.design.length && std::isfinite(state.rod.rotation) && f.mode <= FollowMode::Arrived &&
+           follow_finite && is_none_or(state.route.points.size(), own.route ? own.route->points.size() : 0) &&
+           are_finite(state.route.points) &&
+           is_none_or(state.route_frames.frame.size(), own.route_links ? own.route_links->frame_nodes.size() : 0) &&
+           is_none_or(state.chain.hint.size(), own.chain.capacity()) && state.presses.size() == state.planes.size() &&
+           std::all_of(state.planes.begin(), state.planes.end(), plane_fits) &&
+           std::all_of(state.presses.begin(), state.presses.end(), press_fits);
+}
+
+bool solids_fit(const SceneModel& model, const State& state) {
+    const std::size_t bodies = model.bodies.size();
+    const auto is_leaf = [&](std::size_t body, Index sphere) {
+        const spheretree::SphereTree& tree = model.bodies[body].covering.tree;
+        return sphere < tree.sphere_count() && tree.is_leaf(sphere);
+    };
+    const auto is_spring = [&](std::size_t body, Index spring) {
+        return is_id(spring, state.bodies[owner_of(model, body)].springs.springs.size());
+    };
+    const SolidContactState& s = state.solids;
+    return std::all_of(s.touching.begin(), s.touching.end(),
+                       [&](const LeafPair& p) {
+                           return p.a < bodies && p.b < bodies && is_leaf(p.a, p.leaf_a) && is_leaf(p.b, p.leaf_b) &&
+                                  (p.a != p.b || touches_itself(model, p.a));
+                       }) &&
+           std::all_of(s.holds.begin(), s.holds.end(),
+                       [&](const SphereHold& h) { return h.body_a < bodies && h.body_b < bodies && is_finite(h.normal); }) &&
+           std::all_of(s.entries.begin(), s.entries.end(),
+                       [&](const SolidEntry& e) {
+                           return e.own < bodies && e.other < bodies && are_solid_pair(model, e.own, e.other) &&
+                                  meet_by_surface(model, e.own, e.other) && e.vertex < model.bodies[e.own].surface.vertices.size() &&
+                                  e.by < model.bodies[e.other].surface.triangles.size();
+                       }) &&
+           std::is_sorted(s.entries.begin(), s.entries.end(), [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
+           std::all_of(s.springs.begin(), s.springs.end(),
+                       [&](const SpringPair& p) {
+                           return p.body_a < bodies && p.body_b < bodies && is_spring(p.body_a, p.spring_a) &&
+                                  is_spring(p.body_b, p.spring_b);
+                       }) &&
+           std::all_of(s.vertex_springs.begin(), s.vertex_springs.end(),
+                       [&](const SprungPlace& p) {
+                           return p.own < bodies && p.other < bodies && p.vertex < model.bodies[p.own].surface.vertices.size() &&
+                                  is_spring(p.own, p.spring_a) && is_spring(p.other, p.spring_b) && std::isfinite(p.pressed) &&
+                                  p.scale > 0.0 && is_finite(p.drawn);
+                       }) &&
+           std::is_sorted(s.vertex_springs.begin(), s.vertex_springs.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
+}
+
+} // namespace
+
+std::string find_misfit(const SceneModel& model, const State& state) {
+    if (!std::isfinite(state.time) || state.time < 0.0) return "its time is not a number";
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        const std::size_t nodes = state.bodies[i].tissue.position.size(); // springs sit with the body whose nodes they push
+        if (!body_fits(model.bodies[i], nodes, state.bodies[i]))
+            return fmt::format("what it holds of the body \"{}\" does not fit the scene's", model.bodies[i].name);
+    }
+    for (std::size_t i = 0; i < model.instruments.size(); ++i)
+        if (!instrument_fits(model, model.instruments[i], state.instruments[i]))
+            return fmt::format("what it holds of the instrument \"{}\" does not fit the scene's", model.instruments[i].name);
+    if (!solids_fit(model, state)) return "its contacts name what the scene does not have";
+    if (state.pull &&
+        (state.pull->body >= model.bodies.size() || state.pull->vertex >= model.bodies[state.pull->body].surface.vertices.size() ||
+         !is_finite(state.pull->target)))
+        return "its pull is at no point of the scene";
+    return {};
+}
+
+namespace {
+
+/// The rest of a route's description is the model's.
+void complete_routes(const SceneModel& model, State& state) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        Route& now = state.instruments[i].route;
+        if (now.points.empty() || !model.instruments[i].route) continue;
+        std::vector<Vec3> points = std::move(now.points);
+        now = *model.instruments[i].route;
+        now.points = std::move(points);
+    }
+}
+
+template <class Visitor, class Balls>
+void visit_balls(Visitor& visitor, Balls& balls) {
+    visitor.list(balls, [&](auto& ball) {
+        auto& [centre, radius, measured] = ball;
+        visitor.vector(centre);
+        visit_numbers(visitor, radius, measured);
+    });
+}
+
+} // namespace
+
+void append_state(const State& state, std::string& bytes) {
+    ByteWriter writer(bytes);
+    visit_state(writer, state, [&](const BodyState& body) {
+        std::vector<spheretree::KeptBall> balls = body.lumen.kept();
+        const bool missed = body.lumen_step != kNoStep && body.lumen_step + 1 != state.step;
+        if (missed)
+            for (spheretree::KeptBall& ball : balls) ball.measured = false;
+        visit_balls(writer, std::as_const(balls));
+    });
+}
+
+Result<State> read_state(const SceneModel& model, std::string_view bytes) {
+    const auto wrong = [](std::string message) { return Error{ErrorCode::BadValue, std::move(message)}; };
+    State state = make_initial_state(model);
+    ByteReader reader(bytes);
+    std::vector<std::vector<spheretree::KeptBall>> balls;
+    visit_state(reader, state, [&](BodyState&) { visit_balls(reader, balls.emplace_back()); });
+    if (!reader.ok()) return wrong("it ends too early");
+    if (!reader.at_end()) return wrong(fmt::format("{} bytes are left over", reader.left()));
+    if (std::string misfit = find_misfit(model, state); !misfit.empty()) return wrong(std::move(misfit));
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!is_none_or(balls[i].size(), model.bodies[i].lumen ? model.bodies[i].lumen->ball_count() : 0))
+            return wrong(fmt::format("what it holds of the body \"{}\" does not fit the scene's", model.bodies[i].name));
+        if (!balls[i].empty()) state.bodies[i].lumen.keep(*model.bodies[i].lumen, balls[i]);
+    }
+    complete_routes(model, state);
+    return state;
+}
+
+std::uint64_t hash_whole_state(const State& state) {
+    std::string bytes;
+    append_state(state, bytes);
+    BitHash hash;
+    hash.add_bytes(bytes);
+    return hash.value();
+}
+
+} // namespace trocar::engine

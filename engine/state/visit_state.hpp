@@ -1,0 +1,144 @@
+// The one list of what a State holds. Saving, loading and hashing are visits of it; a member that is added to a struct and not named
+// here does not compile.
+//
+// Visitor: number(x), vector(v), list(values, each), optional(value, each); ByteWriter over a constant State, ByteReader over one that it
+// fills.
+#pragma once
+
+#include "engine/state/state.hpp"
+
+namespace trocar::engine {
+
+template <class Visitor, class List>
+void visit_points(Visitor& visitor, List& points) {
+    visitor.list(points, [&](auto& p) { visitor.vector(p); });
+}
+
+template <class Visitor, class... Numbers>
+void visit_numbers(Visitor& visitor, Numbers&... numbers) {
+    (visitor.number(numbers), ...);
+}
+
+/// The turns stand for what they were last: those of triangles that have collapsed since are kept. The rest is made anew in each step.
+template <class Visitor, class Frames>
+void visit_frames(Visitor& visitor, Frames& frames) {
+    auto& [frame, node, threads, leave_static] = frames;
+    visitor.list(frame, [&](auto& of) {
+        for (int column = 0; column < 3; ++column)
+            for (int row = 0; row < 3; ++row) visit_numbers(visitor, of.displacement[column][row], of.turn[column][row]);
+    });
+}
+
+template <class Visitor, class Springs>
+void visit_springs(Visitor& visitor, Springs& all) {
+    visitor.list(all.springs, [&](auto& spring) {
+        auto& [first_entry, entry_count, balanced, load, offset, rate, stiffness, damping, limit, friction] = spring;
+        visit_numbers(visitor, first_entry, entry_count, balanced, load, offset, rate, stiffness, damping, limit, friction);
+    });
+    visitor.list(all.entries, [&](auto& entry) {
+        auto& [node, g] = entry;
+        visitor.number(node), visitor.vector(g);
+    });
+}
+
+template <class Visitor, class Memory>
+void visit_stable_step(Visitor& visitor, Memory& memory) {
+    auto& [mode, damping_mode, notes, rates, rates_age, rates_hold, warm, rounds_ahead] = memory;
+    visit_points(visitor, mode), visit_points(visitor, damping_mode);
+    visitor.list(notes, [&](auto& note) {
+        for (auto& value : note.per_tangent) visitor.number(value);
+        for (auto& value : note.per_size) visitor.number(value);
+    });
+    auto& [elastic, viscous, worst_tet] = rates;
+    visit_numbers(visitor, elastic, viscous, worst_tet, rates_age, rates_hold, warm, rounds_ahead);
+}
+
+/// A lumen's inscribed spheres travel as what its next update takes over (LumenState::kept): visit_lumen(body) is theirs.
+template <class Visitor, class Body, class Lumen>
+void visit_body(Visitor& visitor, Body& body, Lumen&& visit_lumen) {
+    auto& [tissue, surface, surface_waits, frames, flow_frames, stable, springs, lumen, lumen_step] = body; // evaluated: it does not wait
+    auto& [position, velocity] = tissue;
+    visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, surface);
+    visit_frames(visitor, frames), visit_frames(visitor, flow_frames);
+    visit_stable_step(visitor, stable.memory());
+    visit_springs(visitor, springs);
+    visit_lumen(body);
+}
+
+template <class Visitor, class Follow>
+void visit_follow(Visitor& visitor, Follow& follow) {
+    auto& [mode, progress, best_progress, best_insertion, astray_insertion, fork, retract_from, turned_for, missing, attempts] = follow;
+    visit_numbers(visitor, mode, progress, best_progress, best_insertion, astray_insertion, fork, retract_from, turned_for, missing, attempts);
+}
+
+template <class Visitor, class Instrument>
+void visit_instrument(Visitor& visitor, Instrument& instrument) {
+    auto& [rod, skin, follow, hand, hand_stopped, kept_inside, route, route_frames, chain, planes, presses, exact_candidates] = instrument;
+    auto& [position, velocity, insertion, rotation, angle, spin] = rod;
+    visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, skin);
+    visit_numbers(visitor, insertion, rotation);
+    for (auto* values : {&angle, &spin}) visitor.list(*values, [&](auto& value) { visitor.number(value); });
+    visit_follow(visitor, follow);
+    visitor.optional(hand, [&](auto& wanted) {
+        auto& [to_insertion, to_rotation] = wanted;
+        visit_numbers(visitor, to_insertion, to_rotation);
+    });
+    visit_numbers(visitor, hand_stopped, kept_inside, exact_candidates);
+    visit_points(visitor, route.points); // radii and lengths are the model's
+    visit_frames(visitor, route_frames);
+    visitor.list(chain.hint, [&](auto& leaf) { visitor.number(leaf); });
+    visitor.list(planes, [&](auto& plane) {
+        auto& [node, weight, normal, offset, force, wall_velocity, drag, friction_share] = plane;
+        visit_numbers(visitor, node, weight, offset, force, friction_share);
+        visitor.vector(normal), visitor.vector(wall_velocity), visitor.vector(drag);
+    });
+    visitor.list(presses, [&](auto& press) {
+        auto& [triangle, bary] = press;
+        visitor.number(triangle);
+        for (auto& b : bary) visitor.number(b);
+    });
+}
+
+template <class Visitor, class Solids>
+void visit_solids(Visitor& visitor, Solids& solids) {
+    auto& [touching, holds, entries, springs, vertex_springs] = solids;
+    visitor.list(touching, [&](auto& pair) {
+        auto& [a, b, leaf_a, leaf_b, gap] = pair;
+        visit_numbers(visitor, a, b, leaf_a, leaf_b, gap);
+    });
+    visitor.list(holds, [&](auto& of) {
+        auto& [body_a, body_b, sphere_a, sphere_b, tested, normal, gap, anchor, hold, aside] = of;
+        visit_numbers(visitor, body_a, body_b, sphere_a, sphere_b, tested, gap, hold);
+        visitor.vector(normal), visitor.vector(anchor), visitor.vector(aside);
+    });
+    visitor.list(entries, [&](auto& entry) {
+        auto& [own, other, vertex, by] = entry;
+        visit_numbers(visitor, own, other, vertex, by);
+    });
+    visitor.list(springs, [&](auto& pair) {
+        auto& [body_a, body_b, spring_a, spring_b, normal] = pair;
+        visit_numbers(visitor, body_a, body_b, spring_a, spring_b);
+        visitor.vector(normal);
+    });
+    visitor.list(vertex_springs, [&](auto& place) {
+        auto& [own, other, vertex, spring_a, spring_b, pressed, held, scale, drawn] = place;
+        visit_numbers(visitor, own, other, vertex, spring_a, spring_b, pressed, held, scale);
+        visitor.vector(drawn);
+    });
+}
+
+template <class Visitor, class StateT, class Lumen>
+void visit_state(Visitor& visitor, StateT& state, Lumen&& visit_lumen) {
+    auto& [step, time, bodies, instruments, solids, pull] = state;
+    visit_numbers(visitor, step, time);
+    for (auto& body : bodies) visit_body(visitor, body, visit_lumen);
+    for (auto& instrument : instruments) visit_instrument(visitor, instrument);
+    visit_solids(visitor, solids);
+    visitor.optional(pull, [&](auto& pulled) {
+        auto& [body, vertex, target] = pulled;
+        visit_numbers(visitor, body, vertex);
+        visitor.vector(target);
+    });
+}
+
+} // namespace trocar::engine
