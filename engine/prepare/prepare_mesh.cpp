@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::string_view kKind = "spheres";
 /// m; nothing that a catheter meets is larger or smaller: more is a mistaken unit, most likely.
-constexpr double kSmallestBody = 1e-3, kLargestBody = 3.0;
+constexpr double kSmallestMesh = 1e-3, kLargestMesh = 3.0;
 constexpr double kSmallestSide = 1e-30;                          // m; squares of smaller volumes would underflow
 constexpr double kRounding = 1e-12;                              // of a size: areas and volumes that small are what rounding left
 constexpr std::size_t kMostPerVertex = 32, kFewTriangles = 1000; // triangles
@@ -123,7 +123,7 @@ Result<void> load(const std::filesystem::path& file, const PrepareOptions& optio
     for (std::string& note : list_leniencies(made.dense)) made.notes.push_back(std::move(note));
     if (!closed) made.self_intersections = find_self_intersections(made.surface, 0).count;
     const double size = made.surface.bounds().longest_edge();
-    if (!(size >= kSmallestBody && size <= kLargestBody))
+    if (!(size >= kSmallestMesh && size <= kLargestMesh))
         made.notes.push_back(fmt::format("the longest side is {:.6g} m: is --unit right?", size));
     return {};
 }
