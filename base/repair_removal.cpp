@@ -1,4 +1,5 @@
 // What a surface measures, and how much of it a repair may take.
+#include "base/repair.hpp"
 #include "base/repair_steps.hpp"
 #include "base/short_number.hpp"
 #include "base/surface_area.hpp"

@@ -1,7 +1,9 @@
 // The single repairs behind repair.hpp. Each takes a mesh whose indices are in range and whose vertices are finite.
 #pragma once
 
-#include "base/repair.hpp"
+#include "base/mesh.hpp"
+#include "base/repair_types.hpp"
+#include "base/result.hpp"
 
 namespace trocar::repairs {
 

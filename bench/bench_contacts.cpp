@@ -3,6 +3,7 @@
 #include "collision/search/contact_search.hpp"
 #include "collision/bvh/near_pairs.hpp"
 #include "bench/contact_workloads.hpp"
+#include "bench/bench.hpp"
 #include "bench/tables.hpp"
 #include "engine/prepare/process.hpp"
 #include "engine/time/clock.hpp"

@@ -1,5 +1,6 @@
 // What the tissue costs: forces per tet and evaluation by law, instruction set and threads; processor seconds per simulated
 // second under each integrator; dense links; Bullet's forces on the same meshes beside them.
+#include "bench/bench.hpp"
 #include "bench/tables.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/prepare/process.hpp"

@@ -1,7 +1,7 @@
 // Ten minutes of simulated time: does anything drift?
 #pragma once
 
-#include "bench/bench.hpp"
+#include "bench/bench_table.hpp"
 
 namespace trocar::engine {
 

@@ -4,6 +4,7 @@
 #include "bench/hard_cases.hpp"
 
 #include "collision/ccd/meeting.hpp"
+#include "collision/ccd/sweep.hpp"
 
 #include <array>
 #include <utility>

@@ -1,7 +1,13 @@
 // A bench in a few lines: what its paper or its peer says, what was measured here, the factor, and a sentence where the shape differs.
 #pragma once
 
-#include "bench/bench.hpp"
+#include "bench/bench_table.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace trocar::engine {
 
@@ -16,15 +22,7 @@ struct Headline {
 /// Made of the table's rows alone. Rows that a quick run or a missing peer left out give no line.
 [[nodiscard]] std::vector<Headline> headlines_of(std::string_view bench, const BenchTable& table);
 
-struct MeasuredBench {
-    const Bench* bench = nullptr;
-    BenchTable table;
-};
-
 /// All headlines as a table in Markdown, as docs/benchmarks.md shows it.
 [[nodiscard]] std::string headlines_markdown(std::span<const MeasuredBench> measured);
-
-/// All headlines and all tables, with their plots, as one page without any other file.
-[[nodiscard]] std::string all_benches_page(std::span<const MeasuredBench> measured);
 
 } // namespace trocar::engine

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.hpp"
-#include "bench/bench.hpp"
+#include "bench/bench_table.hpp"
 #include "spheretree/traverse/descent.hpp"
 #include "spheretree/build/wrapped_tree.hpp"
 

@@ -1,7 +1,7 @@
 // The list of benches: a new table is a function in its own file and a line here.
 #pragma once
 
-#include "bench/bench.hpp"
+#include "bench/bench_table.hpp"
 
 #include <array>
 

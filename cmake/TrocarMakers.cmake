@@ -1,8 +1,8 @@
-# Gives a target maker_version(): a hash of the sources of the rooms and wings that make what engine/prepare caches.
+# Gives a target maker_version(): a hash of the sources of the folders that make what engine/prepare caches.
 function(trocar_hash_makers target)
     set(sources "")
-    foreach(room ${ARGN})
-        file(GLOB_RECURSE found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${room}/*.cpp ${PROJECT_SOURCE_DIR}/${room}/*.hpp)
+    foreach(folder ${ARGN})
+        file(GLOB_RECURSE found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp ${PROJECT_SOURCE_DIR}/${folder}/*.hpp)
         list(APPEND sources ${found})
     endforeach()
     set(output ${CMAKE_CURRENT_BINARY_DIR}/maker_version.cpp)

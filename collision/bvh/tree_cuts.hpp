@@ -4,7 +4,7 @@
 
 #include "base/box.hpp"
 #include "collision/bvh/dop.hpp"
-#include "collision/bvh/dop_tree.hpp"
+#include "collision/bvh/tree_options.hpp"
 
 #include <array>
 #include <span>

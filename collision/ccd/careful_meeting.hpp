@@ -2,7 +2,10 @@
 // or the pair is decided in whole numbers.
 #pragma once
 
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd_result.hpp"
+#include "collision/ccd/features.hpp"
+
+#include <array>
 
 namespace trocar::collision {
 

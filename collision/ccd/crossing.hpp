@@ -10,7 +10,7 @@
 //          Bernstein sign classification" (2014). Deviates: what is said here is proven in floating point, what is not is left open.
 #pragma once
 
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd_result.hpp"
 #include "collision/ccd/sweep_lanes.hpp"
 #include "collision/ccd/sweep_parts.hpp"
 

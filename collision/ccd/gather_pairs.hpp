@@ -2,8 +2,9 @@
 #pragma once
 
 #include "base/contact.hpp"
+#include "collision/ccd/features.hpp"
 #include "collision/lanes.hpp"
-#include "collision/ccd/sweep_batch.hpp"
+#include "collision/topology.hpp"
 
 #include <span>
 

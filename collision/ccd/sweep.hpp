@@ -11,16 +11,12 @@
 // the exact linear motion along n of every corner, not a speed times a length, so most pairs are decided by one n.
 #pragma once
 
-#include "base/vec.hpp"
+#include "collision/ccd/features.hpp"
 
 #include <array>
 #include <cstdint>
 
 namespace trocar::collision {
-
-struct SweptPoint {
-    Vec3 t0, t1; // m
-};
 
 enum class SweepOutcome : std::uint8_t {
     Separated,      // proven: farther apart than the distance during the whole step

@@ -2,16 +2,13 @@
 // turn while they meet, contacts that converge slowly) are handed to the scalar routine.
 #pragma once
 
+#include "collision/ccd/features.hpp"
 #include "collision/ccd/sweep.hpp"
 #include "collision/topology.hpp"
 
 #include <span>
 
 namespace trocar::collision {
-
-struct FeaturePair { // vertex and face id, or two edge ids
-    Index a, b;
-};
 
 /// sweeps   [pairs.size()] written; of those that are Separated only the outcome counts
 void sweep_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,

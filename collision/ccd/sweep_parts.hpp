@@ -2,9 +2,9 @@
 // lie in, the flat normal, the normal of a contact.
 #pragma once
 
+#include "collision/ccd/features.hpp"
 #include "collision/ccd/nearest.hpp"
 #include "collision/ccd/separation.hpp"
-#include "collision/ccd/sweep.hpp"
 
 namespace trocar::collision {
 

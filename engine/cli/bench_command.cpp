@@ -1,3 +1,4 @@
+#include "bench/bench.hpp"
 #include "bench/headlines.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"

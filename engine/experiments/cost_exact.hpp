@@ -1,7 +1,7 @@
 // The run that all others are measured against: what is kept of it.
 #pragma once
 
-#include "engine/experiments/cost_run.hpp"
+#include "engine/experiments/cost_table.hpp"
 
 namespace trocar::engine {
 

@@ -1,7 +1,7 @@
 // Solids that begin inside one another.
 #pragma once
 
-#include "engine/prepare/prepare_scene.hpp"
+#include "engine/prepare/prepared_scene.hpp"
 
 namespace trocar::engine {
 

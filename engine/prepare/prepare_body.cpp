@@ -8,6 +8,7 @@
 #include "fem/mesh/lattice.hpp"
 #include "fem/mesh/mesh_parts.hpp"
 #include "fem/tissue/stable_step.hpp"
+#include "spheretree/lumen/build_lumen.hpp"
 
 #include <fmt/format.h>
 

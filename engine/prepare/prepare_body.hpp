@@ -1,7 +1,8 @@
 // One body of a scene: its surface, and what deforms, carries and bounds it.
 #pragma once
 
-#include "engine/prepare/prepare_scene.hpp"
+#include "engine/prepare/prepared_scene.hpp"
+#include "engine/scene/scene.hpp"
 
 namespace trocar::engine {
 

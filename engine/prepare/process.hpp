@@ -29,9 +29,6 @@ enum class OnInterrupt : std::uint8_t {
     Finish // it is short, and part of what an interrupted run writes
 };
 
-/// Bytes of address space that such a program may have, or what the system leaves us where that is less.
-inline constexpr std::uint64_t kToolMemory = std::uint64_t{8} << 30;
-
 /// Runs in `folder`; at the limit, s of a monotonic clock, it is killed with all that it started. What it prints is read as it comes: the
 /// last few KiB are kept, nothing is written. ToolFailed only when it could not be started.
 [[nodiscard]] Result<ProcessOutcome> run_process(const std::filesystem::path& program, const std::vector<std::string>& arguments,

@@ -1,7 +1,5 @@
 #include "engine/prepare/supervisor.hpp"
 
-#include "engine/prepare/process.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cerrno>

@@ -15,6 +15,9 @@
 
 namespace trocar::engine {
 
+/// Bytes of address space that a supervised program may have, or what the system leaves us where that is less.
+inline constexpr std::uint64_t kToolMemory = std::uint64_t{8} << 30;
+
 /// A program that runs under a supervisor. Not for two threads.
 class SupervisedProcess {
 public:

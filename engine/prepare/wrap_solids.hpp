@@ -1,7 +1,8 @@
 // Wrapped sphere trees for the solid bodies of a scene that asks for them.
 #pragma once
 
-#include "engine/prepare/prepare_scene.hpp"
+#include "engine/prepare/prepared_scene.hpp"
+#include "engine/scene/scene.hpp"
 
 namespace trocar::engine {
 

@@ -1,5 +1,4 @@
 #include "engine/render/camera.hpp"
-#include "engine/render/projection.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,25 +6,6 @@
 
 namespace trocar::engine {
 namespace {
-
-struct Axes {
-    Vec3 right, up, forward;
-};
-
-// Never fails: directions without length, or an up along the view, are replaced by an axis that works.
-[[nodiscard]] Axes make_axes(const Vec3& direction, const Vec3& up) noexcept {
-    Axes axes;
-    const double length = direction.norm();
-    axes.forward = length > 0.0 && std::isfinite(length) ? Vec3(direction / length) : Vec3(0.0, -1.0, 0.0);
-    axes.right = axes.forward.cross(up);
-    if (!(axes.right.squaredNorm() > 1e-12 * up.squaredNorm())) {
-        const Vec3 other = std::abs(axes.forward.z()) < 0.9 ? Vec3::UnitZ() : Vec3::UnitY();
-        axes.right = axes.forward.cross(other);
-    }
-    axes.right.normalize();
-    axes.up = axes.right.cross(axes.forward);
-    return axes;
-}
 
 struct Interval {
     double lo = std::numeric_limits<double>::infinity();
@@ -48,7 +28,7 @@ struct ConeFit {
     [[nodiscard]] double back(double slope) const noexcept { return (minus.hi - plus.lo) / (2.0 * slope); } // eye at -back
 };
 
-[[nodiscard]] Camera fit_perspective(std::span<const Vec3> points, const Framing& framing, const Axes& axes) {
+[[nodiscard]] Camera fit_perspective(std::span<const Vec3> points, const Framing& framing, const ViewAxes& axes) {
     const double slope_y = std::tan(0.5 * framing.field_of_view_rad) * (1.0 - 2.0 * framing.margin);
     const double slope_x = slope_y * framing.aspect;
     ConeFit x, y;
@@ -68,7 +48,7 @@ struct ConeFit {
     return camera;
 }
 
-[[nodiscard]] Camera fit_orthographic(std::span<const Vec3> points, const Framing& framing, const Axes& axes) {
+[[nodiscard]] Camera fit_orthographic(std::span<const Vec3> points, const Framing& framing, const ViewAxes& axes) {
     Interval x, y, along;
     for (const Vec3& p : points) {
         if (!is_finite(p)) continue;
@@ -87,8 +67,22 @@ struct ConeFit {
 
 } // namespace
 
+ViewAxes make_view_axes(const Vec3& direction, const Vec3& up) noexcept {
+    ViewAxes axes;
+    const double length = direction.norm();
+    axes.forward = length > 0.0 && std::isfinite(length) ? Vec3(direction / length) : Vec3(0.0, -1.0, 0.0);
+    axes.right = axes.forward.cross(up);
+    if (!(axes.right.squaredNorm() > 1e-12 * up.squaredNorm())) {
+        const Vec3 other = std::abs(axes.forward.z()) < 0.9 ? Vec3::UnitZ() : Vec3::UnitY();
+        axes.right = axes.forward.cross(other);
+    }
+    axes.right.normalize();
+    axes.up = axes.right.cross(axes.forward);
+    return axes;
+}
+
 Camera frame_camera(std::span<const Vec3> points, const Framing& framing) {
-    const Axes axes = make_axes(framing.direction, framing.up);
+    const ViewAxes axes = make_view_axes(framing.direction, framing.up);
     Camera camera;
     const bool anything = std::any_of(points.begin(), points.end(), [](const Vec3& p) { return is_finite(p); });
     if (!anything) {
@@ -109,62 +103,6 @@ Camera frame_camera(const Box3& bounds, const Framing& framing) {
         corners[i] = Vec3((i & 1) != 0 ? bounds.hi.x() : bounds.lo.x(), (i & 2) != 0 ? bounds.hi.y() : bounds.lo.y(),
                           (i & 4) != 0 ? bounds.hi.z() : bounds.lo.z());
     return frame_camera(corners, framing);
-}
-
-Projection make_projection(const Camera& camera, const Box3& bounds, int width, int height) noexcept {
-    const Axes axes = make_axes(camera.look_at - camera.eye, camera.up);
-    Projection view;
-    view.origin = bounds.empty() ? camera.look_at : bounds.centre();
-    view.eye = camera.eye;
-    view.right = axes.right;
-    view.up = axes.up;
-    view.forward = axes.forward;
-    view.orthographic = camera.orthographic;
-    view.half_height = camera.orthographic ? 0.5 * camera.height : std::tan(0.5 * camera.field_of_view_rad);
-    view.width = width;
-    view.height = height;
-
-    // near and far planes around the bounding sphere: float depth is precise enough for it
-    const double radius = bounds.empty() ? 1.0 : 0.5 * bounds.extent().norm() + 1e-6;
-    const double centre = (view.origin - view.eye).dot(view.forward);
-    const double far_plane = std::max(centre + radius, 1e-4);
-    const double near_plane = view.orthographic ? centre - radius : std::max(centre - radius, 1e-3 * far_plane);
-
-    const Vec3 offset = view.origin - view.eye;
-    view.view_from_origin.setIdentity();
-    view.view_from_origin.block<1, 3>(0, 0) = axes.right.transpose().cast<float>();
-    view.view_from_origin.block<1, 3>(1, 0) = axes.up.transpose().cast<float>();
-    view.view_from_origin.block<1, 3>(2, 0) = -axes.forward.transpose().cast<float>();
-    view.view_from_origin(0, 3) = static_cast<float>(axes.right.dot(offset));
-    view.view_from_origin(1, 3) = static_cast<float>(axes.up.dot(offset));
-    view.view_from_origin(2, 3) = static_cast<float>(-axes.forward.dot(offset));
-
-    const double aspect = static_cast<double>(width) / static_cast<double>(height);
-    const double depth = far_plane - near_plane;
-    view.clip_from_view.setZero();
-    view.clip_from_view(0, 0) = static_cast<float>(1.0 / (view.half_height * aspect));
-    view.clip_from_view(1, 1) = static_cast<float>(1.0 / view.half_height);
-    if (view.orthographic) {
-        view.clip_from_view(2, 2) = static_cast<float>(-1.0 / depth);
-        view.clip_from_view(2, 3) = static_cast<float>(-near_plane / depth);
-        view.clip_from_view(3, 3) = 1.0F;
-    } else {
-        view.clip_from_view(2, 2) = static_cast<float>(-far_plane / depth);
-        view.clip_from_view(2, 3) = static_cast<float>(-far_plane * near_plane / depth);
-        view.clip_from_view(3, 2) = -1.0F;
-    }
-    return view;
-}
-
-Vec3 Projection::to_pixel(const Vec3& point) const noexcept {
-    const Vec3 offset = point - eye;
-    const double along = offset.dot(forward);
-    const double scale = 1.0 / (pixel_size(along));
-    return {0.5 * width + offset.dot(right) * scale, 0.5 * height - offset.dot(up) * scale, along};
-}
-
-double Projection::pixel_size(double distance) const noexcept {
-    return (orthographic ? 2.0 * half_height : 2.0 * half_height * distance) / height;
 }
 
 } // namespace trocar::engine

@@ -22,6 +22,13 @@ struct Camera {
 inline const Vec3 kFrontView = Vec3(0.0, -1.0, -0.22).normalized(); // the anatomy, slightly from above
 inline const Vec3 kAnteroPosteriorView(0.0, -1.0, 0.0);             // fluoroscopy
 
+/// Unit axes of a view: right-handed, forward along the view.
+struct ViewAxes {
+    Vec3 right, up, forward;
+};
+/// Never fails: directions without length, or an up along the view, are replaced by an axis that works.
+[[nodiscard]] ViewAxes make_view_axes(const Vec3& direction, const Vec3& up) noexcept;
+
 /// How frame_camera fills the picture.
 struct Framing {
     Vec3 direction = kAnteroPosteriorView; // from the eye into the scene

@@ -1,3 +1,5 @@
+#include "engine/render/context.hpp"
+
 #include "engine/render/context_parts.hpp"
 
 #include <fmt/format.h>

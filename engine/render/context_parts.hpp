@@ -1,8 +1,8 @@
 // Private to engine/render: what the three ways to a context share.
 #pragma once
 
-#include "engine/render/context.hpp"
 #include "engine/render/gl_api.hpp"
+#include "engine/render/gl_context.hpp"
 
 #include <functional>
 

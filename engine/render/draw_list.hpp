@@ -3,7 +3,7 @@
 
 #include "engine/render/gl_objects.hpp"
 #include "engine/render/projection.hpp"
-#include "engine/render/renderer.hpp"
+#include "engine/render/render_scene.hpp"
 
 #include <array>
 

@@ -2,8 +2,9 @@
 // so that it is the same on every driver.
 #pragma once
 
+#include "engine/render/picture.hpp"
 #include "engine/render/projection.hpp"
-#include "engine/render/renderer.hpp"
+#include "engine/render/render_scene.hpp"
 
 namespace trocar::engine {
 

@@ -1,7 +1,9 @@
 // Private to engine/render: the passes of both pictures, tile by tile.
 #pragma once
 
+#include "base/result.hpp"
 #include "engine/render/draw_list.hpp"
+#include "engine/render/picture.hpp"
 
 #include <span>
 

@@ -1,7 +1,8 @@
 // A run in numbers: what each step adds to the summary, and a curve of bounded size for the plots.
 #pragma once
 
-#include "engine/report/observer.hpp"
+#include "engine/report/run_summary.hpp"
+#include "engine/step/simulator.hpp"
 
 #include <array>
 #include <vector>

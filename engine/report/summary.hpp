@@ -1,6 +1,7 @@
 // summary.json: the run in one machine-readable page, with the keys that scripts rely on first.
 #pragma once
 
+#include "engine/prepare/prepared_scene.hpp"
 #include "engine/report/places.hpp"
 #include "engine/report/statistics.hpp"
 

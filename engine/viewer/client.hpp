@@ -12,18 +12,18 @@
 
 namespace trocar::engine::viewer {
 
-class Client : public std::enable_shared_from_this<Client> {
+class Client final : public Viewer, public std::enable_shared_from_this<Client> {
 public:
     using Upgrade = boost::beast::http::request<boost::beast::http::empty_body>;
 
     Client(Hub& hub, boost::beast::tcp_stream stream, std::shared_ptr<void> connection);
-    ~Client();
+    ~Client() override;
     void start(const Upgrade& request);
 
-    [[nodiscard]] bool is_idle() const noexcept { return open_ && !writing_ && out_.empty(); }
-    [[nodiscard]] bool wants_spheres() const noexcept { return spheres_; }
-    void show_spheres(bool on) noexcept { spheres_ = on; }
-    void frame_is_due();
+    [[nodiscard]] bool is_idle() const noexcept override { return open_ && !writing_ && out_.empty(); }
+    [[nodiscard]] bool wants_spheres() const noexcept override { return spheres_; }
+    void show_spheres(bool on) noexcept override { spheres_ = on; }
+    void frame_is_due() override;
 
 private:
     struct Message {

@@ -1,7 +1,6 @@
 #include "engine/viewer/hub.hpp"
 
 #include "engine/time/clock.hpp"
-#include "engine/viewer/client.hpp"
 #include "engine/viewer/far_triangles.hpp"
 
 #include <fmt/format.h>
@@ -140,7 +139,7 @@ void Hub::check_driver(std::int64_t now) {
     if (let_go_is_due_) let_tissue_go();
 }
 
-unsigned Hub::join(const std::shared_ptr<Client>& client) {
+unsigned Hub::join(const std::shared_ptr<Viewer>& client) {
     const unsigned number = next_client_++;
     clients_[number] = client;
     if (driver_ == 0) driver_ = number;

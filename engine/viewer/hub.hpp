@@ -17,14 +17,24 @@
 
 namespace trocar::engine::viewer {
 
-class Client;
-
 /// A connection that has not sent its request yet.
 class Newcomer {
 public:
     virtual ~Newcomer() = default;
     /// Makes room for another. False: its request has come.
     virtual bool give_up() = 0;
+};
+
+/// A connection that has joined.
+class Viewer {
+public:
+    virtual ~Viewer() = default;
+    /// It can be sent a frame now.
+    [[nodiscard]] virtual bool is_idle() const noexcept = 0;
+    [[nodiscard]] virtual bool wants_spheres() const noexcept = 0;
+    virtual void show_spheres(bool on) noexcept = 0;
+    /// There is a new one.
+    virtual void frame_is_due() = 0;
 };
 
 /// Connections at the same time: HTTP and WebSocket together, and viewers among them.
@@ -54,7 +64,7 @@ public:
     [[nodiscard]] bool has_room() const noexcept { return clients_.size() < kMostViewers; }
 
     /// A viewer has come; its number. The first one drives.
-    unsigned join(const std::shared_ptr<Client>& client);
+    unsigned join(const std::shared_ptr<Viewer>& client);
     void leave(unsigned client);
     /// Text of the answer; empty: none is due.
     [[nodiscard]] std::string handle(unsigned client, const Request& request);
@@ -94,7 +104,7 @@ private:
     PlotHistory plot_;
     std::shared_ptr<const std::string> scene_text_;
     std::vector<std::shared_ptr<const std::string>> model_messages_;
-    std::map<unsigned, std::weak_ptr<Client>> clients_;
+    std::map<unsigned, std::weak_ptr<Viewer>> clients_;
     std::multimap<std::uint64_t, OnSealed> waiting_; // by the count of answers that holds theirs
     std::uint64_t seals_asked_ = 0;
     std::uint64_t answers_shown_ = 0;

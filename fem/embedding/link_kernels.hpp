@@ -1,8 +1,10 @@
 // The vectorised loops over link triangles and dense vertices: AVX-512, AVX2, or the scalar twin, with the same bits.
 #pragma once
 
+#include "fem/embedding/rigid_links.hpp"
 #include "fem/tissue/force_plan.hpp"
-#include "fem/embedding/links.hpp"
+
+#include <span>
 
 namespace trocar::fem {
 

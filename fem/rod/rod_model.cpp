@@ -1,4 +1,4 @@
-#include "fem/rod/rod.hpp"
+#include "fem/rod/rod_model.hpp"
 
 #include "base/trig.hpp"
 

@@ -1,9 +1,27 @@
 // Pieces of a rod's solve that all its integrators share. Internal to fem.
 #pragma once
 
-#include "fem/rod/rod.hpp"
+#include "fem/rod/rod_model.hpp"
+
+#include <array>
+#include <vector>
 
 namespace trocar::fem {
+
+[[nodiscard]] inline Vec3 second_difference(const std::vector<Vec3>& x, std::size_t i) noexcept { return x[i - 1] - 2.0 * x[i] + x[i + 1]; }
+
+/// m, of segment i at rest.
+[[nodiscard]] inline double rest_length(const RodModel& model, std::size_t i) noexcept {
+    return model.rest_length.empty() ? model.segment : model.rest_length[i];
+}
+
+/// Weights of nodes i - 1, i, i + 1 whose sum is 0 where the rod is straight: second difference, or with unlike segments the
+/// change of the unit edge.
+[[nodiscard]] inline std::array<double, 3> bend_stencil(const RodModel& model, std::size_t i) noexcept {
+    if (model.rest_length.empty()) return {1.0, -2.0, 1.0};
+    const double before = 1.0 / model.rest_length[i - 1], after = 1.0 / model.rest_length[i];
+    return {before, -(before + after), after};
+}
 
 void size_workspace(std::size_t nodes, RodWorkspace& workspace);
 

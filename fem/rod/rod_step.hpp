@@ -1,8 +1,9 @@
 // One implicit Euler step of the rod by Newton's method: inertia, drag, stretch, bending and the planes that hold it.
 #pragma once
 
-#include "fem/rod/rod.hpp"
 #include "fem/rod/rod_band.hpp"
+#include "fem/rod/rod_model.hpp"
+#include "fem/rod/rod_parts.hpp"
 #include "fem/rod/rod_twist.hpp"
 
 #include <algorithm>
@@ -25,21 +26,6 @@ inline constexpr double kTrustRadius = 2e-3;
 inline constexpr double kStickSpeed = 1e-3;
 /// m/s; the same with torsion: at a rod's radius the other one would let it turn by radians a second.
 inline constexpr double kTwistStickSpeed = 1e-4;
-
-[[nodiscard]] inline Vec3 second_difference(const std::vector<Vec3>& x, std::size_t i) noexcept { return x[i - 1] - 2.0 * x[i] + x[i + 1]; }
-
-/// m, of segment i at rest.
-[[nodiscard]] inline double rest_length(const RodModel& model, std::size_t i) noexcept {
-    return model.rest_length.empty() ? model.segment : model.rest_length[i];
-}
-
-/// Weights of nodes i - 1, i, i + 1 whose sum is 0 where the rod is straight: second difference, or with unlike segments the
-/// change of the unit edge.
-[[nodiscard]] inline std::array<double, 3> bend_stencil(const RodModel& model, std::size_t i) noexcept {
-    if (model.rest_length.empty()) return {1.0, -2.0, 1.0};
-    const double before = 1.0 / model.rest_length[i - 1], after = 1.0 / model.rest_length[i];
-    return {before, -(before + after), after};
-}
 
 [[nodiscard]] inline double damped_mass(const RodModel& model, std::size_t i, double dt) noexcept {
     return model.mass[i] / (dt * dt) * (1.0 + model.design.drag * dt);

@@ -1,8 +1,8 @@
 #include "fem/rod/rod_twist.hpp"
 
 #include "base/trig.hpp"
+#include "fem/rod/rod_frames.hpp"
 #include "fem/rod/rod_parts.hpp"
-#include "fem/rod/rod_step.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 // twist by its gradient at the start; then the angles are counted from frames carried along the rod again.
 #pragma once
 
-#include "fem/rod/rod.hpp"
+#include "fem/rod/rod_model.hpp"
 
 #include <array>
 

@@ -2,7 +2,6 @@
 
 #include "base/box.hpp"
 #include "fem/tissue/block.hpp"
-#include "fem/tissue/tissue.hpp"
 
 #include <algorithm>
 #include <cmath>

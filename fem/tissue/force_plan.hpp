@@ -51,7 +51,12 @@ struct ForcePlan {
     [[nodiscard]] std::size_t node_count() const noexcept { return node_of.size(); }
 };
 
-struct TetShape;
+/// Rest shape of one tetrahedron.
+struct TetShape {
+    double inverse[9]; // Dm^-1, row-major: F = Ds Dm^-1 with Ds = [x1-x0, x2-x0, x3-x0], 1/m
+    double volume;     // m^3, > 0
+    double stiffness;  // factor on the material's moduli and viscosity, > 0
+};
 
 /// Nodes and partial sums whose distances in bytes still fit: 67 million nodes.
 inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 32;

@@ -10,13 +10,6 @@
 
 namespace trocar::fem {
 
-/// Rest shape of one tetrahedron.
-struct TetShape {
-    double inverse[9]; // Dm^-1, row-major: F = Ds Dm^-1 with Ds = [x1-x0, x2-x0, x3-x0], 1/m
-    double volume;     // m^3, > 0
-    double stiffness;  // factor on the material's moduli and viscosity, > 0
-};
-
 /// A body of several tissues of one law: factors on the material for every tet. Empty: 1.
 struct TetContrast {
     std::span<const double> stiffness, density; // [tet_count], > 0

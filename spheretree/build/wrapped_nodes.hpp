@@ -3,7 +3,7 @@
 #pragma once
 
 #include "spheretree/build/piece_sharing.hpp"
-#include "spheretree/build/wrapped_tree.hpp"
+#include "spheretree/build/wrapped_options.hpp"
 
 #include <algorithm>
 

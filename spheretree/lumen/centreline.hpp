@@ -6,6 +6,7 @@
 // Deviates: ways go from ball to overlapping ball, and are the route planner's own (find_lumen_path).
 #pragma once
 
+#include "base/result.hpp"
 #include "spheretree/lumen/lumen_tree.hpp"
 
 namespace trocar::spheretree {

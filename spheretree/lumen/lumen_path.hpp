@@ -1,6 +1,7 @@
 // Route through a lumen, from ball to overlapping ball: the way an instrument can be steered to its target.
 #pragma once
 
+#include "base/result.hpp"
 #include "spheretree/lumen/lumen_tree.hpp"
 
 namespace trocar::spheretree {

@@ -1,6 +1,7 @@
 // Planes of faces between clusters: what they prove apart the elementary tests never report, and no contact changes.
 #include "collision/search/face_planes.hpp"
 
+#include "collision/ccd/sweep_batch.hpp"
 #include "collision/search/contact_search.hpp"
 #include "collision/search/interruptible_search.hpp"
 #include "tests/collision/shapes.hpp"

@@ -1,4 +1,5 @@
 // The short version of the benches: made of their rows, with nothing where a row or a peer is missing.
+#include "bench/bench.hpp"
 #include "bench/headlines.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/prepare/process.hpp"

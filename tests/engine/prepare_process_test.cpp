@@ -3,6 +3,7 @@
 #include "engine/io/file_bytes.hpp"
 #include "engine/prepare/coarse.hpp"
 #include "engine/prepare/process.hpp"
+#include "engine/prepare/supervisor.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

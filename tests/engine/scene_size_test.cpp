@@ -1,6 +1,7 @@
 // A scene that is too large is refused before anything of that size is made, with the key that made it so.
 #include "assets/anatomy/shapes.hpp"
 #include "engine/prepare/prepare_body.hpp"
+#include "engine/prepare/prepare_scene.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "scene_fixture.hpp"
 

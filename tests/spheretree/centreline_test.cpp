@@ -1,5 +1,6 @@
 // The lumen's middle as a tree: one branch for every dead end, in the middle, parents before children.
 #include "shapes.hpp"
+#include "spheretree/lumen/build_lumen.hpp"
 #include "spheretree/lumen/centreline.hpp"
 
 #include <gtest/gtest.h>

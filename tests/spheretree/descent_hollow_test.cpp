@@ -2,6 +2,7 @@
 #include "base/inside.hpp"
 #include "shapes.hpp"
 #include "spheretree/update/covering_tree.hpp"
+#include "spheretree/lumen/build_lumen.hpp"
 #include "spheretree/traverse/descent.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 #include "base/inside.hpp"
 #include "shapes.hpp"
+#include "spheretree/lumen/build_lumen.hpp"
 #include "spheretree/lumen/lumen_path.hpp"
 #include "spheretree/lumen/lumen_state.hpp"
 #include "spheretree/lumen/union_room.hpp"

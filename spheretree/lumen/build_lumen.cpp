@@ -1,4 +1,4 @@
-#include "spheretree/lumen/lumen_tree.hpp"
+#include "spheretree/lumen/build_lumen.hpp"
 
 #include "base/topology.hpp"
 #include "spheretree/bounding.hpp"

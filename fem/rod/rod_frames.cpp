@@ -1,0 +1,52 @@
+#include "fem/rod/rod_frames.hpp"
+
+#include "base/trig.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::fem {
+
+Vec3 perpendicular_axis(const Vec3& direction) noexcept {
+    int smallest = 0;
+    for (int axis = 1; axis < 3; ++axis)
+        if (std::abs(direction[axis]) < std::abs(direction[smallest])) smallest = axis;
+    const Vec3 across = direction.cross(Vec3::Unit(smallest));
+    return across / std::sqrt(across.squaredNorm());
+}
+
+Vec3 rod_tangent(std::span<const Vec3> position, std::size_t i, const Vec3& fallback) noexcept {
+    const Vec3 chord = position[std::min(i + 1, position.size() - 1)] - position[i > 0 ? i - 1 : 0];
+    const double length = std::sqrt(chord.squaredNorm());
+    return length > 0.0 ? Vec3(chord / length) : fallback;
+}
+
+Vec3 carry_axis(const Vec3& axis, const Vec3& tangent) noexcept {
+    const Vec3 projected = axis - axis.dot(tangent) * tangent;
+    const double length = std::sqrt(projected.squaredNorm());
+    return length > 1e-6 ? Vec3(projected / length) : perpendicular_axis(tangent);
+}
+
+Vec3 transport_axis(const Vec3& axis, const Vec3& from, const Vec3& to) noexcept {
+    const double room = 1.0 + from.dot(to);
+    return carry_axis(room > 1e-6 ? Vec3(axis - axis.dot(to) / room * (from + to)) : axis, to); // and no drift by rounding
+}
+
+void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept {
+    const bool twists = !state.angle.empty();
+    const SinCos turn = sin_cos(state.rotation);
+    const Vec3 reference = perpendicular_axis(port.direction);
+    Vec3 m = twists ? reference : Vec3(turn.cos * reference + turn.sin * port.direction.cross(reference));
+    Vec3 last = port.direction;
+    for (std::size_t i = 0; i < model.node_count(); ++i) {
+        const Vec3 tangent = rod_tangent(state.position, i, port.direction);
+        m = twists ? transport_axis(m, last, tangent) : carry_axis(m, tangent);
+        last = tangent;
+        axis[i] = m;
+        if (!twists) continue;
+        const SinCos here = sin_cos(state.angle[i]);
+        axis[i] = here.cos * m + here.sin * tangent.cross(m);
+    }
+}
+
+} // namespace trocar::fem

@@ -1,0 +1,26 @@
+// Axes across the rod, carried along it from node to node.
+#pragma once
+
+#include "fem/rod/rod_model.hpp"
+
+#include <span>
+
+namespace trocar::fem {
+
+/// Material axis m1 at every node: the port's reference axis turned by `rotation`, carried along without twist; with
+/// torsion turned by the node's own angle instead.
+void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept;
+
+/// Unit chord of node i's neighbours; `fallback` where they coincide.
+[[nodiscard]] Vec3 rod_tangent(std::span<const Vec3> position, std::size_t i, const Vec3& fallback) noexcept;
+
+/// `axis` carried on to a node with this tangent by projection: parallel transport but for half the square of the turn.
+[[nodiscard]] Vec3 carry_axis(const Vec3& axis, const Vec3& tangent) noexcept;
+
+/// `axis` carried from one tangent to the next by the shortest rotation: parallel transport.
+[[nodiscard]] Vec3 transport_axis(const Vec3& axis, const Vec3& from, const Vec3& to) noexcept;
+
+/// Any unit vector at right angles to `direction`, the same for the same input on every machine.
+[[nodiscard]] Vec3 perpendicular_axis(const Vec3& direction) noexcept;
+
+} // namespace trocar::fem

@@ -1,0 +1,123 @@
+// What a rod is built of and what of it moves: design, model, state, what drives and what holds it. rod.hpp solves it.
+#pragma once
+
+#include "base/result.hpp"
+#include "base/vec.hpp"
+#include "fem/rod/rod_flow.hpp"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace trocar::fem {
+
+enum class TipShape : std::uint8_t { Straight, J, Simmons, Pigtail };
+
+/// Stiffness along the rod, linear between rows, held beyond the first and the last.
+struct StiffnessRow {
+    double from_tip = 0.0; // m, arc length from the tip, ascending
+    double factor = 1.0;   // [-] of the Young's modulus, > 0
+};
+
+struct RodDesign {
+    double length = 0.5;          // m
+    double radius = 0.5e-3;       // m, outer
+    double segment = 2e-3;        // m, distance of nodes
+    double young_modulus = 100e6; // Pa, of the solid circular section
+    double density = 1100.0;      // kg/m^3
+    double drag = 40.0;           // 1/s, mass-proportional
+    double whip_drag = 10.0;      // N s/m^2, per metre of rod, across its axis only: a rod that snaps free stays
+                                  // slow enough for the contacts of one step; 0 lets it jump
+    TipShape tip = TipShape::J;
+    double tip_length = 15e-3;           // m, of the shaped distal part
+    double tip_angle = 0.8;              // rad, total rest bend of the shaped part
+    double tip_stiffness = 0.3;          // [-] modulus of the shaped part relative to the shaft, blended over as much again
+    std::vector<StiffnessRow> stiffness; // empty: tip_stiffness says it; else instead of that, of stretch and twist as well
+    bool torsion = false;                // the rod twists: a turn of the handle travels and winds it up
+    double poisson_ratio = 0.4;          // [-] with torsion: shear modulus E / (2 + 2 nu)
+};
+
+/// rad a node of a pigtail; a polygon with sharper corners is no loop.
+inline constexpr double kSharpestNode = 0.8;
+
+/// Built once, then only read. Node 0 is the handle's end, node_count - 1 the tip.
+struct RodModel {
+    RodDesign design;
+    double segment = 0.0;                              // m, as divided evenly
+    std::vector<double> bend_stiffness;                // [node_count] N/m: EI / segment^3, 0 at both ends
+    std::vector<double> stretch_stiffness;             // [node_count - 1] N/m: EA / segment
+    std::vector<double> mass;                          // [node_count] kg
+    std::vector<std::array<double, 2>> rest_curvature; // [node_count] 1/m, components along the material frame
+    std::vector<double> twist_stiffness;               // [node_count - 1] N m: GJ / segment; empty without torsion
+    std::vector<double> turn_inertia;                  // [node_count] kg m^2 about the axis; empty without torsion
+    std::vector<double> rest_length;                   // [node_count - 1] m; empty: `segment` everywhere. Only of coaxial rods, whose
+                                                       // bend_stiffness is in N m, of the change of the unit edge at a node
+
+    [[nodiscard]] std::size_t node_count() const noexcept { return mass.size(); }
+};
+
+/// Refuses what no rod can be: lengths, moduli or densities that are not positive, fewer than 4 segments, rows of stiffness
+/// that do not ascend, a pigtail that turns too far at a node.
+[[nodiscard]] Result<RodModel> make_rod_model(const RodDesign& design);
+
+struct RodState {
+    std::vector<Vec3> position; // [node_count] m
+    std::vector<Vec3> velocity; // [node_count] m/s
+    double insertion = 0.0;     // m of rod beyond the port
+    double rotation = 0.0;      // rad of the handle about the rod's axis
+    std::vector<double> angle;  // [node_count] rad of the material from the frame carried without twist; empty without torsion
+    std::vector<double> spin;   // [node_count] rad/s, its rate
+};
+
+/// Where the rod enters: nodes that have not passed the port lie on the straight line behind it.
+struct RodPort {
+    Vec3 position = Vec3::Zero();
+    Vec3 direction = Vec3::UnitZ(); // unit, into the vessel
+};
+
+/// Half-space on a point of the chain: weight[0] x_node + weight[1] x_node+1. The rod stays where
+/// normal . point >= offset; it is pushed with stiffness * (offset - normal . point) below that.
+struct RodPlane {
+    Index node = 0;      // 0 .. node_count - 2
+    double weight = 0.0; // of node + 1, in [0, 1]
+    Vec3 normal = Vec3::UnitX();
+    double offset = 0.0;               // m
+    double force = 0.0;                // N, set by the solve: normal force at its end
+    Vec3 wall_velocity = Vec3::Zero(); // m/s, of what the rod slides on
+    Vec3 drag = Vec3::Zero();          // N, set by the solve: friction that the rod feels; the wall feels the opposite
+    double friction_share = 1.0;       // [-] of RodDrive::friction
+};
+
+struct RodDrive {
+    RodPort port;
+    double insertion = 0.0; // m, at the end of the step
+    double rotation = 0.0;  // rad, at the end of the step
+    Vec3 gravity = Vec3::Zero();
+    double contact_stiffness = 2000.0; // N/m
+    double friction = 0.0;             // Coulomb mu
+    std::span<const RodFlow> flow;     // [node_count] of the fluid around it; empty: none
+};
+
+/// Memory of the solve: sized once, no allocation afterwards.
+struct RodWorkspace {
+    std::vector<Vec3> start, rest_bend, axis, tangent; // [node_count]
+    std::vector<Vec3> force;                           // [node_count] N; of masses and springs
+    std::vector<Vec3> binormal;                        // [node_count] with torsion, as are the next: see rod_twist.cpp
+    std::vector<double> before, after, writhe;         // [node_count] 1/m, 1/m, rad
+    std::vector<double> start_angle, grip, push;       // [node_count] rad, N m, N m
+    std::vector<double> diagonal, beside, turn;        // [node_count] of the angles' tridiagonal system
+    std::vector<double> band;                          // [3 node_count][kRodBandwidth + 1]
+    std::vector<double> rhs;                           // [3 node_count]
+};
+
+struct RodReport {
+    unsigned iterations = 0;       // Newton iterations, all sub-steps together
+    double largest_residual = 0.0; // m, last Newton correction of the worst sub-step
+    double bend_j = 0.0;
+    double stretch_j = 0.0;
+    double twist_j = 0.0;
+    double kinetic_j = 0.0;
+    Index first_bad_node = kNoIndex; // not finite
+};
+
+} // namespace trocar::fem

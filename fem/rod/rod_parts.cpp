@@ -1,0 +1,73 @@
+#include "fem/rod/rod_parts.hpp"
+
+#include "fem/rod/rod_band.hpp"
+#include "fem/rod/rod_frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::fem {
+
+void size_workspace(std::size_t nodes, RodWorkspace& work) {
+    if (work.start.size() == nodes) return;
+    work.start.resize(nodes);
+    work.rest_bend.assign(nodes, Vec3::Zero());
+    work.axis.resize(nodes);
+    work.tangent.resize(nodes);
+    work.band.resize(3 * nodes * (kRodBandwidth + 1));
+    work.rhs.resize(3 * nodes);
+}
+
+void find_rest_bend(const RodModel& model, const RodState& state, const RodPort& port, RodWorkspace& work) noexcept {
+    carry_material_axis(model, state, port, work.axis);
+    const double h_sq = model.segment * model.segment;
+    for (std::size_t i = 0; i < model.node_count(); ++i) {
+        work.tangent[i] = rod_tangent(state.position, i, port.direction);
+        const auto& k = model.rest_curvature[i];
+        work.rest_bend[i] = h_sq * (k[0] * work.axis[i] + k[1] * work.tangent[i].cross(work.axis[i]));
+    }
+}
+
+namespace {
+
+constexpr double kShortestRodPiece = 0.02; // of a segment
+
+} // namespace
+
+double inserted_share(const RodModel& model, double insertion, Index first) noexcept {
+    if (first == 0) return 1.0;
+    const double inside = insertion / model.segment - (static_cast<double>(model.node_count()) - 1.0 - static_cast<double>(first));
+    return std::clamp(inside, kShortestRodPiece, 1.0);
+}
+
+void move_behind_port(const RodModel& model, const RodPort& port, double insertion, double dt, Index first, RodState& state) noexcept {
+    const double last = static_cast<double>(model.node_count() - 1);
+    for (Index i = 0; i < first; ++i) {
+        const Vec3 target = port.position + port.direction * (insertion - (last - i) * model.segment);
+        state.velocity[i] = (target - state.position[i]) / dt;
+        state.position[i] = target;
+    }
+}
+
+void add_energies(const RodModel& model, const RodState& state, Index first, double share, const RodWorkspace& work,
+                  RodReport& report) noexcept {
+    for (std::size_t i = first; i < model.node_count(); ++i) {
+        report.kinetic_j += 0.5 * model.mass[i] * state.velocity[i].squaredNorm();
+        if (i > 0) {
+            const double stretch = std::sqrt((state.position[i] - state.position[i - 1]).squaredNorm()) - rest_length(model, i - 1);
+            report.stretch_j += 0.5 * model.stretch_stiffness[i - 1] / (i == first ? share : 1.0) * stretch * stretch;
+        }
+        if (i > 0 && i + 1 < model.node_count()) {
+            const std::array<double, 3> w = bend_stencil(model, i);
+            const Vec3 bend = model.rest_length.empty()
+                                  ? second_difference(state.position, i)
+                                  : Vec3(w[0] * state.position[i - 1] + w[1] * state.position[i] + w[2] * state.position[i + 1]);
+            report.bend_j += 0.5 * model.bend_stiffness[i] * (bend - work.rest_bend[i]).squaredNorm();
+        }
+        const bool turns = state.angle.empty() || (std::isfinite(state.angle[i]) && std::isfinite(state.spin[i]));
+        if (report.first_bad_node == kNoIndex && !(turns && is_finite(state.position[i]) && is_finite(state.velocity[i])))
+            report.first_bad_node = static_cast<Index>(i);
+    }
+}
+
+} // namespace trocar::fem
