@@ -38,20 +38,20 @@ void LookAhead::set_exact(const Simulator& exact) {
     exact_ = follow(exact);
 }
 
-/// Through the exact run's memory every time: what the step before this one taught (modes of the stable step) is the same for all.
+/// Through the exact run's memory every time: the hints left by the step before (modes of the stable step) are the same for all.
 Shape LookAhead::follow(const Simulator& answered) {
     [[maybe_unused]] const std::string misfit = simulator_.take_over(memory_); // its own model's: it fits
     [[maybe_unused]] const bool joined = simulator_.join_step(answered).ok();  // of the same scene
     simulator_.begin_step();
     Shape shape = shape_of(simulator_.model(), simulator_.state());
     shape.skins = shape_of(answered.model(), answered.state()).skins;
-    simulator_.abandon_step(); // half of it was all that was asked
+    simulator_.abandon_step(); // only half of the step was requested
     return shape;
 }
 
 SurfaceDistance LookAhead::compare(const Simulator& answered) { return compare_shapes(simulator_.model(), follow(answered), exact_); }
 
-/// What the surfaces say of solids, what the exact answer says of instruments.
+/// Solids from the surfaces, instruments from the exact answer.
 PatchContacts AlongExactStates::solids_of(const PatchContacts& near, const PatchContacts& reference) const {
     const std::size_t bodies = exact_.model().bodies.size();
     PatchContacts truth = near;
@@ -131,7 +131,7 @@ void AlongExactStates::finish() {
         table_.force_rms_n = std::sqrt(exact_force_sq_ / static_cast<double>(steps_ * exact_forces_.size()));
 }
 
-/// What the independent search found against what the exact answer says of the same surfaces.
+/// Compares the independent search with the exact answer for the same surfaces.
 void AlongExactStates::count_uncovered(const PatchContacts& near, const PatchContacts& reference) {
     table_.near_patches += near.size();
     for (const PatchContact& c : near) {

@@ -36,7 +36,7 @@ struct CostPoint {
     double charged_ms = 0.0;     // what the budget's scope took of a step, slowest since the point before
 };
 
-/// What a run by itself came to.
+/// Result of a run by itself.
 struct CostOwnRun {
     std::uint64_t steps = 0; // taken; fewer than asked for where a run was stopped
     std::string failure;     // why it was stopped
@@ -77,9 +77,9 @@ struct CostOptions {
     std::function<void(const std::string&)> progress = [](const std::string&) {};
     std::function<bool()> interrupted = [] { return false; };
     CostParts* parts = nullptr; // what was finished before is taken from here, and what is finished is kept there; null: nowhere
-    /// Runs by themselves are measured by somebody else meanwhile: gives the row's, when it is done. Empty: measured here.
+    /// Runs by themselves are measured by other processes meanwhile: gives the row's, when it is done. Empty: measured here.
     std::function<Result<CostOwnRun>(std::size_t row)> elsewhere;
-    /// Called for every row in the step of the exact run that looked at most pairs of spheres.
+    /// Called for every row in the step of the exact run that tested most pairs of spheres.
     std::function<void(const CostRow& row, const Simulator& answer)> show;
 };
 

@@ -1,4 +1,4 @@
-// A scene as it will stand late in its run: instruments that follow a route laid along it.
+// A scene late in its run: instruments that follow a route are placed along it.
 #pragma once
 
 #include "engine/prepare/model.hpp"
@@ -7,7 +7,7 @@
 
 namespace trocar::engine {
 
-/// The memory of such a run, for Simulator::take_over: bodies at rest, every instrument with a route as far along it as it reaches,
+/// The state of such a run, for Simulator::take_over: bodies at rest, every instrument with a route as far along it as it reaches,
 /// others where they start. Empty: no instrument has a route.
 [[nodiscard]] std::string lay_along_routes(const SceneModel& model);
 

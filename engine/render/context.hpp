@@ -24,8 +24,8 @@ struct ContextOptions {
     std::vector<ContextKind> order = {ContextKind::EglDevice, ContextKind::EglSurfaceless, ContextKind::OsMesa};
     std::string egl_library = "libEGL.so.1";
     std::string osmesa_library = "libOSMesa.so.8";
-    /// Sees the entry points of the context that was taken before anything is drawn, and may put others in their place: who wants to
-    /// count calls, or to see what happens when a driver refuses one.
+    /// Called with the entry points of the chosen context before anything is drawn, and may replace them: for tests that
+    /// count calls, or simulate a driver that refuses one.
     std::function<void(GlApi&)> adjust = {};
 };
 
@@ -36,7 +36,7 @@ struct ContextAttempt {
 };
 
 /// One OpenGL context with its own table of entry points. Not current until a CurrentContext says so: one library's
-/// context must be let go before another's is made current, or every call is ignored without an error.
+/// context must be released before another's is made current, or every call is ignored without an error.
 class GlContext {
 public:
     virtual ~GlContext() = default;

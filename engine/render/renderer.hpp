@@ -13,7 +13,7 @@
 
 namespace trocar::engine {
 
-/// Colours that tell the parts of an intervention apart on the light background, sRGB, and how dense their walls look well.
+/// Colours that tell the parts of an intervention apart on the light background, sRGB, and the density of their walls in X-ray pictures.
 namespace palette {
 inline const Vec3 kLiver = Vec3(0.80, 0.42, 0.33);
 inline const Vec3 kArtery = Vec3(0.86, 0.17, 0.17);

@@ -11,7 +11,7 @@ namespace {
 constexpr double kTipViewHeight = 64.0;   // [-] of a tip picture, in radii of the instrument
 constexpr double kTipViewAngle = 0.35;    // rad
 constexpr Index kTipTangentNodes = 4;     // back from the tip, for its direction
-constexpr double kTipOrganOpacity = 0.05; // an organ around the tip is mist, no more
+constexpr double kTipOrganOpacity = 0.05; // an organ around the tip is almost transparent
 constexpr double kTipVesselOpacity = 0.26;
 constexpr double kInstrumentEmphasis = 0.92; // seen from afar, through two walls and an organ
 constexpr double kInstrumentPixels = 2.5;    // half width of an instrument seen from afar
@@ -61,7 +61,7 @@ void add_instrument(PictureView view, const InstrumentModel& instrument, const I
                                   .attenuation = palette::kInstrumentAttenuation});
 }
 
-/// Where walls press on a rod: on the wall, coloured by how deep it is pressed in.
+/// Where walls press on a rod: on the wall, coloured by penetration depth.
 void add_wall_markers(const SceneModel& model, const InstrumentModel& instrument, const InstrumentState& state,
                       const InstrumentScratch& scratch, RenderScene& out) {
     for (const fem::RodPlane& plane : scratch.planes) {

@@ -1,7 +1,7 @@
-// Rigid links: the dense mesh hangs on triangles of coarse nodes. At rest vertex p = O + R with O = sum a_i q_i; the frame
+// Rigid links: the dense mesh is embedded in triangles of coarse nodes. At rest vertex p = O + R with O = sum a_i q_i; the frame
 // of (q0, q1, q2) turns R, so that |R| never changes: p' = p + w (sum a_i u_i + (A' - A) r), u_i node displacements, r the
 // three signed projections of R. Written as displacements, the rest pose is reproduced to the bit wherever it lies.
-// This work is based on: the product's spec, section 3.1 (weights 1/d, a reading of the paper's lost numerators).
+// This work is based on: Mendoza & O'Sullivan 2005, section 3.1 (weights 1/d, a reading of the paper's lost numerators).
 // Deviates: vertices on the same triangle share one frame; embedded vertices take barycentric weights on the face's nearest
 // point, continuous across the face, since 1/d weights leave a jump of strain times edge length between neighbours.
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace trocar::fem {
 
-/// Vertex v hangs on frame vertex_frame[v] with weights and projections; vertex_blend 0 leaves it static.
+/// Vertex v is embedded in frame vertex_frame[v] with weights and projections; vertex_blend 0 leaves it static.
 struct RigidLinks {
     std::vector<Triangle> frame_nodes;                // [frame_count] coarse node ids q0, q1, q2
     std::vector<Mat3> frame_rest;                     // [frame_count] columns: unit n, q1 - q0, a at rest
@@ -24,8 +24,8 @@ struct RigidLinks {
     std::vector<double> vertex_blend;                 // [vertex_count] in [0, 1], 0 = static, 1 = moves fully
     std::vector<Vec3> node_rest;                      // [node_count] m, coarse rest positions
 
-    // what making them met
-    std::size_t degenerate = 0;   // vertices whose nearest nodes or face would not do (collinear, thin): a wider choice was taken
+    // counts of special cases met while making them
+    std::size_t degenerate = 0;   // vertices whose nearest nodes or face were unusable (collinear, thin): a wider choice was taken
     std::size_t static_count = 0; // vertices with blend 0
     double max_length = 0.0;      // m, longest |R| of the vertices that move
     Index longest = kNoIndex;     // the vertex that has it
@@ -34,7 +34,7 @@ struct RigidLinks {
     [[nodiscard]] std::size_t vertex_count() const noexcept { return vertex_frame.size(); }
 };
 
-/// What a link triangle does to its vertices: six columns, their fourth numbers 0.
+/// Motion that a link triangle gives its vertices: six columns, their fourth numbers 0.
 struct alignas(64) LinkFrame {
     double displacement[3][4] = {}; // m, of q0, q1, q2
     double turn[3][4] = {};         // A' - A, by column
@@ -72,11 +72,11 @@ struct SteerReport {
 SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
                   std::span<Vec3> out) noexcept;
 
-/// The two halves of it. What a vertex does follows from the frames alone, so that it can be placed when somebody looks at it.
+/// The two halves of it. A vertex position follows from the frames alone, so that it can be evaluated lazily.
 SteerReport turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames) noexcept;
 void place_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<const Vec3> rest, std::span<Vec3> out) noexcept;
 
-/// Bytes that one call of steer reads and writes, every array once.
+/// Bytes that one update of the embedded surface reads and writes, every array once.
 [[nodiscard]] std::size_t steer_bytes(const RigidLinks& links) noexcept;
 
 /// dp'/dq_i of one vertex, the turn of its frame included. A static vertex has zero blocks on nodes kNoIndex.

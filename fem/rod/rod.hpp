@@ -1,5 +1,5 @@
 // The catheter's rod: a chain of nodes with bending and stretch, solved implicitly in linear time, so that the stiffness
-// of polymer or nitinol does not dictate the step. It knows no vessel: contacts reach it as planes.
+// of polymer or nitinol does not dictate the step. It is independent of the vessel: contacts reach it as half-space planes.
 //
 // This work is based on:
 //   Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, "Discrete Elastic Rods" (twist-free frames carried from the base).
@@ -33,14 +33,14 @@ struct RodDesign {
     double young_modulus = 100e6; // Pa, of the solid circular section
     double density = 1100.0;      // kg/m^3
     double drag = 40.0;           // 1/s, mass-proportional
-    double whip_drag = 10.0;      // N s/m^2, per metre of rod, across its axis only: a rod that snaps free stays
+    double whip_drag = 10.0;      // N s/m^2, per metre of rod, transverse drag, across its axis only: a rod that snaps free stays
                                   // slow enough for the contacts of one step; 0 lets it jump
     TipShape tip = TipShape::J;
     double tip_length = 15e-3;           // m, of the shaped distal part
     double tip_angle = 0.8;              // rad, total rest bend of the shaped part
     double tip_stiffness = 0.3;          // [-] modulus of the shaped part relative to the shaft, blended over as much again
-    std::vector<StiffnessRow> stiffness; // empty: tip_stiffness says it; else instead of that, of stretch and twist as well
-    bool torsion = false;                // the rod twists: a turn of the handle travels and winds it up
+    std::vector<StiffnessRow> stiffness; // empty: tip_stiffness applies; otherwise it replaces that, for stretch and twist as well
+    bool torsion = false;                // with torsion: a turn of the handle travels along the rod, with torsional wind-up
     double poisson_ratio = 0.4;          // [-] with torsion: shear modulus E / (2 + 2 nu)
 };
 
@@ -63,7 +63,7 @@ struct RodModel {
     [[nodiscard]] std::size_t node_count() const noexcept { return mass.size(); }
 };
 
-/// Refuses what no rod can be: lengths, moduli or densities that are not positive, fewer than 4 segments, rows of stiffness
+/// Rejects invalid designs: lengths, moduli or densities that are not positive, fewer than 4 segments, rows of stiffness
 /// that do not ascend, a pigtail that turns too far at a node.
 [[nodiscard]] Result<RodModel> make_rod_model(const RodDesign& design);
 
@@ -105,7 +105,7 @@ struct RodDrive {
     std::span<const RodFlow> flow;     // [node_count] of the fluid around it; empty: none
 };
 
-/// Memory of the solve: sized once, no allocation afterwards.
+/// Scratch of the solve: sized once, no allocation afterwards.
 struct RodWorkspace {
     std::vector<Vec3> start, rest_bend, axis, tangent; // [node_count]
     std::vector<Vec3> force;                           // [node_count] N; of masses and springs
@@ -139,7 +139,7 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
 /// First node that has passed the port; node_count where none has.
 [[nodiscard]] Index first_inserted_node(const RodModel& model, double insertion) noexcept;
 
-/// Material axis m1 at every node: the port's reference axis turned by `rotation`, carried along without twist; with
+/// Material axis m1 at every node: the port's reference axis turned by `rotation`, transported along without twist; with
 /// torsion turned by the node's own angle instead.
 void carry_material_axis(const RodModel& model, const RodState& state, const RodPort& port, std::span<Vec3> axis) noexcept;
 

@@ -1,5 +1,5 @@
-// The lumen of a hollow body as a union of free balls. A tree of spheres around the wall would fill the vessel and collide
-// with everything inside; the lumen's own balls are free space: an instrument sphere inside one of them touches nothing,
+// The lumen of a hollow body as a union of inscribed spheres. A tree of spheres around the wall would fill the vessel and collide
+// with everything inside; the lumen's inscribed spheres are free space: an instrument sphere inside one of them touches nothing,
 // and its wall depth is how far it reaches out of their union.
 //
 // This work is based on:
@@ -16,7 +16,7 @@
 namespace trocar::spheretree {
 
 struct LumenOptions {
-    double relative_error = 0.04;     // of the local radius: how deep a wall sample may lie outside the union of the balls
+    double relative_error = 0.04;     // of the local radius: depth at which a wall sample may lie outside the union of the balls
     double error_floor = 2e-5;        // m; finer detail of the wall than this is not followed
     double corner_ratio = 0.25;       // of the local radius: corners that only smaller balls reach are left to the exact stage
     double min_radius = 1e-4;         // m; narrower lumen is treated as closed. Half the instrument's radius is enough

@@ -246,7 +246,7 @@ TEST(ContactLaws, ContactAsStiffAsItMayBeCostsAFewSubstepsAndARefusalNamesItAndW
         EXPECT_NE(soft.context().report.failure.find(part), std::string::npos) << part << " in " << soft.context().report.failure;
 }
 
-/// A run goes on from a state that somebody has changed.
+/// A run goes on from a changed state.
 void take_over(Simulator& to, const Simulator& from, const State& state) {
     std::string memory;
     append_step_memory(from.model(), state, from.context(), memory);
