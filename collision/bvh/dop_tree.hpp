@@ -27,7 +27,7 @@ namespace trocar::collision {
 enum class TreeBuilder : std::uint8_t {
     Median, // halves by count along the longest axis: full clusters
     Sah,    // binned surface-area heuristic
-    Middle, // the paper's: through the middle, across the slab that is widest; what is cut goes to the smaller side
+    Middle, // of Mezger et al. 2003: through the middle, across the slab that is widest; what is cut goes to the smaller side
 };
 
 struct TreeOptions {

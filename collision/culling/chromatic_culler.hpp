@@ -32,7 +32,7 @@ struct CullCounts {
     std::size_t orphan_pairs = 0;                   // pairs of features that stage IV added
     std::uint64_t box_tests = 0;
     CullReport pictures; // of the order-free form
-    QueryReport queries; // of the paper's
+    QueryReport queries; // of the form of Govindaraju et al. 2005
 };
 
 /// Stages are called one after the other, so that the owner of a clock can time them.

@@ -1,7 +1,7 @@
 // Stage II, free of order: a pair of triangles survives unless in some view one of them is free of the other's whole set, its one
 // neighbour there left out. Views after views; what was proven apart is neither drawn nor queried again, so later views are less occluded.
 // This work is based on: Govindaraju et al. (2005), section 5.2. Deviates: the two nearest per pixel and set instead of two passes with an
-// occlusion query per triangle; both passes come from the same view (the paper's may come from two).
+// occlusion query per triangle; both passes come from the same view (theirs may come from two).
 #pragma once
 
 #include "collision/culling/cull_view.hpp"

@@ -72,7 +72,7 @@ std::vector<Index> prune_as_paper(const Joined& all, CrossingAnswer& answer) {
     answer.build_ms = watch.lap_ms();
     auto ids = cullide.find_colliding_set(all.positions, {});
     answer.culler = "CPU reference, by pixel centres";
-    answer.notes.emplace_back("as the paper: crossings smaller than a pixel, or seen edge-on, can be missing");
+    answer.notes.emplace_back("as in the image-space paper: crossings smaller than a pixel, or seen edge-on, can be missing");
     for (const collision::CullidePass& pass : cullide.passes())
         answer.passes.push_back({.direction = Vec3::Unit(static_cast<int>(answer.passes.size() % 3)),
                                  .triangles = pass.triangles,

@@ -126,8 +126,8 @@ const ObjectSpec& instrument_table() {
         "",
         {
             choice_field("kind", {"rod", "mass_spring"},
-                         "rod: bending and stretch, solved implicitly. mass_spring: the paper's chain of masses and springs, with as many "
-                         "explicit sub-steps as its stiffness asks for.")
+                         "rod: bending and stretch, solved implicitly. mass_spring: the mass-spring chain of Govindaraju et al. 2005, "
+                         "with as many explicit sub-steps as its stiffness asks for.")
                 .by_default(std::string_view("rod")),
             number_field("length", Dimension::Length, {0.01, kLongestRod, false, 0.1, 4.0, "catheters and guide wires are 0.4 to 3 m long"},
                          "Of the whole instrument.")

@@ -113,8 +113,8 @@ const ObjectSpec& contact_table() {
             choice_field(
                 "sphere_trees", {"covering", "wrapped", "heuristic"},
                 "Spheres of solid bodies: around groups of triangles, fitted anew in every step; or from the medial axis, following "
-                "the coarse nodes sphere by sphere as they are asked for, so that they hold their surface whatever it does; or "
-                "the same as the paper moves them, which may lose surface.")
+                "the coarse nodes, each evaluated lazily, so that they hold their surface under any deformation; or "
+                "the same moved as in the sphere-tree paper, which may lose surface.")
                 .by_default(std::string_view("covering")),
             choice_field(
                 "culling", {"auto", "never", "cpu", "opengl"},

@@ -123,7 +123,7 @@ TEST(ImageSpace, ViewsThatPrunedMostComeFirstNextTimeAndLoseNothing) {
     EXPECT_LE(first_pass_left[1], first_pass_left[0]);
 }
 
-TEST(ImageSpace, WhoeverHasAClockDecidesWhenTheCpuTakesOver) {
+TEST(ImageSpace, ACallerWithAClockDecidesWhenTheCpuTakesOver) {
     const TwoTubes tubes;
     ImageSpaceCuller culler(tubes.triangles, tubes.positions.size());
     CpuCullBackend twin;

@@ -24,7 +24,7 @@ TEST(ViewerGate, TokensAreLongAndNeverTheSame) {
     for (const char* odd : {"", "?", "/?token", "/?&&&=", "/?token=", "/x?y?token=1"}) (void)split_target(odd);
 }
 
-TEST(ViewerServer, ShowsItsPageToWhoeverHasTheToken) {
+TEST(ViewerServer, ShowsItsPageToHoldersOfTheToken) {
     const Live live;
     const std::string token = live.server->token();
     EXPECT_THAT(live.server->url(), HasSubstr("http://127.0.0.1:"));
