@@ -5,8 +5,8 @@
 namespace trocar {
 namespace {
 
-/// Weights of the inside region below this share of (edge^3 x reach), whose rounding error is about 1e-16 of it, leave room
-/// for doubt: the edges are asked as well.
+/// Weights of the inside region below this share of (edge^3 x reach), whose rounding error is about 1e-16 of it, are
+/// uncertain: the edges are evaluated as well.
 constexpr double kClearlyInside = 1e-9;
 
 PointOnTriangle on_edge(const Vec3& p, const Vec3& from, const Vec3& to, std::size_t corner) noexcept {

@@ -25,7 +25,7 @@ struct Contact {
     Vec3 point = Vec3::Zero();                 // m, world
     Vec3 normal = Vec3::UnitX();               // unit
     double gap = 0.0;                          // m, negative: penetration along the normal
-    double time = 1.0;                         // first time of contact in the step, [0, 1]; 1 for what was looked at in one instant only
+    double time = 1.0;                         // time of impact within the step, [0, 1]; 1 for what was tested at one instant only
     Index feature_a[2] = {kNoIndex, kNoIndex}; // sphere id | vertex id | edge's two vertex ids
     Index feature_b[3] = {kNoIndex, kNoIndex, kNoIndex}; // sphere id | triangle's vertex ids | edge's two vertex ids
     double bary_a[2] = {1.0, 0.0};                       // weights of feature_a's vertices

@@ -44,7 +44,7 @@ std::size_t InsideTest::count_outside(std::span<const Vec3> points) const noexce
         for (std::size_t k = 0; k < size; ++k) around.add(packet[k]);
         if (tree_.overlaps_any(around))
             tree_.ray_crossings({packet.data(), size}, ray.axis, ray.positive, {crossings.data(), size});
-        else // a closed surface that stays out of a box winds alike around all that is in it
+        else // a closed surface that stays out of a box has one winding number throughout it
             std::fill_n(crossings.begin(), size, tree_.ray_crossings(packet[0], ray.axis, ray.positive));
         outside += static_cast<std::size_t>(std::count(crossings.begin(), crossings.begin() + size, 0));
         size = 0;

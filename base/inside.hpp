@@ -25,7 +25,7 @@ public:
     [[nodiscard]] int winding_number(const Vec3& p) const noexcept;
     [[nodiscard]] bool inside(const Vec3& p) const noexcept { return winding_number(p) != 0; }
 
-    /// How many of the points are outside. Points that are near to each other belong next to each other: they share their way.
+    /// How many of the points are outside. Points that are near each other should be adjacent in the array: they share a traversal.
     [[nodiscard]] std::size_t count_outside(std::span<const Vec3> points) const noexcept;
 
     /// Distance to the surface, negative inside. Infinity for an empty surface or a p that is not finite.

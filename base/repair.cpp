@@ -1,4 +1,4 @@
-// Names, reports and the repairs that only look at ids and single triangles. Holes, shells and crossings have their own files.
+// Names, reports and the repairs that examine only ids and single triangles. Holes, shells and crossings have their own files.
 #include "base/repair.hpp"
 
 #include "base/predicates.hpp"

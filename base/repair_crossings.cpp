@@ -1,4 +1,4 @@
-// Crossing triangles: cut them out with a margin that grows from round to round, close the holes, look again.
+// Crossing triangles: cut them out with a margin that grows from round to round, close the holes, test again.
 #include "base/repair_steps.hpp"
 #include "base/self_intersection.hpp"
 #include "base/topology.hpp"

@@ -56,7 +56,7 @@ std::size_t middle_corner(const TriMesh& mesh, const Triangle& t) noexcept {
     return middle;
 }
 
-/// Flips long edges of caps from `first` on against their neighbours; caps at a border just go. Returns the caps that went.
+/// Flips long edges of caps from `first` on against their neighbours; caps at a border are removed. Returns the number removed.
 std::size_t drop_caps(TriMesh& mesh, Index first_cap = 0) {
     const auto neighbours = triangle_neighbours(mesh.triangles);
     std::vector<bool> keep(mesh.triangles.size(), true), touched(mesh.triangles.size(), false);
@@ -132,7 +132,7 @@ Result<RepairStep> drop_degenerate(TriMesh& mesh) {
     }
     std::vector<bool> keep(mesh.triangles.size());
     for (std::size_t t = 0; t < keep.size(); ++t) keep[t] = !has_no_area(mesh, mesh.triangles[t]);
-    keep_triangles(mesh, keep); // what no flip could save
+    keep_triangles(mesh, keep); // what no flip could repair
     step.triangles_removed = before - mesh.triangles.size();
     step.triangles_flipped = flips;
     return step;

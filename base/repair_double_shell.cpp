@@ -13,7 +13,7 @@ namespace trocar::repairs {
 namespace {
 
 constexpr int kDirections = 24;       // and their opposites
-constexpr double kGrazing = 0.1;      // cosine to the normal below which a line says little
+constexpr double kGrazing = 0.1;      // cosine to the normal below which a line is not counted
 constexpr double kOpenShare = 0.4;    // of lines that get away; the valley between the two skins
 constexpr double kThinSheet = 0.03;   // mean thickness (2 volume / area) of a sheet, in longest box edges
 constexpr double kLeastHidden = 0.25; // an inner skin has about half the area; folds of a solid body far less
@@ -91,8 +91,8 @@ std::vector<bool> find_inner_skin(const TriMesh& shell) {
         if (inner[t]) hidden += area(shell, shell.triangles[t]);
     }
     if (!(hidden > kLeastHidden * total && hidden < (1.0 - kLeastHidden) * total)) return std::vector<bool>(inner.size(), false);
-    keep_largest_mark(shell, inner, false); // crumbs of outer skin inside
-    keep_largest_mark(shell, inner, true);  // folds of the outer skin that see little
+    keep_largest_mark(shell, inner, false); // small outer parts inside the inner skin
+    keep_largest_mark(shell, inner, true);  // folds of the outer skin with a low open share
     return inner;
 }
 

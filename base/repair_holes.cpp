@@ -88,7 +88,7 @@ std::vector<Loop> find_simple_loops(TriMesh& mesh, RepairStep& step) {
     }
 }
 
-/// What a patch may not hold: edges that two triangles have already or that pierce one, and triangles that were seen to cross one.
+/// What a patch may not contain: edges that two triangles have already or that pierce one, and triangles that were seen to cross one.
 struct Taken {
     std::span<const Edge> old_edges; // ascending
     std::set<Edge> new_edges;

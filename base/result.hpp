@@ -22,10 +22,10 @@ enum class ErrorCode {
     NotFinite,    // a state left its bounds: exit 3
 };
 
-/// What went wrong, where, and what would be right.
+/// What went wrong, where, and what was expected.
 struct Error {
     ErrorCode code = ErrorCode::BadValue;
-    std::string message;    // one sentence: the value that was found and what would be right
+    std::string message;    // one sentence: the value that was found and what was expected
     std::string file = {};  // empty: not about a file
     std::size_t line = 0;   // 1-based; 0: unknown (binary files, whole-file errors)
     std::size_t column = 0; // 1-based; 0: unknown

@@ -25,7 +25,7 @@ bool segments_meet(const Point2& p, const Point2& q, const Point2& a, const Poin
 
 bool triangle_holds(const std::array<Point2, 3>& t, const Point2& p) noexcept {
     const int ab = orient2d(t[0], t[1], p), bc = orient2d(t[1], t[2], p), ca = orient2d(t[2], t[0], p);
-    if (orient2d(t[0], t[1], t[2]) == 0) return false; // a segment: its edges are asked
+    if (orient2d(t[0], t[1], t[2]) == 0) return false; // a segment: its edges are tested
     return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
 }
 

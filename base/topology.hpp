@@ -35,7 +35,7 @@ struct SurfaceReport {
 [[nodiscard]] SurfaceReport inspect_surface(const TriMesh& mesh);
 
 /// An Error that names the first defect and up to 8 triangles, unless the surface is finite, closed, manifold, consistently
-/// oriented and encloses a positive volume. Self-intersections are not looked for.
+/// oriented and encloses a positive volume. Self-intersections are not searched for.
 [[nodiscard]] Result<void> check_closed_surface(const TriMesh& mesh);
 
 struct TetMeshReport {

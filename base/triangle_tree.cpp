@@ -150,7 +150,7 @@ int TriangleTree::crossing(Index slot, const Vec3& p, int axis, bool positive) c
     const Point2 flat = drop_axis(p, axis), fa = drop_axis(a, axis), fb = drop_axis(b, axis), fc = drop_axis(c, axis);
     const int turn = shifted_orient2d(fa, fb, flat);
     if (turn == 0 || shifted_orient2d(fb, fc, flat) != turn || shifted_orient2d(fc, fa, flat) != turn) return 0;
-    // turn > 0: the front face looks along +axis. A p in the plane counts as just below it along the axis.
+    // turn > 0: the front face's normal points along +axis. A p in the plane counts as just below it along the axis.
     int side = orient3d(a, b, c, p) * turn;
     if (side == 0) side = -1;
     if (positive ? side >= 0 : side <= 0) return 0;

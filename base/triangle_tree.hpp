@@ -1,5 +1,5 @@
 // Static box tree over the triangles of a surface: built once, refitted when vertices move. It owns copies of the corners in
-// leaf order, so that a query walks contiguous memory and nothing dangles when the mesh moves house.
+// leaf order, so that a query walks contiguous memory and nothing dangles when the mesh is moved or destroyed.
 #pragma once
 
 #include "base/box.hpp"
@@ -30,7 +30,7 @@ public:
     /// New positions of the same vertices. No allocation. Cost O(triangles).
     void refit(std::span<const Vec3> vertices) noexcept;
 
-    /// Makes room for follow(), and refits.
+    /// Allocates what follow() needs, and refits.
     void start_following(std::span<const Vec3> vertices);
     /// The same as refit for a surface that moves little from call to call, at a fraction of the cost: boxes stay as they were, opened by
     /// what has moved since, and are renewed a part in each call, faster where the motion is. Corners are read where they are: `vertices`
@@ -52,7 +52,7 @@ public:
     /// Prepares for for_each_overlapping_apart; to be called again after each build. Cost O(triangles).
     void find_common_vertices();
     /// As for_each_overlapping, of those triangles that share no vertex with the given one. Whole parts of the tree whose triangles
-    /// all hang on one of its vertices are passed over: a fan of n triangles is compared with itself in O(n), not O(n^2).
+    /// all share one of its vertices are skipped: a fan of n triangles is compared with itself in O(n), not O(n^2).
     /// After find_common_vertices.
     template <class Visit>
     void for_each_overlapping_apart(const Box3& box, const Triangle& from, Visit&& visit) const {

@@ -65,7 +65,7 @@ void TriangleTree::renew_part(double share) noexcept {
 }
 
 void TriangleTree::follow(std::span<const Vec3> vertices) noexcept {
-    if (vertices.size() != fitted_.size()) return refit(vertices); // nobody made room
+    if (vertices.size() != fitted_.size()) return refit(vertices); // start_following() was not called
     now_ = vertices;
     const double before = slack_.maxCoeff();
     slack_ = longest_ways(fitted_, vertices);

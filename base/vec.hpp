@@ -17,7 +17,7 @@ using Index = std::uint32_t;
 using Triangle = std::array<Index, 3>;
 using Tet = std::array<Index, 4>;
 
-/// No vertex, node, triangle or sphere: a link that hangs on nothing, a tree without a parent.
+/// No vertex, node, triangle or sphere: a link to no host, a tree without a parent.
 inline constexpr Index kNoIndex = std::numeric_limits<Index>::max();
 
 [[nodiscard]] inline bool is_finite(const Vec3& v) noexcept { return v.allFinite(); }

@@ -1,4 +1,4 @@
-// The papers' tables and the peers' figures, measured on the machine at hand: one function per table, rows that say what was
+// The papers' tables and the peers' figures, measured on this machine: one function per table, rows that say what was
 // measured and what stands beside it. `trocar bench NAME --json FILE` prints and writes them.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace trocar::engine {
 /// All benches, in the order in which they are listed.
 [[nodiscard]] std::span<const Bench> benches();
 
-/// The machine, as every JSON file of a bench says it: cpu, cores, instruction sets, compiler, build type.
+/// The machine, as in every JSON file of a bench: cpu, cores, instruction sets, compiler, build type.
 [[nodiscard]] nlohmann::ordered_json machine_json();
 
 /// {"bench", "machine", "quick", "rows", "notes"}

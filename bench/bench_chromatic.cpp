@@ -1,5 +1,5 @@
-// Set-based culling on the scenes of its paper: what each stage costs and leaves, beside AABB and sphere hierarchies and the paper's
-// figures.
+// Set-based culling on the scenes of Govindaraju et al. 2005: what each stage costs and leaves, beside AABB and sphere hierarchies
+// and the paper's figures.
 #include "bench/chromatic_table.hpp"
 #include "bench/compare_device.hpp"
 #include "engine/render/gl_cull_backend.hpp"

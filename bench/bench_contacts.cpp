@@ -199,7 +199,7 @@ void add_peers(const Workload& workload, const BenchOptions& options, BenchTable
     }
 }
 
-/// What stands for LBVH with Tight-Inclusion, which no Debian package has: its whole step over Embree's broad phase, both measured
+/// Proxy for LBVH with Tight-Inclusion, which no Debian package has: its whole step over Embree's broad phase, both measured
 /// on one machine (4 GHz, AVX-512, one thread). On another machine Embree beside scales it.
 struct Anchor {
     std::string_view workload;

@@ -41,7 +41,7 @@ struct Charges {
         stolen_ms.push_back(stolen);
         kept += in_time;
         kept_own += in_own_time;
-        if (!report.exact_insisted) { // what it had to do fitted
+        if (!report.exact_insisted) { // its mandatory part fitted
             ++fitting;
             fitting_kept += in_own_time;
         }

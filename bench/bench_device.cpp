@@ -1,4 +1,4 @@
-// What draws on this machine, and what stage II costs there: three views of a cloth at the pixels that the project aims at, and the size
+// What draws on this machine, and what stage II costs there: three views of a cloth at the target resolution, and the size
 // from which on the device is faster than the CPU. For a machine with a graphics card; with a software renderer the same rows are smaller.
 #include "bench/compare_device.hpp"
 #include "engine/render/describe_graphics.hpp"
@@ -11,20 +11,20 @@ namespace {
 constexpr double kAimMs = 5.0;
 constexpr int kAimResolution = 1024;
 constexpr std::size_t kAimSide = 224; // squares: 100,352 triangles
-/// What a software renderer does in seconds.
+/// A size that a software renderer handles in seconds.
 constexpr int kSoftwareResolution = 128;
 constexpr std::size_t kSoftwareSide = 33;
 
 } // namespace
 
 void compare_with_device(ChromaticTable& table, BenchTable& result, const GlCullBackend& device, std::size_t steps) {
-    const bool software = device.is_software(); // few sizes then, for it never is faster
+    const bool software = device.is_software(); // few sizes then, since it is never faster
     std::size_t from = 0, largest = 0;
     for (const std::size_t side : software ? std::vector<std::size_t>{16, 33} : std::vector<std::size_t>{16, 33, 57, 81, 107, 160}) {
         const CullScene cloth = make_cloth_scene(fmt::format("cloth {:.1f}K", 2e-3 * static_cast<double>(side * side)), side, side, steps);
         const collision::CullPlan plan{.resolution = software ? kSoftwareResolution : 0, .max_rounds = 1};
         table.start(cloth);
-        const double twin_ms = table.add_sets("II by the CPU twin, as large as OpenGL's", {.method = CullMethod::Cpu, .plan = plan});
+        const double twin_ms = table.add_sets("II by the CPU reference, as large as OpenGL's", {.method = CullMethod::Cpu, .plan = plan});
         const double device_ms = table.add_sets("II by OpenGL", {.method = CullMethod::Gl, .plan = plan});
         largest = cloth.triangle_count();
         if (device_ms >= twin_ms)
@@ -32,12 +32,12 @@ void compare_with_device(ChromaticTable& table, BenchTable& result, const GlCull
         else if (from == 0)
             from = largest;
     }
-    result.notes.push_back(from == 0 ? fmt::format("stage II by {}: slower than the CPU twin up to {} triangles, the largest measured{}",
+    result.notes.push_back(from == 0 ? fmt::format("stage II by {}: slower than the CPU reference up to {} triangles, the largest here{}",
                                                    device.name(), largest, software ? "; it is drawn by software" : "")
-                                     : fmt::format("stage II by {}: faster than the CPU twin from {} triangles on", device.name(), from));
+                                     : fmt::format("stage II by {}: faster than the CPU reference from {} triangles", device.name(), from));
 }
 
-/// Three views of one size, whatever would be enough.
+/// Three views of one size, whatever size would suffice.
 static void measure_aim(ChromaticTable& table, BenchTable& result, const GlCullBackend& device, std::size_t steps) {
     const bool software = device.is_software();
     const std::size_t side = software ? kSoftwareSide : kAimSide;

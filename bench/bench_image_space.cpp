@@ -1,4 +1,5 @@
-// Image-space culling on the meshes of its paper: a bunny whose ear goes through its back, and two merged cows, from 3K to 270K triangles.
+// Image-space culling on the meshes of the image-space paper: a bunny whose ear goes through its back, and two merged cows, 3K to 270K
+// triangles.
 #include "base/topology.hpp"
 #include "collision/culling/cull_twin.hpp"
 #include "collision/culling/cullide.hpp"
@@ -72,7 +73,7 @@ std::string pruned_by_level(std::span<const collision::ImageSpacePass> passes, s
     return text;
 }
 
-/// The safe form, which ends by a measured rule.
+/// The conservative form, which ends by a measured rule.
 /// patches   whole ones first
 BenchRow run_safe(const Subject& subject, const TriMesh& mesh, collision::CullBackend& backend, int resolution, bool patches) {
     StopWatch watch;
@@ -122,7 +123,7 @@ BenchRow run_safe(const Subject& subject, const TriMesh& mesh, collision::CullBa
             {"paper", subject.merged ? kPaperCows : kPaperBunny}};
 }
 
-/// As the paper has it: patches of a hierarchy at the centres of pixels. What it loses stands beside what it found.
+/// As in the image-space paper: patches of a hierarchy at the centres of pixels. What it loses stands beside what it found.
 BenchRow run_as_paper(const Subject& subject, const TriMesh& mesh, bool connected) {
     StopWatch watch;
     collision::Cullide cullide(mesh.triangles, connected ? collision::make_patch_hierarchy(mesh.triangles, mesh.vertices.size())

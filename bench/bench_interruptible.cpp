@@ -1,5 +1,5 @@
-// Table 1 of seed 003: two bodies that push into one another, the descent interrupted after a given amount of work or time.
-// Beside its list lengths stands what the paper did not show: how much of the surface is called touching that is not.
+// Table 1 of Mendoza & O'Sullivan 2005: two bodies that penetrate each other, the descent interrupted after a given amount of work or time.
+// Beside its list lengths stands what the paper did not show: the share of the surface wrongly reported as touching.
 #include "base/inside.hpp"
 #include "base/self_intersection.hpp"
 #include "bench/solid_bodies.hpp"
@@ -28,9 +28,9 @@ constexpr PaperRow kPaper[] = {{0.0001, {3, 3, 3}, {0, 0, 0}, {60, 52, 56}},
                                {0.1, {41, 61, 52}, {6, 11, 12}, {35, 30, 33}},
                                {1.0, {1345, 1405, 1387}, {30, 36, 28}, {25, 22, 23}}};
 constexpr double kWallBudgetsMs[] = {0.01, 0.03, 0.1, 1.0};
-constexpr int kCap = 2; // level at which the capped straw man stops
+constexpr int kCap = 2; // level at which the depth-capped baseline stops
 
-/// Two bodies in one pose, and what is true there.
+/// Two bodies in one pose, and the ground truth there.
 struct Encounter {
     PlacedBody a, b;
     InsideTest inside_b;
@@ -38,7 +38,7 @@ struct Encounter {
     std::size_t touching = 0;
 };
 
-struct Meeting {
+struct SubjectPair {
     std::string name;
     const SolidBody *a, *b;
     std::vector<Encounter> encounters;
@@ -65,8 +65,8 @@ Encounter meet(const SolidBody& a, const SolidBody& b, const Pose& pose) {
 }
 
 /// From a first touch to deep inside, turning on the way.
-Meeting make_subject(const std::string& name, const SolidBody& a, const SolidBody& b, int poses) {
-    Meeting subject{name, &a, &b, {}};
+SubjectPair make_subject(const std::string& name, const SolidBody& a, const SolidBody& b, int poses) {
+    SubjectPair subject{name, &a, &b, {}};
     const double reach = 0.5 * (a.mesh.bounds().extent().x() + b.mesh.bounds().extent().x());
     for (int k = 0; k < poses; ++k) {
         const double way = static_cast<double>(k) / static_cast<double>(std::max(1, poses - 1));
@@ -75,12 +75,12 @@ Meeting make_subject(const std::string& name, const SolidBody& a, const SolidBod
     return subject;
 }
 
-void start(const Meeting& subject, const Encounter& met, DescentOrder order, spheretree::Descent& descent) {
+void start(const SubjectPair& subject, const Encounter& met, DescentOrder order, spheretree::Descent& descent) {
     descent.begin(0.0, order, kCap);
     descent.add_solid_pair({0, &subject.a->tree, met.a.spheres}, {1, &subject.b->tree, met.b.spheres});
 }
 
-/// What one interrupted descent says, against the truth.
+/// The result of one interrupted descent against the truth.
 struct Answer {
     double open = 0, leaves = 0, level = 0, us = 0;
     double flagged = 0, touching = 0, missed = 0, farthest_mm = 0;
@@ -94,7 +94,7 @@ struct Answer {
     }
 };
 
-Answer judge(const Meeting& subject, const Encounter& met, const spheretree::Descent& descent, double us) {
+Answer judge(const SubjectPair& subject, const Encounter& met, const spheretree::Descent& descent, double us) {
     const spheretree::DescentStats stats = descent.stats();
     std::vector<Contact> contacts;
     descent.add_contacts(contacts);
@@ -119,7 +119,7 @@ Answer judge(const Meeting& subject, const Encounter& met, const spheretree::Des
 }
 
 /// Smallest budget that leaves at least `open` pairs, in this pose; where none does, the one that leaves most.
-std::uint64_t find_work(const Meeting& subject, const Encounter& met, std::uint64_t open) {
+std::uint64_t find_work(const SubjectPair& subject, const Encounter& met, std::uint64_t open) {
     spheretree::Descent descent;
     start(subject, met, DescentOrder::Breadth, descent);
     std::uint64_t work = 0, most = 0, best = 0;
@@ -139,7 +139,7 @@ std::uint64_t median_count(std::vector<std::uint64_t> values) {
     return values[values.size() / 2];
 }
 
-Answer run_work(const Meeting& subject, DescentOrder order, std::uint64_t work) {
+Answer run_work(const SubjectPair& subject, DescentOrder order, std::uint64_t work) {
     constexpr int kRepeats = 20; // of the timed part, which is microseconds
     spheretree::Descent descent;
     Answer sum;
@@ -157,7 +157,7 @@ Answer run_work(const Meeting& subject, DescentOrder order, std::uint64_t work) 
 }
 
 /// Under a deadline, as the engine keeps it; over_us gets what every descent took beyond its budget.
-Answer run_wall(const Meeting& subject, double budget_ms, std::vector<double>& over_us) {
+Answer run_wall(const SubjectPair& subject, double budget_ms, std::vector<double>& over_us) {
     const MonotonicClock clock;
     StepBudget budget(clock, {BudgetMode::Wall, 1e-3 * budget_ms, 0});
     spheretree::Descent descent;
@@ -181,13 +181,13 @@ Answer run_wall(const Meeting& subject, double budget_ms, std::vector<double>& o
     return sum;
 }
 
-BenchRow make_row(const Meeting& subject, const std::string& order, const std::string& budget, const Answer& a) {
+BenchRow make_row(const SubjectPair& subject, const std::string& order, const std::string& budget, const Answer& a) {
     return {{"bodies", subject.name},       {"order", order},         {"budget", budget},   {"open", a.open},
             {"leaf_pairs", a.leaves},       {"level", a.level},       {"us", a.us},         {"fps", a.us > 0.0 ? 1e6 / a.us : 0.0},
             {"called_touching", a.flagged}, {"touching", a.touching}, {"missed", a.missed}, {"farthest_mm", a.farthest_mm}};
 }
 
-void add_work_rows(const Meeting& subject, std::size_t column, const BenchOptions& options, BenchTable& table) {
+void add_work_rows(const SubjectPair& subject, std::size_t column, const BenchOptions& options, BenchTable& table) {
     constexpr std::pair<DescentOrder, const char*> kOrders[] = {{DescentOrder::Breadth, "breadth"},
                                                                 {DescentOrder::Deepest, "deepest"},
                                                                 {DescentOrder::Depth, "depth"},
@@ -208,7 +208,7 @@ void add_work_rows(const Meeting& subject, std::size_t column, const BenchOption
     table.rows.push_back(make_row(subject, "breadth", "exact", run_work(subject, DescentOrder::Breadth, WorkBudget::kUnlimited)));
 }
 
-void add_wall_rows(const Meeting& subject, BenchTable& table) {
+void add_wall_rows(const SubjectPair& subject, BenchTable& table) {
     for (const double ms : kWallBudgetsMs) {
         std::vector<double> over;
         BenchRow row = make_row(subject, "breadth", fmt::format("{:g}ms", ms), run_wall(subject, ms, over));
@@ -231,7 +231,7 @@ Result<BenchTable> bench_interruptible(const BenchOptions& options) {
     for (const auto& [a, b, name, column] : {std::tuple{&first, &first, twice(first), 0}, std::tuple{&second, &second, twice(second), 1},
                                              std::tuple{&second, &first, second.name + " and " + first.name, 2}}) {
         options.progress(name);
-        const Meeting subject = make_subject(name, *a, *b, poses);
+        const SubjectPair subject = make_subject(name, *a, *b, poses);
         add_work_rows(subject, static_cast<std::size_t>(column), options, table);
         add_wall_rows(subject, table);
     }

@@ -27,7 +27,7 @@ using collision::SurfaceTopology;
 constexpr double kClose = 5e-3; // m, d_close
 constexpr BodyId kFigure = 0, kCloth = 1;
 
-/// The paper's seconds for 600 steps: hierarchy update, collision test, both. Its machine is not named in the part that was at hand.
+/// The paper's seconds for 600 steps: hierarchy update, collision test, both. Its machine is not named in the part that was available.
 struct ProximityRow {
     int refit, test, total;
 };
@@ -38,7 +38,7 @@ constexpr const char* kWhereShapesDiffer[] = {
     "whole step and not for one instant, and refitting runs over arrays",
     "unoriented: the same shape, a cheaper refit and far more tests; it grows by the fastest vertex of the surface, a swinging foot's, "
     "where "
-    "the paper's offset was chosen by hand",
+    "the paper's offset was chosen manually",
     "AABB: the paper's lose by their tests; here they lose as many tests and win as much by the refit, since oriented inflation costs "
     "every direction the same and a box is tested against all children of a node at once",
     "binary tree: the same shape, more nodes to refit and no fewer tests",

@@ -1,5 +1,5 @@
-// Seed 004's four animations: no duplicates, representative triangles, and the session search without and with skipping; the session's
-// length swept; what the one heuristic switch loses. The paper's seconds stand beside.
+// The four animations of Wong 2009: no duplicates, representative triangles, and the session search without and with skipping; the
+// session's length swept; what the one heuristic switch loses. The paper's seconds stand beside.
 #include "collision/search/coherent_search.hpp"
 #include "collision/search/contact_search.hpp"
 #include "collision/bvh/near_pairs.hpp"

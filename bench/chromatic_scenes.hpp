@@ -1,4 +1,4 @@
-// The scenes of the chromatic decomposition's paper, generated: cloth that folds, two curtains, a catheter in its vessel.
+// The scenes of Govindaraju et al. 2005, generated: cloth that folds, two curtains, a catheter in its vessel.
 #pragma once
 
 #include "collision/topology.hpp"
@@ -13,7 +13,7 @@ struct CullScene {
     std::string name;
     FrameSequence frames;                             // of all surfaces together
     std::vector<collision::SurfaceTopology> surfaces; // by object, over the vertices of all
-    bool within = true, between = false;              // what is looked for
+    bool within = true, between = false;              // the contacts searched for
     const char* paper_ms = "";                        // per step, Govindaraju et al. 2005: Pentium IV 3.4 GHz, GeForce 6800
     const char* paper_sets = "";
 

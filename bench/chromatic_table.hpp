@@ -1,4 +1,4 @@
-// Private to bench: one row of figures for each way to cull a scene of the chromatic decomposition's paper.
+// Private to bench: one row of figures for each way to cull a scene of Govindaraju et al. 2005.
 #pragma once
 
 #include "collision/search/contact_search.hpp"
@@ -57,7 +57,7 @@ public:
         box_tree_ms_ = 0.0;
     }
 
-    /// One volume around each triangle, every pair that overlaps tested feature by feature: what the paper compares with.
+    /// One volume around each triangle, every pair that overlaps tested feature by feature: the baseline of Govindaraju et al. 2005.
     void add_volumes(const char* method, VolumeKind kind) {
         options_.progress(fmt::format("{}: {}", scene_->name, method));
         std::vector<VolumeHierarchy> trees;

@@ -158,7 +158,7 @@ void step(const MovedScene& scene, double t, Cloth& cloth) {
         if (cloth.inverse_mass[v] == 0.0) continue;
         const Vec3 p = scene.to_solid(cloth.at[v], t + kStep), out = scene.out_of(p);
         if (out == p) continue;
-        const Vec3 carried = scene.to_solid(start[v], t); // where the solid would take it along to
+        const Vec3 carried = scene.to_solid(start[v], t); // where the solid would carry it
         cloth.at[v] = scene.to_world(scene.out_of((1.0 - kFriction) * out + kFriction * carried), t + kStep);
     }
     cloth.before = std::move(start);
@@ -205,7 +205,7 @@ Cloth make_cloth_of(ClothScene scene, std::size_t triangles) {
     if (scene == ClothScene::BallCloth) {
         Cloth curtain =
             make_cloth(side, side, false, [&](double s, double r) { return Vec3(1.2 * (s - 0.5), ripple(s, r), 0.55 - 1.2 * r); });
-        for (std::size_t i = 0; i <= side; ++i) curtain.inverse_mass[i] = 0.0; // hangs on its upper edge
+        for (std::size_t i = 0; i <= side; ++i) curtain.inverse_mass[i] = 0.0; // hangs from its upper edge
         return curtain;
     }
     const double height = scene == ClothScene::FourCones ? kConeHeight + 0.01 : kBallRadius + 0.01;

@@ -1,4 +1,4 @@
-// A small cloth simulator, for sequences to detect collisions in: the four animations that seed 004 was measured on, at any size. The
+// A small cloth simulator, for sequences to detect collisions in: the four animations of Wong 2009, at any size. The
 // same bits on every machine. No cloth meets itself in it, so layers may pass through each other; that is what is to be found.
 // source   Mueller, Heidelberger, Hennix, Ratcliff, "Position based dynamics" (2007); scenes after Wong (2009)
 #pragma once

@@ -1,4 +1,4 @@
-// Private to bench: stage II by OpenGL beside the CPU twin.
+// Private to bench: stage II by OpenGL beside the CPU reference.
 #pragma once
 
 #include "bench/chromatic_table.hpp"
@@ -6,7 +6,7 @@
 
 namespace trocar::engine {
 
-/// The same pictures by OpenGL and by the CPU twin, over sizes, into rows; and a note from which size on the device is faster.
+/// The same views by OpenGL and by the CPU reference, over sizes, into rows; and a note from which size on the device is faster.
 void compare_with_device(ChromaticTable& table, BenchTable& result, const GlCullBackend& device, std::size_t steps);
 
 } // namespace trocar::engine

@@ -207,7 +207,7 @@ constexpr double kRadius = 0.9e-3;               // m
 constexpr double kRingSpacing = 0.6e-3;          // m
 constexpr double kPush = 0.75e-3;                // m per step
 
-/// The way of the catheter: trunk, then branch, smoothed, with the room between axis and wall along a direction that turns slowly.
+/// The way of the catheter: trunk, then branch, smoothed, with the clearance between axis and wall along a direction that turns slowly.
 class Guide {
 public:
     explicit Guide(const anatomy::Field& field) {

@@ -1,4 +1,4 @@
-// Moving meshes on which continuous contacts are measured: the shapes that the benchmark of seed 000 has, made here.
+// Moving meshes on which continuous contacts are measured: the shapes of the benchmark of Govindaraju et al. 2005, generated here.
 #pragma once
 
 #include "engine/io/frames.hpp"

@@ -115,7 +115,7 @@ BenchRow judge(const SolidBody& body, const Linked& linked, const DeformedCase& 
         {"update_ns_per_sphere", static_cast<double>(ns) / (kRepeats * static_cast<double>(now.sphere_count()))}};
 }
 
-/// Two bent bodies side by side; spheres are found as the descent asks for them.
+/// Two bent bodies side by side; spheres are evaluated lazily by the descent.
 BenchRow measure_lazy(const SolidBody& body, const Linked& linked, SphereUpdate update, std::uint64_t work) {
     constexpr int kRounds = 40;
     const Posed here = pose_body(body, linked, bend, Vec3::Zero());

@@ -1,4 +1,4 @@
-// Small bodies that the hard cases of elements and time steps share.
+// Small bodies shared by the hard cases of elements and time steps.
 #pragma once
 
 #include "fem/mesh/bar_mesh.hpp"

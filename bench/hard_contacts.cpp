@@ -32,7 +32,7 @@ void tip_against_a_wall_one_triangle_thin(HardReport& report) {
         report.equal(what + ": vertices ever outside", static_cast<double>(exits), 0);
         report.above(what + ": nearest to the wall", wall - highest, 0.0, "m");
         report.below(what + ": the same, it did arrive", wall - highest, 1e-3, "m");
-        if (shortened > 0) report.note(fmt::format("{}: the hand was shortened to 1 mm in {} steps, and said so", what, shortened));
+        if (shortened > 0) report.note(fmt::format("{}: the drive command was shortened to 1 mm in {} steps: reported", what, shortened));
     }
 }
 
@@ -66,7 +66,7 @@ void two_cords_in_a_channel(HardReport& report) {
         const std::string what = fmt::format("two cords, 8 x 8 mm, 50 and 20 mm/s, dt 1/240, budget {}", budget);
         report.equal(what + ": vertices ever outside", static_cast<double>(exits), 0);
         report.below(what + ": farthest that an axis came from the middle", farthest, 2.8e-3 + deepest,
-                     "m"); // 4 mm less the cords' radius, and how deep the strongest press went into its plane's spring
+                     "m"); // 4 mm less the cords' radius, and the penetration depth of the strongest press into its plane's spring
         report.above(what + ": deepest press, the walls were felt", deepest, 0.0, "m");
         report.below(what + ": the same, less than a cord's radius", deepest, 1.2e-3, "m");
         report.note(fmt::format("{}: the axes come as near as {:.2f} mm to each other: instruments meet their vessel, not one another",

@@ -169,7 +169,7 @@ void st_vk_that_inverts_is_counted(HardReport& report) {
         least = std::min(least, done.integrate.min_volume_ratio);
         const bool finite = std::all_of(state.position.begin(), state.position.end(), [](const Vec3& x) { return is_finite(x); });
         if (!report.require(finite, fmt::format("frame {}: every position is finite", frame))) return;
-        if (!done.integrate.finite() || done.refused) break; // says so with the element: as good as going on
+        if (!done.integrate.finite() || done.refused) break; // reports the element: accepted like going on
     }
     report.above("StVK from random places: tets inverted at the end of a frame", static_cast<double>(most), 0.0, "of 162");
     report.below("StVK from random places: smallest volume ratio", least, 0.0);

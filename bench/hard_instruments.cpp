@@ -1,4 +1,4 @@
-// Instruments where it is hard: jams, dead ends, reversals, soft walls, and scenes that ask for what cannot be.
+// Instruments where it is hard: jams, dead ends, reversals, soft walls, and scenes that ask for the impossible.
 #include "bench/hard_scenes.hpp"
 
 #include <algorithm>
@@ -136,7 +136,7 @@ void dead_stop_and_reversal(HardReport& report) {
     const double mass = 1100.0 * std::numbers::pi * 0.25e-6 * 0.065, scale = 0.5 * mass * 0.035 * 0.035;
     report.below("dead stop at 35 mm/s: kinetic energy after 0.9 s over that of full speed", resting.last.kinetic_j / scale, 1e-3);
     report.below("reversals at full speed: energy over that of the way in", reversed.energy / moving.energy, 1.5);
-    report.below("reversals at full speed: how far the insertion is from what the hand asked for",
+    report.below("reversals at full speed: how far the insertion is from the drive command",
                  std::abs(reversed.last.insertion_m - 0.030), 1e-6, "m");
 }
 
@@ -227,9 +227,9 @@ constexpr HardCase kInstrumentsCases[] = {
      wall_softer_than_blood_pressure},
     {"instruments", "ALumenThatIsNarrowerThanTheCatheterStopsIt", "the tip stops where the cone is as wide as its clearance",
      lumen_narrower_than_the_catheter},
-    {"instruments", "AnEntryOutsideTheVesselIsRefusedWithTheRoomThereIs", "refused before the run, with line, key and the room",
+    {"instruments", "AnEntryOutsideTheVesselIsRefusedWithTheClearanceThereIs", "refused before the run, with line, key and the clearance",
      entry_outside_the_vessel},
-    {"instruments", "ACatheterThickerThanItsVesselIsRefused", "refused before the run, with line, key and the room",
+    {"instruments", "ACatheterThickerThanItsVesselIsRefused", "refused before the run, with line, key and the clearance",
      catheter_thicker_than_its_vessel},
     {"instruments", "ATargetThatCannotBeReachedIsRefused",
      "refused before the run, with line and key, beside the vessel and behind a stenosis", target_that_cannot_be_reached},

@@ -56,8 +56,8 @@ void ten_thousand_sizes_from_the_origin(HardReport& report) {
                                 100, [&](const StepReport& step, const State&) { exits += step.lumen_exits; });
     report.equal("wire in a bent tube 99 m away: vertices ever outside", static_cast<double>(exits), 0);
     report.below("wire in a bent tube 99 m away: off the run at the origin before it meets the wall, 0.8 s", tube.early, 1e-12, "m");
-    // Then one place of thousands counts as touching a step sooner, and the two go on as other runs do: within the room that the response
-    // keeps to the wall, a quarter of the wire's radius.
+    // Then one place of thousands counts as touching a step sooner, and the two diverge as other runs do: within the clearance that the
+    // response keeps to the wall, a quarter of the wire's radius.
     report.below("wire in a bent tube 99 m away: off it on the wall", tube.whole, 0.125e-3, "m");
     const auto ball = [](double x) {
         const std::string surface = fmt::format(R"({{"shape": "sphere", "centre": [{}, 0, 6], "radius": 5, "subdivisions": 2}})", x);
@@ -71,7 +71,7 @@ void ten_thousand_sizes_from_the_origin(HardReport& report) {
     });
     report.above("ball of 5 mm on a table 99 m away: lowest place", lowest, -1e-3, "m");
     report.equal("ball of 5 mm on a table 99 m away: tets ever inverted", static_cast<double>(inverted), 0);
-    // A ball of facets comes down on a corner: which way it tips is decided by the last bit, and grows tenfold in 8 steps.
+    // A ball of facets comes down on a corner: which way it tips is decided by the last bit, a difference that grows tenfold in 8 steps.
     report.below("ball of 5 mm on a table 99 m away: off the run at the origin, 0.3 s", fall.early, 1e-6, "m");
     report.below("ball of 5 mm on a table 99 m away: off it, 1 s", fall.whole, 1e-3, "m");
 }

@@ -10,7 +10,7 @@ namespace {
 
 struct Press {
     double stiffness = 0.2;  // N/mm, of a place that touches
-    double seconds = 0.1;    // that the press takes on its way
+    double seconds = 0.1;    // during which the press moves
     double left = 20.0;      // mm of the ball's 60
     double thickness = 10.0; // mm, of the table and of the press
     double step = 0.005;     // s

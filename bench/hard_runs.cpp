@@ -1,4 +1,4 @@
-// Whole runs: the same bits from launch to launch, on any number of threads, with every short cut off; budgets that jump.
+// Whole runs: the same bits from launch to launch, on any number of threads, with every shortcut disabled; budgets that jump.
 #include "bench/hard_scenes.hpp"
 #include "engine/step/checkpoint.hpp"
 #include "fem/tissue/kernels.hpp"
@@ -107,7 +107,7 @@ void compare(HardReport& report, const std::string& what, const std::vector<Whol
 }
 
 void short_cuts_change_no_contact(HardReport& report) {
-    // Under `exact` nothing is left to a budget: whatever spares work must leave the answer alone.
+    // Under `exact` nothing is left to a budget: whatever saves work must not change the answer.
     const auto prepared = prepare_hard_scene(report, organ_scene("exact"));
     if (!prepared) return;
     std::vector<Whole> runs;
@@ -115,13 +115,13 @@ void short_cuts_change_no_contact(HardReport& report) {
     for (const Culling culling : {Culling::Never, Culling::Cpu, Culling::Auto}) {
         SceneModel model = prepared->model;
         model.contact.culling = culling;
-        model.contact.clearance = 1e-3; // much comes near, or there would be nothing to cull
+        model.contact.clearance = 1e-3; // many candidates, or there would be nothing to cull
         model.contact.exact_distance = 0.9e-3;
         runs.push_back(run_whole(report, model));
         if (culling == Culling::Cpu) looked_at = runs.back().looked_at;
     }
     compare(report, fmt::format("wire in an organ, {} ways to cull", runs.size()), runs);
-    report.above("wire in an organ: candidates that the CPU twin looked at", static_cast<double>(looked_at), 0);
+    report.above("wire in an organ: candidates that the CPU reference tested", static_cast<double>(looked_at), 0);
 }
 
 void a_budget_larger_than_needed_is_none(HardReport& report) {

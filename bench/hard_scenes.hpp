@@ -15,8 +15,8 @@ namespace trocar::engine {
 
 struct StraightTube {
     std::string budget = "exact";
-    double from = 20.0, to = 40.0; // mm of insertion, at once as fast as the hand may
-    double speed = 35.0;           // mm/s, of the hand
+    double from = 20.0, to = 40.0; // mm of insertion, at the drive's maximum speed from the start
+    double speed = 35.0;           // mm/s, of the drive command
     std::string effects = R"("coarse_contact", "exact_contact", "friction")";
     bool bent = false; // the second half goes to the side
     double away = 0.0; // mm, all of it, along x
@@ -24,7 +24,7 @@ struct StraightTube {
 /// A wire of 0.5 mm in a tube of 3 mm that is closed 100 mm above.
 [[nodiscard]] std::string tube_scene(const StraightTube& tube);
 
-/// A wire in a bent tube that tissue carries, driven round the bend at 150 mm/s: 60 steps.
+/// A wire in a bent tube embedded in tissue, driven round the bend at 150 mm/s: 60 steps.
 [[nodiscard]] std::string organ_scene(const std::string& budget);
 
 /// Soft solids over a table of 120 mm: more bodies in front of it, settings of contact.
@@ -44,7 +44,7 @@ struct SolidScene {
 
 [[nodiscard]] bool all_finite(const State& state);
 
-/// A run that is looked at after every step. False: it stopped.
+/// A run that is examined after every step. False: it stopped.
 template <class Look>
 bool run_hard(HardReport& report, Simulator& simulator, std::uint64_t steps, Look&& look) {
     for (std::uint64_t k = 0; k < steps; ++k) {

@@ -137,7 +137,7 @@ void derived_step_is_below_the_limit_on_lattices_where_altitude_over_wave_speed_
             report.above("altitude over wave speed, of the true limit of central differences: above 1 it is unsafe",
                          altitude_step(model) * omega / 2.0, 1.0);
         report.below(fmt::format("jitter {}: the same, from above", jitter), step.tissue_omega / omega,
-                     1.000001); // kStepSafety holds back 10 %
+                     1.000001); // kStepSafety reserves 10 %
         report.below(fmt::format("jitter {}: derived step times the frequency", jitter), step.step * omega, 2.0 * std::sqrt(2.0));
     }
 }

@@ -50,7 +50,7 @@ struct Pair {
 
 using Points = std::array<std::array<double, 3>, 4>;
 
-/// Small whole numbers: these contacts are exact.
+/// Small integers: these contacts are exact.
 Pair whole(bool vertex_face, const Points& t0, const Points& t1) {
     Pair pair{vertex_face, {}};
     for (std::size_t i = 0; i < 4; ++i) pair.p[i] = {Vec3(t0[i].data()), Vec3(t1[i].data())};
@@ -109,7 +109,7 @@ template <class See>
 void for_each_writing(const Pair& pair, See&& see) {
     for (const auto& order : pair.orders())
         for (const double scale : {1.0, 0x1p-30, 0x1p20})
-            for (const double away : {0.0, 0x1p15}) // whole multiples of the scale: still exact
+            for (const double away : {0.0, 0x1p15}) // integer multiples of the scale: still exact
                 for (const bool backwards : {false, true}) {
                     const Pair shown =
                         pair.reordered(order).mapped([&](const Vec3& x) { return Vec3(scale * (x + away * Vec3(1.0, -2.0, 1.0))); });
@@ -159,7 +159,7 @@ void same_answer_however_it_is_written(HardReport& report) {
         meeting += answer;
         for_each_writing(pair, [&](const Pair& shown) { differing += shown.meets() != answer; });
     }
-    report.note(fmt::format("{} of {} pairs meet", meeting, kPairs));
+    report.note(fmt::format("{} of {} pairs collide", meeting, kPairs));
     report.equal("pairs on a grid of five: answers that differ between writings", differing, 0);
 }
 
@@ -183,7 +183,7 @@ void tunnelling_at_rising_speed(HardReport& report) {
             missed_exactly += !pair.meets();
         }
         report.equal(fmt::format("motion of about {:g} edge lengths: crossings missed by the conservative test", way), missed, 0);
-        // Far off rounding has moved the crossing itself, by 1e-16 of the way: what the exact test is asked is another question.
+        // Far off rounding has moved the crossing itself, by 1e-16 of the way: the exact test decides a different input.
         if (way <= 1e6) report.equal(fmt::format("motion of about {:g} edge lengths: by the exact test", way), missed_exactly, 0);
         report.below(fmt::format("motion of about {:g} edge lengths: share left unresolved, treated as hits", way),
                      unresolved / static_cast<double>(kTrials), 0.01);

@@ -13,7 +13,7 @@ constexpr double kRadius = 15.0; // mm, of the ball
 /// Steps that a ball has to come out where it was caught, once what flew at it has stopped.
 constexpr std::uint64_t kAfter = 12;
 
-struct Meeting {
+struct TunnelCase {
     std::string response = "surface", budget = "exact";
     double thickness = 4.0; // mm, of the plate
     double speed = 300.0;   // mm/s
@@ -23,7 +23,7 @@ struct Outcome {
     bool ran = false;
     bool finite = true;
     bool tunnelled = false;   // the ball is on the plate's other side
-    bool said = false;        // the report of some step named places beyond the middle, or pairs that nobody looked at
+    bool said = false;        // the report of some step named places beyond the middle, or pairs that were not tested
     double ball_speed = 0.0;  // m/s upwards, at the end, of its centre of mass
     double energy_gain = 0.0; // of the end over the beginning; what a script drives brings energy
 };
@@ -37,7 +37,7 @@ std::string plate_of(double thickness, const std::string& motion) {
                        motion, thickness);
 }
 
-Outcome look_after(HardReport& report, const Meeting& m, const std::string& bodies, std::uint64_t steps, double ball_flies_at) {
+Outcome look_after(HardReport& report, const TunnelCase& m, const std::string& bodies, std::uint64_t steps, double ball_flies_at) {
     const auto prepared = prepare_hard_scene(report, solid_scene({.bodies = bodies,
                                                                   .budget = m.budget,
                                                                   .contact = fmt::format(R"("solid_response": "{}")", m.response),
@@ -55,7 +55,7 @@ Outcome look_after(HardReport& report, const Meeting& m, const std::string& bodi
     for (std::uint64_t k = 0; k < steps; ++k) {
         const StepReport& step = simulator.step();
         outcome.said = outcome.said || !step.finite || step.passed_places > 0 || step.unproven_solids > 0;
-        if (outcome.finite = step.finite; !step.finite) return outcome; // it stopped and said so: not silent
+        if (outcome.finite = step.finite; !step.finite) return outcome; // it stopped and reported it: not silent
     }
     const fem::TissueModel& tissue = *prepared->model.bodies[0].tissue;
     const State& state = simulator.state();
@@ -67,7 +67,7 @@ Outcome look_after(HardReport& report, const Meeting& m, const std::string& bodi
 }
 
 /// A plate flies 120 mm up, through where a ball of 30 mm hangs. Without tunnelling it carries or throws the ball.
-Outcome plate_at_ball(HardReport& report, const Meeting& m) {
+Outcome plate_at_ball(HardReport& report, const TunnelCase& m) {
     const double start = 0.02, end = start + 120.0 / m.speed;
     const std::string motion =
         fmt::format(R"("kind": "kinematic", "motion": [[0, 0, 0, 0], [{:.9f}, 0, 0, 0], [{:.9f}, 0, 0, 120]])", start, end);
@@ -76,7 +76,7 @@ Outcome plate_at_ball(HardReport& report, const Meeting& m) {
 }
 
 /// A ball flies down at a plate that is fixed.
-Outcome ball_at_plate(HardReport& report, const Meeting& m) {
+Outcome ball_at_plate(HardReport& report, const TunnelCase& m) {
     const double time = 0.02 + 150.0 / m.speed;
     return look_after(report, m, ball_at(60.0) + plate_of(m.thickness, R"("kind": "static")"),
                       static_cast<std::uint64_t>(std::ceil(time / kStep)) + kAfter, -1e-3 * m.speed);
@@ -88,7 +88,7 @@ struct Way {
     const char *response, *budget;
     double holds_up_to; // mm/s; the first speed that tunnels must be above
 };
-/// Spheres push along their line of centres, and know no side: nothing is promised beyond what they say themselves.
+/// Spheres push along their line of centres, and have no inside: nothing is guaranteed beyond what they report.
 constexpr Way kWays[] = {
     {"surface", "exact", 30000.0}, {"surface", "work:100000", 30000.0}, {"surface", "work:5", 30000.0}, {"spheres", "exact", 0.0}};
 
@@ -97,13 +97,13 @@ constexpr double kWorkedOut = 1200.0; // mm/s
 /// m/s; half of the speed at which what has passed is brought back (kRecovery): caught is not thrown, but it comes out.
 constexpr double kComesOut = 0.05;
 
-/// What the ball's speed after a meeting must be over the speed that they met with.
+/// Bound on the ball's speed after a collision, over the speed of approach.
 struct Throw {
     double least; // up to kWorkedOut
     double most;  // at any speed
 };
 
-void rise(HardReport& report, const char* what, Outcome (*fly)(HardReport&, const Meeting&), const Throw& thrown) {
+void rise(HardReport& report, const char* what, Outcome (*fly)(HardReport&, const TunnelCase&), const Throw& thrown) {
     for (const Way& way : kWays)
         for (const double thickness : {4.0, 2.0}) {
             double failed_at = INFINITY, said_at = INFINITY, slowest = INFINITY, least = INFINITY, most = 0.0, gain = 0.0;
@@ -149,7 +149,7 @@ void tunnelling_of_a_wire_at_rising_speed(HardReport& report) {
          {Method{"planes and continuous tests", R"("coarse_contact", "exact_contact")", 3500.0},
           Method{"continuous tests alone", R"("exact_contact")", 3500.0}, Method{"planes alone", R"("coarse_contact")", 35.0}}) {
         double failed_at = INFINITY, fastest = 0.0;
-        for (const double speed : {35.0, 3500.0, 10000.0}) { // mm/s; a scene's hand may go no faster than 10 m/s
+        for (const double speed : {35.0, 3500.0, 10000.0}) { // mm/s; a scene's drive commands may go no faster than 10 m/s
             if (std::isfinite(failed_at)) break;
             const auto prepared =
                 prepare_hard_scene(report, tube_scene({.from = 20.0, .to = 180.0, .speed = speed, .effects = m.effects, .bent = true}));
@@ -177,7 +177,7 @@ constexpr HardCase kTunnelsCases[] = {
      "the same, thrown back at 0.2 at least; the energy at the end below 1.05 of the first: a plate that stands still gives none",
      balls_at_rising_speed},
     {"tunnelling", "AWireDoesNotTunnelAtAHundredTimesItsSpeed",
-     "with continuous tests no vertex outside at 35 and 3500 mm/s; planes alone prove nothing, and hold at a hand's 35 mm/s",
+     "with continuous tests no vertex outside at 35 and 3500 mm/s; planes alone prove nothing, and hold at a surgeon's 35 mm/s",
      tunnelling_of_a_wire_at_rising_speed},
 };
 

@@ -141,7 +141,7 @@ std::vector<Headline> of_interruptible(Rows rows) {
     return {{fmt::format("{}, descent interrupted at {:.0f} open pairs: microseconds; contacts missed", text(*row, "bodies"),
                          number(*row, "open").value_or(0.0)),
              fmt::format("{:.3g}; {:.0f}", number(*row, "us").value_or(0.0), number(*row, "missed").value_or(0.0)),
-             "seed 003: " + text(*row, "paper"),
+             "Mendoza & O'Sullivan 2005, quoted: " + text(*row, "paper"),
              {},
              "the paper's table contradicts itself (1 s of critical time at 25 frames a second): work budgets stand for its rows"}};
 }
@@ -193,7 +193,7 @@ std::vector<Headline> of_chromatic(Rows rows) {
              fmt::format("{} / {:.1f} / {}", aabb != nullptr ? fmt::format("{:.1f}", number(*aabb, "total_ms").value_or(0.0)) : "-",
                          number(row, "total_ms").value_or(0.0),
                          plain != nullptr ? fmt::format("{:.1f}", number(*plain, "total_ms").value_or(0.0)) : "-"),
-             paper.empty() ? std::string() : "seed 000, 2005: " + paper + " ms with sets",
+             paper.empty() ? std::string() : "Govindaraju et al. 2005, quoted: " + paper + " ms with sets",
              {},
              chromatic_remark(number(row, "total_ms"), aabb, plain)});
     }
@@ -207,7 +207,7 @@ std::vector<Headline> of_seed001(Rows rows) {
             lines.push_back({text(row, "setup") + ": refit / test / total, s",
                              fmt::format("{:.3g} / {:.3g} / {:.3g}", number(row, "refit_s").value_or(0.0),
                                          number(row, "test_s").value_or(0.0), number(row, "total_s").value_or(0.0)),
-                             fmt::format("seed 001, 2003: {:g} / {:g} / {:g}", number(row, "paper_refit_s").value_or(0.0),
+                             fmt::format("Mezger et al. 2003, quoted: {:g} / {:g} / {:g}", number(row, "paper_refit_s").value_or(0.0),
                                          number(row, "paper_test_s").value_or(0.0), *paper),
                              ratio(paper, number(row, "total_s")),
                              {}});
@@ -220,7 +220,7 @@ std::string ms_and_crossings(const BenchRow& row) {
     return fmt::format("{:.0f} ({:.0f})", *number(row, "total_ms"), number(row, "crossings").value_or(0.0));
 }
 
-/// A line per mesh: the fastest of the safe forms, and of the paper's.
+/// A line per mesh: the fastest of the conservative forms, and of the paper's.
 std::vector<Headline> of_image_space(Rows rows) {
     std::vector<Headline> lines;
     for (std::size_t begin = 0; begin < rows.size();) {
@@ -238,7 +238,7 @@ std::vector<Headline> of_image_space(Rows rows) {
                                          number(*safe, "triangles").value_or(0.0), text(*safe, "culler"),
                                          paper != nullptr ? " / " + text(*paper, "culler") : std::string()),
                              ms_and_crossings(*safe) + (paper != nullptr ? " / " + ms_and_crossings(*paper) : std::string()),
-                             "seed 002: " + text(*safe, "paper"),
+                             "image-space paper, quoted: " + text(*safe, "paper"),
                              {},
                              paper != nullptr && number(*paper, "crossings") < number(*safe, "crossings")
                                  ? "the paper's form prunes by pixel centres and loses crossings"
@@ -257,7 +257,7 @@ std::vector<Headline> of_seed004(Rows rows) {
         lines.push_back({fmt::format("{} {:.0f} + {:.0f} triangles, with skipping, s per step (share of representative triangles')",
                                      text(row, "animation"), number(row, "rigid").value_or(0.0), number(row, "cloth").value_or(0.0)),
                          fmt::format("{:.3g} ({:.0f} %)", number(row, "s_per_step").value_or(0.0), share.value_or(0.0)),
-                         fmt::format("seed 004: {:g} ({:.0f} %)", *paper, paper_share.value_or(0.0)),
+                         fmt::format("Wong 2009, quoted: {:g} ({:.0f} %)", *paper, paper_share.value_or(0.0)),
                          ratio(paper, number(row, "s_per_step")),
                          share && paper_share && *share < 0.67 * *paper_share
                              ? "most of the gain is that of clusters of triangles over single ones; skipping adds the rest"

@@ -1,4 +1,4 @@
-// A bench in a few lines: what its paper or its peer says, what was measured here, the factor, and a sentence where the shape differs.
+// A bench in a few lines: the paper's or the peer's figure, what was measured here, the factor, and a sentence where the shape differs.
 #pragma once
 
 #include "bench/bench_table.hpp"

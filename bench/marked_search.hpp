@@ -1,4 +1,4 @@
-// The older baseline of seed 004, built here to be measured: pairs of triangles from a tree down to single triangles, all 15 pairs of
+// The older baseline of Wong 2009, built here for measurement: pairs of triangles from a tree down to single triangles, all 15 pairs of
 // their features, each tested once because what was tested is marked.
 // source   Wong, Baciu, "A randomized marking scheme for continuous collision detection in simulation of deformable surfaces" (2006).
 //          Deviates: marks are in a hash table over pairs, not drawn at random per feature; every contact is found.

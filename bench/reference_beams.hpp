@@ -25,7 +25,7 @@ struct BeamTips {
     double ours, reference;
 }; // m, mean deflection of the free end along the load
 
-/// fails  FileNotFound, BadSyntax: the reference is missing or not what it was
+/// fails  FileNotFound, BadSyntax: the reference is missing or changed
 [[nodiscard]] Result<BeamTips> compare_beam(const ReferenceBeam& beam, const std::filesystem::path& folder, bool quick);
 
 } // namespace trocar::engine

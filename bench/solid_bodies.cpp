@@ -13,7 +13,7 @@ namespace {
 
 constexpr unsigned kBranching = 8, kDepth = 3; // the paper's and the toolkit's
 
-/// The medial tree where the surface has an inside, the shell's where it has none to trust.
+/// The medial tree where the surface has an inside, the shell's where it has no reliable one.
 Result<SolidBody> make_body(std::string name, TriMesh mesh) {
     const bool sound = spheretree::check_surface_for(mesh, spheretree::Builder::Medial).ok();
     return make_solid_body(std::move(name), std::move(mesh), sound ? spheretree::Builder::Medial : spheretree::Builder::Shell);

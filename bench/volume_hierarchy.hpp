@@ -1,6 +1,6 @@
 // The bounding-volume hierarchies that set-based culling was compared with: one box or one sphere around each swept triangle, refitted
-// bottom up, tested against itself, and every pair of triangles that is left tested feature by feature. Here to be measured, not to be
-// used. source   what Govindaraju et al. (2005), section 6.2, describe of AABB and sphere trees
+// bottom up, tested against itself, and every pair of triangles that is left tested feature by feature. For measurement only, not for
+// use. source   what Govindaraju et al. (2005), section 6.2, describe of AABB and sphere trees
 #pragma once
 
 #include "collision/culling/near_triangles.hpp"

@@ -1,5 +1,5 @@
-// A figure of 28,784 faces that walks, and trousers of 1,626 faces that hang on it: the scene of table 1 of "Hierarchical techniques in
-// collision detection for cloth animation" (Mezger, Kimmerle, Etzmuss 2003), made here, since the paper's avatar is not to be had. The
+// A figure of 28,784 faces that walks, and trousers of 1,626 faces worn by it: the scene of table 1 of "Hierarchical techniques in
+// collision detection for cloth animation" (Mezger, Kimmerle, Etzmuss 2003), made here, since the paper's avatar is not available. The
 // same numbers on every run: the cloth is a deterministic solver of distance constraints, at the paper's step of 0.01 s.
 #pragma once
 
@@ -76,7 +76,7 @@ private:
     std::vector<Triangle> triangles_;
     std::vector<Vec3> now_, before_, start_;
     std::vector<Spring> springs_;
-    std::vector<Index> waist_; // hangs on the pelvis
+    std::vector<Index> waist_; // attached to the pelvis
     double time_;
     bool walks_;
 };

@@ -1,4 +1,4 @@
-// Four doubles side by side, in the compiler's own vector type: two SSE2 registers where nothing better is there, one AVX2
+// Four doubles in the compiler's vector type: two SSE2 registers where nothing better is there, one AVX2
 // register where the machine has it. Every lane does what a scalar would do, in the same order, so the bits are the same.
 #pragma once
 
@@ -14,7 +14,7 @@ inline constexpr int kLanes = 4;
 using Lanes = double __attribute__((vector_size(8 * kLanes)));
 using Mask = long long __attribute__((vector_size(8 * kLanes))); // -1: yes, 0: no
 
-#define TROCAR_LANES_INLINE [[gnu::always_inline]] inline // cloned kernels must not call out to code for another machine
+#define TROCAR_LANES_INLINE [[gnu::always_inline]] inline // cloned kernels must not call functions compiled for another instruction set
 
 TROCAR_LANES_INLINE Lanes all(double value) noexcept { return Lanes{value, value, value, value}; }
 TROCAR_LANES_INLINE bool any(Mask mask) noexcept { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }

@@ -1,4 +1,4 @@
-// Connectivity of one surface, built once: its features and which triangle answers for each of them, so that a pair of
+// Connectivity of one surface, built once: its features and which triangle represents each of them, so that a pair of
 // features is tested once however many pairs of triangles hold it.
 // source   Curtis, Tamstorf, Manocha, "Fast collision detection for deformable models using representative-triangles" (2008).
 #pragma once

@@ -1,5 +1,5 @@
 // Footprints of swept triangles as collision/cull_frame.hpp makes them, evaluated in its order: without fused products, so that the
-// CPU twin gets the same bits. Every rectangle is drawn from whole pixel to whole pixel; which pixels the prism may reach is decided
+// CPU reference gets the same bits. Every rectangle is drawn from whole pixel to whole pixel; which pixels the prism may reach is decided
 // here, for the whole square of a pixel, so sample positions and vertex snapping do not matter.
 layout(binding = 0, std430) readonly buffer Footprints { uint words[]; }; // 32 to a prism
 layout(binding = 1, std430) readonly buffer Corners { uvec4 corners[]; }; // vertex ids, set

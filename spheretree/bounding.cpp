@@ -4,7 +4,7 @@ namespace trocar::spheretree {
 
 namespace {
 
-/// Ball whose far side is farthest from `centre`; the first of equals. kNoIndex: all are empty.
+/// Sphere whose far side is farthest from `centre`; the first of equals. kNoIndex: all are empty.
 Index farthest(const Vec3& centre, std::span<const Sphere> balls) noexcept {
     Index best = kNoIndex;
     double reach = -1.0;

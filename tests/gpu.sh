@@ -1,5 +1,5 @@
 #!/bin/sh
-# What draws on this machine, whether the tests of OpenGL pass on it, and what stage II of the culling costs there.
+# The OpenGL renderer of this machine, whether the tests of OpenGL pass on it, and the cost of stage II of the culling there.
 #
 #   tests/gpu.sh [BUILD [OUT]]      build/release and BUILD/gpu by default
 #
@@ -26,7 +26,7 @@ for needed in "$program" "$build/tests/engine/test_engine" "$build/tests/allocat
     exit 2
 done
 "$build/tests/engine/test_engine" --gtest_brief=1 --gtest_filter="$tests" || failed=1
-"$build/tests/allocation/test_allocation" --gtest_brief=1 --gtest_filter='LookingByPictures*' || failed=1
+"$build/tests/allocation/test_allocation" --gtest_brief=1 --gtest_filter='ImageSpaceCulling*' || failed=1
 "$program" bench device $quick --json "$out/device.json" >"$out/device.txt" || failed=1
 cat "$out/device.txt"
 "$program" bench image-space $quick --json "$out/image-space.json" >"$out/image-space.txt" || failed=1

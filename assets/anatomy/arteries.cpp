@@ -125,7 +125,7 @@ Result<void> open_mouth(const VesselPlan& plan, std::span<const LaidVessel> laid
 void add_tree_plans(const Recipe& recipe, const HepaticTree& tree, std::vector<VesselPlan>& plans) {
     const auto leg_of = [&](Index i) {
         const TreeSegment& s = tree.segments[i];
-        Random dice((static_cast<std::uint64_t>(recipe.seed) << 16) + i); // no vessel runs like a ruler
+        Random dice((static_cast<std::uint64_t>(recipe.seed) << 16) + i); // no vessel is perfectly straight
         const Vec3 axis = s.to - s.from;
         const Vec3 middle = 0.5 * (s.from + s.to) + (i > 1 ? kSway : 0.0) * recipe.variation * axis.cross(dice.cube());
         std::string name = i == 0 ? "right_hepatic" : i == 1 ? "left_hepatic" : "hepatic_" + std::to_string(i - 1);

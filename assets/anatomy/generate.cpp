@@ -110,11 +110,11 @@ void add_landmarks(Anatomy& anatomy, const std::vector<LaidVessel>& vessels, std
     }
 }
 
-/// One try: a tree, its vessels, centreline and landmarks; an error says why it will not do.
+/// One try: a tree, its vessels, centreline and landmarks; an error says why it is rejected.
 Result<Anatomy> lay_out(const Recipe& recipe, const LiverShape& liver, const TrunkAtlas& atlas, Random& random,
                         std::vector<LaidVessel>& vessels) {
     const auto tree = grow_hepatic_tree(recipe, liver, atlas.hilum().approach, random);
-    if (!tree) return Error{ErrorCode::BadMesh, "the liver has no room for all ends of the tree"};
+    if (!tree) return Error{ErrorCode::BadMesh, "the tree's ends do not all fit into the liver"};
     std::vector<VesselPlan> plans = atlas.plans(murray_radius(recipe, tree->flow()));
     add_tree_plans(recipe, *tree, plans);
     auto laid = lay_vessels(plans);

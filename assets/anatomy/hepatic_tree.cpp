@@ -51,7 +51,7 @@ private:
 
     [[nodiscard]] double radius(double flow) const { return murray_radius(recipe_, flow); }
 
-    [[nodiscard]] Vec3 arrival(const TreeSegment& s) const { // direction in which the blood comes to s
+    [[nodiscard]] Vec3 arrival(const TreeSegment& s) const { // flow direction into s
         if (s.parent == kNoIndex) return approach_;
         return tree_.segments[s.parent].to - tree_.segments[s.parent].from;
     }

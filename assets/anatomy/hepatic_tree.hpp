@@ -32,7 +32,7 @@ struct HepaticTree {
 [[nodiscard]] double murray_radius(const Recipe& recipe, double flow);
 
 /// approach  unit, direction of the proper hepatic artery where it divides
-/// returns   nothing when the ends could not all be joined: try again with other dice
+/// returns   nothing when the ends could not all be joined: try again with another random sequence
 [[nodiscard]] std::optional<HepaticTree> grow_hepatic_tree(const Recipe& recipe, const LiverShape& liver, const Vec3& approach,
                                                            Random& random);
 

@@ -69,7 +69,7 @@ LiverShape::LiverShape(const Recipe& recipe, const Vec3& hilum, Random& random)
         cuts_.push_back({cut.point + 2.0 * recipe.variation * random.cube(),
                          (cut.normal + 0.05 * recipe.variation * random.cube()).normalized(), cut.blend});
     for (int i = 0; i < 6; ++i) {
-        const double period = random.uniform(45, 110); // mm: no bump smaller than a hand's width of tissue
+        const double period = random.uniform(45, 110); // mm: no bump smaller than 8 cm of tissue
         waves_.push_back(
             {random.cube().normalized() * (2 * M_PI / period), random.uniform(0, 2 * M_PI), random.uniform(0.4, 0.9) * recipe.variation});
     }

@@ -21,7 +21,7 @@ public:
     /// Millimetres of the average liver, from the hilum, to world metres.
     [[nodiscard]] Vec3 place(const Vec3& atlas_mm) const { return hilum_ + scale_.cwiseProduct(atlas_mm); }
 
-    /// Holds the whole shape with room to spare.
+    /// Holds the whole shape with a margin.
     [[nodiscard]] Box3 box() const;
 
 private:

@@ -1,4 +1,4 @@
-// The generator's dice: SplitMix64 (Steele, Lea, Flood 2014), the same sequence on every machine.
+// The generator's random numbers: SplitMix64 (Steele, Lea, Flood 2014), the same sequence on every machine.
 #pragma once
 
 #include "base/vec.hpp"

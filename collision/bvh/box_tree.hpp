@@ -1,6 +1,6 @@
 // Tree of swept boxes over one surface. Its leaves are clusters of neighbouring triangles, each with the vertices and edges
-// it answers for: refitting touches a vertex about twice instead of six times, and the features of two overlapping clusters
-// are compared only when somebody asks.
+// it owns: refitting touches a vertex about twice instead of six times, and the features of two overlapping clusters
+// are compared only on demand.
 #pragma once
 
 #include "collision/swept_box.hpp"
@@ -16,7 +16,7 @@ class BoxTree {
 public:
     /// Triangles in a cluster, at most. More makes refitting cheaper and comparing two clusters dearer.
     static constexpr std::size_t kClusterSize = 8;
-    /// Edges a cluster can answer for, at most; no cluster touches more vertices.
+    /// Edges a cluster can own, at most; no cluster touches more vertices.
     static constexpr std::size_t kClusterFeatures = 3 * kClusterSize;
 
     struct Node {
@@ -30,8 +30,8 @@ public:
     };
     struct Cluster {
         Range triangles; // into triangle_ids()
-        Range edges;     // into edge_ids(), those it answers for
-        Range vertices;  // into vertex_ids(), those it answers for
+        Range edges;     // into edge_ids(), those it owns
+        Range vertices;  // into vertex_ids(), those it owns
         Range touched;   // into touched_ids(), all vertices of its triangles
         Index node = kNoIndex;
     };

@@ -37,15 +37,15 @@ inline constexpr std::size_t kLongestContour = 256; // edges
     return make_contour(topology.triangles, faces, out);
 }
 
-/// The same of border edges that somebody else has found: each as its face runs through it. They are sorted.
+/// The same of border edges that the caller has found: each as its face runs through it. They are sorted.
 [[nodiscard]] bool make_contour(std::vector<std::array<Index, 2>>& border, Contour& out);
 
-/// A contour by parts of somebody else's arrays.
+/// A contour as spans of arrays owned elsewhere.
 struct ContourView {
     std::span<const Index> vertices, loop_ends;
 };
 
-/// What the test keeps between calls, so that it does not allocate.
+/// Scratch kept between calls, so that the test does not allocate.
 class ContourTest {
 public:
     /// True only if the outline of faces that all have a positive scalar product with the direction is proven, seen along it, to meet

@@ -48,15 +48,15 @@ public:
     void build(const SurfaceTopology& topology, std::span<const Vec3> positions, const TreeOptions& options);
 
     /// Bounds of a new step, in three parts of which the first two can run on several threads: vertices, then clusters, then nodes.
-    /// Blocks of features are refitted cluster by cluster, when somebody wants them: where a surface meets another one in places,
-    /// most are never wanted.
+    /// Blocks of features are refitted cluster by cluster, on demand: where a surface meets another one in places,
+    /// most are never needed.
     /// cost   O(n), no allocation
     void refit(const SurfaceMotion& motion);
     void refit_vertices(const SurfaceMotion& motion, Index begin, Index end) noexcept;
     void refit_clusters(Index begin, Index end) noexcept;
     /// Nodes above the clusters begin .. end - 1.
     void refit_nodes(Index begin, Index end) noexcept;
-    /// What is refitted when it is wanted: the bounds of a cluster's features; where options().fine is set, the fine bounds of the
+    /// Refitted on demand: the bounds of a cluster's features; where options().fine is set, the fine bounds of the
     /// cluster, and those of its vertices. Different clusters on different threads, but for the vertices, which clusters share.
     [[nodiscard]] bool blocks_are_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kBlocks) != 0; }
     [[nodiscard]] bool fine_is_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kFine) != 0; }

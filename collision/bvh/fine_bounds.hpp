@@ -1,5 +1,5 @@
-// The second look of the broad phase, where TreeOptions::fine asks for it: ten more directions, beyond the axes, for
-// clusters and for single pairs of features. Boxes of what lies aslant are mostly air: on a catheter in its artery
+// The second test of the broad phase, where TreeOptions::fine asks for it: ten more directions, beyond the axes, for
+// clusters and for single pairs of features. Axis-aligned boxes of oblique parts are mostly empty: on a catheter in its artery
 // these directions leave a third of the pairs of clusters and an eighth of the pairs of features that boxes leave.
 // Joined from rows of the vertices where they are wanted, so nothing but those is refitted. source   the directions of
 // the 26-DOP, as in dop.hpp

@@ -86,7 +86,7 @@ struct Gathered {
 };
 
 /// Those of a run that come near a box, in their order. Compressed in a register and stored whole: a compressing store to memory is
-/// microcode on some processors (twice the time of the whole search on Zen 4).
+/// microcode on some processors (twice the time of an entire search on Zen 4).
 template <std::size_t Slabs>
 HWY_INLINE void gather_near(const float* box, const BlockRun& run, const NearTest& test, Gathered& out) {
     const Floats d;

@@ -1,5 +1,5 @@
 // Which of two blocks' features come near each other: the innermost loop of the broad phase. Highway kernels for every instruction
-// set, chosen at run time, and a plain twin that gives the same pairs in the same order.
+// set, chosen at run time, and a scalar reference that gives the same pairs in the same order.
 #pragma once
 
 #include "collision/ccd/sweep_batch.hpp"

@@ -1,4 +1,4 @@
-// How the triangles of a node are dealt to its children, by each of the builders: what every hierarchy over a surface shares.
+// How the triangles of a node are distributed to its children, by each of the builders: what every hierarchy over a surface shares.
 // source   Klosowski et al. 1998; Mezger, Kimmerle, Etzmuss 2003, section 4.2 (Middle); Wald 2007 (Sah).
 #pragma once
 

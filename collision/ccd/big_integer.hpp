@@ -1,5 +1,5 @@
-// Whole numbers of any size, for the few verdicts that floating point cannot reach: every double is a whole number times a
-// power of two, so with one common exponent all of a test's polynomials have whole coefficients.
+// Integers of any size, for the few verdicts that floating point cannot decide: every double is an integer times a
+// power of two, so with one common exponent all of a test's polynomials have integer coefficients.
 #pragma once
 
 #include <array>
@@ -49,7 +49,7 @@ private:
     bool negative_ = false;
 };
 
-/// Largest e for which value is a whole multiple of 2^e; a large number for 0.
+/// Largest e for which value is an integer multiple of 2^e; a large number for 0.
 [[nodiscard]] int lowest_exponent(double value) noexcept;
 
 } // namespace trocar::collision

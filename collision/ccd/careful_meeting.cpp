@@ -55,7 +55,7 @@ Meeting make_meeting(const Differences<Count>& q, double time, Decision decided_
     Nearest nearest = find_nearest(at(q, time));
     if (!(nearest.distance <= 1e-9 * q.magnitude)) nearest = find_nearest_carefully(at(q, time));
     Meeting meeting{.meets = true, .decided_by = decided_by, .time = time, .bary = nearest.bary};
-    nearest.distance = 0.0; // only rounding is left of it: the flat normal is the better one
+    nearest.distance = 0.0; // it is rounding error: the flat normal is more accurate
     meeting.normal = contact_normal(q, time, nearest);
     return meeting;
 }

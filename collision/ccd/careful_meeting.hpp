@@ -1,5 +1,5 @@
-// Pairs that meeting.cpp could not decide four at a time: the step is gone through (sweep.hpp), the meeting that it comes to is proven,
-// or the pair is decided in whole numbers.
+// CCD fallback for pairs that meeting.cpp could not decide four at a time: the step is swept (sweep.hpp), the contact that it comes to is
+// proven, or the pair is decided in exact integer arithmetic.
 #pragma once
 
 #include "collision/ccd/ccd_result.hpp"

@@ -1,13 +1,13 @@
-// Where features first lie in one plane, and whether they meet there: four pairs side by side, decided without going through the step.
+// Where features first lie in one plane, and whether they meet there: four pairs in SIMD lanes, decided without sweeping the step.
 //
 // Features that meet lie in one plane, where the determinant of three corner differences is zero: a cubic in time. With its Bernstein
 // coefficients b0 .. b3 on the step, Descartes' rule of signs counts: all of one sign, it has no root and the features never meet; one
-// change of sign, it has one, and they meet there or nowhere. So one look at that time is a proof either way: the sign changes around
+// change of sign, it has one, and they meet there or nowhere. So one test at that time is a proof either way: the sign changes around
 // it, and for all of that while the origin is inside the hull of the differences, or all of them are beyond it along one direction.
-// Other pairs (several changes, a coefficient too close to zero where it matters, a meeting at a corner or border) stay unclear.
+// Other pairs (several changes, a coefficient too close to zero where it matters, a contact at a corner or border) stay undecided.
 // source   the coplanarity cubic: Provot, "Collision and self-collision handling in cloth model dedicated to design garments" (1997);
 //          signs of its Bernstein coefficients: Tang, Tong, Wang, Manocha, "Fast and exact continuous collision detection with
-//          Bernstein sign classification" (2014). Deviates: what is said here is proven in floating point, what is not is left open.
+//          Bernstein sign classification" (2014). Deviates: verdicts here are proven in floating point, other pairs are left undecided.
 #pragma once
 
 #include "collision/ccd/ccd_result.hpp"
@@ -16,7 +16,7 @@
 
 namespace trocar::collision {
 
-/// Newton's steps, or halvings where those leave the bracket, to the root; what has not come close enough by then stays unclear.
+/// Newton's steps, or halvings where those leave the bracket, to the root; a root not close enough by then stays undecided.
 inline constexpr int kRootSteps = 6;
 
 struct LaneCrossing {
@@ -57,7 +57,7 @@ TROCAR_LANES_INLINE LaneCubic find_cubic(const LaneDifferences<Count>& q) noexce
     return {{b0, b1, b2, b3}, {b0, 3.0 * (b1 - b0), 3.0 * (b0 - 2.0 * b1 + b2), b3 - 3.0 * b2 + 3.0 * b1 - b0}};
 }
 
-/// Near the one root between 0 and 1: a guess, which the proof need not believe.
+/// Near the one root between 0 and 1: a guess, on which the proof does not depend.
 TROCAR_LANES_INLINE Lanes guess_root(const LaneCubic& cubic) noexcept {
     const Lanes first = cubic.bernstein[0];
     Lanes low = all(0.0), high = all(1.0), t = first / (first - cubic.bernstein[3]);
@@ -87,7 +87,7 @@ TROCAR_LANES_INLINE Mask stay_inside(const std::array<Lanes3, Count>& corner, La
     return xp | xn | yp | yn | zp | zn;
 }
 
-/// As contact_normal() says it where no gap is left: the flat normal on the side of the start, or against the motion.
+/// As contact_normal() where no gap is left: the flat normal on the side of the start, or against the motion.
 template <int Count>
 TROCAR_LANES_INLINE Lanes3 flat_contact_normal(const LaneDifferences<Count>& q, const std::array<Lanes3, Count>& corner) noexcept {
     const Lanes3 flat = flat_normal(corner);
@@ -109,7 +109,7 @@ TROCAR_LANES_INLINE LaneCrossing find_crossing(const LaneDifferences<Count>& q) 
     LaneCrossing crossing{};
     crossing.apart =
         ((b0 > bound) & (b1 > bound) & (b2 > bound) & (b3 > bound)) | ((b0 < -bound) & (b1 < -bound) & (b2 < -bound) & (b3 < -bound));
-    const Mask falls = (b0 > bound) & (b3 < -bound) & ((b1 > bound) | (b2 < -bound)); // one change of sign, whatever the unsure one is
+    const Mask falls = (b0 > bound) & (b3 < -bound) & ((b1 > bound) | (b2 < -bound)); // one change of sign, whatever the uncertain one
     const Mask rises = (b0 < -bound) & (b3 > bound) & ((b1 < -bound) | (b2 > bound));
     if (!any(falls | rises)) return crossing;
 

@@ -63,7 +63,7 @@ private:
             bool same = sign != 0;
             for (std::size_t k = 1; k < Count && same; ++k) same = list.sign_at(root, cross_[k][axis]) == sign;
             if (same) return true;
-            if (sign != 0) return false; // the plane is not along this axis, so it speaks for all
+            if (sign != 0) return false; // the plane is not parallel to this axis, so this axis decides
         }
         return false;
     }

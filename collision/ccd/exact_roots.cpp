@@ -85,7 +85,7 @@ Polynomial greatest_common_divisor(Polynomial a, Polynomial b) {
 }
 
 /// The number of distinct roots stays, their order becomes one. A cubic with a double root has a zero discriminant, which is
-/// cheaper to look at than the divisor.
+/// cheaper to evaluate than the divisor.
 Polynomial without_double_roots(const Polynomial& p) {
     if (p.degree() < 2) return p;
     const Polynomial common = greatest_common_divisor(p, derivative(p));

@@ -1,4 +1,4 @@
-// Roots in [0, 1] of polynomials with whole coefficients, up to degree 3, and the sign of another polynomial there: decided, never
+// Roots in [0, 1] of polynomials with integer coefficients, up to degree 3, and the sign of another polynomial there: decided, never
 // estimated.
 // source   Descartes' rule of signs in Bernstein form: Rouillier, Zimmermann, "Efficient isolation of polynomial's real roots" (2004).
 #pragma once

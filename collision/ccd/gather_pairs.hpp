@@ -1,4 +1,4 @@
-// Pairs of features side by side: the differences of their corners at one instant, four pairs at a time. Missing lanes repeat the first.
+// Pairs of features in SIMD lanes: the differences of their corners at one instant, four pairs at a time. Missing lanes repeat the first.
 #pragma once
 
 #include "base/contact.hpp"

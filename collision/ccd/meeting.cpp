@@ -19,7 +19,7 @@ TROCAR_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, Meeting
 }
 
 /// Stages 1 and 2 for four pairs, of which the first meetings.size() are there.
-/// carefully   answers for one of them by itself
+/// carefully   the CCD fallback for a single pair
 template <int Count, class Carefully>
 TROCAR_LANES_INLINE void meet_lanes(LaneDifferences<Count> q, std::span<Meeting> meetings, const Carefully& carefully) {
     measure(q);

@@ -1,5 +1,5 @@
 // Nearest points of the origin and a hull of corner differences, fast: the sweeps only need a direction from it, so a sliver may
-// get a poor one; base/closest_point.hpp has the careful routines, which the sweeps ask when this one leads nowhere.
+// get a poor one; base/closest_point.hpp has the robust routines, which the sweeps fall back on.
 // source   Ericson, Real-Time Collision Detection (2005), sections 5.1.5 and 5.1.9
 #pragma once
 
@@ -60,7 +60,7 @@ struct Nearest {
     return {offset, offset.norm(), {s, t, 0.0}};
 }
 
-/// The same with care for degenerate and nearly parallel features.
+/// The same, robust for degenerate and nearly parallel features.
 [[nodiscard]] inline Nearest find_nearest_carefully(const std::array<Vec3, 3>& corner) noexcept {
     const PointOnTriangle on = closest_on_triangle(Vec3::Zero(), corner[0], corner[1], corner[2]);
     return {on.point, std::sqrt(on.distance_sq), on.bary};

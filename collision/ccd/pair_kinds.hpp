@@ -1,4 +1,4 @@
-// The two kinds of pairs of features, each as four side by side and alone: what the batches of sweeps and of meetings go through.
+// The two kinds of pairs of features, each as four side by side and alone: iterated over by the batched sweeps and exact tests.
 #pragma once
 
 #include "collision/ccd/gather_pairs.hpp"

@@ -37,7 +37,7 @@ struct FreeTime {
 /// The end of the interval is s^ = fl((a^ - B) / (a^ - b^)), three roundings: s^ = s (1 + f), |f| <= 3.01 u, where g^(s) = B exactly.
 /// |g^(s^) - B| = |f| |a^ - B| <= 3.01 u 2 |n|_1 M (1 + 5u), since B lies between a^ and b^, both at most |n|_1 M (1 + 5u).
 /// So at s^, and by linearity everywhere between two ends, g >= B - (6.03 + 4.01) u |n|_1 M > B - 10.1 u |n|_1 M. With
-/// B >= d |n| + 15.9 u |n|_1 M (the 16 below loses at most a part of 1e-14 to its own three roundings), g > d |n| holds with room,
+/// B >= d |n| + 15.9 u |n|_1 M (the 16 below loses at most a part of 1e-14 to its own three roundings), g > d |n| holds with a margin,
 /// also against the 5 roundings in d |n|, which the factor 1 + 8u covers. Underflow adds at most 2^-1074 to each of fewer than
 /// twenty operations; the smallest normal number, 2^-1022, covers them. Overflow or NaN makes B, or the comparison, fail: nothing is
 /// proven.

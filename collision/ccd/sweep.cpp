@@ -16,14 +16,14 @@ constexpr double kSmallestAdvance = 0x1p-50;
 
 enum class Stop : std::uint8_t { End, Near, Stuck }; // the step's end, within distance + tolerance, steps or digits ran out
 
-/// Where the advance stands: everything before `time` is proven, and the end too where it got there.
+/// State of the advance: everything before `time` is proven, and the end too where it got there.
 struct Advance {
     double time;
     Stop stop;
     Nearest nearest;
 };
 
-/// How far the step is free from t on: along the flat normal to either side, or the careful shortest vector. For where the fast
+/// How far the step is free from t on: along the flat normal to either side, or the robust shortest vector. For where the fast
 /// shortest vector has lost its digits.
 template <int Count>
 double find_end_carefully(const Differences<Count>& q, double t, double distance) noexcept {
@@ -69,8 +69,8 @@ double find_end_turning(const Differences<Count>& q, double time, const Nearest&
     return time;
 }
 
-/// Where to try to come at once when the features are to touch, not to come near: just before they lie in one plane, as Newton's rule
-/// finds it from here: a guess, which need not be one. A 2^24th of the gap is kept, or what the proof needs.
+/// First time to try at distance 0: just before the features lie in one plane, as Newton's method
+/// finds it from here: a guess, on which no proof depends. A 2^24th of the gap is kept, or what the proof needs.
 constexpr double kKeptOfGap = 0x1p-24, kProofNeeds = 512.0 * kUnitRoundoff;
 template <int Count>
 std::optional<double> guess_end_before_touch(const Differences<Count>& q, double time, const Nearest& nearest) noexcept {

@@ -1,4 +1,4 @@
-// The elementary tests of sweep.hpp, four pairs at a time. Same proof, same answers; pairs that need care (slivers, features that
+// The elementary tests of sweep.hpp, four pairs at a time. Same proof, same answers; difficult pairs (slivers, features that
 // turn while they meet, contacts that converge slowly) are handed to the scalar routine.
 #pragma once
 

@@ -1,4 +1,4 @@
-// The sweep of sweep.hpp for four pairs of features side by side: what sweep_batch.cpp and meeting.cpp share.
+// The sweep of sweep.hpp for four pairs of features in SIMD lanes: what sweep_batch.cpp and meeting.cpp share.
 #pragma once
 
 #include "collision/lanes.hpp"
@@ -11,7 +11,7 @@
 
 namespace trocar::collision {
 
-/// Advances of a batch before its open lanes are handed to the scalar routine: where features are to touch, it soon turns its direction.
+/// Advances of a batch before its open lanes are handed to the scalar routine: at distance 0, it soon turns its direction.
 inline constexpr int kBatchSteps = 4, kBatchStepsToTouch = 2;
 /// As in sweep.cpp; smaller advances are left to it.
 inline constexpr double kSmallestBatchAdvance = 0x1p-40;

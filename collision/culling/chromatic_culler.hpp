@@ -1,9 +1,9 @@
 // Set-based culling in four stages: which pairs of features could come into contact during a step?
 // I    swept boxes of triangles, by trees: pairs of non-adjacent triangles that overlap
-// II   sets of triangles, by pictures (optional): pairs that a view tells apart are dropped
+// II   sets of triangles, by image-space culling (optional): pairs that a view separates are dropped
 // III  features of the pairs that are left, each pair of features once
 // IV   features that only adjacent triangles hold
-// What comes out holds every pair of features within the distance, whatever stage II looked at; the elementary tests decide.
+// The output holds every pair of features within the distance, whatever stage II examined; the elementary tests decide.
 // This work is based on: Govindaraju et al., "Interactive collision detection between deformable models using chromatic
 // decomposition" (2005); Curtis, Tamstorf, Manocha (2008) for naming one pair of triangles per pair of features; Tang, Curtis, Yoon,
 // Manocha, "Interactive continuous collision detection between deformable models using connectivity-based culling" (2008): what stage
@@ -32,10 +32,10 @@ struct CullCounts {
     std::size_t orphan_pairs = 0;                   // pairs of features that stage IV added
     std::uint64_t box_tests = 0;
     CullReport pictures; // of the order-free form
-    QueryReport queries; // of the paper's
+    QueryReport queries; // of the form of Govindaraju et al. 2005
 };
 
-/// Stages are called one after the other, so that whoever holds a clock can time them.
+/// Stages are called one after the other, so that the owner of a clock can time them.
 class ChromaticCuller {
 public:
     /// One surface against itself: sets by colouring. The topologies must outlive the culler.
@@ -50,12 +50,12 @@ public:
     /// Stage II. Leave it out where few pairs are near. Pairs with a coordinate that is not finite stay.
     /// fails   as the backend does; the candidates are then more than they could be, and complete
     [[nodiscard]] Result<void> look(const CullPlan& plan, CullBackend& backend);
-    /// The same in the paper's order, by visibility queries.
+    /// The same in the order of Govindaraju et al. 2005, by visibility queries.
     [[nodiscard]] Result<void> look(const QueryPlan& plan, VisibilityCanvas& canvas);
     /// Stages III and IV.
     void find_candidates(CulledCandidates& out);
 
-    [[nodiscard]] const CullCounts& counts() const noexcept { return counts_; }           // of the step at hand
+    [[nodiscard]] const CullCounts& counts() const noexcept { return counts_; }           // of the current step
     [[nodiscard]] std::span<const TrianglePair> pairs() const noexcept { return pairs_; } // triangle ids, b's own ones
     [[nodiscard]] Index set_count() const noexcept { return self() ? sets_.count() : 2; }
     [[nodiscard]] const ChromaticSets& sets() const noexcept { return sets_; } // of one surface
@@ -67,7 +67,7 @@ private:
         TriangleStars stars;
         std::vector<Index> edge_begin, edge_triangles; // triangles that hold an edge, ascending
         SurfaceMotion motion;
-        std::vector<SweptBox> boxes; // [vertex_count] of the step at hand
+        std::vector<SweptBox> boxes; // [vertex_count] of the current step
         [[nodiscard]] std::span<const Index> around_edge(Index edge) const noexcept {
             return std::span(edge_triangles).subspan(edge_begin[edge], edge_begin[edge + 1] - edge_begin[edge]);
         }
@@ -94,7 +94,7 @@ private:
     double distance_ = 0.0, reach_ = 0.0;
     std::vector<TrianglePair> pairs_, adjacent_;
     /// Orphans never change, so they are listed once; not where that would take the square of a huge valence. Then adjacent pairs
-    /// that come near are looked through in every step.
+    /// that come near are examined in every step.
     bool orphans_listed_ = false;
     std::vector<FeaturePair> orphan_vertex_face_, orphan_edge_edge_;
     NearTriangles near_;

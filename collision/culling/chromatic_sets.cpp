@@ -37,7 +37,7 @@ struct Lists {
     }
 };
 
-/// Says of each triangle whether it was seen since the last start.
+/// Marks which triangles were visited since the last start.
 class Stamps {
 public:
     explicit Stamps(std::size_t count) : stamp_(count, 0) {}
@@ -229,7 +229,7 @@ std::vector<SetSlot> pair_sets(const ChromaticSets& sets, std::span<const Triang
 
 SetViolations check_sets(const ChromaticSets& sets, std::span<const Triangle> triangles, const TriangleStars& stars) {
     SetViolations found;
-    std::vector<Index> neighbour_in(sets.count(), kNoIndex); // of the triangle at hand, per set
+    std::vector<Index> neighbour_in(sets.count(), kNoIndex); // of the current triangle, per set
     for (Index t = 0; t < triangles.size(); ++t) {
         for (const bool counting : {true, false}) // the second round forgets what the first noted
             for (const Index v : triangles[t])

@@ -28,7 +28,7 @@ struct ChromaticSets {
     }
 };
 
-/// The grid's colouring where find_quad_grid sees one, DSATUR on the extended dual graph otherwise.
+/// The grid's colouring where find_quad_grid finds one, DSATUR on the extended dual graph otherwise.
 /// cost   O(E log V), E edges of the extended dual graph: about 20 per triangle of an ordinary mesh; bounded for hostile ones
 [[nodiscard]] ChromaticSets make_chromatic_sets(std::span<const Triangle> triangles, std::size_t vertex_count);
 /// DSATUR, whatever the mesh looks like. Deterministic: most colours around, then most neighbours, then lowest id.
@@ -43,7 +43,8 @@ struct QuadGrid {
 [[nodiscard]] std::optional<QuadGrid> find_quad_grid(std::span<const Triangle> triangles, std::size_t vertex_count);
 /// Nine sets of quads by their place modulo three, eighteen of triangles: both triangles of a quad in sets of their own.
 /// cost   O(n)
-/// source   Eppstein, Bern, Hutchings, "Algorithms for coloring quadtrees" (2002), as the paper extends it to neighbours of neighbours
+/// source   Eppstein, Bern, Hutchings, "Algorithms for coloring quadtrees" (2002), extended to neighbours of neighbours as in
+///          Govindaraju et al. 2005
 [[nodiscard]] ChromaticSets make_sets_of_grid(std::span<const Triangle> triangles, const QuadGrid& grid);
 
 /// Triangles around each vertex, each named once by a vertex: what tells neighbours without listing all pairs of a high fan.
@@ -71,11 +72,11 @@ struct SetSlot {
 };
 /// One order for both sets, as the two passes need it. A set with itself pairs every triangle with itself.
 /// cost   O(members times valence)
-/// source   the paper's algorithm 4.1
+/// source   Govindaraju et al. 2005, algorithm 4.1
 [[nodiscard]] std::vector<SetSlot> pair_sets(const ChromaticSets& sets, std::span<const Triangle> triangles, const TriangleStars& stars,
                                              Index i, Index j);
 
-/// What breaks the two guarantees: for tests, and for whoever brings sets of his own.
+/// Violations of the two guarantees: for tests, and for callers with sets of their own.
 struct SetViolations {
     std::size_t adjacent_in_set = 0;   // pairs (triangle, vertex) that a second triangle of its set touches
     std::size_t second_neighbours = 0; // triangles with more than one neighbour in some set, counted once per surplus neighbour

@@ -1,4 +1,4 @@
-// The port between the culling algorithm and what looks at pictures: graphics hardware, or the CPU twin.
+// The interface between the culling algorithm and its image-space back ends: graphics hardware, or the CPU reference.
 #pragma once
 
 #include "base/result.hpp"
@@ -9,23 +9,23 @@
 
 namespace trocar::collision {
 
-/// What is remembered per pixel and set. Both forms are safe; the second tells apart what lies between two others.
+/// What is stored per pixel and set. Both forms are conservative; the second separates what lies between two others.
 enum class CullMemory : std::uint8_t {
-    Fronts,    // the two nearest fronts: a prism is free if it lies before all of the set, as in the paper
+    Fronts,    // the two nearest fronts: a prism is free if it lies before all of the set, as in Govindaraju et al. 2005
     Intervals, // the two nearest with their backs, and the third front: a prism may also lie behind or between them. Inside a closed
                // vessel nothing is ever before the near wall, so this is what culls there
 };
 
-/// One question: does this prism, in this view, meet any other of that set than the one neighbour it may have there?
+/// One query: does this prism, in this view, meet any other of that set than the one neighbour it may have there?
 struct CullQuestion {
     Index prism, set;
 };
 
-/// Pixels of a picture that footprints may take on average, drawn and asked: enough to tell shapes apart. Few large triangles are
+/// Pixels of a picture that footprints may take on average, drawn and queried: enough to separate shapes. Few large triangles are
 /// given a small picture, or most of the time would go into filling it.
 inline constexpr double kPixelsPerFootprint = 64.0;
 
-/// Are these footprints small enough, or would a picture of half the size do?
+/// Are these footprints small enough, or would a picture of half the size suffice?
 /// most   pixels that a footprint may take on average
 [[nodiscard]] inline bool are_small_enough(std::span<const Footprint> footprints, std::span<const CullQuestion> questions,
                                            double most = kPixelsPerFootprint) noexcept {
@@ -53,12 +53,12 @@ struct CullJob {
 class CullBackend {
 public:
     virtual ~CullBackend() = default;
-    /// "CPU twin", or the way to the graphics device and its name.
+    /// "CPU reference", or the API of the graphics device and its name.
     [[nodiscard]] virtual std::string name() const = 0;
-    /// Pixels a side that pay for themselves here.
+    /// Resolution, pixels a side, at which this back end is most efficient.
     [[nodiscard]] virtual int preferred_resolution() const noexcept = 0;
-    /// Room for jobs of so many prisms and questions, with pictures of so many pixels a side: this library allocates nothing for those
-    /// afterwards. What a driver does is its own affair.
+    /// Allocates for jobs of so many prisms and questions, with pictures of so many pixels a side: this library allocates nothing for those
+    /// afterwards. Allocations of a driver are not counted.
     virtual void reserve(std::size_t /*prisms*/, std::size_t /*questions*/, int /*resolution*/) {}
     /// Pixels a side of the largest picture that fits; shrinks when the device turns out to have less memory.
     [[nodiscard]] virtual int largest_resolution() const noexcept { return kLargestPicture; }

@@ -44,7 +44,7 @@ bool scale_normal(double& a, double& b) noexcept {
 /// support   largest a (x - x0) + b (y - y0) of the points
 void write_edge(float (&edge)[3], double a, double b, double support, const Footprint& p, double grow_x, double grow_y) noexcept {
     support += std::sqrt(a * a * grow_x * grow_x + b * b * grow_y * grow_y); // of the ball, an ellipse in pixels
-    // some point of the square [u, u + 1] x [v, v + 1] is inside: its corner against the normal is
+    // some point of the square [u, u + 1] x [v, v + 1] is inside: its corner opposite to the normal is
     const double bound = support - std::min(a, 0.0) - std::min(b, 0.0);
     edge[0] = static_cast<float>(a);
     edge[1] = static_cast<float>(b);
@@ -60,7 +60,7 @@ void write_edge_around(float (&edge)[3], double a, double b, const std::array<Pi
     write_edge(edge, a, b, support, p, grow_x, grow_y);
 }
 
-/// Edges of the hull of six points, by walking around it. Where rounding leads astray an edge is merely not the best one.
+/// Edges of the hull of six points, by walking around it. Where rounding picks a wrong edge, it is merely not the best one.
 void write_edges(Footprint& p, const std::array<PicturePoint, 6>& points, double grow_x, double grow_y) noexcept {
     for (auto& edge : p.edge) edge[2] = 1.0f; // 0 <= 1: bounds nothing
     std::size_t start = 0;
@@ -81,7 +81,7 @@ void write_edges(Footprint& p, const std::array<PicturePoint, 6>& points, double
                 dy = ey;
             }
         }
-        if (next == at) return; // a point: the rectangle is all there is to know
+        if (next == at) return; // a point: the rectangle bounds it
         write_edge_around(edge, dy, -dx, points, p, grow_x, grow_y);
         at = next;
         if (points[at].x == points[start].x && points[at].y == points[start].y) return;
@@ -102,7 +102,7 @@ PictureNormal seen_in(const CullFrame& f, const Vec3& normal) noexcept {
     if (!(length > 0.0)) return {};
     PictureNormal n{f.view.right.dot(normal) / (length * f.pixels_x), f.view.up.dot(normal) / (length * f.pixels_y),
                     f.view.forward.dot(normal) / (length * f.depth_scale)};
-    constexpr double kSteepest = 1e4; // depth ranges per pixel; beyond, nearest and farthest say more
+    constexpr double kSteepest = 1e4; // depth ranges per pixel; beyond, nearest and farthest are tighter
     n.flat_enough = std::abs(n.a) + std::abs(n.b) < kSteepest * std::abs(n.g);
     return n;
 }

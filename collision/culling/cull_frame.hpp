@@ -1,10 +1,10 @@
-// Moving triangles as a picture sees them: what pixels a swept triangle may reach and between which depths, in single precision and
-// never too little. One routine makes these footprints; graphics hardware and its twin on the CPU evaluate the same numbers.
+// Footprints of moving triangles: which pixels a swept triangle may reach and between which depths, in single precision and
+// conservatively. One routine makes these footprints; graphics hardware and the CPU reference evaluate the same numbers.
 //
 // The prism is a bounding one: the convex hull of the six points in the picture's plane, between two planes along the triangle's mean
 // normal, between the hull's nearest and farthest depth, all grown by half the contact distance. Two triangles that come within
 // the distance share the middle of their shortest connection, so their prisms share a point, hence the pixel it falls into, and a depth.
-// Deviates from the paper, which grows prisms and lets the rasteriser sample pixel centres: here the whole square of a pixel is asked,
+// Deviates from the image-space paper, which grows prisms and lets the rasteriser sample pixel centres: here a pixel's whole square counts,
 // so nothing depends on sample positions, vertex snapping, facing or clipping, and an edge-on or sub-pixel triangle covers what it meets.
 #pragma once
 
@@ -28,7 +28,7 @@ struct ViewDirection {
 /// A triangle's corners at t0, then at t1: their convex hull holds it at every time between.
 using SweptCorners = std::array<Vec3, 6>; // m
 
-/// Maps what is to be seen onto all of the picture, so that pixels are as small as they can be. They need not be square.
+/// Maps the bounds of all prisms onto the whole picture, so that pixels are as small as possible. They need not be square.
 struct CullFrame {
     ViewDirection view;
     int width = 0, height = 0;                      // pixels
@@ -40,14 +40,14 @@ struct CullFrame {
 inline constexpr int kLargestPicture = 8192; // pixels a side: footprints count on exact small integers
 
 /// reach   m, >= 0: half the distance within which triangles count as in contact
-/// prisms  finite corners, all that will be drawn or asked
+/// prisms  finite corners, all that will be drawn or queried
 [[nodiscard]] CullFrame make_cull_frame(const ViewDirection& view, std::span<const SweptCorners> prisms, double reach, int width,
                                         int height) noexcept;
 [[nodiscard]] CullFrame make_cull_frame(const ViewDirection& view, std::span<const Vec3> points, double reach, int width,
                                         int height) noexcept;
 
 /// As graphics memory holds it: 32 words.
-/// u, v    whole pixels from the corner x0, y0
+/// u, v    integer pixels from the corner x0, y0
 /// covers  pixel (u, v) if edge[k][0] u + edge[k][1] v <= edge[k][2] for all k
 /// depth   between max(nearest, front[0] + front[1] u + front[2] v) and min(farthest, back[0] + back[1] u + back[2] v)
 struct Footprint {

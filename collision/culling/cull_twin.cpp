@@ -17,7 +17,7 @@ bool for_each_pixel(const Footprint& p, int width, Visit&& visit) {
             const auto u = static_cast<float>(x - p.x0);
             if (!covers(p, u, v)) continue;
             const DepthInterval d = depths(p, u, v);
-            if (d.front > d.back) continue; // a corner of the pixel that only the hull's bounds reach
+            if (d.front > d.back) continue; // a corner of the pixel within the hull's bounds only
             if (!visit(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x), d)) return false;
         }
     }
@@ -69,7 +69,7 @@ Result<void> CpuCullBackend::find_hits(const CullJob& job, std::span<std::uint8_
     for (Index set = 0; set < job.set_count(); ++set) {
         const std::size_t begin = job.question_begin[set], end = job.question_begin[set + 1];
         if (begin == end) continue;
-        if (++turn_ == 0) { // came round
+        if (++turn_ == 0) { // the counter wrapped round
             for (Pixel& p : picture_) p.turn = 0;
             turn_ = 1;
         }

@@ -1,4 +1,4 @@
-// The culler without graphics hardware: the same footprints, the same two nearest per pixel and set, in plain C++.
+// The CPU reference of the image-space culler: the same footprints, the same two nearest per pixel and set, in plain C++.
 #pragma once
 
 #include "collision/culling/cull_backend.hpp"
@@ -9,15 +9,15 @@ namespace trocar::collision {
 
 class CpuCullBackend final : public CullBackend {
 public:
-    [[nodiscard]] std::string name() const override { return "CPU twin"; }
+    [[nodiscard]] std::string name() const override { return "CPU reference"; }
     [[nodiscard]] int preferred_resolution() const noexcept override { return 512; }
     void reserve(std::size_t prisms, std::size_t questions, int resolution) override;
     /// Never fails. One set after another in one picture, so memory does not grow with their number.
-    /// cost   the pixels of all prisms drawn and asked; no allocation once the picture has grown
+    /// cost   the pixels of all prisms drawn and queried; no allocation once the picture has grown
     [[nodiscard]] Result<void> find_hits(const CullJob& job, std::span<std::uint8_t> hits) override;
 
 private:
-    /// Half a cache line. What an earlier set left in a pixel is told by its turn, so nothing is ever cleared.
+    /// Half a cache line. A pixel's values from an earlier set are recognised by its `turn`, so nothing is ever cleared.
     struct Pixel {
         std::uint32_t turn = 0;
         Index first, second; // prisms

@@ -1,4 +1,4 @@
-// One look at prisms along one direction: what is drawn and asked, the picture's size, and the answers.
+// One view of prisms along one direction: what is drawn and queried, the picture's size, and the answers.
 #pragma once
 
 #include "collision/culling/cull_backend.hpp"
@@ -7,7 +7,7 @@
 
 namespace trocar::collision {
 
-/// What is drawn and asked where it is not the prisms of triangles: convex hulls of points that stand still.
+/// Drawn and queried in place of the prisms of triangles: convex hulls of static points.
 struct CullHulls {
     std::vector<Vec3> points;   // finite; hull by hull
     std::vector<Index> begin;   // [hull_count + 1] into points; no hull is empty
@@ -15,7 +15,7 @@ struct CullHulls {
     std::vector<Index> hull_of; // [prism_count] the first hull_count prisms are the hulls, the others are some of them once more
 };
 
-/// Filled by whoever culls, then asked; the lists keep their room from look to look.
+/// Filled by the culler, then queried; the lists keep their capacity from view to view.
 struct CullView {
     std::vector<SweptCorners> prisms;          // finite corners
     CullHulls hulls;                           // in place of prisms where there are any
@@ -23,8 +23,8 @@ struct CullView {
     std::vector<Index> set_begin, set_members; // as CullJob
     std::vector<CullQuestion> questions;
     std::vector<std::size_t> question_begin;
-    std::vector<Footprint> footprints; // [prism_count] of the last look
-    std::vector<std::uint8_t> hits;    // [question_count] of the last look
+    std::vector<Footprint> footprints; // [prism_count] of the last view
+    std::vector<std::uint8_t> hits;    // [question_count] of the last view
 
     /// For prisms; not for hulls.
     void reserve(std::size_t prism_count, std::size_t question_count, std::size_t set_count);

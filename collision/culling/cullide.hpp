@@ -1,8 +1,8 @@
-// Image-space culling as its paper has it, to be compared with: patches of a hierarchy drawn at the centres of pixels, LESS and GREATER, in
-// a forward and a backward pass; what hides nothing of itself and of nobody, and is hidden by nobody, is pruned; the rest is replaced by
-// its children. It is NOT safe: overlaps smaller than a pixel, triangles seen edge-on and contact without penetration are lost, as the
-// paper says. The safe form is collision/culling/image_space.hpp.
-// This work is based on: the seed paper's self-collision extension of Govindaraju, Redon, Lin, Manocha, "CULLIDE" (2003), figure 3.
+// Image-space culling as in the image-space paper, for comparison: patches of a hierarchy drawn at the centres of pixels, LESS and GREATER,
+// in a forward and a backward pass; a patch that neither hides any of itself or of another, nor is hidden, is pruned; the rest is replaced
+// by its children. It is NOT safe: overlaps smaller than a pixel, triangles seen edge-on and contact without penetration are lost, as the
+// paper says. The conservative form is collision/culling/image_space.hpp.
+// This work is based on: the image-space paper, a self-collision extension of Govindaraju, Redon, Lin, Manocha, "CULLIDE" (2003), figure 3.
 #pragma once
 
 #include "collision/culling/cull_frame.hpp"
@@ -21,7 +21,7 @@ struct CullidePlan {
 /// One view, forward and backward.
 struct CullidePass {
     std::size_t patches = 0, pruned = 0;
-    std::size_t triangles = 0; // drawn in each of the passes' four turns
+    std::size_t triangles = 0; // drawn in each of the four renderings of the passes
     std::size_t queries = 0;
 };
 

@@ -9,7 +9,7 @@
 namespace trocar::collision {
 namespace {
 
-/// Seen along the axes first; then along the normal of what is left, where it looks flattest; then along diagonals.
+/// Views along the axes first; then along the normal of what is left, where its projection is largest; then along diagonals.
 constexpr int kAxisPasses = 3;
 /// Triangles of a patch, level by level. Larger ones of a closed surface never pass, and those of fewer cost as much as their triangles.
 constexpr std::size_t kPatchSizes[] = {256, 64, 16};
@@ -24,7 +24,7 @@ const Vec3 kDiagonals[] = {{1.0, 1.0, 1.0}, {1.0, -1.0, 1.0}, {-1.0, 1.0, 1.0}, 
 ImageSpaceCuller::ImageSpaceCuller(std::span<const Triangle> triangles, std::size_t vertex_count)
     : triangles_(triangles.begin(), triangles.end()), vertex_count_(vertex_count), sets_(make_chromatic_sets(triangles, vertex_count)) {}
 
-/// Which views pruned most of what was left when they came?
+/// Which views pruned most of what was left at their turn?
 void ImageSpaceCuller::remember_views() {
     std::vector<ImageSpacePass> order = passes_;
     const auto share = [](const ImageSpacePass& p) {
@@ -78,7 +78,7 @@ Result<void> ImageSpaceCuller::look_at_patches(std::span<const Vec3> positions, 
             passes_.push_back(pass);
             if (plan.watch) plan.watch(pass);
         }
-        // smaller patches only where these paid: a surface of creases, or one that is everywhere in its own way, has none to prune
+        // smaller patches only where these paid: a creased or strongly self-occluding surface has none to prune
         if (static_cast<double>(level_begin - live_.size()) < plan.worthwhile * static_cast<double>(level_begin)) break;
     }
     return {};
@@ -102,7 +102,7 @@ Result<void> ImageSpaceCuller::look(std::span<const Vec3> positions, const Vec3&
     for (Index set = 0; set < sets_.count(); ++set) {
         for (const Index t : sets_.set(set))
             if (place[t] != kNoIndex) view_.set_members.push_back(place[t]);
-        if (view_.set_members.size() > view_.set_begin.back()) // nobody left to meet: all are free of it
+        if (view_.set_members.size() > view_.set_begin.back()) // no other triangle left: all are free of it
             for (const Index t : asking_[set])
                 if (place[t] != kNoIndex) view_.questions.push_back({place[t], set});
         view_.set_begin.push_back(static_cast<Index>(view_.set_members.size()));

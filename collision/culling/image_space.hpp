@@ -1,8 +1,8 @@
-// Image-space potentially colliding sets: which triangles of a soup that stands still may cross another one, self-intersections
-// included? Pictures from several sides prune what is free of everything else; exact tests are left for the rest.
-// This work is based on: the seed paper's self-collision extension of Govindaraju, Redon, Lin, Manocha, "CULLIDE" (2003). Deviates: the
-// paper asks whether an object hides any part of itself, at the centres of pixels, and so misses overlaps below a pixel, triangles seen
-// edge-on, and contact without penetration. Here triangles are covered conservatively and asked by chromatic sets: those that share
+// Image-space potentially colliding sets: which triangles of a static soup may cross another one, self-intersections
+// included? Views from several sides prune what is free of everything else; exact tests are left for the rest.
+// This work is based on: the image-space paper, a self-collision extension of Govindaraju, Redon, Lin, Manocha, "CULLIDE" (2003). Deviates:
+// the paper asks whether an object hides any part of itself, at the centres of pixels, and so misses overlaps below a pixel, triangles seen
+// edge-on, and contact without penetration. Here triangles are covered conservatively and queried by chromatic sets: those that share
 // a vertex always overlap then, and are exempt by their ids. Nothing that crosses is lost, at any resolution. As in the paper whole
 // patches of a hierarchy on the mesh's connectivity go first (collision/culling/patch_culler.hpp).
 #pragma once
@@ -21,10 +21,10 @@ namespace trocar::collision {
 struct ImageSpacePass {
     Vec3 direction;
     std::size_t triangles = 0, triangles_left = 0; // drawn; not yet free of everything
-    std::size_t questions = 0;                     // (triangle or patch, set) asked
+    std::size_t questions = 0;                     // (triangle or patch, set) queried
     int resolution = 0;                            // pixels a side
     unsigned lowered_for_memory = 0;               // as CullReport
-    // where whole patches were asked; otherwise 0
+    // where whole patches were queried; otherwise 0
     std::size_t largest_patch = 0; // triangles, of this level
     std::size_t patches = 0;       // drawn
     std::size_t asking = 0;        // of them, those that do not cross themselves and what they touch: the others cannot be pruned
@@ -36,7 +36,7 @@ struct ImageSpacePlan {
     bool patches = true;      // whole patches first
     int max_passes = 9;       // views of single triangles
     double worthwhile = 0.03; // the CPU takes over after a pass that pruned less than this share of what was left
-    /// In its place, for whoever has a clock: shall there be another pass after this one? Asked from the third one of triangles on.
+    /// In its place, for callers with a clock: shall there be another pass after this one? Called from the third one of triangles on.
     std::function<bool(const ImageSpacePass&)> go_on = {};
     std::function<void(const ImageSpacePass&)> watch = {}; // called after every pass
     bool coherent_views = true;                            // directions that pruned most in the last call come first in this one
@@ -68,7 +68,7 @@ private:
     std::vector<Triangle> triangles_;
     std::size_t vertex_count_;
     ChromaticSets sets_;
-    std::optional<PatchCuller> patches_;     // made when they are first asked for
+    std::optional<PatchCuller> patches_;     // made on first use
     std::vector<std::vector<Index>> asking_; // [set] triangles not yet free of it, ascending
     CullView view_;
     std::vector<Index> live_; // triangles with a question left, ascending

@@ -8,11 +8,11 @@ namespace trocar::collision {
 namespace {
 
 /// Patches at one vertex beyond which they are not listed as touching: a hub would cost the square of them. Condition 1 is not proven
-/// there, and who is not listed is not exempt.
+/// there, and a patch that is not listed is not exempt.
 constexpr std::size_t kMostAtVertex = 24;
 /// Faces of a patch and those that touch it beyond which condition 1 is not tried: the outline would be too long.
 constexpr std::size_t kLargestRegion = 8192;
-/// Patches of one set that may touch the same patch. Two are told apart from a third by what is remembered of a pixel.
+/// Patches of one set that may touch the same patch. Two are distinguished from a third by the values stored per pixel.
 constexpr std::uint8_t kMostNearInSet = 2;
 constexpr Index kMostSets = 48;
 /// Least scalar product of a face's normal with the direction: of its length, and of the product of its edges' lengths, whose rounding
@@ -80,7 +80,7 @@ void PatchCuller::start_level(std::span<const Index> live, std::size_t largest) 
         for (const Index other : touching(p)) ++near_in_set[patches_[other].set];
         ++near_in_set[patch.set];
         for (Index set = 0; set < asking_.size(); ++set) {
-            if (in_set[set] == near_in_set[set]) continue; // nobody there but those that it touches
+            if (in_set[set] == near_in_set[set]) continue; // none there but those that it touches
             asking_[set].push_back(p);
             ++patch.sets_left;
         }
@@ -113,7 +113,7 @@ void PatchCuller::find_touching() {
     vertices_.clear();
     vertex_begin_.assign(1, 0);
     for (Index p = 0; p < patches_.size(); ++p) {
-        if (++stamp_now_ == 0) { // came round
+        if (++stamp_now_ == 0) { // the counter wrapped round
             std::fill(stamp_.begin(), stamp_.end(), 0);
             stamp_now_ = 1;
         }
@@ -178,7 +178,7 @@ void PatchCuller::make_sets() {
 
 /// Edges of the region's faces that none of its faces runs through the other way; false: some edge is not that simple.
 bool PatchCuller::find_border() {
-    if (++region_now_ == 0) { // came round
+    if (++region_now_ == 0) { // the counter wrapped round
         std::fill(in_region_.begin(), in_region_.end(), 0);
         region_now_ = 1;
     }
@@ -221,7 +221,7 @@ bool PatchCuller::is_proven(Index patch) {
     return outline_.is_simple({contour_.vertices, contour_.loop_ends}, {nullptr, positions_, positions_}, direction);
 }
 
-/// Who asks for a set that it touches asks as somebody else, to whom those that it touches there are neighbours.
+/// A patch that queries a set that it touches does so under a separate prism, whose neighbours are the patches it touches there.
 Index PatchCuller::place_of_asker(Index patch, Index set) {
     if (patches_[patch].set == set) return place_[patch];
     Triangle exempt{};

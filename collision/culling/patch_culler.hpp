@@ -1,9 +1,9 @@
-// Whole patches of a surface that stands still pruned by pictures, and no crossing lost: the hierarchy of the seed paper's self-collision
-// extension of CULLIDE (2003), section 3.1, made safe. A patch crosses nothing if
+// Whole patches of a static surface pruned in image space, with no crossing lost: the hierarchy of the image-space paper (an
+// extension of CULLIDE, 2003), section 3.1, made conservative. A patch crosses nothing if
 // 1. it and the patches that it touches cross neither themselves nor one another: seen along some direction all their faces are turned
 //    the same way and their outline is simple (collision/bvh/contour.hpp). The paper asks whether a patch hides nothing of itself, at the
 //    centres of pixels, and so misses what is smaller; this is proven on the surface itself;
-// 2. it is free of all other patches, in pictures: of every set of them in some view. Hulls are drawn and asked, covered conservatively
+// 2. it is free of all other patches, in image space: of every set of them in some view. Hulls are drawn and queried, conservatively
 //    (collision/culling/cull_frame.hpp), and those that touch it are exempt by their ids.
 // What is not pruned falls into smaller patches. The neighbourhood of a smaller patch is part of its parent's, so 1 is inherited.
 #pragma once
@@ -66,15 +66,15 @@ private:
 
     std::vector<Triangle> triangles_;
     PatchHierarchy hierarchy_;
-    /// [triangle_count] across each edge, from corner k to the next: kNoIndex: nobody; kSeveral: more than one face, or one that runs
+    /// [triangle_count] across each edge, from corner k to the next: kNoIndex: none; kSeveral: more than one face, or one that runs
     /// through it the same way
     std::vector<std::array<Index, 3>> across_;
-    // of the positions at hand
+    // of the current positions
     std::span<const Vec3> positions_;
     std::vector<Vec3> normals_;           // [triangle_count] of any length
     std::vector<std::uint8_t> is_proven_; // [triangle_count] condition 1 holds for a patch that holds it
     std::vector<std::uint8_t> is_live_;   // [triangle_count]
-    // of the level at hand
+    // of the current level
     std::vector<Patch> patches_;
     std::vector<Index> members_;                 // triangles, patch by patch
     std::vector<Index> vertices_, vertex_begin_; // of the patches, each once

@@ -1,5 +1,5 @@
-// A hierarchy of patches on a mesh's connectivity: whoever is connected is together, whatever the shape does.
-// This work is based on: the seed paper's self-collision extension of CULLIDE (2003), section 3.1, which finds it far better than one that
+// A hierarchy of patches on a mesh's connectivity: connected triangles stay together under any deformation.
+// This work is based on: the image-space paper (an extension of CULLIDE, 2003), section 3.1, which finds it far better than one that
 // ignores connectivity.
 #pragma once
 

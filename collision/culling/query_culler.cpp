@@ -110,7 +110,7 @@ void QueryCuller::gather(const CullProblem& problem, const QueryPlan& plan, std:
     drop_free();
 }
 
-/// Takes out pairs of which one is free of the other's set, and finds who still has one.
+/// Takes out pairs of which one is free of the other's set, and finds the prisms that still have one.
 void QueryCuller::drop_free() {
     for (SetPair& set_pair : set_pairs_) {
         const int second = set_pair.one_set() ? 0 : 1;

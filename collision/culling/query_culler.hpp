@@ -1,9 +1,9 @@
-// Stage II as its paper has it: for every ordered pair of sets, first along the axes, then by visibility queries, two passes over one
-// order of slots. A prism that is free in the first pass along some direction and in the second along some direction, the same or another,
-// is free of the whole other set but its own neighbour there.
+// Stage II as in Govindaraju et al. 2005: for every ordered pair of sets, first along the axes, then by visibility queries, two passes over
+// one order of slots. A prism that is free in the first pass along some direction and in the second along some direction, the same or
+// another, is free of the whole other set but its own neighbour there.
 // This work is based on: Govindaraju et al. (2005), section 5.2 and algorithm 5.1: 1D tests, view coherence, temporal coherence, repeated
-// while the potentially colliding set shrinks. Deviates: who has no near pair in a set (stage I) is not asked about it; prisms are
-// covered conservatively (collision/culling/cull_frame.hpp).
+// while the potentially colliding set shrinks. Deviates: a prism without a near pair in a set (stage I) is not queried against it; prisms
+// are covered conservatively (collision/culling/cull_frame.hpp).
 #pragma once
 
 #include "collision/culling/set_culler.hpp"
@@ -17,8 +17,8 @@ struct QueryPlan {
     int views = 3;              // along the axes
     int max_rounds = 5;         // through all views, while pairs are dropped
     bool axis_tests = true;     // 1D tests first
-    bool view_coherence = true; // who is free in one pass is neither asked there again nor drawn in the other
-    bool temporal_order = true; // who was seen first in the last step comes first in this one
+    bool view_coherence = true; // a prism free in one pass is neither queried there again nor drawn in the other
+    bool temporal_order = true; // prisms visible first in the last step come first in this one
 };
 
 struct QueryReport {
@@ -41,7 +41,7 @@ private:
         bool passes[2] = {false, false};
         bool wanted = false; // it has a pair left in the other set
         [[nodiscard]] bool everywhere() const noexcept { return passes[0] && passes[1]; }
-        /// Crossed: who is free of those before it in the one pass cannot meet them, so those need not see it in the other.
+        /// Crossed: a prism free of those before it in the one pass cannot meet them, so they need not be tested against it in the other.
         [[nodiscard]] bool need_not_be_drawn(int pass) const noexcept { return passes[1 - pass] || !wanted; }
     };
     struct Slot {
@@ -57,7 +57,7 @@ private:
         std::vector<Slot> slots;
         std::vector<Entry> entries; // those left
         [[nodiscard]] bool one_set() const noexcept { return sets[0] == sets[1]; }
-        /// Sides that ask: of a set with itself one does.
+        /// Sides that query: of a set with itself only one does.
         [[nodiscard]] int sides() const noexcept { return one_set() ? 1 : 2; }
     };
     struct Asked {

@@ -7,7 +7,7 @@ namespace trocar::collision {
 
 void SetCuller::reserve(std::size_t prisms, std::size_t pairs, std::size_t sets) {
     const std::size_t live = std::min(prisms, 2 * pairs);
-    view_.reserve(live, std::min(live * sets, 2 * pairs), sets); // a prism asks for a set once
+    view_.reserve(live, std::min(live * sets, 2 * pairs), sets); // a prism queries a set once
     place_.reserve(prisms);
     live_set_.reserve(live);
     asked_.reserve(live);
@@ -39,7 +39,7 @@ void SetCuller::gather_live(const CullProblem& problem, std::span<const Triangle
     for (Index p = 0; p < live_set_.size(); ++p) view_.set_members[next_[live_set_[p]]++] = p;
 }
 
-/// Both ends of a pair ask for the other's set; who asks for a set twice asks once. Two counting passes, no sorting.
+/// Both ends of a pair query the other's set; repeated queries of a set are merged. Two counting passes, no sorting.
 void SetCuller::gather_questions(std::span<const TrianglePair> pairs, Index set_count) {
     const auto asker = [&](std::size_t entry) { return place_[entry % 2 == 0 ? pairs[entry / 2].a : pairs[entry / 2].b]; };
     const auto set_asked = [&](std::size_t entry) { return live_set_[place_[entry % 2 == 0 ? pairs[entry / 2].b : pairs[entry / 2].a]]; };

@@ -1,7 +1,7 @@
 // Stage II, free of order: a pair of triangles survives unless in some view one of them is free of the other's whole set, its one
-// neighbour there left out. Views after views; what was proven apart is neither drawn nor asked again, so later views see more.
+// neighbour there left out. Views after views; what was proven apart is neither drawn nor queried again, so later views are less occluded.
 // This work is based on: Govindaraju et al. (2005), section 5.2. Deviates: the two nearest per pixel and set instead of two passes with an
-// occlusion query per triangle; both passes come from the same view (the paper's may come from two).
+// occlusion query per triangle; both passes come from the same view (theirs may come from two).
 #pragma once
 
 #include "collision/culling/cull_view.hpp"
@@ -26,7 +26,7 @@ struct CullReport {
     unsigned lowered_for_memory = 0; // times that the device had no memory for a picture, and a smaller one was taken
 };
 
-/// By how much prisms must grow, m, so that pictures tell apart only what the elementary tests would not report.
+/// By how much prisms must grow, m, so that image space separates only what the elementary tests would not report.
 /// distance    m, between surfaces that count as in contact
 /// tolerance   m, by which the elementary tests may report more; their rounding, relative to the features' extent, is added here: see
 ///             SweepLimits.tolerance
@@ -49,7 +49,7 @@ public:
     /// Nothing is allocated for problems of this size afterwards.
     void reserve(std::size_t prisms, std::size_t pairs, std::size_t sets);
     /// pairs   of prism indices; those proven farther apart than twice the reach during the whole step are taken out, the order stays
-    /// fails   as the backend does; the pairs are then those of the last view that worked, and still right
+    /// fails   as the backend does; the pairs are then those of the last view that worked, and still valid
     [[nodiscard]] Result<CullReport> cull(const CullProblem& problem, const CullPlan& plan, CullBackend& backend,
                                           std::vector<TrianglePair>& pairs);
 
@@ -59,7 +59,7 @@ private:
     [[nodiscard]] Result<void> look(const CullProblem& problem, const ViewDirection& direction, const CullPlan& plan, CullBackend& backend,
                                     std::vector<TrianglePair>& pairs, CullReport& report);
 
-    // of the view at hand
+    // of the current view
     CullView view_;
     std::vector<Index> place_; // prism to its place among those with a pair left
     std::vector<Index> live_set_;

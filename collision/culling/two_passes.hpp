@@ -1,5 +1,5 @@
-// Stage II in the paper's order: every pair of sets in two passes, a visibility query for each prism against what was drawn before
-// it. Correct and far too slow: the reference that the order-free form is compared with, bit for bit in one view.
+// Stage II in the order of Govindaraju et al. 2005: every pair of sets in two passes, a visibility query for each prism against what was
+// drawn before it. Correct and far too slow: the reference that the order-free form is compared with, bit for bit in one view.
 // This work is based on: Govindaraju et al. (2005), algorithm 5.1, without view coherence, so that the two forms are comparable; the
 // whole algorithm, coherence included, is collision/culling/query_culler.hpp.
 #pragma once
@@ -11,14 +11,14 @@
 
 namespace trocar::collision {
 
-/// What draws prisms one after another and tells how they lie to those before: a depth buffer with occlusion queries. Answers are
-/// collected after many questions, so that a device need not be waited for after each.
+/// Draws prisms one after another and tells how they lie to those before: a depth buffer with occlusion queries. Answers are
+/// collected after many questions, so that the device is not synchronised after each.
 class VisibilityCanvas {
 public:
     virtual ~VisibilityCanvas() = default;
     /// As CullBackend::name.
     [[nodiscard]] virtual std::string name() const = 0;
-    /// Pixels a side that pay for themselves here.
+    /// Resolution, pixels a side, at which this canvas is most efficient.
     [[nodiscard]] virtual int preferred_resolution() const noexcept = 0;
     /// The job's footprints, until the next start. Only its size and footprints are read.
     /// fails   ToolFailed: the context was lost, no memory
@@ -35,7 +35,7 @@ public:
 
 class CpuCanvas final : public VisibilityCanvas {
 public:
-    [[nodiscard]] std::string name() const override { return "CPU twin"; }
+    [[nodiscard]] std::string name() const override { return "CPU reference"; }
     [[nodiscard]] int preferred_resolution() const noexcept override { return 256; }
     [[nodiscard]] Result<void> start(const CullJob& job) override;
     void clear() override;

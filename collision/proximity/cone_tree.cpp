@@ -15,7 +15,7 @@ constexpr float kNothing = SweptBox::kNothing;
 constexpr double kCosineError = 4e-8;
 
 /// The cone of a face's normal during the step, by the Bernstein coefficients of the normal, which is quadratic in time. Faces so thin
-/// that rounding could turn the normal by 1e-11 have no cone that could be believed.
+/// that rounding could turn the normal by 1e-11 have no valid cone.
 /// source   Tang, Curtis, Yoon, Manocha 2009, section 4
 Cone cone_of_face(const Triangle& t, const SurfaceMotion& motion, bool during_step) noexcept {
     constexpr double kThinnest = 1e-4; // sine of the angle between two sides: a cross product is off by 10 u of their product

@@ -1,4 +1,4 @@
-// The k-DOP hierarchy with one triangle per leaf whose nodes know where their vertices go and which way their faces look: the tree of
+// The k-DOP hierarchy with one triangle per leaf whose nodes bound the motion of their vertices and the normals of their faces: the tree of
 // "Hierarchical techniques in collision detection for cloth animation" (Mezger, Kimmerle, Etzmuss 2003), sections 3 to 5.
 // It shares its directions, its rounding, its cuts and the overlap test of a box against all children of a node with DopTree, whose
 // leaves are clusters with blocks of features for the exact search; here a leaf has its own cones, so it is one face.
@@ -131,7 +131,7 @@ struct Reach {
 };
 /// How far the vertices of a node reach out of where they are during the step. OrientedSafe: never less than any vertex does.
 /// cosine   of the angle between the direction and the heading's axis
-/// source   section 3.3; the formula is lost in the scan of the paper that was at hand, its text names the mean axis and the top speed.
+/// source   section 3.3; the formula is lost in the available scan of the paper, its text names the mean axis and the top speed.
 ///          OrientedSafe takes the half angle and the slow vertices into account as well, for the text's form holds no other vertex.
 [[nodiscard]] Reach oriented_reach(const VelocityCone& cone, double cosine, Inflation inflation) noexcept;
 

@@ -1,4 +1,4 @@
-// Cones of directions: what a node of a hierarchy knows about its faces' normals, or about where its vertices are going.
+// Cones of directions: bounds kept by a node of a hierarchy on its faces' normals, or on the directions of its vertices' motion.
 // source   Provot, "Collision and self-collision handling in cloth model dedicated to design garments" (1997), cones merged bottom-up;
 //          Sederberg, Meyers, "Loop detection in surface patch intersections" (1988), the smallest cone that holds two, which is used
 //          here: Provot's (half the angle between the axes plus the wider cone) opens faster with every level;
@@ -30,7 +30,7 @@ struct Cone {
 /// Cosine of the widest half angle that a cone may have, pi/2 - 0.005: a wider one is Everything. So every direction of a cone has a
 /// scalar product of at least 0.005 with its axis, which is far above all rounding here.
 inline constexpr double kWidestCosine = 0.005;
-/// Each join opens the cone by this angle more, rad. The axes are unit and the sines and cosines right to a few 1e-16; the square root
+/// Each join opens the cone by this angle more, rad. The axes are unit and the sines and cosines accurate to a few 1e-16; the square root
 /// of (1 + cos) / 2 is taken of at least 6e-6, which makes 1e-16 an angle of less than 1e-13 at worst.
 inline constexpr double kConeRounding = 1e-11;
 
@@ -66,14 +66,14 @@ inline constexpr double kConeRounding = 1e-11;
         joined.cosine = cosine;
     }
     const double cosine = joined.cosine - kConeRounding * joined.sine, sine = joined.sine + kConeRounding * joined.cosine;
-    // kept on the circle: 1 + cos would make much of a drift where the cone is wide
+    // kept on the circle: 1 + cos would amplify a drift where the cone is wide
     const double scale = 1.0 / std::sqrt(cosine * cosine + sine * sine);
     joined.cosine = cosine * scale;
     joined.sine = sine * scale;
     return joined.cosine >= kWidestCosine ? joined : Cone::everything();
 }
 
-/// Where the vertices of a node go in one step: "direction, spread, top speed" of the paper, with what a bound needs beside them.
+/// Where the vertices of a node go in one step: "direction, spread, top speed" of the paper, with what a bound needs in addition.
 /// Lengths are displacements over the step, m, so that no time step is needed.
 struct VelocityCone {
     Cone heading;                        // of the significant vertices

@@ -38,7 +38,7 @@ struct Simplex {
             if (corners[i].a == corner.a && corners[i].b == corner.b) return true;
         return false;
     }
-    /// Corners that carry no weight are of no use any more.
+    /// Corners that carry no weight are dropped.
     void drop_idle() noexcept {
         std::size_t kept = 0;
         for (std::size_t i = 0; i < count; ++i)
@@ -92,7 +92,7 @@ struct Simplex {
 ConvexDistance closest_on_convex(std::span<const Vec3> a, std::span<const Vec3> b) noexcept {
     assert(!a.empty() && !b.empty());
     constexpr int kMostSteps = 64;
-    constexpr double kRounding = 1e-15; // of the largest difference's length: nearer than ten of it is meeting, less gain is none
+    constexpr double kRounding = 1e-15; // of the largest difference's length: nearer than ten times it is contact, a gain below it is none
     Simplex simplex;
     simplex.corners[simplex.count++] = {a[0] - b[0], 0, 0};
     double size = simplex.corners[0].difference.norm();

@@ -1,8 +1,8 @@
 // Closest points of two convex polygons, or of any two convex hulls of a few points: what faces of more than three corners need. The
 // search itself has triangles and takes the closed form of face_proximity.hpp, with which this one is compared.
 // source   Gilbert, Johnson, Keerthi, "A fast procedure for computing the distance between complex objects in three-dimensional space"
-//          (1988). Deviates: the point of a simplex that is nearest to the origin comes from the careful closest points of segments and
-//          triangles (base/closest_point.hpp) instead of Johnson's determinants, so that flat and thin simplices do no harm.
+//          (1988). Deviates: the point of a simplex that is nearest to the origin comes from the robust closest points of segments and
+//          triangles (base/closest_point.hpp) instead of Johnson's determinants, so that flat and thin simplices are handled.
 #pragma once
 
 #include "base/vec.hpp"

@@ -1,4 +1,4 @@
-// Compact, connected groups of a surface's faces and which of them touch: where two groups do not, no cone of normals is believed.
+// Compact, connected groups of a surface's faces and which of them touch: where two groups do not, no cone of normals is valid.
 // source   Mezger, Kimmerle, Etzmuss 2003, section 5.1, which leaves open how to divide. Here: the seed of each new group is the face
 //          farthest from all seeds so far, counted in faces that share a vertex, and every face joins its nearest seed, so that even
 //          pieces of the surface that are not connected are in groups of their own as long as there are groups left.

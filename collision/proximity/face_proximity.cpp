@@ -77,7 +77,7 @@ Differences<9> differences_of(const SweptFace& a, const SweptFace& b, bool durin
     return q;
 }
 
-/// Farther apart than the distance during the whole step, by one of a few directions? What is proven at once needs no more tests.
+/// Farther apart than the distance during the whole step, by one of a few directions? Pairs proven here need no more tests.
 bool are_proven_apart(const SweptFace& a, const SweptFace& b, const Differences<9>& q, double distance) noexcept {
     const auto proves = [&](const Vec3& n) {
         const FreeTime free = find_free_time(q, n, distance);

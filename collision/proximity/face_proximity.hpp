@@ -16,7 +16,8 @@ struct FacePoints {
 
 using FaceCorners = std::array<Vec3, 3>;
 
-/// Whether they meet is decided exactly, the distance otherwise to rounding. Degenerate triangles are what is left of them.
+/// Whether they meet is decided exactly, the distance otherwise to rounding. Degenerate triangles count as
+/// the segment or point that is left of them.
 [[nodiscard]] FacePoints closest_on_faces(const FaceCorners& a, const FaceCorners& b) noexcept;
 
 struct SweptFace {

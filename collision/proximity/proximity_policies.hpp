@@ -27,7 +27,7 @@ enum class Inflation : std::uint8_t {
 enum class NormalCones : std::uint8_t {
     Off,     // every node is
     Alone,   // not where the normals' cone is narrow; misses flat pieces with a concave outline; heuristic
-    Groups,  // the same, not believed between face groups that are not adjacent: the paper's; heuristic
+    Groups,  // the same, not applied between face groups that are not adjacent: as in the paper; heuristic
     Contour, // not where the cone is below pi/2 and the outline, seen along its axis, does not meet itself; exact for what meets
              // (self_distance 0), at any time of the step; a heuristic for what only comes near
 };
@@ -59,7 +59,7 @@ struct ProximityOptions {
     double significance = 0.0;   // m per step: slower vertices do not turn a velocity cone (section 5.2). Exact
 
     NormalCones normal_cones = NormalCones::Contour;
-    double cone_half_angle = 1.4; // rad, < pi/2 - 0.005: Alone and Groups believe cones up to this. The paper's apex angle pi - margin
+    double cone_half_angle = 1.4; // rad, < pi/2 - 0.005: Alone and Groups accept cones up to this. The paper's apex angle pi - margin
     std::size_t group_count = 32; // 1 .. 64, face groups of a surface, for Groups and for the leaf angle
     double leaf_angle = 0.0;      // rad, section 6.2: faces of one group or adjacent ones count only if their normals differ by more; 0:
                                   // off. Heuristic
@@ -69,10 +69,10 @@ struct ProximityOptions {
     double reuse_limit = 0.0;       // m, VelocityCones: results are kept until their nodes may have moved so far, > 0
 
     LeafTest leaf_test = LeafTest::Faces;
-    bool simd = true; // false: the plain twin of the overlap test
+    bool simd = true; // false: the scalar reference of the overlap test
 };
 
-/// One switch: what it is called, what it may change, and why.
+/// One switch: its name, what it may change, and why.
 struct PolicyLabel {
     std::string_view policy;
     Exactness exactness;
@@ -80,7 +80,7 @@ struct PolicyLabel {
 };
 inline constexpr std::array kPolicyLabels{
     PolicyLabel{"k and arity", Exactness::Exact, "every box holds its faces, rounded outwards"},
-    PolicyLabel{"lazy refit", Exactness::Exact, "boxes are wider by the tolerance, and nobody has left it"},
+    PolicyLabel{"lazy refit", Exactness::Exact, "boxes are wider by the tolerance, and no vertex has left it"},
     PolicyLabel{"plain inflation", Exactness::Exact, "d_close/2 and the fastest vertex's way"},
     PolicyLabel{"oriented inflation, paper", Exactness::Heuristic, "the mean axis says nothing about the other vertices"},
     PolicyLabel{"oriented inflation, safe", Exactness::Exact, "holds every velocity within the cone's half angle"},

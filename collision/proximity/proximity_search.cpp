@@ -113,7 +113,7 @@ Result<void> ProximitySearch::refit(std::span<const SurfaceMotion> motions) {
     ready_ = false;
     for (std::size_t i = 0; i < motions.size(); ++i)
         if (auto checked = check_motion(static_cast<BodyId>(i), motions[i]); !checked) return checked;
-    if (!found_) // a step that nobody looked at: what was kept does not know how far its nodes went
+    if (!found_) // a step without a find(): the kept results lack its motion
         for (Job& job : jobs_) job.traversal.forget();
     refit_stats_ = {};
     for (std::size_t i = 0; i < motions.size(); ++i) {

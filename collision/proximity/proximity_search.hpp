@@ -25,7 +25,7 @@ public:
     [[nodiscard]] Result<void> refit(std::span<const SurfaceMotion> motions);
 
     /// proximities   replaced: sorted by bodies and faces
-    /// Must follow a refit() that succeeded (assert). No allocation once the lists have their room.
+    /// Must follow a refit() that succeeded (assert). No allocation once the lists have their capacity.
     void find(std::vector<Proximity>& proximities);
 
     [[nodiscard]] const ProximityOptions& options() const noexcept { return options_; }

@@ -10,7 +10,7 @@
 namespace trocar::collision {
 namespace {
 
-/// Faces beneath a pair of nodes whose results are kept together: fewer are as dear to look up as to test, more move too much.
+/// Faces beneath a pair of nodes whose results are kept together: fewer cost as much to look up as to test, more move too much.
 constexpr Index kRecordedFaces = 48;
 
 /// What is added to every reach, as a share of the largest coordinate: rounding of a distance between faces, and of the sweeps that
@@ -116,7 +116,7 @@ void ProximityTraversal::stop_at(SlotPair at) {
 void ProximityTraversal::take_near(SlotPair at) {
     const Index child_a = a_.tree->child(at.a), child_b = b_.tree->child(at.b);
     if (!ConeTree::is_leaf(child_a) || !ConeTree::is_leaf(child_b)) return stack_.push_back(at);
-    if (within() && at.a == at.b) return; // a face has nothing to do with itself
+    if (within() && at.a == at.b) return; // a face is not tested against itself
     stop_at(at);
     test_faces(child_a & ~ConeTree::kLeafBit, child_b & ~ConeTree::kLeafBit);
 }

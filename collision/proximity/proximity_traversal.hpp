@@ -20,10 +20,10 @@ struct Proximity {
 
 struct ProximityStats {
     std::uint64_t box_tests = 0;                 // boxes of two nodes or faces
-    std::uint64_t face_tests = 0;                // pairs of faces whose distance was asked for
+    std::uint64_t face_tests = 0;                // pairs of faces whose distance was computed
     std::uint64_t near = 0;                      // of those, how many are as near as d_close
     std::uint64_t cone_skips = 0;                // nodes that were not tested against themselves
-    std::uint64_t contour_tests = 0;             // outlines looked at; cone_skips of them passed
+    std::uint64_t contour_tests = 0;             // outlines tested; cone_skips of them passed
     std::uint64_t angle_skips = 0;               // pairs of faces that the leaf angle left out
     std::uint64_t list_pairs = 0;                // in the separation list
     std::uint64_t kept_nodes = 0, kept_near = 0; // pairs of nodes whose results were kept, and those results
@@ -36,7 +36,7 @@ struct ProximitySide {
     BodyId body = 0;
     const ConeTree* tree = nullptr;
     SurfaceMotion motion;
-    double strayed = 0.0; // m, most that a vertex is at t0 from where the last step's t1 said it would be
+    double strayed = 0.0; // m, largest distance of a vertex at t0 from its position at the last step's t1
 };
 
 class ProximityTraversal {

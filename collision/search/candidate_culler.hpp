@@ -1,7 +1,7 @@
-// Stage II inside an exact search between two surfaces: pairs of features that the hierarchies left, culled by pictures of the triangles
-// that hold them. A feature lies in every triangle that holds it, so one of them speaks for it; what is proven apart for the triangles is
+// Stage II inside an exact search between two surfaces: pairs of features that the hierarchies left, culled in image space by the triangles
+// that hold them. A feature lies in every triangle that holds it, so one of them represents it; what is proven apart for the triangles is
 // apart for the features. Nothing is adjacent between two surfaces, so each is one set.
-// This work is based on: Govindaraju et al. (2005), section 5; Curtis, Tamstorf, Manocha (2008) for triangles that speak for features.
+// This work is based on: Govindaraju et al. (2005), section 5; Curtis, Tamstorf, Manocha (2008) for representative triangles.
 #pragma once
 
 #include "base/work_budget.hpp"
@@ -10,7 +10,7 @@
 
 namespace trocar::collision {
 
-/// All that a look needs, and its answer: no pointer leads out of it, so it can be looked at on another thread while the surfaces move on.
+/// Input and answer of one culling pass: it points to nothing outside, so another thread can process it while the surfaces move on.
 struct CullSnapshot {
     std::vector<SweptCorners> prisms;
     std::vector<Triangle> corners;
@@ -52,16 +52,16 @@ private:
     std::vector<Index> place_a_, place_b_; // of triangles among the prisms
 };
 
-/// Who may know, while an exact search is under way, that some of its candidates are apart.
+/// A candidate filter: may learn, while an exact search runs, that some of its candidates are apart.
 class StageTwo {
 public:
     virtual ~StageTwo() = default;
-    /// The hierarchies are done. May look, or have somebody look, or leave it; what that costs is spent.
+    /// The broad phase is done. May cull here, start culling on another thread, or do nothing; the cost is charged to the budget.
     virtual void begin(const SurfacePair& pair, const CandidateLists& candidates, const PairOptions& options, WorkBudget& budget) = 0;
-    /// Some candidates will be decided next: has an answer come since?
+    /// Some candidates will be decided next: has an answer arrived since?
     virtual void poll() = 0;
     [[nodiscard]] virtual bool is_apart(std::size_t candidate) const noexcept = 0;
-    /// All are decided; an answer that has not come is late.
+    /// All are decided; an answer that has not arrived is late.
     virtual void end() = 0;
 };
 

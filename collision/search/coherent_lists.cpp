@@ -170,7 +170,7 @@ void CoherentSearch::look_at_list(KeptClusters& kept, double drift) {
     work_ += spent;
 }
 
-/// A list that has served its time: was it worth it?
+/// A list at its end: did it save more than it cost?
 void CoherentSearch::give_list_up(KeptClusters& kept) noexcept {
     if (kept.work > kept.anew_work * static_cast<float>(kept.steps)) kept.patience = kPatience;
 }

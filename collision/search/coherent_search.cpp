@@ -10,8 +10,8 @@
 namespace trocar::collision {
 namespace {
 
-/// Lists are made for one pair of clusters in so many a step, and a few more: what a session costs at first comes bit by bit, while it
-/// is seen whether it pays.
+/// Lists are made for one pair of clusters in so many a step, and a few more: the start-up cost of a session is spread over steps, while it
+/// is measured whether it pays.
 constexpr std::size_t kListShare = 6, kFewestLists = 64;
 /// One cluster in so many must keep its shape.
 constexpr std::size_t kCalmShare = 4;

@@ -1,4 +1,4 @@
-// ContactSearch over a sequence of steps, with what one step learns kept for the next: the same contacts, bit for bit, in a fraction of
+// ContactSearch over a sequence of steps, with results of one step kept for the next: the same contacts, bit for bit, in a fraction of
 // the time where things move little against each other. What is kept, from the outside in:
 //   session   pairs of clusters whose volumes come near while they move as predicted: no refit and no traversal until it ends;
 //             clusters that leave their volumes ("dangling") are traversed anew, alone or together
@@ -10,8 +10,8 @@
 // Tamstorf, Manocha (2008) for the assignment of features. Deviates: see session_volumes.hpp, session_drift.hpp, session_pairs.hpp.
 //
 // Every switch but normal_cones is exact: it changes no contact. At a distance > 0 one thing may differ from ContactSearch: a pair that
-// its elementary test gives up on (ExactStats::unresolved), though it is farther apart, is not asked here.
-// Cost of a step: O(n) for the drifts, O(kept pairs of clusters), and what has to be looked at. Memory: memory(); several times the
+// its elementary test gives up on (ExactStats::unresolved), though it is farther apart, is not tested here.
+// Cost of a step: O(n) for the drifts, O(kept pairs of clusters), and pairs that must be tested. Memory: memory(); several times the
 // trees', for the lists.
 #pragma once
 
@@ -42,7 +42,7 @@ struct CoherentOptions : PairOptions {
 
     bool skipping = true;  // exact; false: every step anew ("without skipping")
     bool front_end = true; // exact; false: all features within reach are tested in every step
-    bool sides = true;     // exact; false: clusters are not looked at along their own normals
+    bool sides = true;     // exact; false: clusters are not tested along their own normals
     VolumeInflation inflation = VolumeInflation::Predicted;
     DanglingTraversal dangling = DanglingTraversal::Adaptive;
     unsigned session_length = 0; // steps; 0: adapts
@@ -66,7 +66,7 @@ struct CoherenceStats {
     std::uint64_t dangling = 0;                     // clusters that left their volumes
     std::uint64_t kept_clusters = 0;                // pairs of clusters
     std::uint64_t kept_features = 0;                // pairs of features
-    std::uint64_t awake = 0;                        // pairs of clusters that were looked at
+    std::uint64_t awake = 0;                        // pairs of clusters that were tested
     std::uint64_t gaps = 0, relisted = 0, anew = 0; // of them: far apart; got a new list; are not worth one
     std::uint64_t sides = 0;                        // of them: a plane was between them during the step
     std::uint64_t bounds = 0;                       // lower bounds computed
@@ -152,7 +152,7 @@ private:
     SessionChoice choice_;
     ContactSearch plain_;
     bool plain_step_ = false;                   // this step is ContactSearch's
-    unsigned drifts_found_ = 0;                 // times that all vertices were looked at in this step
+    unsigned drifts_found_ = 0;                 // times that all vertices were read in this step
     unsigned plain_steps_ = 0;                  // in a row, up to this step
     double work_ = 0.0;                         // of this step, as counted
     std::size_t lists_left_ = 0;                // that may still be made in this step

@@ -10,7 +10,7 @@
 namespace trocar::collision {
 namespace {
 
-/// Share of the clusters beyond which a new session is cheaper than catching up with all that dangle.
+/// Share of the clusters beyond which a new session is cheaper than re-traversing all that dangle.
 constexpr std::size_t kMostDangling = 4;
 /// Below this share of the clusters each is traversed alone.
 constexpr std::size_t kFewDangling = 64;
@@ -119,7 +119,7 @@ void CoherentSearch::leave_out_flat_regions() {
     std::erase_if(found_, [&](const SessionPair& pair) { return regions_[pair.a] != kNoIndex && regions_[pair.a] == regions_[pair.b]; });
 }
 
-/// One step more. Who has left its volume, at the beginning of the step or at its end, gets a new one for the rest of the session.
+/// One step more. A cluster that has left its volume, at the step's start or end, gets a new one for the rest of the session.
 bool CoherentSearch::continue_session() {
     ++session_step_;
     dangling_list_.clear();

@@ -73,7 +73,7 @@ void ContactSearch::refit(std::span<const SurfaceMotion> motions) {
 }
 
 void ContactSearch::use_chunks(Job& job, std::size_t count) {
-    if (job.chunks.size() < count) job.chunks.resize(count); // those that are there keep their room
+    if (job.chunks.size() < count) job.chunks.resize(count); // existing ones keep their capacity
     job.chunk_count = count;
     for (std::size_t i = 0; i < count; ++i) {
         job.chunks[i].candidates.clear();

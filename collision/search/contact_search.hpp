@@ -1,5 +1,5 @@
 // All contacts of one step between and within moving surfaces, exactly: refit, find candidates, decide. Phase by phase,
-// so that whoever owns a clock can time each, on any number of threads. Same contacts, same bits, for every tree,
+// so that the owner of a clock can time each, on any number of threads. Same contacts, same bits, for every tree,
 // builder, instruction set and number of threads. At distance 0 the verdicts are those of meeting.hpp: true contacts
 // and no others. At a distance they are those of sweep.hpp: none missed, and pairs up to distance + tolerance may be
 // reported too.
@@ -29,7 +29,7 @@ public:
     /// Motions must be finite, and live until the contacts are decided.
     void refit(std::span<const SurfaceMotion> motions);
     void find_candidates();
-    /// Instead of refit and find_candidates: pairs that something else found, for one surface against itself or another
+    /// Instead of refit and find_candidates: pairs from another broad phase, for one surface against itself or another
     /// (a <= b); decide() takes all pairs of surfaces that were given since the last start_given().
     void start_given(std::span<const SurfaceMotion> motions);
     /// face_vertex   vertices of b, faces of a
@@ -42,7 +42,7 @@ public:
     [[nodiscard]] std::span<const DopTree> trees() const noexcept { return trees_; }
 
 private:
-    /// What one thread does at a time, and finds. The chunks, not the threads, give the order of the answer.
+    /// Work of one thread at a time, with its results. The chunks, not the threads, give the order of the answer.
     struct Chunk {
         CandidateLists candidates;
         std::vector<SearchContact> contacts;
@@ -68,7 +68,7 @@ private:
     std::vector<SurfaceMotion> motions_;
     std::vector<Job> jobs_;
     ClusterTraversal traversal_;
-    std::vector<std::vector<Index>> stale_;         // [tree] clusters whose blocks somebody wants, each once
+    std::vector<std::vector<Index>> stale_;         // [tree] clusters whose blocks are needed, each once
     std::vector<std::vector<std::uint8_t>> wanted_; // [tree][cluster] it is among them
     ExactStats stats_;
 };

@@ -5,8 +5,8 @@
 namespace trocar::collision {
 namespace {
 
-/// Pairs of clusters whose candidates wait together: enough to fill the elementary tests' lanes, few enough to stay in
-/// the cache, and what an interruption can be late by.
+/// Pairs of clusters whose candidates are batched: enough to fill the elementary tests' lanes, few enough to stay in
+/// the cache, and the most that an interruption can be late by.
 constexpr std::size_t kPairsAtOnce = 32;
 /// Candidates of that many pairs of clusters, if all their features came near: vertices or edges of one against those
 /// of the other.

@@ -40,7 +40,7 @@ private:
     ClusterTraversal traversal_;
     std::vector<ClusterPair> cluster_pairs_;
     CandidateLists candidates_;
-    CandidateLists all_; // of a whole search in two stages
+    CandidateLists all_; // of a search in two stages
     std::uint64_t skipped_ = 0;
     std::vector<SearchContact> found_;
 };

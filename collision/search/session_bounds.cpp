@@ -10,7 +10,7 @@
 namespace trocar::collision {
 namespace {
 
-/// n is taken as exact: any direction proves what it proves. A product n . q is off by less than 4.01 u |n|_1 M (separation.hpp),
+/// n is taken as exact: the bound is valid for any direction. A product n . q is off by less than 4.01 u |n|_1 M (separation.hpp),
 /// u = 2^-53, and |n|_1 <= 2 |n|; the root and the quotient are within a few u of themselves. Squares of a shorter n than 2^-400 lose
 /// digits, so it proves nothing; nor does NaN.
 template <std::size_t Count>

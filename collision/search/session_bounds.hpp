@@ -7,8 +7,8 @@
 namespace trocar::collision {
 
 /// For each pair the largest distance by which all of one feature stays beyond the other along one direction, never above the truth; 0
-/// where none can be proven. 2^-38 of the features' extent is taken off: what an elementary test may see nearer than it is (sweep.hpp:
-/// 1e-13), with room.
+/// where none can be proven. 2^-38 of the features' extent is taken off: what an elementary test may underestimate (sweep.hpp:
+/// 1e-13), with a margin.
 /// vertices, faces   where they are at that instant: t0        bounds   [pairs.size()] m, written
 void bound_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
                         std::span<double> bounds) noexcept;

@@ -11,7 +11,7 @@ void SessionChoice::note_session(double work, double least_plain) noexcept {
         owed_ += unsettled_ ? work : 0.0;
         return;
     }
-    const double plain = std::max(least_plain, plain_); // an old measure is better than none
+    const double plain = std::max(least_plain, plain_); // an old measurement is better than none
     owed_ = std::max(0.0, owed_ + work - plain);
     const bool doubtful = owed_ > kDoubt * plain && age_ > kRecent;
     measures_ = work > least_plain && (age_ > kFresh || doubtful);

@@ -51,7 +51,7 @@ TROCAR_LANES_INLINE Vec3 find_turn(std::span<const Lanes3> arms, std::span<const
 /// numbers; only what the vertices stray from them must be bounded.
 /// A displacement is one subtraction of inputs, so off by u of itself in each coordinate, u = 2^-53; so is an arm. The distance to what
 /// is predicted adds a cross product, two sums, three squares and a root: less than 16 u of the terms. 2^-46 of the largest ones and
-/// kDriftRounding cover them with room. Overflow gives infinity, which bounds everything.
+/// kDriftRounding cover them with a margin. Overflow gives infinity, which bounds everything.
 TROCAR_CLONES
 ClusterDrift find_drift(std::span<const double> rows) noexcept {
     Lanes3 strays[kMostGroups], arms[kMostGroups]; // left uninitialised

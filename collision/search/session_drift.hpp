@@ -1,6 +1,6 @@
 // How far the features of two clusters can have come closer: what is left of their motions when a common one is taken off that brings
 // nothing closer. Neighbours on a surface move almost alike, however fast the surface is; the sum of their speeds, which a bound made
-// of single movements uses, would see nothing of that.
+// of single movements uses, ignores that.
 // Two common motions are tried. A translation changes no distance. Nor does a turn w x p along straight lines make one smaller: after a
 // share s of the step a difference d has become d + s w x d, whose square is |d|^2 + s^2 |w x d|^2.
 // This work is based on: Wong, "Adaptive continuous collision detection for cloth models using a skipping frame session" (2009),
@@ -26,7 +26,7 @@ struct ClusterDrift {
     double radius = 0.0; // m, of the vertices about the centre at the start
 };
 
-/// Room for the rounding of the few operations behind each bound below, relative.
+/// Margin for the rounding of the few operations behind each bound below, relative.
 inline constexpr double kDriftRounding = 1.0 + 0x1p-40;
 
 /// No point of a cluster comes closer by more to any of the other, or of its own.

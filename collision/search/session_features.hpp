@@ -1,5 +1,5 @@
-// Boxes of the features of clusters, filled where somebody wants them, and the pairs of features of two clusters whose boxes come
-// near: what session_pairs.hpp keeps, and what is looked at anew where keeping does not pay.
+// Boxes of the features of clusters, filled on demand, and the pairs of features of two clusters whose boxes come
+// near: what session_pairs.hpp keeps, and what is recomputed where keeping does not pay.
 #pragma once
 
 #include "collision/bvh/near_pairs.hpp"
@@ -27,7 +27,7 @@ enum class BoxTime : std::uint8_t { Start, Step };
 
 class SessionFeatures {
 public:
-    /// The parts and what the view sees must outlive it.
+    /// The parts and the arrays of the view must outlive it.
     void build(std::span<const SurfacePart> parts, const ShapeView& shapes);
 
     /// All boxes are stale from here on.

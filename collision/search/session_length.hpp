@@ -16,7 +16,7 @@ public:
     /// fixed   steps of every session; 0: adapts
     explicit SessionLength(unsigned fixed = 0) noexcept : fixed_(fixed), length_(fixed > 0 ? fixed : kFirst) {}
 
-    /// Work of a step for the session's sake: traversal, and pairs that were only waited for.
+    /// Work of a step for the session's sake: traversal, and pairs that were kept in vain.
     void note_step(std::uint64_t work) noexcept {
         work_ += work;
         ++steps_;

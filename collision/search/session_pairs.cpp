@@ -6,7 +6,7 @@
 namespace trocar::collision {
 namespace {
 
-/// Smallest room that holds so many pairs.
+/// Smallest capacity class that holds so many pairs.
 std::uint8_t room_for(std::size_t count) noexcept {
     if (count == 0) return 0;
     return static_cast<std::uint8_t>(std::max(1, static_cast<int>(std::bit_width(count - 1)) - 2));
@@ -78,14 +78,14 @@ void SessionPairs::add(std::span<const SessionPair> pairs) {
 
 void SessionPairs::store(KeptClusters& kept, std::span<const KeptFeatures> list) {
     const std::uint8_t room = room_for(list.size());
-    if (room > kept.room || room + 1 < kept.room) { // a list that shrank a little keeps its room
+    if (room > kept.room || room + 1 < kept.room) { // a list that shrank a little keeps its capacity
         release(kept);
         kept.room = room;
         if (room > 0 && !free_[room].empty()) {
             kept.list = free_[room].back();
             free_[room].pop_back();
         } else if (room > 0) {
-            if (free_[room].capacity() < ++made_[room]) free_[room].reserve(2 * made_[room]); // giving back asks for nothing
+            if (free_[room].capacity() < ++made_[room]) free_[room].reserve(2 * made_[room]); // releasing allocates nothing
             kept.list = static_cast<Index>(pool_.size());
             pool_.resize(pool_.size() + capacity_of(room));
         }

@@ -13,7 +13,7 @@
 
 namespace trocar::collision {
 
-/// A pair of features and the drift at which it must be looked at: its distance less what counts as contact, never above the truth.
+/// A pair of features and the drift at which it must be tested: its distance less what counts as contact, never above the truth.
 struct KeptFeatures {
     float bound; // m
     Index a, b;
@@ -23,14 +23,14 @@ struct KeptFeatures {
 struct KeptClusters {
     SessionPair clusters{};
     double drift = 0.0;            // m, since the list was made
-    double wake = -1.0;            // m, drift below which no kept pair can be in contact; negative: look at it
-    double complete = -1.0;        // m, drift up to which the list lacks nothing; negative: there is none
+    double wake = -1.0;            // m, drift below which no kept pair can be in contact; negative: test it
+    double complete = -1.0;        // m, drift up to which the list is complete; negative: there is none
     /// Where `sided`: a unit direction from a to b, along which drift and wake are meant; there is no list then.
     Vec3 side = Vec3::Zero();
     Index list = 0, list_size = 0; // in the pool
     bool sided = false;
-    std::uint8_t room = 0;         // the list has room for 2^(room + 2) pairs; 0: for none
-    std::uint8_t patience = 0;     // steps that are still looked at anew before a list is tried again
+    std::uint8_t room = 0;         // the list has a capacity of 2^(room + 2) pairs; 0: for none
+    std::uint8_t patience = 0;     // steps still computed anew before a list is tried again
     std::uint16_t steps = 0;       // since the list was made
     float work = 0.0f;             // on the list, its making included
     float anew_work = 0.0f;        // what a step without a list would have taken, about
@@ -46,7 +46,7 @@ public:
         return std::span(pool_).subspan(kept.list, kept.list_size);
     }
 
-    /// Pairs of a new session: those that were kept before bring their lists along, the others of before are forgotten.
+    /// Pairs of a new session: those that were kept before bring their lists along, the others are dropped.
     void replace(std::span<const SessionPair> pairs);
     /// Pairs of clusters that came to be near within a session; those that are kept already stay as they are.
     void add(std::span<const SessionPair> pairs);
@@ -64,8 +64,8 @@ private:
     std::vector<KeptClusters> kept_, former_;
     std::vector<Index> table_; // [2^n] kept_'s places by a hash of the clusters, kNoIndex: free
     std::vector<KeptFeatures> pool_;
-    std::array<std::vector<Index>, 32> free_; // [room] lists in the pool that nobody uses
-    std::array<std::size_t, 32> made_{};      // [room] lists that there are
+    std::array<std::vector<Index>, 32> free_; // [room] free lists in the pool
+    std::array<std::size_t, 32> made_{};      // [room] lists in total
     std::size_t feature_count_ = 0;
 };
 

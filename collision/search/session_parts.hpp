@@ -1,5 +1,5 @@
 // Surfaces cut into their connected pieces, each with a tree of its own: things that slide along each other, though they come as one
-// mesh, then never share a cluster, and the features of a cluster move almost alike. Skipping frames lives by that.
+// mesh, then never share a cluster, and the features of a cluster move almost alike. Skipping frames depends on that.
 #pragma once
 
 #include "base/contact.hpp"

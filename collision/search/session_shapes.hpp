@@ -1,4 +1,4 @@
-// Where the vertices of every cluster are at both ends of the step, side by side: gathered once a step, read by all that looks at clusters.
+// Where the vertices of every cluster are at both ends of the step, side by side: gathered once a step, read by all tests on clusters.
 #pragma once
 
 #include "collision/lanes.hpp"
@@ -18,7 +18,7 @@ TROCAR_LANES_INLINE Lanes load_lanes(const double* from) noexcept { // of any al
     return lanes;
 }
 
-/// Spans of somebody's arrays, which stay where they are.
+/// Spans of arrays owned elsewhere, whose addresses stay.
 class ShapeView {
 public:
     ShapeView() = default;

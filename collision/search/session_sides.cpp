@@ -9,7 +9,7 @@
 namespace trocar::collision {
 namespace {
 
-/// Steps for which a normal serves: any direction proves what it proves.
+/// Steps for which a normal serves: the bound is valid for any direction.
 constexpr std::uint32_t kNormalSteps = 4;
 /// Below this the square of a direction's length has lost its digits.
 constexpr double kShortest = 0x1p-900;

@@ -1,7 +1,7 @@
 // Clusters on either side of a plane. Layers that lie on each other and slide come no closer across the plane between them, however far
-// they drift along it: drifts and boxes say nothing then, the layers' own normals do.
+// they drift along it: drifts and boxes cannot separate them then, the layers' own normals can.
 // This work is based on: Gottschalk, Lin, Manocha, "OBBTree" (1996), separating axes. Deviates: of swept hulls, along the mean normals of
-// both alone; face_planes.hpp, which asks every face, is tighter and takes ten times as long.
+// both alone; face_planes.hpp, which tests every face, is tighter and takes ten times as long.
 #pragma once
 
 #include "collision/search/session_shapes.hpp"
@@ -13,7 +13,7 @@ namespace trocar::collision {
 
 class SessionSides {
 public:
-    /// The parts and what the view sees must outlive it. Allocates, as nothing after it does.
+    /// The parts and the arrays of the view must outlive it. Allocates, as nothing after it does.
     void build(std::span<const SurfacePart> parts, const ShapeView& shapes);
 
     /// All clusters are stale from here on. motions   [surface], living until the next call
@@ -32,11 +32,11 @@ public:
     };
     /// Along the mean normal of either, all of one must be beyond all of the other; at t0 and at t1 for the whole step, since differences
     /// of vertices move linearly. 2^-38 of the largest coordinate is taken off: for the rounding of a dozen operations, each 2^-53, and
-    /// for what the elementary tests may see nearer than it is (sweep.hpp). Coordinates that are not finite, or enormous, prove nothing.
+    /// for the distance by which the elementary tests may underestimate (sweep.hpp). Non-finite or enormous coordinates prove nothing.
     /// distance   m, >= 0
     [[nodiscard]] Apart apart(ClusterPlace a, ClusterPlace b, double distance) noexcept;
 
-    /// Clusters that were looked at in this step.
+    /// Clusters that were tested in this step.
     [[nodiscard]] std::size_t hulls_made() const noexcept { return hulls_made_; }
     [[nodiscard]] std::size_t memory() const noexcept;
 

@@ -12,7 +12,7 @@ namespace {
 bool is_leaf(Index node) noexcept { return (node & DopTree::kLeafBit) != 0; }
 Index cluster_of(Index leaf) noexcept { return leaf & ~DopTree::kLeafBit; }
 
-/// Parents come before children, so the last node is the last child of somebody.
+/// Parents come before children, so the last node is a last child.
 Index count_nodes(const DopTree& tree) {
     if (is_leaf(tree.root())) return 0;
     Index last = tree.root();

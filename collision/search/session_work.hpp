@@ -1,4 +1,4 @@
-// What the parts of a step cost, in nanoseconds or so on one machine: only their ratios count, and only for decisions that change no
+// Costs of the parts of a step, in about nanoseconds on one machine: only their ratios count, and only for decisions that change no
 // contact (session_length.hpp, session_choice.hpp, and when a list is given up).
 #pragma once
 
@@ -11,10 +11,10 @@ inline constexpr double kDriftVertex = 9.0;                    // of a cluster: 
 inline constexpr double kVolume = 70.0;                        // of a cluster that begins a session, with its share of the nodes
 inline constexpr double kNewPair = 100.0, kWaitingPair = 15.0; // pairs of clusters: found by a traversal; asleep
 inline constexpr double kGap = 90.0, kSides = 60.0;           // pairs of clusters: boxes; planes between them
-inline constexpr double kClusterBox = 320.0, kClusterBlocks = 450.0, kClusterHull = 590.0; // of a cluster, where somebody asks for them
+inline constexpr double kClusterBox = 320.0, kClusterBlocks = 450.0, kClusterHull = 590.0; // of a cluster, on demand
 inline constexpr double kList = 1650.0, kCollected = 25.0; // a list of pairs of features, and for each that came near
 inline constexpr double kLook = 110.0, kListed = 1.1, kBound = 25.0, kGiven = 30.0;
-// a pair of clusters that is looked at anew in a step: itself, and for each pair of features that would be collected for a list
+// a pair of clusters that is computed anew in a step: itself, and for each pair of features that would be collected for a list
 inline constexpr double kAnew = 600.0, kAnewCollected = 6.0;
 
 // a plain step

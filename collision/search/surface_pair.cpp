@@ -21,7 +21,7 @@ Meeting meeting_of(const Sweep& sweep) noexcept { return {.meets = true, .time =
 
 /// Most pairs that two clusters can have: all their edges.
 constexpr std::size_t kMostPairs = 9 * DopTree::kMaxClusterSize * DopTree::kMaxClusterSize;
-/// Candidates whose sweeps are held at a time: few, for every one of them is initialised.
+/// Candidates whose sweeps are held at a time: few, since each one is initialised.
 constexpr std::size_t kSweeps = 32;
 /// A vertex, an edge, a face.
 template <std::size_t Corners>
@@ -161,7 +161,7 @@ void SurfacePair::decide(const CandidateLists& candidates, std::vector<SearchCon
     decide_list(false, false, candidates.edge_edge, out, stats);
 }
 
-/// Of some candidates: do they meet, and where they only come within the distance, what their sweeps say beside that.
+/// Of some candidates: do they meet, and where they only come within the distance, the rest of their sweeps' results.
 struct SurfacePair::Verdicts {
     std::array<Meeting, kSweeps> meetings;
     std::array<Sweep, kSweeps> sweeps; // where the distance is > 0
@@ -211,7 +211,7 @@ void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const Fe
     }
 }
 
-/// What contacts of both kinds say alike; the point is still to be summed.
+/// Fields common to contacts of both kinds; the point is still to be summed.
 static Contact& describe(FeaturePair pair, ContactOrigin origin, const Meeting& meeting, SearchContact& found) {
     found.id_a = pair.a;
     found.id_b = pair.b;

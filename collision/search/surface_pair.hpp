@@ -1,6 +1,6 @@
 // The exact search between two moving surfaces, or within one, in the pieces that its drivers put together: pairs of
 // clusters whose bounds come near, the features of those that do, and the verdict on each pair of features. No piece
-// allocates once its lists have their room.
+// allocates once its lists have their capacity.
 #pragma once
 
 #include "base/contact.hpp"
@@ -17,9 +17,9 @@ struct PairOptions {
     double distance = 0.0; // m, >= 0
     /// Pairs up to distance + tolerance may be reported at a distance > 0.
     double tolerance = 0.0; // m
-    bool simd = true;       // false: the plain twins of the broad phase's kernels
+    bool simd = true;       // false: the scalar references of the broad phase's kernels
     bool all_pairs = false; // bounds cull nothing: every pair of features is decided; what the other answers are compared with
-    /// Exact: pairs of clusters of fine trees are looked at along their faces' own normals before their features are (face_planes.hpp).
+    /// Exact: pairs of clusters of fine trees are tested along their faces' own normals before their features are (face_planes.hpp).
     bool planes = true;
 };
 
@@ -49,7 +49,7 @@ struct ExactStats {
     std::uint64_t cluster_pairs = 0;                    // pairs of leaves that came near
     std::uint64_t candidates_vf = 0, candidates_ee = 0; // pairs of features whose bounds came near: elementary tests
     std::uint64_t hits_vf = 0, hits_ee = 0;
-    std::uint64_t exact = 0;      // candidates that whole numbers decided
+    std::uint64_t exact = 0;      // candidates decided in exact integer arithmetic
     std::uint64_t unresolved = 0; // hits at a distance > 0 that ended without a verdict
     double safe_fraction = 1.0;   // if all vertices of both bodies move by this share of their step, none is proven to
                                   // touch: the smallest safe time. 0 if the search was interrupted

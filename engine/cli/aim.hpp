@@ -1,4 +1,4 @@
-// `--to TARGET`: what plan steers to, and what a replayed path is measured against.
+// `--to TARGET`: the target of plan, and the target that a replayed path is measured against.
 #pragma once
 
 #include "engine/scene/scene.hpp"

@@ -30,7 +30,7 @@ Result<void> write_if_named(const std::filesystem::path& file, const std::functi
     return file.empty() ? Result<void>() : write_file_atomically(file, text());
 }
 
-/// Rows that have a bound (`holds`) and are beyond it: named, since a script reads the exit code, not the table.
+/// Rows that have a bound (`holds`) and are beyond it: listed by name, beside the exit code for scripts.
 std::size_t count_broken(std::string_view bench, const BenchTable& table) {
     std::size_t broken = 0;
     for (const BenchRow& row : table.rows) {

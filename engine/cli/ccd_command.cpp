@@ -42,7 +42,7 @@ struct Tally {
     }
 };
 
-/// What the file's name says, or --kind; an Error where neither does.
+/// The kind from the file's name, or --kind; an Error where neither does.
 Result<bool> is_vertex_face(const std::string& file, const std::string& kind) {
     if (kind != "auto") return kind == "vertex-face";
     const bool vertex_face = file.find("vertex-face") != file.npos, edge_edge = file.find("edge-edge") != file.npos;
@@ -56,7 +56,7 @@ collision::Meeting meet(const CcdQuery& query, bool vertex_face) {
     return collision::meet_edge_edge({point(0), point(1)}, {point(2), point(3)});
 }
 
-/// The shortest of several runs is the query's time: the rest is what the machine did meanwhile.
+/// The shortest of several runs is the query's time: the rest is noise of the machine.
 Tally answer(const CcdQuery& query, bool vertex_face, unsigned repeats) {
     Tally tally{.queries = 1};
     collision::Meeting meeting;
@@ -76,7 +76,7 @@ Tally answer(const CcdQuery& query, bool vertex_face, unsigned repeats) {
     return tally;
 }
 
-/// A contact that is missed is no matter of taste: where, and with which command it can be looked at.
+/// A missed contact is an error: prints where it is, and the command that reproduces it.
 void tell_missed(const std::string& file, const Tally& tally) {
     constexpr std::size_t kRows = 8; // of a query
     if (tally.false_negatives == 0) return;
@@ -91,7 +91,7 @@ int answer_files(const CcdRequest& request) {
     Tally total;
     std::size_t rounded = 0;
     for (const std::string& file : request.files) {
-        if (!std::filesystem::is_regular_file(file)) // the name of what is not there says nothing
+        if (!std::filesystem::is_regular_file(file)) // the kind of a missing file is irrelevant
             return report_error(read_file_bytes(file).error());
         const auto vertex_face = is_vertex_face(std::filesystem::path(file).filename().string(), request.kind);
         if (!vertex_face) return report_error({vertex_face.error().code, vertex_face.error().message, file});
@@ -107,7 +107,7 @@ int answer_files(const CcdRequest& request) {
         rounded += read->rounded;
     }
     if (rounded > 0) fmt::print("{} coordinates are no doubles and were rounded: the answers are those of the rounded ones\n", rounded);
-    fmt::print("decided by: filter {}, proof {}, whole numbers {}; the time of a query is the shortest of {} runs\n", total.filter,
+    fmt::print("decided by: filter {}, proof {}, exact arithmetic {}; the time of a query is the shortest of {} runs\n", total.filter,
                total.proof, total.exact, request.repeats);
     fmt::print("{} queries, {} false positives, {} false negatives, {:.0f} ns mean, {:.0f} ns worst\n", total.queries,
                total.false_positives, total.false_negatives, total.total_ns / static_cast<double>(total.queries), total.worst_ns);

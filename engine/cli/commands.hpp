@@ -40,7 +40,7 @@ struct Command {
 /// "error: file:line:column: key: message" on standard error; returns kExitBadInput.
 int report_error(const Error& error);
 
-/// Outputs of one command, written one after another: one that fails costs the others nothing, and the exit code says that it did.
+/// Outputs of one command, written one after another: one that fails does not prevent the others, and the exit code reports it.
 class WrittenOutputs {
 public:
     /// An error is reported at once.
@@ -51,7 +51,7 @@ public:
         ++missing_;
     }
     [[nodiscard]] bool all_there() const noexcept { return missing_ == 0; }
-    /// Says how many of how many are in `place`, where some are missing. Returns kExitFine, or kExitBadInput.
+    /// Reports how many of how many are in `place`, where some are missing. Returns kExitFine, or kExitBadInput.
     [[nodiscard]] int tell(const std::filesystem::path& place) const;
 
 private:

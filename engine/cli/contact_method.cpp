@@ -50,8 +50,8 @@ struct SetMethod {
     std::string_view name;
     CullMethod culling;
     bool image_space;
-    bool as_paper = false; // of image_space: the paper's form, which can lose crossings
-    bool patches = true;   // of the safe form: whole patches first
+    bool as_paper = false; // of image_space: the form of the image-space paper, which can lose crossings
+    bool patches = true;   // of the conservative form: whole patches first
 };
 constexpr SetMethod kSetMethods[] = {
     {"chromatic", CullMethod::Auto, false},

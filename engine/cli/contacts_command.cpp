@@ -294,14 +294,14 @@ nlohmann::ordered_json crossing_json(const CrossingAnswer& answer, const Contact
     return json;
 }
 
-/// Triangles that cross, of meshes that stand still.
+/// Triangles that cross, of static meshes.
 int find_crossings_of(const ContactsRequest& request, const ContactMethod& method, const ContactsInput& input) {
     if (input.is_sequence() || request.distance > 0.0)
-        return report_error(bad_usage("image-space takes one or two meshes that stand still, without --frames and --distance", "--method"));
+        return report_error(bad_usage("image-space takes one or two static meshes, without --frames and --distance", "--method"));
     for (std::size_t i = 0; i < input.t0.size(); ++i)
         if (input.t0[i] != input.t1[i])
             return report_error(
-                bad_usage(fmt::format("{} and {} differ; image-space takes meshes that stand still: name the same file twice",
+                bad_usage(fmt::format("{} and {} differ; image-space takes static meshes: name the same file twice",
                                       request.meshes[2 * i], request.meshes[2 * i + 1]),
                           "--method"));
     const CrossingAnswer answer = find_crossing_triangles(input.surfaces, input.t0,

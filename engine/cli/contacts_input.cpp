@@ -49,7 +49,7 @@ Result<void> read_pair(const std::string& file_t0, const std::string& file_t1, C
     return {};
 }
 
-/// What is written must not be what is read, nor one another.
+/// An output file must be neither an input nor another output.
 Result<void> check_outputs(const ContactsRequest& request) {
     std::vector<std::filesystem::path> taken(request.meshes.begin(), request.meshes.end());
     if (!request.frames.empty())

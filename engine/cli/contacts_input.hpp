@@ -1,4 +1,4 @@
-// What `contacts` is asked and what it reads: two frames of one mesh or two, or a sequence of frames.
+// Options and input of `contacts`: two frames of one mesh or two, or a sequence of frames.
 #pragma once
 
 #include "base/result.hpp"

@@ -24,7 +24,7 @@ std::size_t session_count(const ContactsReport& report) {
         std::count_if(report.rows.begin(), report.rows.end(), [](const ContactsStepRow& r) { return r.coherence.began_session; }));
 }
 
-/// What a step did with what is kept.
+/// The use that a step made of kept results.
 nlohmann::ordered_json kept_json(const collision::CoherenceStats& kept) {
     return {{"plain", kept.plain},
             {"began_session", kept.began_session},
@@ -125,7 +125,7 @@ std::string contacts_report_text(const ContactsReport& report) {
         fmt::format_to(out, "{} sessions; kept: {} pairs of clusters, {} of features{}; {:.1f} MB\n", session_count(report),
                        json["kept_cluster_pairs"].get<std::uint64_t>(), json["kept_feature_pairs"].get<std::uint64_t>(), per_step,
                        1e-6 * json["tree_bytes"].get<double>());
-    fmt::format_to(out, "{} steps, {} contacts: {} VF, {} EE; {} candidates decided in whole numbers, {} unresolved\n", report.rows.size(),
+    fmt::format_to(out, "{} steps, {} contacts: {} VF, {} EE; {} candidates decided exactly, {} unresolved\n", report.rows.size(),
                    vf + ee, vf, ee, exact, unresolved);
     return text;
 }

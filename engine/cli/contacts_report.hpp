@@ -1,4 +1,4 @@
-// What `contacts` tells of a run: counts and times of every stage, as JSON and as lines.
+// The statistics of `contacts`: counts and times of every stage, as JSON and as lines.
 #pragma once
 
 #include "collision/search/coherent_search.hpp"
@@ -23,7 +23,7 @@ struct ContactsStepRow {
 };
 
 struct ContactsReport {
-    /// Of candidates that were looked at by pictures.
+    /// Of candidates that image-space culling tested.
     struct Culled {
         std::size_t colours = 0;
         std::string backend;
@@ -43,7 +43,7 @@ struct ContactsReport {
 /// Medians of the steps; of a sequence a row for every step as well.
 [[nodiscard]] nlohmann::ordered_json contacts_report_json(const ContactsReport& report);
 
-/// The same for people, with line ends.
+/// The same as readable text, with line ends.
 [[nodiscard]] std::string contacts_report_text(const ContactsReport& report);
 
 } // namespace trocar::engine

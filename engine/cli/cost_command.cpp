@@ -91,7 +91,7 @@ Result<std::vector<std::pair<std::string, Scene>>> read_variants(std::string_vie
     return variants;
 }
 
-/// The figures first: they are what took the time.
+/// The figures first: they took the time.
 WrittenOutputs write_pages(const std::filesystem::path& out, const Scene& scene, CostTable& table, std::span<const CostPicture> pictures) {
     WrittenOutputs outputs;
     outputs.note(write_file_atomically(out / output_name::kCost, cost_csv(table)));
@@ -182,7 +182,7 @@ private:
         };
     }
 
-    /// The exact run first, which all need; then every row in a process of its own, while this one goes along the exact states.
+    /// The exact run first, which all need; then every row in a process of its own, while this one evaluates along the exact states.
     Result<void> share_rows(std::size_t rows) {
         if (auto measured = measure_exact_run(prepared_, options_); !measured) return measured;
         std::vector<std::vector<std::string>> jobs;
@@ -281,7 +281,7 @@ Command add_cost_command(CLI::App& app) {
     for (const VariantWord& word : list_variants()) words += fmt::format("{}{} ({})", words.empty() ? "" : ", ", word.name, word.does);
     command->add_option("--variants", request->variants, "other ways to answer contacts, measured under every budget as well: " + words);
     command->add_option("--jobs", request->jobs, "runs that are measured at once, in processes of their own")->check(CLI::Range(1u, 256u));
-    command->add_option("--only", request->only)->group(""); // how those processes are asked
+    command->add_option("--only", request->only)->group(""); // the options of those processes
     command->add_option("--parent", request->parent)->group("");
     command->add_flag("--resume", request->resume, "go on with what an interrupted measurement into this folder has finished");
     command->add_flag("--force", request->force, "write into an output folder that is not empty");

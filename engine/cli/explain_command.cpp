@@ -27,10 +27,10 @@ namespace {
 constexpr std::uint64_t kTrialSteps = 30;
 /// Steps before that of a trial whose instruments were laid along their routes: until they lean on the walls.
 constexpr std::uint64_t kSettlingSteps = 30;
-/// A heavy scene's trial ends after so long, and what its effects cost is asked in so long, about; fewer steps than that tell nothing.
+/// A heavy scene's trial ends after so long, and the cost of its effects is measured in about as long; fewer steps tell nothing.
 constexpr double kTrialTime = 5e3, kEffectsTime = 20e3; // ms
 constexpr std::uint64_t kFewestSteps = 3;
-/// [-]; a way that is the hand's reach but for this is not beyond it.
+/// [-]; a step that exceeds the drive's limit by no more than this share is within it.
 constexpr double kRounding = 1e-9;
 
 struct EffectLine {
@@ -81,7 +81,7 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
              : listed(e.friction, !rough ? "Coulomb's, between instruments and walls, felt by both"
                                          : fmt::format("Coulomb's; {:g} between solid bodies", scene.contact.solid_friction))},
         {"twist", e.twist && instruments,
-         !instruments ? "no instrument" : listed(e.twist, "instruments wind up between the handle and what holds the tip")},
+         !instruments ? "no instrument" : listed(e.twist, "torsional wind-up of instruments between the handle and what holds the tip")},
         {"pulse", e.pulse.has_value(),
          listed(e.pulse.has_value(),
                 e.pulse ? fmt::format("walls widen by {:g} % of their radius every {:g} s", 100.0 * e.pulse->amplitude, e.pulse->period)
@@ -118,7 +118,7 @@ void print_bodies(const PreparedScene& prepared) {
     }
 }
 
-/// m/s; the fastest that its script or its route asks of the hand.
+/// m/s; the fastest drive command of its script or its route.
 double fastest_asked(const InstrumentModel& m) {
     if (m.route) return m.follow.speed;
     double fastest = 0.0;
@@ -140,13 +140,13 @@ void print_instruments(const Scene& scene, const PreparedScene& prepared) {
             fmt::print("  {:<15} in the bore of {}: one axis and both stiffnesses where they overlap\n", "",
                        prepared.model.instruments[m.inside].name);
         if (m.route)
-            fmt::print("  {:<15} steered to {}, {:.0f} mm away along the lumen, narrowest radius {:.2f} mm\n", "",
+            fmt::print("  {:<15} driven to {}, {:.0f} mm away along the lumen, narrowest radius {:.2f} mm\n", "",
                        scene.targets[scene.instruments[i].follow->target].name, 1e3 * m.route->length.back(),
                        1e3 * *std::min_element(m.route->radii.begin(), m.route->radii.end()));
         else
             fmt::print("  {:<15} script of {} rows\n", "", m.path.size());
         if (const double way = fastest_asked(m) * prepared.model.step_s; way > kHandReach * (1.0 + kRounding))
-            fmt::print("  {:<15} its hand would go {:.3g} mm in a step; {:g} mm are taken, expected a step of at most {:.3g} ms\n", "",
+            fmt::print("  {:<15} its drive would go {:.3g} mm in a step; {:g} mm are taken, expected a step of at most {:.3g} ms\n", "",
                        1e3 * way, 1e3 * kHandReach, 1e3 * prepared.model.step_s * kHandReach / way);
     }
 }
@@ -192,7 +192,7 @@ double arrival_time(const SceneModel& model) {
     return time;
 }
 
-/// What the trials stand for, and the run that they promise.
+/// What the trials represent, and the predicted run.
 void print_prediction(const SceneModel& model, Trial& first, Trial& late) {
     const double middle = Trial::middle(first.total), run_s = static_cast<double>(model.step_count) * model.step_s;
     const auto run_time = [&](double mean_ms) { return 1e-3 * mean_ms * static_cast<double>(model.step_count); };

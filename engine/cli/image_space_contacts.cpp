@@ -29,7 +29,7 @@ Joined join(std::span<const collision::SurfaceTopology> surfaces, std::span<cons
     return all;
 }
 
-/// Prunes by pictures, by OpenGL where that is asked for and there.
+/// Prunes in image space, by OpenGL where that is requested and available.
 /// returns   ids that are left
 std::vector<Index> prune(const Joined& all, const CrossingOptions& options, CrossingAnswer& answer) {
     StopWatch watch;
@@ -71,8 +71,8 @@ std::vector<Index> prune_as_paper(const Joined& all, CrossingAnswer& answer) {
     collision::Cullide cullide(all.triangles, collision::make_patch_hierarchy(all.triangles, all.positions.size()));
     answer.build_ms = watch.lap_ms();
     auto ids = cullide.find_colliding_set(all.positions, {});
-    answer.culler = "CPU twin, by pixel centres";
-    answer.notes.emplace_back("as the paper: crossings smaller than a pixel, or seen edge-on, can be missing");
+    answer.culler = "CPU reference, by pixel centres";
+    answer.notes.emplace_back("as in the image-space paper: crossings smaller than a pixel, or seen edge-on, can be missing");
     for (const collision::CullidePass& pass : cullide.passes())
         answer.passes.push_back({.direction = Vec3::Unit(static_cast<int>(answer.passes.size() % 3)),
                                  .triangles = pass.triangles,

@@ -1,4 +1,4 @@
-// `contacts --method image-space`: pairs of triangles that cross, in meshes that stand still.
+// `contacts --method image-space`: pairs of triangles that cross, in static meshes.
 #pragma once
 
 #include "collision/culling/image_space.hpp"

@@ -1,4 +1,4 @@
-// The same program several times at once: jobs that wait for a place, run, and are asked for.
+// The same program several times at once: jobs that wait for a slot, run, and are collected.
 #pragma once
 
 #include "base/result.hpp"
@@ -9,8 +9,8 @@
 
 namespace trocar::engine {
 
-/// In such a child, first of all: it ends when its parent does, also by a SIGKILL that lets the pool interrupt nobody. What it had
-/// finished by then is kept.
+/// In such a child, first of all: it ends when its parent does, also by a SIGKILL, after which the pool cannot interrupt its jobs. What it
+/// had finished by then is kept.
 /// parent  its process, as the parent itself has named it: it may have ended before this was called
 void end_with_parent(pid_t parent) noexcept;
 
@@ -24,7 +24,7 @@ public:
     JobPool(const JobPool&) = delete;
     JobPool& operator=(const JobPool&) = delete;
 
-    /// Sees who has ended and starts who waits; never blocks.
+    /// Collects jobs that have ended and starts those that wait; never blocks.
     void tick();
     /// Has the job ended?
     [[nodiscard]] bool is_done(std::size_t job) const noexcept { return jobs_[job].state == JobState::Done; }

@@ -18,7 +18,7 @@ namespace trocar::engine {
 
 namespace {
 
-/// Times the way at the hand's own speed that a trial may take: forks cost several attempts.
+/// Multiple of the way's time at drive speed that a trial may take: forks cost several attempts.
 constexpr double kPatience = 6.0;
 /// s that every trial may take.
 constexpr double kShortestTrial = 10.0;
@@ -30,7 +30,7 @@ struct PlanOptions {
     bool force = false, quiet = false;
 };
 
-/// The scene as it is planned in: its first instrument steered to the target, whatever script it has, and no clock, so that a plan does not
+/// The scene as it is planned in: its first instrument driven to the target, whatever script it has, and no clock, so that a plan does not
 /// depend on the machine. What a wall budget leaves out when it is not kept is not planned for.
 Result<void> prepare_to_plan(const PlanOptions& options, Scene& scene) {
     if (auto aimed = aim_first_instrument(scene, options.target); !aimed.ok()) return aimed;
@@ -124,7 +124,7 @@ int plan(const PlanOptions& options) {
         return outputs.tell(out);
     }
     return report_error({ErrorCode::BadValue,
-                         fmt::format("there is a way, but in {:.3g} s the hand found no motion that brings the tip nearer than {:.2f} mm: "
+                         fmt::format("there is a way, but in {:.3g} s the drive found no motion that brings the tip nearer than {:.2f} mm: "
                                      "expected a longer --time, another tip shape, or a thinner instrument",
                                      record.plan.time, 1e3 * record.plan.closest),
                          {},
@@ -137,7 +137,7 @@ int plan(const PlanOptions& options) {
 
 Command add_plan_command(CLI::App& app) {
     const auto options = std::make_shared<PlanOptions>();
-    CLI::App* command = app.add_subcommand("plan", "Find the way to a target and the motion of the hand that goes there");
+    CLI::App* command = app.add_subcommand("plan", "Find the way to a target and the drive commands that go there");
     command->add_option("scene", options->scene, "scene file (JSON)")->required();
     command->add_option("--to", options->target, "one of the scene's targets")->required();
     command->add_option("--out", options->out, "output folder; out/<scene>-to-<target> where none is given");

@@ -18,7 +18,7 @@
 namespace trocar::engine {
 
 int report_error(const Error& error) {
-    std::fputs(fmt::format("error: {}\n", printable(error.to_string())).c_str(), stderr); // fmt::print throws where nobody can read it
+    std::fputs(fmt::format("error: {}\n", printable(error.to_string())).c_str(), stderr); // fmt::print throws where the stream is closed
     return kExitBadInput;
 }
 
@@ -32,7 +32,7 @@ int WrittenOutputs::tell(const std::filesystem::path& place) const {
     return kExitBadInput;
 }
 
-/// What was printed must have arrived: an answer that is lost is no answer.
+/// Checks that standard output was written: a lost answer is an error.
 static int end_output(int code) {
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
     const int failed = report_error({ErrorCode::CannotWrite, "the standard output cannot be written"});

@@ -42,7 +42,7 @@ void ProgressLine::show_step(std::uint64_t done, std::uint64_t all, const StepRe
     last_ms_ = now;
     show(fmt::format("step {}/{}  t {:.2f} s  {:.1f} ms (budget {:.2f})  inserted {:.0f} mm  {}{}", done, all, report.time_s,
                      report.ms.total, report.ms.budget, 1e3 * report.insertion_m, report.exact_ran ? "exact" : "coarse",
-                     report.safe_fraction < 1.0 ? ", held back" : ""));
+                     report.safe_fraction < 1.0 ? ", scaled" : ""));
 }
 
 void ProgressLine::clear() {

@@ -82,15 +82,15 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
                    ? "; the budget is for collision detection alone"
                    : "");
     if (!prepared.model.instruments.empty())
-        fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} held back, {} unresolved, {} assumed\n", summary.lumen_exits,
-                   summary.exact_steps, summary.steps, summary.held_back_steps, summary.unresolved, summary.assumed);
+        fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} scaled to the safe fraction, {} unresolved, {} assumed\n",
+               summary.lumen_exits, summary.exact_steps, summary.steps, summary.held_back_steps, summary.unresolved, summary.assumed);
     if (summary.passed_places + summary.unproven_solids > 0)
         fmt::print(
             "{} places of solids beyond the middle of another, pushed back to where they came from; {} pairs of solids may have passed "
             "through each other\n",
             summary.passed_places, summary.unproven_solids);
     if (summary.pace)
-        fmt::print("pace {:g}: {} of {} steps began late, by {:.3g} ms at worst; {:.3g} s of slow motion\n", summary.pace->speed,
+        fmt::print("pace {:g}: {} of {} steps began late, by {:.3g} ms at worst; {:.3g} s behind real time\n", summary.pace->speed,
                    summary.pace_stats.late_steps, summary.steps, 1e-6 * static_cast<double>(summary.pace_stats.worst_late_ns),
                    1e-9 * static_cast<double>(summary.pace_stats.lost_ns));
     if (summary.target_distance_m >= 0.0)
@@ -114,7 +114,7 @@ bool take_step(Simulator& simulator, std::uint64_t k, const Grants& grants) {
     return grants.replay == nullptr || (!simulator.tape().left_script() && grants.replay->steps[k].fingerprint == fingerprint_of(report));
 }
 
-/// Steps until done, stopped, or interrupted. An output that cannot be written is told when that shows: hours may follow.
+/// Steps until done, stopped, or interrupted. An output that cannot be written is reported at once: hours may follow.
 Taken take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t steps, const Grants& grants, Pacer* pacer,
                  ProgressLine& progress) {
     Taken taken;
@@ -172,7 +172,7 @@ std::uint64_t count_steps(const RunOptions& options, std::uint64_t of_scene, con
     return replay != nullptr ? replay->steps.size() : of_scene;
 }
 
-/// What can be known of it before the scene is prepared: it can be read, is of this scene's name, and has steps to come.
+/// Checked before the scene is prepared: it can be read, is of this scene's name, and has steps to come.
 Result<Checkpoint> read_resumed(const RunOptions& options, const Scene& scene, std::uint64_t steps) {
     const std::filesystem::path file = checkpoint_file(options);
     auto checkpoint = read_checkpoint(file);
@@ -249,7 +249,7 @@ std::filesystem::path output_folder(const RunOptions& options, const Scene& scen
     return options.out.empty() ? std::filesystem::path("out") / safe_file_name(scene.name) : options.out;
 }
 
-/// What the run was asked to go by, read and checked before anything is prepared.
+/// Paths, records and checkpoints that the run uses, read and checked before anything is prepared.
 struct Given {
     std::optional<GrantRecord> replay;
     std::optional<Checkpoint> checkpoint;
@@ -276,12 +276,12 @@ Result<Given> read_given(const RunOptions& options, Scene& scene) {
     return given;
 }
 
-/// Every output that is not there, and what there is all the same. Returns the run's exit code.
+/// Reports every missing output, and those that exist. Returns the run's exit code.
 int tell_missing(const RunSummary& summary, const std::filesystem::path& out, int code) {
     if (summary.missing_outputs.empty()) return code;
     for (const std::string& sentence : summary.missing_outputs) report_error({ErrorCode::CannotWrite, sentence});
     fmt::print(stderr, "the other outputs of the {} steps are in {}\n", summary.steps, out.string());
-    return code == kExitNotFinite || code == kExitDiffers ? code : kExitBadInput; // what those say counts more
+    return code == kExitNotFinite || code == kExitDiffers ? code : kExitBadInput; // their exit codes take precedence
 }
 
 int exit_code(const RunOptions& options, const RunSummary& summary, const Taken& taken, const GrantRecord* replay) {

@@ -1,4 +1,4 @@
-// `verify`: do the scenes of a list still come to what they came to when their references were written?
+// `verify`: do the scenes of a list still give the results that their references hold?
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/atomic_file.hpp"
@@ -153,7 +153,7 @@ int verify(const VerifyRequest& request) {
         if (request.page.empty()) std::filesystem::create_directories(page.parent_path(), not_made);
         if (const auto written = write_file_atomically(page, regression_page(outcomes)); !written) {
             report_error(written.error());
-            page_failed = true; // what differs has been said, and counts more
+            page_failed = true; // the differences were reported, and take precedence
         } else
             fmt::print("page     {}\n", page.string());
     }

@@ -68,7 +68,7 @@ int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& p
     if (!server.ok()) return report_error(server.error());
     const InterruptHold hold(InterruptHold::Then::OwnerEnds); // the run's figures are told
     fmt::print("{}\n", (*server)->url());
-    const bool waits = !options.at_once && options.steps == 0; // a script that counts its steps has no viewer
+    const bool waits = !options.at_once && options.steps == 0; // with a number of steps, no viewer is waited for
     if (!options.quiet) fmt::print("open this address in a browser{}; Ctrl-C ends the run\n", waits ? ": the first step waits for it" : "");
     std::fflush(stdout);
     RunStatistics tally;
@@ -116,7 +116,7 @@ Command add_view_command(CLI::App& app) {
         ->check(CLI::Range(0, 65535)); // before it is read as a number of 16 bits
     command->add_option("--address", options.address, "address to listen at; another than 127.0.0.1 lets other machines in");
     command->add_option("--budget", options.budget, "at the start, per step: a time (1ms, 250us), work:TESTS, or exact");
-    command->add_option("-n,--steps", options.steps, "end after so many steps; they begin at once, whether somebody looks or not")
+    command->add_option("-n,--steps", options.steps, "end after so many steps; they begin at once, with or without a viewer")
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
     command->add_option("--page", options.page, "another page than the built one (HTML)");
     command->add_flag("--at-once", options.at_once, "take steps from the start; without it the first one waits for the first viewer");

@@ -43,7 +43,7 @@ Shape LookAhead::follow(Simulator& answered) {
 
 SurfaceDistance LookAhead::compare(Simulator& answered) { return compare_shapes(simulator_.model(), follow(answered), exact_); }
 
-/// What the surfaces say of solids, what the exact answer says of instruments.
+/// Solids from the surfaces, instruments from the exact answer.
 PatchContacts AlongExactStates::solids_of(const PatchContacts& near, const PatchContacts& reference) const {
     const std::size_t bodies = exact_.model().bodies.size();
     PatchContacts truth = near;
@@ -127,7 +127,7 @@ void AlongExactStates::finish() {
         table_.force_rms_n = std::sqrt(exact_force_sq_ / static_cast<double>(steps_ * exact_forces_.size()));
 }
 
-/// What the independent search found against what the exact answer says of the same surfaces.
+/// Compares the independent search with the exact answer for the same surfaces.
 void AlongExactStates::count_uncovered(const PatchContacts& near, const PatchContacts& reference) {
     table_.near_patches += near.size();
     for (const PatchContact& c : near) {

@@ -1,4 +1,4 @@
-// Every row of a table of costs along the states of the exact run: what would it have answered there?
+// Every row of a table of costs along the states of the exact run: what would its answer have been there?
 #pragma once
 
 #include "engine/experiments/cost_exact.hpp"
@@ -7,8 +7,8 @@
 
 namespace trocar::engine {
 
-/// Where a step's answer takes the surfaces. An instrument moves within the step. Tissue feels the answer's contact springs in the step
-/// after it: that one is begun from the state that the answer left, which differs from the exact run's in this answer alone.
+/// Positions of the surfaces after a step's answer. An instrument moves within the step. Tissue feels the answer's contact springs in the
+/// step after it: that one is begun from the state that the answer left, which differs from the exact run's in this answer alone.
 class LookAhead {
 public:
     explicit LookAhead(const SceneModel& model) : simulator_(model, BudgetLimits{}) {}

@@ -5,7 +5,7 @@
 
 namespace trocar::engine {
 
-/// What is compared of a state: surfaces of bodies that move, skins of instruments.
+/// The compared part of a state: surfaces of bodies that move, skins of instruments.
 struct Shape {
     std::vector<std::vector<Vec3>> surfaces, skins;
 };
@@ -15,7 +15,7 @@ struct ExactRun {
     std::uint64_t steps = 0;             // taken
     std::vector<Shape> shapes;           // after every such step
     std::vector<std::vector<Vec3>> tips; // [step][instrument] m
-    std::uint64_t busiest_step = 0;      // in which most pairs of spheres were looked at, from 1; 0: no step
+    std::uint64_t busiest_step = 0;      // in which most pairs of spheres were tested, from 1; 0: no step
     std::string failure;
 };
 

@@ -1,4 +1,4 @@
-// The page of `cost`: what each budget gave up, as a table and as curves.
+// The page of `cost`: the accuracy that each budget gave up, as a table and as curves.
 #include "engine/experiments/cost_page.hpp"
 
 #include "engine/report/html.hpp"

@@ -1,4 +1,4 @@
-// What `cost` leaves behind: a table for scripts, one for readers, and a page with plots.
+// Outputs of `cost`: a table for scripts, one for readers, and a page with plots.
 #pragma once
 
 #include "engine/experiments/cost_pictures.hpp"

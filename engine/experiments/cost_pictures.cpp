@@ -18,7 +18,7 @@ constexpr double kMist = 0.55; // of what opacity bodies have in other pictures
 constexpr std::size_t kMostSpheres = 800;
 constexpr std::size_t kFineSpheres = 200; // up to so many are drawn with more triangles
 
-/// Sphere of a contact's side; null where it has none that this step looked at.
+/// Sphere of a contact's side; null where it has none that this step tested.
 const spheretree::Sphere* find_sphere(const Simulator& simulator, BodyId body, Index sphere) {
     const SceneModel& model = simulator.model();
     if (sphere == kNoIndex) return nullptr;

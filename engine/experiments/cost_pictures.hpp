@@ -1,4 +1,4 @@
-// The same instant under several budgets, with the spheres that each took for contacts: the paper's figure 9 (seed 003).
+// The same instant under several budgets, with the spheres that each took for contacts: figure 9 of Mendoza & O'Sullivan 2005.
 #pragma once
 
 #include "engine/render/renderer.hpp"
@@ -29,7 +29,7 @@ struct ContactSpheres {
 class CostPhotographer {
 public:
     CostPhotographer(const PreparedScene& prepared, unsigned width, unsigned height);
-    /// Bodies and instruments as mist, the spheres over them; every picture from where the first was taken.
+    /// Bodies and instruments almost transparent, the spheres over them; every picture with the camera of the first.
     /// Without OpenGL no picture, and one notice.
     void take(const std::string& name, Simulator& simulator);
     [[nodiscard]] const std::vector<CostPicture>& pictures() const noexcept { return pictures_; }

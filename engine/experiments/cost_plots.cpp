@@ -32,7 +32,7 @@ std::string curve_text(const CostRow& row) {
     return text;
 }
 
-/// More names than a legend has room for stand at their points.
+/// With more names than fit into a legend, the names stand at their points.
 constexpr std::size_t kNamesInLegend = 6;
 
 /// One line per budget over time, as the scene says.

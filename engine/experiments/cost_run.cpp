@@ -42,7 +42,7 @@ private:
     std::uint64_t every_, count_ = 0;
 };
 
-/// What a run by itself adds up, step by step.
+/// Sums over a run by itself, step by step.
 struct OwnRun {
     double step_ms = 0.0; // that a step simulates
     std::vector<double> total_ms, charged_ms;
@@ -93,7 +93,7 @@ CostOwnRun run_by_itself(const SceneModel& model, const CostOptions& options, co
     return row;
 }
 
-/// Zeros that are no good news: nothing was there to get wrong.
+/// Zeros without meaning: there was no contact to compare.
 void add_empty_notices(CostTable& table, const SceneModel& model) {
     if (table.steps == 0 || table.interrupted || table.force_rms_n > 0.0) return;
     const std::string more =

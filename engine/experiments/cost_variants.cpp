@@ -21,7 +21,7 @@ std::vector<VariantWord> list_variants() {
             {"wrapped", "medial sphere trees that hold their surface whatever it does"},
             {"heuristic", "the same, moved as their paper moves them: they may lose surface"},
             {"surface", "solids push by the depth of their surfaces"},
-            {"spheres", "solids push by the overlap of their spheres, as the paper"},
+            {"spheres", "solids push by the overlap of their spheres, as in the sphere-tree paper"},
             {"coarse", "without the exact stage"}};
 }
 

@@ -1,4 +1,4 @@
-// What each effect of a scene costs: the scene as it is beside the scene without it.
+// The cost of each effect of a scene: the scene as it is beside the scene without it.
 #pragma once
 
 #include "engine/prepare/effects.hpp"

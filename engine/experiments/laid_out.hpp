@@ -1,4 +1,4 @@
-// A scene as it will stand late in its run: instruments that follow a route laid along it.
+// A scene late in its run: instruments that follow a route are placed along it.
 #pragma once
 
 #include "engine/state/state.hpp"

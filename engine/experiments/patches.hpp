@@ -21,13 +21,13 @@ struct PatchId {
 struct PatchContact {
     PatchId patch;
     double depth = 0.0; // m, deepest within the patch. Solids: tolerance minus gap, so that it begins with 0 where contact
-                        // begins. Instruments: what is missing of the clearance.
+                        // begins. Instruments: the part of the clearance that is missing.
 };
 
 /// Sorted by patch, each once.
 using PatchContacts = std::vector<PatchContact>;
 
-/// Cuts the surfaces of a scene into patches and finds who touches whom. Reads simulators, never changes them.
+/// Cuts the surfaces of a scene into patches and finds which surfaces touch. Reads simulators, never changes them.
 class PatchFinder {
 public:
     PatchFinder(const SceneModel& model, const CostSpec& cost);
@@ -36,7 +36,7 @@ public:
     /// nothing with the contact stages.
     [[nodiscard]] PatchContacts find_near(const State& state);
 
-    /// What the simulator's last step answered. Solids: all that lies beneath a pair of spheres that it took as a contact, as
+    /// The answer of the simulator's last step. Solids: all that lies beneath a pair of spheres that it took as a contact, as
     /// deep as the response takes it; pairs that the budget left open among them. Instruments: where the response presses.
     [[nodiscard]] PatchContacts find_answer(const Simulator& simulator);
 
@@ -61,7 +61,7 @@ private:
     std::vector<InsideTest> inside_; // [body] solid ones that something can touch
 };
 
-/// What an answer lacks and has too much, against a reference of the same step.
+/// Missed and false patches of an answer, against a reference of the same step.
 struct PatchDifference {
     std::uint64_t reference = 0, missed = 0, spurious = 0;
     double depth_error_sq = 0.0; // m^2, sum over the patches of either list

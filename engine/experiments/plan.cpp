@@ -23,7 +23,7 @@ double curvature_of(const Vec3& a, const Vec3& b, const Vec3& c) {
     return sides > 0.0 ? 2.0 * twice_area / sides : 0.0;
 }
 
-/// s of simulated time for which the hand's motion matters: what moves by itself goes on moving the tip.
+/// s of simulated time for which the drive's motion matters: moving anatomy goes on moving the tip.
 double end_of_motion(const SceneModel& model) {
     const bool goes_on = model.effects.breathing || model.effects.pulse;
     return goes_on ? static_cast<double>(model.step_count) * model.step_s : 0.0;

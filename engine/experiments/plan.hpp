@@ -1,9 +1,9 @@
-// Path planning: the way through the lumen from the entry to a target, and the motion of the hand that takes the instrument
+// Path planning: the way through the lumen from the entry to a target, and the drive commands that take the instrument
 // along it, found by simulation with feedback.
 //
 // This work is based on: Gayle, Segars, Lin, Manocha 2005, "Path Planning for Deformable Robots in Complex Environments"
-// (a roadmap in free space guides a simulated deformable robot). Deviates: the roadmap is the graph of the lumen's medial
-// balls, and the guidance is a hand that turns and pushes at the entry, as a surgeon's does, not a force field on the body.
+// (a roadmap in free space guides a simulated deformable robot). Deviates: the roadmap is the graph of the lumen's inscribed
+// spheres, and the guidance is drive commands at the entry, as a surgeon turns and pushes, not a force field on the body.
 #pragma once
 
 #include "engine/prepare/prepare_scene.hpp"
@@ -16,7 +16,7 @@ namespace trocar::engine {
 /// The route at rest, point by point.
 struct RouteReport {
     double length = 0.0;                // m
-    double smallest_radius = 0.0;       // m of free space around the route
+    double smallest_radius = 0.0;       // m, clearance around the route
     double smallest_radius_at = 0.0;    // m along the route
     double sharpest_curvature = 0.0;    // 1/m
     double sharpest_curvature_at = 0.0; // m along the route
@@ -31,7 +31,7 @@ struct RouteReport {
 
 struct Plan {
     bool arrived = false;
-    std::vector<DriveRow> path;   // what the hand did, a row per step
+    std::vector<DriveRow> path;   // drive commands, a row per step
     std::vector<double> progress; // [path] m, distance of the tip from the target
     double time = 0.0;            // s, when the tip arrived; the end of the trial if it did not
     double closest = 0.0;         // m, tip to target at its nearest
@@ -41,7 +41,7 @@ struct Plan {
     double largest_force = 0.0; // N on the wall
 };
 
-/// What `run --path` will show of a path: open loop, in the scene as it is.
+/// Forecast of `run --path` for a path: open loop, in the scene as it is.
 struct Replay {
     std::uint64_t steps = 0;
     double seconds = 0.0;                       // simulated
@@ -50,8 +50,8 @@ struct Replay {
 };
 
 /// Drives the first instrument along its route in the prepared scene, for at most `time_limit` s of simulated time, and a
-/// little longer once it has arrived, to see it stay; where organs breathe or walls pulsate to the end of the scene, so that the hand's
-/// answers to their known phase are part of the path. The scene's budget is used as it stands: without a clock in it a plan is the same
+/// little longer once it has arrived, to see it stay; where organs breathe or walls pulsate to the end of the scene, so that the drive's
+/// responses to their known phase are part of the path. The scene's budget is used as it stands: without a clock in it a plan is the same
 /// everywhere.
 /// stopped   asked after every step with the share that is done; true ends the trial
 [[nodiscard]] Plan find_motion(const SceneModel& model, double time_limit, const std::function<bool(double)>& stopped);

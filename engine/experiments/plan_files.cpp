@@ -93,7 +93,7 @@ std::string motion_data(const PlanRecord& record) {
 std::vector<Sketch> make_sketches(const PlanRecord& record) {
     const std::string along = "set xlabel 'along the route [mm]' textcolor rgb '#4b5563' offset 0,0.4\nset yrange [0:*]\n";
     const std::string time = "set xlabel 'time [s]' textcolor rgb '#4b5563' offset 0,0.4\n";
-    Sketch room{{"room", "Room along the route", "Free radius around the lumen's centreline, and what the instrument leaves of it.", {}},
+    Sketch room{{"room", "Clearance along the route", "Free radius around the lumen's centreline, and less the instrument's radius.", {}},
                 540,
                 300,
                 along};
@@ -103,7 +103,7 @@ std::vector<Sketch> make_sketches(const PlanRecord& record) {
     Sketch bend{{"bend", "Curvature of the route", "What the instrument has to bend to, if it stays in the middle.", {}}, 540, 300, along};
     bend.commands +=
         "unset key\nset ylabel '1/m' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:4 with lines lw 1.6 lc rgb '#7c3aed'";
-    Sketch hand{{"hand", "What the hand does", "Insertion, and how far the tip is from the target.", {}}, 540, 300, time};
+    Sketch hand{{"hand", "Drive commands", "Insertion, and how far the tip is from the target.", {}}, 540, 300, time};
     hand.commands += "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' "
                      "title 'inserted', "
                      "'' using 1:4 with lines lw 1.6 lc rgb '#d97706' title 'tip to target'";

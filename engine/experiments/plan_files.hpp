@@ -1,4 +1,4 @@
-// What a plan leaves behind: path.csv, centreline.csv, plan.json, report.html.
+// Outputs of a plan: path.csv, centreline.csv, plan.json, report.html.
 #pragma once
 
 #include "engine/experiments/plan.hpp"

@@ -1,4 +1,4 @@
-// Regression runs: a list of scenes, what each came to when its reference was written, and what it comes to now. Runs are
+// Regression runs: a list of scenes, the result of each when its reference was written, and its result now. Runs are
 // in work mode, so that the same program gives the same bits; a tolerance per scene covers other compilers.
 //
 // List: a line per scene, "scene steps tolerance [budget]"; the scene relative to the list's folder, the tolerance in metres

@@ -1,4 +1,4 @@
-// Runs a scene, and keeps of it what tells whether it is still the same.
+// Runs a scene, and keeps the values that tell whether its result is unchanged.
 #include "engine/experiments/regression.hpp"
 #include "engine/step/model_hash.hpp"
 #include "engine/step/simulator.hpp"

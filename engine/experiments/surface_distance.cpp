@@ -9,7 +9,7 @@ namespace trocar::engine {
 
 namespace {
 
-/// A vertex whose place is another in the other state, and how far away that is, m.
+/// A vertex whose position differs in the other state, and by how much, m.
 struct Moved {
     Index vertex = 0;
     double distance = 0.0;

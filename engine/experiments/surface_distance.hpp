@@ -17,7 +17,7 @@ struct SurfaceDistance {
 };
 
 /// Both surfaces have these triangles. No vertex is farther from the other surface than from its own other place: nothing beyond that is
-/// searched, and what did not move is not asked at all. A vertex that slides along the other surface is not away from it.
+/// searched, and vertices that did not move are skipped. A vertex that slides along the other surface is not away from it.
 /// Vertices that are not finite count as infinitely far.
 [[nodiscard]] SurfaceDistance measure_distance(std::span<const Triangle> triangles, std::span<const Vec3> a, std::span<const Vec3> b);
 

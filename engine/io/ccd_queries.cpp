@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kColumns = 7;
 constexpr std::size_t kRows = 8; // of one query
 
-/// A whole number as the nearest double; `exact` turns false where digits are lost.
+/// An integer as the nearest double; `exact` turns false where digits are lost.
 struct Whole {
     double value = 0.0;
     bool exact = true;
@@ -81,7 +81,7 @@ private:
     bool read_coordinate(std::string_view upper, std::string_view lower, std::size_t axis) {
         const auto numerator = parse_whole(upper), denominator = parse_whole(lower);
         if (!numerator || !denominator)
-            return fail(ErrorCode::BadSyntax, fmt::format("'{}' is not a whole number", shown(numerator ? lower : upper)));
+            return fail(ErrorCode::BadSyntax, fmt::format("'{}' is not an integer", shown(numerator ? lower : upper)));
         if (denominator->value == 0.0) return fail(ErrorCode::BadValue, fmt::format("the denominator of {} is 0", "xyz"[axis]));
         const double value = numerator->value / denominator->value;
         if (!std::isfinite(value)) return fail(ErrorCode::BadValue, fmt::format("{} is beyond the largest double", "xyz"[axis]));

@@ -23,7 +23,7 @@ struct CcdQueryFile {
     std::size_t rounded = 0; // coordinates that are no doubles, and were rounded: their truth may be that of other numbers
 };
 
-/// Eight rows a query, seven columns: three coordinates as numerator, denominator (whole numbers, the latter not 0), and the
+/// Eight rows a query, seven columns: three coordinates as numerator, denominator (integers, the latter not 0), and the
 /// answer, 0 or 1, the same in all eight rows. Plain or .gz; blank lines are passed over.
 /// fails   with file and line: other column counts, other numbers, a query cut off, a coordinate beyond the largest double, no query
 [[nodiscard]] Result<CcdQueryFile> read_ccd_queries(const std::filesystem::path& path);

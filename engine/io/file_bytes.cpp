@@ -43,7 +43,7 @@ Result<std::size_t> check_regular(int fd, const std::string& name) {
 
 Result<std::string> read_raw(const std::filesystem::path& path) {
     const std::string name = path.string();
-    // O_NONBLOCK: opening a pipe that nobody writes to must not wait.
+    // O_NONBLOCK: opening a pipe without a writer must not block.
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (file.fd < 0) return Error{ErrorCode::FileNotFound, fmt::format("cannot be opened: {}", std::strerror(errno)), name};
     const Result<std::size_t> size = check_regular(file.fd, name);

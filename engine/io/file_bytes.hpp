@@ -12,7 +12,7 @@ namespace trocar::engine {
 /// Largest file that is read, and largest text that a .gz may unfold to. Meshes of ten million triangles fit.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{4} << 30; // bytes
 
-/// A .gz may unfold to this many times its own size; meshes reach 3 to 12, a gzip bomb 1000. Small files are let be up
+/// A .gz may unfold to this many times its own size; meshes reach 3 to 12, a gzip bomb 1000. Small files are accepted up
 /// to kFreeExpansionBytes: a regular grid of a few kilobytes may honestly compress that well.
 inline constexpr std::size_t kMaxExpansion = 100;                         // [-]
 inline constexpr std::size_t kFreeExpansionBytes = std::size_t{16} << 20; // bytes

@@ -33,7 +33,7 @@ struct GroupedSurface {
 [[nodiscard]] Result<TetMesh> parse_tetgen(std::string_view node_bytes, const std::string& node_name, std::string_view ele_bytes,
                                            const std::string& ele_name);
 
-/// Polygons and cells of a VTK file (legacy or XML), before anybody asks whether surface or volume is wanted.
+/// Polygons and cells of a VTK file (legacy or XML), before it is known whether surface or volume is wanted.
 struct VtkCells {
     std::vector<std::int64_t> ends;         // [cell_count] end of each cell in connectivity, non-decreasing
     std::vector<std::int64_t> connectivity; // point ids

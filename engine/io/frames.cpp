@@ -40,7 +40,7 @@ Result<Meta> read_meta(const std::filesystem::path& path) {
         const bool whole = !value.empty() && value.size() <= 10 && value.find_first_not_of("0123456789") == value.npos;
         if (!whole || std::stoull(value) == 0 || std::stoull(value) > 0x7fffffff)
             return Error{ErrorCode::BadValue,
-                         fmt::format("is '{}'; a whole number from 1 to 2147483647 is wanted", value.substr(0, 40)),
+                         fmt::format("is '{}'; expected an integer from 1 to 2147483647", value.substr(0, 40)),
                          path.string(),
                          line_number,
                          0,

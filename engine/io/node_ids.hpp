@@ -1,4 +1,4 @@
-// Node numbers of mesh files are names: any whole numbers, in any order. This finds the place a number stands for.
+// Node numbers of mesh files are names: any integers, in any order. This maps a number to its index.
 #pragma once
 
 #include "base/vec.hpp"

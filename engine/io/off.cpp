@@ -22,7 +22,7 @@ bool read_header(Scanner& in, std::size_t& vertices, std::size_t& faces) {
         return in.fail(ErrorCode::BadSyntax, "does not begin with OFF");
     }
     if (!in.count(vertices, "the number of vertices", kVertexBytes) || !in.count(faces, "the number of faces", kFaceBytes)) return false;
-    in.skip_line(); // the number of edges, which nobody needs
+    in.skip_line(); // the number of edges, not used
     return true;
 }
 

@@ -99,7 +99,7 @@ private:
             std::string_view word;
             ScalarType length{};
             if (!in_.word(word, "list") || !read_type(length)) return false;
-            if (is_real(length)) return in_.fail(ErrorCode::BadSyntax, "a list's length must be a whole number");
+            if (is_real(length)) return in_.fail(ErrorCode::BadSyntax, "a list's length must be an integer");
             property.list = length;
         }
         std::string_view name;
@@ -113,7 +113,7 @@ private:
     bool find_vertices() {
         for (const Element& element : header_.elements) {
             if (element.name != "vertex") continue;
-            // Without properties they would take no bytes, and faces would name vertices that nobody reads.
+            // Without properties they would take no bytes, and faces would name vertices that are not stored.
             if (element.properties.empty()) return in_.fail(ErrorCode::BadSyntax, "the vertices have no x, y and z");
             if (element.count >= kNoIndex - vertex_count_)
                 return in_.fail(ErrorCode::BadSyntax, "claims more vertices than indices can tell apart");
@@ -171,7 +171,7 @@ private:
         for (const Property& property : element.properties)
             if (property.list && (property.name == "vertex_indices" || property.name == "vertex_index")) corners = &property;
         if (!corners || is_real(corners->type))
-            return in_.fail(ErrorCode::BadSyntax, "the faces have no list of whole numbers called vertex_indices");
+            return in_.fail(ErrorCode::BadSyntax, "the faces have no list of integers called vertex_indices");
         mesh_.triangles.reserve(mesh_.triangles.size() + element.count);
         double ignored = 0;
         for (std::size_t i = 0; i < element.count; ++i) {
@@ -214,7 +214,7 @@ private:
     }
 
     bool read_integer(ScalarType type, std::int64_t& value) {
-        if (header_.text) return in_.integer(value, "a whole number");
+        if (header_.text) return in_.integer(value, "an integer");
         std::string_view bytes;
         if (!in_.raw(bytes, size_of(type), "a number")) return false;
         value = load_integer(bytes.data(), type, header_.big);

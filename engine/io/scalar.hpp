@@ -21,7 +21,7 @@ enum class ScalarType : std::uint8_t { Int8, UInt8, Int16, UInt16, Int32, UInt32
 
 /// A number of the file. at needs no alignment; big: most significant byte first.
 [[nodiscard]] double load_real(const char* at, ScalarType type, bool big) noexcept;
-/// The same for whole numbers; unsigned 64-bit values above the signed range become -1, which no index accepts.
+/// The same for integers; unsigned 64-bit values above the signed range become -1, which no index accepts.
 /// A real type gives -1.
 [[nodiscard]] std::int64_t load_integer(const char* at, ScalarType type, bool big) noexcept;
 

@@ -92,7 +92,7 @@ bool Scanner::integer(std::int64_t& out, const char* what) {
     if (*at_ == '+' && end_ - at_ > 1 && at_[1] != '-') ++at_;
     const auto [stop, status] = std::from_chars(at_, end_, out);
     const bool ends = stop == end_ || is_blank(*stop) || *stop == '\n' || *stop == comment_or_newline();
-    if (status != std::errc{} || !ends) return fail_number(token_end(), what, "a whole number");
+    if (status != std::errc{} || !ends) return fail_number(token_end(), what, "an integer");
     at_ = stop;
     return true;
 }

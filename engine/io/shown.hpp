@@ -1,4 +1,4 @@
-// What a file, a message or a person wrote, cut to what a line of an error can show.
+// Text from files and users, shortened for one line of an error message.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace trocar::engine {
 
-/// The first 40 characters, those that a terminal might take amiss as '?'.
+/// The first 40 characters, those that a terminal might interpret shown as '?'.
 [[nodiscard]] inline std::string shown(std::string_view text) {
     constexpr std::size_t kMost = 40;
     std::string out(text.substr(0, kMost));

@@ -70,7 +70,7 @@ private:
 
     std::string_view packed_;
     std::size_t at_ = 0;
-    std::string pending_; // decoded, not yet asked for
+    std::string pending_; // decoded, not yet consumed
     bool raw_;
 };
 

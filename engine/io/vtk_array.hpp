@@ -20,7 +20,7 @@ struct VtkArrayFormat {
     bool raw_appended = false; // appended data are bytes, not base64
 };
 
-/// The bytes of one array, whose header stands at the beginning of packed; what follows the array is not looked at.
+/// The bytes of one array, whose header stands at the beginning of packed; what follows the array is not read.
 /// fails     BadSyntax, without file and line: no base64, cut off, damaged or bomb-like blocks
 [[nodiscard]] Result<std::string> unpack_vtk_array(std::string_view packed, const VtkArrayFormat& format, bool raw);
 

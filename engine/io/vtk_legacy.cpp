@@ -101,7 +101,7 @@ private:
     }
 
     bool read_integers(std::vector<std::int64_t>& out, std::size_t count, ScalarType type, const char* what) {
-        if (is_real(type)) return in_.fail(ErrorCode::BadValue, fmt::format("{} must be whole numbers", what));
+        if (is_real(type)) return in_.fail(ErrorCode::BadValue, fmt::format("{} must be integers", what));
         if (!check_size(count, size_of(type), what)) return false;
         out.resize(count);
         if (!binary_) {

@@ -173,7 +173,7 @@ private:
         while (!in.at_end()) {
             double real = 0;
             std::int64_t integer = 0;
-            if (reals ? !in.real(real, "a number") : !in.integer(integer, "a whole number")) {
+            if (reals ? !in.real(real, "a number") : !in.integer(integer, "an integer")) {
                 const Error inner = in.error(); // its lines count from the array's beginning
                 fail(inner.code, inner.message, node.first_child());
                 error_->line += inner.line - 1;

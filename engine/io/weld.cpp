@@ -25,7 +25,7 @@ std::uint64_t hash_of(const Vec3& p) noexcept {
     return code;
 }
 
-/// A file can be made whose positions all fall into one slot; more looks than this a vertex, and the positions are sorted instead.
+/// A file can be made whose positions all fall into one slot; more probes than this a vertex, and the positions are sorted instead.
 constexpr std::size_t kLooksPerVertex = 16;
 
 /// old id -> new id, in order of first appearance; false: too many positions share their slots, `map` is unfinished.

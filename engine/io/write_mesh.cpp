@@ -99,7 +99,7 @@ Result<void> check(std::span<const DataArray> arrays, std::size_t tuples, const 
     return {};
 }
 
-/// A reader of the file would look beyond its vertices.
+/// A reader of the file would index beyond its vertices.
 template <class Cell>
 Result<void> check_cells(std::span<const Cell> cells, std::size_t vertices, const char* kind, const std::filesystem::path& path) {
     for (std::size_t i = 0; i < cells.size(); ++i)

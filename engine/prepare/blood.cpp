@@ -9,7 +9,7 @@ namespace trocar::engine {
 
 namespace {
 
-/// Of the radius there: how far the radius of an end is averaged, upstream or downstream of it, since free balls are smaller
+/// Of the radius there: how far the radius of an end is averaged, upstream or downstream of it, since inscribed spheres are smaller
 /// before a closed end.
 constexpr double kEndLength = 4.0;
 

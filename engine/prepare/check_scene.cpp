@@ -16,7 +16,7 @@ constexpr double kNoLimit = std::numeric_limits<double>::max();
 constexpr double kMostSteps = 1e9;
 constexpr double kUnitLength = 1e-6; // [-] by which the length of a direction may differ from 1
 
-/// The first thing that is wrong is kept; keys are those of the file.
+/// The first error is kept; keys are those of the file.
 class SceneCheck {
 public:
     explicit SceneCheck(const Scene& scene) : scene_(scene) {}

@@ -1,5 +1,5 @@
-// A scene that a program wrote or changed itself: what reading one from a file would have refused, as far as preparation and the step
-// stand on it. Every name is a number there, and every number may be anything.
+// A scene that a program wrote or changed itself: the checks that reading one from a file makes, as far as preparation and the step
+// depend on it. Names are indices there, and any value may be out of range.
 #pragma once
 
 #include "engine/scene/scene.hpp"

@@ -1,4 +1,4 @@
-// What `prepare` says about a mesh's chromatic decomposition.
+// The report of `prepare` on a mesh's chromatic decomposition.
 #pragma once
 
 #include "collision/culling/chromatic_sets.hpp"

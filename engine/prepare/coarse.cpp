@@ -24,7 +24,7 @@ constexpr std::size_t kLeastTriangles = 20;
 constexpr double kShares[] = {1.0, 1.25, 0.8, 1.5, 0.65}; // of the triangles asked for, in this order
 constexpr double kSliver = 0.05;                          // [-] flatness below which a tet is dropped
 constexpr std::size_t kMostSlivers = 25;                  // at most one tet of so many
-constexpr double kRoundEnough = 0.06;                     // [-] flatness at which no other try is worth its time
+constexpr double kRoundEnough = 0.06;                     // [-] flatness at which no further try is made
 
 std::string find_key(const TriMesh& dense, const CoarseOptions& o) {
     ContentHash hash;
@@ -58,7 +58,7 @@ Result<TetMesh> simplify_and_mesh(const TriMesh& dense, std::size_t triangles, T
     return mesh;
 }
 
-/// The time went, try by try, and there is no mesh.
+/// The time limit was reached without a mesh.
 Error out_of_time(const Error& last, const CoarseOptions& options, std::size_t tries) {
     return {.code = ErrorCode::ToolFailed,
             .message = fmt::format("TetGen made no mesh within {:g} s, the time limit of all its tries ({} of {} were begun); a surface "
@@ -66,7 +66,7 @@ Error out_of_time(const Error& last, const CoarseOptions& options, std::size_t t
                                    options.tetgen.time_limit, tries, std::size(kShares), last.message)};
 }
 
-/// Only another surface can help against these; a missing program or a bad option stays what it is.
+/// Another surface can help only against these, not against a missing program or a bad option.
 bool worth_another_try(const Error& error) { return error.code == ErrorCode::BadMesh || error.code == ErrorCode::ToolFailed; }
 
 double least_altitude(const TetMesh& mesh, const Tet& t) {

@@ -20,7 +20,7 @@ void remove_damping(BodyModel& body) {
     fem::Material material = body.tissue->material;
     material.viscosity = material.mass_damping = 0.0;
     auto undamped = fem::make_tissue_model({body.tissue->rest_position, body.tissue->tet_nodes}, material, body.tissue->pinned);
-    if (undamped) body.tissue = std::move(*undamped); // it was made once: it can be made again
+    if (undamped) body.tissue = std::move(*undamped); // it succeeded once, so it succeeds again
 }
 
 /// The same rod, without angles.

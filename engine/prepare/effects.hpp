@@ -41,10 +41,10 @@ struct EffectCounts {
     }
 };
 
-/// Winds up because the scene asks for it; a pigtail does so in any case.
+/// Has torsion because the scene asks for it; a pigtail has it in any case.
 [[nodiscard]] bool twists_by_effect(const InstrumentModel& instrument) noexcept;
 
-/// Does the model have it, and somebody whom it acts on?
+/// Does the model have it, and a body or instrument that it acts on?
 [[nodiscard]] bool has_effect(const SceneModel& model, Effect effect) noexcept;
 
 /// What preparing the same scene without the effect gives, but for self_contact without coarse_contact, which goes with it.

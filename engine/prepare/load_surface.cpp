@@ -15,7 +15,7 @@ namespace trocar::engine {
 
 namespace {
 
-/// m; longest edge of a body's box. Nothing that a catheter meets is smaller than a grain of sand or larger than a room.
+/// m; longest edge of a body's box. Anatomy around a catheter is larger than 1 mm and smaller than 10 m.
 constexpr double kSmallestBody = 1e-4, kLargestBody = 10.0;
 /// Beyond this many body sizes from the origin a double leaves less than a millionth of the body's size: refused.
 constexpr double kFarthest = 1e8;
@@ -144,7 +144,7 @@ Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, st
     std::string origin;
     Result<TriMesh> mesh = make_mesh(body.surface, shelf, origin);
     if (!mesh.ok()) {
-        if (!mesh.error().file.empty()) return mesh.error(); // the mesh file's own line says more than the scene's
+        if (!mesh.error().file.empty()) return mesh.error(); // the mesh file's own line is more specific than the scene's
         return scene_error(scene, key, mesh.error().message, mesh.error().code);
     }
     if (mesh->triangles.size() > room)

@@ -13,7 +13,7 @@ namespace trocar::engine {
 struct LoadedSurface {
     TriMesh mesh;                   // m, scaled and moved as the scene says
     SurfaceReport report;           // of that mesh
-    std::vector<std::string> notes; // repairs done with their counts, and what was let pass
+    std::vector<std::string> notes; // repairs done with their counts, and accepted defects
 };
 
 /// Generated patients of one preparation, each made once; kept on disk by content.
@@ -31,7 +31,7 @@ private:
 
 /// Deformable bodies and lumens are closed, manifold, outward; a lumen does not pass through itself unless the scene lets it. Obstacles
 /// are anything whose numbers are finite; closed ones must not be inside out.
-/// fails  with the scene's file, line and key: BadMesh with the first bad triangles and the whole chain of repairs that would do,
+/// fails  with the scene's file, line and key: BadMesh with the first bad triangles and the whole chain of repairs that would fix it,
 ///        BadValue for a size that no body has (a mistaken unit), or the reader's own error
 ///        BadValue as well where the surface alone has more triangles than `room`, before anything else is made of it
 [[nodiscard]] Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, PatientShelf& shelf);

@@ -36,18 +36,18 @@ struct BodyModel {
     bool hollow = false;                    // a lumen: instruments move inside
     bool closed = false;                    // and consistently oriented: it has an inside
     std::optional<fem::TissueModel> tissue; // deformable bodies
-    std::size_t carrier = SIZE_MAX;         // deformable body that carries this surface; SIZE_MAX: none
-    std::optional<fem::RigidLinks> links;   // surface on its own tissue, or on the carrier's
+    std::size_t carrier = SIZE_MAX;         // deformable host body that this surface is embedded in; SIZE_MAX: none
+    std::optional<fem::RigidLinks> links;   // surface embedded in its own mesh, or in the host's
     bool self_contact = true;               // where the scene has that effect
     std::vector<MotionRow> path;            // kinematic bodies
     collision::SurfaceTopology topology;
-    std::vector<Vec3> pulse_reach;                    // [vertex_count] m, to the systole's place; hollow bodies under the effect pulse
+    std::vector<Vec3> pulse_reach;                    // [vertex_count] m, to the systolic position; hollow bodies under the effect pulse
     spheretree::CoveringTree covering;                // solid bodies; of a wrapped tree the tree alone
     std::optional<spheretree::DeformingTree> wrapped; // solid bodies on coarse nodes, unless SphereTrees::Covering
     std::optional<spheretree::LumenTree> lumen;       // hollow bodies
     std::optional<BloodFlow> blood;                   // hollow bodies with an instrument inside, under the effect blood_drag
 
-    /// Its vertices without a frame never leave their rest place.
+    /// Its vertices without a frame never leave their rest position.
     [[nodiscard]] bool moves_by_links_alone() const noexcept { return links && pulse_reach.empty(); }
     [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || carrier != SIZE_MAX || !pulse_reach.empty(); }
 };
@@ -66,7 +66,7 @@ struct InstrumentModel {
     DriveLimits limits;
     std::vector<DriveRow> path;                 // followed; with a route too that only measures
     std::optional<Route> route;                 // at rest
-    std::optional<fem::RigidLinks> route_links; // the route moves with the organ that carries the lumen
+    std::optional<fem::RigidLinks> route_links; // the route moves with the host organ of the lumen
     FollowSettings follow;
     Index flow_entry = 0;                // of the lumen's blood flow: the point at the port
     spheretree::ChainTree chain;         // links at nodes and midway between them, tip first
@@ -108,30 +108,30 @@ struct EffectSet {
 /// How tested pairs of solid bodies push.
 enum class SolidResponse : std::uint8_t {
     Surface, // by the depth of the surfaces beneath the leaves; open surfaces as Spheres
-    Spheres, // by the overlap of the spheres, as the paper
+    Spheres, // by the overlap of the spheres, as in the sphere-tree paper
 };
 
 /// Which spheres solid bodies have.
 enum class SphereTrees : std::uint8_t {
     Covering,  // around groups of triangles, all of them fitted to the surface's corners in every step
-    Wrapped,   // from the medial axis, each found from the coarse nodes when it is asked for; they hold their surface whatever it does
-    Heuristic, // the same, as the paper moves them: they may lose surface
+    Wrapped,   // from the medial axis, each evaluated lazily from the coarse nodes; they hold their surface under any deformation
+    Heuristic, // the same, moved as in the sphere-tree paper: they may lose surface
 };
 
-/// Whether the exact stage looks at its candidates by pictures before it tests them.
+/// Whether image-space culling filters the exact stage's candidates before they are tested.
 enum class Culling : std::uint8_t {
     Auto, // where that is predicted to pay: on a graphics card if there is one, on the CPU otherwise
     Never,
-    Cpu,    // always, by the CPU twin
-    OpenGl, // always, by OpenGL, whatever draws it; by the CPU twin where there is none
+    Cpu,    // always, by the CPU reference
+    OpenGl, // always, by OpenGL, hardware or software; by the CPU reference where there is none
 };
 
 struct ContactSettings {
-    double clearance = 1.0e-4;      // m, room that the response keeps between skin and wall: ten times the exact tests' distance
+    double clearance = 1.0e-4;      // m, clearance that the response keeps between skin and wall: ten times the exact tests' distance
     double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
     double margin = 3.0e-4;         // m, coarse contacts are reported from this far
-    double rod_stiffness = 2.0e4;   // N/m, of the wall as the rod's solve sees it: 1 N presses 0.05 mm
-    double wall_stiffness = 2000.0; // N/m, of the instrument as the tissue sees it: its push has faded when the wall has yielded
+    double rod_stiffness = 2.0e4;   // N/m, of the wall in the rod's solve: 1 N presses 0.05 mm
+    double wall_stiffness = 2000.0; // N/m, of the instrument in the tissue's integration: its push has faded when the wall has yielded
                                     // by force / wall_stiffness. Softer lets a tap throw the wall by millimetres in a step
     double solid_stiffness = 200.0; // N/m per place where solid bodies touch
     double solid_damping = 0.0;     // N s/m per place, on approach
@@ -147,15 +147,15 @@ struct SceneModel {
     std::string file;     // as given, relative to the project where it lies in it
     double step_s = 0.01; // s
     std::uint64_t step_count = 0;
-    unsigned fixed_substeps = 0;   // what the scene insists on; 0: as many as stability asks for
+    unsigned fixed_substeps = 0;   // fixed by the scene; 0: as many as stability needs
     unsigned max_substeps = 10000; // beyond this a step would take minutes: stopped with the number
     fem::Integrator integrator = fem::Integrator::Rk4;
     BudgetLimits budget;
     bool budget_covers_step = false; // scope: the whole step, not collision alone
     std::vector<Droppable> drop;     // scope step: what may be left out of a step that would not fit, first to go first
     std::vector<BodyModel> bodies;
-    /// Solids of which one starts wholly inside the other, lower id first, sorted. They do not touch one another: depth that nothing has
-    /// worked for would throw them apart. Steps in which they come near count them as unproven.
+    /// Solids of which one starts wholly inside the other, lower id first, sorted. They do not touch one another: depth without elastic
+    /// energy would throw them apart. Steps in which they come near count them as unproven.
     std::vector<std::pair<std::size_t, std::size_t>> nested;
     std::vector<InstrumentModel> instruments;
     EffectSet effects;

@@ -6,7 +6,7 @@
 namespace trocar::engine {
 
 /// Lists the solids that lie wholly inside another at the start (SceneModel::nested), where one of the two moves, with a note at each. What
-/// is hollow, or carried by the other, belongs there.
+/// is hollow, or embedded in the other, may lie there.
 /// cost   a winding number per vertex, of solids whose box lies in another's
 void find_nested(PreparedScene& prepared);
 

@@ -125,11 +125,11 @@ fem::Material effective_material(const Scene& scene, const SceneBody& body) {
 }
 
 /// A coarse mesh from a file may be of something else, or in another unit: then it is many times larger or smaller than the surface, or
-/// parts of the surface hang on it from afar.
+/// parts of the surface would be embedded in it from afar.
 constexpr double kMostSizeRatio = 5.0; // of the boxes' longest edges, either way
 constexpr double kLongestLink = 0.5;   // of the surface's longest edge: as far off as half of the body
 
-/// Nothing, or what does not fit.
+/// Nothing, or an error that says what does not fit.
 std::string find_misfit(const TetMesh& coarse, const TriMesh& surface, double longest_link) {
     Box3 inner, outer;
     for (const Vec3& x : coarse.vertices) inner.add(x);
@@ -167,7 +167,7 @@ void note_sliver(const TetMesh& mesh, const fem::StableStep& stable, std::vector
         stable.worst_tet, t[0], t[1], t[2], t[3], volume / (longest * face), stable.step));
 }
 
-/// What the next body may have of what a scene may: what others have, or say that they will, is taken.
+/// The next body's share of the scene's limit: the limit less what other bodies have or announce.
 struct Room {
     std::size_t triangles = kMostTriangles, tets = kMostTets;
 
@@ -305,7 +305,7 @@ Result<void> link_to_carrier(const Scene& scene, std::size_t index, const Coarse
     model.carrier = body.embedded_in;
     BodySummary& summary = prepared.bodies[index];
     summarise_links(*model.links, summary);
-    if (summary.static_links == summary.links) summary.notes.push_back("no part lies inside its carrier: it stays static");
+    if (summary.static_links == summary.links) summary.notes.push_back("no part lies inside its host body: it stays static");
     return {};
 }
 

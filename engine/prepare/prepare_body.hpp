@@ -1,4 +1,4 @@
-// One body of a scene: its surface, and what deforms, carries and bounds it.
+// One body of a scene: its surface, its mesh or host mesh, and its sphere tree.
 #pragma once
 
 #include "engine/prepare/prepared_scene.hpp"
@@ -6,16 +6,16 @@
 
 namespace trocar::engine {
 
-/// Tetrahedra of a deformable body, kept beside the model while bodies that it carries are linked to it.
+/// Tetrahedra of a deformable body, kept beside the model while surfaces are embedded in it.
 struct CoarseBodies {
     std::vector<TetMesh> meshes; // [body_count], empty where a body does not deform
 };
 
-/// Everything but the links of carried surfaces. Appends to prepared.model.bodies and prepared.bodies.
+/// Everything but the links of embedded surfaces. Appends to prepared.model.bodies and prepared.bodies.
 [[nodiscard]] Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse,
                                         PreparedScene& prepared);
 
-/// Hangs the surface of a carried body on its carrier.
+/// Embeds the surface of a body in the mesh of its host body.
 [[nodiscard]] Result<void> link_to_carrier(const Scene& scene, std::size_t body, const CoarseBodies& coarse, PreparedScene& prepared);
 
 } // namespace trocar::engine

@@ -30,7 +30,7 @@ constexpr std::string_view kKind = "spheres";
 /// m; nothing that a catheter meets is larger or smaller: more is a mistaken unit, most likely.
 constexpr double kSmallestMesh = 1e-3, kLargestMesh = 3.0;
 constexpr double kSmallestSide = 1e-30;                          // m; squares of smaller volumes would underflow
-constexpr double kRounding = 1e-12;                              // of a size: areas and volumes that small are what rounding left
+constexpr double kRounding = 1e-12;                              // of a size: areas and volumes below it are rounding error
 constexpr std::size_t kMostPerVertex = 32, kFewTriangles = 1000; // triangles
 
 /// Smallest angle between two faces of any tet.
@@ -49,7 +49,7 @@ double min_dihedral_deg(const TetMesh& mesh) {
     return std::acos(std::clamp(largest_cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi;
 }
 
-/// Triangles that all hang on a few vertices lie upon each other: crossings among them would be looked for pair by pair.
+/// Triangles that all share a few vertices overlap: crossings among them would be searched for pair by pair.
 std::string find_crowd(const TriMesh& surface) {
     const std::size_t triangles = surface.triangles.size(), most = std::max(kFewTriangles, kMostPerVertex * surface.vertices.size());
     if (triangles <= most) return "";
@@ -58,7 +58,7 @@ std::string find_crowd(const TriMesh& surface) {
                        triangles, surface.vertices.size(), most);
 }
 
-/// What a surface lacks to be worth spheres: a size or an area. Empty: nothing.
+/// What a surface lacks for a sphere tree: a size or an area. Empty: nothing.
 std::string find_flatness(const TriMesh& surface) {
     const double size = surface.bounds().longest_edge();
     if (size == 0.0) return "all vertices lie at one point: the surface has no area";
@@ -128,7 +128,7 @@ Result<void> load(const std::filesystem::path& file, const PrepareOptions& optio
     return {};
 }
 
-/// What a mesh is worth as a body of the options' material; none: it is no body, and a note says why.
+/// The quality of a mesh as a body of the options' material; none: it is no body, and a note says why.
 std::optional<MeshPreparation::Coarse> rate_coarse(const TetMesh& tets, const char* mesher, const PrepareOptions& options,
                                                    MeshPreparation& made) {
     const Result<fem::TissueModel> tissue = fem::make_tissue_model(tets, options.material, {});

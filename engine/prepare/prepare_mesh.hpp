@@ -1,4 +1,4 @@
-// Everything that is made once of one surface: coarse model, links, sphere tree, chromatic sets, with what each is worth.
+// Everything that is made once of one surface: coarse model, links, sphere tree, chromatic sets, with the quality of each.
 #pragma once
 
 #include "base/repair.hpp"
@@ -41,7 +41,7 @@ struct MeshPreparation {
         double max_length_m = 0.0;
     };
     std::optional<Coarse> coarse;  // by TetGen; none for an open surface, or where it cannot do it: see notes
-    std::optional<Coarse> lattice; // the same body from a lattice of about as many nodes, to choose by
+    std::optional<Coarse> lattice; // the same body from a lattice of about as many nodes, for comparison
     std::optional<Links> links;
     spheretree::SphereTree spheres;
     spheretree::TreeQuality quality;
@@ -52,7 +52,7 @@ struct MeshPreparation {
     std::vector<std::string> notes; // repairs with counts; what could not be made and why
 };
 
-/// fails  the reader's own error; BadMesh with the first bad triangles and the repair or the builder that would do
+/// fails  the reader's own error; BadMesh with the first bad triangles and the repair or the builder that would accept it
 [[nodiscard]] Result<MeshPreparation> prepare_mesh(const std::filesystem::path& file, const PrepareOptions& options,
                                                    const std::function<void(const std::string&)>& progress);
 

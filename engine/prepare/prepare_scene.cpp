@@ -18,7 +18,7 @@ namespace trocar::engine {
 
 namespace {
 
-/// Of the rod's radius: the response keeps no more room to the wall than this, or thin instruments would not fit.
+/// Of the rod's radius: the response keeps no more clearance to the wall than this, or thin instruments would not fit.
 constexpr double kLargestClearanceShare = 0.25;
 /// Of the clearance: what counts as touching stays well below it, or every rest would be a contact.
 constexpr double kLargestDistanceShare = 0.2;
@@ -179,7 +179,7 @@ ContactSettings make_contact(const Scene& scene) {
     return contact;
 }
 
-/// What make_contact and move_hands take less of than the scene says, at the vessel that the instrument moves in.
+/// The settings that make_contact and move_hands reduce against the scene's, with the vessel that the instrument moves in.
 void note_bounds(const Scene& scene, PreparedScene& prepared) {
     const std::vector<InstrumentModel>& instruments = prepared.model.instruments;
     if (instruments.empty()) return;

@@ -17,7 +17,7 @@ namespace trocar::engine {
 
 namespace {
 
-constexpr int kLook = 20; // ms between two looks at the clock and at what we were asked to end by
+constexpr int kLook = 20; // ms between two polls of the clock and of the requests to end
 
 bool is_program(const std::filesystem::path& path) {
     std::error_code ignored;

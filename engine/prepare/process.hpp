@@ -1,4 +1,4 @@
-// Runs one external program to its end, to a time limit, or until somebody interrupts us, without a shell. Neither it nor anything that
+// Runs one external program to its end, to a time limit, or until an interruption, without a shell. Neither it nor anything that
 // it started outlives us, whatever ends us (supervisor.hpp).
 #pragma once
 

@@ -1,5 +1,5 @@
-// Which repairs would do: by trying them. Each defect has its repair; where crossings are left, what lies inside something else, and
-// then small loose parts, are taken out first in further tries.
+// Which repairs would fix a surface: by trying them. Each defect has its repair; where crossings are left, what lies inside something else,
+// and then small loose parts, are taken out first in further tries.
 #include "engine/prepare/surface_rule.hpp"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@ constexpr std::size_t kMostTried = 400'000;    // triangles
 constexpr std::size_t kLargestValence = 5'000; // triangles round a vertex
 constexpr std::size_t kLongestChain = 12;      // repairs
 constexpr int kMostSame = 2;                   // times the same repair
-constexpr int kTriedRounds = 12;               // of cutting out crossings: what is not done by then costs too much of the surface
+constexpr int kTriedRounds = 12;               // of cutting out crossings: beyond that the repair costs too much of the surface
 
 /// One try: a surface under repair, and what was done to it.
 struct Attempt {

@@ -14,7 +14,7 @@ namespace trocar::engine {
 [[nodiscard]] Result<void> write_sph(const std::filesystem::path& path, const spheretree::SphereTree& tree, double scale = 1.0);
 
 /// Reads what the toolkit or write_sph wrote; columns after the radius are passed over. Spheres beneath an empty place are
-/// refused. The tree has no items: a file knows no triangles.
+/// refused. The tree has no items: a file holds no triangles.
 /// fails  with file and line: broken syntax, numbers that are not finite, too few lines, no root
 [[nodiscard]] Result<spheretree::SphereTree> read_sph(const std::filesystem::path& path, double scale = 1.0);
 

@@ -10,12 +10,12 @@ namespace trocar::engine {
 
 namespace {
 
-/// Of the radius: a place that a message names keeps this much more, or its rounded coordinates would not do.
+/// Of the radius: a place that a message names keeps this much more, so that its rounded coordinates still fit.
 constexpr double kSpareRoom = 1.05;
 
 double clearance_at(const InsideTest& inside, const Vec3& p) { return -inside.signed_distance(p); }
 
-/// In the scene's units, to be typed into it.
+/// In the scene's units, ready for the scene file.
 std::string show_place(const Scene& scene, const Vec3& p) {
     const double unit = scene.units.length;
     return fmt::format("[{:.6g}, {:.6g}, {:.6g}] {}", p.x() / unit, p.y() / unit, p.z() / unit, scene.units.length_name);

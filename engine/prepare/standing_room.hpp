@@ -12,7 +12,7 @@
 namespace trocar::engine {
 
 /// The place nearest to p in an inscribed sphere that leaves `radius` clear all round it, at rest. None where no sphere is that wide.
-/// accepts   asked of the nearest place of each sphere, nearest first; the first that passes is taken
+/// accepts   called with the nearest place of each sphere, nearest first; the first that passes is taken
 [[nodiscard]] std::optional<Vec3> find_standing_place(const spheretree::LumenTree& lumen, const Vec3& p, double radius,
                                                       const std::function<bool(const Vec3&)>& accepts = {});
 
@@ -26,7 +26,7 @@ namespace trocar::engine {
 [[nodiscard]] Result<void> check_target(const Scene& scene, const SceneInstrument& spec, const InstrumentModel& model,
                                         const BodyModel& lumen, const Vec3& target);
 
-/// What a user should know of a target that is accepted: the tip cannot stand on it, or the tolerance is wider than the lumen.
+/// Warnings on a target that is accepted: the tip cannot stand on it, or the tolerance is wider than the lumen.
 [[nodiscard]] std::vector<std::string> note_target(const Scene& scene, const SceneInstrument& spec, const InstrumentModel& model,
                                                    const BodyModel& lumen, const Vec3& target);
 

@@ -21,9 +21,9 @@ namespace trocar::engine {
 
 namespace {
 
-constexpr rlim_t kMemoryLimit = kToolMemory;   // bytes of address space: a runaway mesher must not take the machine
+constexpr rlim_t kMemoryLimit = kToolMemory;   // bytes of address space: a runaway mesher must not exhaust the machine
 constexpr rlim_t kFileLimit = rlim_t{4} << 30; // of any file that it writes
-constexpr std::size_t kOutputTail = 4096;      // bytes of the program's last words that are kept
+constexpr std::size_t kOutputTail = 4096;      // bytes of the program's last output that are kept
 constexpr int kFirstFreeFd = 3;                // after the standard streams
 constexpr int kEndingRounds = 500;             // looks for what is left, one every kEndingNap: then it is left to the system
 constexpr long kEndingNap = 4'000'000;         // ns
@@ -34,7 +34,7 @@ struct Message {
     int status;
 };
 
-/// What the processes after fork need: nothing there may ask for memory.
+/// What the processes after fork need: nothing there may allocate memory.
 struct Plan {
     const char* program;
     char* const* words;
@@ -67,7 +67,7 @@ bool make_pipe(Pipe& made) noexcept {
 
 // ---- In the processes after fork: system calls alone.
 
-/// Ours, or less where less is allowed already: a hard limit can be lowered by everybody and raised by nobody.
+/// Ours, or less where less is allowed already: a hard limit can only be lowered without privileges.
 bool lower_limit(int resource, rlim_t most) noexcept {
     rlimit limit{};
     if (getrlimit(resource, &limit) != 0) return false;
@@ -136,7 +136,7 @@ bool reap(pid_t program, int& status, bool& any_left) noexcept {
     }
 }
 
-/// Until nobody is left: a killed process hands its children to us, and they are next.
+/// Until none is left: a killed process's children are reparented to us, and are killed next.
 bool end_everybody(pid_t program, int& status) noexcept {
     bool ended = false, any_left = true;
     for (int round = 0; round < kEndingRounds; ++round) {
@@ -150,7 +150,7 @@ bool end_everybody(pid_t program, int& status) noexcept {
     return ended;
 }
 
-/// All signals are blocked here: what a terminal sends is for the program's owner to answer.
+/// All signals are blocked here: signals of a terminal are handled by the program's owner.
 [[noreturn]] void supervise(const Plan& plan) noexcept {
     setpgid(0, 0);
     std::signal(SIGCHLD, SIG_DFL); // ignored, children would go without a status
@@ -218,7 +218,7 @@ Result<SupervisedProcess> SupervisedProcess::start(const std::filesystem::path& 
         Plan plan{program.c_str(), pointers.data(), folder.c_str(), {}, control.read, news.write, output.write};
         sigset_t all;
         sigfillset(&all);
-        pthread_sigmask(SIG_SETMASK, &all, &plan.mask); // our handlers are none of the others' business
+        pthread_sigmask(SIG_SETMASK, &all, &plan.mask); // our handlers must not be inherited
         process.supervisor_ = fork();
         if (process.supervisor_ == 0) supervise(plan);
         const int not_forked = errno;
@@ -245,7 +245,7 @@ SupervisedProcess::~SupervisedProcess() {
 
 void SupervisedProcess::end_all() noexcept { close_fd(control_); }
 
-/// A round at a time: somebody who prints for ever must not keep us from what else there is to see.
+/// One buffer at a time: a program that prints for ever must not block the other events.
 void SupervisedProcess::take_output() {
     constexpr int kPieces = 64;
     std::array<char, 4096> piece;
@@ -272,7 +272,7 @@ SupervisedProcess::News SupervisedProcess::wait(int milliseconds) {
     if (poll(fds, 2, milliseconds) <= 0) return News::None;
     News news = News::None;
     if (fds[0].revents != 0) news = take_news();
-    take_output(); // after the news: all that was printed before it is there
+    take_output(); // after the status: all that was printed before it has arrived
     if (news == News::None && fds[0].revents == 0 && (fds[1].revents & (POLLHUP | POLLIN)) == POLLHUP) {
         pollfd alone{news_, POLLIN, 0}; // it closed its outputs and goes on
         if (poll(&alone, 1, milliseconds) > 0) news = take_news();

@@ -2,7 +2,7 @@
 // something ended us (a SIGKILL too), it ends the program and everything that came of it, also what left the program's group.
 //
 // PR_SET_PDEATHSIG alone reaches a child, not a child's children: those lose their parent and live on. The supervisor is their
-// subreaper (prctl(2)): whoever loses its parent beneath it becomes its child, and can be found and ended.
+// subreaper (prctl(2)): a process beneath it that loses its parent becomes its child, and can be found and ended.
 #pragma once
 
 #include "base/result.hpp"
@@ -33,11 +33,11 @@ public:
         None,       // it runs
         Ended,      // status() says how
         NotStarted, // status() is the system's reason
-        Lost,       // the supervisor ended without a word; the program ends with it
+        Lost,       // the supervisor ended without a status; the program ends with it
     };
-    /// Waits for news or for at most `milliseconds`, and takes what the program has printed meanwhile.
+    /// Waits for a status or for at most `milliseconds`, and takes what the program has printed meanwhile.
     [[nodiscard]] News wait(int milliseconds);
-    /// Kills the program and all that came of it. wait() then has the news.
+    /// Kills the program and all that came of it. wait() then returns the status.
     void end_all() noexcept;
     /// As waitpid gives it, or the system's reason.
     [[nodiscard]] int status() const noexcept { return status_; }

@@ -1,4 +1,4 @@
-// What a surface has to be for what it is used for: one rule for the bodies of scenes and for `prepare`.
+// Requirements on a surface by its use: one rule for the bodies of scenes and for `prepare`.
 #pragma once
 
 #include "base/repair.hpp"
@@ -10,21 +10,21 @@
 
 namespace trocar::engine {
 
-/// What somebody asks of a surface. Finite numbers, and outward where closed, are asked of all.
+/// Requirements on a surface. Finite coordinates, and outward orientation where closed, are required of all.
 struct SurfaceNeeds {
-    std::string wanted;     // who asks, for messages: "a lumen"
+    std::string wanted;     // the use, for messages: "a lumen"
     bool closed = false;    // and manifold, consistently oriented, outward, every triangle with area
     bool uncrossed = false; // no triangle passes through another
 };
 
-/// The first reason why a surface does not do.
+/// The first requirement that a surface violates.
 struct SurfaceDefect {
     std::string what;             // with counts and the first bad triangles
     std::optional<Repair> repair; // that is made for it
 };
 [[nodiscard]] std::optional<SurfaceDefect> find_defect(const TriMesh& mesh, const SurfaceReport& report, const SurfaceNeeds& needs);
 
-/// What was let pass, a note each.
+/// Accepted defects, a note each.
 [[nodiscard]] std::vector<std::string> list_leniencies(const SurfaceReport& report);
 
 /// Repairs after which nothing is wrong any more, found by trying them.
@@ -33,12 +33,12 @@ struct RepairProposal {
     SurfaceMeasure before, after;
 };
 
-/// What to do about a surface.
+/// Proposed repairs of a surface.
 struct RepairAdvice {
     std::optional<RepairProposal> proposal;
-    std::string obstacle; // why there is none: what the last try said
+    std::string obstacle; // why there is none: the error of the last try
 };
-/// raw     the surface before any repair        asked   the repairs that somebody wrote down already
+/// raw     the surface before any repair        asked   the repairs that the user has requested
 /// cost    bounded: a few chains of at most a dozen repairs, in few rounds; surfaces above 400,000 triangles are not tried
 [[nodiscard]] RepairAdvice propose_repairs(const TriMesh& raw, std::span<const Repair> asked, const SurfaceNeeds& needs,
                                            const RepairOptions& options);

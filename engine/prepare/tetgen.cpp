@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kNamedPairs = 4; // crossing pairs that a message names
 
-/// TetGen sees the surface in a unit box around the origin: its tolerances are made for that.
+/// TetGen is given the surface in a unit box around the origin, the scale of its tolerances.
 struct UnitFrame {
     Vec3 centre;
     double size;
@@ -78,7 +78,7 @@ Result<void> check_outcome(const ProcessOutcome& outcome, double time_limit) {
     return {};
 }
 
-/// What came back, in metres, with the surface's own vertices to the bit.
+/// TetGen's result, in metres, with the surface's own vertices bit for bit.
 Result<TetMesh> read_result(const std::filesystem::path& file, const TriMesh& surface, const UnitFrame& frame) {
     const auto unusable = [](std::string why) {
         return Error{.code = ErrorCode::ToolFailed, .message = "TetGen returned no usable mesh: " + std::move(why)};

@@ -12,14 +12,14 @@ namespace trocar::engine {
 struct TetgenOptions {
     double max_radius_edge_ratio = 1.414; // [-], quality bound, >= 1.1. Smaller: rounder tets, more of them
     double min_dihedral_degrees = 10.0;   // 0..18. Slivers shrink the stable step
-    double max_volume = 0.0;              // m^3 per tet, 0: no bound. A target: TetGen's last smoothing passes it here and there
+    double max_volume = 0.0;              // m^3 per tet, 0: no bound. A target: TetGen's last smoothing exceeds it in places
     bool keep_surface = true;             // no new points on the surface: coarse surface vertices stay the input's
     double time_limit = 60.0;             // s of wall time, then the process is killed
     std::string program = "tetgen";       // name looked up in PATH, or a path
 };
 
 /// Fails with BadMesh (not finite, open, not manifold, inward, self-intersecting: the first bad triangles are named),
-/// BadValue (options), MissingTool (names the package), ToolFailed (crash, time limit, unusable output; TetGen's last words).
+/// BadValue (options), MissingTool (names the package), ToolFailed (crash, time limit, unusable output; TetGen's last output).
 /// The result is positively oriented, uses every node, and its first vertices are the surface's.
 [[nodiscard]] Result<TetMesh> run_tetgen(const TriMesh& surface, const TetgenOptions& options);
 

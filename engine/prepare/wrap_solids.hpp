@@ -6,7 +6,7 @@
 
 namespace trocar::engine {
 
-/// Replaces the covering trees of solid bodies by wrapped ones, and hangs those of bodies with coarse nodes on the nodes. A surface that
+/// Replaces the covering trees of solid bodies by wrapped ones, and links those of bodies with coarse nodes to the nodes. A surface that
 /// the medial builder refuses gets the shell builder's tree, and its summary a note. Trees come from the cache where it has them. Nothing
 /// happens where the scene keeps covering trees, or has no two solid bodies.
 [[nodiscard]] Result<void> wrap_solids(const Scene& scene, PreparedScene& prepared);

@@ -9,7 +9,7 @@ std::string attach_culler(Simulator& simulator, const ContextOptions& options) {
     const Culling asked = model.contact.culling;
     if (model.instruments.empty() || !model.effects.exact_contact || asked == Culling::Never || asked == Culling::Cpu) return {};
     auto device = GlCullBackend::make(options);
-    if (!device.ok()) return asked == Culling::OpenGl ? "culling by the CPU twin instead of OpenGL: " + device.error().message : "";
+    if (!device.ok()) return asked == Culling::OpenGl ? "culling by the CPU reference instead of OpenGL: " + device.error().message : "";
     if (asked == Culling::Auto && (*device)->is_software()) return {};
     std::string words = "culling by " + (*device)->name();
     simulator.set_cull_device(std::move(device).value());

@@ -6,8 +6,8 @@
 
 namespace trocar::engine {
 
-/// With "culling": "auto" hardware alone is taken, with "opengl" whatever draws.
-/// returns   what it came to, in words; empty: nothing was asked for
+/// With "culling": "auto" hardware alone is taken, with "opengl" a software renderer too.
+/// returns   the outcome as a sentence; empty: nothing was requested
 std::string attach_culler(Simulator& simulator, const ContextOptions& options = {});
 
 } // namespace trocar::engine

@@ -7,7 +7,7 @@ namespace trocar::engine {
 namespace {
 
 // Strokes on a grid 6 wide and 10 high, y downwards, base line at 10.
-constexpr PixelPoint kLift = {-1.0, -1.0}; // the pen goes up
+constexpr PixelPoint kLift = {-1.0, -1.0}; // pen up
 constexpr PixelPoint kZero[] = {{3, 0},     {4.9, .8}, {6, 3.2}, {6, 6.8},  {4.9, 9.2}, {3, 10},
                                 {1.1, 9.2}, {0, 6.8},  {0, 3.2}, {1.1, .8}, {3, 0}};
 constexpr PixelPoint kOne[] = {{1, 2}, {3.4, 0}, {3.4, 10}};

@@ -42,7 +42,7 @@ private:
     Picture& picture_;
 };
 
-/// Colour of a share 0..1: dark violet, blue, green, yellow, evenly spaced to the eye and to those who see no red.
+/// Colour of a share 0..1: dark violet, blue, green, yellow, perceptually uniform, also for red-blind readers.
 /// source   the anchor colours are those of viridis (Smith & van der Walt 2015), joined by straight lines
 [[nodiscard]] std::array<double, 3> depth_colour(double share) noexcept;
 

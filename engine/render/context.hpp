@@ -17,8 +17,8 @@ struct ContextOptions {
     std::vector<ContextKind> order = {ContextKind::EglDevice, ContextKind::EglSurfaceless, ContextKind::OsMesa};
     std::string egl_library = "libEGL.so.1";
     std::string osmesa_library = "libOSMesa.so.8";
-    /// Sees the entry points of the context that was taken before anything is drawn, and may put others in their place: who wants to
-    /// count calls, or to see what happens when a driver refuses one.
+    /// Called with the entry points of the chosen context before anything is drawn, and may replace them: for tests that
+    /// count calls, or simulate a driver that refuses one.
     std::function<void(GlApi&)> adjust = {};
 };
 

@@ -31,7 +31,7 @@ struct ContextOutcome {
 
 struct ContextBuilder {
     /// Loads the table of a context that can be made current, and reads its names.
-    /// returns  the reason why it is of no use, or an empty string
+    /// returns  the reason why it is unusable, or an empty string
     [[nodiscard]] static std::string complete(GlContext& context, const std::function<void*(const char*)>& find);
     [[nodiscard]] static GlApi& api(GlContext& context) noexcept { return *context.api_; }
     static void set_attempts(GlContext& context, std::vector<ContextAttempt> attempts) { context.attempts_ = std::move(attempts); }

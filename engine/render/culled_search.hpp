@@ -1,5 +1,5 @@
 // Candidates by set-based culling, for surfaces against themselves and each other: the culler of collision/, its backend chosen at run
-// time, and a clock for every stage. Where graphics hardware is asked for and not there, or fails, the CPU twin does the work, and a
+// time, and a clock for every stage. Where graphics hardware is requested and missing, or fails, the CPU reference does the work, and a
 // note says so.
 #pragma once
 
@@ -14,10 +14,10 @@ namespace trocar::engine {
 
 enum class CullMethod : std::uint8_t {
     None,  // stages I, III and IV
-    Cpu,   // stage II by the CPU twin
+    Cpu,   // stage II by the CPU reference
     Gl,    // stage II by OpenGL
-    Query, // stage II in the paper's order, by OpenGL's occlusion queries
-    Auto,  // by the CPU twin, in steps where it is predicted to pay
+    Query, // stage II in the order of Govindaraju et al. 2005, by OpenGL's occlusion queries
+    Auto,  // by the CPU reference, in steps where it is predicted to pay
 };
 
 struct CullTimes {
@@ -64,7 +64,7 @@ private:
     std::vector<Job> jobs_;
     std::unique_ptr<collision::CullBackend> backend_;
     std::unique_ptr<collision::VisibilityCanvas> canvas_; // CullMethod::Query
-    CullCostModel cost_{{}}; // nothing declared: the first step is looked at, so that there is something to predict from
+    CullCostModel cost_{{}}; // no declared rates: the first step is culled, so that there is a measurement to predict from
     bool measured_ = false;
     std::vector<std::string> notes_;
     bool looked_ = false;

@@ -1,4 +1,4 @@
-// Which way to OpenGL this machine takes for pictures and for culling, what was tried before it, and what it can.
+// Which way to OpenGL this machine takes for pictures and for culling, what was tried before it, and its capabilities.
 #pragma once
 
 #include "engine/render/context.hpp"

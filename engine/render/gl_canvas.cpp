@@ -74,7 +74,7 @@ Result<void> GlCanvas::check(const char* doing) const {
 }
 
 Result<void> GlCanvas::start(const collision::CullJob& job) {
-    current_.reset(); // before another is made: letting go of the old one would take the new one's place
+    current_.reset(); // before another is made: releasing the old one later would make the new one not current
     current_ = std::make_unique<CurrentContext>(*context_);
     if (!current_->ok()) return Error{ErrorCode::ToolFailed, name() + ": the context was lost"};
     Resources& r = *resources_;

@@ -1,4 +1,4 @@
-// The paper's stage II on OpenGL: an occlusion query for each prism against a depth buffer.
+// Stage II of Govindaraju et al. 2005 on OpenGL: an occlusion query for each prism against a depth buffer.
 #pragma once
 
 #include "collision/culling/two_passes.hpp"

@@ -222,7 +222,7 @@ void GlCullBackend::draw_sets(const CullJob& job, Index first, Index last) {
     for (GLuint unit = 0; unit < 5; ++unit) gl.BindTextureUnit(unit, 0);
 }
 
-/// Fills `hits`; what was not read back, as from a lost context, is an error and never a hit that is missing.
+/// Fills `hits`; a failed read-back, as from a lost context, is an error and never a missing hit.
 Result<void> GlCullBackend::read_hits(std::span<std::uint8_t> hits) {
     Resources& r = *resources_;
     constexpr std::uint32_t kNotRead = 0xdeadbeefu;

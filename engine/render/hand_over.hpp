@@ -1,4 +1,4 @@
-// When image-space culling hands the rest to the exact tests on the CPU: by a rate measured on the mesh at hand.
+// When image-space culling leaves the rest to the exact tests on the CPU: by a rate measured on the current mesh.
 #pragma once
 
 #include "collision/culling/image_space.hpp"
@@ -11,7 +11,7 @@ public:
     /// Times the exact tests on a part of the mesh. positions are finite or their triangles are skipped by the tests
     HandOver(std::span<const Triangle> triangles, std::span<const Vec3> positions);
 
-    /// Of every pass: those that asked whole patches are not part of what a pass takes.
+    /// Of every pass: passes over whole patches do not count in the time of a pass.
     void see(const collision::ImageSpacePass& pass) noexcept;
     /// Another pass pays if one like the last would save more time in the tests than it took.
     [[nodiscard]] bool go_on(const collision::ImageSpacePass& last);

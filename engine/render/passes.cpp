@@ -42,7 +42,7 @@ private:
 [[nodiscard]] constexpr int sample_count(int pixels) noexcept { return kSamplesPerSide * pixels + 2 * kBorder; }
 [[nodiscard]] constexpr float first_sample(int pixel) noexcept { return static_cast<float>(kSamplesPerSide * pixel - kBorder); }
 
-// The projection with room for the border around the whole picture.
+// The projection extended by the border around the whole picture.
 [[nodiscard]] Mat4f widened_clip(const Projection& view) noexcept {
     Mat4f clip = view.clip_from_view;
     clip.row(0) *= static_cast<float>(kSamplesPerSide * view.width) / static_cast<float>(sample_count(view.width));

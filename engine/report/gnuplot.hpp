@@ -27,7 +27,7 @@ struct PlotData {
     std::string name, text;
 };
 
-/// fails  MissingTool without gnuplot, ToolFailed with its words
+/// fails  MissingTool without gnuplot, ToolFailed with its message
 [[nodiscard]] Result<std::vector<Plot>> draw_plots(const std::vector<Sketch>& sketches, const std::vector<PlotData>& data);
 
 /// A text in single quotes for a sketch's commands, without what gnuplot takes for markup.

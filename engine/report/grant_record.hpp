@@ -1,7 +1,7 @@
 // Every decision of the clock in a run, as a file: with it a wall run can be repeated bit for bit, a glitch that showed once
-// can be looked at again.
+// can be reproduced.
 //
-// Text, a line per step: its number, a fingerprint of what the step came to, the decisions in the order in which they were
+// Text, a line per step: its number, a fingerprint of the step's result, the decisions in the order in which they were
 // made (d and t: units granted for sphere pairs and for continuous tests; f and r: the exact stage, or one more round of it,
 // was started (1) or not (0); x: effects left out). The last line holds a hash of all bytes before it.
 #pragma once
@@ -29,7 +29,7 @@ struct GrantRecord {
     std::vector<GrantStep> steps;
 };
 
-/// What a step came to, in few bits: enough to name the first step in which two runs part.
+/// Fingerprint of a step's result: enough to name the first step in which two runs differ.
 [[nodiscard]] std::uint64_t fingerprint_of(const StepReport& report) noexcept;
 
 [[nodiscard]] std::string grant_record_text(const GrantRecord& record);

@@ -6,7 +6,7 @@
 
 namespace trocar::engine {
 
-/// Text with <, >, &, and both quotes made harmless; control characters and bytes that are not UTF-8 become U+FFFD.
+/// Text with <, >, &, and both quotes escaped; control characters and bytes that are not UTF-8 become U+FFFD.
 [[nodiscard]] std::string escape_html(std::string_view text);
 
 /// RFC 4648, with padding.

@@ -1,4 +1,4 @@
-// Outputs that could not be written. One of them costs the others nothing: it is told, and missing in the end.
+// Outputs that could not be written. One of them does not prevent the others: it is reported, and missing in the end.
 #pragma once
 
 #include "base/result.hpp"
@@ -11,10 +11,10 @@ namespace trocar::engine {
 
 class MissingOutputs {
 public:
-    /// What came of writing `what` (a name in the output folder). Success after a failure, of what is written whole each time, takes the
+    /// Result of writing `what` (a name in the output folder). Success after a failure, of what is written whole each time, takes the
     /// failure back. True: this output has begun to be missing with it.
     bool note(const std::string& what, const Result<void>& written);
-    /// One of several files that go by one name; no later success brings it back.
+    /// One of several files that go by one name; no later success restores it.
     bool add(const std::string& what, const Error& error);
 
     [[nodiscard]] bool empty() const noexcept { return outputs_.empty(); }

@@ -72,7 +72,7 @@ struct RunObserver::Parts {
     RunStatistics statistics;
     std::vector<std::string> notices;
     MissingOutputs missing;
-    std::optional<Error> news; // an output that has begun to be missing, not told yet
+    std::optional<Error> news; // an output that has begun to be missing, not reported yet
     std::size_t failed_pictures = 0;
     double spent_ms = 0.0; // in here while the run goes
     std::optional<PaceSpec> pace;

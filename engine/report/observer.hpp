@@ -1,4 +1,4 @@
-// What a run leaves behind: an output folder with a row per step, a summary, pictures, a report, states for ParaView.
+// Outputs of a run: an output folder with a row per step, a summary, pictures, a report, states for ParaView.
 #pragma once
 
 #include "engine/prepare/prepare_scene.hpp"
@@ -40,7 +40,7 @@ public:
     /// Before finish(): the run went at a pace.
     void set_pace(const PaceSpec& pace, const PaceStats& stats);
 
-    /// Before finish(): an output of the run that somebody else writes (its name in the folder).
+    /// Before finish(): an output of the run that is written elsewhere (its name in the folder).
     void note_output(const std::string& name, const Result<void>& written);
 
     /// Writes what is only known at the end: steps.csv, pictures, report.html, and summary.json, which names what is missing. Whatever
@@ -48,7 +48,7 @@ public:
     /// interrupted  the run ended before its time, by request
     [[nodiscard]] RunSummary finish(Simulator& simulator, double wall_s, bool interrupted);
 
-    /// What was given up on the way: no GL context, no gnuplot. One sentence each.
+    /// Outputs given up on the way: no GL context, no gnuplot. One sentence each.
     [[nodiscard]] const std::vector<std::string>& notices() const noexcept;
 
 private:

@@ -59,7 +59,7 @@ Result<void> check_can_be_made(const fs::path& path) {
     return {};
 }
 
-/// The lock file's name may have moved on to another file between our open and our lock: its holder removed it.
+/// The lock file's name may name another file between our open and our lock: its holder removed it.
 bool is_still_named(int fd, const fs::path& path) {
     struct stat ours {
     }, named{};
@@ -157,7 +157,7 @@ Result<void> remove_old_outputs(const fs::path& folder, std::string_view keep) {
         if (!fs::is_directory(fs::symlink_status(states))) continue;
         if (Result<void> removed = remove_files(states, is_state_file, {}); !removed) return removed;
         std::error_code not_empty;
-        fs::remove(states, not_empty); // somebody's files in it keep it
+        fs::remove(states, not_empty); // other files in it keep it
     }
     return {};
 }

@@ -1,4 +1,4 @@
-// The folder a run writes into: made if missing, held by one run at a time, never mixed with somebody's files.
+// The folder a run writes into: made if missing, locked by one run at a time, never mixed with other files.
 #pragma once
 
 #include "base/result.hpp"
@@ -7,7 +7,7 @@
 
 namespace trocar::engine {
 
-/// Holds the folder until it goes. A run that was killed holds nothing: the system drops its lock with it.
+/// Locks the folder while it lives. A run that was killed locks nothing: the system drops its lock with it.
 class OutputFolder {
 public:
     /// force    outputs of an earlier run are removed first, by their known names; other files are left alone
@@ -31,7 +31,7 @@ private:
     int lock_ = -1; // file descriptor; the lock file is removed with it
 };
 
-/// Names that runs give to what they leave in an output folder.
+/// Names of a run's files in an output folder.
 namespace output_name {
 inline constexpr const char* kLock = ".trocar.lock";
 inline constexpr const char* kSteps = "steps.csv";

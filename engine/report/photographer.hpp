@@ -32,7 +32,7 @@ public:
     [[nodiscard]] const std::vector<TakenPicture>& taken() const noexcept { return taken_; }
     /// Pictures that could not be written, and why.
     [[nodiscard]] const std::vector<Error>& failed() const noexcept { return failed_; }
-    /// Who drew: the driver's own name; empty until the first picture.
+    /// The OpenGL driver's name; empty until the first picture.
     [[nodiscard]] std::string renderer_name() const;
 
 private:

@@ -11,7 +11,7 @@ namespace {
 constexpr double kTipViewHeight = 64.0;   // [-] of a tip picture, in radii of the instrument
 constexpr double kTipViewAngle = 0.35;    // rad
 constexpr Index kTipTangentNodes = 4;     // back from the tip, for its direction
-constexpr double kTipOrganOpacity = 0.05; // an organ around the tip is mist, no more
+constexpr double kTipOrganOpacity = 0.05; // an organ around the tip is almost transparent
 constexpr double kTipVesselOpacity = 0.26;
 constexpr double kInstrumentEmphasis = 0.92; // seen from afar, through two walls and an organ
 constexpr double kInstrumentPixels = 2.5;    // half width of an instrument seen from afar

@@ -1,4 +1,4 @@
-// How a state looks: bodies as colours and densities, contacts as dots, and where to look from.
+// Appearance of a state: bodies as colours and densities, contacts as dots, and the camera.
 #pragma once
 
 #include "engine/render/renderer.hpp"

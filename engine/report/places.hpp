@@ -1,4 +1,4 @@
-// Where a scene lives and how to name it to others: paths that mean the same on every machine, lines for a shell.
+// Names of a scene: paths that mean the same on every machine, lines for a shell.
 #pragma once
 
 #include "engine/scene/scene.hpp"
@@ -12,7 +12,7 @@ namespace trocar::engine {
 /// working folder where there is none.
 [[nodiscard]] std::string project_path(const std::filesystem::path& file);
 
-/// The word as a POSIX shell reads it back.
+/// The word quoted for a POSIX shell.
 [[nodiscard]] std::string shell_quoted(std::string_view word);
 
 /// The command that repeats a run.

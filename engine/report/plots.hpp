@@ -9,8 +9,8 @@
 
 namespace trocar::engine {
 
-/// The plots that this run has something to show for.
-/// fails  MissingTool without gnuplot, ToolFailed with its words
+/// The plots that this run has data for.
+/// fails  MissingTool without gnuplot, ToolFailed with its message
 [[nodiscard]] Result<std::vector<Plot>> make_plots(const RunRecord& record);
 
 } // namespace trocar::engine

@@ -21,7 +21,7 @@ public:
 
     /// Makes the folder and writes the state before the first step.
     [[nodiscard]] Result<void> start(const State& state);
-    /// Writes the state if its turn has come.
+    /// Writes the state if it is due.
     [[nodiscard]] Result<void> after_step(const State& state);
     /// Writes the last state, if it is not there, and the collection.
     [[nodiscard]] Result<void> finish(const State& state);

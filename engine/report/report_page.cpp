@@ -115,7 +115,7 @@ const char* view_caption(PictureView view) {
     return "";
 }
 
-/// A picture that cannot be read back leaves its place to a sentence.
+/// A picture that cannot be read back is replaced by a sentence.
 void add_pictures(const std::vector<TakenPicture>& taken, const std::filesystem::path& folder, Page& page) {
     if (taken.empty()) return;
     const std::vector<TakenPicture> pictures = in_order(taken);
@@ -172,7 +172,7 @@ void add_plots(const RunRecord& record, Page& page, std::vector<std::string>& no
 }
 
 void add_stages(const RunRecord& record, Page& page) {
-    constexpr const char* kMeaning[kStageCount] = {"hands",        "tissue and rod",   "dense surfaces follow",
+    constexpr const char* kMeaning[kStageCount] = {"drive commands", "tissue and rod",   "dense surfaces follow",
                                                    "sphere trees", "continuous tests", "response"};
     double sum = 0.0;
     for (const double p50 : record.stage_p50) sum += p50;
@@ -192,7 +192,7 @@ std::string body_role(const SceneModel& model, const BodyModel& body) {
                        : body.motion == Motion::Kinematic ? "moved by the scene"
                                                           : "static";
     if (body.hollow) role += ", hollow";
-    if (body.carrier != SIZE_MAX) role += ", carried by " + model.bodies[body.carrier].name;
+    if (body.carrier != SIZE_MAX) role += ", embedded in " + model.bodies[body.carrier].name;
     return role;
 }
 
@@ -215,7 +215,7 @@ void add_bodies(const RunRecord& record, Page& page) {
             "<td class=\"n\">–</td><td class=\"n\">{}</td><td class=\"soft\">{}</td></tr>\n",
             escape_html(m.name), m.rod.node_count(), 1e3 * m.rod.design.length, 1e3 * m.rod.design.radius,
             escape_html(prepared.model.bodies[m.lumen].name), m.skin.triangles.size(), m.chain.capacity(),
-            m.route && m.path.empty() ? fmt::format("steered along a route of {:.4g} mm", 1e3 * m.route->length.back())
+            m.route && m.path.empty() ? fmt::format("driven along a route of {:.4g} mm", 1e3 * m.route->length.back())
                                       : fmt::format("path of {} rows", m.path.size()));
     page.add("</table></div>\n");
 }

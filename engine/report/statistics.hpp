@@ -73,7 +73,7 @@ struct RunStatistics {
     std::uint64_t inverted_steps = 0, work_units = 0, corrections = 0;
     std::uint64_t hand_limited_steps = 0, hand_stop_steps = 0, clamped_steps = 0, exact_insisted = 0, dropped_steps = 0;
 
-    /// [-], of the thinner body's thickness: solids that lie deeper in one another than that do not look as if they touched.
+    /// [-], of the thinner body's thickness: solids that lie deeper in one another than that visibly penetrate.
     static constexpr double kDeep = 0.25;
 
     void reserve(std::uint64_t step_count);

@@ -21,7 +21,7 @@ namespace {
 /// At most this much of the run is lost when it is killed.
 constexpr double kFlushMs = 250.0;
 constexpr std::size_t kFlushBytes = std::size_t{64} << 10;
-constexpr std::size_t kMostPending = std::size_t{64} << 20; // bytes that wait for a disk that is full; beyond it rows are lost
+constexpr std::size_t kMostPending = std::size_t{64} << 20; // bytes buffered while the disk is full; beyond it rows are lost
 
 struct Row {
     const StepReport& r;
@@ -105,7 +105,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("held_pairs", row.r.held_pairs),
     TROCAR_COLUMN("residual_n", row.r.residual_n),
     TROCAR_COLUMN("probe_tests", row.r.probe_tests),
-    TROCAR_COLUMN("culled_by", row.r.culled_by), // 0 nobody, 1 the CPU twin, 2 OpenGL
+    TROCAR_COLUMN("culled_by", row.r.culled_by), // 0 none, 1 the CPU reference, 2 OpenGL
     TROCAR_COLUMN("cull_items", row.r.cull_items),
     TROCAR_COLUMN("cull_apart", row.r.cull_apart),
     TROCAR_COLUMN("cull_late", row.r.cull_late),

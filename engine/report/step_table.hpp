@@ -37,7 +37,7 @@ private:
     std::filesystem::path folder_;
     int file_ = -1;
     int failed_ = 0;    // the system's reason; 0: all rows so far were taken
-    bool lost_ = false; // more rows waited than there is room for
+    bool lost_ = false; // more rows waited than the buffer holds
     double budget_ms_ = 0.0;
     std::string pending_;
     StopWatch since_flush_;

@@ -10,7 +10,7 @@
 
 namespace trocar::engine {
 
-/// What a finished run is known by, beside its statistics.
+/// Facts about a finished run, beside its statistics.
 struct RunRecord {
     const Scene& scene;
     const PreparedScene& prepared;

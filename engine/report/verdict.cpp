@@ -69,7 +69,7 @@ Verdict budget_verdict(const RunRecord& record) {
             fmt::format("Everything was tested in every step; the slowest took {}.", ms(record.summary.step_ms.max))};
 }
 
-/// Zero is good news.
+/// Zero is the expected value.
 Loss make_loss(const char* name, std::uint64_t amount, std::string text, Mark mark, std::string advice) {
     if (amount == 0) return {Mark::Good, name, "none", {}};
     return {mark, name, std::move(text), std::move(advice)};
@@ -113,7 +113,7 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(loud(make_loss(
             "Solids that may have passed through", t.unproven_solid_steps,
             fmt::format("{} in {}", count_text(t.unproven_solids, "pair", "pairs"), of_steps(t.unproven_solid_steps, record)), Mark::Bad,
-            "They went farther than half of the thinner one's thickness in a step and nothing looked at their paths; or "
+            "They went farther than half of the thinner one's thickness in a step and their paths were not tested; or "
             "one began inside the other, and they do not touch. A shorter step, closed surfaces with the response "
             "of surfaces, a larger budget, or bodies that begin apart.")));
     }
@@ -129,18 +129,18 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
             make_loss("Budget set aside for safety", t.exact_insisted, fmt::format("in {}", of_steps(t.exact_insisted, record)), Mark::Note,
                       "The exact stage did not fit but ran all the same: without it the instrument would have left the lumen."));
         losses.push_back(make_loss("Tests without a verdict", t.unresolved, grouped(t.unresolved), Mark::Note,
-                                   "Each was taken as a contact; motion was held back to what is proven."));
+                                   "Each was taken as a contact; motion was scaled to the safe fraction."));
         losses.push_back(
-            make_loss("Motion held back", t.held_back,
+            make_loss("Motion scaled to the safe fraction", t.held_back,
                       fmt::format("in {}, to {:.0f} % at least", of_steps(t.held_back, record), 100.0 * t.smallest_safe_fraction),
                       Mark::Note, "Contacts were left after all corrections. A shorter step moves less at once."));
         losses.push_back(make_loss("Skin within the exact distance", t.within_distance,
                                    fmt::format("in {}", of_steps(t.within_distance, record)), Mark::Note,
                                    "Skin and wall were pressed nearer than that; the motion was proven not to touch."));
     }
-    losses.push_back(loud(make_loss("Hand slowed", t.hand_limited_steps, fmt::format("in {}", of_steps(t.hand_limited_steps, record)),
+    losses.push_back(loud(make_loss("Drive slowed", t.hand_limited_steps, fmt::format("in {}", of_steps(t.hand_limited_steps, record)),
                                     Mark::Note, "It moved less than the script asked for in one step. A shorter step lets it keep up.")));
-    losses.push_back(loud(make_loss("Hand stopped", t.hand_stop_steps, fmt::format("in {}", of_steps(t.hand_stop_steps, record)),
+    losses.push_back(loud(make_loss("Drive stopped", t.hand_stop_steps, fmt::format("in {}", of_steps(t.hand_stop_steps, record)),
                                     Mark::Note, "Its push met a wall; the script waited or drew back.")));
     losses.push_back(loud(make_loss("Forces cut", t.clamped_steps, fmt::format("in {}", of_steps(t.clamped_steps, record)), Mark::Note,
                                     "A wall was pressed harder than any tissue bears; the push on the tissue was limited.")));
@@ -149,7 +149,7 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
     losses.push_back(loud(make_loss("Instrument outside the lumen", t.lumen_exits,
                                     fmt::format("{} in {}, by an independent inside test", count_text(t.lumen_exits, "vertex", "vertices"),
                                                 of_steps(t.exit_steps, record)),
-                                    Mark::Bad, "A larger budget, a shorter step, or a slower hand.")));
+                                    Mark::Bad, "A larger budget, a shorter step, or slower drive commands.")));
 }
 
 } // namespace
@@ -199,7 +199,7 @@ std::vector<Loss> list_losses(const RunRecord& record) {
             Mark::Note,
             s.pace->late == LatePolicy::CatchUp
                 ? std::string("The steps after them did not wait, until the run had caught up.")
-                : fmt::format("The run went in slow motion: {} s behind the clock in the end. A slower pace, or less to do in a step.",
+                : fmt::format("The run fell behind real time: by {} s in the end. A slower pace, or less to do in a step.",
                               number_text(1e-9 * static_cast<double>(s.pace_stats.lost_ns)))));
     if (!record.scene.budget.drop.empty())
         losses.push_back(loud(make_loss("Effects left out", t.dropped_steps, fmt::format("in {}", of_steps(t.dropped_steps, record)),

@@ -1,4 +1,4 @@
-// What a run kept and what it gave up, in plain sentences.
+// The guarantees that a run kept and those it gave up, in plain sentences.
 #pragma once
 
 #include "engine/report/summary.hpp"
@@ -10,7 +10,7 @@ namespace trocar::engine {
 
 enum class Mark : std::uint8_t { Good, Note, Bad };
 
-/// The run's first sentence, and one that says what it stands on.
+/// The run's first sentence, and one that gives its basis.
 struct Verdict {
     Mark mark = Mark::Good;
     std::string headline;
@@ -30,10 +30,10 @@ struct Loss {
 /// "Crushed elements: up to 3 tetrahedra in ...", of those losses that are loud.
 [[nodiscard]] std::vector<std::string> list_warnings(const RunRecord& record);
 
-/// What a budget pays for: "collision detection", "the whole step".
+/// What is charged to a budget: "collision detection", "the whole step".
 [[nodiscard]] std::string scope_text(const BudgetSpec& budget);
 
-/// Three digits that count, all those before the point: "0.0123", "45.6", "1234".
+/// Three significant digits, all those before the point: "0.0123", "45.6", "1234".
 [[nodiscard]] std::string number_text(double value);
 
 /// "1 step", "2400 steps"; thin spaces between thousands.

@@ -254,9 +254,10 @@ const ObjectSpec& body_table() {
             number_field("scale", Dimension::None, above(0.0, 1e6), "Enlarges the surface about the origin.").by_default(usual.scale),
             vector_field("translate", Dimension::Length, coordinate(), "Moves the surface, after the scale.").by_default(usual.translate),
             flag_field("hollow", "The surface is a lumen: instruments are inside, contacts push inwards.").by_default(usual.hollow),
-            text_field("embedded_in", "Name of the deformable body that carries this surface where it is inside.").when({"static"}),
+            text_field("embedded_in", "Name of the deformable host body, in whose mesh this surface is embedded where it is inside.")
+                .when({"static"}),
             number_field("blend", Dimension::Length, above(0.0, 0.5),
-                         "With embedded_in: over this distance outside the carrier the motion fades to rest; 10 mm when absent.")
+                         "With embedded_in: over this distance outside the host the motion fades to rest; 10 mm when absent.")
                 .when({"static"}),
             object_field("material", material_table(), "Of the tissue.").when({"deformable"}),
             value_field("coarse", any_value({object_value(meshed_coarse_table()), object_value(file_coarse_table())}),

@@ -14,7 +14,7 @@ namespace {
 constexpr std::array<std::pair<std::string_view, double>, 5> kTimeUnits = {
     {{"ns", 1e-9}, {"us", 1e-6}, {"\xC2\xB5s", 1e-6}, {"ms", 1e-3}, {"s", 1.0}}};
 
-/// More tests than any step could do in a year.
+/// More tests than a processor does in a year.
 constexpr std::uint64_t kMaxWorkUnits = 1'000'000'000'000'000;
 
 constexpr std::string_view kRight = "expected a time with its unit (\"8ms\", \"250us\"), \"work:20000\" or \"exact\"";
@@ -29,7 +29,7 @@ Result<BudgetSpec> parse_work(std::string_view text, std::string_view digits) {
     if (!digits.empty() && digits.front() == '-') return refuse(text, "negative");
     if (problem == std::errc::result_out_of_range || units > kMaxWorkUnits) return refuse(text, "more than 10^15 tests are no limit");
     if (problem != std::errc() || end != digits.data() + digits.size())
-        return refuse(text, "a whole number of sphere-pair tests must follow work:");
+        return refuse(text, "the number of sphere-pair tests, an integer, must follow work:");
     return BudgetSpec{{BudgetMode::Work, 0.0, units}};
 }
 

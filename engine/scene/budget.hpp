@@ -10,7 +10,7 @@
 
 namespace trocar::engine {
 
-/// What the budget has to pay for.
+/// What is charged to the budget.
 enum class BudgetScope : std::uint8_t {
     Collision, // coarse and exact collision stages
     Step,      // the whole step
@@ -25,7 +25,7 @@ struct BudgetSpec {
     [[nodiscard]] std::string to_string() const;
 };
 
-/// A time with its unit (ns, us, ms, s), "work:" and a whole number of sphere-pair tests, or "exact". Zero is allowed:
+/// A time with its unit (ns, us, ms, s), "work:" and the number of sphere-pair tests, an integer, or "exact". Zero is allowed:
 /// nothing is tested then, everything assumed.
 /// fails     BadValue: no unit, not finite, negative, above kMaxBudgetSeconds, or not understood
 [[nodiscard]] Result<BudgetSpec> parse_budget(std::string_view text);

@@ -13,7 +13,7 @@ namespace trocar::engine {
 namespace {
 
 constexpr std::size_t kMaxNameLength = 64;
-constexpr double kLargestCount = 9007199254740992.0; // 2^53: beyond it whole numbers are not exact
+constexpr double kLargestCount = 9007199254740992.0; // 2^53: beyond it integers are not exact
 
 std::string in_quotes(std::string_view key) { return printable(fmt::format("\"{:.60}\"", key)); }
 
@@ -25,7 +25,7 @@ public:
         if (node.type != JsonType::Object) return mismatch(node, object_value(spec), path);
         if (auto error = unknown_key(node, spec, path)) return error;
         if (auto error = unused_key(node, spec, path)) return error;
-        if (auto error = missing_key(node, spec, path)) return error; // before values: without units none can be judged
+        if (auto error = missing_key(node, spec, path)) return error; // before values: their ranges depend on the units
         for (const JsonNode& member : node.children)
             if (auto error = value(member, spec.find(member.key)->value, join_key(path, member.key))) return error;
         return std::nullopt;
@@ -80,7 +80,7 @@ private:
         return std::nullopt;
     }
 
-    /// Keys that the value of the discriminator leaves without a use, and a missing or wrong discriminator.
+    /// Keys unused under the value of the discriminator, and a missing or wrong discriminator.
     std::optional<Error> unused_key(const JsonNode& node, const ObjectSpec& spec, const std::string& path) {
         if (spec.discriminator.empty()) return std::nullopt;
         const FieldSpec& field = *spec.find(spec.discriminator);
@@ -141,7 +141,7 @@ private:
     std::optional<Error> text(const JsonNode& node, const ValueSpec& spec, const std::string& path) const {
         if (node.type != JsonType::Text) return mismatch(node, spec, path);
         if (node.text.empty()) return fail(node.at, path, "found an empty string; expected a name");
-        if (has_control_characters(node.text)) // a terminal would obey them, a zero byte would end a message
+        if (has_control_characters(node.text)) // a terminal would interpret them, a zero byte would end a message
             return fail(node.at, path, fmt::format("found {}; expected text without control characters", in_quotes(node.text)));
         return std::nullopt;
     }

@@ -12,7 +12,7 @@
 
 namespace trocar::engine {
 
-/// What a check needs besides the tree, and what it leaves behind.
+/// Inputs of a check besides the tree, and its outputs.
 struct CheckContext {
     std::string file_name;        // for messages
     std::filesystem::path folder; // names of files are relative to it
@@ -28,7 +28,7 @@ struct CheckContext {
 [[nodiscard]] Error error_at(const CheckContext& context, TextPosition at, std::string key, std::string message,
                              ErrorCode code = ErrorCode::BadValue);
 
-/// The first mistake in the order of the file; nothing when all is well. Numbers are judged in context.units.
+/// The first mistake in the order of the file; nothing when all is well. Numbers are checked in context.units.
 /// path   key path of this object, empty for the root
 [[nodiscard]] std::optional<Error> check_object(const JsonNode& node, const ObjectSpec& spec, const std::string& path,
                                                 CheckContext& context);

@@ -67,7 +67,7 @@ std::string expected(const ValueSpec& value, const Units& units) {
     case ValueKind::Number:
         return unit.empty() ? "a number" : "a number in " + unit;
     case ValueKind::Count:
-        return fmt::format("a whole number of {:.0f} to {:.0f}", value.range.least, value.range.most);
+        return fmt::format("an integer from {:.0f} to {:.0f}", value.range.least, value.range.most);
     case ValueKind::Flag:
         return "true or false";
     case ValueKind::Text:

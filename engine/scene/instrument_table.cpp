@@ -70,7 +70,7 @@ const ObjectSpec& position_target_table() {
 const ObjectSpec& limits_table() {
     static const ObjectSpec table{
         "limits",
-        "How fast the hand may be. Larger values than a surgeon's have to be asked for here.",
+        "Limits of the drive commands. Values above a surgeon's must be set here.",
         "",
         "",
         {
@@ -84,7 +84,7 @@ const ObjectSpec& follow_table() {
     static const FollowSpec usual{};
     static const ObjectSpec table{
         "follow",
-        "The script steers to a target by itself.",
+        "The script drives the tip to a target by itself.",
         "",
         "",
         {
@@ -126,8 +126,8 @@ const ObjectSpec& instrument_table() {
         "",
         {
             choice_field("kind", {"rod", "mass_spring"},
-                         "rod: bending and stretch, solved implicitly. mass_spring: the paper's chain of masses and springs, with as many "
-                         "explicit sub-steps as its stiffness asks for.")
+                         "rod: bending and stretch, solved implicitly. mass_spring: the mass-spring chain of Govindaraju et al. 2005, "
+                         "with as many explicit sub-steps as its stiffness asks for.")
                 .by_default(std::string_view("rod")),
             number_field("length", Dimension::Length, {0.01, kLongestRod, false, 0.1, 4.0, "catheters and guide wires are 0.4 to 3 m long"},
                          "Of the whole instrument.")
@@ -165,7 +165,7 @@ const ObjectSpec& instrument_table() {
                 .by_default(usual.segment),
             count_field("skin_triangles", 100, 1e6, "Of the dense surface, aimed at.").by_default(double(instrument.skin_triangles)),
             number_field("drag", Dimension::Rate, between(0.0, 1e5), "Mass-proportional damping of the rod.").by_default(usual.drag),
-            number_field("whip_drag", Dimension::Viscosity, between(0.0, 1e5), "Resistance to fast sideways motion, per length of rod.")
+            number_field("whip_drag", Dimension::Viscosity, between(0.0, 1e5), "Transverse drag, per length of rod.")
                 .by_default(usual.whip_drag),
             value_field("entry", entry_value(),
                         "Where it enters the body: a landmark, or a position and a direction. Needed unless it is inside an instrument."),
@@ -176,12 +176,12 @@ const ObjectSpec& instrument_table() {
                 "and turned on its own. Where they overlap they share one axis and bend with both stiffnesses."),
             number_field("inserted", Dimension::Length, between(0.0, kLongestRod),
                          "Beyond the entry at the start; the first row's insertion where there is a path, 0 otherwise."),
-            object_field("limits", limits_table(), "Of the hand: 35 mm/s and 3.14 rad/s when absent."),
+            object_field("limits", limits_table(), "Of the drive commands: 35 mm/s and 3.14 rad/s when absent."),
             value_field("path", path_value(),
-                        "What the hand does: rows [t, insertion, rotation], or the name of a CSV file with such rows "
+                        "Drive commands: rows [t, insertion, rotation], or the name of a CSV file with such rows "
                         "in the scene's units. A file may move several instruments: its header then names them, as in "
                         "t,catheter.insertion,catheter.rotation,wire.insertion,wire.rotation."),
-            object_field("follow", follow_table(), "Instead of a path: steers to a target by itself."),
+            object_field("follow", follow_table(), "Instead of a path: drives to a target by itself."),
         }};
     return table;
 }

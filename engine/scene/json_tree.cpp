@@ -186,7 +186,7 @@ private:
         return true;
     }
 
-    /// The library's words without its prefix, and what is behind the most frequent slips.
+    /// The library's message without its prefix, with the cause of the most frequent mistakes.
     std::string syntax_message(std::size_t position, std::string_view words) const {
         if (text_.empty()) return "the file is empty; expected a JSON object { ... }";
         const std::size_t start = words.find("syntax error");

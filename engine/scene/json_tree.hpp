@@ -1,4 +1,4 @@
-// JSON as a tree that remembers where every value stands in its file, so that a mistake can be shown to the line.
+// JSON as a tree that keeps the position of every value in its file, so that a mistake can be shown to the line.
 #pragma once
 
 #include "base/result.hpp"

@@ -8,7 +8,7 @@
 namespace trocar::engine {
 namespace {
 
-/// Names beyond this are not compared letter by letter: nobody mistypes a paragraph.
+/// Names beyond this length are not compared letter by letter.
 constexpr std::size_t kMaxWord = 200;
 
 /// A message lists at most this many names.

@@ -38,7 +38,7 @@ double file_unit(const CheckContext& context, const Values& values) {
 }
 
 std::filesystem::path checked_file(const CheckContext& context, const std::string& name) {
-    const auto file = resolve_file(name, context.folder); // the check has seen it; it may be gone by now
+    const auto file = resolve_file(name, context.folder); // it passed the check; the file may have vanished since
     return file ? *file : context.folder / name;
 }
 

@@ -21,7 +21,7 @@ std::vector<std::string_view> recipe_bodies(const Scene& scene) {
     return names;
 }
 
-/// All recipe bodies that share one file are one patient: any of them will do.
+/// All recipe bodies that share one file are one patient: any of them serves.
 Index only_patient(const Scene& scene) {
     Index found = kNoIndex;
     for (Index i = 0; i < scene.bodies.size(); ++i) {
@@ -84,7 +84,7 @@ std::optional<Error> read_surroundings(const CheckContext& context, const Values
     return read_entry(context, values, scene, instrument.lumen, instrument.entry);
 }
 
-/// What makes a pair of rods no wire in a catheter, in words; empty: nothing.
+/// Why a pair of rods is no wire in a catheter, as a message; empty: it is one.
 std::string refuse_pair(const Scene& scene, const SceneInstrument& outer, const SceneInstrument& inner, const Units& units) {
     for (const SceneInstrument* one : {&outer, &inner})
         if (one->kind != InstrumentKind::Rod) return fmt::format("{} is a mass_spring; expected the kind \"rod\" for both", one->name);
@@ -127,7 +127,7 @@ fem::TipShape to_tip_shape(std::string_view word) {
     return word == "simmons" ? fem::TipShape::Simmons : fem::TipShape::J;
 }
 
-/// Rows must ascend along the instrument, and the tip must not say it again.
+/// Rows must ascend along the instrument, and the tip's own keys must be absent.
 std::optional<Error> read_stiffness(const CheckContext& context, const Values& values, const Values& tip, fem::RodDesign& design) {
     const JsonNode* rows = values.find("stiffness");
     if (rows == nullptr) return std::nullopt;
@@ -146,7 +146,7 @@ std::optional<Error> read_stiffness(const CheckContext& context, const Values& v
     return std::nullopt;
 }
 
-/// A coil of few nodes is none: said here, where units and keys are known.
+/// A coil needs enough nodes: checked here, where units and keys are known.
 std::optional<Error> check_pigtail(const CheckContext& context, const Values& values, const fem::RodDesign& design) {
     if (design.tip != fem::TipShape::Pigtail) return std::nullopt;
     const double segment = design.length / std::round(design.length / design.segment);
@@ -208,7 +208,7 @@ std::optional<Error> read_follow(const CheckContext& context, const Values& inst
     follow.tolerance = values.number("tolerance");
     if (follow.speed <= speed_limit * (1.0 + kLimitTolerance)) return std::nullopt;
     return fail_at(context, values, "speed",
-                   fmt::format("found {}; expected at most the hand's limit, {}, or a higher \"limits\": "
+                   fmt::format("found {}; expected at most the drive's limit, {}, or a higher \"limits\": "
                                "{{\"speed\": ...}} in the instrument",
                                with_unit(follow.speed, Dimension::Speed, context.units),
                                with_unit(speed_limit, Dimension::Speed, context.units)));

@@ -18,7 +18,7 @@ struct RowProblem {
     std::string message;
 };
 
-/// How fast the hand would have to be from one row to the next, against its limit.
+/// Drive speed needed from one row to the next, against its limit.
 std::optional<std::string> check_speed(double from, double to, double dt, double limit, std::string_view what, std::string_view key,
                                        Dimension distance, Dimension speed, const Units& units) {
     const double needed = std::abs(to - from) / dt;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMostSteps = 1e9;
 
-/// Weaker or stronger gravity than on any body one stands on: lengths and times in mixed units.
+/// Weaker or stronger gravity than on any planet: lengths and times in mixed units.
 constexpr double kLeastGravity = 0.05, kMostGravity = 300.0; // m/s^2
 constexpr double kUsualLeast = 1.0, kUsualMost = 30.0;       // m/s^2
 constexpr double kStandardGravity = 9.80665;                 // m/s^2
@@ -188,7 +188,7 @@ void question_contact(const Scene& scene, CheckContext& context) {
     ask("solid_friction", effects.friction, "the effect friction is off");
 }
 
-/// Switched off is not forgotten: effects exist to be switched. A question reminds of what that leaves unused.
+/// Settings of an effect that is switched off are allowed. A question names what that leaves unused.
 void question_effects(const Scene& scene, CheckContext& context) {
     const Effects& effects = scene.effects;
     if (!effects.gravity && scene.gravity.norm() > 0.0) context.questions.push_back("gravity: given, but the effect gravity is off");
@@ -222,7 +222,7 @@ std::optional<Error> check_breathing(const CheckContext& context, const Scene& s
                     "\"fixed\" region");
 }
 
-/// A chain of masses and springs has no angles. A pigtail always has them: a coil that cannot twist finds no rest.
+/// A chain of masses and springs has no angles. A pigtail always has them: a coil without torsion finds no equilibrium.
 std::optional<Error> check_twist(const CheckContext& context, const Values& root, Scene& scene) {
     for (SceneInstrument& instrument : scene.instruments) {
         const bool coil = instrument.design.tip == fem::TipShape::Pigtail;
@@ -274,7 +274,7 @@ std::optional<Error> read_outputs(const CheckContext& context, const Values& roo
     if (const JsonNode* size = values.find("size")) {
         for (const JsonNode& edge : size->children)
             if (edge.number != std::floor(edge.number))
-                return fail_at(context, values, "size", fmt::format("found {}; expected whole numbers of pixels", edge.text));
+                return fail_at(context, values, "size", fmt::format("found {}; expected integers, in pixels", edge.text));
         outputs.width = static_cast<unsigned>(size->children[0].number);
         outputs.height = static_cast<unsigned>(size->children[1].number);
     }

@@ -18,7 +18,7 @@ namespace trocar::engine {
 /// A whole text file, refused above kMaxSceneBytes before it is read.
 [[nodiscard]] Result<std::string> read_json_file(const std::filesystem::path& file);
 
-/// Scenes and recipes are written by hand; long paths belong in CSV files.
+/// Scenes and recipes are short texts; long paths belong in CSV files.
 inline constexpr std::size_t kMaxSceneBytes = std::size_t{16} << 20;
 
 } // namespace trocar::engine

@@ -97,8 +97,8 @@ struct SceneBody {
     double scale = 1.0;             // applied about the origin, before translate
     Vec3 translate = Vec3::Zero();  // m
     bool hollow = false;            // the surface is a lumen: instruments are inside, contacts push inwards
-    Index embedded_in = kNoIndex;   // Static: deformable body that carries this surface where it is inside
-    double blend = 0.010;           // m: over this distance outside the carrier the motion fades to rest
+    Index embedded_in = kNoIndex;   // Static: deformable host body, in whose mesh this surface is embedded where it is inside
+    double blend = 0.010;           // m: over this distance outside the host the motion fades to rest
     fem::Material material;         // Deformable
     bool cap_viscosity = true;      // Deformable: viscosity may cost a tenth of the stable step, no more
     CoarseSpec coarse;              // Deformable
@@ -120,14 +120,14 @@ struct SceneTarget {
     PlaceSpec place;
 };
 
-/// What the hand does: insertion and rotation at a time, linear between rows, held before the first and after the last.
+/// Drive command: insertion and rotation at a time, linear between rows, held before the first and after the last.
 struct PathPoint {
     double time = 0.0;      // s
     double insertion = 0.0; // m of rod beyond the entry
     double rotation = 0.0;  // rad of the handle
 };
 
-/// The script steers to a target by itself.
+/// The script drives the tip to a target by itself.
 struct FollowSpec {
     Index target = kNoIndex;   // into Scene::targets
     double speed = 0.025;      // m/s of insertion where the way is straight, at most the limit
@@ -135,11 +135,11 @@ struct FollowSpec {
     double tolerance = 0.003;  // m to the target: arrived
 };
 
-/// Hand limits of the field: 35 mm/s and 3.14 rad/s.
+/// Limits of a surgeon's drive commands in the literature: 35 mm/s and 3.14 rad/s.
 inline constexpr double kHandSpeedLimit = 0.035;   // m/s
 inline constexpr double kHandRotationLimit = 3.14; // rad/s
 
-/// How an instrument is computed: the implicit rod, or the paper's chain of masses and springs.
+/// How an instrument is computed: the implicit rod, or the mass-spring chain of Govindaraju et al. 2005.
 enum class InstrumentKind : std::uint8_t { Rod, MassSpring };
 
 struct SceneInstrument {
@@ -174,18 +174,18 @@ struct TimeSpec {
 
 /// Parameters of contact and response, the same for all pairs.
 struct ContactSpec {
-    double clearance = 1.0e-4;             // m, room that the response keeps between an instrument's skin and a wall
+    double clearance = 1.0e-4;             // m, clearance that the response keeps between an instrument's skin and a wall
     double exact_distance = 1.0e-5;        // m, closer than this counts as touching in the exact tests
     double margin = 3.0e-4;                // m, coarse contacts are reported from this far
-    double rod_stiffness = 2.0e4;          // N/m, of a wall as the instrument feels it
-    double wall_stiffness = 2000.0;        // N/m, of an instrument as the tissue feels it
+    double rod_stiffness = 2.0e4;          // N/m, of a wall in the instrument's solve
+    double wall_stiffness = 2000.0;        // N/m, of an instrument in the tissue's integration
     double solid_stiffness = 200.0;        // N/m per place where solid bodies touch
     double solid_damping = 0.0;            // N s/m per such place, on approach
     double solid_friction = 0.0;           // Coulomb mu between solid bodies, with the effect friction
     std::string sphere_trees = "covering"; // of solid bodies: covering, wrapped, heuristic
     bool solid_spheres = false;            // solid bodies push by the overlap of their spheres, not by the depth of their surfaces
     double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
-    std::string culling = "auto"; // of the exact stage's candidates by pictures: auto, never, cpu, opengl
+    std::string culling = "auto"; // image-space culling of the exact stage's candidates: auto, never, cpu, opengl
 };
 
 /// How `cost` compares the contacts of two runs.
@@ -223,7 +223,7 @@ struct Effects {
     bool damping = false; // viscosity and mass damping of the materials
     bool coarse_contact = false;
     bool exact_contact = false;
-    bool friction = false; // of instruments on walls, felt by both
+    bool friction = false; // of instruments on walls, acting on both
     std::optional<BreathingSpec> breathing;
     std::optional<PulseSpec> pulse;
     std::optional<BloodSpec> blood_drag; // of instruments
@@ -272,7 +272,7 @@ struct Scene {
 
 /// Reads and checks a scene: JSON, comments allowed, names of files relative to the scene's folder.
 /// "${TROCAR_TEST_DATA}" in a file name stands for that environment variable.
-/// fails     with file, line, column and key: what was found and what would be right; first mistake only
+/// fails     with file, line, column and key: what was found and what was expected; first mistake only
 [[nodiscard]] Result<Scene> read_scene(const std::filesystem::path& file);
 
 /// The same on a text in memory; `file` is for messages and for names of files relative to it.

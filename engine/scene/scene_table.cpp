@@ -25,7 +25,7 @@ const ObjectSpec& pace_table() {
         "",
         {
             number_field("speed", Dimension::None, {1e-3, 1e3, false, 0.01, 10.0, "1 is real time"},
-                         "Simulated seconds in a second: 1 is real time, 0.25 slow motion.")
+                         "Simulated seconds in a second: 1 is real time, 0.25 a quarter of it.")
                 .by_default(usual.speed),
             choice_field("late", {"slow_motion", "catch_up"},
                          "A step that begins too late: the run stays behind by as much, or the next steps do not wait until it has caught "
@@ -84,7 +84,7 @@ const ObjectSpec& contact_table() {
         "",
         {
             number_field("clearance", Dimension::Length, above(0.0, kLargest),
-                         "Room that the response keeps between an instrument's skin and a wall.")
+                         "Clearance that the response keeps between an instrument's skin and a wall.")
                 .by_default(usual.clearance),
             number_field("exact_distance", Dimension::Length, between(0.0, kLargest),
                          "Closer than this counts as touching in the exact tests.")
@@ -113,12 +113,12 @@ const ObjectSpec& contact_table() {
             choice_field(
                 "sphere_trees", {"covering", "wrapped", "heuristic"},
                 "Spheres of solid bodies: around groups of triangles, fitted anew in every step; or from the medial axis, following "
-                "the coarse nodes sphere by sphere as they are asked for, so that they hold their surface whatever it does; or "
-                "the same as the paper moves them, which may lose surface.")
+                "the coarse nodes, each evaluated lazily, so that they hold their surface under any deformation; or "
+                "the same moved as in the sphere-tree paper, which may lose surface.")
                 .by_default(std::string_view("covering")),
             choice_field(
                 "culling", {"auto", "never", "cpu", "opengl"},
-                "Whether the exact stage looks at its candidates by pictures before it tests them: where that is predicted to pay, "
+                "Whether image-space culling filters the exact stage's candidates before they are tested: where that is predicted to pay, "
                 "never, or always, by the CPU or by OpenGL. The contacts are the same.")
                 .by_default(std::string_view("auto")),
         }};
@@ -137,7 +137,7 @@ const ObjectSpec& cost_table() {
                          "absent: four times the surface's mean edge."),
             number_field("tolerance", Dimension::Length, above(0.0, 0.05),
                          "Solids whose spheres come nearer than this are in contact; the contact margin when absent, which is "
-                         "also as far as contacts are looked for."),
+                         "also as far as contacts are searched for."),
         }};
     return table;
 }
@@ -288,7 +288,7 @@ const ObjectSpec& effects_table() {
                 .by_default(false),
             flag_field("self_contact", "Solid bodies against themselves, where their leaf spheres lay apart at rest; needs coarse_contact.")
                 .by_default(false),
-            flag_field("twist", "Instruments wind up: a turn of the handle travels along them; off, it reaches the tip at once.")
+            flag_field("twist", "Torsion of instruments: a turn of the handle travels along them; off, it reaches the tip at once.")
                 .by_default(false),
             value_field("blood_drag", any_value({flag_field("", "").value, object_value(blood_table())}),
                         "Drag of the blood on instruments: true for the defaults.")

@@ -22,7 +22,7 @@ std::string definition_name(const ObjectSpec& object) {
     return name;
 }
 
-/// Bounds that hold in every unit: all of a dimensionless number's, the sign of the others'.
+/// Bounds that hold in every unit: all bounds of dimensionless numbers, the sign of the others.
 void add_bounds(Json& schema, const Range& range, Dimension dimension) {
     const bool any_unit = dimension != Dimension::None;
     if (std::isfinite(range.least) && (!any_unit || range.least == 0.0))

@@ -14,7 +14,7 @@ namespace trocar::engine {
 
 enum class ValueKind : std::uint8_t {
     Number,
-    Count, // whole number
+    Count, // integer
     Flag,
     Text,
     Path,   // name of a file that exists
@@ -102,7 +102,7 @@ struct ObjectSpec {
 [[nodiscard]] ValueSpec list_value(ValueSpec element, std::size_t least_count);
 [[nodiscard]] ValueSpec any_value(std::vector<ValueSpec> alternatives);
 
-/// Positions beyond this are a unit taken for another: no operating room is that large.
+/// Positions beyond this are a mistaken unit.
 inline constexpr double kMaxCoordinate = 100.0; // m
 
 [[nodiscard]] Range positive() noexcept;

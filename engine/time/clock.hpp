@@ -17,7 +17,7 @@ namespace trocar::engine {
 /// Sleeps until monotonic_ns() is at least this; a moment that has passed does not wait.
 void wait_until_ns(std::int64_t moment) noexcept;
 
-/// Where the budget reads the time; tests put their own.
+/// Where the budget reads the time; tests substitute their own clock.
 class Clock {
 public:
     virtual ~Clock() = default;

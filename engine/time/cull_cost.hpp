@@ -1,5 +1,5 @@
-// Does it pay to look at triangles by pictures before their pairs of features are tested? From rates: declared ones until something was
-// measured, and for good where no clock may decide.
+// Does image-space culling of the candidate triangles pay before their pairs of features are tested? Predicted from rates: declared until
+// one was measured, and always declared where no clock may decide.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace trocar::engine {
 
-/// A straight line through what was measured, old measurements fading: a start-up cost and a cost for each.
+/// A straight line through what was measured, old measurements fading: a start-up cost and a cost per item.
 class LineFit {
 public:
     void add(double x, double y) noexcept {
@@ -37,7 +37,7 @@ public:
     struct Rates {
         double look_s = 0.0, look_s_per_item = 0.0; // s
         double test_s_per_item = 0.0;               // s
-        double dropped = 1.0;                       // share of the items that a look saves from being tested
+        double dropped = 1.0;                       // share of the items that a culling pass removes from the tests
     };
     explicit CullCostModel(const Rates& declared) noexcept : declared_(declared), dropped_(declared.dropped) {}
 
@@ -50,7 +50,7 @@ public:
     }
     [[nodiscard]] bool pays(std::size_t items) const noexcept { return items > 0 && look_s(items) < saved_s(items); }
 
-    /// A look whose answer nobody took any more.
+    /// A culling pass whose answer came too late and was dropped.
     void note_late_look(std::size_t items, double seconds) noexcept { look_.add(static_cast<double>(items), seconds); }
     void note_look(std::size_t items, std::size_t left, double seconds) noexcept {
         if (items == 0) return;
@@ -62,7 +62,7 @@ public:
         const double rate = seconds / static_cast<double>(items);
         test_s_ = test_s_ > 0.0 ? test_s_ + kNewest * (rate - test_s_) : rate;
     }
-    /// A step without a look: the motion has changed since, so the share that a look would drop is taken for more again, slowly.
+    /// A step without a culling pass: the motion has changed since, so the share it is expected to cull is slowly raised again.
     void pass_over() noexcept { dropped_ += kHope * (declared_.dropped - dropped_); }
 
 private:

@@ -14,7 +14,7 @@ enum class DecisionKind : std::uint8_t {
     Round,   // 1: the exact stage solves the instrument once more
     Tests,   // units of a grant for continuous tests
     Drop,    // effects that this step leaves out, a bit per Droppable
-    Cull,    // 1: the candidates of the continuous tests are looked at by pictures first
+    Cull,    // 1: image-space culling filters the candidates of the continuous tests first
 };
 
 struct Decision {

@@ -33,7 +33,7 @@ public:
         const double size = error < 0.0 ? -error : error;
         deviation_ += (size > deviation_ ? kWidenGain : kNarrowGain) * (size - deviation_);
     }
-    /// Nothing was measured in this step: what one slow run taught fades, halved within 35 steps.
+    /// Nothing was measured in this step: the reserve of one slow run decays, halved within 35 steps.
     void fade() noexcept {
         mean_ *= kFade;
         deviation_ *= kFade;
@@ -54,7 +54,7 @@ private:
     static constexpr double kMeanGain = 0.125, kWidenGain = 0.25, kNarrowGain = 0.05;
     static constexpr double kSpread = 3.0, kFirstSpread = 0.2;
     static constexpr double kFade = 0.98;
-    /// Of the reserve: what takes longer was not this work's doing (the program was suspended), and says no more than this.
+    /// Of the reserve: a measurement beyond it is clamped to it, for it is not this work's cost (the program was suspended).
     double largest_lesson_ = 10.0;
     double mean_ = 0.0, deviation_ = 0.0;
     bool known_ = false;

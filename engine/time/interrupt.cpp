@@ -23,7 +23,7 @@ void say(std::string_view sentence) noexcept {
     if (silent.load(std::memory_order_relaxed)) return;
     constexpr std::string_view kClearLine = "\r\033[K"; // of the progress
     if (on_terminal.load(std::memory_order_relaxed) && write(STDERR_FILENO, kClearLine.data(), kClearLine.size()) < 0) return;
-    if (write(STDERR_FILENO, sentence.data(), sentence.size()) < 0) return; // nobody listens any more
+    if (write(STDERR_FILENO, sentence.data(), sentence.size()) < 0) return; // the reader has closed the stream
 }
 
 void request(int) {

@@ -1,5 +1,5 @@
 // How simulated time goes against wall time, and what happens to a run that cannot keep up: declared beforehand, counted, never silent.
-// No step looks at it: the same steps come to the same bits at any pace.
+// No step reads it: the same steps give the same bits at any pace.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@ namespace trocar::engine {
 
 /// A step that begins after its time.
 enum class LatePolicy : std::uint8_t {
-    SlowMotion, // the clock of the run stands still for as long: what was lost is not made up for
-    CatchUp,    // the next steps begin one after another until the run is where it should be
+    SlowMotion, // the run's schedule is shifted by the delay: late steps fall behind real time
+    CatchUp,    // catch up: the next steps begin without waiting until the run is on schedule
 };
 
 struct PaceSpec {
@@ -20,7 +20,7 @@ struct PaceSpec {
 struct PaceStats {
     std::uint64_t late_steps = 0;
     std::int64_t worst_late_ns = 0; // of one step's beginning
-    std::int64_t lost_ns = 0;       // by which slow motion has put the run behind the clock
+    std::int64_t lost_ns = 0;       // by which the run has fallen behind real time
     std::int64_t waited_ns = 0;     // for steps to be due
 };
 

@@ -14,22 +14,22 @@ constexpr std::uint64_t kLargestGrant = 4096;
 /// cost five times what the last ones did are seen before the time is gone.
 constexpr double kGrantShare = 0.125;
 constexpr std::uint64_t kSmallestShare = 8;
-/// Grants that spent less say more about the clock than about the tests: they teach nothing.
+/// Grants that spent less measure the clock more than the tests: they update no rate.
 constexpr std::uint64_t kSmallestLesson = 32;
 /// Weight of the newest measurement: a rate that changes tenfold is followed within some ten grants.
 constexpr double kLearning = 0.2;
 /// Rates that rise are followed faster: late is dearer than early.
 constexpr double kAlarm = 0.5;
-/// A unit of the descent costs several times as much in one grant as in the next: grants are sized by the slow ones, whose memory lasts.
+/// A unit of the descent costs several times as much in one grant as in the next: grants are sized by a slowly decaying maximum.
 constexpr double kFallingDescent = 0.05;
-/// What takes more units than this at once is done in one piece (a ball's part of the wall), and is granted by itself: a unit of it costs
+/// What takes more units than this at once is done in one piece (a sphere's wall links), and is granted by itself: a unit of it costs
 /// ten times as much as one of a test.
 constexpr bool is_piece(std::uint64_t at_least) noexcept { return at_least > kSmallestShare; }
 /// Contacts grow between steps, and what one costs changes from round to round: a third is kept in reserve.
 constexpr double kTestsReserve = 1.33;
-/// An abandoned stage would have cost more than it was given; how much more nobody knows.
+/// An abandoned stage would have cost more than it was given; how much more is unknown.
 constexpr double kAbandonedCost = 1.5;
-/// Per step in which the exact stage was not tried its remembered number of candidates counts for less by this, as CostForecast::fade.
+/// Per step in which the exact stage was not tried its stored number of candidates decays by this factor, as CostForecast::fade.
 constexpr double kForget = 0.98;
 /// Per exact stage that was given up before any test, of what tests are thought to cost.
 constexpr double kDoubt = 0.9;
@@ -166,7 +166,7 @@ bool StepBudget::exact_fits(const ExactForecast& last) {
     const bool fits = tape_.decide(DecisionKind::Fits, [&]() -> std::uint64_t {
         if (limits_.mode == BudgetMode::Exact) return 1;
         if (limits_.mode == BudgetMode::Work) return units_of(last) <= units_left();
-        // What no grant interrupts is known from every step. The memory of whole stages fades, and so does that of how many candidates
+        // What no grant interrupts is known from every step. The forecast of whole stages fades, and so does that of how many candidates
         // the last one had: a stage that is begun for too few of them is given up in time.
         const double parts =
             CostForecast::reserve_of_all_s({forecast(StepPart::Refit), forecast(StepPart::Planes), solve_, forecast(StepPart::Skin)}) +
@@ -198,8 +198,8 @@ std::uint64_t StepBudget::affordable_tests(const ExactForecast& forecast) const 
     const std::uint64_t refit = forecast.triangles * kUnitsPerRefitTriangle;
     if (limits_.mode == BudgetMode::Exact) return WorkBudget::kUnlimited;
     if (limits_.mode == BudgetMode::Work) return units_left() > refit ? (units_left() - refit) / kUnitsPerCandidate : 0;
-    const double all = left_s() / (kTestsReserve * tests_s_per_candidate_); // one grant: no second look at the clock
-    constexpr double kMost = 1e18; // a clock that stood still while tests were timed makes them look free
+    const double all = left_s() / (kTestsReserve * tests_s_per_candidate_); // one grant: the clock is not read a second time
+    constexpr double kMost = 1e18; // a clock that stood still while tests were timed makes them appear free
     return all > 0.0 ? static_cast<std::uint64_t>(std::min(all, kMost)) : 0;
 }
 

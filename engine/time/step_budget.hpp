@@ -32,18 +32,18 @@ enum class Droppable : std::uint8_t { ExactContact, Elasticity };
 enum class StepPart : std::uint8_t {
     Tissue,  // integration
     Steer,   // surfaces, sphere trees and the free motion of instruments
-    Lumen,   // a lumen's balls on its moved wall, before an instrument's descent looks at them
+    Lumen,   // a lumen's inscribed spheres on its moved wall, before an instrument's descent reads them
     List,    // the descent's answer, pair by pair: what it left open takes time to name, and there is more of it the more it tested
     Respond, // what follows the descent when there is no exact answer
     Refit,   // the walls' boxes: every step needs them, with or without an exact answer, so what they cost is always known
-    Planes,  // what an instrument finds of its wall before it is solved against that: likewise
+    Planes,  // the instrument's wall planes, found before the rod is solved against them: likewise
     Skin,    // the boxes of an instrument's skin, before its continuous tests
 };
 inline constexpr std::size_t kStepPartCount = 8;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
 /// machine changes an answer: a pair test ~10 ns, a candidate ~60 ns, a triangle's refit ~20 ns when they were measured,
-/// rounded. They are no forecast of seconds, which mode Wall measures as it runs: the way to a candidate costs more than the
+/// rounded. They are no forecast of seconds, which mode Wall measures as it runs: the traversal to a candidate costs more than the
 /// candidate, and is not counted here.
 inline constexpr std::uint64_t kUnitsPerCandidate = 6;
 inline constexpr std::uint64_t kUnitsPerRefitTriangle = 2;
@@ -61,18 +61,18 @@ public:
 
     /// From the next step on; rates and forecasts stay.
     void set_limits(const BudgetLimits& limits) noexcept { limits_ = limits; }
-    /// Starts the step's account.
+    /// Starts the step's time accounting.
     void begin() noexcept;
     /// Time that passes between pause and resume is not charged: steps whose scope is collision pause around the rest.
     void pause() noexcept;
     void resume() noexcept;
-    /// Time that another account was charged for work that this one stands on.
+    /// Time that another account was charged for work that this one depends on.
     void charge(double seconds) noexcept { charged_ns_ += static_cast<std::int64_t>(seconds * 1e9); }
 
-    /// A part of the step begins, and ends: what it cost is the forecast for the next one. Parts may stand within each other.
+    /// A part of the step begins, and ends: what it cost is the forecast for the next one. Parts may nest.
     void begin_part(StepPart part) noexcept { part_start_ns_[static_cast<std::size_t>(part)] = clock_->now_ns(); }
     void end_part(StepPart part) noexcept;
-    /// A part was left out for want of time: what is remembered of its cost fades, or it would be left out for ever.
+    /// A part was left out for want of time: the stored forecast of its cost decays, or it would be left out for ever.
     void leave_out(StepPart part) noexcept { parts_[static_cast<std::size_t>(part)].fade(); }
     [[nodiscard]] const CostForecast& forecast(StepPart part) const noexcept { return parts_[static_cast<std::size_t>(part)]; }
     /// A solve of an instrument, in the exact stage or outside of it: it tells what the next one will cost.
@@ -80,7 +80,7 @@ public:
     void end_solve() noexcept;
     /// Which of the droppable effects this step leaves out, in their order, so that the forecast of the rest fits.
     [[nodiscard]] unsigned choose_drops(std::span<const Droppable> order);
-    /// From now on this much is kept back from every grant, for what must follow within the budget.
+    /// From now on this much is reserved from every grant, for what must follow within the budget.
     void keep_back(double seconds) noexcept { kept_back_s_ = seconds; }
 
     /// The next grant for sphere-pair tests: small, so that the clock is read often enough. Empty when the time is up.
@@ -100,7 +100,7 @@ public:
     /// The solve is done, and so are the skin's boxes: the grant of candidates for the continuous tests. They end early when that runs out.
     [[nodiscard]] WorkBudget grant_tests(const ExactForecast& forecast);
     void settle_tests(const ExactForecast& forecast, const WorkBudget& grant) noexcept;
-    /// Are the candidates of the next tests looked at by pictures first? Only where that pays, and fits into what is left.
+    /// Does image-space culling filter the candidates of the next tests first? Only where that pays, and fits into what is left.
     [[nodiscard]] bool choose_cull(double look_s, bool pays);
     /// finished  false: abandoned, so the cost is not known, only that it is more than what was spent
     void end_exact(bool finished) noexcept;

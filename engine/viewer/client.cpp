@@ -14,7 +14,7 @@ constexpr std::size_t kLargestRead = 64 * 1024;
 constexpr int kSendBuffer = 256 * 1024;
 /// Answers that wait for a viewer that does not read; then it is closed.
 constexpr std::size_t kMostAnswers = 64;
-/// A viewer that says nothing for so long, not even a pong, is gone.
+/// A viewer that sends nothing for so long, not even a pong, is disconnected.
 constexpr std::chrono::seconds kIdle{30}, kHandshake{10};
 
 } // namespace
@@ -116,7 +116,7 @@ void Client::write(Message message) {
 void Client::close(websocket::close_code code, const char* reason) {
     closing_ = true;
     out_.clear();
-    if (writing_) { // a viewer that takes nothing would not take a farewell either
+    if (writing_) { // a viewer that takes nothing would not read a close frame either
         boost::system::error_code ignored;
         beast::get_lowest_layer(stream_).socket().close(ignored);
         return;

@@ -1,4 +1,4 @@
-// What a person at the page asks for, as plain data: it crosses from the network's thread to the simulation's without
+// Commands of the page, as plain data: it crosses from the network's thread to the simulation's without
 // allocating. read_command.hpp makes it out of a message.
 #pragma once
 
@@ -10,12 +10,12 @@
 
 namespace trocar::engine::viewer {
 
-/// Speeds of the hand, as shares of the instrument's limits, until the next such command.
+/// Drive command: speeds as shares of the instrument's limits, until the next such command.
 struct Drive {
     double insertion = 0.0; // [-1, 1]
     double rotation = 0.0;  // [-1, 1]
 };
-/// The scene's own script holds the hand, or gives it back.
+/// The scene's own script drives, or gives control back to the user.
 struct FollowScript {
     bool on = false;
 };

@@ -17,7 +17,7 @@ constexpr std::chrono::seconds kRequest{3};   // for a request to come
 constexpr std::chrono::seconds kPatience{15}; // for an answer to go
 constexpr std::uint32_t kLargestHeader = 8192;
 
-/// What every answer says: nothing is kept, framed, guessed at, or told to other sites.
+/// Headers of every answer: no caching, framing, content sniffing or referrer.
 template <class Body>
 void add_headers(http::response<Body>& response) {
     response.set(http::field::cache_control, "no-store");

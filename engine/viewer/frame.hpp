@@ -34,7 +34,7 @@ struct QuantisedPart {
 /// that are not finite sit at the box's low corner.
 [[nodiscard]] QuantisedPart quantise(const std::vector<Point>& surface, const QuantisedPart* before);
 
-/// The latest frame and a few before it, encoded for whoever has which. One thread.
+/// The latest frame and a few before it, encoded against the base that each viewer has. One thread.
 class FrameStore {
 public:
     /// Frames that may serve as a base.

@@ -1,4 +1,4 @@
-// Who may come in: a random token in the address, the machine's own name in Host, and no page of another site behind the
+// Access control: a random token in the address, the machine's own name in Host, and no page of another site behind the
 // request (browsers say so in Origin).
 #pragma once
 
@@ -20,11 +20,11 @@ struct RequestTarget {
 
 class Gate {
 public:
-    /// loopback  the server listens on this machine only: other names in Host come from a name that was bent to point here
+    /// loopback  the server listens on this machine only: other names in Host come from DNS rebinding
     Gate(std::string token, unsigned short port, bool loopback) : token_(std::move(token)), port_(port), loopback_(loopback) {}
 
     [[nodiscard]] const std::string& token() const noexcept { return token_; }
-    /// As long as the comparison of the whole token, wherever they differ.
+    /// Constant-time comparison of the token.
     [[nodiscard]] bool knows(std::string_view token) const noexcept;
     [[nodiscard]] bool accepts_host(std::string_view host) const;
     /// origin  empty: not sent, so no browser asks

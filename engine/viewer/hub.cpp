@@ -9,18 +9,18 @@ namespace trocar::engine::viewer {
 
 namespace {
 
-/// ns between two looks at the simulation: what an input waits for at most, twice.
+/// ns between two polls of the simulation: half of an input's longest wait.
 constexpr std::chrono::milliseconds kTick{2};
 /// ns between two frames at least: about 65 a second, a little more than screens show. One that shows what a command did goes at once, as
 /// often as that in between.
 constexpr std::int64_t kFrameInterval = 15'000'000;
-/// ns; a hand that moves and of which nothing was heard for so long is let go: its page hangs, or its connection does.
+/// ns; a drive command that was not repeated for so long ends: its page hangs, or its connection does.
 constexpr std::int64_t kDeadHand = 600'000'000;
 /// Until the next try where a connection could not be accepted.
 constexpr std::chrono::milliseconds kAcceptAgain{100};
 /// Triangles of a surface as seen from afar: a page without a graphics card draws some ten thousand in 5 ms. A vessel's branches want more.
 constexpr std::size_t kFarVessel = 6000, kFarBody = 2000;
-/// Recordings that may be waited for at the same time.
+/// Pending recordings at most.
 constexpr std::size_t kMostWaiting = 16;
 
 } // namespace
@@ -88,7 +88,7 @@ void Hub::tick() {
     take_snapshot(now);
 }
 
-/// Only what somebody can be sent now: the simulation copies the next one when this one was taken.
+/// Only what can be sent to a viewer now: the simulation copies the next one when this one was taken.
 void Hub::take_snapshot(std::int64_t now) {
     const std::uint64_t answers = exchange_.answers.load(std::memory_order_acquire);
     const bool early = now - last_frame_ns_ < kFrameInterval;

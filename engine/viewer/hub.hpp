@@ -1,4 +1,4 @@
-// What all connections share, on the network's thread: the latest frames, who drives, who waits for a recording.
+// State shared by all connections, on the network's thread: the latest frames, the driving viewer, pending recordings.
 #pragma once
 
 #include "engine/viewer/frame.hpp"
@@ -21,7 +21,7 @@ namespace trocar::engine::viewer {
 class Newcomer {
 public:
     virtual ~Newcomer() = default;
-    /// Makes room for another. False: its request has come.
+    /// Closes it in favour of another. False: its request has come.
     virtual bool give_up() = 0;
 };
 
@@ -50,7 +50,7 @@ public:
     Hub(const Hub&) = delete;
     Hub& operator=(const Hub&) = delete;
 
-    /// Looks at the simulation a few hundred times a second, until stopped.
+    /// Polls the simulation a few hundred times a second, until stopped.
     void start_ticking();
     void accept_from(Tcp::acceptor& acceptor);
     [[nodiscard]] boost::asio::io_context& io() noexcept { return io_; }
@@ -80,7 +80,7 @@ public:
 
     /// Counts a connection for as long as it is kept.
     [[nodiscard]] std::shared_ptr<void> count_connection();
-    /// Where all places are taken the oldest that only waits goes: whoever holds connections open keeps nobody out.
+    /// Where all places are taken the oldest idle one is closed: open connections lock no other out.
     void add_newcomer(std::weak_ptr<Newcomer> newcomer);
     void update_wishes();
 

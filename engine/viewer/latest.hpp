@@ -1,5 +1,5 @@
-// The latest of what one thread makes, for another that looks now and then: three places, so that neither ever waits and
-// nobody sees a half-written one.
+// The latest of what one thread makes, for another that polls now and then: three buffers, so that neither ever waits and
+// none reads a half-written one.
 #pragma once
 
 #include <array>
@@ -11,13 +11,13 @@ namespace trocar::engine::viewer {
 template <class T>
 class Latest {
 public:
-    /// The maker's place: fill it, then publish.
+    /// The producer's buffer: fill it, then publish.
     [[nodiscard]] T& back() noexcept { return places_[back_]; }
     void publish() noexcept { back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex; }
-    /// The maker's question: has the last one been taken? False: another would only replace it.
+    /// For the producer: has the last one been taken? False: another would only replace it.
     [[nodiscard]] bool taken() const noexcept { return (middle_.load(std::memory_order_acquire) & kFresh) == 0; }
 
-    /// The looker's place: the last one taken.
+    /// The consumer's buffer: the last one taken.
     [[nodiscard]] const T& front() const noexcept { return places_[front_]; }
     /// Takes the latest one. False: nothing new.
     bool take() noexcept {
@@ -26,7 +26,7 @@ public:
         return true;
     }
 
-    /// Before the threads start: every place in turn, to size them.
+    /// Before the threads start: every buffer in turn, to size them.
     [[nodiscard]] std::array<T, 3>& places() noexcept { return places_; }
 
 private:

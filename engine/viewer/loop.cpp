@@ -11,7 +11,7 @@ namespace trocar::engine::viewer {
 
 namespace {
 
-/// ns between two looks at the commands while no step is due.
+/// ns between two polls of the commands while no step is due.
 constexpr std::int64_t kIdleNap = 1'000'000;
 /// ns over which the pace is measured.
 constexpr std::int64_t kPaceWindow = 1'000'000'000;
@@ -91,7 +91,7 @@ private:
 
     /// The next step begins when its simulated time has come, or at once where a command waits for what it does: then the
     /// simulation is ahead of the clock, by one step at most, until the time of the step after it has come. Steps that are late are not
-    /// caught up with: the run is then slower than the clock, and says so. False: a while has passed, look at the commands first.
+    /// caught up with: the run is then slower than the clock, and reports it. False: a while has passed, read the commands first.
     bool wait_until_due(bool commanded) {
         if (!options_.paced) return true;
         const std::int64_t now = monotonic_ns();
@@ -120,8 +120,8 @@ private:
             exchange_.steps_not_shown.fetch_add(1, std::memory_order_relaxed);
     }
 
-    /// Copies only what somebody will look at: the last one has been taken. What is skipped is shown later, but for what answers a
-    /// command: that takes the place of an older one, which nobody has seen yet, and the hand sees a frame earlier what it did.
+    /// Copies only what a viewer will show: the last one has been taken. What is skipped is shown later, but for what answers a
+    /// command: that takes the place of an older one, which no viewer has shown yet, and the user sees the effect a frame earlier.
     void show(bool changed) {
         behind_ = behind_ || changed;
         if (!behind_ || exchange_.viewers.load(std::memory_order_relaxed) == 0) return;
@@ -143,7 +143,7 @@ private:
     std::array<Command, kMostCommands> commands_;
     std::int64_t due_ = 0;
     bool begun_;              // steps may be taken
-    bool behind_ = true;      // what was published last is not how things stand
+    bool behind_ = true;      // the published snapshot is out of date
     bool answer_due_ = false; // a command was applied after that
     std::uint64_t seals_ = 0;
 };

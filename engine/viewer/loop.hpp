@@ -1,5 +1,5 @@
 // The simulation's thread: commands, a step, a snapshot, and a rest until the next step is due. It shares memory with the
-// network through queues that never block, and waits for nobody.
+// network through queues that never block, and never waits.
 #pragma once
 
 #include "engine/report/statistics.hpp"
@@ -23,7 +23,7 @@ struct PlotPoint {
     bool kept = true;
 };
 
-/// A recording as it stood when somebody asked for it.
+/// A recording as it stood when it was requested.
 struct Sealed {
     std::uint64_t count = 0; // answers so far
     std::shared_ptr<const Recording> recording;
@@ -34,7 +34,7 @@ struct Sealed {
 /// Commands that may wait for the next step.
 inline constexpr std::size_t kMostCommands = 256;
 
-/// What the two threads share.
+/// State shared by the two threads.
 struct Exchange {
     boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kMostCommands>> commands; // network -> simulation
     boost::lockfree::spsc_queue<PlotPoint, boost::lockfree::capacity<4096>> steps;           // simulation -> network
@@ -42,15 +42,15 @@ struct Exchange {
     Latest<Snapshot> snapshot;
     std::atomic<std::uint64_t> answers{0}; // snapshots published that show what a command did
     Latest<Sealed> sealed;                 // answers to Seal
-    std::atomic<unsigned> viewers{0};      // nobody looks: nothing is copied
-    std::atomic<bool> spheres{false};      // somebody wants them
+    std::atomic<unsigned> viewers{0};      // no viewer: nothing is copied
+    std::atomic<bool> spheres{false};      // a viewer shows them
     std::atomic<bool> stop{false};
 };
 
 struct LoopOptions {
     std::uint64_t steps = 0;      // 0: until stopped
     bool paced = true;            // false: as fast as it goes, for measurements
-    bool wait_for_viewer = false; // no step before somebody looks for the first time
+    bool wait_for_viewer = false; // no step before the first viewer
 };
 
 /// Before the threads start: sizes what they share, and shows the session as it is.

@@ -1,4 +1,4 @@
-// What the server says as text: the scene, once; then with every frame how the run stands.
+// Text messages of the server: the scene, once; then with every frame the status of the run.
 #pragma once
 
 #include "engine/prepare/prepare_scene.hpp"
@@ -27,7 +27,7 @@ private:
     std::uint64_t first_ = 0; // number of the oldest that is kept
 };
 
-/// Who sits where.
+/// Viewer and driver of a connection.
 struct SeatView {
     unsigned you = 0;
     unsigned driver = 0; // 0: nobody

@@ -22,7 +22,7 @@ constexpr std::array<const char*, kEffectCount> kEffectNames = {"elasticity", "g
 /// m; nothing that can be pulled is larger.
 constexpr double kFurthestTarget = 10.0;
 
-/// One message's members, each asked for once; the first complaint is kept, and what was not asked for is one.
+/// One message's members, each read once; the first error is kept, and an unread member is one.
 class Members {
 public:
     explicit Members(const Json& object) : object_(object) { asked_.insert("type"); }
@@ -40,7 +40,7 @@ public:
         if (value == nullptr) return least;
         if (value->is_number_unsigned())
             if (const auto number = value->get<std::uint64_t>(); number >= least && number <= most) return number;
-        complain(fmt::format("\"{}\" is {}; expected a whole number from {} to {}", key, text_of(*value), least, most));
+        complain(fmt::format("\"{}\" is {}; expected an integer from {} to {}", key, text_of(*value), least, most));
         return least;
     }
     bool flag(const char* key) {
@@ -70,7 +70,7 @@ public:
     void complain(std::string what) {
         if (!error_) error_ = Error{ErrorCode::BadValue, std::move(what)};
     }
-    /// The complaint, also about members that nobody asked for.
+    /// The error, also for members that were not read.
     [[nodiscard]] std::optional<Error> finish() {
         for (const auto& member : object_.items())
             if (!asked_.contains(member.key())) complain(fmt::format("\"{}\" means nothing here", shown(member.key())));

@@ -16,7 +16,7 @@ constexpr std::array<const char*, kSpoilerCount> kReasons = {
     "its budget was a time: another run stops its tests elsewhere. A work budget repeats",
     "the budget was changed on the way",
     "an effect was switched on the way",
-    "tissue was pulled by hand: a path holds the instrument's hand alone",
+    "tissue was pulled by the user: a path holds drive commands alone",
     "the recording was full; what came later is missing",
     "the run stopped: its state left its bounds",
 };
@@ -35,7 +35,7 @@ DriveCommand Recording::position_of(const PathRow& row) const noexcept {
 
 PathRow Recording::row_of(double time, const DriveCommand& position) const noexcept {
     PathRow row{time / time_unit_, position.insertion / length_unit_, position.rotation / angle_unit_};
-    // Not before `time`, or a reader would already be on its way to the next row.
+    // Not before `time`, or a reader would already interpolate towards the next row.
     while (row.time * time_unit_ < time) row.time = std::nextafter(row.time, std::numeric_limits<double>::infinity());
     return row;
 }
@@ -60,7 +60,7 @@ DriveCommand Recording::add(double time, const DriveCommand& wanted) noexcept {
 std::string Recording::text(const Scene& scene, std::size_t steps, std::uint64_t state_hash) const {
     BudgetSpec budget;
     budget.limits = limits_;
-    std::string out = fmt::format("# Hand positions of an interactive run of {}, {} steps.\n", project_path(scene.file), steps);
+    std::string out = fmt::format("# Drive positions of an interactive run of {}, {} steps.\n", project_path(scene.file), steps);
     if (repeatable())
         out += fmt::format("# Bit for bit: trocar run {} --budget {} -n {} --path THIS_FILE\n", shell_quoted(project_path(scene.file)),
                            budget.to_string(), steps);

@@ -1,5 +1,5 @@
-// Where the hand was in every step, as `run --path` reads it. Rows are kept in the scene's units, and the hand is moved by
-// what those rows say, so that a run that reads them back moves it by the same bits.
+// Drive positions of every step, as `run --path` reads them. Rows are kept in the scene's units, and the drive follows
+// those rows, so that a run that reads them back moves the same, bit for bit.
 #pragma once
 
 #include "engine/io/path_csv.hpp"
@@ -13,7 +13,7 @@
 
 namespace trocar::engine::viewer {
 
-/// What a file of hand positions cannot tell: a run that had it is not repeated by the file.
+/// Events that a file of drive positions cannot hold: a run that had one is not repeated by the file.
 enum class Spoiler : std::uint8_t { WallBudget, BudgetChanged, EffectSwitched, TissuePulled, Full, Stopped };
 inline constexpr std::size_t kSpoilerCount = 6;
 
@@ -25,7 +25,7 @@ public:
 
     Recording(const Units& units, const DriveCommand& start, const BudgetLimits& limits);
 
-    /// The hand's position at `time` [s], as near to `wanted` as the scene's units write it: what the script of a run
+    /// The drive position at `time` [s], as near to `wanted` as the scene's units write it: what the script of a run
     /// that reads this recording says then. Full: `wanted` as it is, and the run is spoiled.
     DriveCommand add(double time, const DriveCommand& wanted) noexcept;
     void spoil(Spoiler by) noexcept { spoilers_.fetch_or(1u << static_cast<unsigned>(by), std::memory_order_relaxed); }

@@ -1,5 +1,5 @@
 // The page's server: HTTP for the page and for recordings, a WebSocket for the run. One thread of its own; viewers that are
-// slow get fewer frames, and nobody is waited for.
+// slow get fewer frames, and none is waited for.
 #pragma once
 
 #include "engine/viewer/loop.hpp"

@@ -89,7 +89,7 @@ void Session::apply(const Command& command) {
     std::visit(Overloaded{
                    [&](const Drive& drive) {
                        status_.drive = drive;
-                       if (drive.insertion != 0.0 || drive.rotation != 0.0) status_.script = false; // a hand on the catheter takes over
+                       if (drive.insertion != 0.0 || drive.rotation != 0.0) status_.script = false; // user input takes over
                    },
                    [&](const FollowScript& follow) { status_.script = follow.on && has_script_; },
                    [&](const SetBudget& set) {
@@ -167,8 +167,8 @@ DriveCommand Session::wanted_hand() {
     return evaluate_path(script_, state.time + dt);
 }
 
-/// The hand never runs ahead of the instrument by more than one step: where the wall holds that back, it waits. So it turns
-/// round at once, and no two rows of the recording lie further apart than the limits allow.
+/// The drive never runs ahead of the instrument by more than one step: where the wall stops the instrument, it waits. So it reverses
+/// at once, and no two rows of the recording lie further apart than the limits allow.
 void Session::move_hand() {
     const InstrumentModel& instrument = model_.instruments.front();
     const fem::RodState& rod = simulator_->state().instruments.front().rod;

@@ -1,4 +1,4 @@
-// A person's run of a scene: commands in, steps on. No network, no clock of its own, no thread: what it does in work mode
+// An interactive run of a scene: commands in, steps on. No network, no clock of its own, no thread: what it does in work mode
 // follows from the commands and the steps between which they came.
 #pragma once
 
@@ -19,7 +19,7 @@ inline constexpr std::size_t kEffectCount = 5;
 /// What the page shows beside the step's report.
 struct SessionStatus {
     bool paused = false;
-    bool script = false; // the scene's own script holds the hand
+    bool script = false; // the scene's own script drives
     bool grabbed = false;
     double pace = 1.0;
     Drive drive;
@@ -46,10 +46,10 @@ public:
     [[nodiscard]] const SessionStatus& status() const noexcept { return status_; }
     /// Largest distance between an untested pair's stand-in and what it stands for, m; 0 where nothing is assumed.
     [[nodiscard]] double assumed_error_m() const noexcept;
-    /// Tests a step, as mode Work counts them, with which the exact stage has room as it has without a limit: what the scene's size lets
+    /// Tests a step, as mode Work counts them, with which the exact stage fits as it does without a limit: what the scene's size lets
     /// one expect, or twice what any step has taken so far.
     [[nodiscard]] std::uint64_t work_enough() const noexcept;
-    /// Restart begins another one; whoever reads the last one keeps it.
+    /// Restart begins another one; readers of the last one keep it alive.
     [[nodiscard]] const std::shared_ptr<Recording>& recording() const noexcept { return recording_; }
     [[nodiscard]] std::uint64_t run() const noexcept { return run_; } // counts restarts
 
@@ -76,7 +76,7 @@ private:
     std::optional<Simulator> simulator_;
     std::shared_ptr<Recording> recording_;
     SessionStatus status_;
-    DriveCommand hand_;         // where the hand was in the last step
+    DriveCommand hand_;         // drive position in the last step
     double breath_share_ = 1.0; // of the amplitude: it comes and goes within a second
     unsigned single_steps_ = 0;
     std::uint64_t run_ = 0;

@@ -1,4 +1,4 @@
-// What the page shows of one moment: copied between two steps into memory that is there already.
+// State shown by the page at one instant: copied between two steps into memory that is there already.
 #pragma once
 
 #include "engine/viewer/session.hpp"

@@ -21,7 +21,7 @@ namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
 
-/// The operations of link_frame.hpp in their order, none of them fused.
+/// The operations of link_frame.hpp in their order, without fused multiply-adds.
 HWY_INLINE V inner(const Axes& a, const Axes& b) { return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z)); }
 HWY_INLINE Axes cross(const Axes& a, const Axes& b) {
     const auto minor = [](V p, V q, V r, V s) HWY_ATTR { return hn::Sub(hn::Mul(p, q), hn::Mul(r, s)); };
@@ -93,7 +93,7 @@ void move_range(const RigidLinks& links, const LinkFrame* frames, bool leave_sta
             hn::Add(hn::Add(part(a[0], frame.displacement[0]), part(a[1], frame.displacement[1])), part(a[2], frame.displacement[2]));
         const auto link = hn::Add(part(r[0], frame.turn[0]), hn::Add(part(r[1], frame.turn[1]), part(r[2], frame.turn[2])));
         const auto moved = hn::Mul(hn::Set(d4, links.vertex_blend[v]), hn::Add(origin, link));
-        // Four numbers where three are meant: the fourth is the next vertex's first, which its own turn writes once more. If that one is
+        // Four numbers where three are meant: the fourth is the next vertex's first, rewritten in its own iteration. If that one is
         // static it becomes its rest position: the fourth numbers of all columns are 0.
         if (v + 1 < end) {
             hn::StoreU(hn::Add(hn::LoadU(d4, rest[v].data()), moved), d4, out[v].data());
@@ -105,7 +105,7 @@ void move_range(const RigidLinks& links, const LinkFrame* frames, bool leave_sta
     }
 }
 
-#else // the scalar twin
+#else // the scalar reference
 
 SteerReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFrame* frames, std::size_t begin, std::size_t end) {
     SteerReport report;

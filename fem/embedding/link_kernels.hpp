@@ -1,4 +1,4 @@
-// The vectorised loops over link triangles and dense vertices: AVX-512, AVX2, or the scalar twin, with the same bits.
+// The vectorised loops over link triangles and dense vertices: AVX-512, AVX2, or the scalar reference, with the same bits.
 #pragma once
 
 #include "fem/embedding/rigid_links.hpp"
@@ -11,7 +11,7 @@ namespace trocar::fem {
 /// Link triangles and dense vertices that one thread takes at least.
 inline constexpr std::size_t kLeastFrames = 512, kLeastVertices = 2048;
 
-/// Turns link triangles begin .. end - 1. nodes [node_count]: x the position, v the displacement; frames [frame_count].
+/// Updates the frames of link triangles begin .. end - 1. nodes [node_count]: x the position, v the displacement; frames [frame_count].
 SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames,
                              unsigned threads) noexcept;
 

@@ -13,7 +13,7 @@ LinkTriangle link_triangle(const Triangle& nodes, std::span<const Vec3> position
     return {position[nodes[0]], position[nodes[1]], position[nodes[2]]};
 }
 
-/// Turn of the frame per node displacement: omega = sum_i w[i] dq_i. With b = n x e: omega . n = de.b/|e|,
+/// Rotation of the frame per node displacement: omega = sum_i w[i] dq_i. With b = n x e: omega . n = de.b/|e|,
 /// omega . b = -de.n/|e|, omega . e = (|e| df.n - (f.e) de.n)/|e x f|; e, f the edges, unit where they stand for axes.
 struct TurnRates {
     Mat3 node[3];

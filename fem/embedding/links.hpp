@@ -1,7 +1,7 @@
-// Rigid links: the dense mesh hangs on triangles of coarse nodes. At rest vertex p = O + R with O = sum a_i q_i; the frame
+// Rigid links: the dense mesh is embedded in triangles of coarse nodes. At rest vertex p = O + R with O = sum a_i q_i; the frame
 // of (q0, q1, q2) turns R, so that |R| never changes: p' = p + w (sum a_i u_i + (A' - A) r), u_i node displacements, r the
 // three signed projections of R. Written as displacements, the rest pose is reproduced to the bit wherever it lies.
-// This work is based on: the product's spec, section 3.1 (weights 1/d, a reading of the paper's lost numerators).
+// This work is based on: Mendoza & O'Sullivan 2005, section 3.1 (weights 1/d, a reading of the paper's lost numerators).
 // Deviates: vertices on the same triangle share one frame; embedded vertices take barycentric weights on the face's nearest
 // point, continuous across the face, since 1/d weights leave a jump of strain times edge length between neighbours.
 #pragma once
@@ -29,11 +29,11 @@ namespace trocar::fem {
 SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
                   std::span<Vec3> out) noexcept;
 
-/// The two halves of it. What a vertex does follows from the frames alone, so that it can be placed when somebody looks at it.
+/// The two halves of it. A vertex position follows from the frames alone, so that it can be evaluated lazily.
 SteerReport turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames) noexcept;
 void place_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<const Vec3> rest, std::span<Vec3> out) noexcept;
 
-/// Bytes that one call of steer reads and writes, every array once.
+/// Bytes that one update of the embedded surface reads and writes, every array once.
 [[nodiscard]] std::size_t steer_bytes(const RigidLinks& links) noexcept;
 
 /// dp'/dq_i of one vertex, the turn of its frame included. A static vertex has zero blocks on nodes kNoIndex.

@@ -1,4 +1,4 @@
-// Choosing the triangle of coarse nodes on which each dense vertex hangs.
+// Choosing the triangle of coarse nodes in which each dense vertex is embedded.
 #include "fem/embedding/links.hpp"
 
 #include "base/closest_point.hpp"
@@ -17,7 +17,7 @@ namespace trocar::fem {
 namespace {
 
 /// Nearest nodes that make a thinner triangle than this (sine at its nearest node) are passed over for farther ones: the
-/// frame of a thin triangle spins with the smallest motion of its short side.
+/// frame of a thin triangle rotates fast under the smallest motion of its short side.
 constexpr double kThinSine = 0.25;
 
 struct Choice {
@@ -112,7 +112,7 @@ struct CoarseSurface {
     }
 };
 
-/// The nearest triangle that faces the way of `normal`, looked for as far as one edge beyond the nearest one; else the nearest.
+/// The nearest triangle that faces the way of `normal`, searched as far as one edge beyond the nearest one; else the nearest.
 Index find_patch_centre(const CoarseSurface& surface, const Vec3& p, const Vec3& normal) {
     const auto nearest = surface.tree.closest(p);
     if (!nearest) return kNoIndex;
@@ -163,7 +163,7 @@ std::array<double, 3> inverse_distance_weights(const std::array<double, 3>& dist
 
 struct NodeChoice {
     Triangle nodes;
-    bool widened; // the three nearest would not do
+    bool widened; // the three nearest are collinear or thin
 };
 
 /// Three of the patch: the nearest, the next that is elsewhere, the next that is off their line by least_sine.
@@ -234,7 +234,7 @@ Result<RigidLinks> make_surface_links(const TetMesh& coarse, const TriMesh& dens
         auto choice = choose_nodes(coarse.vertices, nearest, kThinSine);
         if (!choice) choice = choose_nodes(coarse.vertices, nearest, kCollapsedSine);
         if (!choice || choice->widened) builder.count_degenerate();
-        if (!choice) continue; // a patch without area: nothing to hang on, the vertex is static and counted
+        if (!choice) continue; // a patch without area: no frame to embed in, the vertex is static and counted
         std::array<double, 3> distance{};
         for (std::size_t i = 0; i < 3; ++i) distance[i] = (coarse.vertices[choice->nodes[i]] - p).norm();
         builder.add(v, {choice->nodes, inverse_distance_weights(distance)}, 1.0);

@@ -36,7 +36,7 @@ namespace trocar::fem {
                         ++corner[kPaths[path][step]];
                         tet[step + 1] = id(corner[0], corner[1], corner[2]);
                     }
-                    if (path >= 3) std::swap(tet[1], tet[2]); // odd permutations turn inside out
+                    if (path >= 3) std::swap(tet[1], tet[2]); // odd permutations are inverted
                     mesh.tets.push_back(tet);
                 }
     return mesh;

@@ -31,7 +31,7 @@ double tet_volume(const TetMesh& mesh, const Tet& t) noexcept {
     return (mesh.vertices[t[1]] - o).dot((mesh.vertices[t[2]] - o).cross(mesh.vertices[t[3]] - o)) / 6.0;
 }
 
-/// Negative for a tet turned inside out.
+/// Negative for an inverted tet.
 double least_altitude(const TetMesh& mesh, const Tet& t) noexcept {
     const Vec3& o = mesh.vertices[t[0]];
     const Vec3 a = mesh.vertices[t[1]] - o, b = mesh.vertices[t[2]] - o, c = mesh.vertices[t[3]] - o;
@@ -218,7 +218,7 @@ void drop_spare_nodes(TetMesh& mesh) {
         for (Index& node : t) node = to[node];
 }
 
-/// Drops tets on a node that fewer than so many tets share, until none is left: a light node on a stiff corner sets the step of
+/// Drops tets on a node that fewer than so many tets share, until none is left: a light node on a stiff corner limits the stable step of
 /// the whole body.
 void drop_spikes(TetMesh& mesh, unsigned least_tets) {
     std::vector<unsigned> around(mesh.vertices.size());

@@ -154,7 +154,7 @@ private:
         work_.rod.rest_bend[i] = stiffness > 0.0 ? Vec3(moment / stiffness) : Vec3(Vec3::Zero());
     }
 
-    /// What lies in the bore feels no fluid.
+    /// The part inside the outer rod's bore has no fluid drag.
     void join_flow() noexcept {
         work_.flow.clear();
         if (outer_.drive.flow.empty() || inner_.drive.flow.empty()) return;

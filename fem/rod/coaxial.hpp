@@ -2,10 +2,10 @@
 //
 // The catheter's nodes and the wire's nodes beyond its tip are one chain, solved as one rod: in the overlap it bends with the
 // sum of both stiffnesses about the mean of both rest shapes, weighted by them. So neither a wire much stiffer than the
-// catheter nor one much softer needs a shorter step. Along the axis both slide freely on each other: each has its own hand.
+// catheter nor one much softer needs a shorter step. Along the axis both slide freely on each other: each has its own drive.
 // Deviations: no play between wire and catheter; no friction between them; what presses along the axis on the wire's free end
-// is passed to the catheter's tip, as both are one column to the vessel; torsion, where the rods have it, winds each up by
-// itself, without pull on the centre line and without friction's torque.
+// is passed to the catheter's tip, as both are one column to the vessel; torsional wind-up, where the rods have torsion, is each rod's
+// own, without force on the centre line and without friction torque.
 #pragma once
 
 #include "fem/rod/rod.hpp"
@@ -21,7 +21,7 @@ struct CoaxialRod {
     RodWorkspace& workspace;
 };
 
-/// Memory of the joint solve: grown in the first steps, reused afterwards.
+/// Scratch of the joint solve: grown in the first steps, reused afterwards.
 struct CoaxialWorkspace {
     RodModel model; // of the chain: the outer rod's nodes, then the inner one's beyond its tip
     RodState state;
@@ -30,7 +30,7 @@ struct CoaxialWorkspace {
     RodWorkspace rod;
 };
 
-/// Room for the longest chain and `plane_count` planes, so that steps allocate nothing.
+/// Allocates for the longest chain and `plane_count` planes, so that steps allocate nothing.
 void reserve_coaxial(const RodModel& outer, const RodModel& inner, std::size_t plane_count, CoaxialWorkspace& workspace);
 
 /// First node of the inner rod that stands free beyond the outer one's tip; the inner one's node_count where none does.

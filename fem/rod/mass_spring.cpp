@@ -81,7 +81,7 @@ private:
         work_.force[plane.node + 1] += w * plane.force * plane.normal;
     }
 
-    /// Coulomb's force takes as much of the sliding as it can, never more than there is.
+    /// Coulomb friction removes sliding velocity up to its bound, never more than there is.
     void rub(RodPlane& plane) noexcept {
         if (!(plane.force > 0.0)) return;
         const double weight[2] = {1.0 - plane.weight, plane.weight};

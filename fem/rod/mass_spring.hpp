@@ -1,10 +1,10 @@
-// The catheter as a chain of masses with springs, integrated explicitly: what the paper's examples use.
+// The catheter as a chain of masses with springs, integrated explicitly: what the examples of Govindaraju et al. 2005 use.
 //
 // This work is based on:
 //   Govindaraju, Knott, Jain, Kabul, Tamstorf, Gayle, Lin, Manocha 2005, "Interactive Collision Detection between Deformable
 //   Models using Chromatic Decomposition", section 6 (a catheter "modeled as a mass-spring system with 10K triangles").
 // Deviations: the masses are the rod's nodes and the 10K triangles a skin that follows them; springs stretch between
-// neighbours and bend on second differences, so that they are worth E A and E I of the same section; sub-steps are derived.
+// neighbours and bend on second differences, with the stiffnesses E A and E I of the same section; sub-steps are derived.
 // A turn of the handle reaches the tip at once.
 #pragma once
 

@@ -1,5 +1,5 @@
 // The catheter's rod: a chain of nodes with bending and stretch, solved implicitly in linear time, so that the stiffness
-// of polymer or nitinol does not dictate the step. It knows no vessel: contacts reach it as planes.
+// of polymer or nitinol does not dictate the step. It is independent of the vessel: contacts reach it as half-space planes.
 //
 // This work is based on:
 //   Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, "Discrete Elastic Rods" (twist-free frames carried from the base).

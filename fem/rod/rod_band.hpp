@@ -50,7 +50,7 @@ private:
     [[nodiscard]] double* column_of(std::size_t column) noexcept { return data_.data() + column * (kRodBandwidth + 1); }
 
     /// Leaves D and L in column c, takes what it does to the `reach` columns after it off those, and substitutes forward on the way.
-    /// The products of a column wait for nothing but its divisions: entry by entry, each after the one before, it takes five times as long.
+    /// The products of a column depend only on its divisions: entry by entry, each after the one before, it takes five times as long.
     template <class Reach>
     void eliminate(std::size_t c, Reach reach, double* x) noexcept {
         double* own = column_of(c);

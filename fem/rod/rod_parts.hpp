@@ -1,4 +1,4 @@
-// Pieces of a rod's solve that all its integrators share. Internal to fem.
+// Parts of a rod's solve that all its integrators share. Internal to fem.
 #pragma once
 
 #include "fem/rod/rod_model.hpp"
@@ -25,7 +25,7 @@ namespace trocar::fem {
 
 void size_workspace(std::size_t nodes, RodWorkspace& workspace);
 
-/// Frames of where the rod is now turn its rest curvature into the world: workspace.axis, tangent, rest_bend.
+/// Frames of the current configuration rotate its rest curvature into the world: workspace.axis, tangent, rest_bend.
 void find_rest_bend(const RodModel& model, const RodState& state, const RodPort& port, RodWorkspace& workspace) noexcept;
 
 /// How much of the segment behind node `first` has passed the port, [-] of its length, at least a fiftieth: that much of it

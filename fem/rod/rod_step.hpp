@@ -14,17 +14,17 @@ namespace trocar::fem {
 
 /// Newton iterations of one sub-step at most: contacts that come and go settle in 3 to 8.
 inline constexpr unsigned kMaxNewton = 12;
-/// Damped iterations after those, where they did not end: contacts that open each other by turns meet halfway. What is left without them
-/// is no balance of forces, and shows as presses a hundred times those of the steps around.
+/// Damped iterations after those, where they did not end: contacts that open each other in turn converge. Without them the result
+/// is not in equilibrium, and shows contact forces a hundred times those of the neighbouring steps.
 inline constexpr unsigned kMaxDamped = 36;
 inline constexpr double kDamping = 0.5; // [-] of a damped correction
 /// m; a Newton correction below this ends the iteration: a thousandth of a skin's clearance.
 inline constexpr double kNewtonTolerance = 1e-7;
-/// m; no node moves further in one Newton iteration: keeps the linearised stretch honest.
+/// m; no node moves further in one Newton iteration: keeps the linearised stretch valid.
 inline constexpr double kTrustRadius = 2e-3;
 /// m/s; below this sliding speed friction grows linearly instead of jumping, so a stuck rod creeps by at most this.
 inline constexpr double kStickSpeed = 1e-3;
-/// m/s; the same with torsion: at a rod's radius the other one would let it turn by radians a second.
+/// m/s; the same with torsion: at a rod's radius the other bound would let it turn by radians a second.
 inline constexpr double kTwistStickSpeed = 1e-4;
 
 [[nodiscard]] inline double damped_mass(const RodModel& model, std::size_t i, double dt) noexcept {
@@ -117,7 +117,7 @@ private:
     void add_bending(RodBand& band) noexcept {
         const bool uniform = model_.rest_length.empty();
         for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
-            const double share = share_of(i); // what has not passed the port neither bends nor has a rest curvature
+            const double share = share_of(i); // nodes that have not passed the port neither bend nor have a rest curvature
             const double k = model_.bend_stiffness[i] / share;
             const std::array<double, 3> weight = bend_stencil(model_, i);
             const Vec3 bend = uniform ? second_difference(state_.position, i) : unit_change(i, weight);
@@ -133,8 +133,8 @@ private:
         return weight[0] * state_.position[i - 1] + weight[1] * state_.position[i] + weight[2] * state_.position[i + 1];
     }
 
-    /// Bending twists a rod that is not straight, and what is twisted pulls at its bends. The stiffness is no less than the
-    /// true one, of which a node's neighbours have a share. Clears what the planes will do to the angles.
+    /// Bending twists a rod that is not straight, and a twisted rod bends. The stiffness is no less than the
+    /// true one, of which a node's neighbours have a share. Clears the planes' torques on the angles.
     void add_twist(RodBand& band) noexcept {
         twist_->find_writhe();
         for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
@@ -177,7 +177,7 @@ private:
         return (before - now) * model_.design.radius * work_.tangent[plane.node].cross(plane.normal);
     }
 
-    /// Friction on the surface turns the rod: grip holds its angle, push turns it on as the rod slides across itself.
+    /// Friction on the surface turns the rod: `grip` resists a change of angle, `push` turns it as the rod slides sideways.
     void add_grip(const RodPlane& plane, const Vec3& slide, double viscous) noexcept {
         if (twist_ == nullptr) return;
         const double radius = model_.design.radius;

@@ -108,7 +108,7 @@ void RodTwist::begin() noexcept {
     for (std::size_t i = 0; i < model_.node_count(); ++i) turn_rest_bend(i);
 }
 
-/// Row of node i: what turns it, and how that changes with its angle; beside[i] couples it to node i - 1.
+/// Row of node i: its torque, and the derivative by its angle; beside[i] couples it to node i - 1.
 void RodTwist::assemble(std::size_t i) noexcept {
     const double inertia = model_.turn_inertia[i] / (dt_ * dt_);
     const double damped = inertia * (1.0 + model_.design.drag * dt_);
@@ -128,7 +128,7 @@ void RodTwist::assemble(std::size_t i) noexcept {
     if (const double k = model_.bend_stiffness[i]; k > 0.0) {
         const Vec3 bend = second_difference(state_.position, i);
         sum += k * bend.dot(work_.tangent[i].cross(work_.rest_bend[i]));
-        diagonal += k * std::max(0.0, bend.dot(work_.rest_bend[i])); // beyond a right angle it would pull the matrix down
+        diagonal += k * std::max(0.0, bend.dot(work_.rest_bend[i])); // beyond a right angle it would make the matrix indefinite
     }
     work_.turn[i] = sum;
     work_.diagonal[i] = diagonal;
@@ -157,7 +157,7 @@ double RodTwist::turn() noexcept {
     return largest * model_.design.radius;
 }
 
-/// Frames that went along in time stand turned against those that are carried along the rod now: by what its writhe changed.
+/// Frames transported in time are rotated against those transported along the rod now, by the change of its writhe.
 void RodTwist::recount_angles() noexcept {
     Vec3 m = perpendicular_axis(drive_.port.direction), last = drive_.port.direction;
     for (std::size_t i = 0; i < model_.node_count(); ++i) {

@@ -3,9 +3,9 @@
 // This work is based on:
 //   Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, "Discrete Elastic Rods" (angles on a frame carried without twist).
 //   Bergou, Audoly, Vouga, Wardetzky, Grinspun 2010, "Discrete Viscous Threads" (gradient of the twist at a node).
-// Deviations: angles sit at the nodes, where the rest curvature acts, not on the segments; positions and angles take turns,
-// each least in energy for the other. In a sub-step the frames go along by parallel transport in time, and bending changes the
-// twist by its gradient at the start; then the angles are counted from frames carried along the rod again.
+// Deviations: angles sit at the nodes, where the rest curvature acts, not on the segments; positions and angles alternate,
+// each least in energy for the other. In a sub-step the frames are parallel-transported in time, and bending changes the
+// twist by its gradient at the start; then the angles are measured from frames transported along the rod again.
 #pragma once
 
 #include "fem/rod/rod_model.hpp"
@@ -23,7 +23,7 @@ public:
     /// Frames of the sub-step, gradient of the twist, first guess of the angles; keeps where the nodes start.
     void begin() noexcept;
 
-    /// Adds up how far the rod's bending has twisted it in this sub-step, where the positions are now.
+    /// Accumulates how far bending has twisted the rod in this sub-step, at the current positions.
     void find_writhe() noexcept;
 
     /// How bending node i twists the rod: gradient for nodes i - 1, i, i + 1, 1/m.
@@ -60,7 +60,7 @@ private:
     RodWorkspace& work_;
 };
 
-/// Room for the angles; nothing without torsion.
+/// Allocates for the angles; nothing without torsion.
 void size_twist_workspace(const RodModel& model, RodWorkspace& workspace);
 
 } // namespace trocar::fem

@@ -1,4 +1,4 @@
-// 3x3 matrices as plain arrays: Eigen's are slower where nine numbers are all there is.
+// 3x3 matrices as plain arrays: Eigen's are slower at this size.
 #pragma once
 
 namespace trocar::fem {

@@ -62,7 +62,7 @@ void fill_lane(TetBatch& batch, std::size_t lane, const TetShape& shape, double 
 }
 
 /// Lane l of a chunk's batches walks along the l-th eighth of the chunk: neighbours in space, which share nodes, do not meet in
-/// one batch, where their sums would wait for each other.
+/// one batch, where their sums would depend on each other.
 void fill_chunk(ForcePlan& plan, const ForceChunk& chunk, std::span<const Tet> tets, std::span<const TetShape> shapes,
                 std::span<const Index> order) {
     for (std::size_t lane = 0; lane < kBatch; ++lane)

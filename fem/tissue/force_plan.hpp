@@ -1,5 +1,5 @@
-// How the force kernels see a body: tets in Morton order, eight at a time; nodes renumbered by first use and kept as 64-byte
-// records. Callers never meet this order: integrators gather from and scatter to the caller's own node ids.
+// Data layout of the force kernels: tets in Morton order, eight at a time; nodes renumbered by first use and kept as 64-byte
+// records. Callers never see this order: integrators gather from and scatter to the caller's own node ids.
 // Forces are summed twice: each chunk of tets into its own slots, in order; then the slots of a node, in order. Which thread
 // ran a chunk does not show in the bits.
 #pragma once

@@ -18,7 +18,7 @@ void prepare_workspace(const ForcePlan& plan, RkWorkspace& w) {
 
 enum class StageOutcome : std::uint8_t { Fine, NotFinite, Stiffened };
 
-/// Sees a tet stiffen since the step was derived.
+/// Detects that a tet has stiffened since the step was derived.
 struct StiffnessWatch {
     TetGrowth growth;
     double largest = 1.0; // growth met so far
@@ -41,7 +41,7 @@ bool can_keep(const TissueModel& model, const StableStepWorkspace& w, const Subs
            holds(w, limits, 1.0);
 }
 
-/// Is the next derivation so near, with so many sub-steps in a call, that a round of it should be taken now?
+/// Is the next derivation near enough, at this number of sub-steps per call, that one of its rounds should run now?
 bool comes_near(const TissueModel& model, const StableStepWorkspace& w, const SubstepLimits& limits, unsigned substeps) noexcept {
     const int left = rounds_to_come(model, w);
     return left > 0 && w.rates_age + std::uint64_t{substeps} * static_cast<unsigned>(left) >= limits.substeps_per_estimate;
@@ -53,7 +53,7 @@ StiffnessWatch make_watch(const ForcePlan& plan, StableStepWorkspace& w, bool de
     return {{derived ? TetGrowth::Use::Note : TetGrowth::Use::Compare, w.notes.data()}};
 }
 
-/// What a sub-step needs at hand.
+/// Inputs of a sub-step.
 struct Substep {
     const TissueModel& model;
     const IntegrateInputs& inputs;
@@ -164,7 +164,7 @@ void measure_end(const TissueModel& model, const TissueState& state, RkWorkspace
         report.kinetic_j += 0.5 * model.node_mass[node] * state.velocity[node].squaredNorm();
 }
 
-/// A state that arrives broken is reported before anything spreads from it.
+/// A state that arrives broken is reported before it spreads.
 Index find_bad_node(const TissueState& state) noexcept {
     for (std::size_t node = 0; node < state.position.size(); ++node)
         if (!is_finite(state.position[node]) || !is_finite(state.velocity[node])) return static_cast<Index>(node);
@@ -188,7 +188,7 @@ void begin(const TissueModel& model, TissueState& state, double step, const Inte
     gather_records(model.plan, state.position, state.velocity, w.start);
 }
 
-/// Pinned nodes to the last bit where they were sent, and the end's energies.
+/// Sets pinned nodes exactly to their targets, and computes the end's energies.
 void finish(const TissueModel& model, TissueState& state, const IntegrateInputs& inputs, bool arrived, RkWorkspace& w,
             IntegrateReport& report) noexcept {
     if (arrived && !inputs.pinned_target.empty())
@@ -232,7 +232,7 @@ AdvanceReport advance(const TissueModel& model, TissueState& state, double step,
     double left = step, cap = kNone;
     while (done.finite() && left > 0.0) {
         const bool derive = !can_keep(model, stable_workspace, limits);
-        // what stiffened is looked at with all rounds, not with those from before
+        // after stiffening, all rounds are taken anew, not those from before
         if (derive && stable_workspace.rates_age < limits.substeps_per_estimate) stable_workspace.rounds_ahead = 0;
         const StableStep stable = derive ? find_stable_step(model, w.start, inputs.springs, stable_workspace, limits.integrator)
                                          : find_stable_step_again(model, inputs.springs, stable_workspace, limits.integrator);

@@ -50,8 +50,8 @@ IntegrateReport integrate(const TissueModel& model, TissueState& state, double s
 IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, double step, unsigned substeps, const IntegrateInputs& inputs,
                               RkWorkspace& workspace) noexcept;
 /// One force evaluation a sub-step, second order, symplectic without damping. It wants equal frames: what it conserves is a
-/// neighbour of the energy that depends on the step, and a step that goes back and forth near its limit pumps energy. RK4 does
-/// not mind.
+/// neighbour of the energy that depends on the step, and a step that goes back and forth near its limit pumps energy. RK4 is
+/// not affected.
 IntegrateReport integrate_leapfrog(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                                    const IntegrateInputs& inputs, RkWorkspace& workspace) noexcept;
 
@@ -73,7 +73,7 @@ struct AdvanceReport {
 };
 
 /// Advances by `step` in as many sub-steps as the body's stiffness asks for at the time. A derived step is kept, over calls too,
-/// until some tet has stiffened too much for it (KeptGrowth): every force evaluation looks. A sub-step in which a tet stiffens to
+/// until some tet has stiffened too much for it (KeptGrowth): every force evaluation checks. A sub-step in which a tet stiffens to
 /// kRejectedGrowth is not taken: the step is derived again, and halved where that alone does not help. At the worst the call
 /// is refused, the state finite and where time_done says.
 AdvanceReport advance(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs, const SubstepLimits& limits,

@@ -31,7 +31,7 @@ struct alignas(64) StiffnessNote {
     double per_size[kBatch];    // of |F|^2, which drag and turning frames grow with
 };
 
-/// Sees in a force evaluation how much the stiffest tet has grown since an earlier one.
+/// Measures in a force evaluation how much the stiffest tet has grown since an earlier one.
 struct TetGrowth {
     enum class Use : std::uint8_t { None, Note, Compare };
     Use use = Use::None;
@@ -61,7 +61,7 @@ struct TetSum {
 /// Of all tets, by the job's law and constants. per_chunk [plan.chunks.size()] is scratch.
 TetSum sum_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<TetSum> per_chunk) noexcept;
 
-/// What a node does with its force F: a = inv_mass (F + extra) + gravity - mass_damping v, 0 where pinned; D = [v | a].
+/// Node update from its force F: a = inv_mass (F + extra) + gravity - mass_damping v, 0 where pinned; D = [v | a].
 enum class NodeUpdate : std::uint8_t {
     FirstStage,  // slope = D, out = start + reach D
     MiddleStage, // slope += 2 D, out = start + reach D

@@ -39,7 +39,7 @@ Moment look_at_rest(const ContactSprings& springs, Index spring, double time, do
         [](Index) -> Vec3 { return Vec3::Zero(); });
 }
 
-/// What the forces of a balanced spring get on top, so that they have no moment about any point: alpha x (x_k - mean) for each N of push.
+/// Correction of a balanced spring's forces, so that they have no moment about any point: alpha x (x_k - mean) for each N of push.
 struct Couple {
     Vec3 mean = Vec3::Zero(), alpha = Vec3::Zero();
     [[nodiscard]] Vec3 at(const Vec3& x) const noexcept { return alpha.cross(x - mean); }
@@ -67,7 +67,7 @@ Couple find_couple(const ContactSprings& springs, const ContactSpring& spring, P
 template <class Position, class Velocity, class Push>
 SpringReport add_forces(const ContactSprings& springs, double time, Position&& position, Velocity&& velocity, Push&& push_node) noexcept {
     SpringReport report;
-    Index before = kNoIndex; // a spring that was just looked at, and what it pushes with: mostly the load of those behind it
+    Index before = kNoIndex; // the spring evaluated last, and its force: mostly the load of those that follow it
     double push_before = 0.0;
     for (Index index = 0; index < springs.springs.size(); ++index) {
         const ContactSpring& spring = springs.springs[index];

@@ -1,5 +1,5 @@
 // One-sided contact springs on the nodes: the only form in which contact reaches the tissue. engine/step makes them from
-// contacts through the transposed links; fem knows no contact, no other body, no budget.
+// contacts through the transposed links; fem is independent of contacts, other bodies and budgets.
 #pragma once
 
 #include "fem/tissue/force_plan.hpp"
@@ -23,11 +23,11 @@ struct SpringEntry {
 /// what the spring `load` before it pushes with at that moment.
 struct ContactSpring {
     Index first_entry = 0;                                  // into ContactSprings::entries
-    std::uint16_t entry_count = 0;                          // coarse nodes it hangs on, 3 for a linked vertex
-    bool balanced = false;                                  // it hangs on the nodes of both places that it pushes apart
+    std::uint16_t entry_count = 0;                          // coarse nodes it acts on, 3 for a linked vertex
+    bool balanced = false;                                  // it acts on the nodes of both places that it pushes apart
     Index load = kNoIndex;                                  // the spring whose push bounds its own; kNoIndex: it does not hold
     double offset = 0.0;                                    // m
-    double rate = 0.0;                                      // m/s, what it stands against moves on by itself; < 0: it comes nearer
+    double rate = 0.0;                                      // m/s, prescribed motion of the obstacle; < 0: it approaches
     double stiffness = 0.0;                                 // N/m, >= 0
     double damping = 0.0;                                   // N s/m, >= 0
     double limit = std::numeric_limits<double>::infinity(); // N, >= 0
@@ -46,7 +46,7 @@ struct ContactSprings {
 
 struct SpringReport {
     std::uint32_t pressed = 0; // springs with a negative gap, and those that hold beneath such a load
-    double energy = 0.0;       // J, what the pressed ones give back: 1/2 stiffness gap^2 up to their limit
+    double energy = 0.0;       // J, stored energy of the pressed ones: 1/2 stiffness gap^2 up to their limit
     double deepest_gap = 0.0;  // m, <= 0
 };
 
@@ -57,7 +57,7 @@ SpringReport add_spring_forces(const ContactSprings& springs, double time, std::
 
 /// m; of one spring, `time` (s) after it was made.
 [[nodiscard]] double find_spring_gap(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept;
-/// N; what it pushes with then, if nothing moves: without damping.
+/// N; its force then, if nothing moves: without damping.
 [[nodiscard]] double find_spring_push(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept;
 
 /// The same on records in the plan's order; entries name nodes in the caller's.

@@ -117,7 +117,7 @@ void prepare_workspace(const TissueModel& model, StableStepWorkspace& w) {
     if (w.mode.size() != count) w.warm = false;
     size_workspace(model, w);
     const bool viscous = model.material.viscosity > 0.0, both_warm = w.warm && w.damping_mode.size() == count;
-    if (w.rounds_ahead > 0 && (viscous ? both_warm : w.warm)) return; // the modes are on their way
+    if (w.rounds_ahead > 0 && (viscous ? both_warm : w.warm)) return; // the next modes are being iterated
     w.rounds_ahead = 0;
     prepare_mode(w.mode, model.plan, w.root_inv_mass, w.warm);
     if (viscous) prepare_mode(w.damping_mode, model.plan, w.root_inv_mass, both_warm);
@@ -211,7 +211,7 @@ StableStep find_stable_step(const TissueModel& model, std::span<const NodeRecord
 }
 
 StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& w, Integrator integrator) {
-    if (w.root_inv_mass.size() != model.node_count()) size_workspace(model, w); // its rates came with a checkpoint
+    if (w.root_inv_mass.size() != model.node_count()) size_workspace(model, w); // its rates were restored from a checkpoint
     return join(model, w.rates, springs, w, integrator);
 }
 
@@ -226,7 +226,7 @@ void derive_ahead(const TissueModel& model, std::span<const NodeRecord> records,
     const Eigenvalue found =
         drag ? iterate(model, TetKernel::Damping, w.damping_mode, w, 1) : iterate(model, TetKernel::Stiffness, w.mode, w, 1);
     ++w.rounds_ahead;
-    if (drag && viscous_ahead(model, w) == w.warm_rounds) w.rates.viscous = found.value; // the last round tells the rate
+    if (drag && viscous_ahead(model, w) == w.warm_rounds) w.rates.viscous = found.value; // the last round gives the rate
 }
 
 double cap_viscosity(const TissueModel& model, const StableStep& at_rest, Integrator integrator) noexcept {

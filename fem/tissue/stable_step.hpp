@@ -96,7 +96,7 @@ struct KeptGrowth {
 [[nodiscard]] constexpr KeptGrowth kept_growth(Integrator integrator) noexcept {
     return integrator == Integrator::Rk4 ? KeptGrowth{1.1, 1.4} : KeptGrowth{1.05, 1.15};
 }
-inline constexpr unsigned kLeastKept = 8; // sub-steps: a derivation costs as much as two of RK4's, or six of leapfrog's
+inline constexpr unsigned kLeastKept = 8; // sub-steps; a derivation costs as much as two of RK4's, or six of leapfrog's
 /// A sub-step within which a tet stiffens to this is not taken.
 inline constexpr double kRejectedGrowth = 2.0;
 
@@ -104,7 +104,7 @@ inline constexpr double kRejectedGrowth = 2.0;
 /// at rest: drag is linear in the viscosity.
 [[nodiscard]] double cap_viscosity(const TissueModel& model, const StableStep& at_rest, Integrator integrator) noexcept;
 
-/// Drag on the strain rate grows with the square of the mesh's frequencies: left alone it would set the step of the body.
+/// Drag on the strain rate grows with the square of the mesh's frequencies: unlimited it would set the stable step of the body.
 inline constexpr double kViscousStepShare = 0.1;
 
 /// How many equal sub-steps of at most `stable.step` cover `step`; 0 when the limit is 0 or more than max_substeps are needed.

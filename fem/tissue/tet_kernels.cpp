@@ -17,7 +17,7 @@ HWY_BEFORE_NAMESPACE();
 namespace trocar::fem {
 namespace HWY_NAMESPACE {
 
-/// Notes or compares; 1 where there is nothing to compare with. A crushed tet (|F|^2 below 1; 3 is rest) has no drag worth a note.
+/// Notes or compares; 1 where there is nothing to compare with. A crushed tet (|F|^2 below 1; 3 is rest) has negligible drag.
 template <bool kSize>
 HWY_INLINE V find_growth(const TetGrowth& growth, std::size_t first, V tangent, V size_sq) {
     if (growth.use == TetGrowth::Use::None) return set(1.0);
@@ -66,7 +66,7 @@ Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob&
     const std::size_t end = chunk.first_batch + chunk.batch_count;
     if constexpr (kKernel == TetKernel::ViscousForce && kLanes == kBatch) {
         // Three batches under way at once: the last one's forces are summed and the next is loaded around the evaluation of this one, a
-        // chain longer than a processor looks ahead. The sums keep their order. A tenth faster; the elastic chain is too short to gain,
+        // chain longer than the out-of-order window. The sums keep their order. A tenth faster; the elastic chain is too short to gain,
         // and AVX2 has too few registers.
         const TetBatch* last = &plan.batches[chunk.first_batch];
         M3 edges = load_edges(*last, 0, records, false), force;

@@ -44,7 +44,7 @@ struct Constants {
         : mu(hn::Mul(set(c.mu), factor)), lambda(hn::Mul(set(c.lambda), factor)), rest_volume(set(c.rest_volume)) {}
 };
 
-/// What a force evaluation finds of every tet.
+/// Results of a force evaluation, per tet.
 struct Response {
     M3 force;  // columns: on corners 1 to 3, N
     V det;     // det F
@@ -202,7 +202,7 @@ struct CorotationalLanes {
         return fms(c.lambda, hn::Sub(contract(r, f), set(3.0)), hn::Add(c.mu, c.mu));
     }
     static constexpr bool kTurns = true;
-    /// Linear in stretch: it stiffens only where a stretched frame resists to turn, which |F|^2 sees.
+    /// Linear in stretch: it stiffens only where a stretched frame resists to turn, which |F|^2 measures.
     template <bool kViscous>
     static HWY_INLINE Response respond(const TetBatch& batch, std::size_t lane, const TetJob& job, V factor, const M3& edges,
                                        const NodeRecord* records) {

@@ -37,7 +37,7 @@ Result<void> check_nodes(const TetMesh& mesh) {
     return {};
 }
 
-/// The same four nodes twice count twice in mass and stiffness: never meant.
+/// The same four nodes twice count twice in mass and stiffness: never intended.
 Result<void> check_repeats(const TetMesh& mesh) {
     std::vector<std::pair<Tet, std::size_t>> sorted;
     for (std::size_t tet = 0; tet < mesh.tets.size(); ++tet) {

@@ -24,7 +24,7 @@ struct TissueModel {
     std::vector<double> inv_mass;    // [node_count] 1/kg, 0 pins the node
     std::vector<Vec3> rest_position; // [node_count] m
     std::vector<Index> pinned;       // node ids, ascending, each once
-    ForcePlan plan;                  // the same body in the kernels' own order
+    ForcePlan plan;                  // the same body in the kernels' order
     double volume = 0.0;             // m^3, all tets
     double mass = 0.0;               // kg, all nodes, pinned ones included
 

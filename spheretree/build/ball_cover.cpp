@@ -190,7 +190,7 @@ bool move_one(const CoverTask& task, const BodyDepth& body, std::vector<Ball>& b
     for (std::size_t i = 1; i < balls.size(); ++i)
         if (balls[i].overhang() > balls[worst].overhang()) worst = i;
     std::size_t spare = balls.size();
-    if (balls.size() >= task.most) { // overhang the others would need, were ball i not there
+    if (balls.size() >= task.most) { // overhang the others would need, without ball i
         std::vector<double> without(balls.size(), 0.0);
         for (std::size_t k = 0; k < task.ids.size(); ++k) {
             double least = std::numeric_limits<double>::infinity();

@@ -14,10 +14,10 @@ namespace trocar::spheretree {
 struct CoverTask {
     std::span<const Vec3> points;
     std::span<const Index> ids;       // of the points to hold
-    std::span<const Ball> candidates; // centres and depths; radii are not looked at
+    std::span<const Ball> candidates; // centres and depths; radii are not used
     unsigned most = 8;                // balls at most
     bool brief = false;               // a first guess will do
-    std::size_t samples = 768;        // points that the greedy cover looks at: where it begins is half of where it ends
+    std::size_t samples = 768;        // points that the greedy cover examines: it begins with half as many as it ends with
 };
 
 /// Every ball holds the points that are best left to it; together all of them. Never empty for points that are not.

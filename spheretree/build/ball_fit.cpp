@@ -54,7 +54,7 @@ Ball fit_ball(const Ball& start, std::span<const Vec3> points, std::span<const I
         const double reached = std::sqrt(far.distance_sq);
         if (reached - depth < best.overhang()) best = {centre, depth, reached};
     }
-    if (body.solid() && best.centre != start.centre) { // walked by about; judged by the surface itself
+    if (body.solid() && best.centre != start.centre) { // steps use approximate depths; the result is judged by the surface itself
         const auto hit = body.inside().tree().closest(best.centre, std::abs(best.depth) * 1.000001);
         if (hit) best.depth = best.depth < 0.0 ? -hit->distance : hit->distance;
         if (best.overhang() > first.overhang()) return first;

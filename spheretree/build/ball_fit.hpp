@@ -12,14 +12,14 @@
 
 namespace trocar::spheretree {
 
-/// How deep places lie inside a body.
+/// Depth of points inside a body (negative signed distance).
 class BodyDepth {
 public:
     /// A surface without an inside has depth 0 everywhere: balls are then as small as can be.
     BodyDepth(const TriMesh& surface, bool solid) : inside_(surface), solid_(solid) {}
 
     /// Points of the surface, no farther than `spacing` [m] apart: where the surface is much farther away than that, walks measure
-    /// to them. Looking at the triangles themselves costs five times as much.
+    /// to them. Measuring to the triangles themselves costs five times as much.
     void set_cloud(std::span<const Vec3> points, double spacing) {
         cloud_.assign(points.begin(), points.end());
         cloud_tree_.emplace(cloud_);

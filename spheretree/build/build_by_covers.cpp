@@ -184,7 +184,7 @@ private:
         for (std::size_t k = 0; k < above.levels.size(); ++k) levels_[levels_.size() - 2 - k].balls = above.levels[k];
     }
 
-    /// Leaves that hold what they are left with: less of them outside.
+    /// Refits leaves to the points left to them: less of them outside.
     void trim_leaves() {
         if (!body_.solid() || options_.depth == 0) return;
         std::vector<Ball> balls;

@@ -114,7 +114,7 @@ std::uint64_t checksum(std::span<const Index> ids) {
     return sum | 1U;
 }
 
-/// Fits the balls whose points are not those they were fitted to, side by side: none looks at another. False: there are none.
+/// Fits the balls whose points are not those they were fitted to, in parallel: they are independent. False: there are none.
 bool fit_changed(const LevelTask& task, const LevelShares& shares, const BodyDepth& body, LevelBalls& level) {
     std::vector<std::size_t> changed;
     for (std::size_t i = 0; i < level.balls.size(); ++i)
@@ -185,7 +185,7 @@ std::vector<Index> far_half(const LevelTask& task, const Ball& ball, std::span<c
     return half;
 }
 
-/// A parent with room for one more child that holds most of these points, the present one first. kNoIndex: none holds any.
+/// A parent with a free child slot that holds most of these points, the present one first. kNoIndex: none holds any.
 Index find_parent(const LevelTask& task, std::span<const Index> ids, Index present, std::span<const unsigned> children) {
     if (children[present] < task.branching) return present;
     Index best = kNoIndex;
@@ -209,7 +209,7 @@ public:
         : task_(task), shares_(shares), level_(level), children_(children), known_(level.balls.size(), 0),
           masks_(level.balls.size() * words()) {}
 
-    /// The nearest parent with room, child by child from there to here. False: there is no way.
+    /// The nearest parent with a free child slot, child by child from there to here. False: there is no such chain.
     bool make_room(Index parent) {
         if (words() == 0) return false;
         std::vector<std::size_t> via(task_.parents, SIZE_MAX); // the ball that came to each parent
@@ -332,7 +332,7 @@ LevelBalls first_balls(const LevelTask& task, std::span<const Index> above, cons
 
 /// Whom each point would go to, were its owner not there.
 struct Seconds {
-    std::vector<Index> ball;  // [points] kNoIndex: nobody near
+    std::vector<Index> ball;  // [points] kNoIndex: none near
     std::vector<double> need; // [points] m
 };
 
@@ -376,7 +376,7 @@ std::size_t remove_cheapest(const LevelTask& task, const LevelShares& shares, Le
             task.aim == LevelAim::LeastOverhang ? need : area_of(task, shares.of(i)) * (need - 0.5 * level.balls[i].overhang()), i);
     }
     std::sort(order.begin(), order.end());
-    if (task.aim == LevelAim::LeastOverhang) { // room is wanted beneath the worst ball's parent above all
+    if (task.aim == LevelAim::LeastOverhang) { // a child slot is needed beneath the worst ball's parent above all
         const Index parent = level.parent[worst_ball(level.balls)];
         std::stable_partition(order.begin(), order.end(), [&](const auto& entry) { return level.parent[entry.second] == parent; });
     }
@@ -458,7 +458,7 @@ void relax_level(const LevelTask& task, const BodyDepth& body, unsigned rounds, 
 bool fill_level(const LevelTask& task, const BodyDepth& body, LevelBalls& level) {
     const std::size_t most = task.parents * task.branching;
     LevelScore best = judge(task, list_shares(level.owner, level.balls.size()), level.balls);
-    std::size_t skipped = 0;   // splits that led to nothing: the new ball lost its points again
+    std::size_t skipped = 0;   // splits without effect: the new ball lost its points again
     unsigned without_gain = 0; // rounds of splits: a ball is not made of smaller balls
     while (level.balls.size() < most && skipped < kPatience && without_gain < kRoundsWithoutGain) {
         const auto wanted = static_cast<std::size_t>(kSplitShare * static_cast<double>(level.balls.size())) + 1;

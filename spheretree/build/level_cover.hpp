@@ -76,8 +76,8 @@ struct LevelTask {
 /// above  [points] owner of each point on the level above
 [[nodiscard]] LevelBalls cover_level(const LevelTask& task, std::span<const Index> above, const BodyDepth& body);
 
-/// Splits the worst balls as long as there is room beneath a parent, and relaxes in between. False: room is left, since more balls
-/// lead to nothing.
+/// Splits the worst balls as long as a parent has a free child slot, and relaxes in between. False: slots are left, since more balls
+/// improve nothing.
 bool fill_level(const LevelTask& task, const BodyDepth& body, LevelBalls& level);
 
 [[nodiscard]] double largest_overhang(std::span<const Ball> balls) noexcept;

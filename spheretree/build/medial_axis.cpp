@@ -19,7 +19,7 @@ constexpr int kMaxShrinks = 16;        // 3 to 5 are usual
 constexpr int kMaxGrowths = 8;         // steps towards the medial axis
 constexpr unsigned kGrowEvery = 6;     // the axis is far shorter than the wall: a sixth of the balls finds all of it
 /// [-] A ball whose innermost hundredth is free counts as touching. At its medial centre a ball touches a whole ring of
-/// wall: asking for more would look at every triangle of the ring.
+/// wall: a stricter test would examine every triangle of the ring.
 constexpr double kTouch = 0.01;
 constexpr std::size_t kPilots = 4000; // balls that measure the local radius
 constexpr double kPilotReach = 1.1;   // of a pilot ball's radius: wall so near to it is as wide as the ball

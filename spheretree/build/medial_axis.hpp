@@ -1,4 +1,4 @@
-// Free balls inside a closed surface: the raw material of a lumen tree.
+// Inscribed spheres of a closed surface: the input of a lumen tree.
 //
 // This work is based on: Ma, Bae, Choi 2012 (shrinking balls) and Peters & Ledoux 2016 (separation angle); see lumen_tree.hpp.
 #pragma once
@@ -14,7 +14,7 @@ struct WallSample {
     Vec3 inward = Vec3::UnitX(); // unit, into the lumen
     double local_radius = 0.0;   // m, of the largest ball about: the lumen's width here, corners and roughness ignored
     double radius = 0.0;         // m, of the ball that touches here; 0: none was found
-    double deficit = 0.0;        // m, from the sample to that ball: what the wall's facets hide in their corners
+    double deficit = 0.0;        // m, from the sample to that ball: the part that the corners of the wall's facets make unreachable
 };
 
 struct MedialBalls {

@@ -9,7 +9,7 @@ namespace trocar::spheretree {
 struct NodeTask {
     std::span<const Vec3> points;
     std::span<const Index> ids;   // corners of the node's pieces, each once, ascending
-    std::span<const Ball> medial; // balls of the whole body, free inside it
+    std::span<const Ball> medial; // inscribed spheres of the whole body
     Ball node;                    // the node's own
     Box3 cell;                    // octree: the node's cell
     unsigned branching = 8;

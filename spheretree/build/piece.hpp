@@ -13,7 +13,7 @@ struct Piece {
     Index triangle = kNoIndex;      // of the mesh, that it is a part of
 };
 
-/// Points that pieces hang on: the mesh's vertices first, then midpoints, each of two earlier points. Midpoints move with
+/// Points that define the pieces: the mesh's vertices first, then midpoints, each of two earlier points. Midpoints move with
 /// their parents, so a piece stays a part of its triangle while the mesh deforms.
 class PieceSet {
 public:

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMostCuts = 40;
 constexpr double kCoarser = 4.0, kWhole = 4.0; // of the smallest pieces: growth from try to try, and where pieces stay whole
-constexpr std::size_t kFewBalls = 16;          // so few are all looked at for every piece
+constexpr std::size_t kFewBalls = 16;          // so few are all tested for every piece
 
 double reach(const PieceSet& set, const Piece& piece, const Vec3& centre) {
     double far_sq = 0.0;

@@ -9,7 +9,7 @@ namespace trocar::spheretree {
 /// Ids of all corners, each once, ascending.
 [[nodiscard]] std::vector<Index> corners_of(std::span<const Piece> pieces);
 
-/// How many pieces cuts may lead to. Ordinary bodies come to about 200 a leaf; a surface drawn out into needles is as long as it likes
+/// How many pieces cuts may lead to. Ordinary bodies come to about 200 a leaf; a surface drawn out into needles can be arbitrarily long
 /// with next to no area, and would be cut without end.
 struct CutLimit {
     std::size_t most = 0;

@@ -1,4 +1,4 @@
-// What a sphere tree is worth: how far it reaches outside, what it leaves uncovered, what a descent reaches.
+// Quality of a sphere tree: how far it reaches outside, what it leaves uncovered, what a descent reaches.
 #pragma once
 
 #include "base/inside.hpp"
@@ -22,9 +22,9 @@ struct TreeQuality {
 
 struct QualityOptions {
     /// Triangles are cut until a part lies in one sphere, or is shorter than this share of the longest box edge and counts as
-    /// uncovered: the answer is a bound, never luck.
+    /// uncovered: the answer is a bound, not an estimate.
     double finest = 1e-4;
-    unsigned directions = 128; // places looked at on every sphere, beside the one farthest from the surface by the bound
+    unsigned directions = 128; // places sampled on every sphere, beside the one farthest from the surface by the bound
     unsigned lines = 256;      // the union's volume is summed along lines x lines rays
 };
 

@@ -62,7 +62,7 @@ std::string instead(Builder builder) {
     return "the " + std::string(builder_name(builder)) + " builder needs a closed surface; builder \"shell\" takes any";
 }
 
-/// Triangles at edges that spoil `bad(uses of the edge)`, first 8.
+/// Triangles at edges that fail `bad(uses of the edge)`, first 8.
 template <class Bad>
 std::string triangles_at(const TriMesh& surface, Bad&& bad) {
     std::vector<Index> ids;

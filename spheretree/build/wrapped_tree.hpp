@@ -31,7 +31,7 @@ struct WrappedTree {
     bool coarser = false;
 };
 
-/// Fails (BadMesh, first bad triangles named, and the builder or the repair that would do) on an open, self-intersecting,
+/// Fails (BadMesh, first bad triangles named, and the builder or the repair that would accept it) on an open, self-intersecting,
 /// inconsistently oriented or inverted surface where the builder needs a closed one; (BadMesh) on an empty or non-finite
 /// surface, or one beyond kLargestCoordinate; (BadValue) on options out of range. Non-manifold edges and several components are fine.
 /// Coordinates may be in any unit. The same input gives the same bits.

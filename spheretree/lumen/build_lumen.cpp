@@ -11,7 +11,7 @@ namespace trocar::spheretree {
 
 namespace {
 
-/// Hangs the balls into a tree: ball k becomes item k, in depth-first order of the leaves.
+/// Arranges the balls as a tree: ball k becomes item k, in depth-first order of the leaves.
 void hang(std::span<const Sphere> balls, unsigned branching, LumenTree& lumen) {
     std::vector<Vec3> centres;
     for (const Sphere& b : balls) centres.push_back(b.centre);
@@ -61,7 +61,7 @@ Result<LumenTree> build_lumen_tree(const TriMesh& closed_lumen, const LumenOptio
         find_medial_balls(closed_lumen, inside, {.min_radius = options.min_radius, .max_samples = options.max_samples});
     const std::vector<Index> chosen = select_cover(medial, {options.relative_error, options.error_floor, options.corner_ratio});
     if (chosen.empty())
-        return Error{ErrorCode::BadMesh, "the lumen holds no free ball of radius " + std::to_string(options.min_radius) +
+        return Error{ErrorCode::BadMesh, "the lumen holds no inscribed sphere of radius " + std::to_string(options.min_radius) +
                                              " m: its surface must be closed, outward, and in metres"};
     std::vector<Sphere> balls;
     for (const Index id : chosen) {

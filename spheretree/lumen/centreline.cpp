@@ -28,7 +28,7 @@ public:
     }
 
 private:
-    /// The ball to which the way is longest, of those that no branch has seen.
+    /// The sphere with the longest path to it, of those that no branch covers.
     bool find_farthest() {
         double most = -1.0;
         for (Index ball = 0; ball < waiting_.size(); ++ball)
@@ -50,7 +50,7 @@ private:
         return nearest;
     }
 
-    /// What of the path the tree does not have yet: from the last point that lies on it.
+    /// The part of the path that is not in the tree yet: from the last point that lies on it.
     void add_branch(const std::vector<LumenPathPoint>& path) {
         std::size_t begin = path.size();
         Index parent = kNoIndex;
@@ -68,8 +68,8 @@ private:
         }
     }
 
-    /// Marks what lies near the point as seen.
-    /// returns  m, the vessel's radius there; what find_lumen_path says is another measure, of the union of balls
+    /// Marks the spheres near the point as covered.
+    /// returns  m, the vessel's radius there; find_lumen_path's clearance is another measure, of the union of spheres
     double see(const LumenPathPoint& point) {
         double radius = 0.0;
         for (Index ball = 0; ball < waiting_.size(); ++ball) {
@@ -87,7 +87,7 @@ private:
     const LumenTree& lumen_;
     Vec3 root_;
     CentrelineOptions options_;
-    std::vector<double> waiting_; // [ball_count] m of way; negative: seen; infinite: not to be reached
+    std::vector<double> waiting_; // [ball_count] m of path; negative: covered; infinite: unreachable
     CentrelineTree tree_;
     Index farthest_ = 0;
 };

@@ -2,8 +2,8 @@
 //
 // This work is based on:
 //   Sato, Bitter, Bender, Kaufman, Nakajima 2000, "TEASAR: tree-structure extraction algorithm for accurate and robust skeletons"
-//   (the farthest place not yet seen begins the next branch; what lies near a branch counts as seen).
-// Deviates: ways go from ball to overlapping ball, and are the route planner's own (find_lumen_path).
+//   (the farthest place not yet covered begins the next branch; what lies near a branch counts as covered).
+// Deviates: paths go from inscribed sphere to overlapping sphere, and are the route planner's own (find_lumen_path).
 #pragma once
 
 #include "base/result.hpp"
@@ -14,7 +14,7 @@ namespace trocar::spheretree {
 /// Point 0 is the root; every other one comes after its parent.
 struct CentrelineTree {
     std::vector<Vec3> points;   // [point_count] m, rest pose
-    std::vector<double> radii;  // [point_count] m, of the lumen: of the largest free ball in whose middle the point lies
+    std::vector<double> radii;  // [point_count] m, of the lumen: of the largest inscribed sphere in whose middle the point lies
     std::vector<Index> parents; // [point_count] kNoIndex: the root
 
     [[nodiscard]] std::size_t point_count() const noexcept { return points.size(); }

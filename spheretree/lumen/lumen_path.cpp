@@ -32,7 +32,7 @@ BestBall find_best_ball(const LumenTree& lumen, const Vec3& p) {
     return best;
 }
 
-/// Radius that fits everywhere between two overlapping balls' centres; negative where they do not meet.
+/// Clearance everywhere between two overlapping spheres' centres; negative where they do not meet.
 double passage(const Sphere& a, const Sphere& b) {
     const double distance = (a.centre - b.centre).norm();
     if (distance >= a.radius + b.radius) return -1.0;
@@ -139,7 +139,7 @@ std::vector<Vec3> divide(std::span<const Vec3> corners, double spacing) {
 }
 
 void smooth(const LumenTree& lumen, const PathOptions& options, std::vector<LumenPathPoint>& path) {
-    std::vector<double> enough; // m, room that a point keeps
+    std::vector<double> enough; // m, clearance that a point keeps
     for (const LumenPathPoint& p : path) enough.push_back(std::max(0.9 * p.radius, std::min(p.radius, options.min_radius)));
     for (unsigned round = 0; round < options.smoothing; ++round)
         for (std::size_t parity = 1; parity <= 2; ++parity) // odd points, then even ones: no order between neighbours
@@ -150,7 +150,7 @@ void smooth(const LumenTree& lumen, const PathOptions& options, std::vector<Lume
             }
 }
 
-/// The way need not pass the centre of the ball an end lies in when the next ball holds that end as well.
+/// The path need not pass the centre of the ball an end lies in when the next ball holds that end as well.
 void drop_detours(const LumenTree& lumen, const Vec3& from, const Vec3& to, double min_radius, std::vector<Index>& way) {
     const auto holds = [&](Index ball, const Vec3& p) {
         const Sphere& b = lumen.ball(ball);

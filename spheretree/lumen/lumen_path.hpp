@@ -1,4 +1,4 @@
-// Route through a lumen, from ball to overlapping ball: the way an instrument can be steered to its target.
+// Route through a lumen, from inscribed sphere to overlapping sphere: the path an instrument can be driven along to its target.
 #pragma once
 
 #include "base/result.hpp"
@@ -8,17 +8,17 @@ namespace trocar::spheretree {
 
 struct LumenPathPoint {
     Vec3 centre = Vec3::Zero(); // m
-    double radius = 0.0;        // m, free around the centre; a lower bound
+    double radius = 0.0;        // m, clearance around the centre; a lower bound
 };
 
 struct PathOptions {
     double min_radius = 0.0; // m, never narrower than this
     double spacing = 1e-3;   // m, of the points that are returned
     unsigned smoothing = 20; // rounds of averaging; a point never moves to where it is narrower than it was, unless
-                             // it keeps 90 % of its room; 0: the balls' centres as they are
+                             // it keeps 90 % of its clearance; 0: the spheres' centres as they are
 };
 
-/// Widest-and-shortest route: minimises the sum of length / free radius (Dijkstra over overlapping balls; ties by ball id).
+/// Widest-and-shortest route: minimises the sum of length / clearance (Dijkstra over overlapping spheres; ties by id).
 /// from, to  m, inside the lumen, or at most one ball radius outside it
 /// returns   points from `from` to `to`, about `spacing` apart
 /// fails     BadValue: an end lies outside the lumen, no route is as wide as min_radius (the error says the widest there is)
@@ -29,7 +29,7 @@ struct PathOptions {
 /// fails     BadValue: `from` lies outside the lumen
 [[nodiscard]] Result<std::vector<double>> find_way_lengths(const LumenTree& lumen, const Vec3& from);
 
-/// How much room a point has: radius of the largest free ball around it that the union proves; negative: distance to the
+/// Clearance of a point: radius of the largest inscribed sphere around it that the union proves; negative: distance to the
 /// union. Rest pose.
 [[nodiscard]] double free_radius_at(const LumenTree& lumen, const Vec3& p);
 

@@ -12,7 +12,7 @@ namespace trocar::spheretree {
 
 namespace {
 
-/// A linked triangle is looked at in about the time of a sphere test with its share of the tree walk.
+/// A linked triangle is tested in about the time of a sphere test with its share of the tree walk.
 constexpr std::uint64_t kTrianglesPerTest = 1;
 constexpr double kUnknown = std::numeric_limits<double>::infinity(); // a radius that was not measured
 
@@ -39,7 +39,7 @@ NearestWall find_nearest(const LumenTree& lumen, std::span<const Index> linked, 
     return best;
 }
 
-/// Sign of where p lies against a triangle's plane: positive in front, outside the lumen.
+/// Sign of p's distance from a triangle's plane: positive in front, outside the lumen.
 bool is_behind(const LumenTree& lumen, Index triangle, std::span<const Vec3> vertices, const Vec3& p) noexcept {
     const Triangle& v = lumen.triangles[triangle];
     const Vec3 normal = (vertices[v[1]] - vertices[v[0]]).cross(vertices[v[2]] - vertices[v[0]]);
@@ -56,9 +56,9 @@ double bound_distance_sq(const Vec3& a, const Vec3& b, const Vec3& c) noexcept {
     return area_sq > 0.0 ? std::max(corner_sq, height * height / area_sq) : corner_sq;
 }
 
-/// Free radius around a moved centre, at most `cap` and at most 1 % less than there is; empty once the centre has come to
+/// Clearance around a moved centre, at most `cap` and at most 1 % less than there is; empty once the centre has come to
 /// lie behind its wall. In a round vessel every triangle of the ring is nearly the nearest: a bound is taken for the
-/// distance where it is good enough, which spares nearly all exact distances.
+/// distance where it is good enough, which saves nearly all exact distances.
 double free_radius(const LumenTree& lumen, Index ball, const Vec3& centre, std::span<const Vec3> vertices, double cap) noexcept {
     constexpr double kGoodEnough = 0.99 * 0.99;
     double exact_sq = cap * cap, found_sq = exact_sq;

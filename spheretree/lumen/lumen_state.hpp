@@ -1,6 +1,6 @@
-// The lumen's balls on a moving wall. A ball's centre follows the mean displacement of its anchors; its radius is the
-// distance to the wall triangles linked to it, looked at only when the descent asks for that ball: an interrupted descent
-// pays for what it sees.
+// The lumen's inscribed spheres on a moving wall. A sphere's centre follows the mean displacement of its anchors; its radius is the
+// distance to the wall triangles linked to it, evaluated lazily when the descent needs that sphere: an interrupted descent
+// pays only for what it visits.
 #pragma once
 
 #include "spheretree/lumen/lumen_tree.hpp"
@@ -9,7 +9,7 @@
 
 namespace trocar::spheretree {
 
-/// A ball over one step: free space of radius `radius` around the centre that moves straight from centre_t0 to centre_t1.
+/// An inscribed sphere over one step: free space of radius `radius` around a centre that moves straight from centre_t0 to centre_t1.
 struct MovingBall {
     Vec3 centre_t0 = Vec3::Zero(), centre_t1 = Vec3::Zero(); // m
     double radius = -1.0;                                    // m, free at t0 and at t1; negative: the wall has passed the centre
@@ -17,7 +17,7 @@ struct MovingBall {
     double radius_t1 = -1.0;                                 // m, free at t1
 };
 
-/// What an update takes over from the last one about a ball: where it came to, and how much is free there.
+/// What an update takes over from the last one about a sphere: its centre and its clearance at the step's end.
 struct KeptBall {
     Vec3 centre = Vec3::Zero(); // m, at the step's end
     double radius = -1.0;       // m, likewise
@@ -39,7 +39,7 @@ public:
     void update(const LumenTree& lumen, std::span<const Vec3> vertices_t0, std::span<const Vec3> vertices_t1, bool continues = false);
 
     void reset() noexcept { balls_.clear(); }                 // forgets the last step; the next update starts afresh
-    void miss_steps() noexcept { step_ += at_rest_ ? 0 : 1; } // the wall moved on, nobody said where: no radius of the last update holds
+    void miss_steps() noexcept { step_ += at_rest_ ? 0 : 1; } // the wall moved on without an update: no radius of the last update holds
 
     /// For a run that is saved and goes on elsewhere: [ball_count] what the next update would take over. Empty: nothing, it starts
     /// afresh, or from a wall at rest, which is the same.

@@ -1,5 +1,5 @@
-// The lumen of a hollow body as a union of free balls. A tree of spheres around the wall would fill the vessel and collide
-// with everything inside; the lumen's own balls are free space: an instrument sphere inside one of them touches nothing,
+// The lumen of a hollow body as a union of inscribed spheres. A tree of spheres around the wall would fill the vessel and collide
+// with everything inside; the lumen's inscribed spheres are free space: an instrument sphere inside one of them touches nothing,
 // and its wall depth is how far it reaches out of their union.
 #pragma once
 

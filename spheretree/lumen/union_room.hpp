@@ -1,5 +1,5 @@
-// Room around a point in a union of balls, beyond what one ball proves: two overlapping balls also hold every ball through
-// the circle where they meet. Without it an instrument along a row of balls would feel a bump between any two of them.
+// Clearance of a point in a union of balls, beyond what one ball proves: two overlapping balls also hold every ball through
+// the circle where they meet. Without it an instrument along a row of balls would meet a bump between any two of them.
 #pragma once
 
 #include "spheretree/sphere_tree.hpp"
@@ -11,7 +11,7 @@ namespace trocar::spheretree {
 struct Room {
     double radius = -std::numeric_limits<double>::infinity(); // m, of the ball around p that is proven free; negative: p
                                                               // lies that far outside the best ball
-    Vec3 inward = Vec3::UnitX();                              // unit, where more room is
+    Vec3 inward = Vec3::UnitX();                              // unit, towards more clearance
 };
 
 /// What the ball alone proves.
@@ -24,7 +24,7 @@ struct Room {
 /// Takes what the pair proves where that is more. Balls a and b meet in a circle of radius rho in the plane at h from a's
 /// centre. Any ball through that circle with its centre between theirs lies in their union, for on a's side of the plane
 /// it lies in a, and on b's side in b. The best of them for p is centred on the line from the nearest point q of the
-/// circle through p: the room is |p - q|.
+/// circle through p: the clearance is |p - q|.
 inline void improve_room(const Vec3& p, const Sphere& a, const Sphere& b, Room& room) noexcept {
     const Vec3 across = b.centre - a.centre;
     const double distance = across.norm();

@@ -136,7 +136,7 @@ void Descent::sort_batch() {
     batch_end_ = queue_.size();
 }
 
-/// The entry in hand is done.
+/// The current entry is done.
 void Descent::drop() noexcept {
     if (is_depth_first())
         queue_.pop_back();
@@ -189,7 +189,7 @@ bool Descent::step_group(const Entry& group, WorkBudget& budget) {
                      dz = sphere.centre[2] - other.centre[2];
         const double distance_sq = dx * dx + dy * dy + dz * dz, touch = sphere.radius + reach;
         if (distance_sq > touch * touch || sphere.radius < 0.0) continue;
-        const double depth = order_ == DescentOrder::Deepest ? touch - std::sqrt(distance_sq) : 0.0; // who else would look at it
+        const double depth = order_ == DescentOrder::Deepest ? touch - std::sqrt(distance_sq) : 0.0; // no other pair would test it
         refine(group, s, first, second, static_cast<float>(depth));
     }
     return true;

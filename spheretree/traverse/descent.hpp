@@ -1,8 +1,8 @@
 // Interruptible descent through pairs of sphere trees, breadth first, all body pairs sharing one queue. Whatever is still
 // open when the budget ends is assumed to collide: nothing is missed, only seen more coarsely.
 //
-// This work is based on: seed 003, section 4 (PairList and CollisionList, roles swapped on the way down).
-// Deviates for hollow bodies: a group of instrument links is proven free as a whole by one free ball of the lumen, and
+// This work is based on: Mendoza & O'Sullivan 2005, section 4 (PairList and CollisionList, roles swapped on the way down).
+// Deviates for hollow bodies: a group of instrument links is proven free as a whole by one inscribed sphere of the lumen, and
 // split where no ball holds it; a single link is searched for the ball that holds it best.
 #pragma once
 
@@ -23,7 +23,7 @@ struct SolidView {
     BodyId body = 0;
     const SphereTree* tree = nullptr;
     std::span<const Sphere> spheres; // [sphere_count]
-    LazySpheres* lazy = nullptr;     // asked for spheres before they are looked at; null: they are all there
+    LazySpheres* lazy = nullptr;     // asked for spheres before they are read; null: they are all valid
 };
 struct ChainView {
     BodyId body = 0;
@@ -55,12 +55,12 @@ public:
     void add_solid_pair(const SolidView& a, const SolidView& b);
     [[nodiscard]] bool has_solids() const noexcept { return !solids_.empty(); }
     /// A body against itself: pairs of leaves whose spheres (with the margin) lay apart at rest. Neighbours on the surface always
-    /// overlap and are not looked at, nor what lies beneath one leaf. An open pair may be a sphere with itself.
+    /// overlap and are not tested, nor is what lies beneath one leaf. An open pair may be a sphere with itself.
     void add_self_pair(const SolidView& body);
     /// One lumen per chain: the chain's hints and link states belong to it.
     void add_hollow_pair(const ChainView& instrument, const LumenView& lumen);
 
-    /// Work is paid before it is done. What costs more than one unit (a ball's wall links) is not begun with less: next_cost() says what
+    /// Work is paid before it is done. What costs more than one unit (a sphere's wall links) is not begun with less: next_cost() says what
     /// the next call must bring along at least.
     /// Tests until the queue is empty (true) or the budget is (false); call again with more budget to go on.
     /// The same calls give the same lists, and a larger budget never leaves a pair coarser than a smaller one did (Breadth, Deepest).
@@ -70,7 +70,7 @@ public:
     /// Appends CollisionList, then the open pairs as AssumedSpheres whose depth is clamped at zero from below.
     /// Solid:  feature_a[0], feature_b[0] = sphere ids of the two trees.
     /// Hollow: feature_a[0] = sphere id of the chain's tree (a leaf, or an open group), feature_b[0] = sphere id of the lumen
-    ///         leaf that holds it best (kNoIndex: none looked at). gap = room between link and wall at t1 as far as the balls
+    ///         leaf that holds it best (kNoIndex: none tested). gap = clearance between link and wall at t1 as far as the balls
     ///         prove it, negative outside; normal = towards free space, from the wall.
     void add_contacts(std::vector<Contact>& out) const;
 
@@ -138,7 +138,7 @@ private:
     std::vector<std::pair<double, Index>> stack_; // of the search in progress: bound, lumen sphere
     Found found_;
     bool searching_ = false; // the first open entry's search was interrupted
-    bool pressing_ = false;  // its ball is found: the room around it was interrupted
+    bool pressing_ = false;  // its ball is found: the search for its clearance was interrupted
     Room wall_room_;         // so far
     std::size_t next_neighbour_ = 0;
     std::uint64_t next_cost_ = 1; // units, of what is done next

@@ -1,4 +1,4 @@
-// The descent's hollow pairs: a catheter's links against the free balls of a lumen.
+// The descent's hollow pairs: a catheter's links against the inscribed spheres of a lumen.
 #include "spheretree/traverse/descent.hpp"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {
     const Index begin = chain.tree.item_begin[entry.first];
     const Index end = std::min<Index>(chain.tree.item_end[entry.first], static_cast<Index>(pair.status.size()));
     const bool free = found_.room >= margin_;
-    if (free || chain.tree.is_leaf(entry.first)) // a group that no ball holds learned nothing about its links
+    if (free || chain.tree.is_leaf(entry.first)) // a group that no ball holds tells nothing about its links
         std::fill(state.hint.begin() + begin, state.hint.begin() + end, found_.leaf);
     if (free) {
         std::fill(pair.status.begin() + begin, pair.status.begin() + end, LinkStatus::Free);
@@ -50,7 +50,7 @@ std::uint64_t Descent::cost_of_leaf(const HollowPair& pair, Index leaf) noexcept
     return 1 + pair.lumen.state->cost_of(lumen, lumen.ball_of_leaf(leaf));
 }
 
-/// Room that lumen leaf `leaf` proves for a chain sphere over the whole step. Relative to the ball both ends move on a
+/// Clearance that lumen leaf `leaf` proves for a chain sphere over the whole step. Relative to the ball both ends move on a
 /// straight line, and distance is convex: what holds at both ends holds between.
 double Descent::room_in_leaf(HollowPair& pair, Index sphere, Index leaf) {
     const LumenTree& lumen = *pair.lumen.lumen;
@@ -70,7 +70,7 @@ double Descent::room_in_leaf(HollowPair& pair, Index sphere, Index leaf) {
 }
 
 /// Best ball for a chain sphere, into found_: any that holds it with the margin, else (for a single link) the one with the
-/// most room. Picks up where it was interrupted. False: the budget ended first.
+/// largest clearance. Resumes where it was interrupted. False: the budget ended first.
 bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
     const SphereTree& tree = pair.lumen.lumen->tree;
     const ChainTree& chain = *pair.chain.chain;
@@ -129,7 +129,7 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
     return true;
 }
 
-/// What the found ball and its neighbours leave free around a link, into wall_room_. Picks up where it was interrupted. False: the
+/// Clearance of a link in the found ball and its neighbours, into wall_room_. Resumes where it was interrupted. False: the
 /// budget ended first.
 bool Descent::find_wall_room(HollowPair& pair, Index sphere, WorkBudget& budget) {
     const LumenTree& lumen = *pair.lumen.lumen;

@@ -7,10 +7,10 @@
 
 namespace trocar::spheretree {
 
-/// In which order open pairs are refined. Breadth and Deepest keep every promise of Descent; the other two are the paper's straw
-/// men (its figure 5): interrupted, they leave some pairs at their coarsest while others are finished.
+/// In which order open pairs are refined. Breadth and Deepest keep every promise of Descent; the other two are baselines of
+/// the sphere-tree paper (its figure 5): interrupted, they leave some pairs at their coarsest while others are finished.
 enum class DescentOrder : std::uint8_t {
-    Breadth,     // the paper's: first in, first out
+    Breadth,     // the sphere-tree paper's: first in, first out
     Deepest,     // round by round like Breadth, within a round those whose parents lie deepest in one another first
     Depth,       // last in, first out
     DepthCapped, // the same, and spheres on level `cap` count as leaves

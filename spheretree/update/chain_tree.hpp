@@ -6,10 +6,10 @@
 
 namespace trocar::spheretree {
 
-/// What the last descent through a lumen found out about a link (or, while it is open, about a group of links).
+/// Result of the last descent through a lumen for a link (or, while it is open, about a group of links).
 enum class LinkStatus : std::uint8_t {
     Open,    // the budget ended first: assumed in contact
-    Free,    // proven: over the whole step inside one free ball, with the margin to spare
+    Free,    // proven: over the whole step inside one inscribed sphere, including the margin
     Contact, // closer to the wall than the margin, or outside
 };
 
@@ -21,7 +21,7 @@ struct ChainTree {
     [[nodiscard]] Index link_of_leaf(Index leaf) const noexcept { return tree.item_begin[leaf]; }
 };
 
-/// Where the chain is in this step, and what was learned about it in the last one.
+/// The chain in this step, and the hints left by the last one.
 struct ChainState {
     std::vector<Sphere> spheres;  // [sphere_count] swept bounds; empty where no link is active
     std::vector<Sphere> links_t0; // [active links]

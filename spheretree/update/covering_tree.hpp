@@ -1,6 +1,6 @@
 // Covering tree of any surface: on every level the spheres together hold the whole surface. A triangle is the convex hull of
 // its corners, so a sphere that holds the corners holds the triangle, also while the corners move on straight lines: the
-// bound stays true under any deformation, at no more than the cost of looking at the corners.
+// bound stays true under any deformation, at no more than the cost of reading the corners.
 //
 // This work is based on: Bradshaw & O'Sullivan 2004, "Adaptive medial-axis approximation for sphere-tree construction"
 // (wrapped hierarchy), and James & Pai 2004, "BD-Tree" (bounds that follow the deformation).

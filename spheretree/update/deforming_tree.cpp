@@ -133,7 +133,7 @@ DeformingTree make_deforming_tree(SphereTree tree, const TriMesh& surface, const
     out.node_rest.assign(links.node_rest.begin(), links.node_rest.end());
     out.near_begin.push_back(0);
     out.beneath_begin.push_back(0);
-    std::vector<Index> carriers; // nodes that carry any of the surface
+    std::vector<Index> carriers; // nodes that any of the surface is embedded in
     for (const Triangle& nodes : out.frame_nodes) carriers.insert(carriers.end(), nodes.begin(), nodes.end());
     std::sort(carriers.begin(), carriers.end());
     carriers.erase(std::unique(carriers.begin(), carriers.end()), carriers.end());
@@ -162,7 +162,7 @@ DeformingTree make_deforming_tree(SphereTree tree, const TriMesh& surface, const
 
 Sphere deform_sphere(const DeformingTree& tree, Index sphere, const NodePose& pose, SphereUpdate update) noexcept {
     const Sphere& rest = tree.tree.spheres[sphere];
-    if (rest.radius < 0.0 || tree.near_begin[sphere] == tree.near_begin[sphere + 1]) return rest; // hangs on nothing
+    if (rest.radius < 0.0 || tree.near_begin[sphere] == tree.near_begin[sphere + 1]) return rest; // embedded in no frame
     return update == SphereUpdate::Conservative ? deform_conservatively(tree, sphere, pose) : deform_as_the_paper(tree, sphere, pose);
 }
 
@@ -179,7 +179,7 @@ void DeformingSpheres::begin(const DeformingTree& tree, SphereUpdate update, con
     t1_ = pose_t1;
     reach_ = reach;
     updated_ = 0;
-    if (++step_ == 0) { // wrapped round
+    if (++step_ == 0) { // the counter wrapped round
         std::fill(known_.begin(), known_.end(), 0u);
         step_ = 1;
     }

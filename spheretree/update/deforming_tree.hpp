@@ -1,8 +1,8 @@
 // A wrapped tree that follows a deforming body through its coarse nodes, sphere by sphere as a descent asks for them: an
 // interrupted traversal never pays for the rest.
 //
-// This work is based on: seed 003, section 4 (spheres linked to their nearest coarse vertices), James & Pai 2004, "BD-Tree"
-// (bounds from what moves the surface). Deviates: `Conservative` turns a sphere with its nodes, so that a rigid motion
+// This work is based on: Mendoza & O'Sullivan 2005, section 4 (spheres linked to their nearest coarse vertices), James & Pai 2004,
+// "BD-Tree" (bounds from what moves the surface). Deviates: `Conservative` turns a sphere with its nodes, so that a rigid motion
 // costs nothing, and grows it by what the nodes beneath do otherwise; nothing of the surface can leave it.
 #pragma once
 
@@ -15,11 +15,11 @@ namespace trocar::spheretree {
 
 enum class SphereUpdate : std::uint8_t {
     Conservative, // holds what it held at rest, whatever the nodes do
-    Heuristic,    // the paper's: centre + mean displacement of V, radius times max |c' - q'| / |c - q|. It may lose surface
+    Heuristic,    // the sphere-tree paper's: centre + mean displacement of V, radius times max |c' - q'| / |c - q|. It may lose surface
 };
 
-/// How the dense surface hangs on coarse nodes: vertex = sum a_i q_i + A rho of its frame, or a blend of that and its rest
-/// place. The spans belong to whoever made the links; weights a_i are not negative and sum to one.
+/// How the dense surface is embedded in coarse nodes: vertex = sum a_i q_i + A rho of its frame, or a blend of that and its rest
+/// place. The spans belong to the links' owner; weights a_i are not negative and sum to one.
 struct SurfaceLinks {
     std::span<const Triangle> frame_nodes;   // [frame_count] coarse node ids
     std::span<const Mat3> frame_rest;        // [frame_count] A, orthonormal columns
@@ -46,7 +46,7 @@ struct DeformingTree {
     std::vector<Triangle> turners; // [sphere_count] three nodes far apart that turn the sphere; kNoIndex: there are none
     struct Beneath {
         Index frame;
-        double reach; // m, longest |rho| of the vertices beneath that hang on it
+        double reach; // m, longest |rho| of the vertices beneath that are embedded in it
     };
     std::vector<Index> beneath_begin; // [sphere_count + 1] frames that carry what lies beneath
     std::vector<Beneath> beneath;
@@ -64,7 +64,7 @@ inline constexpr std::array<unsigned, 4> kNearestNodes = {32, 16, 12, 8};
 /// cost   Conservative: O(frames beneath); Heuristic: O(|V|)
 [[nodiscard]] Sphere deform_sphere(const DeformingTree& tree, Index sphere, const NodePose& pose, SphereUpdate update) noexcept;
 
-/// Spheres that are found when somebody asks for them.
+/// Spheres that are evaluated lazily.
 class LazySpheres {
 public:
     virtual ~LazySpheres() = default;
@@ -76,8 +76,8 @@ public:
 class DeformingSpheres final : public LazySpheres {
 public:
     /// Forgets all spheres. They are to hold their surface from pose_t0 to pose_t1 and on the straight ways between (Heuristic: to
-    /// hold the spheres of both); without pose_t0 at one instant. The tree and the poses are looked at until the next begin.
-    /// reach  m, all spheres grow by this: how far the surface may have gone on since
+    /// hold the spheres of both); without pose_t0 at one instant. The tree and the poses are read until the next begin.
+    /// reach  m, all spheres grow by this: how far the surface may have moved since
     void begin(const DeformingTree& tree, SphereUpdate update, const NodePose& pose_t1, const NodePose& pose_t0 = {}, double reach = 0.0);
     void ensure(Index first, Index count) noexcept override;
     [[nodiscard]] std::span<const Sphere> spheres() const noexcept { return spheres_; } // [sphere_count] those ensured are valid

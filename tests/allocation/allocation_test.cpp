@@ -93,7 +93,7 @@ INSTANTIATE_TEST_SUITE_P(, StepLoop,
                                            Case{"WithTissue", {35, "exact", kAllEffects, test::kOrgan}}),
                          [](const ::testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
-/// A wire that is pushed out of a catheter and turned, both winding up: the chain of both grows while it is watched.
+/// A wire that is pushed out of a catheter and turned, both with torsional wind-up: the chain of both grows during the test.
 TEST(WireInACatheter, AllocatesNothingOnceWarm) {
     const PreparedScene prepared = test::prepare(fmt::format(R"({{
         "name": "pair", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.01, "duration": 4}},
@@ -110,8 +110,8 @@ TEST(WireInACatheter, AllocatesNothingOnceWarm) {
     expect_no_allocation(simulator);
 }
 
-/// A person's hand, a pull at the tissue, a viewer that looks: between two steps nothing is allocated either.
-/// Tested contacts of a ball that has settled, and pairs that a small budget leaves open and holds.
+/// User input, a pull at the tissue, a viewer's snapshot: between two steps nothing is allocated either.
+/// Tested contacts of a ball that has settled, and pairs that a small budget leaves open.
 TEST(Solids, AllocateNothingOnceWarm) {
     for (const auto& [budget, warm] : {std::pair{"exact", 600}, std::pair{"work:200", 50}}) {
         SCOPED_TRACE(budget);
@@ -178,7 +178,7 @@ Steps count_from_the_start(Simulator& simulator, int steps) {
     return result;
 }
 
-/// The CPU twin on the thread of a device.
+/// The CPU reference on the thread of a device.
 class TwinAsDevice final : public collision::CullBackend {
 public:
     [[nodiscard]] std::string name() const override { return "a device for tests"; }
@@ -192,8 +192,8 @@ private:
     collision::CpuCullBackend twin_;
 };
 
-/// Stage II: in no step, the first included, does looking allocate anything that the same step does not allocate without it.
-TEST(LookingByPictures, AllocatesNothingInAnyStep) {
+/// Stage II: in no step, the first included, does culling allocate anything that the same step does not allocate without it.
+TEST(ImageSpaceCulling, AllocatesNothingInAnyStep) {
     const auto prepare = [](Culling culling) {
         PreparedScene prepared = test::prepare(test::bent_tube_scene({.budget = "exact"}));
         prepared.model.contact.culling = culling;

@@ -1,4 +1,4 @@
-// Vessel trees from axes and radii: closed surfaces of one piece, as wide as asked for, or an error that says why not.
+// Vessel trees from axes and radii: closed surfaces of one piece, as wide as asked for, or an error with the reason.
 #include "assets/anatomy/vessels.hpp"
 
 #include "base/inside.hpp"

@@ -1,4 +1,4 @@
-// Small surfaces for tests, and just enough of an OBJ reader to fetch real ones (the engine's reader lives a floor above).
+// Small surfaces for tests, and just enough of an OBJ reader to fetch real ones (the engine's reader is in a layer above).
 #pragma once
 
 #include "base/mesh.hpp"

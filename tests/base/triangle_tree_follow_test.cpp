@@ -79,7 +79,7 @@ TEST(TriangleTree, FollowsThroughVerticesThatAreNotFinite) {
     }
 }
 
-TEST(TriangleTree, RefitsAndFollowsInTurnAndWithoutRoomMadeForIt) {
+TEST(TriangleTree, RefitsAndFollowsInTurnAndWithoutPreparation) {
     Random random{34};
     SCOPED_TRACE(random.trace());
     const TriMesh rest = make_torus(24, 12);

@@ -1,4 +1,4 @@
-// `bench`: the tables of the sphere trees come out whole, and what they promise stands in them.
+// `bench`: the tables of the sphere trees come out whole, and the guaranteed figures are in them.
 #include "program.hpp"
 
 #include <map>

@@ -196,7 +196,7 @@ std::string bipyramid() {
     return out.str();
 }
 
-/// Sound surfaces of an unusual make: whatever a use cannot do with them it says.
+/// Sound surfaces of an unusual make: a use that cannot accept them says so.
 TEST_F(NastyMesh, ThousandsOfComponentsAndAVertexOf200TrianglesLoadOrAreRefused) {
     for (const fs::path& mesh : {write("thousands.obj", many_tetrahedra()), write("bipyramid.obj", bipyramid())})
         for (const Use& use : kUses) {

@@ -1,4 +1,4 @@
-// cost, verify, and runs that are recorded and replayed: what they leave behind and what they refuse.
+// cost, verify, and runs that are recorded and replayed: their outputs and what they refuse.
 #include "program.hpp"
 
 #include <algorithm>
@@ -129,7 +129,7 @@ TEST_F(Cost, RefusesABusyFolderUnlessForced) {
     EXPECT_TRUE(ended_with(call({"cost", scene, "--budgets", "exact", "-n", "1", "--out", out(), "--force"}), 0));
 }
 
-/// A laptop is closed, a debugger stops the process: the run goes on as if time had stood still, and says that it was late.
+/// A laptop is closed, a debugger stops the process: the run goes on as if time had stood still, and reports that it was late.
 TEST_F(Pace, ARunThatIsSuspendedGoesOnInSlowMotionAndSaysSo) {
     const fs::path scene = write("tube.json", kTube);
     const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "--budget", "1ms", "--pace", "1", "-n", "200"});

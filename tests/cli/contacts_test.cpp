@@ -1,4 +1,4 @@
-// `contacts` and `ccd`: right answers on meshes small enough to know by heart, clear refusals of everything else.
+// `contacts` and `ccd`: right answers on meshes small enough to check by eye, clear refusals of everything else.
 #include "program.hpp"
 
 #include <zlib.h>
@@ -125,7 +125,7 @@ TEST_F(Contacts, AreTheSameByEveryMethod) {
             ASSERT_TRUE(ended_with(contacts({a0, a1, "--method", method, "--threads", threads}), 0)) << method;
             EXPECT_TRUE(rows() == truth) << method; // printed, they fill screens
         }
-    // set-based culling, whoever looks; where there is no OpenGL the CPU does
+    // set-based culling by every back end; without OpenGL by the CPU
     for (const std::string method : {"chromatic", "chromatic-cpu", "chromatic-gl", "chromatic-query", "chromatic-none"}) {
         ASSERT_TRUE(ended_with(contacts({a0, a1, "--method", method}), 0)) << method;
         EXPECT_TRUE(rows() == truth) << method;
@@ -157,7 +157,7 @@ std::string crossing_sheets() {
     return out.str();
 }
 
-TEST_F(Contacts, ThatStandStillAreTheSameByPicturesOfPatchesAndOfTriangles) {
+TEST_F(Contacts, OfStaticMeshesAreTheSameByImageSpaceCullingOfPatchesAndOfTriangles) {
     const std::string sheets = write("sheets.obj", crossing_sheets());
     ASSERT_TRUE(ended_with(contacts({sheets, sheets, "--method", "image-space-flat"}), 0));
     const auto truth = rows();
@@ -176,7 +176,7 @@ TEST_F(Contacts, ThatStandStillAreTheSameByPicturesOfPatchesAndOfTriangles) {
     EXPECT_LE(rows().size(), truth.size());
 }
 
-/// A driver that Mesa's switches make poor: the CPU culls, the answer is the same, and the reason is said. Other drivers do not know the
+/// A driver that Mesa's switches limit: the CPU culls, the answer is the same, and the reason is said. Other drivers do not know the
 /// switches, and cull.
 TEST_F(Contacts, AreTheSameWhereOpenGlFailsAndTheReasonIsSaid) {
     const std::string sheets = write("sheets.obj", crossing_sheets());
@@ -193,7 +193,7 @@ TEST_F(Contacts, AreTheSameWhereOpenGlFailsAndTheReasonIsSaid) {
         unsetenv(poor.name);
         ASSERT_TRUE(ended_with(ended, 0)) << poor.name;
         EXPECT_TRUE(rows() == truth) << poor.name;
-        if (json()["culler"] == "CPU twin") {
+        if (json()["culler"] == "CPU reference") {
             const bool nothing_here = ended.says("no OpenGL 4.5");
             EXPECT_TRUE(ended.says("culling on the CPU instead of OpenGL") && (ended.says(poor.reason) || nothing_here)) << ended;
         }
@@ -318,7 +318,7 @@ TEST_F(Ccd, CountsWrongAnswersOnItsLastLine) {
     EXPECT_TRUE(ended.out.ends_with(" ns worst\n")) << ended;
 }
 
-/// The same vertex, that stays above the face from 3 to 1: a truth that says it meets it is one that no test finds.
+/// The same vertex, that stays above the face from 3 to 1: a stated contact there is one that no test finds.
 std::string staying_query(bool truth) { return with(falling_query(truth), "-2,2,", "2,2,"); }
 
 TEST_F(Ccd, AMissedContactIsExit5AndNamedByFileAndQuery) {

@@ -28,7 +28,7 @@ bool soon(const std::function<bool()>& holds) {
     return holds();
 }
 
-/// Neither running nor waiting to be asked how it ended.
+/// Neither running nor a zombie.
 bool is_gone(pid_t process) {
     const std::string stat = text_of("/proc/" + std::to_string(process) + "/stat");
     return stat.empty() || stat.find(") Z ") != std::string::npos;
@@ -102,7 +102,7 @@ TEST_F(Interrupted, AProgramThatIsKilledDoesNotLeaveItsMesherBehind) {
     ASSERT_EQ(kill(child, SIGKILL), 0);
     EXPECT_EQ(wait_for(child, 30.0).signal, SIGKILL);
     EXPECT_TRUE(soon([&] { return is_gone(mesher[0]); }));
-    kill(mesher[1], SIGKILL); // the stand-in's own child is nobody's business
+    kill(mesher[1], SIGKILL); // the stand-in's own child is not checked
 }
 
 TEST_F(Interrupted, WorkWithNothingToPutAwayEndsAtOnce) {

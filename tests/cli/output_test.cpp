@@ -187,7 +187,7 @@ TEST_F(Checkpoints, ThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
     EXPECT_FALSE(fs::exists(folder / "never"));
 }
 
-/// What a surface is carried by, how far its motion fades, whether a body touches itself: nothing of it shows in a mesh.
+/// The host body of a surface, the blend distance of its motion, whether a body touches itself: nothing of it shows in a mesh.
 TEST_F(Checkpoints, OfASceneOfWhichOneKeyWasChangedAreRefusedWithASentence) {
     const std::string organ = R"("bodies": {"organ": {"kind": "deformable", "coarse": {"mesher": "lattice", "surface_triangles": 60},
         "surface": {"shape": "box", "centre": [0, 0, 60], "extent": [30, 30, 60], "cells": 2}, "self_contact": true},
@@ -327,7 +327,7 @@ TEST_F(Missing, PicturesOnAFullDiskLoseNeitherTheSummaryNorTheTable) {
     EXPECT_TRUE(fs::exists(out() / "steps.csv"));
 }
 
-/// A scene that is refused only when it is prepared: whatever is told instead was found before.
+/// A scene that is refused only when it is prepared: an error reported instead was found before.
 TEST_F(Output, AnOccupiedFolderOrABadCheckpointIsFoundBeforeAnythingIsPrepared) {
     const std::string broken = with(kTube, "\"position\": [0, 0, 10]", "\"position\": [0, 50, 10]");
     const fs::path scene = write("outside.json", broken);

@@ -1,4 +1,4 @@
-// `plan`: the way, the motion that was found, and why there is none.
+// `plan`: the route, the motion that was found, and the reason where there is none.
 #include "program.hpp"
 
 namespace trocar::cli_test {
@@ -92,7 +92,7 @@ TEST_F(PlanCommand, StatesTheDistanceThatARunOfItsPathThenShowsWhileTheOrganBrea
     EXPECT_TRUE(planned.says("amplitude 2 mm, period 2 s")) << planned;
     EXPECT_LE(replay["least_m"].get<double>(), replay["target_distance_m"].get<double>());
     EXPECT_GE(replay["most_m"].get<double>(), replay["target_distance_m"].get<double>());
-    EXPECT_LT(replay["target_distance_m"].get<double>(), 1.2 * 0.003) << "the path holds the hand's answers to the breath";
+    EXPECT_LT(replay["target_distance_m"].get<double>(), 1.2 * 0.003) << "the path holds the drive's responses to breathing";
     const fs::path csv = folder / "path.csv";
     fs::copy_file(out() / "path.csv", csv);
     const Ended ran = run(scene, {"--path", csv.string(), "--to", "near", "-n", std::to_string(replay["steps"].get<int>()), "--force"});

@@ -1,4 +1,4 @@
-// What a run tells that a user would not think of asking: settings that nothing reads, what was given up, meshes that do not fit. And
+// Warnings of a run that a user would not look for: settings that nothing reads, what was given up, meshes that do not fit. And
 // what is refused before it costs anything.
 #include "program.hpp"
 
@@ -61,12 +61,12 @@ TEST_F(Told, ACrushedBodyIsOnTheTerminalAndInTheSummary) {
     EXPECT_EQ(report.find("Crushed elements", told + 1), std::string::npos) << "said once";
 }
 
-TEST_F(Told, AHandThatWasSlowedIsOnTheTerminalAndInTheSummary) {
+TEST_F(Told, ADriveThatWasSlowedIsOnTheTerminalAndInTheSummary) {
     const Ended ended = run(write("tube.json", with(kTube, "\"step\": 0.01", "\"step\": 0.1")));
     ASSERT_TRUE(ended_with(ended, 0));
     ASSERT_GT(summary()["hand_limited_steps"], 0);
-    EXPECT_NE(ended.err.find("Hand slowed: in "), std::string::npos) << ended;
-    EXPECT_TRUE(notices("Hand slowed: in ")) << summary()["notices"];
+    EXPECT_NE(ended.err.find("Drive slowed: in "), std::string::npos) << ended;
+    EXPECT_TRUE(notices("Drive slowed: in ")) << summary()["notices"];
 }
 
 TEST_F(Told, ARunThatKeepsWhatItsSceneAsksSaysNothing) {
@@ -103,9 +103,9 @@ TEST_F(Told, AFlatTetrahedronOfAFileIsSaidToBeInThatFile) {
     EXPECT_TRUE(refuses(ended, "flat.vtk: ") && refuses(ended, "flat.json:")) << ended;
 }
 
-TEST_F(Told, AHandThatWouldBeSlowedIsExplainedBeforehand) {
+TEST_F(Told, ADriveThatWouldBeSlowedIsExplainedBeforehand) {
     const Ended slow = call({"explain", write("tube.json", kTube)});
-    EXPECT_EQ(slow.out.find("its hand would go"), std::string::npos) << slow;
+    EXPECT_EQ(slow.out.find("its drive would go"), std::string::npos) << slow;
     const Ended fast = call({"explain", write("fast.json", with(kTube, "\"step\": 0.01", "\"step\": 0.1"))});
     ASSERT_TRUE(ended_with(fast, 0));
     EXPECT_NE(fast.out.find("mm in a step; 1 mm are taken, expected a step of at most "), std::string::npos) << fast;

@@ -178,8 +178,8 @@ TEST_F(PathFile, ThatIsWrongIsNamedWithItsLine) {
     EXPECT_TRUE(refused("time,depth,turn\n0,20,0\n", "bad.csv"));
     EXPECT_TRUE(refused("t,insertion,rotation\n", "bad.csv"));
     EXPECT_TRUE(refused("", "bad.csv"));
-    EXPECT_TRUE(refused("0,20,0\n0.2,2500,0\n", "bad.csv")) << "longer than the wire, or faster than the hand";
-    EXPECT_TRUE(refused("0,20,0\n0.01,90,0\n", "mm/s")) << "faster than the hand";
+    EXPECT_TRUE(refused("0,20,0\n0.2,2500,0\n", "bad.csv")) << "longer than the wire, or faster than the drive";
+    EXPECT_TRUE(refused("0,20,0\n0.01,90,0\n", "mm/s")) << "faster than the drive";
     EXPECT_TRUE(refuses(run(scene, {"--path", (folder / "none.csv").string()}), "none.csv"));
 }
 

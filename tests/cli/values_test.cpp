@@ -1,4 +1,4 @@
-// Values that once passed without a word: empty ones, names that are paths or terminal codes, files named twice, settings that are
+// Values that once passed silently: empty ones, names that are paths or terminal codes, files named twice, settings that are
 // not taken as they stand.
 #include "program.hpp"
 

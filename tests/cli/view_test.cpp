@@ -31,7 +31,7 @@ TEST_F(View, EndsWellWhenInterrupted) {
     EXPECT_TRUE(ended.says("0 steps")) << ended;
 }
 
-TEST_F(View, TakesNoStepBeforeSomebodyLooksUnlessItIsToldTo) {
+TEST_F(View, TakesNoStepBeforeTheFirstViewerUnlessItIsToldTo) {
     const pid_t child = start({"view", scene.string(), "--page", page.string()});
     while (text_of(folder / "stdout").find("Ctrl-C") == std::string::npos && waitpid(child, nullptr, WNOHANG) == 0)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -42,7 +42,7 @@ TEST_F(View, TakesNoStepBeforeSomebodyLooksUnlessItIsToldTo) {
     EXPECT_TRUE(ended.says("the first step waits for it")) << ended;
     EXPECT_TRUE(ended.says("\n0 steps, ")) << ended;
     EXPECT_TRUE(call({"view", scene.string(), "--page", page.string(), "-n", "3"}).says("\n3 steps, "))
-        << "whoever counts steps has no viewer";
+        << "with a number of steps there is no viewer";
     EXPECT_TRUE(call({"view", scene.string(), "--page", page.string(), "-n", "3", "--at-once"}).says("\n3 steps, "));
 }
 

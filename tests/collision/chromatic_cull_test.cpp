@@ -199,7 +199,7 @@ TEST(ChromaticCuller, FindsEveryContactOfMeshesWithoutManners) {
     }
 }
 
-TEST(ChromaticCuller, AFanTooLargeForAListIsLookedThroughEachStep) {
+TEST(ChromaticCuller, AFanTooLargeForAListIsSearchedEachStep) {
     Random random(6);
     Surface s;
     s.t0.push_back(Vec3::Zero());
@@ -218,7 +218,7 @@ TEST(ChromaticCuller, TwoTrianglesAndLessAreEnough) {
         const Surface s = testing::make_triangle_soup(random, count, 0.05, 1.0, 0.5);
         expect_the_same_hits(s, {.distance = 0.1}, 0);
     }
-    Surface joined; // two triangles at one vertex, folded onto each other: only stage IV can know
+    Surface joined; // two triangles at one vertex, folded onto each other: only stage IV can find it
     joined.t0 = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0.1, 0.3}, {0.1, 1, 0.3}};
     joined.t1 = joined.t0;
     joined.t1[3] -= Vec3(0, 0, 0.6);
@@ -300,7 +300,7 @@ TEST(ChromaticCuller, InsideAVesselEveryMemoryKeepsTheContacts) {
     }
 }
 
-TEST(CullTwin, OnlyIntervalsSeeThatSomethingLiesBetweenTwoWalls) {
+TEST(CpuReference, OnlyIntervalsSeparateWhatLiesBetweenTwoWalls) {
     std::vector<SweptCorners> prisms;
     for (const double z : {0.0, 1.0, 2.0}) {
         const Vec3 a(0, 0, z), b(1, 0, z), c(0, 1, z);

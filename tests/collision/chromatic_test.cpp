@@ -42,7 +42,7 @@ Mesh make_random(Random& random, std::size_t triangles, std::size_t vertices) {
     return mesh;
 }
 
-/// Both guarantees, asked of every pair of triangles: knows nothing of stars.
+/// Both guarantees, checked on every pair of triangles, independent of vertex stars.
 void expect_guarantees_by_brute_force(const ChromaticSets& sets, const Mesh& mesh) {
     for (Index t = 0; t < mesh.triangles.size(); ++t) {
         std::vector<Index> neighbours(sets.count(), 0);
@@ -96,7 +96,7 @@ TEST(ChromaticSets, FansOfAnySizeKeepTheGuarantees) {
         }
         const ChromaticSets sets = make_chromatic_sets(mesh.triangles, mesh.vertex_count);
         EXPECT_GE(sets.count(), blades);
-        if (blades <= 700) expect_guarantees(sets, mesh); // looking costs the square of the valence
+        if (blades <= 700) expect_guarantees(sets, mesh); // the search costs the square of the valence
         if (blades <= 256) expect_guarantees_by_brute_force(sets, mesh);
     }
 }

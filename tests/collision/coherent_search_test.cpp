@@ -1,4 +1,4 @@
-// Skipping frames against ContactSearch, step by step: the same contacts with the same bits, whatever moves how.
+// Skipping frames against ContactSearch, step by step: the same contacts with the same bits, for every motion.
 #include "tests/collision/allocations.hpp"
 #include "tests/collision/sequences.hpp"
 

@@ -82,7 +82,7 @@ TEST(FacePlanes, ProveNothingApartThatTheElementaryTestsReport) {
     EXPECT_GT(met, 500u);
 }
 
-/// A gap that is found or not by less than a micron of a metre: the bound is close to the truth.
+/// A gap that is found or not by less than a micrometre: the bound is close to the truth.
 TEST(FacePlanes, TellAGapFromNoneWithinAMillionth) {
     Surface plate, needle;
     plate.t0 = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

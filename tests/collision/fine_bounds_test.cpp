@@ -1,4 +1,4 @@
-// The second look of the broad phase never says "apart" of what is not, and its kernels agree with their plain twins.
+// The second test of the broad phase never says "apart" of what is not, and its kernels agree with their scalar references.
 #include "collision/bvh/fine_bounds.hpp"
 
 #include "collision/bvh/near_pairs.hpp"
@@ -63,7 +63,7 @@ TEST(FineBounds, WhatIsNotANumberIsEverywhere) {
     EXPECT_TRUE(are_near(join_finely(t0, t1, ids), far_away, reach));
 }
 
-TEST(NearFeatures, TheKernelAndItsPlainTwinGiveTheSameLanes) {
+TEST(NearFeatures, TheKernelAndItsScalarReferenceGiveTheSameLanes) {
     Random random(52);
     std::size_t near = 0;
     for (const std::size_t slabs : {3, 7, 9, 13})

@@ -1,5 +1,5 @@
-// Pairs of triangles that touch, as a picture likes them least: seen edge-on, smaller than a pixel, aligned with pixels and their
-// corners, at equal depths, slivers, at the picture's borders; spread over more than 32 sets.
+// Pairs of triangles that touch, in the hardest configurations for image space: seen edge-on, smaller than a pixel, aligned with pixels and
+// their corners, at equal depths, slivers, at the picture's borders; spread over more than 32 sets.
 #pragma once
 
 #include "collision/culling/cull_backend.hpp"
@@ -16,7 +16,7 @@ struct HardPrisms {
     std::vector<Triangle> corners; // no two share a vertex
     std::vector<std::pair<Index, Index>> touching;
     std::vector<Index> set_of, set_begin, members;
-    std::vector<CullQuestion> questions; // each of a pair asks for the other's set
+    std::vector<CullQuestion> questions; // each of a pair queries the other's set
     std::vector<std::size_t> question_begin;
     std::vector<Footprint> footprints;
 
@@ -75,7 +75,7 @@ private:
         return x * f.view.right + y * f.view.up + f.view.forward.dot(p) * f.view.forward;
     }
 
-    /// A triangle through the point, that stands still or sweeps along.
+    /// A triangle through the point, static or swept.
     template <class Random>
     static SweptCorners shape(Random& random, const CullFrame& f, const Vec3& point, double extent, int kind) {
         const ViewDirection& v = f.view;

@@ -123,7 +123,7 @@ TEST(ImageSpace, ViewsThatPrunedMostComeFirstNextTimeAndLoseNothing) {
     EXPECT_LE(first_pass_left[1], first_pass_left[0]);
 }
 
-TEST(ImageSpace, WhoeverHasAClockDecidesWhenTheCpuTakesOver) {
+TEST(ImageSpace, ACallerWithAClockDecidesWhenTheCpuTakesOver) {
     const TwoTubes tubes;
     ImageSpaceCuller culler(tubes.triangles, tubes.positions.size());
     CpuCullBackend twin;
@@ -179,7 +179,7 @@ TEST(ImageSpacePatches, WholePatchesOfASmoothSheetGoFirst) {
     EXPECT_GT(by_patches, sheet.triangles.size() / 4);
 }
 
-/// Sheets in each other, one lying in the other's way by less and less: a crossing far below a pixel is kept, in the middle of
+/// Sheets that penetrate each other by less and less: a crossing far below a pixel is kept, in the middle of
 /// patches that are as smooth as can be.
 TEST(ImageSpacePatches, ASmoothSheetThatDipsThroughAnotherByNextToNothingIsKept) {
     for (const double dip : {1.0, 1e-3, 1e-6, 1e-9}) {
@@ -332,7 +332,7 @@ TEST(Cullide, FindsWhatPenetratesAndAConnectedHierarchyDrawsLessThanARandomOne) 
     EXPECT_LT(queries[0], queries[1]);
 }
 
-TEST(Cullide, LosesWhatItsPaperSaysItLosesAndTheSafeFormDoesNot) {
+TEST(Cullide, LosesWhatThePaperSaysItLosesAndTheConservativeFormDoesNot) {
     // a needle thinner than a pixel through a plate
     const std::vector<Vec3> positions = {{0, 0, 0},         {1, 0, 0},      {0, 1, 0},     {0.3, 0.3, -0.5}, {0.3, 0.3, 0.5},
                                          {0.301, 0.3, 0.5}, {-20, -20, -1}, {20, -20, -1}, {0, 20, -1}};

@@ -1,4 +1,4 @@
-// Exact verdicts against rational arithmetic, on pairs that are made to be hard.
+// Exact verdicts against rational arithmetic, on pairs constructed to be hard.
 #include "collision/ccd/meeting.hpp"
 
 #include "base/closest_point.hpp"
@@ -44,7 +44,7 @@ Vec3 whole_vector(Random& random, int reach) {
     return v;
 }
 
-/// Small whole numbers: coplanar, parallel, touching and degenerate pairs are common.
+/// Small integers: coplanar, parallel, touching and degenerate pairs are common.
 Pair whole_pair(Random& random, int reach) {
     Pair pair{random.bits() % 2 == 0, {}};
     const bool resting = random.bits() % 3 == 0;
@@ -96,19 +96,19 @@ std::size_t trials(std::size_t usual) {
     return times == 0 ? usual : times == 1 ? 1000 * usual : times * usual;
 }
 
-/// Against the rational test, and told what they were.
+/// Against the rational test, with counts.
 /// make   (random, trial) -> Pair
 Counts compare_all(const char* what, std::size_t count, std::uint64_t seed, const auto& make) {
     Random random(seed);
     Counts c;
     for (std::size_t trial = 0; trial < count; ++trial) compare(make(random, trial), c, seed, trial);
-    std::printf("%s: %zu meet, %zu apart, %zu not known to the rational test; %zu decided in whole numbers\n", what, c.meets, c.apart,
+    std::printf("%s: %zu meet, %zu apart, %zu not known to the rational test; %zu decided in exact arithmetic\n", what, c.meets, c.apart,
                 c.unknown, c.exact);
     return c;
 }
 
-TEST(Meeting, AgreesWithRationalArithmeticOnSmallWholeNumbers) {
-    const Counts counts = compare_all("whole numbers", trials(1200), 31, [](Random& random, std::size_t trial) {
+TEST(ExactCcd, AgreesWithRationalArithmeticOnSmallIntegers) {
+    const Counts counts = compare_all("integers", trials(1200), 31, [](Random& random, std::size_t trial) {
         return whole_pair(random, 1 + static_cast<int>(trial % 4));
     });
     EXPECT_GT(counts.meets, counts.unknown);
@@ -116,8 +116,8 @@ TEST(Meeting, AgreesWithRationalArithmeticOnSmallWholeNumbers) {
     EXPECT_GT(counts.exact, 100u);
 }
 
-/// At the time that whole numbers give, the features are together; before it they never are.
-TEST(Meeting, WholeNumbersTellTheFirstTime) {
+/// At the time from exact integer arithmetic, the features are together; before it they never are.
+TEST(ExactCcd, IntegerArithmeticGivesTheTimeOfImpact) {
     constexpr std::uint64_t kSeed = 36;
     Random random(kSeed);
     const auto gap = [](const Pair& pair, double time) {
@@ -141,7 +141,7 @@ TEST(Meeting, WholeNumbersTellTheFirstTime) {
     EXPECT_GT(later, 200u);
 }
 
-TEST(Meeting, AgreesWithRationalArithmeticAFewUlpsFromTouching) {
+TEST(ExactCcd, AgreesWithRationalArithmeticAFewUlpsFromTouching) {
     const Counts counts =
         compare_all("nearly touching", trials(400), 32, [](Random& random, std::size_t) { return nearly_touching_pair(random); });
     EXPECT_GT(counts.meets, 100u);
@@ -149,8 +149,8 @@ TEST(Meeting, AgreesWithRationalArithmeticAFewUlpsFromTouching) {
     EXPECT_GT(counts.exact, 100u);
 }
 
-/// Anything anywhere, so that their cubics have one root, three or none: what crossing.hpp says of them, and what it leaves open.
-TEST(Meeting, AgreesWithRationalArithmeticOnWhatCrosses) {
+/// Anything anywhere, so that their cubics have one root, three or none: the verdict of crossing.hpp, and what it leaves undecided.
+TEST(ExactCcd, AgreesWithRationalArithmeticOnWhatCrosses) {
     const Counts counts = compare_all("crossing", trials(2400), 37, [](Random& random, std::size_t trial) {
         Pair pair{trial % 2 == 0, {}};
         const double motion = trial % 4 == 0 ? 0.3 : 3.0;
@@ -165,7 +165,7 @@ TEST(Meeting, AgreesWithRationalArithmeticOnWhatCrosses) {
     EXPECT_LT(counts.exact, 5u);
 }
 
-TEST(Meeting, FourAtATimeAnswerAsOneAtATimeToTheBit) {
+TEST(ExactCcd, FourAtATimeAnswerAsOneAtATimeToTheBit) {
     constexpr std::uint64_t kSeed = 38;
     Random random(kSeed);
     const testing::Surface a = testing::make_triangle_soup(random, 40, 1.0, 0.8, 1.0),
@@ -198,7 +198,7 @@ TEST(Meeting, FourAtATimeAnswerAsOneAtATimeToTheBit) {
     EXPECT_GT(met, 100u);
 }
 
-TEST(Meeting, IsTheSameForEveryOrderScaleAndDirectionOfTime) {
+TEST(ExactCcd, IsTheSameForEveryOrderScaleAndDirectionOfTime) {
     constexpr std::uint64_t kSeed = 33;
     Random random(kSeed);
     const std::vector<std::array<std::size_t, 4>> faces{{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {0, 2, 1, 3}, {0, 1, 3, 2}, {0, 3, 2, 1}};
@@ -219,7 +219,7 @@ TEST(Meeting, IsTheSameForEveryOrderScaleAndDirectionOfTime) {
     }
 }
 
-TEST(Meeting, TellsTimePlaceAndNormal) {
+TEST(ExactCcd, TellsTimePlaceAndNormal) {
     constexpr std::uint64_t kSeed = 34;
     Random random(kSeed);
     std::size_t checked = 0;

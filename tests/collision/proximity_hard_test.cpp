@@ -71,7 +71,7 @@ TEST(ProximityHeuristics, LoseSomeInventNothingAndAreCalledHeuristic) {
     expect_loss("velocity cones' reuse", sinking, {.distance = 0.03, .coherence = Coherence::VelocityCones, .reuse_limit = 0.02});
 }
 
-/// A C of flat strip whose arms are pushed over each other: figure 5 of the paper. Cones alone see a flat piece.
+/// A C of flat strip whose arms are pushed over each other: figure 5 of Mezger et al. 2003. Cones alone see a flat piece.
 TEST(ProximityHeuristics, AFlatPieceWithAConcaveOutlineIsMissedByConesAndFoundWithContoursOrGroups) {
     Sequence s{.name = "C", .surfaces = {}, .frames = {}};
     std::vector<Vec3> open;
@@ -126,7 +126,7 @@ TEST(ProximityHeuristics, ReuseLosesNothingNearerThanItsBound) {
 
 TEST(ProximityHeuristics, ReuseForgetsWhatATeleportOrAnUnseenStepMovedAway) {
     Sequence s = testing::make_sinking_sheet(41, 8, 6);
-    for (std::size_t k = 1; k < s.frames.size(); ++k) { // still, but for one jump that no step announces
+    for (std::size_t k = 1; k < s.frames.size(); ++k) { // static, but for one jump between steps
         s.frames[k] = s.frames[0];
         for (Vec3& p : s.frames[k][1]) p[2] -= k >= 3 ? 0.2 : 0.05;
     }
@@ -143,7 +143,7 @@ TEST(ProximityHeuristics, ReuseForgetsWhatATeleportOrAnUnseenStepMovedAway) {
         find_all_proximities(still, options, truth);
         EXPECT_EQ(pairs_of(found), pairs_of(truth)) << "frame " << k;
     }
-    const auto moving = s.motions(2); // refitted, never asked: then a still step at its end
+    const auto moving = s.motions(2); // refitted without a find(): then a static step at its end
     ASSERT_TRUE(search.refit(moving).ok());
     const std::vector<SurfaceMotion> after{{&s.surfaces[0], s.frames[3][0], s.frames[3][0]},
                                            {&s.surfaces[1], s.frames[3][1], s.frames[3][1]}};
@@ -308,7 +308,7 @@ TEST(ProximityHardCases, OptionsThatAreNotPossibleAreRefusedByName) {
     expect_refused({.coherence = Coherence::VelocityCones}, "reuse_limit");
 }
 
-TEST(ProximityHardCases, AStepAllocatesNothingOnceTheListsHaveTheirRoom) {
+TEST(ProximityHardCases, AStepAllocatesNothingOnceTheListsHaveTheirCapacity) {
     const Sequence s = testing::make_sinking_sheet(71, 10, 6);
     for (const Coherence coherence : {Coherence::None, Coherence::SeparationList, Coherence::VelocityCones}) {
         ProximitySearch search;

@@ -1,4 +1,4 @@
-// The paper's two passes with all its coherence, and pictures' hard cases: who touches is never free.
+// The two passes of Govindaraju et al. 2005 with all coherence, and hard cases of image space: what touches is never free.
 #include "collision/culling/chromatic_sets.hpp"
 #include "collision/culling/cull_twin.hpp"
 #include "collision/culling/query_culler.hpp"

@@ -1,5 +1,5 @@
-// Continuous tests in rational arithmetic, as slow as they are plain: what the exact verdicts are compared with. Shares nothing with
-// them but the question.
+// Continuous tests in rational arithmetic, slow and simple: the reference of the exact verdicts. Shares nothing with
+// them but the input.
 #pragma once
 
 #include "collision/ccd/sweep.hpp"
@@ -134,7 +134,7 @@ inline Verdict RationalPair::verdict() const {
     using namespace detail;
     const Coefficients p = through({volume(0), volume(1), volume(2), volume(3)});
     if (touch_at(0) || touch_at(1)) return Verdict::Meets;
-    if (p[0] == 0 && p[1] == 0 && p[2] == 0 && p[3] == 0) { // always coplanar: look at some times only
+    if (p[0] == 0 && p[1] == 0 && p[2] == 0 && p[3] == 0) { // always coplanar: test some times only
         for (int k = 1; k < 64; ++k)
             if (touch_at(Rational(k, 64))) return Verdict::Meets;
         return Verdict::Unknown;

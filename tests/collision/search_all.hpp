@@ -1,4 +1,4 @@
-// A whole search over surfaces, from building to deciding.
+// A search over surfaces, from building to deciding.
 #pragma once
 
 #include "collision/search/contact_search.hpp"

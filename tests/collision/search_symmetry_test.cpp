@@ -1,4 +1,4 @@
-// The whole-step search asked the same question in other words: corners of triangles turned and flipped, bodies swapped, everything
+// The whole-step search on equivalent inputs: corners of triangles turned and flipped, bodies swapped, everything
 // moved and scaled so that no number is rounded. The answer may not differ by one pair.
 #include "collision/search/contact_search.hpp"
 
@@ -86,7 +86,7 @@ TEST(SearchSymmetry, OfLatticeSurfacesNoWritingChangesAPair) {
         for (int k = 0; k < 4; ++k) EXPECT_EQ(find_keys(rewritten(a, random), rewritten(b, random), false), keys) << "corners " << k;
         for (const double scale : {1.0, 0x1p20, 0x1p-40})
             for (const double away : {0.0, 0x1p15}) {
-                const Vec3 shift = away * Vec3(1.0, -2.0, 1.0); // whole numbers below 2^53: nothing is rounded
+                const Vec3 shift = away * Vec3(1.0, -2.0, 1.0); // integers below 2^53: nothing is rounded
                 EXPECT_EQ(find_keys(mapped(a, scale, shift), mapped(b, scale, shift), false), keys) << scale << ", " << away;
                 EXPECT_EQ(find_keys(mapped(rewritten(a, random), scale, shift), mapped(rewritten(b, random), scale, shift), true), keys)
                     << "all at once, " << scale << ", " << away;

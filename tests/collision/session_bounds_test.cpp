@@ -1,4 +1,4 @@
-// The bounds that skipping frames stands on: relative drifts of clusters, distances of features; and how long a contact has lasted.
+// The bounds that skipping frames depends on: relative drifts of clusters, distances of features; and how long a contact has lasted.
 #include "base/closest_point.hpp"
 #include "collision/search/session_bounds.hpp"
 #include "collision/search/session_drift.hpp"

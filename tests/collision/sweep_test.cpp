@@ -154,7 +154,7 @@ TEST(Sweep, ReachesATouchInFewAdvances) {
     EXPECT_LT(beyond_twelve, 1000);
 }
 
-/// Small whole numbers: these contacts are exact.
+/// Small integers: these contacts are exact.
 Pair whole(bool vertex_face, std::array<std::array<double, 3>, 4> t0, std::array<std::array<double, 3>, 4> t1) {
     Pair pair{vertex_face, {}};
     for (int i = 0; i < 4; ++i) pair.p[i] = {Vec3(t0[i].data()), Vec3(t1[i].data())};

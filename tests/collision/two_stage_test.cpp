@@ -1,4 +1,4 @@
-// The exact search of two surfaces with culling by pictures between its hierarchies and its tests: the same contacts, always.
+// The exact search of two surfaces with image-space culling between its hierarchies and its tests: the same contacts, always.
 #include "collision/culling/cull_twin.hpp"
 #include "collision/search/interruptible_search.hpp"
 #include "shapes.hpp"
@@ -14,7 +14,7 @@ namespace {
 using testing::Random;
 using testing::Surface;
 
-/// Looks at once, or is told to have its answer only after some parts of the candidates were decided; never: too late.
+/// Culls at once, or delivers its answer only after some parts of the candidates were decided; never: too late.
 class TestStage final : public StageTwo {
 public:
     explicit TestStage(int answers_after) : answers_after_(answers_after) {}
@@ -52,7 +52,7 @@ struct Bodies {
     SearchSide side_b() { return {1, &tree_b, b.motion()}; }
 };
 
-/// Of what is not a number any is like another.
+/// All NaNs count as equal.
 bool same_numbers(std::span<const double> x, std::span<const double> y) {
     return std::equal(x.begin(), x.end(), y.begin(), y.end(),
                       [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); });
@@ -121,7 +121,7 @@ TEST(TwoStageSearch, WhatIsNotANumberIsTested) {
     }
 }
 
-TEST(TwoStageSearch, AnInterruptedOneSaysSoAndIsNotLookedAt) {
+TEST(TwoStageSearch, AnInterruptedOneSaysSoAndIsNotCulled) {
     Random random(73);
     Bodies soups(testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2), testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2));
     InterruptibleSearch search;

@@ -68,7 +68,7 @@ TEST(Headlines, SayWhatIsBelowTheNoise) {
     EXPECT_EQ(lines[0].here, "gravity 25 %, breathing less than can be measured");
 }
 
-TEST(Headlines, OfSetsStandBesideWhatLookedForTheSameContacts) {
+TEST(Headlines, OfSetsStandBesideSearchesForTheSameContacts) {
     const auto lines = headlines_of("chromatic", table_of(R"json([
         {"scene": "s", "looked_for": "self", "method": "AABB tree, pair by pair", "total_ms": 300},
         {"scene": "s", "looked_for": "self", "method": "sets, II where it pays", "total_ms": 50},
@@ -81,7 +81,7 @@ TEST(Headlines, OfSetsStandBesideWhatLookedForTheSameContacts) {
     EXPECT_NE(lines[0].what, lines[1].what);
 }
 
-TEST(Headlines, OfPicturesAreOneLineAMeshWithTheFastestOfEitherForm) {
+TEST(Headlines, OfImageSpaceCullingAreOneLineAMeshWithTheFastestOfEitherForm) {
     const auto lines = headlines_of("image-space", table_of(R"json([
         {"mesh": "cows", "triangles": 5, "culler": "CPU", "total_ms": 30, "crossings": 4, "paper": "p"},
         {"mesh": "cows", "triangles": 5, "culler": "card", "total_ms": 3, "crossings": 4, "paper": "p"},

@@ -17,7 +17,7 @@
 namespace trocar::engine {
 namespace {
 
-/// Surfaces above this are left to a run by hand: the test stays short.
+/// Larger surfaces are tested on request only: the test stays short.
 constexpr std::size_t kMostTriangles = 31000;
 
 std::vector<std::filesystem::path> surfaces_of(const std::filesystem::path& folder) {
@@ -123,7 +123,7 @@ TEST(ChromaticMade, ImageSpaceLosesNoneOfTheCrossingsThatATreeFinds) {
     EXPECT_GE(crossing, 2u);
 }
 
-/// Surfaces whose crossings pictures looked for.
+/// Surfaces whose crossings image-space culling was tested on.
 struct Pruned {
     std::size_t tried = 0, crossing = 0, by_patches = 0, triangles = 0;
     void print() const {
@@ -155,7 +155,7 @@ void expect_no_crossing_lost(TriMesh mesh, const std::string& name, Pruned& sum)
     ++sum.tried;
 }
 
-TEST(ChromaticMade, PicturesOfPatchesAndOfTrianglesLoseNoCrossing) {
+TEST(ChromaticMade, ImageSpaceCullingOfPatchesAndOfTrianglesLosesNoCrossing) {
     Pruned sum;
     for (const std::size_t triangles : {600u, 3000u})
         for (const made::Named& one : made::make_all(triangles, triangles)) expect_no_crossing_lost(one.mesh, one.name, sum);
@@ -165,7 +165,7 @@ TEST(ChromaticMade, PicturesOfPatchesAndOfTrianglesLoseNoCrossing) {
     EXPECT_GT(sum.by_patches, 0u);
 }
 
-TEST(ChromaticData, PicturesOfPatchesAndOfTrianglesLoseNoCrossingOfAnySurface) {
+TEST(ChromaticData, ImageSpaceCullingOfPatchesAndOfTrianglesLosesNoCrossingOfAnySurface) {
     const char* data = std::getenv("TROCAR_TEST_DATA");
     if (data == nullptr) GTEST_SKIP() << "TROCAR_TEST_DATA is not set";
     const std::size_t most = std::getenv("TROCAR_LONG_TESTS") != nullptr ? kMostTriangles : 13000; // a minute; longer for all

@@ -115,7 +115,7 @@ constexpr Switch kHeuristicSwitches[] = {
      }},
 };
 
-/// What meets, decided without rounding, by the set with every short cut off; then one switch after the other.
+/// What meets, decided without rounding, by the set with every shortcut disabled; then one switch after the other.
 void expect_switches(const char* name, const Workload& workload, std::size_t at_least, std::span<const Switch> exact = kExactSwitches,
                      std::span<const Switch> heuristic = kHeuristicSwitches) {
     ProximityOptions off;

@@ -1,6 +1,6 @@
-// The law of stage II: the final contacts are the same whoever culls, on surfaces made here and of the test data, in motion: the small ones
-// by every way, larger ones by OpenGL and the CPU twin. Calls of OpenGL are counted, and what it leaves is what the twin leaves: a context
-// that draws nothing, or culls nothing, breaks the law.
+// The law of stage II: the final contacts are the same with every culler, on surfaces made here and of the test data, in motion: the small
+// ones by every way, larger ones by OpenGL and the CPU reference. Calls of OpenGL are counted, and it leaves what the reference leaves: a
+// context that draws nothing, or culls nothing, breaks the law.
 #include "assets/anatomy/random.hpp"
 #include "base/box.hpp"
 #include "collision/search/contact_search.hpp"
@@ -61,7 +61,7 @@ struct Method {
     CulledSearch::Options options;
 };
 
-/// What a context was asked to do. Entry points are plain functions, so one context at a time.
+/// Calls that a context received. Entry points are plain functions, so one context at a time.
 struct GlCalls {
     std::uint64_t draws = 0, queries = 0, answers = 0, read_backs = 0;
     GlApi real;
@@ -106,21 +106,21 @@ struct Culled {
     double look_ms = 0.0;
 };
 
-/// What OpenGL did, from the counters of its entry points; what it leaves, from its twin. Without OpenGL only the note is asked for.
+/// The calls of OpenGL, from the counters of its entry points; what it leaves, against the CPU reference. Without OpenGL the note.
 void expect_drawn(const Method& method, const CulledSearch& culled, std::span<const collision::TrianglePair> twins_pairs) {
     if (!has_opengl()) {
-        EXPECT_FALSE(culled.notes().empty()) << method.name << " is not there, and nobody says so";
+        EXPECT_FALSE(culled.notes().empty()) << method.name << " is missing, and not reported";
         return;
     }
-    EXPECT_NE(culled.backend(), "CPU twin") << method.name << " was given up";
+    EXPECT_NE(culled.backend(), "CPU reference") << method.name << " was given up";
     EXPECT_TRUE(culled.notes().empty()) << culled.notes().front();
     const auto& culler = *culled.jobs().front().culler;
-    EXPECT_TRUE(std::ranges::equal(culler.pairs(), twins_pairs)) << method.name << " leaves other pairs than its twin";
+    EXPECT_TRUE(std::ranges::equal(culler.pairs(), twins_pairs)) << method.name << " leaves other pairs than the CPU reference";
     if (culler.counts().near_pairs == 0) return;
     EXPECT_GT(calls.draws, 0u) << method.name;
     if (method.options.method == CullMethod::Gl) {
         EXPECT_GT(calls.read_backs, 0u);
-    } else if (culler.counts().queries.queries > 0) { // the 1D tests may have told all pairs apart
+    } else if (culler.counts().queries.queries > 0) { // the 1D tests may have separated all pairs
         EXPECT_EQ(calls.queries, culler.counts().queries.queries);
         EXPECT_EQ(calls.answers, calls.queries);
     }
@@ -133,7 +133,7 @@ CulledSearch::Options twin_of(CulledSearch::Options options) {
     return options;
 }
 
-/// Contacts with themselves on the way to t1, whoever culls.
+/// Contacts with themselves on the way to t1, with every culler.
 /// by_opengl   added to
 /// returns     how many
 std::size_t expect_the_law(const TriMesh& mesh, const std::vector<Vec3>& t1, std::span<const Method> methods, Culled& by_opengl) {
@@ -170,14 +170,14 @@ std::size_t expect_the_law(const TriMesh& mesh, const std::vector<Vec3>& t1, std
 }
 
 const Method kNoStageTwo{"no stage II", {.method = CullMethod::None}};
-const Method kTwin{"CPU twin, intervals", {.method = CullMethod::Cpu, .plan = {.resolution = 256, .max_rounds = 1}}};
-const Method kFronts{"CPU twin, fronts",
+const Method kTwin{"CPU reference, intervals", {.method = CullMethod::Cpu, .plan = {.resolution = 256, .max_rounds = 1}}};
+const Method kFronts{"CPU reference, fronts",
                      {.method = CullMethod::Cpu, .plan = {.memory = collision::CullMemory::Fronts, .resolution = 128, .max_rounds = 1}}};
 const Method kOpenGl{"OpenGL", {.method = CullMethod::Gl, .plan = {.resolution = 64, .max_rounds = 1}, .contexts = counted()}};
 const Method kQueries{"queries by OpenGL",
                       {.method = CullMethod::Query, .queries = {.resolution = 64, .max_rounds = 1}, .contexts = counted()}};
 
-TEST(CullLaw, WhoeverCullsTheContactsOfMadeSurfacesAreTheSame) {
+TEST(CullLaw, TheContactsOfMadeSurfacesAreTheSameWithEveryCuller) {
     const Method methods[] = {kNoStageTwo, kTwin, kFronts, kOpenGl, kQueries};
     std::size_t tried = 0, touching = 0;
     Culled by_opengl;
@@ -199,7 +199,7 @@ TEST(CullLaw, WhoeverCullsTheContactsOfMadeSurfacesAreTheSame) {
     EXPECT_GT(touching, tried / 2);
 }
 
-TEST(CullLaw, WhoeverCullsTheContactsOfEverySurfaceAreTheSame) {
+TEST(CullLaw, TheContactsOfEverySurfaceAreTheSameWithEveryCuller) {
     const char* data = std::getenv("TROCAR_TEST_DATA");
     if (data == nullptr) GTEST_SKIP() << "TROCAR_TEST_DATA is not set";
     std::vector<std::filesystem::path> files;
@@ -240,7 +240,7 @@ std::vector<Vec3> pinch(const std::vector<Vec3>& from, anatomy::Random& random) 
     return to;
 }
 
-/// TROCAR_LONG_TESTS: OpenGL on every surface, whatever draws; minutes, where software does.
+/// TROCAR_LONG_TESTS: OpenGL on every surface, on any renderer; minutes in software.
 bool takes_long() { return std::getenv("TROCAR_LONG_TESTS") != nullptr; }
 
 /// Sizes that are slow with OpenGL drawn by software.
@@ -274,7 +274,7 @@ void expect_the_law_of_file(const char* name) {
     expect_the_law_pinched(*mesh);
 }
 
-TEST(CullLaw, LargeMadeSurfacesKeepTheirContactsWhoeverCulls) {
+TEST(CullLaw, LargeMadeSurfacesKeepTheirContactsWithEveryCuller) {
     for (const TriMesh& mesh : {made::make_animal(1, 6000), made::make_organ(1, 4), made::make_artery_tree(1, 7000), made::make_organ(2, 5),
                                 made::make_overlapping_arteries(1, 40), made::make_drape(100, 0.6)}) {
         SCOPED_TRACE(mesh.triangles.size());
@@ -284,7 +284,7 @@ TEST(CullLaw, LargeMadeSurfacesKeepTheirContactsWhoeverCulls) {
 
 class LargeSurface : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(LargeSurface, KeepsItsContactsWhoeverCulls) { expect_the_law_of_file(GetParam()); }
+TEST_P(LargeSurface, KeepsItsContactsWithEveryCuller) { expect_the_law_of_file(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(CullLaw, LargeSurface,
                          ::testing::Values("cow/cow_viewpoint_5.8k.obj.gz", "cow/spot_23k.obj.gz",
@@ -295,7 +295,7 @@ INSTANTIATE_TEST_SUITE_P(CullLaw, LargeSurface,
 
 class VeryLargeSurface : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(VeryLargeSurface, KeepsItsContactsWhoeverCulls) {
+TEST_P(VeryLargeSurface, KeepsItsContactsWithEveryCuller) {
     if (!takes_long()) GTEST_SKIP() << "TROCAR_LONG_TESTS is not set";
     expect_the_law_of_file(GetParam());
 }

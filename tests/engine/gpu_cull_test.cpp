@@ -1,4 +1,4 @@
-// Stage II on OpenGL against its twin on the CPU: the same bits in every view, the same contacts whoever culls.
+// Stage II on OpenGL against the CPU reference: the same bits in every view, the same contacts with every culler.
 #include "../collision/hard_prisms.hpp"
 #include "collision/culling/chromatic_culler.hpp"
 #include "collision/culling/cull_twin.hpp"
@@ -35,7 +35,7 @@ std::vector<std::unique_ptr<GlCullBackend>> all_backends() {
     return backends;
 }
 
-TEST(GpuCull, EveryContextAnswersAsTheTwinDoesBitForBit) {
+TEST(GpuCull, EveryContextAnswersAsTheCpuReferenceDoesBitForBit) {
     const auto backends = all_backends();
     if (backends.empty()) GTEST_SKIP() << "no OpenGL 4.5 with layers on this machine";
     const Cloth cloth = make_cloth(16, 8, 1);
@@ -92,7 +92,7 @@ TEST(GpuCull, OcclusionQueriesGiveTheBitsOfTheOrderFreeForm) {
     if (tried == 0) GTEST_SKIP() << "no OpenGL 4.5 on this machine";
 }
 
-TEST(GpuCull, HardPrismsThatTouchAreNeverFreeAndTheTwinAgrees) {
+TEST(GpuCull, HardPrismsThatTouchAreNeverFreeAndTheCpuReferenceAgrees) {
     auto backend = GlCullBackend::make();
     if (!backend.ok()) GTEST_SKIP() << backend.error().message;
     for (const int size : {1, 2, 7, 64, 256})
@@ -142,7 +142,7 @@ TEST(GpuCull, MoreSetsThanLayersFitAreDrawnInTurns) {
     EXPECT_EQ(hits, expected);
 }
 
-TEST(GpuCull, TheSamePairsAreLeftWhoeverCulls) {
+TEST(GpuCull, TheSamePairsAreLeftWithEveryCuller) {
     auto backend = GlCullBackend::make();
     if (!backend.ok()) GTEST_SKIP() << backend.error().message;
     const Cloth cloth = make_cloth(24, 12, 3);
@@ -177,7 +177,7 @@ TEST(GpuCull, WhatThisMachineCanIsSaidInWords) {
     const auto nothing = describe_graphics({.order = {}});
     ASSERT_EQ(nothing.size(), 2u);
     EXPECT_EQ(nothing[0].what, "none");
-    EXPECT_THAT(nothing[1].how, ::testing::HasSubstr("CPU twin"));
+    EXPECT_THAT(nothing[1].how, ::testing::HasSubstr("CPU reference"));
 }
 
 TEST(GpuCull, AskingNothingIsAnsweredWithNothing) {

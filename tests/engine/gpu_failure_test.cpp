@@ -1,4 +1,4 @@
-// What happens to culling when OpenGL does not do its part. The driver is the real one; single calls of it are kept from it or answered
+// Culling when OpenGL fails. The driver is the real one; single calls of it are suppressed or answered
 // in its place, as a driver without memory, or one that has lost its device, would.
 #include "collision/culling/cull_twin.hpp"
 #include "engine/render/culled_search.hpp"
@@ -62,7 +62,7 @@ ContextOptions tampered(Change change) {
 }
 bool has_opengl() { return GlCullBackend::make().ok(); }
 
-/// Pairs of triangles that a search leaves in one step, and what it said.
+/// Pairs of triangles that a search leaves in one step, and its notes.
 struct Answer {
     std::vector<collision::TrianglePair> left;
     std::vector<std::string> notes;
@@ -86,16 +86,16 @@ bool is_subset(const std::vector<collision::TrianglePair>& part, const std::vect
     return std::ranges::all_of(part, [&](const auto& pair) { return std::ranges::find(whole, pair) != whole.end(); });
 }
 
-TEST(GpuFailure, WithoutAnyOpenGlTheTwinWorksAndSaysWhy) {
+TEST(GpuFailure, WithoutAnyOpenGlTheCpuReferenceWorksAndSaysWhy) {
     const test::Cloth cloth = test::make_cloth(16, 8, 5);
     const ContextOptions nothing{.egl_library = "libNoSuchEgl.so.1", .osmesa_library = "libNoSuchMesa.so.8"};
     const Answer expected = search(cloth, CullMethod::Cpu, {}, 96);
     const Answer answer = search(cloth, CullMethod::Gl, nothing, 96);
     EXPECT_EQ(answer.left, expected.left);
-    EXPECT_EQ(answer.backend, "CPU twin");
+    EXPECT_EQ(answer.backend, "CPU reference");
     EXPECT_THAT(answer.notes, Contains(HasSubstr("libNoSuchEgl.so.1")));
     const Answer queries = search(cloth, CullMethod::Query, nothing, 96);
-    EXPECT_EQ(queries.backend, "CPU twin");
+    EXPECT_EQ(queries.backend, "CPU reference");
     EXPECT_THAT(queries.notes, Contains(HasSubstr("libNoSuchMesa.so.8")));
 }
 
@@ -107,7 +107,7 @@ TEST(GpuFailure, AShaderThatDoesNotCompileIsToldWithTheDriversLog) {
     EXPECT_EQ(backend.error().code, ErrorCode::ToolFailed);
     std::printf("%s\n", backend.error().message.c_str());
     EXPECT_THAT(backend.error().message, HasSubstr("cannot compile shader cull_"));
-    EXPECT_THAT(backend.error().message, HasSubstr("this_is_not_declared")); // the driver's own words
+    EXPECT_THAT(backend.error().message, HasSubstr("this_is_not_declared")); // the driver's own message
     EXPECT_FALSE(GlCanvas::make(broken).ok());
     const test::Cloth cloth = test::make_cloth(16, 8, 5);
     const Answer answer = search(cloth, CullMethod::Gl, broken, 96);
@@ -148,14 +148,14 @@ TEST(GpuFailure, WithoutMemoryForOneLayerASmallerPictureIsTakenAndSaid) {
     const Answer answer = search(cloth, CullMethod::Gl, poor, 128);
     EXPECT_EQ(answer.left, search(cloth, CullMethod::Cpu, {}, 32).left); // halved until it fits
     EXPECT_THAT(answer.notes, Contains(HasSubstr("32 x 32")));
-    EXPECT_NE(answer.backend, "CPU twin");
+    EXPECT_NE(answer.backend, "CPU reference");
     const auto none = tampered([](GlApi& gl) {
         driver.widest = 0;
         gl.TextureStorage3D = lack_memory;
         gl.GetError = tell_pending_error;
     });
     const Answer twin = search(cloth, CullMethod::Gl, none, 128); // nothing fits at all
-    EXPECT_EQ(twin.backend, "CPU twin");
+    EXPECT_EQ(twin.backend, "CPU reference");
     EXPECT_THAT(twin.notes, Contains(HasSubstr("no memory for one layer")));
     EXPECT_EQ(twin.left, search(cloth, CullMethod::Cpu, {}, 128).left);
 }
@@ -170,7 +170,7 @@ TEST(GpuFailure, ALostContextLosesNoContact) {
             gl.GetGraphicsResetStatus = lose_the_device;
         });
         const Answer answer = search(cloth, CullMethod::Gl, lost, 96);
-        EXPECT_EQ(answer.backend, "CPU twin");
+        EXPECT_EQ(answer.backend, "CPU reference");
         EXPECT_THAT(answer.notes, Contains(HasSubstr("context was lost")));
         EXPECT_TRUE(is_subset(answer.left, near.left));
         EXPECT_LE(answer.left.size(), near.left.size());
@@ -183,7 +183,7 @@ TEST(GpuFailure, ALostContextLosesNoContact) {
         gl.GetGraphicsResetStatus = lose_the_device;
     });
     const Answer queries = search(cloth, CullMethod::Query, lost_queries, 48);
-    EXPECT_EQ(queries.backend, "CPU twin");
+    EXPECT_EQ(queries.backend, "CPU reference");
     EXPECT_THAT(queries.notes, Contains(HasSubstr("context was lost")));
 }
 

@@ -43,7 +43,7 @@ inline Cloth make_cloth(Index columns, Index rows, std::uint64_t seed) {
     return cloth;
 }
 
-/// One view of everything: all prisms drawn, every prism asks every set.
+/// One view of everything: all prisms drawn, every prism queries every set.
 struct WholeView {
     std::vector<collision::Footprint> footprints;
     std::vector<Index> set_begin{0}, members;

@@ -1,4 +1,4 @@
-// What pictures need besides a GPU: cameras, meshes with normals, shapes and numbers, PNG, shader texts.
+// Parts of pictures without a GPU: cameras, meshes with normals, shapes and numbers, PNG, shader texts.
 #include "base/topology.hpp"
 #include "engine/render/canvas.hpp"
 #include "engine/render/picture.hpp"

@@ -1,4 +1,4 @@
-// A clock that only moves when a test says so, the three kinds of limits, and an exact stage acted out on them.
+// A clock that a test moves, the three kinds of limits, and an exact stage simulated on them.
 #pragma once
 
 #include "engine/time/step_budget.hpp"

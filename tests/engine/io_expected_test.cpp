@@ -34,7 +34,7 @@ void expect_refused(const Path& file, const std::string& why) {
     EXPECT_NE(mesh.error().message.find(why), std::string::npos) << mesh.error().to_string();
 }
 
-/// Closed and manifold, wherever it stands and however large it is; winding and shells are asked apart.
+/// Closed and manifold, wherever it stands and however large it is; winding and shells are checked separately.
 void expect_sound(const SurfaceReport& report) {
     EXPECT_TRUE(report.closed() && report.manifold() && report.finite());
     EXPECT_TRUE(report.oriented());

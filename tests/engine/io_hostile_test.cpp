@@ -80,7 +80,7 @@ TEST_F(HostileFiles, BinaryFilesCutOffInTheirDataAreRefused) {
 }
 
 TEST_F(HostileFiles, RandomDamageNeverCrashes) {
-    const char* wanted = std::getenv("TROCAR_TEST_SEED"); // other damage than every day's
+    const char* wanted = std::getenv("TROCAR_TEST_SEED"); // other damage than in the last run
     const unsigned long seed = wanted ? std::strtoul(wanted, nullptr, 10) : 20261120;
     std::mt19937 random(static_cast<std::mt19937::result_type>(seed));
     for (const Sample& sample : all_samples()) {
@@ -226,7 +226,7 @@ TEST_F(HostileFiles, DeeplyNestedXmlIsRefused) {
     EXPECT_FALSE(read_tets(write("deep.vtu", nested)).ok());
 }
 
-TEST_F(HostileFiles, PlyFacesNameNoVerticesThatNobodyReads) {
+TEST_F(HostileFiles, PlyFacesNameNoVerticesThatAreNotStored) {
     const std::string head = "ply\nformat ascii 1.0\n",
                       face = "element face 1\nproperty list uchar int vertex_indices\nend_header\n3 0 1 2\n";
     const Result<TriMesh> bare = read_surface(write("bare.ply", head + "element vertex 3\n" + face), {.weld = true});

@@ -211,7 +211,7 @@ bool is_all_zero(const CostRow& row) {
 }
 
 /// Root mean square never above the largest; no error of a step, all from the exact run's state, grows with the budget.
-/// noise  of an error against that under the next smaller budget: what is open pushes by the spheres that the budget happened to stop at
+/// noise  of an error against that under the next smaller budget: what is open pushes by the spheres that the budget stopped at
 void expect_laws(const CostTable& table, double noise) {
     for (std::size_t k = 0; k < table.rows.size(); ++k) {
         const CostRow &tight = table.rows[k], &wide = table.rows[std::min(k + 1, table.rows.size() - 1)];
@@ -282,7 +282,7 @@ TEST(Cost, OfABallOnATableFallsAsTheBudgetGrows) {
         EXPECT_EQ(row.steps, 60u);
     }
     EXPECT_GT(table.rows.front().contacts.spurious, 1000u);
-    EXPECT_LT(table.rows.front().trajectory.hausdorff, 1e-5) << "what nobody tested is probed: the ball falls and lands all the same";
+    EXPECT_LT(table.rows.front().trajectory.hausdorff, 1e-5) << "untested pairs are probed: the ball falls and lands all the same";
     for (const CostRow& same : {table.rows[3], table.rows[4]}) EXPECT_TRUE(is_all_zero(same)) << same.name();
 }
 

@@ -1,4 +1,4 @@
-// The price of accuracy, answered other ways; parts of a measurement that outlive its process.
+// The price of accuracy, with other variants; parts of a measurement that outlive its process.
 #include "engine/experiments/cost_page.hpp"
 #include "engine/experiments/cost_parts.hpp"
 #include "engine/experiments/cost_variants.hpp"

@@ -6,7 +6,7 @@
 namespace trocar::engine {
 namespace {
 
-/// Every reading is later by an irregular amount: a machine with other things to do.
+/// Every reading is later by an irregular amount: a busy machine.
 class RestlessClock final : public Clock {
 public:
     explicit RestlessClock(std::uint64_t seed) : seed_(seed) {}

@@ -1,4 +1,4 @@
-// Programs that are run: how much they may take, what is kept of what they print, and that nothing of them is left behind, whatever ends
+// External programs: their limits, what is kept of their output, and that no process of them is left, whatever ends
 // us.
 #include "engine/io/file_bytes.hpp"
 #include "engine/prepare/coarse.hpp"

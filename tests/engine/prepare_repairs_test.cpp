@@ -1,4 +1,4 @@
-// One rule for what a surface has to be, and the whole chain of repairs that makes it so, found by trying.
+// One rule for surfaces, and the whole chain of repairs that meets it, found by trying.
 #include "assets/anatomy/shapes.hpp"
 #include "base/self_intersection.hpp"
 #include "engine/io/read_surface.hpp"
@@ -42,7 +42,7 @@ TriMesh join(TriMesh a, const TriMesh& b) {
 
 TriMesh ball(const Vec3& centre, double radius) { return anatomy::make_icosphere(centre, radius, 3); }
 
-/// What exporters, scanners and segmentations do to a surface.
+/// Defects from exporters, scanners and segmentations.
 TriMesh damage(TriMesh mesh, Dice& dice) {
     for (std::size_t i = dice.pick(4); i > 0; --i)
         mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(dice.pick(mesh.triangles.size())));

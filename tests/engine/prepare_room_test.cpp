@@ -1,4 +1,4 @@
-// Where an instrument fits: an accepted target can be stood on, a refused entry or target names a place that is accepted.
+// Where an instrument fits: the tip can reach an accepted target, a refused entry or target names a place that is accepted.
 #include "base/inside.hpp"
 #include "engine/prepare/standing_room.hpp"
 #include "step_fixture.hpp"
@@ -47,7 +47,7 @@ std::optional<Vec3> place_in(const std::string& message) {
     return Vec3(std::stod(found[1]), std::stod(found[2]), std::stod(found[3]));
 }
 
-TEST(StandingRoom, EveryAcceptedTargetCanBeStoodOnAndEveryRefusedOneNamesAPlaceThatCan) {
+TEST(InstrumentClearance, EveryAcceptedTargetCanBeStoodOnAndEveryRefusedOneNamesAPlaceThatCan) {
     std::mt19937 random(18);
     const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
     int accepted = 0, refused = 0;
@@ -83,7 +83,7 @@ TEST(StandingRoom, EveryAcceptedTargetCanBeStoodOnAndEveryRefusedOneNamesAPlaceT
     EXPECT_GE(refused, 3);
 }
 
-TEST(StandingRoom, AnEntryWithoutRoomNamesAPlaceNearItThatHas) {
+TEST(InstrumentClearance, AnEntryWithoutClearanceNamesAPlaceNearItThatHas) {
     for (const Vec3& entry : {Vec3(2.9, 0.0, 10.0), Vec3(0.0, 6.0, 12.0), Vec3(-2.6, 0.3, 4.0)}) {
         Places places;
         places.entry = entry;
@@ -99,7 +99,7 @@ TEST(StandingRoom, AnEntryWithoutRoomNamesAPlaceNearItThatHas) {
     }
 }
 
-TEST(StandingRoom, ATargetBesideTheWallOrAToleranceWiderThanTheVesselIsNoted) {
+TEST(InstrumentClearance, ATargetBesideTheWallOrAToleranceWiderThanTheVesselIsNoted) {
     Places places;
     places.target = Vec3(55.0, 2.9, 75.0);
     const auto beside = try_to_prepare(places);

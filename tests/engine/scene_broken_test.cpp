@@ -75,9 +75,9 @@ const Broken kBroken[] = {
     {"EmptyPath", "[[0, 20, 0], [1, 50, 1]]", "[]", "instruments.wire.path", "found a list of 0", "at least 1"},
     {"BodiesAsList", "\"targets\": {\"end\": {\"position\": [0, 0, 150]}}", "\"targets\": []", "targets", "found a list of 0", "an object"},
     {"HalfACount", "\"radius\": 50}", "\"radius\": 50, \"subdivisions\": 2.5}", "bodies.organ.surface.subdivisions", "found 2.5",
-     "a whole number of 0 to 7"},
+     "an integer from 0 to 7"},
     {"HugeCount", "\"radius\": 50}", "\"radius\": 50, \"subdivisions\": 1e300}", "bodies.organ.surface.subdivisions", "found 1e300",
-     "a whole number"},
+     "an integer"},
     {"WrongChoice", "\"static\"", "\"statik\"", "bodies.vessel.kind", "found the string \"statik\"", "nearest known value: \"static\""},
     {"WrongUnit", "\"mm\"", "\"furlong\"", "units.length", "found the string \"furlong\"", "known: m, cm, mm"},
     {"WrongRepair", "{\"shape\": \"sphere\", \"radius\": 50}",
@@ -153,7 +153,7 @@ const Broken kBroken[] = {
      "at most 0.5"},
     {"TwistOfMassSpring", "\"radius\": 0.4,", "\"radius\": 0.4, \"kind\": \"mass_spring\", \"tip\": {\"shape\": \"pigtail\"},",
      "instruments.wire", "no torsion", "the kind \"rod\""},
-    // paths of the hand
+    // drive paths
     {"TimeGoesBack", "[1, 50, 1]", "[0, 50, 1]", "instruments.wire.path[1]", "row 2: found the time 0 s after 0 s", "increasing times"},
     {"NegativeTime", "[0, 20, 0]", "[-1, 20, 0]", "instruments.wire.path[0][0]", "found -1 s", "0 to"},
     {"TooFast", "[1, 50, 1]", "[1, 60, 1]", "instruments.wire.path[1]",
@@ -179,7 +179,7 @@ const Broken kBroken[] = {
     {"XrayWithoutEffect", "\"effects\": [", "\"outputs\": {\"pictures\": [{\"view\": \"fluoroscopy\", \"time\": 1}]}, \"effects\": [",
      "outputs.pictures[0].view", "effect is off", "expected it among the effects"},
     {"HalfAPixel", "\"effects\": [", "\"outputs\": {\"size\": [640.5, 480]}, \"effects\": [", "outputs.size", "found 640.5",
-     "whole numbers"},
+     "integers"},
 };
 // clang-format on
 
@@ -222,7 +222,7 @@ TEST(BrokenScenes, UnsetTestDataFolderIsNamed) {
     EXPECT_TRUE(says(error, "not set"));
 }
 
-TEST(BrokenScenes, SpeedAboveTheHandsNeedsExplicitLimits) {
+TEST(BrokenScenes, SpeedAboveTheDrivesNeedsExplicitLimits) {
     const std::string fast = spoil("[1, 50, 1]", "[1, 90, 4]");
     EXPECT_TRUE(says(refusal(fast), "70 mm/s"));
     std::string allowed = fast;

@@ -1,4 +1,4 @@
-// Texts no author meant: they end in an error with a place, quickly and in little memory.
+// Hostile texts: they end in an error with a place, quickly and in little memory.
 #include "engine/scene/json_tree.hpp"
 #include "engine/scene/recipe.hpp"
 #include "scene_fixture.hpp"

@@ -1,4 +1,4 @@
-// What is published agrees with the table, and the schema agrees with the reader.
+// The published files agree with the table, and the schema agrees with the reader.
 // TROCAR_WRITE_GENERATED=1 writes the published files instead of comparing them.
 #include "engine/scene/json_tree.hpp"
 #include "engine/scene/recipe.hpp"

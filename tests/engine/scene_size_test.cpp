@@ -50,7 +50,7 @@ TEST(SceneSize, AShortTextOfFarRowsIsNoTubeOfManyRings) {
     EXPECT_TRUE(says(error, "bodies.a.surface.axis["));
     EXPECT_TRUE(says(error, "10000000 in the scene"));
     EXPECT_EQ(error.line, 1U);
-    EXPECT_LT(error.column, 5000U) << "the rows that are left are not looked at";
+    EXPECT_LT(error.column, 5000U) << "the remaining rows are not read";
 }
 
 TEST(SceneSize, ShapesTogetherAreRefusedAtTheOneThatIsTooMuch) {

@@ -213,7 +213,7 @@ TEST(Scenes, OneCsvMovesTwoInstruments) {
     EXPECT_TRUE(says(fast.error(), "instruments.core.path"));
 }
 
-TEST(Scenes, ColumnsOfACsvThatNobodyUsesAreAMistake) {
+TEST(Scenes, UnusedColumnsOfACsvAreAMistake) {
     const SceneFolder folder;
     (void)folder.write("hand.csv", "t,wire.insertion,wire.rotation,cor.insertion,cor.rotation\n0,20,0,25,0\n");
     const auto nobody = read_scene(folder.write("a.json", moved_by_one_file("\"inserted\": 25")));

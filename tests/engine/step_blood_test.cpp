@@ -40,7 +40,7 @@ TEST(BloodDrag, InAStraightTubeItIsPoiseuillesFlow) {
     const Index first = fem::first_inserted_node(wire.rod, 0.03);
     for (Index i = 0; i < first; ++i) EXPECT_EQ(flow[i].velocity, Vec3(Vec3::Zero())) << "before the port";
     for (Index i = first; i < flow.size(); ++i) {
-        EXPECT_NEAR(flow[i].velocity.z(), 0.4, 0.04) << "twice the mean in the middle; radii come from free balls, up to a tenth low";
+        EXPECT_NEAR(flow[i].velocity.z(), 0.4, 0.04) << "twice the mean in the middle; radii of inscribed spheres are up to a tenth low";
         EXPECT_LT(Vec3(flow[i].velocity - flow[i].velocity.z() * Vec3::UnitZ()).norm(), 0.1 * flow[i].velocity.z());
         EXPECT_NEAR(flow[i].viscous, 2.0 * std::numbers::pi * 3.5e-3 / std::log(6.0), 0.05 * flow[i].viscous);
         EXPECT_NEAR(flow[i].form, 1060.0 * 0.5e-3, 1e-12);
@@ -55,7 +55,7 @@ TEST(BloodDrag, PullsAtTheShaftWithWhatTheFlowSaysAlongIt) {
     const auto& position = simulator.state().instruments[0].rod.position;
     const std::vector<fem::RodFlow>& flow = simulator.context().instruments[0].flow;
     const Index entry = fem::first_inserted_node(rod, 0.03);
-    double drag = 0.0; // N, of all that hangs on the segment
+    double drag = 0.0; // N, of all that acts on the segment
     for (Index i = entry + 1; i < flow.size(); ++i)
         drag += flow[i].viscous * flow[i].velocity.z() * rod.segment * (i + 1 < flow.size() ? 1.0 : 0.5);
     const double tension = rod.stretch_stiffness[entry] * ((position[entry + 1] - position[entry]).norm() - rod.segment);
@@ -126,7 +126,7 @@ TEST(BloodDrag, BeatsWithThePulse) {
     EXPECT_NEAR(sum / 50.0, 0.4, 0.05);
 }
 
-/// A vessel in an organ that breathes: the flow goes along.
+/// A vessel in an organ that breathes: the flow moves along.
 TEST(BloodDrag, MovesWithTheOrganThatCarriesTheVessel) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene(
         {.effects = R"("elasticity", "damping", "breathing", "coarse_contact", "exact_contact", "blood_drag")", .carrier = test::kOrgan}));

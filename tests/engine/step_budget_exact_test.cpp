@@ -1,4 +1,4 @@
-// When is the exact stage begun, when is it given up, and what is remembered of it: on a clock that only moves when a test says so.
+// When is the exact stage begun, when is it given up, and which forecasts are kept: on a clock that the test moves.
 #include "hand_clock.hpp"
 
 #include <gtest/gtest.h>
@@ -170,7 +170,7 @@ TEST(StepBudget, AStageWhoseRefitAloneIsTooLongIsNotBegunAgainAndAgain) {
     EXPECT_GT(count_begun(clock, budget, 200, refit, [](int) { return 0.1e-3; }), 100) << "a wall that became cheap is tried again";
 }
 
-/// As the refit: a solve that is timed in every step, within an exact stage or in place of one, is not forgotten.
+/// As the refit: a solve that is timed in every step, within an exact stage or in place of one, keeps its forecast.
 TEST(StepBudget, ASolveThatIsTooLongIsNotForgottenAsLongAsItIsSeen) {
     HandClock clock;
     StepBudget budget(clock, wall(1e-3));
@@ -179,7 +179,7 @@ TEST(StepBudget, ASolveThatIsTooLongIsNotForgottenAsLongAsItIsSeen) {
 }
 
 /// What is granted for the tests of a round is what the stage was begun for: the same parts, the same reserve. Only where the number of
-/// candidates is not trusted any more may one be begun in vain, and then it is given up in time.
+/// candidates is no longer reliable may one be begun in vain, and then it is given up in time.
 TEST(StepBudget, AStageThatIsBegunIsGrantedAllItsTestsOrGivenUpInTime) {
     HandClock clock;
     StepBudget budget(clock, wall(2e-3));
@@ -215,7 +215,7 @@ TEST(StepBudget, AStageThatIsBegunIsGrantedAllItsTestsOrGivenUpInTime) {
 
 /// What candidates cost does not depend on the boxes, which are many, nor on how few they were last time: stages of 1,000 candidates of
 /// 600 ns among stages of 50, and each that is begun with time enough for what it says is in time.
-TEST(StepBudget, FewCandidatesDoNotMakeManyLookCheap) {
+TEST(StepBudget, FewCandidatesDoNotMakeManySeemCheap) {
     HandClock clock;
     StepBudget budget(clock, wall(1e-3));
     int late = 0, done = 0;
@@ -230,7 +230,7 @@ TEST(StepBudget, FewCandidatesDoNotMakeManyLookCheap) {
     EXPECT_GT(done, 1000);
 }
 
-/// A candidate takes 60 ns. After a thousand steps without any they are not thought to take none: what is granted fits.
+/// A candidate takes 60 ns. After a thousand steps without any the forecast is not zero: what is granted fits.
 TEST(StepBudget, WhatTestsCostIsNotForgottenBelowTheLowestThatWasSeen) {
     HandClock clock;
     StepBudget budget(clock, wall(2e-3));

@@ -1,4 +1,4 @@
-// The step's account: every grant and refusal, on a clock that only moves when a test says so.
+// The step's account: every grant and refusal, on a clock that the test moves.
 #include "hand_clock.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ TEST(StepBudget, AWallGrantIsNeverLargerThanWhatTheTimePaysForOrTheClockShouldBe
     EXPECT_EQ(small.grant_descent().left(), 12u) << "an eighth of 10 us at 100 ns";
     StepBudget tiny(clock, wall(0.8e-6));
     tiny.begin();
-    EXPECT_EQ(tiny.grant_descent().left(), 8u) << "all of 0.8 us: less is not worth a look at the clock";
+    EXPECT_EQ(tiny.grant_descent().left(), 8u) << "all of 0.8 us: less is not worth reading the clock";
 }
 
 TEST(StepBudget, NothingIsGrantedOnceTheTimeIsUpOrTooShortForOneTest) {
@@ -92,7 +92,7 @@ TEST(StepBudget, AGrantTakesAnEighthOfWhatIsLeftSoThatARateThatRisesIsSeenInTime
     EXPECT_LE(budget.elapsed_s(), 0.5e-3 + 500e-9 * 8) << "late by a share of the smallest grant at most";
 }
 
-/// A ball's wall is looked at in one piece: what is granted for it pays for all of it, or nothing is.
+/// A ball's wall is tested in one piece: the grant covers all of it, or none is given.
 TEST(StepBudget, AGrantIsNoSmallerThanWhatIsDoneNextOrThereIsNone) {
     HandClock clock;
     StepBudget budget(clock, wall(10e-6)); // 100 tests of 100 ns
@@ -150,7 +150,7 @@ TEST(StepBudget, AGrantOfAFewTestsTeachesNothing) {
     WorkBudget grant = budget.grant_descent();
     ASSERT_EQ(grant.left(), 12u);
     ASSERT_TRUE(grant.spend(12));
-    clock.pass(5e-6); // 400 ns a test, but most of it is the clock's
+    clock.pass(5e-6); // 400 ns a test, but most of it is reading the clock
     budget.settle_descent(grant);
     budget.begin();
     EXPECT_EQ(budget.grant_descent().left(), 12u);

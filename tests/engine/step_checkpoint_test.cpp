@@ -90,7 +90,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     return at == std::string::npos ? text : text.replace(at, what.size(), by);
 }
 
-/// The wire steers itself round the bend.
+/// The wire follows its route round the bend.
 std::string steered_wire(const std::string& budget) {
     std::string text = test::bent_tube_scene({.budget = budget,
                                               .effects = R"("elasticity", "damping", "coarse_contact", "exact_contact", "friction")",
@@ -138,7 +138,7 @@ std::vector<SceneCase> scenes() {
         list.push_back(
             {fmt::format("HeapOn {} trees", trees), heap("work:300", fmt::format(R"("sphere_trees": "{}", )", trees)), 80, {1, 33, 60}});
     list.push_back({"SelfContact", clasp(), 120, {1, 30, 61, 100}});
-    list.push_back({"CulledByTheTwin",
+    list.push_back({"CulledByTheCpuReference",
                     replaced(test::bent_tube_scene({.speed = 300.0, .budget = "work:200000"}),
                              "\"effects\":", R"("contact": {"culling": "cpu"}, "effects":)"),
                     30,
@@ -203,7 +203,7 @@ struct CheckpointFile : ::testing::Test {
     std::string bytes;
 };
 
-TEST_F(CheckpointFile, KeepsWhatAHandHoldsAndPulls) {
+TEST_F(CheckpointFile, KeepsDriveCommandsAndPulls) {
     ASSERT_TRUE(simulator.set_pull(Pull{1, 3, Vec3(0.01, 0.02, 0.03)}).ok());
     simulator.step();
     const Checkpoint checkpoint = make_checkpoint(simulator);
@@ -247,7 +247,7 @@ TEST_F(CheckpointFile, WithAnyBitTurnedIsRefused) {
     }
 }
 
-/// A memory of anything at all, under a head and a hash that are right: refused, or taken over, and then steps do not crash.
+/// Arbitrary bytes under a valid header and hash: refused, or restored, and then steps do not crash.
 TEST_F(CheckpointFile, WithAMemoryOfNonsenseNeverCrashesNorTakesMuchMemory) {
     const unsigned seed = 11;
     std::mt19937 random(seed);

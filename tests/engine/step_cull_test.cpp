@@ -1,4 +1,4 @@
-// Stage II inside the engine's exact stage: whoever looks, the run is the same run; what was chosen is told.
+// Stage II inside the engine's exact stage: with every back end the run is the same; the choice is reported.
 #include "collision/culling/cull_twin.hpp"
 #include "engine/render/attach_culler.hpp"
 #include "engine/step/cull_stage.hpp"
@@ -45,10 +45,10 @@ PreparedScene prepare(const std::string& budget, Culling culling) {
     return prepared;
 }
 
-/// The CPU twin on the thread of a device; slow, or one that is lost after some looks.
+/// The CPU reference on the thread of a device; slow, or lost after some views.
 class TestDevice final : public collision::CullBackend {
 public:
-    std::atomic<int>* gate = nullptr; // looks that may pass; nullptr: all
+    std::atomic<int>* gate = nullptr; // views that succeed; nullptr: all
     int finds_until_lost = 1 << 30;
     std::int64_t pause_ns = 0; // of every find
     [[nodiscard]] std::string name() const override { return "a device for tests"; }
@@ -67,10 +67,10 @@ private:
     collision::CpuCullBackend twin_;
 };
 
-/// Views at the start: each probe twice, in three directions; nothing of it can be told apart.
+/// Views at the start: each probe twice, in three directions; nothing of it can be separated.
 constexpr int kProbeFinds = 3 * 2 * static_cast<int>(std::size(kProbePairs));
 
-TEST(CullStage, WhoeverLooksTheRunHasTheSameBits) {
+TEST(CullStage, WhicheverBackendCullsTheRunHasTheSameBits) {
     const PreparedScene plain = prepare("exact", Culling::Never), automatic = prepare("exact", Culling::Auto),
                         twin = prepare("exact", Culling::Cpu), device = prepare("exact", Culling::OpenGl);
     Simulator without(plain.model), chosen(automatic.model), by_twin(twin.model), by_device(device.model);
@@ -102,7 +102,7 @@ TEST(CullStage, ByOpenGlTheSame) {
     EXPECT_EQ(outcome.by, static_cast<unsigned>(there ? CulledBy::Device : CulledBy::CpuTwin));
     Simulator nothing(prepared.model);
     EXPECT_THAT(attach_culler(nothing, {.egl_library = "libNoSuchEgl.so.1", .osmesa_library = "libNoSuchMesa.so.8"}),
-                ::testing::HasSubstr("CPU twin instead of OpenGL"));
+                ::testing::HasSubstr("CPU reference instead of OpenGL"));
 }
 
 TEST(CullStage, UnderABudgetOfWorkNoClockHasASay) {
@@ -116,7 +116,7 @@ TEST(CullStage, UnderABudgetOfWorkNoClockHasASay) {
     EXPECT_EQ(a.units, c.units);
     EXPECT_EQ(a.apart, c.apart);
     EXPECT_GT(a.items, 0u);
-    std::uint64_t left_out = 0; // a look that the budget does not hold is left out, and said
+    std::uint64_t left_out = 0; // a culling pass that does not fit the budget is left out, and reported
     for (const char* budget : {"work:4000", "work:6000", "work:9000", "work:14000", "work:20000"}) {
         const PreparedScene poor = prepare(budget, Culling::Cpu);
         Simulator tight(poor.model);
@@ -125,7 +125,7 @@ TEST(CullStage, UnderABudgetOfWorkNoClockHasASay) {
     EXPECT_GT(left_out, 0u);
 }
 
-TEST(CullStage, ALateAnswerIsDroppedAndNobodyWaitsForIt) {
+TEST(CullStage, ALateAnswerIsDroppedAndNotWaitedFor) {
     const PreparedScene plain = prepare("1000s", Culling::Never), prepared = prepare("1000s", Culling::OpenGl);
     std::atomic<int> gate{kProbeFinds}; // those of its start, then the device never answers; outlives its thread
     Simulator without(plain.model), simulator(prepared.model);
@@ -142,7 +142,7 @@ TEST(CullStage, ALateAnswerIsDroppedAndNobodyWaitsForIt) {
     EXPECT_EQ(outcome.by, static_cast<unsigned>(CulledBy::Nobody));
 }
 
-TEST(CullStage, ALostDeviceIsGivenUpForTheTwinAndSaid) {
+TEST(CullStage, ALostDeviceIsReplacedByTheCpuReferenceAndReported) {
     const PreparedScene plain = prepare("exact", Culling::Cpu), prepared = prepare("exact", Culling::OpenGl);
     Simulator twin(plain.model), simulator(prepared.model);
     auto device = std::make_unique<TestDevice>();
@@ -155,8 +155,8 @@ TEST(CullStage, ALostDeviceIsGivenUpForTheTwinAndSaid) {
     EXPECT_THAT(simulator.cull_notes()[0], ::testing::HasSubstr("context was lost"));
 }
 
-/// What a look costs is measured before the first step: a device that needs longer than the budget is not even tried, whatever the declared
-/// rates say of it. Under a budget of work those alone count.
+/// The cost of a culling pass is measured before the first step: a device that needs longer than the budget is not even tried, whatever the
+/// declared rates say of it. Under a budget of work those alone count.
 TEST(CullStage, ADeviceThatIsTooSlowIsKnownFromItsStart) {
     for (const bool slow : {true, false}) {
         const PreparedScene prepared = prepare(slow ? "40ms" : "1000s", Culling::OpenGl);
@@ -177,7 +177,7 @@ TEST(CullStage, ADeviceThatIsTooSlowIsKnownFromItsStart) {
             EXPECT_GT(left_out, 0u);
             EXPECT_EQ(by, static_cast<unsigned>(CulledBy::Nobody));
         } else {
-            EXPECT_GT(late + by, 0u) << "it was not tried"; // whether the answer came before the tests had ended is the scheduler's affair
+            EXPECT_GT(late + by, 0u) << "it was not tried"; // whether the answer came before the tests had ended depends on the scheduler
         }
     }
     const PreparedScene prepared = prepare("work:400000", Culling::OpenGl);
@@ -212,7 +212,7 @@ TEST(CullStage, AReplayOfAWallRunThatWasCulledHasItsBits) {
     EXPECT_EQ(hash_state(again.state()), hash_state(simulator.state()));
 }
 
-TEST(CullCost, LooksWhereThatIsPredictedToPay) {
+TEST(CullCost, CullsWhereThatIsPredictedToPay) {
     CullCostModel cost({.look_s = 1e-3, .look_s_per_item = 1e-6, .test_s_per_item = 1e-5, .dropped = 0.5});
     EXPECT_FALSE(cost.pays(0));
     EXPECT_FALSE(cost.pays(200)); // 1.2 ms against 1 ms

@@ -1,4 +1,4 @@
-// Deadlines that cannot be met, on clocks that the test turns: whole steps, with everything that they promise.
+// Deadlines that cannot be met, on clocks that the test moves: whole steps, with all their guarantees.
 #include "step_fixture.hpp"
 
 #include <numeric>
@@ -114,7 +114,7 @@ TEST(Deadline, OfNothingLeavesEveryPairOpenAndTheWireInside) {
         ASSERT_TRUE(report.finite);
         EXPECT_EQ(report.pairs_tested, 0u);
         EXPECT_EQ(report.lumen_exits, 0u);
-        EXPECT_TRUE(!report.exact_ran || report.exact_insisted) << "only where safety asks for it, and then it says so";
+        EXPECT_TRUE(!report.exact_ran || report.exact_insisted) << "only where safety requires it, and then it is reported";
     }
 }
 

@@ -76,8 +76,8 @@ TEST(EffectCounts, AModelWithoutAnEffectIsTheOneThatIsPreparedWithoutIt) {
     }
 }
 
-/// Effects that nobody in the scene feels.
-TEST(EffectCounts, AnEffectThatNobodyFeelsChangesNoBit) {
+/// Effects that act on nothing in the scene.
+TEST(EffectCounts, AnEffectThatActsOnNothingChangesNoBit) {
     const std::string tube =
         test::bent_tube_scene({.budget = "work:100000", .effects = R"("coarse_contact", "exact_contact", "friction")"});
     const std::string more = test::bent_tube_scene(

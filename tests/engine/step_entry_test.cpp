@@ -1,4 +1,4 @@
-// Whatever a program hands to the simulator: it is refused with a sentence, or it is taken; what is refused has changed nothing, and no
+// Inputs of a program to the simulator: refused with a sentence, or applied; a refused one has changed nothing, and no
 // state is ever anything but finite.
 #include "engine/prepare/check_scene.hpp"
 #include "engine/step/entry_checks.hpp"
@@ -17,7 +17,7 @@ using testing::HasSubstr;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 const double kNan = std::nan("");
 
-/// Values that nobody means, among others that somebody might.
+/// Unlikely values among likely ones.
 class Hostile {
 public:
     explicit Hostile(std::uint64_t seed) : random_(seed) {}
@@ -48,7 +48,7 @@ const PreparedScene& organ_scene() {
     return prepared;
 }
 
-TEST(Entries, AHandThatIsNotFiniteOrOfNoInstrumentIsRefusedWithASentence) {
+TEST(Entries, ADriveCommandThatIsNotFiniteOrOfNoInstrumentIsRefusedWithASentence) {
     Simulator simulator(organ_scene().model);
     for (const double bad : {kNan, kInf, -kInf}) {
         const auto insertion = simulator.set_hand(0, {bad, 0.0}), rotation = simulator.set_hand(0, {0.03, bad});
@@ -64,12 +64,12 @@ TEST(Entries, AHandThatIsNotFiniteOrOfNoInstrumentIsRefusedWithASentence) {
         EXPECT_THAT(set.error().message, HasSubstr("expected one from 0 to 0"));
         EXPECT_FALSE(simulator.follow_route(nobody).has_value());
     }
-    EXPECT_TRUE(simulator.set_hand(0, {1e308, -1e308}).ok()) << "the limits of the hand bound it";
+    EXPECT_TRUE(simulator.set_hand(0, {1e308, -1e308}).ok()) << "the limits of the drive bound it";
     for (int k = 0; k < 20; ++k) ASSERT_TRUE(simulator.step().finite);
     EXPECT_TRUE(is_finite_state(simulator.state()));
 }
 
-/// Two simulators: one is told everything, the other only what the first one took.
+/// Two simulators: one is given all inputs, the other only those that the first one accepted.
 TEST(Entries, WhatIsRefusedHasChangedNothingAndEveryStateIsFinite) {
     const SceneModel& model = organ_scene().model;
     std::size_t refused = 0, taken = 0;

@@ -36,7 +36,7 @@ inline std::string bent_axis(double bend_radius, double radius) {
 }
 
 struct BentTube {
-    double speed = 35.0; // mm/s, of the hand
+    double speed = 35.0; // mm/s, of the drive command
     std::string budget = "exact";
     std::string effects = R"("coarse_contact", "exact_contact", "friction")";
     std::string carrier = {}; // further bodies; embeds the tube in "organ" when not empty
@@ -44,7 +44,7 @@ struct BentTube {
 
 /// A wire of 0.5 mm is pushed 120 mm into a tube of 3 mm, through the bend, turning on its way.
 inline std::string bent_tube_scene(const BentTube& options = {}) {
-    const double time = 120.1 / options.speed; // s, just within the hand's limit
+    const double time = 120.1 / options.speed; // s, just within the drive's limit
     return fmt::format(R"({{
     "name": "bent-tube",
     "units": {{"length": "mm", "pressure": "kPa"}},
@@ -74,7 +74,7 @@ inline const std::string kOrgan = R"("organ": {"kind": "deformable",
         "material": {"young_modulus": 5, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.001, "mass_damping": 5},
         "coarse": {"surface_triangles": 120}, "fixed": [{"direction": [0, 1, 0], "fraction": 0.1}]},)";
 
-/// What a run came to: sums and extremes over its steps.
+/// Result of a run: sums and extremes over its steps.
 struct Tally {
     std::uint64_t steps = 0, lumen_exits = 0, exact_steps = 0, insisted = 0, assumed = 0, open = 0, unproven = 0, held_back = 0;
     std::uint64_t pairs_tested = 0, candidates = 0;
@@ -83,7 +83,7 @@ struct Tally {
 };
 
 inline std::ostream& operator<<(std::ostream& os, const Tally& t) {
-    return os << t.steps << " steps, " << t.exact_steps << " exact, " << t.held_back << " held back, " << t.lumen_exits << " lumen exits, "
+    return os << t.steps << " steps, " << t.exact_steps << " exact, " << t.held_back << " scaled, " << t.lumen_exits << " lumen exits, "
               << t.open << " open pairs, " << t.assumed << " assumed, " << t.unproven << " unproven links, inserted " << 1e3 * t.insertion
               << " mm, " << t.largest_force << " N; " << t.last.failure;
 }

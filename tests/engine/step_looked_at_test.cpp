@@ -14,14 +14,14 @@ PreparedScene breathing_tube() {
         {.effects = R"("elasticity", "damping", "breathing", "coarse_contact", "friction")", .carrier = test::kOrgan}));
 }
 
-TEST(LookedAt, AStateThatIsSeenInEveryStepIsTheOneThatIsSeenAtTheEnd) {
+TEST(LazyEvaluation, AStateThatIsReadInEveryStepIsTheOneThatIsReadAtTheEnd) {
     const PreparedScene prepared = breathing_tube();
     Simulator seen(prepared.model), unseen(prepared.model);
     const Vec3 corner = prepared.model.bodies[0].surface.vertices[5];
     std::size_t waited = 0;
     for (int step = 0; step < 60; ++step) {
         for (Simulator* simulator : {&seen, &unseen}) {
-            std::optional<Pull> pull; // somebody pulls at what waits, and lets go
+            std::optional<Pull> pull; // a user pulls at a surface that was not evaluated, and releases it
             if (step == 20) pull = Pull{0, 5, corner + Vec3(2e-3, 4e-3, -1e-3)};
             if (step == 20 || step == 40) {
                 EXPECT_TRUE(simulator->set_pull(pull).ok());
@@ -44,8 +44,8 @@ TEST(LookedAt, AStateThatIsSeenInEveryStepIsTheOneThatIsSeenAtTheEnd) {
     EXPECT_NE(placed, organ.surface.vertices) << "it breathes";
 }
 
-/// Steps that fail leave the state as it was, also what nobody had looked at.
-TEST(LookedAt, AFailedStepLeavesTheSurfaceOfTheLastGoodOne) {
+/// Steps that fail leave the state as it was, also what had not been evaluated.
+TEST(LazyEvaluation, AFailedStepLeavesTheSurfaceOfTheLastGoodOne) {
     for (const int good : {0, 1, 7}) {
         PreparedScene prepared = breathing_tube();
         Simulator simulator(prepared.model), other(prepared.model);
@@ -61,7 +61,7 @@ TEST(LookedAt, AFailedStepLeavesTheSurfaceOfTheLastGoodOne) {
 }
 
 /// A ball over a table, and the same ball alone.
-TEST(LookedAt, WhatSomethingCanTouchNeverWaits) {
+TEST(LazyEvaluation, WhatSomethingCanTouchNeverWaits) {
     for (const bool table : {true, false}) {
         const std::string scene =
             R"({"units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.005, "duration": 10}, "budget": "exact",
@@ -86,7 +86,7 @@ TEST(LookedAt, WhatSomethingCanTouchNeverWaits) {
 }
 
 /// Under no budget at all the balls stay where the last descent left them. The next one that has time finds what it would have found.
-TEST(LookedAt, ALumenThatWasLeftOutIsFoundWhereItIs) {
+TEST(LazyEvaluation, ALumenThatWasLeftOutIsFoundWhereItIs) {
     PreparedScene prepared = breathing_tube();
     prepared.model.budget_covers_step = true; // with the lumen on its account
     Simulator always(prepared.model), sometimes(prepared.model);

@@ -1,5 +1,5 @@
 // A model's hash tells two models apart whatever they differ in: every member of every struct of it, one at a time; and every key of a
-// scene that a step feels.
+// scene that affects a step.
 #include "engine/step/checkpoint.hpp"
 #include "engine/step/model_hash.hpp"
 #include "engine/step/model_members.hpp"

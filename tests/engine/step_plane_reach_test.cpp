@@ -70,8 +70,8 @@ TEST(PlaneReach, FastMotionGetsThemAll) {
     EXPECT_EQ(fast.planes_short, fast.planes_all);
 }
 
-/// A solve that takes the rod farther than was looked is made again with all planes: the hand's sudden advance is not in the free motion
-/// that this one is asked to judge by.
+/// A solve that moves the rod farther than was searched is repeated with all planes: the drive's sudden advance is not in the free motion
+/// that this one is given.
 TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene({.speed = 1e3, .effects = R"("coarse_contact", "friction")"}));
     SceneModel model = prepared.model;
@@ -105,7 +105,7 @@ TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
     EXPECT_GE(again, 10u) << "but where the rod swung so far of itself that the leap was within what it suggested";
 }
 
-/// From within, a look as far as the radius; where nothing says that the rod is within, beyond.
+/// From within, a search as far as the radius; where the rod is not known to be within, beyond.
 TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene({.effects = R"("coarse_contact")"}));
     SceneModel model = prepared.model;
@@ -132,8 +132,8 @@ TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
     }
 }
 
-/// A rod that stands still, and a wall that comes: what was far away when the planes were made is looked at again.
-TEST(PlaneReach, AWallThatComesByItselfIsSeen) {
+/// A rod that stands still, and a wall that comes: what was far away when the planes were made is tested again.
+TEST(PlaneReach, AWallThatComesByItselfIsFound) {
     const PreparedScene prepared =
         test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .carrier = test::kOrgan}));
     SceneModel model = prepared.model;

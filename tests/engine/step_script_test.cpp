@@ -1,4 +1,4 @@
-// What the hands do: tables, limits, and steering along a route, on routes and tips made up for the purpose.
+// Drive commands: tables, limits, and steering along a route, on routes and tips made for the test.
 #include "engine/step/script.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ TEST(DrivePath, OfOneRowOrOfTwoAtTheSameTimeHasAnAnswer) {
     EXPECT_DOUBLE_EQ(evaluate_path(jump, 1.1).insertion, 0.05);
 }
 
-TEST(HandLimits, HoldBothWaysAndLetSmallChangesPass) {
+TEST(DriveLimits, HoldBothWaysAndLetSmallChangesPass) {
     const DriveCommand from{0.1, 1.0};
     EXPECT_DOUBLE_EQ(limit_command(from, {0.2, 2.0}, kLimits, kDt).insertion, 0.1 + 0.035 * kDt);
     EXPECT_DOUBLE_EQ(limit_command(from, {0.0, 2.0}, kLimits, kDt).insertion, 0.1 - 0.035 * kDt);
@@ -113,14 +113,14 @@ TEST(Steering, OnARouteThatTurnsBackPushesFromTheStart) {
     for (int i = 0; i <= 50; ++i) points.emplace_back(0.0, 0.0, 1e-3 * i);
     for (int i = 1; i <= 20; ++i) points.emplace_back(1e-3 * i, 0.0, 0.05);
     for (int i = 1; i <= 70; ++i) points.emplace_back(0.02, 0.0, 0.05 - 1e-3 * i);
-    for (int i = 1; i <= 10; ++i) points.emplace_back(0.02, 0.0, -0.02 + 1e-3 * i); // the end looks up: all of it lies "beyond"
+    for (int i = 1; i <= 10; ++i) points.emplace_back(0.02, 0.0, -0.02 + 1e-3 * i); // the end points up: all of it lies "beyond"
     const Route route = make_route(points, std::vector<double>(points.size(), 3e-3));
     FollowState state;
     const DriveCommand now{0.01, 0.0};
     EXPECT_GT(follow_route(route, kSettings, kLimits, {{0, 0, 0.01}, Vec3::UnitZ(), Vec3::UnitX()}, now, kDt, state).insertion, 0.01);
 }
 
-/// A tip before a fork in which it goes astray: whatever the hand pushes, it is 3 mm beside the route; what it pulls, the tip
+/// A tip before a fork in which it goes astray: however far it is pushed, it is 3 mm beside the route; however far it is pulled, the tip
 /// goes back by.
 struct StrayTip {
     double insertion = 0.1;

@@ -1,4 +1,4 @@
-// Contact between solid bodies: where they rest, what a tight budget does to them, what one receives and the other gives.
+// Contact between solid bodies: where they rest, what a tight budget does to them, what one body receives and the other gives.
 #include "engine/io/write_mesh.hpp"
 #include "engine/step/solid_stage.hpp"
 #include "engine/step/solid_trees.hpp"

@@ -30,7 +30,7 @@ std::string trunk_branch(const Trunk& trunk, double aside) {
     return "[" + rows + "]";
 }
 
-/// The target lies 25 mm beyond the bend, on the side of the oval where the entry is; the entry looks to the other side.
+/// The target lies 25 mm beyond the bend, on the side of the oval where the entry is; the entry points to the other side.
 std::string trunk_scene(const Trunk& trunk) {
     const double aside = 0.5 * trunk.apart;
     const double x = trunk.bend_radius * (1.0 - std::cos(trunk.turn)) + 25.0 * std::sin(trunk.turn);

@@ -50,10 +50,10 @@ TEST(WallAge, PlanesAreThoseOfAWholeRefit) {
         EXPECT_EQ(pokes_into_wall(model, 0, state, parts), pokes_into_wall(model, 0, state, whole)) << "step " << step;
     }
     EXPECT_GT(planes, 500u);
-    EXPECT_GT(drift, 2e-3) << "old bounds were looked at";
+    EXPECT_GT(drift, 2e-3) << "old bounds were used";
 }
 
-/// Steps that nobody followed: the drift is not known, so that everything is refitted.
+/// Steps without a refit: the drift is not known, so that everything is refitted.
 TEST(WallAge, AStepThatWasMissedAsksForAWholeRefit) {
     const PreparedScene prepared =
         test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .carrier = test::kOrgan}));

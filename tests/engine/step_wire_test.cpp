@@ -63,7 +63,7 @@ std::string straight_tube_scene(const std::string& tube, const std::string& path
 }
 
 TEST(Wire, AWallThatSweepsPastItInOneStepTakesItAlong) {
-    // To and fro by 2.2 mm within a step: far more than the wire is thick, so that its axis ends up behind the wall's old side.
+    // To and fro by 2.2 mm within a step: far more than the wire's thickness, so that its axis ends up behind the wall's old side.
     const std::string motion = R"("kind": "kinematic", "motion": [[0, 0, 0, 0], [1, 0, 0, 0], [1.01, 2.2, 0, 0], [1.5, 2.2, 0, 0],
         [1.51, -2.2, 0, 0], [1.8, -2.2, 0, 0], [1.81, 0, 2.2, 0], [2.2, 0, 2.2, 0], [2.21, 0, 0, 0]])";
     for (const char* budget : {"exact", "work:500"}) {
@@ -124,7 +124,7 @@ TEST(Wire, ABudgetOfNothingAssumesEverythingAndSaysSo) {
         const Tally tally = test::run_steps(simulator, 250);
         EXPECT_EQ(tally.steps, 250u) << budget << ": " << tally.last.failure;
         EXPECT_TRUE(test::all_finite(simulator.state())) << budget;
-        EXPECT_EQ(tally.exact_steps, tally.insisted) << budget << ": only to keep the wire in";
+        EXPECT_EQ(tally.exact_steps, tally.insisted) << budget << ": only to keep the wire inside";
         EXPECT_LE(tally.insisted, 5u) << budget;
         EXPECT_GE(tally.open, 250u) << budget << ": every step leaves pairs open";
         EXPECT_GT(tally.assumed, 0u) << budget;
@@ -180,7 +180,7 @@ TEST(Wire, ADeadlineOnASlowMachineIsReportedAsMissed) {
     EXPECT_GE(kept.exact_steps, 19u) << "the first forecast is a guess";
 }
 
-TEST(Wire, InsertionFollowsThePathWithinTheLimitsOfTheHand) {
+TEST(Wire, InsertionFollowsThePathWithinTheLimitsOfTheDrive) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene());
     Simulator simulator(prepared.model);
     double last = 0.02;

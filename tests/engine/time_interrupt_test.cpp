@@ -1,4 +1,4 @@
-// What Ctrl-C does to the program: the end at once, or a flag for who has something to put away. Death tests: each in a process.
+// What Ctrl-C does to the program: the end at once, or a flag for an owner with output to finish. Death tests: each in a process.
 #include "engine/prepare/process.hpp"
 #include "engine/time/interrupt.hpp"
 
@@ -26,7 +26,7 @@ protected:
     }
 };
 
-TEST_F(Interrupt, EndsTheProgramAtOnceWhereNobodyHoldsIt) {
+TEST_F(Interrupt, EndsTheProgramAtOnceWhereItIsNotHeld) {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP})
         EXPECT_EXIT(
             {
@@ -37,7 +37,7 @@ TEST_F(Interrupt, EndsTheProgramAtOnceWhereNobodyHoldsIt) {
             testing::ExitedWithCode(130), "^interrupted: ended before it was done\n$");
 }
 
-TEST_F(Interrupt, IsAFlagWhileSomebodyHoldsItAndTheSecondOneEndsTheProgram) {
+TEST_F(Interrupt, IsAFlagWhileItIsHeldAndTheSecondOneEndsTheProgram) {
     EXPECT_EXIT(
         {
             catch_interrupts();

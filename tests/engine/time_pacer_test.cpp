@@ -1,4 +1,4 @@
-// Simulated time against wall time, by a clock that the test turns.
+// Simulated time against wall time, by a clock that the test moves.
 #include "engine/time/pacer.hpp"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ TEST(Pace, NeitherPolicyEverRunsAheadOfTheClock) {
     }
 }
 
-TEST(Pace, AClockThatStoodStillOrLeptIsLateOnceInSlowMotion) {
+TEST(Pace, AClockThatStoodStillOrLeptFallsBehindOnce) {
     Pacer pacer({.speed = 1.0, .late = LatePolicy::SlowMotion}, 0.01);
     run(pacer, {kMs, kMs, 3600ll * 1000 * kMs, kMs, kMs}); // stopped by SIGSTOP for an hour
     EXPECT_EQ(pacer.stats().late_steps, 1u);

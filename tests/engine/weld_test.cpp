@@ -69,7 +69,7 @@ double find_colliding(std::uint64_t k) {
     return std::bit_cast<double>((code * inverse) ^ before_z);
 }
 
-/// Two million of them, one after the other along one chain of slots, would be 2e12 looks: the test's time limit is what would tell.
+/// Two million of them, one after the other along one chain of slots, would be 2e12 probes: the test's time limit would catch it.
 TEST(Weld, OfPositionsThatAllCollideIsNoSlower) {
     std::vector<Vec3> vertices;
     for (std::uint64_t k = 1; vertices.size() < 2'000'000; ++k)

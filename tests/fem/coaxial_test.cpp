@@ -1,4 +1,4 @@
-// A wire in a catheter: both stiffnesses where they overlap, the wire alone beyond the tip, each moved by its own hand.
+// A wire in a catheter: both stiffnesses where they overlap, the wire alone beyond the tip, each with its own drive.
 #include "fem/rod/coaxial.hpp"
 #include "rod_rest.hpp"
 
@@ -151,7 +151,7 @@ TEST(Coaxial, AWireThatIsPushedOutAndDrawnBackMovesWithoutAJoltAndStaysOnTheCath
             ASSERT_LT(nearest, 0.26 * pair.inner.segment) << k << " node " << j;
         }
     }
-    std::printf("margin: tips move by %.2f of the hand's 0.35 mm in a step at most\n", fastest / 0.35e-3);
+    std::printf("margin: tips move by %.2f of the drive's 0.35 mm in a step at most\n", fastest / 0.35e-3);
     EXPECT_LT(fastest, 3.0 * 0.35e-3);
 }
 

@@ -39,7 +39,7 @@ TEST(Damping, DragTakesTwiceTheViscosityTimesTheStrainRateSquaredWhateverTheDefo
     for (double& value : factor) value = std::uniform_real_distribution<double>(0.2, 5.0)(random);
     const std::vector<double> density(mesh.tets.size(), 1.0);
     for (const MaterialLaw law : kLaws)
-        for (const double size : {1e-4, 3e-3, 3e-2}) { // m: from small strain to tets turned inside out
+        for (const double size : {1e-4, 3e-3, 3e-2}) { // m: from small strain to inverted tets
             Material material = make_material(law, 0.4);
             material.viscosity = 0.7;
             const auto model = make_tissue_model(mesh, material, {}, {factor, density}).value();

@@ -329,7 +329,7 @@ void falls_as_the_floor_rises(Integrator integrator, bool adaptive) {
     EXPECT_GT(fastest, 0.5 * kSpeed) << "it was pushed at all";
 }
 
-TEST(Springs, GoAlongWithWhatMovesByItself) {
+TEST(Springs, FollowAPrescribedMotionOfTheObstacle) {
     for (const Integrator integrator : {Integrator::Rk4, Integrator::Leapfrog})
         for (const bool adaptive : {false, true}) falls_as_the_floor_rises(integrator, adaptive);
 }

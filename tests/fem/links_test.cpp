@@ -88,7 +88,7 @@ TEST(Links, KeepTheirLengthWhateverTheBodyDoes) {
     }
 }
 
-TEST(Links, JacobianIsTheDerivativeOfSteering) {
+TEST(Links, JacobianIsTheDerivativeOfTheUpdate) {
     const Fixture f;
     const auto nodes = deform(f.coarse.vertices, 6, 0.003);
     const double h = 1e-8;
@@ -166,7 +166,7 @@ TEST(Links, StaticVerticesAreLeftAloneWhereAskedAndTheHalvesAreTheWhole) {
     }
 }
 
-TEST(Links, SteeringHasTheSameBitsOnEveryInstructionSetAndThreadCount) {
+TEST(Links, TheUpdateHasTheSameBitsOnEveryInstructionSetAndThreadCount) {
     const TetMesh coarse = make_bar(13, 11, 9, 0.01);
     const TriMesh dense = make_dense_surface(coarse, 2); // some 7,000 vertices on more than 512 triangles: several blocks
     RigidLinks links = make_surface_links(coarse, dense).value();
@@ -217,7 +217,7 @@ TEST(Links, CollinearNearestNodesAreWidenedAndCounted) {
     EXPECT_EQ(links->vertex_weight[0][0] + links->vertex_weight[0][1] + links->vertex_weight[0][2], 1.0);
     double most = 0.0;
     for (const double a : links->vertex_weight[0]) most = std::max(most, a);
-    EXPECT_EQ(most, 1.0) << "a vertex on a node hangs on it alone";
+    EXPECT_EQ(most, 1.0) << "a vertex on a node is embedded in it alone";
 }
 
 TEST(Links, StayOnTheirOwnSheetOfAThinFold) {
@@ -240,7 +240,7 @@ TEST(Links, StayOnTheirOwnSheetOfAThinFold) {
         for (const Index node : links->frame_nodes[frame]) EXPECT_LT(node, lower_count);
 }
 
-TEST(EmbeddedLinks, InsideHangOnAFaceOfTheirTetAndFollowTheStrain) {
+TEST(EmbeddedLinks, InsideAreEmbeddedInAFaceOfTheirTetAndFollowTheStrain) {
     const TetMesh coarse = make_bar(4, 4, 4, 0.01);
     std::mt19937_64 random(10);
     std::vector<Vec3> inside;

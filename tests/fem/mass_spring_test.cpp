@@ -1,4 +1,4 @@
-// The paper's chain of masses and springs: it hangs like the rod, is stable at its derived sub-step, and costs what it costs.
+// The mass-spring chain of Govindaraju et al. 2005: it hangs like the rod, is stable at its derived sub-step, and its cost is printed.
 #include "fem/rod/mass_spring.hpp"
 #include "rod_rest.hpp"
 

@@ -1,4 +1,4 @@
-// Drag of a fluid: known loads, terminal velocities, and none on what goes with the flow.
+// Drag of a fluid: known loads, terminal velocities, and none on what moves with the flow.
 #include "fem/rod/coaxial.hpp"
 #include "fem/rod/mass_spring.hpp"
 #include "rod_rest.hpp"
@@ -127,7 +127,7 @@ TEST(RodFlow, ItLosesEnergyToAFluidAtRestAndNeverFindsAny) {
     EXPECT_LT(last, 0.05 * 0.5 * 0.13 * design.density * area(design) * 0.04);
 }
 
-/// The wire's part in the bore feels nothing; what stands out does.
+/// No drag on the wire's part in the bore; drag on the free part.
 TEST(RodFlow, OfAWireInACatheterOnlyWhatStandsOutFeelsIt) {
     const RodDesign catheter = bare_design(0.1, 1e-3);
     RodDesign wire = bare_design(0.15, 1e-3);

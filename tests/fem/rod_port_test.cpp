@@ -97,7 +97,7 @@ void expect_smooth_force(const RodModel& model, double from, double to, double m
 
 TEST(RodPort, PushedInOrDrawnOutTheTipPressesWithoutAJolt) {
     RodDesign design = port_design();
-    design.drag = 40.0; // without whip_drag, which holds the rod back with more than it presses with
+    design.drag = 40.0; // without whip_drag, whose force exceeds the rod's press
     for (const bool torsion : {false, true}) {
         design.torsion = torsion;
         const RodModel model = make_rod_model(design).value();

@@ -1,4 +1,4 @@
-// Torsion: how a turn of the handle travels, winds the rod up, snaps round in a bend, and stretches a helical spring.
+// Torsion: how a turn of the handle travels, builds up torsional wind-up, snaps round in a bend, and stretches a helical spring.
 #include "rod_rest.hpp"
 
 #include "fem/rod/rod_step.hpp"
@@ -87,7 +87,7 @@ TEST(RodTwist, FrictionAtTheTipWindsTheShaftUpByTorqueTimesLengthOverStiffness) 
     rod.drive.friction = 0.3;
     std::vector<RodPlane> planes = pinch(rod, 0.01);
     const double length = rod.drive.insertion;
-    // Both walls hold with mu N at the rod's radius until the tip slips: the shaft is wound up by T L / (G J) then.
+    // Both walls hold with mu N at the rod's radius until the tip slips: the torsional wind-up of the shaft is T L / (G J) then.
     const double torque = 2.0 * 0.3 * 0.01 * design.radius, wound = torque * length / twist_stiffness(design);
     for (int k = 0; k < 60; ++k) {
         rod.drive.rotation = 0.0314 * k;
@@ -166,7 +166,7 @@ Whip turn_in_bend(double rest_curvature, double tube_curvature) {
         }
         before = now;
     }
-    EXPECT_NEAR(before, rod.drive.rotation, 1.6) << "after a turn it has followed, but for what the bend holds back";
+    EXPECT_NEAR(before, rod.drive.rotation, 1.6) << "after a turn it has followed, but for the friction of the bend";
     return whip;
 }
 

@@ -175,7 +175,7 @@ TEST(RodValidation, BucklesAtEulersLoadAndNotBelowIt) {
     const RodDesign design = bare_design(length, 1e-3);
     const double euler = kHalfTurn * kHalfTurn * bending_stiffness(design) / (4.0 * length * length);
     const double axial = design.young_modulus * kHalfTurn * design.radius * design.radius / length; // N/m
-    // A weight a millionth of gravity tells it which way: it bends by w L^4 / (8 E I) / (1 - P / P_euler), about.
+    // A weight a millionth of gravity breaks the symmetry: it bends by w L^4 / (8 E I) / (1 - P / P_euler), about.
     const double nudge = 1e-5, area = kHalfTurn * design.radius * design.radius;
     const double unloaded = design.density * area * nudge * std::pow(length, 4) / (8.0 * bending_stiffness(design));
     const Pressed below = press(length, 0.9 * euler / axial, nudge);

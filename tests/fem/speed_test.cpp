@@ -1,4 +1,4 @@
-// Prints what the step loop's kernels cost here; fails only where the median is out of all proportion (100 times the usual).
+// Prints the cost of the step loop's kernels; fails only where the median is out of all proportion (100 times the usual).
 #include "fem/tissue/integrate.hpp"
 #include "fem/embedding/links.hpp"
 #include "tests/fem/bodies.hpp"
@@ -80,7 +80,7 @@ TEST(Speed, OfForcesStepsAndLinksIsPrinted) {
     print("making embedded links", measure(1, [&] { links = make_embedded_links(mesh, dense, 0.01).value(); }), 60000, "vertex");
     out.resize(dense.size());
     LinkFrames frames;
-    print("steering", measure(100, [&] { (void)steer(links, position, dense, frames, out); }), 60000, "vertex");
+    print("update embedded surface", measure(100, [&] { (void)steer(links, position, dense, frames, out); }), 60000, "vertex");
 }
 
 } // namespace trocar::fem

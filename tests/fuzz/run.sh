@@ -21,7 +21,7 @@ for target; do
     corpus=$build/corpus/$target
     mkdir -p "$corpus"
     printf '%-12s' "$target"
-    # An input of 8 KiB may take 256 MiB at most: a size field that lies must not be believed.
+    # An input of 8 KiB may take 256 MiB at most: a wrong size field must not be trusted.
     if TROCAR_FUZZ_TARGET=$target TROCAR_FUZZ_SEEDS=$corpus "$fuzz" "$corpus" -max_total_time=$((minutes * 60)) -max_len=8192 \
         -malloc_limit_mb=256 -rss_limit_mb=2048 -timeout=10 -artifact_prefix="$build/found/$target-" -print_final_stats=1 \
         >"$build/$target.log" 2>&1; then

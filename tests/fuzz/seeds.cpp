@@ -52,7 +52,7 @@ std::string sound_record() {
 
 /// What was found once: by libFuzzer, or by reading with it in mind.
 void add_found(std::string_view target, std::vector<std::string>& seeds) {
-    if (target == "ply") // vertices without properties take no bytes: the face named what nobody had read
+    if (target == "ply") // vertices without properties take no bytes: the face named vertices that were not stored
         seeds.emplace_back(
             "ply\nformat ascii 1.0\nelement vertex 3\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n3 0 1 2\n");
     if (target == "ply") // counts whose sum is a small number again

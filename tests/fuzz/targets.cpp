@@ -113,7 +113,7 @@ void read_ccd(std::string_view bytes) {
         for (const Vec3& row : query.rows) require(is_finite(row), "every coordinate is finite");
 }
 
-// Files that end with a hash of themselves: no change would ever get past it, so each is looked at with the hash that fits as well.
+// Files that end with a hash of themselves: no change would ever get past it, so each is also read with a matching hash.
 
 std::uint64_t hash_of(std::string_view bytes) {
     BitHash hash;
@@ -185,7 +185,7 @@ void read_frame_folder(std::string_view bytes) {
     std::filesystem::remove_all(folder);
 }
 
-/// What the page, or anyone else who has the token, may send.
+/// Messages of the page, or of any client that has the token.
 void read_message(std::string_view bytes) {
     const viewer::CommandRange range{{100, 20}, {true, false}};
     const auto request = viewer::read_request(bytes, range);
@@ -196,7 +196,7 @@ void read_message(std::string_view bytes) {
     const auto* command = std::get_if<viewer::Command>(&*request);
     if (command == nullptr) return;
     if (const auto* drive = std::get_if<viewer::Drive>(command))
-        require(std::abs(drive->insertion) <= 1.0 && std::abs(drive->rotation) <= 1.0, "a hand is no faster than its limits");
+        require(std::abs(drive->insertion) <= 1.0 && std::abs(drive->rotation) <= 1.0, "a drive command is no faster than its limits");
     if (const auto* grab = std::get_if<viewer::Grab>(command))
         require(grab->body == 0 && grab->vertex < 100 && is_finite(grab->target), "what is pulled exists, and may be pulled");
     if (const auto* pace = std::get_if<viewer::Pace>(command))
@@ -250,7 +250,7 @@ void meet_rationally(std::string_view input) {
         vertex_face ? collision::meet_vertex_face(p[0], {p[1], p[2], p[3]}) : collision::meet_edge_edge({p[0], p[1]}, {p[2], p[3]});
     const auto swept = vertex_face ? collision::sweep_vertex_face(p[0], {p[1], p[2], p[3]}, {})
                                    : collision::sweep_edge_edge({p[0], p[1]}, {p[2], p[3]}, {});
-    require(!meeting.meets || swept.hit(), "the conservative test never says apart where the exact one says they meet");
+    require(!meeting.meets || swept.hit(), "the conservative test never says apart where the exact one finds a contact");
     require(meeting.time >= 0.0 && meeting.time <= 1.0 && is_finite(meeting.normal), "time and normal are numbers");
     const auto verdict = collision::testing::RationalPair(vertex_face, p).verdict();
     if (verdict == collision::testing::Verdict::Unknown) return; // the plain arithmetic gives up on close irrational roots

@@ -167,7 +167,7 @@ inline std::map<std::string, std::string> hostile_meshes() {
     };
 }
 
-/// More of them, without a property that is stated: whatever is done with them ends, in a result or a sentence.
+/// More of them, without a property that is stated: every operation on them ends, in a result or an error.
 inline std::map<std::string, std::string> odd_meshes() {
     std::string crushed = obj(ball({0, 0, 0}, 8, 12)), cut = obj(ball({0, 0, 0}, 10, 16));
     cut.resize(cut.size() * 2 / 3);

@@ -158,7 +158,7 @@ inline TriMesh with_holes(TriMesh mesh, std::size_t count, Random& random, std::
         edges += star.size();
         --count;
     }
-    EXPECT_EQ(count, 0u) << "no room for so many holes";
+    EXPECT_EQ(count, 0u) << "so many holes do not fit";
     if (rims != nullptr) *rims = edges;
     return mesh;
 }

@@ -34,7 +34,7 @@ class Mutant(NamedTuple):
     file: str
     old: str
     new: str
-    room: str  # test_<room>
+    module: str  # test_<module>
     filter: str
 
 
@@ -54,7 +54,7 @@ MUTANTS = [
     Mutant("tree-part-too-short", "nodes above the end of a refitted part keep their old bounds", "collision/bvh/dop_tree.cpp",
            "if (beneath_[node][0] >= end ||", "if (beneath_[node][0] + 1 >= end ||", "collision", "DopTree.*"),
     Mutant("lumen-goes-on", "a lumen that was left out for some steps goes on as if it had not been", "engine/step/instrument_stage.cpp",
-           "const bool continues = scratch.lumen_step + 1 == state.step;", "const bool continues = true;", "engine", "LookedAt.*"),
+           "const bool continues = scratch.lumen_step + 1 == state.step;", "const bool continues = true;", "engine", "LazyEvaluation.*"),
     Mutant("springs-never-wait", "springs of solids are felt before anything touches", "engine/step/waiting_springs.cpp",
            "scratch.springs_wait = !solids.empty() && !is_pressed(model, body, 0.0, state, context);", "scratch.springs_wait = false;",
            "engine", "ContactLaws.*"),
@@ -68,9 +68,9 @@ MUTANTS = [
            "share_a * rate - drift,", "share_a * rate,", "engine", "ContactLaws.TwoBodies*"),
     Mutant("soften-rows", "springs that share a node are softened one by one alone", "fem/tissue/stable_step.cpp",
            "if (worst > most) scale[s] *= most / worst;", "", "fem", "StableStep.*"),
-    Mutant("surface-waits", "a surface that nothing in a step looks at is never placed", "engine/step/tissue_stage.cpp",
-           "if (!context.bodies[i].surface_waits) return;", "return;", "engine", "LookedAt.*"),
-    Mutant("wall-stayed-away", "a wall that comes towards a rod by itself is not looked at", "engine/step/wall_planes.cpp",
+    Mutant("surface-waits", "a surface that no part of a step reads is never evaluated", "engine/step/tissue_stage.cpp",
+           "if (!context.bodies[i].surface_waits) return;", "return;", "engine", "LazyEvaluation.*"),
+    Mutant("wall-stayed-away", "a wall that moves towards a rod is not tested", "engine/step/wall_planes.cpp",
            "return before - wall_way - ", "return before - ", "engine", "PlaneReach.*"),
     Mutant("spring-sign", "a contact spring pulls where it should push", "fem/tissue/springs.cpp",
            "m.push * (spring.balanced", "-m.push * (spring.balanced", "fem", "Springs.*"),
@@ -104,7 +104,7 @@ MUTANTS = [
     Mutant("spheres-at-start", "stale box: spheres bound the surface at the step's start only", "spheretree/update/covering_tree.cpp",
            "enclose_moving(ids, vertices_t0, vertices_t1)", "enclose_moving(ids, vertices_t0, vertices_t0)", "spheretree",
            "CoveringTree.*"),
-    Mutant("chain-does-not-sweep", "an instrument's links are looked at where they end only", "spheretree/update/chain_tree.cpp",
+    Mutant("chain-does-not-sweep", "an instrument's links are tested at the step's end only", "spheretree/update/chain_tree.cpp",
            "enclose_two(links_t0[link], links_t1[link])", "enclose_two(links_t1[link], links_t1[link])", "spheretree",
            "ChainTree.*:HollowDescent.*"),
     Mutant("touching-boxes", "boxes that only touch no longer overlap", "spheretree/traverse/sweep_and_prune.cpp",
@@ -123,10 +123,10 @@ MUTANTS = [
            "collision", "Sweep.*"),
     Mutant("crossing-one-sign-change", "three changes of sign are taken for one", "collision/ccd/crossing.hpp",
            "(b3 < -bound) & ((b1 > bound) | (b2 < -bound));", "(b3 < -bound);",
-           "collision", "Meeting.*"),
+           "collision", "ExactCcd.*"),
     Mutant("crossing-apart-before", "features apart just before they lie in one plane are taken to be apart in it", "collision/ccd/crossing.hpp",
            "holds_root & (free.from <= from) & (free.to >= to)", "holds_root & (free.from <= from)",
-           "collision", "Meeting.*"),
+           "collision", "ExactCcd.*"),
     Mutant("one-side-at-start", "features on one side at the start are taken to stay there", "collision/ccd/sweep.cpp",
            "return free.from <= 0.0 && free.to >= 1.0;", "return free.from <= 0.0;", "collision", "Sweep.*"),
     Mutant("cluster-stale-box", "stale box: a cluster's bounds miss its last vertex", "collision/bvh/dop_tree.cpp",
@@ -134,7 +134,7 @@ MUTANTS = [
            "collision", "ContactSearch.*:InterruptibleSearch.*"),
     Mutant("frames-overflow", "the reader of frames takes an object's number below zero", "engine/io/frames.cpp",
            "frames.objects[v] < 0 || ", "", "engine", "Frames.*"),
-    Mutant("checkpoint-forgets-hints", "a checkpoint forgets what the descent remembers", "engine/step/step_memory.cpp",
+    Mutant("checkpoint-forgets-hints", "a checkpoint omits the descent's hints", "engine/step/step_memory.cpp",
            "stream.list(scratch.chain.hint, [&](auto& leaf) { stream.number(leaf); });", "", "engine", "*Resumed*"),
     Mutant("viscosity-once", "drag counts the viscosity once, not twice", "fem/tissue/tet_laws-inl.hpp",
            "const V twice = hn::Add(viscosity, viscosity);\n    const auto diagonal", "const V twice = viscosity;\n    const auto diagonal", "fem",
@@ -185,28 +185,28 @@ def copy_sources(work):
 class CopiedTree:
     """Mutants in a copy of the sources, built by its own ninja."""
 
-    def __init__(self, work, jobs, rooms):
+    def __init__(self, work, jobs, modules):
         self.work, self.jobs, self.build = work, jobs, work / "build" / "mutants"
         work.mkdir(parents=True, exist_ok=True)
         copy_sources(work)
         code, output = run(["cmake", "--preset", "release", "-B", str(self.build)], work)
         if code != 0:
             sys.exit(output)
-        print(f"building {', '.join(rooms)} ...", flush=True)
-        code, output = self.make(rooms)
+        print(f"building {', '.join(modules)} ...", flush=True)
+        code, output = self.make(modules)
         if code != 0:
             sys.exit(output[-4000:])
 
-    def make(self, rooms):
-        return run(["ninja", "-C", str(self.build), f"-j{self.jobs}"] + [f"test_{room}" for room in rooms], self.work)
+    def make(self, modules):
+        return run(["ninja", "-C", str(self.build), f"-j{self.jobs}"] + [f"test_{module}" for module in modules], self.work)
 
-    def unchanged(self, room):
-        return find_program(self.build, room)
+    def unchanged(self, module):
+        return find_program(self.build, module)
 
     def mutated(self, mutant, text):
         """Exit code, output, and the program; the copy's file is broken until `restore`."""
         (self.work / mutant.file).write_text(text)
-        return *self.make([mutant.room]), find_program(self.build, mutant.room)
+        return *self.make([mutant.module]), find_program(self.build, mutant.module)
 
     def restore(self, mutant):
         (self.work / mutant.file).write_bytes((ROOT / mutant.file).read_bytes())
@@ -220,21 +220,21 @@ class FinishedBuild:
         work.mkdir(parents=True, exist_ok=True)
         self.commands = {entry["file"]: entry for entry in json.loads((self.build / "compile_commands.json").read_text())}
 
-    def link(self, room, first, program):
-        listed = run(["ninja", "-t", "commands", f"tests/{room}/test_{room}"], self.build)[1]
+    def link(self, module, first, program):
+        listed = run(["ninja", "-t", "commands", f"tests/{module}/test_{module}"], self.build)[1]
         words = shlex.split(listed.strip().splitlines()[-1].replace(": &&", "").replace("&& :", ""))
         words[words.index("-o") + 1] = str(program)
         return run(words[:1] + first + words[1:], self.build)
 
-    def unchanged(self, room):
-        program = self.work / f"test_{room}"
-        code, output = self.link(room, [], program)
+    def unchanged(self, module):
+        program = self.work / f"test_{module}"
+        code, output = self.link(module, [], program)
         if code != 0:
             sys.exit(output[-4000:])
         return program
 
     def mutated(self, mutant, text):
-        program, objects = self.work / f"mutant_{mutant.room}", []
+        program, objects = self.work / f"mutant_{mutant.module}", []
         broken = self.work / "broken" / mutant.file  # found before the sound one where it is included
         broken.parent.mkdir(parents=True, exist_ok=True)
         broken.write_text(text)
@@ -246,7 +246,7 @@ class FinishedBuild:
                 break
         broken.unlink()
         if code == 0:
-            code, output = self.link(mutant.room, objects, program)
+            code, output = self.link(mutant.module, objects, program)
         return code, output, program
 
     @staticmethod
@@ -272,8 +272,8 @@ class FinishedBuild:
         pass
 
 
-def find_program(build, room):
-    return build / "tests" / room / f"test_{room}"
+def find_program(build, module):
+    return build / "tests" / module / f"test_{module}"
 
 
 def run_tests(program, pattern, limit):
@@ -303,13 +303,13 @@ def main():
     if not chosen:
         sys.exit("no such mutant; known: " + ", ".join(m.name for m in MUTANTS))
 
-    rooms = sorted({m.room for m in chosen})
-    tree = FinishedBuild(options.build, options.work) if options.build else CopiedTree(options.work, options.jobs, rooms)
-    programs = {room: tree.unchanged(room) for room in rooms}
-    for room, pattern in sorted({(m.room, m.filter) for m in chosen}):
-        code, output = run_tests(programs[room], pattern, LIMIT_S)
+    modules = sorted({m.module for m in chosen})
+    tree = FinishedBuild(options.build, options.work) if options.build else CopiedTree(options.work, options.jobs, modules)
+    programs = {module: tree.unchanged(module) for module in modules}
+    for module, pattern in sorted({(m.module, m.filter) for m in chosen}):
+        code, output = run_tests(programs[module], pattern, LIMIT_S)
         if code != 0 or "Running 0 tests" in output:
-            sys.exit(f"test_{room} --gtest_filter={pattern} does not pass unchanged:\n{output[-3000:]}")
+            sys.exit(f"test_{module} --gtest_filter={pattern} does not pass unchanged:\n{output[-3000:]}")
 
     rows, survived = [], 0
     for mutant in chosen:

@@ -1,4 +1,4 @@
-// Wrapped trees that follow coarse nodes: what the bound holds, what the paper's heuristic loses, what a lazy descent pays.
+// Wrapped trees that follow coarse nodes: what the bound holds, what the sphere-tree paper's heuristic loses, the cost of a lazy descent.
 #include "base/trig.hpp"
 #include "shapes.hpp"
 #include "spheretree/update/deforming_tree.hpp"
@@ -217,7 +217,7 @@ TEST(DeformingTree, SweptSpheresHoldTheSurfaceAllAlongTheStep) {
     }
 }
 
-TEST(DeformingTree, ALazyDescentFindsTheSameAndUpdatesOnlyWhatItLooksAt) {
+TEST(DeformingTree, ALazyDescentFindsTheSameAndUpdatesOnlyWhatItVisits) {
     const LinkedEllipsoid body;
     const DeformingTree tree = body.tree();
     const Posed here = deform(body, bend), beside = deform(body, [](const Vec3&p) { return Vec3(twist(p) + Vec3(0.07, 0, 0.02)); });

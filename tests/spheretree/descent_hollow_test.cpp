@@ -83,7 +83,7 @@ TEST(HollowDescent, ProvesFreeWhatBruteForceProvesAndReportsTheRest) {
     EXPECT_EQ(descent.stats().proven_free, f.t1.size() - touching);
 }
 
-TEST(HollowDescent, GapIsALowerBoundOfTheRoomAndTheNormalLeadsToMore) {
+TEST(HollowDescent, GapIsALowerBoundOfTheClearanceAndTheNormalLeadsToMore) {
     CatheterFixture f;
     const InsideTest inside(f.wall);
     Descent descent;
@@ -94,7 +94,7 @@ TEST(HollowDescent, GapIsALowerBoundOfTheRoomAndTheNormalLeadsToMore) {
         const Sphere& link = f.t1[f.chain.link_of_leaf(c.feature_a[0])];
         const double room = -inside.signed_distance(link.centre) - link.radius;
         EXPECT_GE(c.gap, f.swept_room(f.chain.link_of_leaf(c.feature_a[0])) - 1e-12);
-        EXPECT_LE(c.gap, room + 1e-9) << "never promises more than there is";
+        EXPECT_LE(c.gap, room + 1e-9) << "never above the true clearance";
         if (room > -4e-4) worst = std::max(worst, room - c.gap);
         EXPECT_NEAR(c.normal.norm(), 1.0, 1e-12);
         const double step = 1e-4;

@@ -26,7 +26,7 @@ struct SolidPairFixture {
     std::vector<Sphere> spheres_b = nested(b, make_icosphere(away + Vec3(0.09, 0.01, 0), 0.05, 3));
     SolidView view_a{1, &a.tree, spheres_a}, view_b{2, &b.tree, spheres_b};
 
-    /// Updated spheres hold their children; rest spheres hold the surface alone, and children may poke out.
+    /// Updated spheres hold their children; rest spheres hold the surface alone, and children may extend beyond them.
     static std::vector<Sphere> nested(const CoveringTree& covering, const TriMesh& mesh) {
         std::vector<Sphere> spheres;
         update_covering_spheres(covering, mesh.vertices, mesh.vertices, spheres);
@@ -368,7 +368,7 @@ TEST(Descent, AHeapOf64BodiesUnderABudgetOfOneTestAssumesEveryPairButTheOneTeste
         reported.emplace(c.body_a, c.body_b);
     }
     EXPECT_EQ(reported.size(), 64u * 63u / 2u) << "the first pair's roots overlap: its children stand for it";
-    for (const std::uint64_t units : {64u * 63u / 2u, 20000u}) { // all roots tested: nobody is behind by more than a level
+    for (const std::uint64_t units : {64u * 63u / 2u, 20000u}) { // all roots tested: no pair is behind by more than a level
         descent.begin(0.0);
         add_all();
         WorkBudget budget(units);

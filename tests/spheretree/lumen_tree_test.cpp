@@ -236,7 +236,7 @@ TEST(LumenState, MeasuresOnlyWhatIsAskedForAndNothingOfAWallAtRest) {
     }
 }
 
-/// An update that goes on from the last one finds the same bits as one that takes both ends anew; so does one that was told nothing for
+/// An update that goes on from the last one finds the same bits as one that takes both ends anew; so does one that was not updated for
 /// some steps. Half of the wall never moves.
 TEST(LumenState, GoingOnIsTheSameAsBothEndsAnew) {
     const TriMesh wall = winding_vessel();
@@ -255,7 +255,7 @@ TEST(LumenState, GoingOnIsTheSameAsBothEndsAnew) {
     std::vector<Vec3> from = at(0);
     for (int step = 1; step < 12; ++step) {
         const std::vector<Vec3> to = at(step);
-        const bool missed = step == 6 || step == 7; // nobody tells either of them
+        const bool missed = step == 6 || step == 7; // neither is updated
         if (!missed) {
             going.update(*lumen, from, to, step != 1 && step != 8);
             anew.update(*lumen, from, to);
@@ -276,7 +276,7 @@ TEST(LumenState, GoingOnIsTheSameAsBothEndsAnew) {
     EXPECT_GT(moving, 300u);
 }
 
-TEST(UnionRoom, IsFreeSpaceAndSmoothBetweenTwoBalls) {
+TEST(UnionClearance, IsFreeSpaceAndSmoothBetweenTwoBalls) {
     const std::uint64_t seed = 21;
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
     Random random(seed);
@@ -301,7 +301,7 @@ TEST(UnionRoom, IsFreeSpaceAndSmoothBetweenTwoBalls) {
     EXPECT_GT(better, 20);
 }
 
-TEST(LumenPath, RunsAlongTheVesselWithRoomToSpare) {
+TEST(LumenPath, RunsAlongTheVesselWithClearance) {
     const TriMesh wall = winding_vessel();
     const auto lumen = build_lumen_tree(wall);
     ASSERT_TRUE(lumen);

@@ -113,7 +113,7 @@ TEST(SelfPairs, OfABodyAtRestThereAreNone) {
     descent.begin(0.0);
     descent.add_self_pair({0, &small.tree, small.tree.spheres});
     WorkBudget nothing(0);
-    EXPECT_TRUE(descent.run(nothing)) << "one leaf: nothing to look at";
+    EXPECT_TRUE(descent.run(nothing)) << "one leaf: nothing to test";
 }
 
 } // namespace

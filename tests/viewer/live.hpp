@@ -137,7 +137,7 @@ public:
     [[nodiscard]] beast::error_code ended() const noexcept { return ended_; }
     [[nodiscard]] websocket::close_reason reason() const { return stream_.reason(); }
 
-    /// Reads on to a text that `good` likes; null when none comes.
+    /// Reads on to a text that `good` accepts; null when none comes.
     Json await(const std::function<bool(const Json&)>& good) {
         const auto end = std::chrono::steady_clock::now() + kPatience;
         while (std::chrono::steady_clock::now() < end) {

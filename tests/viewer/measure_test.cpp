@@ -1,4 +1,4 @@
-// What watching costs, and how long a hand waits to be seen. Not part of the tests: prints figures, decides nothing.
+// The cost of a viewer, and the latency from input to picture. Not part of the tests: prints figures, decides nothing.
 //   test_viewer --gtest_also_run_disabled_tests --gtest_filter='*Measured*'      scene: TROCAR_VIEWER_SCENE
 #include "live.hpp"
 
@@ -11,7 +11,7 @@ namespace trocar::engine::viewer::test {
 namespace {
 
 constexpr double kSeconds = 6.0;                                   // of each run
-constexpr std::int64_t kAnswer = 15'000'000, kStill = 150'000'000; // ns that the hand moves and does not
+constexpr std::int64_t kAnswer = 15'000'000, kStill = 150'000'000; // ns with and without a drive command
 constexpr int kRounds = 5;                                         // without and with a viewer, by turns
 
 std::string scene_file() {
@@ -56,7 +56,7 @@ Watched watch(Live& live) {
     return seen;
 }
 
-/// The same to and fro without anybody who looks: what is compared is watching, not driving.
+/// The same to and fro without a viewer: the comparison is of viewing, not of driving.
 void drive_unwatched(Live& live) {
     const std::int64_t end = monotonic_ns() + static_cast<std::int64_t>(1e9 * kSeconds);
     for (int k = 0; monotonic_ns() < end; ++k) {

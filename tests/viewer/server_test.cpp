@@ -1,4 +1,4 @@
-// The server as strangers, viewers and a driver meet it.
+// The server with unauthorised clients, viewers and a driver.
 #include "live.hpp"
 
 #include "engine/report/picture_scene.hpp"
@@ -24,7 +24,7 @@ TEST(ViewerGate, TokensAreLongAndNeverTheSame) {
     for (const char* odd : {"", "?", "/?token", "/?&&&=", "/?token=", "/x?y?token=1"}) (void)split_target(odd);
 }
 
-TEST(ViewerServer, ShowsItsPageToWhoeverHasTheToken) {
+TEST(ViewerServer, ShowsItsPageToHoldersOfTheToken) {
     const Live live;
     const std::string token = live.server->token();
     EXPECT_THAT(live.server->url(), HasSubstr("http://127.0.0.1:"));
@@ -49,7 +49,7 @@ TEST(ViewerServer, KeepsStrangersOut) {
         EXPECT_EQ(get(live, "/recording.csv?token=" + wrong).status, 403u) << wrong;
     }
     EXPECT_EQ(get(live, "/").status, 403u);
-    EXPECT_EQ(get(live, "/?token=" + token, {{"Host", "evil.example"}}).status, 403u); // a name bent to this address
+    EXPECT_EQ(get(live, "/?token=" + token, {{"Host", "evil.example"}}).status, 403u); // a name rebound to this address
     EXPECT_EQ(get(live, "/?token=" + token, {{"Origin", "http://evil.example"}}).status, 403u);
     EXPECT_EQ(get(live, "/?token=" + token, {{"Origin", "https://" + host}}).status, 403u);
     EXPECT_EQ(get(live, "/?token=" + token, {{"Origin", "http://" + host}}).status, 200u);
@@ -107,7 +107,7 @@ TEST(ViewerServer, TellsThePageTheViewOfTheReportsPictures) {
     }
 }
 
-/// Drives as a page does, again and again (a hand of which nothing is heard is let go), to a status that `good` likes.
+/// Drives as a page does, again and again (a drive command that is not repeated ends), to a status that `good` accepts.
 Json drive_until(Viewer& driver, const std::string& wish, const std::function<bool(const Json&)>& good) {
     for (const auto end = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < end;) {
         driver.send(wish);
@@ -128,7 +128,7 @@ TEST(ViewerServer, ADriverMovesTheCatheterAndALostOneLetsGo) {
         });
         ASSERT_FALSE(moved.is_null());
         moving = moved["drive"][0];
-    } // the line is cut while the hand moves
+    } // the connection is lost during a drive command
     EXPECT_EQ(moving, 1.0);
     Viewer watcher(live);
     const Json still = watcher.await_status([](const Json& status) { return status["drive"][0] == 0.0; });
@@ -136,8 +136,8 @@ TEST(ViewerServer, ADriverMovesTheCatheterAndALostOneLetsGo) {
     EXPECT_EQ(still["driver"], still["you"]); // the seat was free
 }
 
-/// A page that hangs says nothing more: the hand is let go although the line stands.
-TEST(ViewerServer, AHandOfWhichNothingIsHeardIsLetGo) {
+/// A page that hangs sends nothing more: the drive command ends although the connection is open.
+TEST(ViewerServer, ADriveCommandThatIsNotRepeatedEnds) {
     const Live live;
     Viewer driver(live);
     EXPECT_FALSE(drive_until(driver, R"({"type":"drive","insertion":1,"rotation":0})", [](const Json& status) {
@@ -225,7 +225,7 @@ TEST(ViewerServer, FuzzedMessagesNeverStopIt) {
 }
 
 /// One that never reads: the others get their frames, and the simulation its steps.
-TEST(ViewerServer, ASlowViewerHoldsNobodyUp) {
+TEST(ViewerServer, ASlowViewerDelaysNoOther) {
     const Live live;
     Viewer slow(live, {}, 4096);
     Viewer quick(live);
@@ -271,7 +271,7 @@ TEST(ViewerServer, GivesTheRecordingAway) {
     EXPECT_NEAR(rows->back().insertion, 1e3 * paused["insertion_m"].get<double>(), 1e-6);
 }
 
-/// The same run, hand by hand, whoever watches and however often they come and go.
+/// The same run, command by command, with any number of viewers that come and go.
 TEST(ViewerServer, WatchingChangesNothing) {
     const auto hash_after = [](bool watched) {
         const std::string text = engine::test::bent_tube_scene({35, "work:20000"});
@@ -297,7 +297,7 @@ TEST(ViewerServer, WatchingChangesNothing) {
     EXPECT_EQ(hash_after(true), hash_after(false));
 }
 
-/// At the slowest pace, s that `steps` steps take; with commands all the while, or none.
+/// At the slowest pace, s that `steps` steps take; with commands throughout, or none.
 double seconds_of(std::uint64_t steps, bool commanded) {
     Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
     const PreparedScene prepared = *prepare_scene(scene);
@@ -388,7 +388,7 @@ TEST(ViewerServer, TissueIsLetGoWhenItsDriverGoesInAFlood) {
     }
 }
 
-TEST(ViewerServer, WhoeverHoldsConnectionsOpenKeepsNobodyOut) {
+TEST(ViewerServer, OpenConnectionsLockNoOtherOut) {
     const Live live;
     boost::asio::io_context io;
     std::vector<Tcp::socket> idle;

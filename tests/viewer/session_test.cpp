@@ -1,4 +1,4 @@
-// A person's run without a network: it repeats bit for bit from what it recorded, and commands do what they say.
+// An interactive run without a network: it repeats bit for bit from what it recorded, and commands do what they say.
 #include "../engine/step_fixture.hpp"
 
 #include "engine/viewer/latest.hpp"
@@ -50,7 +50,7 @@ const std::string kOddUnits = R"({
     "effects": ["coarse_contact", "exact_contact"]
 })";
 
-/// What a hand does: pushes, turns, draws back, lets go, pushes against the bend.
+/// Drive commands: push, turn, draw back, release, push against the bend.
 Drive drive_at(int step) {
     const double insertion = step % 90 < 60 ? 1.0 : step % 90 < 75 ? -0.37 : 0.0;
     return {insertion, step % 50 < 20 ? 0.83 : -1.0};
@@ -101,7 +101,7 @@ TEST_P(Recorded, RunRepeatsBitForBit) {
     const std::string csv = recording->text(loaded.scene, recording->steps(), hash);
     EXPECT_THAT(csv, HasSubstr(fmt::format("# state_hash {:016x}\n", hash)));
     EXPECT_THAT(csv, HasSubstr("# Bit for bit: trocar run"));
-    EXPECT_EQ(hash_of_run(tested.scene, csv, tested.limits, recording->steps()), hash) << held_back << " steps held back";
+    EXPECT_EQ(hash_of_run(tested.scene, csv, tested.limits, recording->steps()), hash) << held_back << " steps scaled to the safe fraction";
     EXPECT_NE(hash_of_run(tested.scene, csv, tested.limits, recording->steps() - 1), hash);
 }
 
@@ -141,7 +141,7 @@ TEST(ViewerSession, SaysWhyARecordingDoesNotRepeat) {
     EXPECT_THAT(remarks(), Not(HasSubstr("Bit for bit")));
 }
 
-TEST(ViewerSession, MovesTheHandNoFasterThanItsLimits) {
+TEST(ViewerSession, DrivesNoFasterThanTheLimits) {
     const Loaded loaded = load(test::bent_tube_scene(bent("exact")));
     Session session(loaded.scene, loaded.prepared);
     const double start = session.simulator().state().instruments[0].rod.insertion;
@@ -157,8 +157,8 @@ TEST(ViewerSession, MovesTheHandNoFasterThanItsLimits) {
     EXPECT_EQ(session.simulator().report().insertion_m, there);
 }
 
-/// Against a closed end: what the hand wants does not pile up, and it comes back at once.
-TEST(ViewerSession, AHandThatIsStoppedTurnsRoundAtOnce) {
+/// Against a closed end: drive commands do not accumulate, and it reverses at once.
+TEST(ViewerSession, ADriveThatIsStoppedReversesAtOnce) {
     std::string text = kOddUnits;
     text.replace(text.find("[0, 0, 120, 4]"), 14, "[0, 0, 60, 4]"); // the tube ends 50 mm beyond the entry
     const Loaded loaded = load(text);
@@ -325,7 +325,7 @@ TEST(ViewerSession, ShowsSpheresOfTheLevelReached) {
     EXPECT_TRUE(snapshot.spheres.empty());
 }
 
-/// One thread makes, one looks: what is seen is whole, and never older than what was seen before.
+/// One thread produces, one consumes: a snapshot is whole, and never older than the one before.
 TEST(ViewerLatest, IsWholeAndNeverGoesBack) {
     struct Pair {
         std::array<std::uint64_t, 64> numbers{};

@@ -1,4 +1,4 @@
-// What the peers of `bench contacts` share: the frame sequence, edges, swept boxes of a step, process time, medians, and the one line
+// Shared by the peers of `bench contacts`: the frame sequence, edges, swept boxes of a step, process time, medians, and the one line
 // of JSON that each prints. Input is the benchmark's own; errors just end the program.
 #pragma once
 

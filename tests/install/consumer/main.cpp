@@ -1,4 +1,4 @@
-// A stranger's program: writes a surface, reads it back and inspects it, through the installed package.
+// An external program: writes a surface, reads it back and inspects it, through the installed package.
 #include "base/topology.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/io/write_mesh.hpp"

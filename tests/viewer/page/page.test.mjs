@@ -1,4 +1,4 @@
-// The page as a person meets it, in headless Chromium with software WebGL.
+// The page as a user sees it, in headless Chromium with software WebGL.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -10,7 +10,7 @@ import { afresh, kPatience, look, noComplaints, openBrowser, openPage, Served, s
 const folder = mkdtempSync(join(tmpdir(), "trocar-page-"));
 const scene = join(process.env.TROCAR_SOURCE, "assets/scenes/u_bend.json");
 const middle = { x: 200, y: 60, width: 450, height: 480 };
-/// A test that stands still ends by its name.
+/// A test that hangs ends with its name.
 const test = (name, body) => testOf(name, { timeout: 150_000 }, body);
 let served, browser, page; // one page for most: opening one is what takes longest
 
@@ -130,7 +130,7 @@ test("the pad moves the catheter with the mouse", async () => {
 
 test("a gamepad's stick moves the catheter, and its name is shown", async () => {
     const start = await afresh(page);
-    await page.evaluate(() => { // no such device here: one that the page cannot tell from a real one
+    await page.evaluate(() => { // no such device here: one that is indistinguishable to the page
         window.fakePad = { id: "test pad", connected: true, axes: [0, 0, 0, 0], buttons: Array.from({ length: 17 }, () => ({ pressed: false })) };
         Object.defineProperty(navigator, "getGamepads", { configurable: true, value: () => [null, window.fakePad] });
     });
@@ -204,7 +204,7 @@ test("a second viewer watches and says so", async () => {
     await until(watcher, "said.some((text) => /drives; you watch/.test(text))");
     await page.close(); // the driver goes
     await until(watcher, "t.driver === 0");
-    await watcher.keyboard.down("w"); // an empty seat is taken by whoever does something
+    await watcher.keyboard.down("w"); // a free driver's seat is taken by the next viewer with input
     await until(watcher, "t.driver === t.you && t.drive[0] === 1");
     await watcher.keyboard.up("w");
     page = watcher;
@@ -310,7 +310,7 @@ test("everything is reached by keyboard: boxes, kinds of budget, the camera", as
     await page.keyboard.press("Space");
 });
 
-test("graphics that are lost are said, the hand rests, and both come back", async () => {
+test("lost graphics are reported, driving stops, and both come back", async () => {
     const start = await afresh(page);
     await page.evaluate(() => { window.lost = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context"); window.lost.loseContext(); });
     await until(page, "said.some((text) => /lost its graphics/.test(text))");
@@ -322,7 +322,7 @@ test("graphics that are lost are said, the hand rests, and both come back", asyn
     await until(page, "s.pictures > g && t.insertion_m > 0.022", pictures);
     await page.keyboard.up("w");
     await until(page, "document.querySelectorAll('#messages p.error').length === 0");
-    page.complaints = page.complaints.filter((text) => !/context|INVALID_OPERATION/i.test(text)); // the browser's own words on it
+    page.complaints = page.complaints.filter((text) => !/context|INVALID_OPERATION/i.test(text)); // the browser's own message
 });
 
 test("on short and narrow screens nothing lies over what is pressed", async () => {
@@ -348,7 +348,7 @@ test("on short and narrow screens nothing lies over what is pressed", async () =
     await page.setViewportSize(before);
 });
 
-test("a scene without an instrument offers no hand and no recording", async () => {
+test("a scene without an instrument offers no drive controls and no recording", async () => {
     const other = await Served.start(join(process.env.TROCAR_SOURCE, "assets/scenes/falling_sphere.json"));
     const page = await openPage(browser, other.url);
     assert.match(await page.innerText("#welcome"), /no instrument/);

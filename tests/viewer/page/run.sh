@@ -12,7 +12,7 @@ chromium=${CHROMIUM:-$(command -v chromium || command -v chromium-browser || com
 (cd "$build/page_build" && "$node" node_modules/typescript/bin/tsc --noEmit) # the types hold
 export CHROMIUM=$chromium TROCAR=$program PAGE_BUILD=$build/page_build TROCAR_SOURCE=$source
 if [[ ${4:-} == measure ]]; then exec "$node" "$source/tests/viewer/page/measure.mjs" "${@:5}"; fi
-# A browser that cannot reach this machine's own address, or stands still, says nothing of the page (a busy machine without a card): once more, then skipped.
+# A browser that cannot reach this machine's own address, or hangs, is no failure of the page (a busy machine without a card): once more, then skipped.
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 for attempt in 1 2; do

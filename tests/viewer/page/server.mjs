@@ -1,4 +1,4 @@
-// The program that is tried, the browser, and pages with patience. Nothing here decides by time: limits only end what hangs.
+// The program under test, the browser, and pages. Nothing here decides by time: limits only end what hangs.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { createRequire } from "node:module";
@@ -45,7 +45,7 @@ export async function openBrowser(forced = false) {
     });
 }
 
-/// Where the catheter stands as at the start, nothing is paused, and nobody drives.
+/// Where the catheter stands as at the start, nothing is paused, and there is no driver.
 export async function afresh(page) {
     await page.keyboard.press("Escape");
     await page.evaluate(() => document.activeElement?.blur());
@@ -65,7 +65,7 @@ export async function openPage(browser, url, options = {}) {
     page.on("pageerror", (error) => page.complaints.push(error.message));
     await page.goto(url);
     await until(page, "s.status !== undefined && s.pictures > 0");
-    await page.evaluate(() => { // messages go away by themselves: what was said is kept for a test that looks late
+    await page.evaluate(() => { // messages go away by themselves: they are kept for a test that reads them late
         window.said = [];
         new MutationObserver((changes) => {
             for (const { addedNodes } of changes) for (const line of addedNodes) window.said.push(line.textContent);

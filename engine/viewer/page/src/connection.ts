@@ -62,7 +62,7 @@ export class Connection {
         return true;
     }
 
-    /// As if the line were cut: for trying out what happens then.
+    /// Simulates a lost connection, for tests.
     drop(): void { this.socket?.close(); }
 
     private receive(data: string | ArrayBuffer): void {

@@ -1,4 +1,4 @@
-// The hand on the catheter: keys, the pad for mouse and touch, a gamepad. Whoever asks for most is heard.
+// User input as drive commands: keys, the pad for mouse and touch, a gamepad. The largest one wins.
 export interface Wish { insertion: number; rotation: number }
 
 const kKeys: Record<string, Wish> = {
@@ -9,7 +9,7 @@ const kKeys: Record<string, Wish> = {
 };
 const kSlow = 0.25;      // with Shift
 const kDeadZone = 0.15;  // of a gamepad's stick
-const kHeartbeat = 150;  // ms: the server lets go of a hand that it hears nothing of
+const kHeartbeat = 150;  // ms: the server ends a drive command that is not repeated
 
 export class Hand {
     private readonly held = new Set<string>();
@@ -22,7 +22,7 @@ export class Hand {
     private buttons = 0;
     private place = ""; // of the knob
     private wish: Wish = { insertion: 0, rotation: 0 };
-    blind = false; // nobody sees what the hand does: it stands still
+    blind = false; // the user sees no picture: drive commands stop
 
     constructor(private readonly pad: HTMLElement, private readonly knob: HTMLElement, private readonly send: (wish: Wish) => boolean,
                 private readonly onStart: () => void) {
@@ -94,7 +94,7 @@ export class Hand {
         return wish;
     }
 
-    /// Sends what has changed, and what is held now and then, so that the other side knows that somebody is there.
+    /// Sends changes, and repeats a held input now and then, so that the server does not end it.
     poll(now: number): void {
         const wish = { insertion: 0, rotation: 0 };
         const add = (part: Wish, share: number) => {
@@ -115,7 +115,7 @@ export class Hand {
         }
         this.wish = wish;
     }
-    /// The knob where the hand is: a change of the page, for its turn.
+    /// Shows the knob at the current input: a change of the page, for its next update.
     showKnob(): void {
         const way = this.pad.clientWidth / 4;
         const place = `translate(${this.wish.rotation * way}px, ${-this.wish.insertion * way}px)`;

@@ -1,4 +1,4 @@
-// Joins the parts: what comes from the server goes to the stage and the panel, what a person does goes to the server.
+// Joins the parts: what comes from the server goes to the stage and the panel, user input goes to the server.
 import { Connection } from "./connection";
 import { Hand, hasItsOwn, isDriven } from "./hand";
 import { Panel } from "./panel";
@@ -7,7 +7,7 @@ import type { SceneMessage, Status } from "./protocol";
 import { Puller } from "./puller";
 import { Stage } from "./stage";
 
-/// What a test, or a curious person, may look at from the console.
+/// State for tests and for inspection in the console.
 export interface Probe {
     pictures: number;
     frames: number;
@@ -94,7 +94,7 @@ class App {
 
     private send(message: Record<string, unknown>): boolean {
         const seat = this.status;
-        // An empty seat is taken by whoever does something.
+        // A free driver's seat is taken by the next viewer with input.
         if (seat !== undefined && seat.driver === 0 && message.type !== "spheres") this.connection.send({ type: "take" });
         else if (seat !== undefined && seat.driver !== seat.you && message.type !== "spheres") {
             if (message.type !== "drive") this.panel.say("notice", `Viewer ${seat.driver} drives; you watch.`);
@@ -171,13 +171,13 @@ class App {
         });
     }
 
-    /// A picture that stands still while the catheter moves would be a trap.
+    /// A frozen picture while the catheter moves would mislead.
     private watchContext(): void {
         element("view").addEventListener("webglcontextlost", (event) => {
             event.preventDefault(); // it may come back
             this.hand.blind = true;
             this.hand.poll(performance.now());
-            this.panel.say("error", "The browser lost its graphics: the picture stands still, and the hand rests until it is back. Reload the page if that takes long.", "graphics");
+            this.panel.say("error", "The browser lost its graphics: the picture stands still, and driving stops until it is back. Reload the page if that takes long.", "graphics");
         });
         element("view").addEventListener("webglcontextrestored", () => {
             this.hand.blind = false;

@@ -2,7 +2,7 @@
 import * as THREE from "three";
 
 const kDeepest = 2e-4;   // m, where the colours of contacts end
-const kFewestDots = 256; // that there is room for
+const kFewestDots = 256; // capacity of the buffers at first
 
 export function makeDots(): THREE.Points {
     const material = new THREE.ShaderMaterial({

@@ -1,4 +1,4 @@
-// Everything that is no picture: budget, readings, effects, views, the run.
+// Everything but the picture: budget, readings, effects, views, the run.
 import type { Connection } from "./connection";
 import { formatMs, type Plot } from "./plot";
 import type { Budget, SceneMessage, Status } from "./protocol";
@@ -21,7 +21,7 @@ export class Panel {
     private readonly budget = element<HTMLInputElement>("budget");
     private wall = { mode: "wall", ms: 33 } as Budget & { mode: "wall" };
     private work: (Budget & { mode: "work" }) | undefined; // that the scene or a person chose
-    private dragging = 0; // ms: until then the slider is the person's
+    private dragging = 0; // ms: until then the slider is the user's
 
     constructor(private readonly stage: Stage, private readonly plot: Plot, private readonly send: Send, help: () => void,
                 connection: Connection) {
@@ -84,7 +84,7 @@ export class Panel {
         element("welcome-title").textContent = scene.has_instrument ? "Drive the catheter" : "Watch, and change what is simulated";
         element("welcome-text").textContent = scene.has_instrument
             ? "You hold a catheter at the patient's groin, or wherever this scene lets it in. Press a key to begin."
-            : "This scene has no instrument: nothing is driven by hand. Press a key to begin.";
+            : "This scene has no instrument: nothing can be driven. Press a key to begin.";
         const levels = element("levels");
         levels.replaceChildren(...Array.from({ length: scene.leaf_level + 1 }, () => document.createElement("i")));
     }
@@ -130,7 +130,7 @@ export class Panel {
         text("target", status.target_m >= 0 ? `${(1e3 * status.target_m).toFixed(1)} mm` : "–");
     }
 
-    /// What the last step's contacts stand on: nothing is called tested that was switched off, or before a step was taken.
+    /// The basis of the last step's contacts: nothing is called tested that was switched off, or before a step was taken.
     private showAnswer(status: Status, text: (id: string, value: string, kind?: string) => void): void {
         const { coarse_contact: spheres, exact_contact: exact } = status.effects;
         const began = status.step > 0, looked = began && spheres, open = looked && status.pairs_open > 0;
@@ -152,14 +152,14 @@ export class Panel {
         [...levels.children].forEach((bar, k) => bar.classList.toggle("on", looked && k <= Math.min(status.level, leaf)));
     }
 
-    /// A budget of work has no clock to be generous by: it may never have room for the exact stage.
+    /// A work budget is never exceeded by time: the exact stage may never fit into it.
     private warnOfWork(status: Status): void {
         const { budget } = status;
         const short = budget.mode === "work" && status.step > 0 && status.effects.exact_contact && !status.exact_ran && this.scene?.has_instrument;
         if (short === this.workIsShort) return;
         this.workIsShort = short;
         if (!short || budget.mode !== "work") return this.unsay("work");
-        this.say("notice", `Exact contacts do not run: ${shortNumber(budget.units)} tests a step have no room for them, ${shortNumber(Math.max(status.work_enough, budget.units))} would have.`, "work");
+        this.say("notice", `Exact contacts do not run: ${shortNumber(budget.units)} tests a step are too few for them, ${shortNumber(Math.max(status.work_enough, budget.units))} would do.`, "work");
     }
     private workIsShort: boolean | undefined = false;
 
@@ -172,7 +172,7 @@ export class Panel {
         const slow = status.pace < 0.95;
         if (status.failure) pill("pace", "stopped", "bad");
         else if (status.paused) pill("pace", "paused", "warn");
-        else pill("pace", slow ? `slow motion: ${status.pace.toFixed(2)} of real time` : "real time", slow ? "warn" : "good");
+        else pill("pace", slow ? `behind: ${status.pace.toFixed(2)} of real time` : "real time", slow ? "warn" : "good");
         pill("clock", `${status.time_s.toFixed(2)} s · step ${status.step}`, "");
         const mine = status.driver === status.you;
         pill("seat", mine ? (status.script ? "autopilot" : "you drive") : status.driver === 0 ? "nobody drives: press a key" : `viewer ${status.driver} drives`, mine ? "good" : "");
@@ -185,7 +185,7 @@ export class Panel {
         record.classList.toggle("on", status.repeatable);
         record.textContent = status.repeatable ? `● ${status.recorded} steps` : "Record";
         element("download").title = status.repeatable ? "replays to the same bits with `trocar run --path`; its first lines say how"
-            : "hand positions since the start; its first lines say why they do not repeat bit for bit";
+            : "drive positions since the start; its first lines say why they do not repeat bit for bit";
         if (status.failure) this.say("error", `The run stopped: ${status.failure}. R starts again.`, "failure");
     }
 
@@ -198,7 +198,7 @@ export class Panel {
         if (performance.now() > this.dragging && budget.mode !== "exact") this.budget.value = String(Math.round(this.placeOf(budget)));
     }
 
-    /// The slider is logarithmic: as much way from 0.1 to 1 ms as from 1 to 10.
+    /// The slider is logarithmic: the same distance from 0.1 to 1 ms as from 1 to 10.
     private budgetAt(place: number): Budget {
         const share = place / 1000;
         if (this.status?.budget.mode === "work") {
@@ -215,7 +215,7 @@ export class Panel {
         return budget.mode === "wall" ? place(budget.ms, ...(this.scene?.budget_ms ?? [0.1, 33])) : 0;
     }
     private get workRange(): [number, number] { return this.scene?.budget_work ?? [10, 1e8]; }
-    /// In work as much as the exact stage needs, unless somebody chose less.
+    /// In work as much as the exact stage needs, unless the user chose less.
     private get workBudget(): Budget & { mode: "work" } { return this.work ?? { mode: "work", units: this.status?.work_enough ?? this.workRange[1] }; }
     /// The arrows of a group of radio buttons.
     private chooseMode(event: KeyboardEvent): void {
@@ -290,7 +290,7 @@ export class Panel {
         this.send({ type: "spheres", on });
     }
 
-    /// True: the key meant something.
+    /// True: the key was handled.
     key(event: KeyboardEvent): boolean {
         const acts: Record<string, () => void> = {
             Space: () => this.togglePause(), KeyN: () => this.singleStep(), Period: () => this.singleStep(), KeyR: () => this.restart(),

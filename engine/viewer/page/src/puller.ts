@@ -1,4 +1,4 @@
-// Tissue pulled with the mouse: Shift and drag, or the button first. The point goes along in the plane of the screen.
+// Tissue pulled with the mouse: Shift and drag, or the button first. The point moves in the plane of the screen.
 import * as THREE from "three";
 import type { Picked, Stage } from "./stage";
 

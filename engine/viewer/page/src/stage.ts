@@ -14,7 +14,7 @@ const kSlowDraw = 24;           // ms of drawing; slower pictures are drawn more
 const kQuickDraw = 10;          // quicker ones get more of them: 1.2 times a side, 1.44 times the work
 const kSimpleDraw = 4;          // ms; quick enough for everything again
 const kProbeEvery = 8;          // pictures; only then the page waits for the drawing to end
-const kRest = 3;                // in software from one picture to the next, times of drawing one: queued pictures would make a hand wait
+const kRest = 3;                // in software from one picture to the next, times of drawing one: queued ones would delay input
 const kLongestRest = 60;        // ms
 const kThinnestLine = 2;        // of the pixels that are drawn; a thinner one has gaps
 const kTail = 0.035;            // m around the tip in the tip's view
@@ -304,7 +304,7 @@ export class Stage {
     touch(): void { this.stale = true; }
 
     /// Draws where there is something new to see. False: there was nothing, or the CPU that draws is left some time for the rest; not when
-    /// somebody waits for this picture.
+    /// input waits for this picture.
     render(awaited = false): boolean {
         if (this.followTip && this.hasTip) {
             const way = this.tip.clone().sub(this.controls.target).multiplyScalar(this.reduced ? 1 : 0.25);
