@@ -8,7 +8,7 @@
 namespace trocar::repairs {
 namespace {
 
-constexpr double kCrumb = 0.1; // parts with less than this share of the area of the largest part of their shell, left over by a cut, go
+constexpr double kLeftoverShare = 0.1; // parts with less than this share of the area of the largest part of their shell, left over by a cut, go
 
 /// Takes in every triangle that shares a vertex with one already in.
 void grow(const TriMesh& mesh, std::vector<bool>& chosen) {
@@ -22,7 +22,7 @@ void grow(const TriMesh& mesh, std::vector<bool>& chosen) {
 }
 
 /// Parts that a cut left over: much smaller than what they were cut from.
-std::size_t drop_crumbs(TriMesh& mesh, const std::vector<Index>& old_shell) {
+std::size_t drop_leftovers(TriMesh& mesh, const std::vector<Index>& old_shell) {
     const Components now = find_components(mesh.triangles, mesh.vertices.size(), Joined::BySharedEdges);
     std::vector<double> part_area(now.count, 0.0);
     std::vector<Index> part_shell(now.count, 0);
@@ -36,7 +36,7 @@ std::size_t drop_crumbs(TriMesh& mesh, const std::vector<Index>& old_shell) {
     std::vector<bool> keep(mesh.triangles.size());
     for (std::size_t t = 0; t < keep.size(); ++t) {
         const Index part = now.of_triangle[t];
-        keep[t] = part_area[part] >= kCrumb * largest[part_shell[part]];
+        keep[t] = part_area[part] >= kLeftoverShare * largest[part_shell[part]];
     }
     return keep_triangles(mesh, keep);
 }
@@ -60,7 +60,7 @@ Result<RepairStep> drop_self_intersections(TriMesh& mesh, int most_rounds) {
         for (std::size_t t = 0; t < chosen.size(); ++t)
             if (chosen[t]) old_shell.push_back(shells.of_triangle[t]);
         step.triangles_removed += keep_triangles(mesh, chosen);
-        step.triangles_removed += drop_crumbs(mesh, old_shell);
+        step.triangles_removed += drop_leftovers(mesh, old_shell);
         if (mesh.triangles.empty()) return Error{ErrorCode::BadMesh, "nothing is left once crossing triangles are out"};
         const Result<RepairStep> filled = fill_holes(mesh);
         if (!filled) return filled.error();

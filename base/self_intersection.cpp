@@ -31,7 +31,7 @@ bool triangle_holds(const std::array<Point2, 3>& t, const Point2& p) noexcept {
 
 /// A segment and a triangle in one plane meet exactly if all three projections along the axes do: at least one of them is
 /// one to one, and the others cannot separate what meets.
-bool coplanar_meet(const Vec3& p, const Vec3& q, const Corners& t) noexcept {
+bool coplanar_intersect(const Vec3& p, const Vec3& q, const Corners& t) noexcept {
     for (int axis = 0; axis < 3; ++axis) {
         const Point2 fp = drop_axis(p, axis), fq = drop_axis(q, axis);
         const std::array<Point2, 3> flat{drop_axis(t[0], axis), drop_axis(t[1], axis), drop_axis(t[2], axis)};
@@ -50,7 +50,7 @@ bool edge_crosses(const Vec3& p, const Vec3& q, const Corners& t, Crossing cross
     if (touching && side_p == 0 && side_q == 0) {
         // a triangle without area lies in many planes: all its edges must share one with pq
         const bool one_plane = orient3d(a, b, p, q) == 0 && orient3d(b, c, p, q) == 0 && orient3d(c, a, p, q) == 0;
-        return (one_plane || !are_collinear(a, b, c)) && coplanar_meet(p, q, t);
+        return (one_plane || !are_collinear(a, b, c)) && coplanar_intersect(p, q, t);
     }
     if (touching ? side_p * side_q > 0 : side_p * side_q >= 0) return false;
     const int ab = orient3d(p, q, a, b), bc = orient3d(p, q, b, c), ca = orient3d(p, q, c, a);

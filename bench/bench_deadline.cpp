@@ -29,7 +29,7 @@ double percentile(std::vector<double>& values, double share) {
 struct Charges {
     std::vector<double> wall_ms, own_ms, stolen_ms;
     std::uint64_t kept = 0, kept_own = 0, fitting = 0, fitting_kept = 0;
-    std::uint64_t exact = 0, abandoned = 0, insisted = 0, exits = 0;
+    std::uint64_t exact = 0, abandoned = 0, forced_exact = 0, exits = 0;
     double open_pairs = 0.0;
 
     void add(const StepReport& report, double budget_ms) {
@@ -41,13 +41,13 @@ struct Charges {
         stolen_ms.push_back(stolen);
         kept += in_time;
         kept_own += in_own_time;
-        if (!report.exact_insisted) { // its mandatory part fitted
+        if (!report.exact_forced) { // its mandatory part fitted
             ++fitting;
             fitting_kept += in_own_time;
         }
         exact += report.exact_ran;
         abandoned += report.exact_abandoned;
-        insisted += report.exact_insisted;
+        forced_exact += report.exact_forced;
         exits += report.lumen_exits;
         open_pairs += static_cast<double>(report.pairs_open);
     }
@@ -79,7 +79,7 @@ BenchRow run_under(const SceneModel& model, double budget_ms, std::uint64_t step
             {"stolen_ms_worst", percentile(charges.stolen_ms, 1.0)},
             {"exact_steps", charges.exact},
             {"exact_abandoned", charges.abandoned},
-            {"exact_insisted", charges.insisted},
+            {"exact_insisted", charges.forced_exact},
             {"open_pairs_mean", done > 0 ? charges.open_pairs / static_cast<double>(done) : 0.0},
             {"lumen_exits", charges.exits}};
 }

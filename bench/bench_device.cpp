@@ -24,10 +24,10 @@ void compare_with_device(ChromaticTable& table, BenchTable& result, const GlCull
         const CullScene cloth = make_cloth_scene(fmt::format("cloth {:.1f}K", 2e-3 * static_cast<double>(side * side)), side, side, steps);
         const collision::CullPlan plan{.resolution = software ? kSoftwareResolution : 0, .max_rounds = 1};
         table.start(cloth);
-        const double twin_ms = table.add_sets("II by the CPU reference, as large as OpenGL's", {.method = CullMethod::Cpu, .plan = plan});
+        const double cpu_reference_ms = table.add_sets("II by the CPU reference, as large as OpenGL's", {.method = CullMethod::Cpu, .plan = plan});
         const double device_ms = table.add_sets("II by OpenGL", {.method = CullMethod::Gl, .plan = plan});
         largest = cloth.triangle_count();
-        if (device_ms >= twin_ms)
+        if (device_ms >= cpu_reference_ms)
             from = 0;
         else if (from == 0)
             from = largest;

@@ -227,10 +227,10 @@ public:
             double room = 0.0;
             const bool outside = axis_[i][2] < -0.006;
             while (!outside && room < 0.012 && field.value(axis_[i] + room * side) < -kRadius) room += 0.02e-3;
-            rooms_.push_back(outside ? 6e-3 : room);
+            clearances_.push_back(outside ? 6e-3 : room);
         }
         for (int round = 0; round < 200; ++round)
-            for (std::size_t i = 1; i + 1 < rooms_.size(); ++i) rooms_[i] = 0.5 * rooms_[i] + 0.25 * (rooms_[i - 1] + rooms_[i + 1]);
+            for (std::size_t i = 1; i + 1 < clearances_.size(); ++i) clearances_[i] = 0.5 * clearances_[i] + 0.25 * (clearances_[i - 1] + clearances_[i + 1]);
     }
 
     /// m along the way, frame; where the catheter's axis lies. Its clearance swings, and is negative in places.
@@ -241,7 +241,7 @@ public:
         const auto point = [&](std::size_t k) {
             const double s = 1e3 * kSpacing * static_cast<double>(k);
             const double clearance = 1e-3 * (0.10 + 0.16 * std::sin(0.11 * s + 0.35 * frame) + 0.08 * std::sin(0.31 * s - 0.8 * frame));
-            return Vec3(axis_[k] + std::max(0.0, rooms_[k] - clearance) * sides_[k]);
+            return Vec3(axis_[k] + std::max(0.0, clearances_[k] - clearance) * sides_[k]);
         };
         return (1 - share) * point(i) + share * point(i + 1);
     }
@@ -262,7 +262,7 @@ private:
     }
 
     std::vector<Vec3> axis_, sides_;
-    std::vector<double> rooms_;
+    std::vector<double> clearances_;
 };
 
 void add_catheter_frame(const Guide& guide, double frame, std::vector<Vec3>& out) {

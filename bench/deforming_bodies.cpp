@@ -71,7 +71,7 @@ Posed pose_body(const SolidBody& body, const Linked& linked, Deform by, const Ve
     for (const Vec3& q : linked.links.node_rest) posed.nodes.push_back(size * by((q - middle) / size) + middle + shift);
     posed.mesh = body.mesh;
     fem::LinkFrames frames;
-    (void)fem::steer(linked.links, posed.nodes, body.mesh.vertices, frames, posed.mesh.vertices);
+    (void)fem::update_embedded_surface(linked.links, posed.nodes, body.mesh.vertices, frames, posed.mesh.vertices);
     for (const fem::LinkFrame& frame : frames.frame) {
         posed.turn.emplace_back();
         for (int column = 0; column < 3; ++column)

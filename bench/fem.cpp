@@ -150,13 +150,13 @@ BenchRow link_row(const Body& body, const fem::TissueModel& model, unsigned thre
     for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += 1e-3 * Vec3(std::sin(1.7 * i), std::sin(2.3 * i), std::sin(3.1 * i));
     fem::LinkFrames frames;
     frames.threads = threads;
-    const double seconds = time_calls(threads > 1, quick, [&] { (void)fem::steer(*links, moved, body.dense.vertices, frames, out); });
+    const double seconds = time_calls(threads > 1, quick, [&] { (void)fem::update_embedded_surface(*links, moved, body.dense.vertices, frames, out); });
     const auto vertices = static_cast<double>(links->vertex_count());
     return {{"name", body.name + " links"},
             {"vertices", links->vertex_count()},
             {"frames", links->frame_nodes.size()},
             {"ns_per_vertex", 1e9 * seconds / vertices},
-            {"gb_per_s", 1e-9 * static_cast<double>(fem::steer_bytes(*links)) / seconds},
+            {"gb_per_s", 1e-9 * static_cast<double>(fem::embedded_update_bytes(*links)) / seconds},
             {"peer", false},
             {"isa", fem::chosen_isa()},
             {"precision", "double"},

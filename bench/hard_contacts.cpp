@@ -24,7 +24,7 @@ void tip_against_a_wall_one_triangle_thin(HardReport& report) {
         double highest = 0.0;
         if (!run_hard(report, simulator, r.speed < 100.0 ? 60 : 30, [&](const StepReport& step) {
                 exits += step.lumen_exits;
-                shortened += step.hand_limited;
+                shortened += step.drive_limited;
                 for (const Vec3& p : simulator.state().instruments[0].skin) highest = std::max(highest, p.z());
             }))
             return;

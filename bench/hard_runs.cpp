@@ -17,7 +17,7 @@ constexpr std::uint64_t kSteps = 60;
 struct Whole {
     std::uint64_t hash = 0;               // of the state after kSteps; 0 where the run stopped
     std::vector<std::uint64_t> contacts;  // of every step: pressed, of leaf spheres, of solids, listed
-    std::uint64_t looked_at = 0, sum = 0; // candidates that a culler saw; all contacts
+    std::uint64_t culled_candidates = 0, sum = 0; // candidates that a culler saw; all contacts
 };
 
 Whole run_whole(HardReport& report, const SceneModel& model) {
@@ -26,7 +26,7 @@ Whole run_whole(HardReport& report, const SceneModel& model) {
     for (std::uint64_t k = 0; k < kSteps; ++k) {
         const StepReport& step = simulator.step();
         if (!report.require(step.finite, "every step is finite: " + step.failure)) return whole;
-        whole.looked_at += step.cull_items;
+        whole.culled_candidates += step.cull_items;
         for (const std::uint64_t count : {step.exact_contacts, step.leaf_contacts, step.solid_touches, simulator.contacts().size()}) {
             whole.contacts.push_back(count);
             whole.sum += count;
@@ -86,7 +86,7 @@ void threads_change_no_bit(HardReport& report) {
             if (!report.require(done.integrate.finite() && !done.refused, "finite and not refused")) return;
             for (std::size_t i = 0; i < 2; ++i) {
                 const BodyModel& body = prepared->model.bodies[i];
-                (void)fem::steer(*body.links, state.bodies[0].tissue.position, body.surface.vertices, frames[i], state.bodies[i].surface);
+                (void)fem::update_embedded_surface(*body.links, state.bodies[0].tissue.position, body.surface.vertices, frames[i], state.bodies[i].surface);
             }
         }
         hashes.insert(hash_state(state));
@@ -111,17 +111,17 @@ void short_cuts_change_no_contact(HardReport& report) {
     const auto prepared = prepare_hard_scene(report, organ_scene("exact"));
     if (!prepared) return;
     std::vector<Whole> runs;
-    std::uint64_t looked_at = 0;
+    std::uint64_t culled_candidates = 0;
     for (const Culling culling : {Culling::Never, Culling::Cpu, Culling::Auto}) {
         SceneModel model = prepared->model;
         model.contact.culling = culling;
         model.contact.clearance = 1e-3; // many candidates, or there would be nothing to cull
         model.contact.exact_distance = 0.9e-3;
         runs.push_back(run_whole(report, model));
-        if (culling == Culling::Cpu) looked_at = runs.back().looked_at;
+        if (culling == Culling::Cpu) culled_candidates = runs.back().culled_candidates;
     }
     compare(report, fmt::format("wire in an organ, {} ways to cull", runs.size()), runs);
-    report.above("wire in an organ: candidates that the CPU reference tested", static_cast<double>(looked_at), 0);
+    report.above("wire in an organ: candidates that the CPU reference tested", static_cast<double>(culled_candidates), 0);
 }
 
 void a_budget_larger_than_needed_is_none(HardReport& report) {

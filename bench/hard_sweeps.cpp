@@ -20,8 +20,8 @@ struct Pair {
     std::array<SweptPoint, 4> p;
 
     [[nodiscard]] bool meets() const {
-        return vertex_face ? collision::meet_vertex_face(p[0], {p[1], p[2], p[3]}).meets
-                           : collision::meet_edge_edge({p[0], p[1]}, {p[2], p[3]}).meets;
+        return vertex_face ? collision::ccd_vertex_face(p[0], {p[1], p[2], p[3]}).meets
+                           : collision::ccd_edge_edge({p[0], p[1]}, {p[2], p[3]}).meets;
     }
     [[nodiscard]] collision::Sweep sweep(const collision::SweepLimits& limits) const {
         return vertex_face ? collision::sweep_vertex_face(p[0], {p[1], p[2], p[3]}, limits)
@@ -134,10 +134,10 @@ void known_answers(HardReport& report) {
     }
 }
 
-Pair random_pair(std::mt19937_64& random, bool whole_numbers) {
+Pair random_pair(std::mt19937_64& random, bool integers_only) {
     Pair pair{(random() & 1) != 0, {}};
     const auto at = [&] {
-        if (!whole_numbers) return random_vec(random, 1.0);
+        if (!integers_only) return random_vec(random, 1.0);
         const auto number = [&] { return static_cast<double>(random() % 5); };
         const double x = number(), y = number(), z = number();
         return Vec3(x, y, z);

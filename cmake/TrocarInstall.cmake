@@ -4,7 +4,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(folders base fem spheretree collision assets engine)
-set(modules base fem spheretree collision assets io time scene prepare step render report experiments)
+set(modules base fem spheretree collision assets io time scene prepare state step render report experiments)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Trocar)
 
 set(targets trocar_options trocar_engine)

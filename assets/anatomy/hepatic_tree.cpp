@@ -14,7 +14,7 @@ constexpr double kLeastEndLeg = 0.016;  // m
 constexpr double kLeastGap = 0.004;     // m, wall to wall between vessels that do not touch, before they are smoothed
 constexpr double kMajorBend = 0.75;     // rad, most a vessel turns where another leaves it
 constexpr double kMinorBend = 1.15;     // rad, most a leaving vessel turns away
-constexpr double kCurveRoom = 0.0015;   // m, curves may leave their straight segments by this much towards the capsule
+constexpr double kCurveMargin = 0.0015;   // m, curves may leave their straight segments by this much towards the capsule
 constexpr int kCandidates = 120;        // places drawn for every new end
 constexpr int kTries = 60;              // of those, the ones farthest from the tree that are tried
 constexpr std::uint32_t kLeftEvery = 3; // every so many ends one is the left lobe's: its share of the tissue
@@ -79,7 +79,7 @@ private:
     bool add_end(bool in_left_lobe) {
         std::vector<std::pair<double, Vec3>> places;
         const Box3 box = liver_.box();
-        const double depth = recipe_.capsule_margin + recipe_.terminal_radius + kCurveRoom + 0.003;
+        const double depth = recipe_.capsule_margin + recipe_.terminal_radius + kCurveMargin + 0.003;
         const double left_of = liver_.place(Vec3(-24, 0, 0))[0];
         while (places.size() < kCandidates) {
             const Vec3 p = box.lo + (0.5 * (random_.cube() + Vec3::Ones())).cwiseProduct(box.extent());
@@ -165,7 +165,7 @@ private:
     }
 
     [[nodiscard]] bool inside(const Vec3& from, const Vec3& to, double flow, Index parent) const {
-        const double depth = recipe_.capsule_margin + radius(flow) + kCurveRoom;
+        const double depth = recipe_.capsule_margin + radius(flow) + kCurveMargin;
         const int pieces = static_cast<int>((to - from).norm() / 0.004) + 1;
         // The stems enter the liver: their first stretch is only as deep as they have come.
         const int first = parent != kNoIndex && !tree_.segments[parent].forkable ? 1 : 0;

@@ -153,7 +153,7 @@ bool ContourTest::winding_of_others(Index place, Index loop, int& winding) const
 /// Just inside a loop that runs counter-clockwise the border winds once more than outside it, inside one that runs clockwise once
 /// less; between loops that do not meet it does not change. So it is enough to test each loop: 0 outside the former, 1 outside the
 /// latter. One time is enough as well, since nothing meets later.
-bool ContourTest::winds_once(const ContourView& contour) const noexcept {
+bool ContourTest::winding_is_simple(const ContourView& contour) const noexcept {
     if (contour.loop_ends.size() == 1) return true; // around its inside, and not -1 times, since faces lie there
     Index begin = 0;
     for (Index loop = 0; loop < contour.loop_ends.size(); ++loop) {
@@ -175,7 +175,7 @@ bool ContourTest::is_simple(const ContourView& contour, const SurfaceMotion& mot
     project(contour, motion, direction);
     if (!std::isfinite(size_)) return false;
     make_sides(contour);
-    return turns_clear(contour) && winds_once(contour) && sides_stay_apart();
+    return turns_clear(contour) && winding_is_simple(contour) && sides_stay_apart();
 }
 
 } // namespace trocar::collision

@@ -66,7 +66,7 @@ private:
     void make_sides(const ContourView& contour);
     [[nodiscard]] bool turns_clear(const ContourView& contour) const noexcept;
     [[nodiscard]] bool sides_stay_apart();
-    [[nodiscard]] bool winds_once(const ContourView& contour) const noexcept;
+    [[nodiscard]] bool winding_is_simple(const ContourView& contour) const noexcept;
     /// Of all other loops around a place at t0; false: cannot be told.
     [[nodiscard]] bool winding_of_others(Index place, Index loop, int& winding) const noexcept;
 

@@ -31,19 +31,19 @@ bool stays_inside(const Differences<Count>& q, double t, double reach) noexcept 
 
 /// A time at which the features are proven to meet, near `time`; nothing where that is not obvious.
 template <int Count>
-std::optional<double> prove_meeting(const Differences<Count>& q, double time) noexcept {
+std::optional<double> prove_contact(const Differences<Count>& q, double time) noexcept {
     double t = time;
     for (int round = 0; round < 2; ++round) {
         const Plane plane = plane_at(q, t);
         t -= plane.value / plane.slope;
-        if (!(t >= 0.0 && t <= 1.0) || std::abs(t - time) > kMeetingTime) return std::nullopt;
+        if (!(t >= 0.0 && t <= 1.0) || std::abs(t - time) > kTimeOfImpactError) return std::nullopt;
     }
     const double m = q.magnitude;
     const double bound = kPlaneRounding * kUnitRoundoff * m * m * m + std::numeric_limits<double>::min();
     const double slope = std::abs(plane_at(q, t).slope);
     const double reach = std::max(4.0 * bound / slope, 0x1p-50);
     const double from = t - reach, to = t + reach;
-    if (!(reach < kMeetingTime) || from < 0.0 || to > 1.0) return std::nullopt;
+    if (!(reach < kTimeOfImpactError) || from < 0.0 || to > 1.0) return std::nullopt;
     const double before = plane_at(q, from).value, after = plane_at(q, to).value;
     const bool crosses = (before > bound && after < -bound) || (before < -bound && after > bound);
     if (!crosses || !stays_inside(q, t, reach + 0x1p-52)) return std::nullopt;
@@ -51,10 +51,10 @@ std::optional<double> prove_meeting(const Differences<Count>& q, double time) no
 }
 
 template <int Count>
-Meeting make_meeting(const Differences<Count>& q, double time, Decision decided_by) noexcept {
+CcdResult make_ccd_result(const Differences<Count>& q, double time, Decision decided_by) noexcept {
     Nearest nearest = find_nearest(at(q, time));
-    if (!(nearest.distance <= 1e-9 * q.magnitude)) nearest = find_nearest_carefully(at(q, time));
-    Meeting meeting{.meets = true, .decided_by = decided_by, .time = time, .bary = nearest.bary};
+    if (!(nearest.distance <= 1e-9 * q.magnitude)) nearest = find_nearest_robustly(at(q, time));
+    CcdResult meeting{.meets = true, .decided_by = decided_by, .time = time, .bary = nearest.bary};
     nearest.distance = 0.0; // it is rounding error: the flat normal is more accurate
     meeting.normal = contact_normal(q, time, nearest);
     return meeting;
@@ -62,23 +62,23 @@ Meeting make_meeting(const Differences<Count>& q, double time, Decision decided_
 
 /// corners   what find_exact_time takes
 template <int Count, class First, class Second>
-Meeting decide(Differences<Count>& q, double time, const First& first, const Second& second) {
+CcdResult decide(Differences<Count>& q, double time, const First& first, const Second& second) {
     q.measure();
-    if (const auto proven = prove_meeting(q, time)) return make_meeting(q, *proven, Decision::Proof);
-    if (const auto exact = find_exact_time(first, second)) return make_meeting(q, *exact, Decision::Exact);
+    if (const auto proven = prove_contact(q, time)) return make_ccd_result(q, *proven, Decision::Proof);
+    if (const auto exact = find_exact_time(first, second)) return make_ccd_result(q, *exact, Decision::Exact);
     return {.decided_by = Decision::Exact};
 }
 
 } // namespace
 
-Meeting meet_carefully(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
+CcdResult run_ccd_fallback(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
     const Sweep sweep = sweep_vertex_face(vertex, face, {});
     if (!sweep.hit()) return {};
     Differences<3> q = make_differences(vertex, face);
     return decide(q, sweep.time, vertex, face);
 }
 
-Meeting meet_carefully(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
+CcdResult run_ccd_fallback(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
     const Sweep sweep = sweep_edge_edge(a, b, {});
     if (!sweep.hit()) return {};
     Differences<4> q = make_differences(a, b);

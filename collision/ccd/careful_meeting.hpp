@@ -10,7 +10,7 @@
 namespace trocar::collision {
 
 /// The coordinates must be finite (assert).
-[[nodiscard]] Meeting meet_carefully(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face);
-[[nodiscard]] Meeting meet_carefully(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b);
+[[nodiscard]] CcdResult run_ccd_fallback(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face);
+[[nodiscard]] CcdResult run_ccd_fallback(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b);
 
 } // namespace trocar::collision

@@ -117,7 +117,7 @@ TROCAR_LANES_INLINE LaneCrossing find_crossing(const LaneDifferences<Count>& q) 
     const Lanes reach = larger(4.0 * bound / magnitude(cubic.slope(t)), all(0x1p-50));
     const Lanes from = t - reach, to = t + reach;
     const Lanes before = determinant(plane_corners<Count>(at(q, from))), after = determinant(plane_corners<Count>(at(q, to)));
-    const Mask holds_root = (reach < kMeetingTime) & (from >= 0.0) & (to <= 1.0) &
+    const Mask holds_root = (reach < kTimeOfImpactError) & (from >= 0.0) & (to <= 1.0) &
                             ((falls & (before > bound) & (after < -bound)) | (rises & (before < -bound) & (after > bound)));
     const auto corner = at(q, t);
     crossing.time = t;

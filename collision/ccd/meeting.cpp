@@ -10,7 +10,7 @@
 namespace trocar::collision {
 namespace {
 
-TROCAR_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, Meeting& meeting) noexcept {
+TROCAR_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, CcdResult& meeting) noexcept {
     meeting.meets = true;
     meeting.decided_by = Decision::Proof;
     meeting.time = lanes.time[lane];
@@ -18,12 +18,12 @@ TROCAR_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, Meeting
     meeting.normal = lanes.normal.get(lane);
 }
 
-/// Stages 1 and 2 for four pairs, of which the first meetings.size() are there.
-/// carefully   the CCD fallback for a single pair
-template <int Count, class Carefully>
-TROCAR_LANES_INLINE void meet_lanes(LaneDifferences<Count> q, std::span<Meeting> meetings, const Carefully& carefully) {
+/// Stages 1 and 2 for four pairs, of which the first ccd_results.size() are there.
+/// ccd_fallback   the CCD fallback for a single pair
+template <int Count, class CcdFallback>
+TROCAR_LANES_INLINE void ccd_lanes(LaneDifferences<Count> q, std::span<CcdResult> ccd_results, const CcdFallback& ccd_fallback) {
     measure(q);
-    for (Meeting& meeting : meetings) {
+    for (CcdResult& meeting : ccd_results) {
         meeting.meets = false;
         meeting.decided_by = Decision::Filter;
     }
@@ -35,22 +35,22 @@ TROCAR_LANES_INLINE void meet_lanes(LaneDifferences<Count> q, std::span<Meeting>
         const LaneSweep sweep = sweep_lanes(q, ~(apart | crossing.meets), {});
         apart |= ~(crossing.meets | sweep.hit | sweep.unclear);
     }
-    for (std::size_t k = 0; k < meetings.size(); ++k) {
+    for (std::size_t k = 0; k < ccd_results.size(); ++k) {
         const int lane = static_cast<int>(k);
         if (crossing.meets[lane])
-            write_lane(crossing, lane, meetings[k]);
+            write_lane(crossing, lane, ccd_results[k]);
         else if (!apart[lane])
-            meetings[k] = carefully(k);
+            ccd_results[k] = ccd_fallback(k);
     }
 }
 
 template <class Pairs>
-TROCAR_LANES_INLINE void meet_all(const Pairs& kind, std::span<const FeaturePair> pairs, std::span<Meeting> meetings) {
+TROCAR_LANES_INLINE void meet_all(const Pairs& kind, std::span<const FeaturePair> pairs, std::span<CcdResult> ccd_results) {
     for (std::size_t first = 0; first < pairs.size(); first += kLanes) {
         const auto part = pairs.subspan(first, std::min<std::size_t>(kLanes, pairs.size() - first));
-        meet_lanes(kind.gather(part), meetings.subspan(first, part.size()), [&](std::size_t k) {
+        ccd_lanes(kind.gather(part), ccd_results.subspan(first, part.size()), [&](std::size_t k) {
             const auto [a, b] = kind.alone(part[k]);
-            return meet_carefully(a, b);
+            return run_ccd_fallback(a, b);
         });
     }
 }
@@ -69,27 +69,27 @@ TROCAR_LANES_INLINE LaneDifferences<Count> spread(const Differences<Count>& q) n
 } // namespace
 
 TROCAR_CLONES
-void meet_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
-                       std::span<Meeting> meetings) {
-    meet_all(VertexFaces{vertices, faces}, pairs, meetings);
+void ccd_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
+                       std::span<CcdResult> ccd_results) {
+    meet_all(VertexFaces{vertices, faces}, pairs, ccd_results);
 }
 
 TROCAR_CLONES
-void meet_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, std::span<Meeting> meetings) {
-    meet_all(EdgeEdges{a, b}, pairs, meetings);
+void ccd_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, std::span<CcdResult> ccd_results) {
+    meet_all(EdgeEdges{a, b}, pairs, ccd_results);
 }
 
 TROCAR_CLONES
-Meeting meet_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
-    Meeting meeting;
-    meet_lanes(spread(make_differences(vertex, face)), std::span(&meeting, 1), [&](std::size_t) { return meet_carefully(vertex, face); });
+CcdResult ccd_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
+    CcdResult meeting;
+    ccd_lanes(spread(make_differences(vertex, face)), std::span(&meeting, 1), [&](std::size_t) { return run_ccd_fallback(vertex, face); });
     return meeting;
 }
 
 TROCAR_CLONES
-Meeting meet_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
-    Meeting meeting;
-    meet_lanes(spread(make_differences(a, b)), std::span(&meeting, 1), [&](std::size_t) { return meet_carefully(a, b); });
+CcdResult ccd_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
+    CcdResult meeting;
+    ccd_lanes(spread(make_differences(a, b)), std::span(&meeting, 1), [&](std::size_t) { return run_ccd_fallback(a, b); });
     return meeting;
 }
 

@@ -21,13 +21,13 @@
 namespace trocar::collision {
 
 /// The coordinates must be finite (assert).
-[[nodiscard]] Meeting meet_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face);
-[[nodiscard]] Meeting meet_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b);
+[[nodiscard]] CcdResult ccd_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face);
+[[nodiscard]] CcdResult ccd_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b);
 
 /// The same, bit for bit, for many pairs.
-/// meetings   [pairs.size()] written; of those that do not meet only that counts
-void meet_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
-                       std::span<Meeting> meetings);
-void meet_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, std::span<Meeting> meetings);
+/// ccd_results   [pairs.size()] written; of those that do not meet only that counts
+void ccd_vertex_faces(const SurfaceMotion& vertices, const SurfaceMotion& faces, std::span<const FeaturePair> pairs,
+                       std::span<CcdResult> ccd_results);
+void ccd_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<const FeaturePair> pairs, std::span<CcdResult> ccd_results);
 
 } // namespace trocar::collision

@@ -61,11 +61,11 @@ struct Nearest {
 }
 
 /// The same, robust for degenerate and nearly parallel features.
-[[nodiscard]] inline Nearest find_nearest_carefully(const std::array<Vec3, 3>& corner) noexcept {
+[[nodiscard]] inline Nearest find_nearest_robustly(const std::array<Vec3, 3>& corner) noexcept {
     const PointOnTriangle on = closest_on_triangle(Vec3::Zero(), corner[0], corner[1], corner[2]);
     return {on.point, std::sqrt(on.distance_sq), on.bary};
 }
-[[nodiscard]] inline Nearest find_nearest_carefully(const std::array<Vec3, 4>& corner) noexcept {
+[[nodiscard]] inline Nearest find_nearest_robustly(const std::array<Vec3, 4>& corner) noexcept {
     const PointsOnSegments on = closest_on_segments({corner[0], corner[2]}, {Vec3::Zero(), corner[0] - corner[1]});
     return {on.point_a - on.point_b, std::sqrt(on.distance_sq), {on.s, on.t, 0.0}};
 }

@@ -26,11 +26,11 @@ struct Advance {
 /// How far the step is free from t on: along the flat normal to either side, or the robust shortest vector. For where the fast
 /// shortest vector has lost its digits.
 template <int Count>
-double find_end_carefully(const Differences<Count>& q, double t, double distance) noexcept {
+double find_end_robustly(const Differences<Count>& q, double t, double distance) noexcept {
     const auto corner = at(q, t);
     const Vec3 flat = flat_normal(corner);
     double end = t;
-    for (const Vec3& n : {flat, Vec3(-flat), find_nearest_carefully(corner).offset}) {
+    for (const Vec3& n : {flat, Vec3(-flat), find_nearest_robustly(corner).offset}) {
         const FreeTime free = find_free_time(q, n, distance);
         if (free.holds(t)) end = std::max(end, free.to);
     }
@@ -102,9 +102,9 @@ Advance advance(const Differences<Count>& q, double time, Nearest nearest, doubl
         }
         if (end >= 1.0) return {1.0, Stop::End, nearest};
         if (end <= time + kSmallestAdvance || (touches && nearest.distance <= rounding)) {
-            nearest = find_nearest_carefully(at(q, time));
+            nearest = find_nearest_robustly(at(q, time));
             if (nearest.distance <= distance + tolerance + rounding) return {time, Stop::Near, nearest};
-            end = std::max(end, find_end_carefully(q, time, distance));
+            end = std::max(end, find_end_robustly(q, time, distance));
             if (end >= 1.0) return {1.0, Stop::End, nearest};
             if (!(end > time + kSmallestAdvance)) return {std::max(time, end), Stop::Stuck, nearest};
         }

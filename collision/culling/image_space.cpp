@@ -25,7 +25,7 @@ ImageSpaceCuller::ImageSpaceCuller(std::span<const Triangle> triangles, std::siz
     : triangles_(triangles.begin(), triangles.end()), vertex_count_(vertex_count), sets_(make_chromatic_sets(triangles, vertex_count)) {}
 
 /// Which views pruned most of what was left at their turn?
-void ImageSpaceCuller::remember_views() {
+void ImageSpaceCuller::keep_view_order() {
     std::vector<ImageSpacePass> order = passes_;
     const auto share = [](const ImageSpacePass& p) {
         return p.triangles == 0 ? 0.0 : static_cast<double>(p.triangles - p.triangles_left) / static_cast<double>(p.triangles);
@@ -53,7 +53,7 @@ void ImageSpaceCuller::prepare_patches() {
     if (!patches_) patches_.emplace(triangles_, vertex_count_);
 }
 
-Result<void> ImageSpaceCuller::look_at_patches(std::span<const Vec3> positions, const ImageSpacePlan& plan, CullBackend& backend) {
+Result<void> ImageSpaceCuller::cull_patches(std::span<const Vec3> positions, const ImageSpacePlan& plan, CullBackend& backend) {
     prepare_patches();
     patches_->start(positions, live_);
     for (const std::size_t largest : kPatchSizes) {
@@ -135,7 +135,7 @@ Result<std::vector<Index>> ImageSpaceCuller::find_colliding_set(std::span<const 
     for (Index t = 0; t < triangles_.size(); ++t)
         if (std::all_of(triangles_[t].begin(), triangles_[t].end(), bounded)) live_.push_back(t);
     if (plan.patches) {
-        auto looked = look_at_patches(positions, plan, backend);
+        auto looked = cull_patches(positions, plan, backend);
         if (!looked.ok()) return looked.error();
     }
     asking_.assign(sets_.count(), live_);
@@ -148,7 +148,7 @@ Result<std::vector<Index>> ImageSpaceCuller::find_colliding_set(std::span<const 
         const auto pruned = static_cast<double>(last.triangles - last.triangles_left);
         if (!(plan.go_on ? plan.go_on(last) : pruned >= plan.worthwhile * static_cast<double>(last.triangles))) break;
     }
-    remember_views();
+    keep_view_order();
     return live_;
 }
 

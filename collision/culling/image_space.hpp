@@ -60,8 +60,8 @@ public:
 
 private:
     [[nodiscard]] Vec3 direction_of(int pass, std::span<const Vec3> positions, const ImageSpacePlan& plan) const noexcept;
-    void remember_views();
-    [[nodiscard]] Result<void> look_at_patches(std::span<const Vec3> positions, const ImageSpacePlan& plan, CullBackend& backend);
+    void keep_view_order();
+    [[nodiscard]] Result<void> cull_patches(std::span<const Vec3> positions, const ImageSpacePlan& plan, CullBackend& backend);
     [[nodiscard]] Result<void> look(std::span<const Vec3> positions, const Vec3& direction, const ImageSpacePlan& plan,
                                     CullBackend& backend);
 

@@ -130,7 +130,7 @@ void meet_vertices(const SweptFace& a, const SweptFace& b, double distance, bool
             const Sweep sweep = sweep_vertex_face(corner(a, k), corners(b), limits);
             if (sweep.hit()) take(sweep.time, sweep.gap, sweep.bary);
         } else {
-            const Meeting meeting = meet_vertex_face(corner(a, k), corners(b));
+            const CcdResult meeting = ccd_vertex_face(corner(a, k), corners(b));
             if (meeting.meets) take(meeting.time, 0.0, meeting.bary);
         }
     }
@@ -144,7 +144,7 @@ void meet_edges(const SweptFace& a, const SweptFace& b, double distance, First& 
                 const Sweep sweep = sweep_edge_edge(edge(a, i), edge(b, k), limits);
                 if (sweep.hit()) first.take(sweep.time, sweep.gap, on_edge(i, sweep.bary[0]), on_edge(k, sweep.bary[1]));
             } else {
-                const Meeting meeting = meet_edge_edge(edge(a, i), edge(b, k));
+                const CcdResult meeting = ccd_edge_edge(edge(a, i), edge(b, k));
                 if (meeting.meets) first.take(meeting.time, 0.0, on_edge(i, meeting.bary[0]), on_edge(k, meeting.bary[1]));
             }
         }

@@ -32,19 +32,19 @@ bool boxes_are_near(PairKind kind, Index a, Index b, const SurfaceMotion& x, con
 
 void CoherentSearch::look_at(KeptClusters& kept) {
     ++coherence_.awake;
-    if (!options_.skipping) return look_anew(kept);
+    if (!options_.skipping) return test_anew(kept);
     const double drift = relative_drift(drifts_[kept.clusters.a], drifts_[kept.clusters.b]); // of this step
-    if (!kept.sided && add_drift(kept.drift, drift) <= kept.complete) return look_at_list(kept, drift);
+    if (!kept.sided && add_drift(kept.drift, drift) <= kept.complete) return test_list(kept, drift);
     if (kept.list_size > 0) give_list_up(kept);
     kept.sided = false;
     if (stays_beside(kept)) return;
     if (kept.patience > 0) {
         --kept.patience;
-        return look_anew(kept);
+        return test_anew(kept);
     }
     const SurfacePart &a = parts_[volumes_.part_of(kept.clusters.a)], &b = parts_[volumes_.part_of(kept.clusters.b)];
     const double reach = options_.reach * 0.5 * (a.edge_length + b.edge_length);
-    if (options_.list_steps * drift > reach || lists_left_ == 0) return look_anew(kept);
+    if (options_.list_steps * drift > reach || lists_left_ == 0) return test_anew(kept);
     --lists_left_;
     make_list(kept, drift, reach);
 }
@@ -132,7 +132,7 @@ void CoherentSearch::make_list(KeptClusters& kept, double drift, double reach) {
 }
 
 /// Bounds that the drift has used up are computed anew.
-void CoherentSearch::look_at_list(KeptClusters& kept, double drift) {
+void CoherentSearch::test_list(KeptClusters& kept, double drift) {
     Job& job = job_of(kept);
     const double now = kept.drift, end = add_drift(now, drift);
     kept.drift = end;
@@ -176,7 +176,7 @@ void CoherentSearch::give_list_up(KeptClusters& kept) noexcept {
 }
 
 /// Their boxes over this step, as every step does it where nothing is kept.
-void CoherentSearch::look_anew(KeptClusters& kept) {
+void CoherentSearch::test_anew(KeptClusters& kept) {
     ++coherence_.anew;
     work_ += work::kAnew;
     pairs_.store(kept, {});

@@ -126,9 +126,9 @@ private:
     [[nodiscard]] double drift_on(const KeptClusters& kept) const noexcept;
     void look_at(KeptClusters& kept);
     [[nodiscard]] bool stays_beside(KeptClusters& kept);
-    void look_at_list(KeptClusters& kept, double drift);
+    void test_list(KeptClusters& kept, double drift);
     void make_list(KeptClusters& kept, double drift, double reach);
-    void look_anew(KeptClusters& kept);
+    void test_anew(KeptClusters& kept);
     void find_bounds(const Job& job, PairKind kind, std::span<const FeaturePair> pairs);
     void give(Job& job, PairKind kind, FeaturePair pair);
     void give_list_up(KeptClusters& kept) noexcept;

@@ -7,12 +7,12 @@ namespace trocar::collision {
 namespace {
 
 /// Smallest capacity class that holds so many pairs.
-std::uint8_t room_for(std::size_t count) noexcept {
+std::uint8_t capacity_class_of(std::size_t count) noexcept {
     if (count == 0) return 0;
     return static_cast<std::uint8_t>(std::max(1, static_cast<int>(std::bit_width(count - 1)) - 2));
 }
 
-std::size_t capacity_of(std::uint8_t room) noexcept { return room == 0 ? 0 : std::size_t{1} << (room + 2); }
+std::size_t capacity_of(std::uint8_t capacity_class) noexcept { return capacity_class == 0 ? 0 : std::size_t{1} << (capacity_class + 2); }
 
 } // namespace
 
@@ -44,9 +44,9 @@ void SessionPairs::make_table(std::size_t count) {
 }
 
 void SessionPairs::release(KeptClusters& kept) {
-    if (kept.room > 0) free_[kept.room].push_back(kept.list);
+    if (kept.capacity_class > 0) free_[kept.capacity_class].push_back(kept.list);
     feature_count_ -= kept.list_size;
-    kept.room = 0;
+    kept.capacity_class = 0;
     kept.list_size = 0;
 }
 
@@ -58,7 +58,7 @@ void SessionPairs::replace(std::span<const SessionPair> pairs) {
         const Index at = table_[slot_of(pair)];
         if (at == kNoIndex) continue;
         former_.back() = kept_[at];
-        kept_[at].room = 0; // its list has a new owner
+        kept_[at].capacity_class = 0; // its list has a new owner
         kept_[at].list_size = 0;
     }
     for (KeptClusters& left : kept_) release(left);
@@ -77,17 +77,17 @@ void SessionPairs::add(std::span<const SessionPair> pairs) {
 }
 
 void SessionPairs::store(KeptClusters& kept, std::span<const KeptFeatures> list) {
-    const std::uint8_t room = room_for(list.size());
-    if (room > kept.room || room + 1 < kept.room) { // a list that shrank a little keeps its capacity
+    const std::uint8_t capacity_class = capacity_class_of(list.size());
+    if (capacity_class > kept.capacity_class || capacity_class + 1 < kept.capacity_class) { // a list that shrank a little keeps its capacity
         release(kept);
-        kept.room = room;
-        if (room > 0 && !free_[room].empty()) {
-            kept.list = free_[room].back();
-            free_[room].pop_back();
-        } else if (room > 0) {
-            if (free_[room].capacity() < ++made_[room]) free_[room].reserve(2 * made_[room]); // releasing allocates nothing
+        kept.capacity_class = capacity_class;
+        if (capacity_class > 0 && !free_[capacity_class].empty()) {
+            kept.list = free_[capacity_class].back();
+            free_[capacity_class].pop_back();
+        } else if (capacity_class > 0) {
+            if (free_[capacity_class].capacity() < ++made_[capacity_class]) free_[capacity_class].reserve(2 * made_[capacity_class]); // releasing allocates nothing
             kept.list = static_cast<Index>(pool_.size());
-            pool_.resize(pool_.size() + capacity_of(room));
+            pool_.resize(pool_.size() + capacity_of(capacity_class));
         }
     }
     feature_count_ += list.size();

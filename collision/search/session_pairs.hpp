@@ -29,7 +29,7 @@ struct KeptClusters {
     Vec3 side = Vec3::Zero();
     Index list = 0, list_size = 0; // in the pool
     bool sided = false;
-    std::uint8_t room = 0;         // the list has a capacity of 2^(room + 2) pairs; 0: for none
+    std::uint8_t capacity_class = 0;         // the list has a capacity of 2^(room + 2) pairs; 0: for none
     std::uint8_t patience = 0;     // steps still computed anew before a list is tried again
     std::uint16_t steps = 0;       // since the list was made
     float work = 0.0f;             // on the list, its making included

@@ -17,7 +17,7 @@ BlockRun run_of(const DopTree& tree, const DopTree::BlockRange& range, int corne
 
 Vec3 at(const SweptPoint& p, double t) noexcept { return (1.0 - t) * p.t0 + t * p.t1; }
 
-Meeting meeting_of(const Sweep& sweep) noexcept { return {.meets = true, .time = sweep.time, .bary = sweep.bary, .normal = sweep.normal}; }
+CcdResult ccd_result_of(const Sweep& sweep) noexcept { return {.meets = true, .time = sweep.time, .bary = sweep.bary, .normal = sweep.normal}; }
 
 /// Most pairs that two clusters can have: all their edges.
 constexpr std::size_t kMostPairs = 9 * DopTree::kMaxClusterSize * DopTree::kMaxClusterSize;
@@ -163,7 +163,7 @@ void SurfacePair::decide(const CandidateLists& candidates, std::vector<SearchCon
 
 /// Of some candidates: do they meet, and where they only come within the distance, the rest of their sweeps' results.
 struct SurfacePair::Verdicts {
-    std::array<Meeting, kSweeps> meetings;
+    std::array<CcdResult, kSweeps> ccd_results;
     std::array<Sweep, kSweeps> sweeps; // where the distance is > 0
 };
 
@@ -175,8 +175,8 @@ void SurfacePair::sweep(bool vertex_face, const SearchSide& a, const SearchSide&
     else
         sweep_edge_edges(a.motion, b.motion, pairs, limits, out.sweeps);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-        out.meetings[i].meets = out.sweeps[i].hit();
-        if (out.meetings[i].meets) out.meetings[i] = meeting_of(out.sweeps[i]);
+        out.ccd_results[i].meets = out.sweeps[i].hit();
+        if (out.ccd_results[i].meets) out.ccd_results[i] = ccd_result_of(out.sweeps[i]);
     }
 }
 
@@ -190,11 +190,11 @@ void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const Fe
         if (!exact)
             sweep(vertex_face, a, b, part, verdicts);
         else if (vertex_face)
-            meet_vertex_faces(a.motion, b.motion, part, verdicts.meetings);
+            ccd_vertex_faces(a.motion, b.motion, part, verdicts.ccd_results);
         else
-            meet_edge_edges(a.motion, b.motion, part, verdicts.meetings);
+            ccd_edge_edges(a.motion, b.motion, part, verdicts.ccd_results);
         for (std::size_t i = 0; i < part.size(); ++i) {
-            const Meeting& meeting = verdicts.meetings[i];
+            const CcdResult& meeting = verdicts.ccd_results[i];
             stats.exact += meeting.decided_by == Decision::Exact;
             if (!meeting.meets) continue;
             stats.unresolved += !exact && verdicts.sweeps[i].outcome == SweepOutcome::Unresolved;
@@ -212,7 +212,7 @@ void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const Fe
 }
 
 /// Fields common to contacts of both kinds; the point is still to be summed.
-static Contact& describe(FeaturePair pair, ContactOrigin origin, const Meeting& meeting, SearchContact& found) {
+static Contact& describe(FeaturePair pair, ContactOrigin origin, const CcdResult& meeting, SearchContact& found) {
     found.id_a = pair.a;
     found.id_b = pair.b;
     Contact& contact = found.contact;
@@ -223,7 +223,7 @@ static Contact& describe(FeaturePair pair, ContactOrigin origin, const Meeting& 
     return contact;
 }
 
-void SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const Meeting& meeting,
+void SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const CcdResult& meeting,
                                    SearchContact& found) {
     const Triangle& t = b.motion.topology->triangles[pair.b];
     const SweptPoint vertex = swept(a.motion, pair.a);
@@ -240,7 +240,7 @@ void SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, Fea
     c.gap = meeting.normal.dot(vertex.t1 - end);
 }
 
-void SurfacePair::make_edge_edge(FeaturePair pair, const Meeting& meeting, SearchContact& found) const {
+void SurfacePair::make_edge_edge(FeaturePair pair, const CcdResult& meeting, SearchContact& found) const {
     const Edge &e = a_.motion.topology->edges[pair.a], &f = b_.motion.topology->edges[pair.b];
     const auto a = swept(a_.motion, e), b = swept(b_.motion, f);
     Contact& c = describe(pair, ContactOrigin::ExactEE, meeting, found);

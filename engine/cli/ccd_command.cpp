@@ -50,16 +50,16 @@ Result<bool> is_vertex_face(const std::string& file, const std::string& kind) {
     return Error{ErrorCode::BadUsage, "the name says neither vertex-face nor edge-edge; --kind vertex-face or --kind edge-edge does", file};
 }
 
-collision::Meeting meet(const CcdQuery& query, bool vertex_face) {
+collision::CcdResult meet(const CcdQuery& query, bool vertex_face) {
     const auto point = [&query](std::size_t i) { return collision::SweptPoint{query.rows[i], query.rows[i + 4]}; };
-    if (vertex_face) return collision::meet_vertex_face(point(0), {point(1), point(2), point(3)});
-    return collision::meet_edge_edge({point(0), point(1)}, {point(2), point(3)});
+    if (vertex_face) return collision::ccd_vertex_face(point(0), {point(1), point(2), point(3)});
+    return collision::ccd_edge_edge({point(0), point(1)}, {point(2), point(3)});
 }
 
 /// The shortest of several runs is the query's time: the rest is noise of the machine.
 Tally answer(const CcdQuery& query, bool vertex_face, unsigned repeats) {
     Tally tally{.queries = 1};
-    collision::Meeting meeting;
+    collision::CcdResult meeting;
     double best = std::numeric_limits<double>::infinity();
     for (unsigned run = 0; run < repeats; ++run) {
         const std::int64_t start = monotonic_ns();

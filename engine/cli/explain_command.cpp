@@ -112,14 +112,14 @@ void print_bodies(const PreparedScene& prepared) {
         fmt::print("\n");
         if (b.links > 0)
             fmt::print("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,
-                       model.carrier == SIZE_MAX ? "its own coarse mesh" : prepared.bodies[model.carrier].name, b.static_links,
+                       model.host_body == SIZE_MAX ? "its own coarse mesh" : prepared.bodies[model.host_body].name, b.static_links,
                        b.degenerate_links, 1e3 * b.longest_link_m);
         for (const std::string& note : b.notes) fmt::print("  {:<15} {}\n", "", note);
     }
 }
 
 /// m/s; the fastest drive command of its script or its route.
-double fastest_asked(const InstrumentModel& m) {
+double fastest_drive_speed(const InstrumentModel& m) {
     if (m.route) return m.follow.speed;
     double fastest = 0.0;
     for (std::size_t k = 1; k < m.path.size(); ++k)
@@ -145,9 +145,9 @@ void print_instruments(const Scene& scene, const PreparedScene& prepared) {
                        1e3 * *std::min_element(m.route->radii.begin(), m.route->radii.end()));
         else
             fmt::print("  {:<15} script of {} rows\n", "", m.path.size());
-        if (const double way = fastest_asked(m) * prepared.model.step_s; way > kHandReach * (1.0 + kRounding))
+        if (const double way = fastest_drive_speed(m) * prepared.model.step_s; way > kDriveReach * (1.0 + kRounding))
             fmt::print("  {:<15} its drive would go {:.3g} mm in a step; {:g} mm are taken, expected a step of at most {:.3g} ms\n", "",
-                       1e3 * way, 1e3 * kHandReach, 1e3 * prepared.model.step_s * kHandReach / way);
+                       1e3 * way, 1e3 * kDriveReach, 1e3 * prepared.model.step_s * kDriveReach / way);
     }
 }
 

@@ -83,7 +83,7 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
                    : "");
     if (!prepared.model.instruments.empty())
         fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} scaled to the safe fraction, {} unresolved, {} assumed\n",
-               summary.lumen_exits, summary.exact_steps, summary.steps, summary.held_back_steps, summary.unresolved, summary.assumed);
+               summary.lumen_exits, summary.exact_steps, summary.steps, summary.scaled_steps, summary.unresolved, summary.assumed);
     if (summary.passed_places + summary.unproven_solids > 0)
         fmt::print(
             "{} places of solids beyond the middle of another, pushed back to where they came from; {} pairs of solids may have passed "

@@ -39,7 +39,7 @@ struct TracePart {
 struct TraceSample {
     std::uint64_t step = 0;
     std::vector<TracePart> parts;
-    std::vector<double> hands; // insertion [m] and rotation [rad] of every instrument
+    std::vector<double> drive_positions; // insertion [m] and rotation [rad] of every instrument
     double kinetic_j = 0.0, elastic_j = 0.0;
     std::uint64_t contacts = 0, pairs_tested = 0; // since the sample before
 };

@@ -24,7 +24,7 @@ Json part_json(const TracePart& part) {
 
 Json sample_json(const TraceSample& sample) {
     Json json{{"step", sample.step},         {"kinetic_j", sample.kinetic_j},       {"elastic_j", sample.elastic_j},
-              {"contacts", sample.contacts}, {"pairs_tested", sample.pairs_tested}, {"hands", sample.hands},
+              {"contacts", sample.contacts}, {"pairs_tested", sample.pairs_tested}, {"hands", sample.drive_positions},
               {"parts", Json::array()}};
     for (const TracePart& part : sample.parts) json["parts"].push_back(part_json(part));
     return json;
@@ -48,7 +48,7 @@ TraceSample sample_of(const Json& json) {
     sample.elastic_j = json.at("elastic_j").get<double>();
     sample.contacts = json.at("contacts").get<std::uint64_t>();
     sample.pairs_tested = json.at("pairs_tested").get<std::uint64_t>();
-    sample.hands = json.at("hands").get<std::vector<double>>();
+    sample.drive_positions = json.at("hands").get<std::vector<double>>();
     for (const Json& part : json.at("parts")) sample.parts.push_back(part_of(part));
     return sample;
 }

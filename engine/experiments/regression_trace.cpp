@@ -45,8 +45,8 @@ TraceSample take_sample(const SceneModel& model, Simulator& simulator, std::size
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         sample.parts.push_back(make_part(model.instruments[i].name, state.instruments[i].rod.position, points));
-        sample.hands.push_back(state.instruments[i].rod.insertion);
-        sample.hands.push_back(state.instruments[i].rod.rotation);
+        sample.drive_positions.push_back(state.instruments[i].rod.insertion);
+        sample.drive_positions.push_back(state.instruments[i].rod.rotation);
     }
     sample.kinetic_j = simulator.report().kinetic_j;
     sample.elastic_j = simulator.report().elastic_j;
@@ -79,9 +79,9 @@ std::string compare_parts(const TraceSample& reference, const TraceSample& now, 
                 return fmt::format("{}, node {}: {:.3g} m away (tolerance {:.3g} m)", is.name, is.ids[k], distance, tolerance);
         }
     }
-    for (std::size_t k = 0; k < std::min(reference.hands.size(), now.hands.size()); ++k)
-        if (!(std::abs(now.hands[k] - reference.hands[k]) <= tolerance))
-            return fmt::format("{} {}, {} in the reference", k % 2 == 0 ? "insertion" : "rotation", now.hands[k], reference.hands[k]);
+    for (std::size_t k = 0; k < std::min(reference.drive_positions.size(), now.drive_positions.size()); ++k)
+        if (!(std::abs(now.drive_positions[k] - reference.drive_positions[k]) <= tolerance))
+            return fmt::format("{} {}, {} in the reference", k % 2 == 0 ? "insertion" : "rotation", now.drive_positions[k], reference.drive_positions[k]);
     return {};
 }
 

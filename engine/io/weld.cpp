@@ -26,18 +26,18 @@ std::uint64_t hash_of(const Vec3& p) noexcept {
 }
 
 /// A file can be made whose positions all fall into one slot; more probes than this a vertex, and the positions are sorted instead.
-constexpr std::size_t kLooksPerVertex = 16;
+constexpr std::size_t kProbesPerVertex = 16;
 
 /// old id -> new id, in order of first appearance; false: too many positions share their slots, `map` is unfinished.
 bool map_by_hash(std::span<const Vec3> positions, std::vector<Index>& map) {
     std::vector<Index> slots(std::bit_ceil(2 * positions.size() + 2), kNoIndex); // at most half full; each holds the first of equal ones
     const std::size_t mask = slots.size() - 1;
-    std::size_t looks_left = kLooksPerVertex * (positions.size() + 1);
+    std::size_t probes_left = kProbesPerVertex * (positions.size() + 1);
     Index kept = 0;
     for (Index i = 0; i < positions.size(); ++i) {
         std::size_t slot = hash_of(positions[i]) & mask;
         for (; slots[slot] != kNoIndex && positions[slots[slot]] != positions[i]; slot = (slot + 1) & mask)
-            if (--looks_left == 0) return false;
+            if (--probes_left == 0) return false;
         if (slots[slot] == kNoIndex) {
             slots[slot] = i;
             map[i] = kept++;

@@ -5,7 +5,7 @@
 namespace trocar::engine {
 
 std::size_t owner_of(const SceneModel& model, std::size_t body) noexcept {
-    return model.bodies[body].carrier != SIZE_MAX ? model.bodies[body].carrier : body;
+    return model.bodies[body].host_body != SIZE_MAX ? model.bodies[body].host_body : body;
 }
 
 bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept {
@@ -16,7 +16,7 @@ bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexc
     const BodyModel& a = model.bodies[i];
     const BodyModel& b = model.bodies[j];
     if (a.hollow || b.hollow || (!a.moves() && !b.moves()) || are_nested(model, i, j)) return false;
-    return a.carrier != j && b.carrier != i;
+    return a.host_body != j && b.host_body != i;
 }
 
 bool can_touch_any(const SceneModel& model, std::size_t body) noexcept {

@@ -36,7 +36,7 @@ struct BodyModel {
     bool hollow = false;                    // a lumen: instruments move inside
     bool closed = false;                    // and consistently oriented: it has an inside
     std::optional<fem::TissueModel> tissue; // deformable bodies
-    std::size_t carrier = SIZE_MAX;         // deformable host body that this surface is embedded in; SIZE_MAX: none
+    std::size_t host_body = SIZE_MAX;         // deformable host body that this surface is embedded in; SIZE_MAX: none
     std::optional<fem::RigidLinks> links;   // surface embedded in its own mesh, or in the host's
     bool self_contact = true;               // where the scene has that effect
     std::vector<MotionRow> path;            // kinematic bodies
@@ -49,7 +49,7 @@ struct BodyModel {
 
     /// Its vertices without a frame never leave their rest position.
     [[nodiscard]] bool moves_by_links_alone() const noexcept { return links && pulse_reach.empty(); }
-    [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || carrier != SIZE_MAX || !pulse_reach.empty(); }
+    [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || host_body != SIZE_MAX || !pulse_reach.empty(); }
 };
 
 struct InstrumentModel {

@@ -16,7 +16,7 @@ void find_nested(PreparedScene& prepared) {
     const auto lies_in = [&](std::size_t i, std::size_t k) {
         const BodyModel &inner = bodies[i], &outer = bodies[k];
         if (i == k || inner.hollow || outer.hollow || !outer.closed || (!inner.moves() && !outer.moves())) return false;
-        if (inner.carrier == k || outer.carrier == i || inner.surface.vertices.empty()) return false;
+        if (inner.host_body == k || outer.host_body == i || inner.surface.vertices.empty()) return false;
         if (!boxes[k].contains(boxes[i].lo) || !boxes[k].contains(boxes[i].hi)) return false;
         const InsideTest inside(outer.surface);
         return std::all_of(inner.surface.vertices.begin(), inner.surface.vertices.end(), [&](const Vec3& v) { return inside.inside(v); });

@@ -168,10 +168,10 @@ void note_sliver(const TetMesh& mesh, const fem::StableStep& stable, std::vector
 }
 
 /// The next body's share of the scene's limit: the limit less what other bodies have or announce.
-struct Room {
+struct SceneAllowance {
     std::size_t triangles = kMostTriangles, tets = kMostTets;
 
-    Room(const Scene& scene, const PreparedScene& prepared) {
+    SceneAllowance(const Scene& scene, const PreparedScene& prepared) {
         for (const BodySummary& made : prepared.bodies) {
             take(triangles, made.triangles);
             take(tets, made.coarse_tets);
@@ -182,31 +182,31 @@ struct Room {
     }
 
 private:
-    static void take(std::size_t& room, std::size_t count) noexcept { room -= std::min(room, count); }
+    static void take(std::size_t& allowance, std::size_t count) noexcept { allowance -= std::min(allowance, count); }
 };
 
 /// TetGen would run until its time or memory ends: a mesh of tetrahedra no larger than that has at least so many.
-Result<void> check_max_volume(const Scene& scene, const SceneBody& body, const TriMesh& surface, const Room& room) {
+Result<void> check_max_volume(const Scene& scene, const SceneBody& body, const TriMesh& surface, const SceneAllowance& allowance) {
     if (!body.coarse.file.empty() || body.coarse.lattice || !(body.coarse.max_volume > 0.0)) return {};
     const double volume = std::abs(signed_volume(surface)), count = volume / body.coarse.max_volume;
-    if (!(count > static_cast<double>(room.tets))) return {};
+    if (!(count > static_cast<double>(allowance.tets))) return {};
     return scene_error(
         scene, "bodies." + body.name + ".coarse.max_volume",
         fmt::format("{:.3g} mm^3 asks for {:.3g} tetrahedra or more of a body of {:.3g} mm^3, and at most {} would be taken; "
                     "expected {:.3g} mm^3 or more",
-                    1e9 * body.coarse.max_volume, count, 1e9 * volume, room.tets, 1e9 * volume / static_cast<double>(room.tets)));
+                    1e9 * body.coarse.max_volume, count, 1e9 * volume, allowance.tets, 1e9 * volume / static_cast<double>(allowance.tets)));
 }
 
-Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const Room& room, BodyModel& model, TetMesh& coarse,
+Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const SceneAllowance& allowance, BodyModel& model, TetMesh& coarse,
                             BodySummary& summary) {
     const std::string key = "bodies." + body.name;
-    if (const Result<void> sized = check_max_volume(scene, body, model.surface, room); !sized.ok()) return sized;
+    if (const Result<void> sized = check_max_volume(scene, body, model.surface, allowance); !sized.ok()) return sized;
     Result<TetMesh> mesh = make_coarse(body, model.surface, summary.notes);
     if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
-    if (mesh->tets.size() > room.tets)
+    if (mesh->tets.size() > allowance.tets)
         return scene_error(scene, key + ".coarse",
                            fmt::format("found {} tetrahedra, {} with the other bodies; expected at most {} in the scene", mesh->tets.size(),
-                                       kMostTets - room.tets + mesh->tets.size(), kMostTets));
+                                       kMostTets - allowance.tets + mesh->tets.size(), kMostTets));
     const std::vector<Index> pinned = find_pinned(body.fixed, mesh->vertices);
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
@@ -256,8 +256,8 @@ void summarise_links(const fem::RigidLinks& links, BodySummary& summary) {
 } // namespace
 
 Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShelf& shelf, CoarseBodies& coarse, PreparedScene& prepared) {
-    const Room room(scene, prepared);
-    Result<LoadedSurface> surface = load_surface(scene, body, room.triangles, shelf);
+    const SceneAllowance allowance(scene, prepared);
+    Result<LoadedSurface> surface = load_surface(scene, body, allowance.triangles, shelf);
     if (!surface.ok()) return surface.error();
     BodyModel model;
     BodySummary summary;
@@ -272,7 +272,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     for (const KeyFrame& frame : body.motion) model.path.push_back({frame.time, frame.displacement});
     coarse.meshes.emplace_back();
     if (model.motion == Motion::Deformable) {
-        const Result<void> done = prepare_tissue(scene, body, room, model, coarse.meshes.back(), summary);
+        const Result<void> done = prepare_tissue(scene, body, allowance, model, coarse.meshes.back(), summary);
         if (!done.ok()) return done;
         summarise_links(*model.links, summary);
     }
@@ -280,7 +280,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     if (model.hollow) {
         Result<spheretree::LumenTree> lumen = spheretree::build_lumen_tree(model.surface);
         if (!lumen.ok()) return scene_error(scene, "bodies." + body.name + ".surface", lumen.error().message, lumen.error().code);
-        summary.free_balls = lumen->ball_count();
+        summary.inscribed_spheres = lumen->ball_count();
         summary.tree_spheres = lumen->tree.sphere_count();
         model.lumen = std::move(*lumen);
         if (scene.effects.pulse) model.pulse_reach = find_pulse_reach(model.surface, *model.lumen, scene.effects.pulse->amplitude);
@@ -295,14 +295,14 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     return {};
 }
 
-Result<void> link_to_carrier(const Scene& scene, std::size_t index, const CoarseBodies& coarse, PreparedScene& prepared) {
+Result<void> embed_in_host(const Scene& scene, std::size_t index, const CoarseBodies& coarse, PreparedScene& prepared) {
     const SceneBody& body = scene.bodies[index];
     if (body.embedded_in == kNoIndex) return {};
     BodyModel& model = prepared.model.bodies[index];
     Result<fem::RigidLinks> links = fem::make_embedded_links(coarse.meshes[body.embedded_in], model.surface.vertices, body.blend);
     if (!links.ok()) return scene_error(scene, "bodies." + body.name + ".embedded_in", links.error().message, links.error().code);
     model.links = std::move(*links);
-    model.carrier = body.embedded_in;
+    model.host_body = body.embedded_in;
     BodySummary& summary = prepared.bodies[index];
     summarise_links(*model.links, summary);
     if (summary.static_links == summary.links) summary.notes.push_back("no part lies inside its host body: it stays static");

@@ -16,6 +16,6 @@ struct CoarseBodies {
                                         PreparedScene& prepared);
 
 /// Embeds the surface of a body in the mesh of its host body.
-[[nodiscard]] Result<void> link_to_carrier(const Scene& scene, std::size_t body, const CoarseBodies& coarse, PreparedScene& prepared);
+[[nodiscard]] Result<void> embed_in_host(const Scene& scene, std::size_t body, const CoarseBodies& coarse, PreparedScene& prepared);
 
 } // namespace trocar::engine

@@ -47,8 +47,8 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
         radii.push_back(point.radius);
     }
     model.route = make_route(std::move(points), std::move(radii));
-    if (const std::size_t carrier = prepared.model.bodies[model.lumen].carrier; carrier != SIZE_MAX) {
-        auto links = fem::make_embedded_links(coarse.meshes[carrier], model.route->points, scene.bodies[model.lumen].blend);
+    if (const std::size_t host_body = prepared.model.bodies[model.lumen].host_body; host_body != SIZE_MAX) {
+        auto links = fem::make_embedded_links(coarse.meshes[host_body], model.route->points, scene.bodies[model.lumen].blend);
         if (!links.ok()) return links.error();
         model.route_links = std::move(*links);
     }
@@ -118,9 +118,9 @@ Result<void> prepare_blood(const Scene& scene, const CoarseBodies& coarse, Patie
                 tree = spheretree::find_centreline_tree(*vessel.lumen, find_inflow(*tree, instrument.port.direction));
             if (!tree.ok()) return scene_error(scene, key, tree.error().message, tree.error().code);
             vessel.blood = make_blood_flow(*tree, spec.speed);
-            if (vessel.carrier != SIZE_MAX) {
+            if (vessel.host_body != SIZE_MAX) {
                 auto links =
-                    fem::make_embedded_links(coarse.meshes[vessel.carrier], vessel.blood->points, scene.bodies[instrument.lumen].blend);
+                    fem::make_embedded_links(coarse.meshes[vessel.host_body], vessel.blood->points, scene.bodies[instrument.lumen].blend);
                 if (!links.ok()) return links.error();
                 vessel.blood->links = std::move(*links);
             }
@@ -179,7 +179,7 @@ ContactSettings make_contact(const Scene& scene) {
     return contact;
 }
 
-/// The settings that make_contact and move_hands reduce against the scene's, with the vessel that the instrument moves in.
+/// The settings that make_contact and apply_drive_commands reduce against the scene's, with the vessel that the instrument moves in.
 void note_bounds(const Scene& scene, PreparedScene& prepared) {
     const std::vector<InstrumentModel>& instruments = prepared.model.instruments;
     if (instruments.empty()) return;
@@ -197,7 +197,7 @@ void note_bounds(const Scene& scene, PreparedScene& prepared) {
                                     1e3 * scene.contact.exact_distance, 1e3 * contact.exact_distance, kLargestDistanceShare,
                                     1e3 * contact.clearance));
     for (const InstrumentModel& instrument : instruments) {
-        const double bound = instrument.rod.design.length - 2.0 * instrument.rod.segment; // move_hands goes no farther
+        const double bound = instrument.rod.design.length - 2.0 * instrument.rod.segment; // apply_drive_commands goes no farther
         double asked = instrument.inserted;
         for (const DriveRow& row : instrument.path) asked = std::max(asked, row.insertion);
         if (asked > bound * (1.0 + kRoundingOfUnits))
@@ -243,7 +243,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress
         if (!done.ok()) return done.error();
     }
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-        const Result<void> done = link_to_carrier(scene, i, coarse, prepared);
+        const Result<void> done = embed_in_host(scene, i, coarse, prepared);
         if (!done.ok()) return done.error();
     }
     find_nested(prepared);

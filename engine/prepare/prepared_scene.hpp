@@ -17,7 +17,7 @@ struct BodySummary {
     double stable_step_s = 0.0; // deformable bodies, at rest
     std::size_t links = 0, static_links = 0, degenerate_links = 0;
     double longest_link_m = 0.0;
-    std::size_t tree_spheres = 0, free_balls = 0;
+    std::size_t tree_spheres = 0, inscribed_spheres = 0;
     std::vector<std::string> notes; // repairs, leniencies, warnings
 };
 

@@ -11,7 +11,7 @@ namespace trocar::engine {
 namespace {
 
 /// Of the radius: a place that a message names keeps this much more, so that its rounded coordinates still fit.
-constexpr double kSpareRoom = 1.05;
+constexpr double kClearanceMargin = 1.05;
 
 double clearance_at(const InsideTest& inside, const Vec3& p) { return -inside.signed_distance(p); }
 
@@ -51,7 +51,7 @@ double lumen_radius_at(const spheretree::LumenTree& lumen, const Vec3& p) {
 
 } // namespace
 
-std::optional<Vec3> find_standing_place(const spheretree::LumenTree& lumen, const Vec3& p, double radius,
+std::optional<Vec3> find_clear_place(const spheretree::LumenTree& lumen, const Vec3& p, double radius,
                                         const std::function<bool(const Vec3&)>& accepts) {
     struct Candidate {
         double distance;
@@ -84,8 +84,8 @@ Result<void> check_entry(const Scene& scene, const SceneInstrument& spec, const 
     const Vec3& port = model.port.position;
     if (const double clearance = clearance_at(inside, port); clearance < radius) {
         const auto whole = [&](const Vec3& p) { return clearance_at(inside, p) >= radius && !find_blocked(inside, model, p); };
-        auto place = find_standing_place(*lumen.lumen, port, kSpareRoom * radius, whole);
-        if (!place) place = find_standing_place(*lumen.lumen, port, kSpareRoom * radius);
+        auto place = find_clear_place(*lumen.lumen, port, kClearanceMargin * radius, whole);
+        if (!place) place = find_clear_place(*lumen.lumen, port, kClearanceMargin * radius);
         return scene_error(scene, key + ".entry",
                            fmt::format("the entry {} {}, the instrument's radius is {:.3g} mm{}", show_clearance(clearance), lumen.name,
                                        1e3 * radius, suggest_place(scene, place, port)));
@@ -104,9 +104,9 @@ Result<void> check_target(const Scene& scene, const SceneInstrument& spec, const
     const double radius = model.rod.design.radius, clearance = clearance_at(inside, target);
     if (clearance >= radius) return {};
     const auto stands = [&](const Vec3& p) { return clearance_at(inside, p) >= radius; };
-    const auto nearest = find_standing_place(*lumen.lumen, target, radius, stands);
+    const auto nearest = find_clear_place(*lumen.lumen, target, radius, stands);
     if (nearest && (*nearest - target).squaredNorm() <= spec.follow->tolerance * spec.follow->tolerance) return {};
-    const auto named = find_standing_place(*lumen.lumen, target, kSpareRoom * radius, stands);
+    const auto named = find_clear_place(*lumen.lumen, target, kClearanceMargin * radius, stands);
     return scene_error(
         scene, "targets." + scene.targets[spec.follow->target].name,
         fmt::format("the target {} {}, and no place within the tolerance of {:.3g} mm has the {:.3g} mm of the radius of {}{}",
@@ -121,7 +121,7 @@ std::vector<std::string> note_target(const Scene& scene, const SceneInstrument& 
     const double radius = model.rod.design.radius, tolerance = spec.follow->tolerance, clearance = clearance_at(inside, target);
     std::vector<std::string> notes;
     if (clearance < radius)
-        if (const auto place = find_standing_place(*lumen.lumen, target, radius))
+        if (const auto place = find_clear_place(*lumen.lumen, target, radius))
             notes.push_back(fmt::format("{} {} {}, the radius of {} is {:.3g} mm: its tip comes no nearer than {:.3g} mm, to {}", name,
                                         show_clearance(clearance), lumen.name, spec.name, 1e3 * radius,
                                         1e3 * std::sqrt((*place - target).squaredNorm()), show_place(scene, *place)));

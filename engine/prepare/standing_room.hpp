@@ -13,7 +13,7 @@ namespace trocar::engine {
 
 /// The place nearest to p in an inscribed sphere that leaves `radius` clear all round it, at rest. None where no sphere is that wide.
 /// accepts   called with the nearest place of each sphere, nearest first; the first that passes is taken
-[[nodiscard]] std::optional<Vec3> find_standing_place(const spheretree::LumenTree& lumen, const Vec3& p, double radius,
+[[nodiscard]] std::optional<Vec3> find_clear_place(const spheretree::LumenTree& lumen, const Vec3& p, double radius,
                                                       const std::function<bool(const Vec3&)>& accepts = {});
 
 /// The instrument's cross-section at the port, and the part that is in at the start, must lie inside the lumen.

@@ -63,7 +63,7 @@ void CulledSearch::note_memory(const collision::CullReport& report) {
     notes_.push_back(fmt::format("{} has no memory for larger pictures: {} x {} pixels", backend(), report.resolution, report.resolution));
 }
 
-void CulledSearch::look_by_queries(collision::ChromaticCuller& culler) {
+void CulledSearch::cull_by_queries(collision::ChromaticCuller& culler) {
     auto done = culler.look(options_.queries, *canvas_);
     if (done.ok()) return;
     notes_.push_back("queries by the CPU from here on: " + done.error().message);
@@ -72,7 +72,7 @@ void CulledSearch::look_by_queries(collision::ChromaticCuller& culler) {
 }
 
 void CulledSearch::look(collision::ChromaticCuller& culler) {
-    if (canvas_) return look_by_queries(culler);
+    if (canvas_) return cull_by_queries(culler);
     auto done = culler.look(options_.plan, *backend_);
     note_memory(culler.counts().pictures);
     if (done.ok()) return;
@@ -92,15 +92,15 @@ CullTimes CulledSearch::find_candidates(std::span<const collision::SurfaceMotion
         near += job.culler->counts().near_pairs;
     }
     times.near_ms = watch.lap_ms();
-    looked_ = canvas_ || (backend_ && (options_.method != CullMethod::Auto || !measured_ || cost_.pays(near)));
-    if (looked_)
+    stage_two_ran_ = canvas_ || (backend_ && (options_.method != CullMethod::Auto || !measured_ || cost_.pays(near)));
+    if (stage_two_ran_)
         for (Job& job : jobs_) {
             look(*job.culler);
             left += job.culler->counts().left_pairs;
         }
     times.look_ms = watch.lap_ms();
-    if (looked_) {
-        cost_.note_look(near, left, 1e-3 * times.look_ms);
+    if (stage_two_ran_) {
+        cost_.note_culling(near, left, 1e-3 * times.look_ms);
         measured_ = measured_ || near > 0;
     } else {
         cost_.pass_over();

@@ -52,11 +52,11 @@ public:
     [[nodiscard]] Index colours() const noexcept; // sets of the surface that has most
     [[nodiscard]] std::string backend() const;
     [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
-    [[nodiscard]] bool looked() const noexcept { return looked_; } // did stage II run in the last step?
+    [[nodiscard]] bool looked() const noexcept { return stage_two_ran_; } // did stage II run in the last step?
 
 private:
     void look(collision::ChromaticCuller& culler);
-    void look_by_queries(collision::ChromaticCuller& culler);
+    void cull_by_queries(collision::ChromaticCuller& culler);
     void note_memory(const collision::CullReport& report);
 
     Options options_;
@@ -67,7 +67,7 @@ private:
     CullCostModel cost_{{}}; // no declared rates: the first step is culled, so that there is a measurement to predict from
     bool measured_ = false;
     std::vector<std::string> notes_;
-    bool looked_ = false;
+    bool stage_two_ran_ = false;
 };
 
 } // namespace trocar::engine

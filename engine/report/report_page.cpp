@@ -192,7 +192,7 @@ std::string body_role(const SceneModel& model, const BodyModel& body) {
                        : body.motion == Motion::Kinematic ? "moved by the scene"
                                                           : "static";
     if (body.hollow) role += ", hollow";
-    if (body.carrier != SIZE_MAX) role += ", embedded in " + model.bodies[body.carrier].name;
+    if (body.host_body != SIZE_MAX) role += ", embedded in " + model.bodies[body.host_body].name;
     return role;
 }
 
@@ -206,7 +206,7 @@ void add_bodies(const RunRecord& record, Page& page) {
         page.add("<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td "
                  "class=\"n\">{}</td><td class=\"soft\">{}</td></tr>\n",
                  escape_html(b.name), escape_html(body_role(prepared.model, prepared.model.bodies[i])), count(b.triangles),
-                 count(b.coarse_tets), count(b.links), count(b.tree_spheres + b.free_balls),
+                 count(b.coarse_tets), count(b.links), count(b.tree_spheres + b.inscribed_spheres),
                  escape_html(fmt::format("{}", fmt::join(b.notes, "; "))));
     }
     for (const InstrumentModel& m : prepared.model.instruments)

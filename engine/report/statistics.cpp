@@ -23,7 +23,7 @@ void join(CurvePoint& into, const CurvePoint& later) {
         (into.*range).join(later.*range);
     into.exact_steps += later.exact_steps;
     into.assumed += later.assumed;
-    into.held_back += later.held_back;
+    into.scaled_step_count += later.scaled_step_count;
     into.tip = later.tip;
 }
 
@@ -44,7 +44,7 @@ CurvePoint make_point(const StepReport& report) {
     point.pairs_open = at(static_cast<double>(report.pairs_open));
     point.exact_steps = report.exact_ran;
     point.assumed = report.assumed;
-    point.held_back = report.safe_fraction < 1.0;
+    point.scaled_step_count = report.safe_fraction < 1.0;
     point.tip = report.tip;
     return point;
 }
@@ -106,7 +106,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
     if (!report.budget_kept) worst_overrun_ms = std::max(worst_overrun_ms, report.ms.budget - budget_ms);
     worst_charged_ms = std::max(worst_charged_ms, report.ms.budget);
     smallest_safe_fraction = std::min(smallest_safe_fraction, report.safe_fraction);
-    held_back += report.safe_fraction < 1.0;
+    scaled_step_count += report.safe_fraction < 1.0;
     min_volume_ratio = std::min(min_volume_ratio, report.min_volume_ratio);
     inverted_tets = std::max(inverted_tets, report.inverted_tets);
     inverted_steps += report.inverted_tets > 0;
@@ -135,10 +135,10 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
     coarsest_level = steps == 0 ? report.level_reached : std::min(coarsest_level, report.level_reached);
     work_units += report.work_units;
     corrections += report.corrections;
-    exact_insisted += report.exact_insisted;
+    exact_forced += report.exact_forced;
     dropped_steps += report.dropped != 0;
-    hand_limited_steps += report.hand_limited > 0;
-    hand_stop_steps += report.hand_stops > 0;
+    drive_limited_steps += report.drive_limited > 0;
+    drive_stop_steps += report.drive_stops > 0;
     clamped_steps += report.clamped_forces > 0;
 
     largest_force_n = std::max(largest_force_n, report.contact_force_n);

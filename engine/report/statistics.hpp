@@ -24,7 +24,7 @@ struct CurvePoint {
     double time_s = 0.0; // of the last step
     Spread total_ms, charged_ms, force_n, kinetic_j, elastic_j, volume_ratio;
     Spread insertion_m, target_distance_m, level, pairs_open;
-    std::uint64_t exact_steps = 0, assumed = 0, held_back = 0;
+    std::uint64_t exact_steps = 0, assumed = 0, scaled_step_count = 0;
     Vec3 tip = Vec3::Zero();
 };
 
@@ -41,7 +41,7 @@ private:
     std::uint64_t steps_per_point_ = 1;
 };
 
-enum class Stage : std::uint8_t { Script, Fem, Steer, Descend, Exact, Respond };
+enum class Stage : std::uint8_t { Script, Fem, EmbeddedSurfaces, Descend, Exact, Respond };
 inline constexpr std::size_t kStageCount = 6;
 inline constexpr std::array<const char*, kStageCount> kStageNames{"script", "fem", "steer", "descend", "exact", "respond"};
 [[nodiscard]] std::array<double, kStageCount> stage_times(const StageTimes& ms) noexcept;
@@ -67,11 +67,11 @@ struct RunStatistics {
     unsigned substeps = 0;
     std::uint32_t inverted_tets = 0;
     int coarsest_level = 0;
-    std::uint64_t steps = 0, overruns = 0, exact_steps = 0, exact_abandoned = 0, held_back = 0, open_steps = 0;
+    std::uint64_t steps = 0, overruns = 0, exact_steps = 0, exact_abandoned = 0, scaled_step_count = 0, open_steps = 0;
     std::uint64_t contacts = 0, unresolved = 0, assumed = 0, lumen_exits = 0, exit_steps = 0, unproven_steps = 0;
     std::uint64_t passed_places = 0, passed_steps = 0, softened = 0, softened_steps = 0, deep_steps = 0, unproven_solids = 0, unproven_solid_steps = 0;
     std::uint64_t inverted_steps = 0, work_units = 0, corrections = 0;
-    std::uint64_t hand_limited_steps = 0, hand_stop_steps = 0, clamped_steps = 0, exact_insisted = 0, dropped_steps = 0;
+    std::uint64_t drive_limited_steps = 0, drive_stop_steps = 0, clamped_steps = 0, exact_forced = 0, dropped_steps = 0;
 
     /// [-], of the thinner body's thickness: solids that lie deeper in one another than that visibly penetrate.
     static constexpr double kDeep = 0.25;

@@ -41,7 +41,7 @@ Json bodies(const PreparedScene& prepared) {
                   {"degenerate_links", body.degenerate_links},
                   {"longest_link_m", body.longest_link_m},
                   {"tree_spheres", body.tree_spheres},
-                  {"free_balls", body.free_balls},
+                  {"free_balls", body.inscribed_spheres},
                   {"notes", body.notes}};
         list.push_back(std::move(json));
     }
@@ -119,7 +119,7 @@ void add_losses(const RunRecord& record, Json& json) {
     for (std::size_t k = 0; k < kEffectCount; ++k) json["effect_calls"][kEffectNames[k]] = t.effects.entered[k];
     json["overruns"] = record.summary.overruns;
     json["realtime_overruns"] = record.summary.realtime_overruns;
-    json["held_back_steps"] = t.held_back;
+    json["held_back_steps"] = t.scaled_step_count;
     json["within_distance_steps"] = t.within_distance;
     json["smallest_safe_fraction"] = t.smallest_safe_fraction;
     json["exact_abandoned_steps"] = t.exact_abandoned;
@@ -131,10 +131,10 @@ void add_losses(const RunRecord& record, Json& json) {
     json["steps_with_open_pairs"] = t.open_steps;
     json["coarsest_level"] = t.coarsest_level;
     json["corrections"] = t.corrections;
-    json["exact_insisted_steps"] = t.exact_insisted;
+    json["exact_insisted_steps"] = t.exact_forced;
     json["dropped_steps"] = t.dropped_steps;
-    json["hand_limited_steps"] = t.hand_limited_steps;
-    json["hand_stop_steps"] = t.hand_stop_steps;
+    json["hand_limited_steps"] = t.drive_limited_steps;
+    json["hand_stop_steps"] = t.drive_stop_steps;
     json["clamped_force_steps"] = t.clamped_steps;
     json["work_units"] = t.work_units;
     json["finite"] = record.summary.finite;
@@ -172,7 +172,7 @@ void make_run_summary(RunRecord& record, double simulated_s, double wall_s, std:
     s.assumed = t.assumed;
     s.contacts = t.contacts;
     s.exact_steps = t.exact_steps;
-    s.held_back_steps = t.held_back;
+    s.scaled_steps = t.scaled_step_count;
     s.passed_places = t.passed_places;
     s.unproven_solids = t.unproven_solids;
     s.target_distance_m = t.target_distance_m;

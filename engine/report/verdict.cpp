@@ -126,21 +126,21 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                         t.exact_abandoned > 0 ? fmt::format(", {} of them begun and thrown away", grouped(t.exact_abandoned)) : ""),
             Mark::Note, "Sphere trees alone gave the answer there. A larger budget, or fewer skin_triangles."));
         losses.push_back(
-            make_loss("Budget set aside for safety", t.exact_insisted, fmt::format("in {}", of_steps(t.exact_insisted, record)), Mark::Note,
+            make_loss("Budget set aside for safety", t.exact_forced, fmt::format("in {}", of_steps(t.exact_forced, record)), Mark::Note,
                       "The exact stage did not fit but ran all the same: without it the instrument would have left the lumen."));
         losses.push_back(make_loss("Tests without a verdict", t.unresolved, grouped(t.unresolved), Mark::Note,
                                    "Each was taken as a contact; motion was scaled to the safe fraction."));
         losses.push_back(
-            make_loss("Motion scaled to the safe fraction", t.held_back,
-                      fmt::format("in {}, to {:.0f} % at least", of_steps(t.held_back, record), 100.0 * t.smallest_safe_fraction),
+            make_loss("Motion scaled to the safe fraction", t.scaled_step_count,
+                      fmt::format("in {}, to {:.0f} % at least", of_steps(t.scaled_step_count, record), 100.0 * t.smallest_safe_fraction),
                       Mark::Note, "Contacts were left after all corrections. A shorter step moves less at once."));
         losses.push_back(make_loss("Skin within the exact distance", t.within_distance,
                                    fmt::format("in {}", of_steps(t.within_distance, record)), Mark::Note,
                                    "Skin and wall were pressed nearer than that; the motion was proven not to touch."));
     }
-    losses.push_back(loud(make_loss("Drive slowed", t.hand_limited_steps, fmt::format("in {}", of_steps(t.hand_limited_steps, record)),
+    losses.push_back(loud(make_loss("Drive slowed", t.drive_limited_steps, fmt::format("in {}", of_steps(t.drive_limited_steps, record)),
                                     Mark::Note, "It moved less than the script asked for in one step. A shorter step lets it keep up.")));
-    losses.push_back(loud(make_loss("Drive stopped", t.hand_stop_steps, fmt::format("in {}", of_steps(t.hand_stop_steps, record)),
+    losses.push_back(loud(make_loss("Drive stopped", t.drive_stop_steps, fmt::format("in {}", of_steps(t.drive_stop_steps, record)),
                                     Mark::Note, "Its push met a wall; the script waited or drew back.")));
     losses.push_back(loud(make_loss("Forces cut", t.clamped_steps, fmt::format("in {}", of_steps(t.clamped_steps, record)), Mark::Note,
                                     "A wall was pressed harder than any tissue bears; the push on the tissue was limited.")));

@@ -74,8 +74,8 @@ const ObjectSpec& limits_table() {
         "",
         "",
         {
-            number_field("speed", Dimension::Speed, above(0.0, 10.0), "Of insertion and withdrawal.").by_default(kHandSpeedLimit),
-            number_field("rotation", Dimension::AngularSpeed, above(0.0, 1000.0), "Of the handle.").by_default(kHandRotationLimit),
+            number_field("speed", Dimension::Speed, above(0.0, 10.0), "Of insertion and withdrawal.").by_default(kSurgeonSpeedLimit),
+            number_field("rotation", Dimension::AngularSpeed, above(0.0, 1000.0), "Of the handle.").by_default(kSurgeonRotationLimit),
         }};
     return table;
 }
@@ -166,7 +166,7 @@ const ObjectSpec& instrument_table() {
             count_field("skin_triangles", 100, 1e6, "Of the dense surface, aimed at.").by_default(double(instrument.skin_triangles)),
             number_field("drag", Dimension::Rate, between(0.0, 1e5), "Mass-proportional damping of the rod.").by_default(usual.drag),
             number_field("whip_drag", Dimension::Viscosity, between(0.0, 1e5), "Transverse drag, per length of rod.")
-                .by_default(usual.whip_drag),
+                .by_default(usual.transverse_drag),
             value_field("entry", entry_value(),
                         "Where it enters the body: a landmark, or a position and a direction. Needed unless it is inside an instrument."),
             text_field("lumen", "Name of the hollow body it is inside of. Needed unless it is inside an instrument."),

@@ -254,7 +254,7 @@ std::optional<Error> read_body(const CheckContext& context, const Values& values
     return std::nullopt;
 }
 
-std::optional<Error> resolve_carrier(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body) {
+std::optional<Error> resolve_host_body(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body) {
     if (!values.has("embedded_in")) return std::nullopt;
     const std::string name = values.text("embedded_in");
     std::vector<std::string_view> deformable;

@@ -170,7 +170,7 @@ std::optional<Error> read_design(const CheckContext& context, const Values& valu
     design.young_modulus = values.number("young_modulus");
     design.density = values.number("density");
     design.drag = values.number("drag");
-    design.whip_drag = values.number("whip_drag");
+    design.transverse_drag = values.number("whip_drag");
     const Values tip = values.object("tip");
     design.tip = to_tip_shape(tip.text("shape"));
     design.tip_length = tip.number("length");

@@ -29,7 +29,7 @@ std::optional<Error> read_time(const CheckContext& context, const Values& values
     time.integrator = values.text("integrator") == "leapfrog" ? fem::Integrator::Leapfrog : fem::Integrator::Rk4;
     if (values.find("pace") != nullptr) {
         const Values pace = values.object("pace");
-        time.pace = PaceSpec{pace.number("speed"), pace.text("late") == "catch_up" ? LatePolicy::CatchUp : LatePolicy::SlowMotion};
+        time.pace = PaceSpec{pace.number("speed"), pace.text("late") == "catch_up" ? LatePolicy::CatchUp : LatePolicy::FallBehind};
     }
     const auto time_text = [&](double t) { return with_unit(t, Dimension::Time, context.units); };
     if (time.duration < time.step)
@@ -299,7 +299,7 @@ std::optional<Error> read_bodies(const CheckContext& context, const Values& root
     for (std::size_t i = 0; i < map->children.size(); ++i) {
         const JsonNode& member = map->children[i];
         const Values values = root.element("bodies", member, join_key("bodies", member.key));
-        if (auto error = resolve_carrier(context, values, scene, scene.bodies[i])) return error;
+        if (auto error = resolve_host_body(context, values, scene, scene.bodies[i])) return error;
     }
     return std::nullopt;
 }

@@ -21,11 +21,11 @@ inline constexpr double kLimitTolerance = 1e-9;
 /// A direction of any length but zero, made a unit vector.
 [[nodiscard]] std::optional<Error> read_direction(const CheckContext& context, const Values& values, std::string_view key, Vec3& direction);
 
-/// References to other bodies are left open: see resolve_carrier.
+/// References to other bodies are left open: see resolve_host_body.
 [[nodiscard]] std::optional<Error> read_body(const CheckContext& context, const Values& values, SceneBody& body);
 
 /// embedded_in, once all bodies are known.
-[[nodiscard]] std::optional<Error> resolve_carrier(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body);
+[[nodiscard]] std::optional<Error> resolve_host_body(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body);
 
 /// Bodies have been read.
 [[nodiscard]] std::optional<Error> read_target(const CheckContext& context, const Values& values, const Scene& scene, SceneTarget& target);

@@ -136,8 +136,8 @@ struct FollowSpec {
 };
 
 /// Limits of a surgeon's drive commands in the literature: 35 mm/s and 3.14 rad/s.
-inline constexpr double kHandSpeedLimit = 0.035;   // m/s
-inline constexpr double kHandRotationLimit = 3.14; // rad/s
+inline constexpr double kSurgeonSpeedLimit = 0.035;   // m/s
+inline constexpr double kSurgeonRotationLimit = 3.14; // rad/s
 
 /// How an instrument is computed: the implicit rod, or the mass-spring chain of Govindaraju et al. 2005.
 enum class InstrumentKind : std::uint8_t { Rod, MassSpring };
@@ -153,8 +153,8 @@ struct SceneInstrument {
     PlaceSpec entry;
     Index lumen = kNoIndex;                     // hollow body it is inside of
     double inserted = 0.0;                      // m beyond the entry at t = 0
-    double speed_limit = kHandSpeedLimit;       // m/s
-    double rotation_limit = kHandRotationLimit; // rad/s
+    double speed_limit = kSurgeonSpeedLimit;       // m/s
+    double rotation_limit = kSurgeonRotationLimit; // rad/s
     std::vector<PathPoint> path;                // empty: none
     std::filesystem::path path_file;            // the CSV it came from, if any
     std::optional<FollowSpec> follow;           // with a path of `run --path`: what the tip is measured against

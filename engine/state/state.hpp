@@ -79,7 +79,7 @@ struct SolidEntry {
 };
 
 /// The springs of a vertex against another body, and by how much they were pressed at the end of the step.
-struct SprungPlace {
+struct WarmStartSpring {
     std::size_t own = 0, other = 0;
     Index vertex = 0;                               // of own
     Index spring_a = kNoIndex, spring_b = kNoIndex; // of own's owner, and of other's
@@ -108,7 +108,7 @@ struct Pull {
 struct BodyState {
     fem::TissueState tissue;             // deformable bodies
     std::vector<Vec3> surface;           // [vertex_count] m, at the end of the last step
-    bool surface_waits = false;          // the frames are those of the step's end, the surface is evaluated when it is asked for
+    bool surface_deferred = false;          // the frames are those of the step's end, the surface is evaluated when it is asked for
     fem::LinkFrames frames;              // of the links that carry the surface
     fem::LinkFrames flow_frames;         // of the centreline on which the blood flows, where tissue carries it
     fem::StableStepWorkspace stable;     // warm start of the stable step: modes and rates (StableStepMemory)
@@ -122,7 +122,7 @@ struct InstrumentState {
     std::vector<Vec3> skin; // [skin vertex_count] m, at the end of the last step
     FollowState follow;
     std::optional<DriveCommand> hand; // what a user wants, in place of the script
-    bool hand_stopped = false;        // in the last step: the motion that the hand asked for met the wall
+    bool drive_stopped = false;        // in the last step: the motion that the hand asked for met the wall
     bool kept_inside = false;         // the last test found the rod within its wall, and every step since was tested
     Route route;                      // where it is now; the model's radii and lengths
     fem::LinkFrames route_frames;
@@ -138,7 +138,7 @@ struct SolidContactState {
     std::vector<SphereHold> holds;           // by key
     std::vector<SolidEntry> entries;         // vertices that are in another body, by key
     std::vector<SpringPair> springs;         // of the last response
-    std::vector<SprungPlace> vertex_springs; // the vertices' among them, by key
+    std::vector<WarmStartSpring> vertex_springs; // the vertices' among them, by key
 };
 
 struct State {

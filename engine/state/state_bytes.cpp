@@ -104,12 +104,12 @@ bool solids_fit(const SceneModel& model, const State& state) {
                                   is_spring(p.body_b, p.spring_b);
                        }) &&
            std::all_of(s.vertex_springs.begin(), s.vertex_springs.end(),
-                       [&](const SprungPlace& p) {
+                       [&](const WarmStartSpring& p) {
                            return p.own < bodies && p.other < bodies && p.vertex < model.bodies[p.own].surface.vertices.size() &&
                                   is_spring(p.own, p.spring_a) && is_spring(p.other, p.spring_b) && std::isfinite(p.pressed) &&
                                   p.scale > 0.0 && is_finite(p.drawn);
                        }) &&
-           std::is_sorted(s.vertex_springs.begin(), s.vertex_springs.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
+           std::is_sorted(s.vertex_springs.begin(), s.vertex_springs.end(), [](const WarmStartSpring& x, const WarmStartSpring& y) { return x.key() < y.key(); });
 }
 
 } // namespace

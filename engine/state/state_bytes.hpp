@@ -9,7 +9,7 @@
 
 namespace trocar::engine {
 
-/// Appends the state, its surfaces evaluated (BodyState::surface_waits is false).
+/// Appends the state, its surfaces evaluated (BodyState::surface_deferred is false).
 void append_state(const State& state, std::string& bytes);
 
 /// fails   BadValue: too short or too long, sizes that are not this model's, an id out of range, a number that is not finite. Takes no more

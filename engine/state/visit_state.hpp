@@ -56,7 +56,7 @@ void visit_stable_step(Visitor& visitor, Memory& memory) {
 /// A lumen's inscribed spheres travel as what its next update takes over (LumenState::kept): visit_lumen(body) is theirs.
 template <class Visitor, class Body, class Lumen>
 void visit_body(Visitor& visitor, Body& body, Lumen&& visit_lumen) {
-    auto& [tissue, surface, surface_waits, frames, flow_frames, stable, springs, lumen, lumen_step] = body; // evaluated: it does not wait
+    auto& [tissue, surface, surface_deferred, frames, flow_frames, stable, springs, lumen, lumen_step] = body; // evaluated: it does not wait
     auto& [position, velocity] = tissue;
     visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, surface);
     visit_frames(visitor, frames), visit_frames(visitor, flow_frames);
@@ -73,7 +73,7 @@ void visit_follow(Visitor& visitor, Follow& follow) {
 
 template <class Visitor, class Instrument>
 void visit_instrument(Visitor& visitor, Instrument& instrument) {
-    auto& [rod, skin, follow, hand, hand_stopped, kept_inside, route, route_frames, chain, planes, presses, exact_candidates] = instrument;
+    auto& [rod, skin, follow, hand, drive_stopped, kept_inside, route, route_frames, chain, planes, presses, exact_candidates] = instrument;
     auto& [position, velocity, insertion, rotation, angle, spin] = rod;
     visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, skin);
     visit_numbers(visitor, insertion, rotation);
@@ -83,7 +83,7 @@ void visit_instrument(Visitor& visitor, Instrument& instrument) {
         auto& [to_insertion, to_rotation] = wanted;
         visit_numbers(visitor, to_insertion, to_rotation);
     });
-    visit_numbers(visitor, hand_stopped, kept_inside, exact_candidates);
+    visit_numbers(visitor, drive_stopped, kept_inside, exact_candidates);
     visit_points(visitor, route.points); // radii and lengths are the model's
     visit_frames(visitor, route_frames);
     visitor.list(chain.hint, [&](auto& leaf) { visitor.number(leaf); });

@@ -1,6 +1,7 @@
 #include "engine/step/blood_stage.hpp"
 
-#include "engine/step/tissue_stage.hpp"
+#include "engine/step/scripted_motion.hpp"
+
 
 #include <cmath>
 
@@ -17,7 +18,7 @@ std::span<const Vec3> flow_points_now(const SceneModel& model, std::size_t body,
     const BloodFlow& flow = *vessel.blood;
     if (flow.links) {
         scratch.flow_points.resize(flow.point_count());
-        fem::steer(*flow.links, state.bodies[vessel.carrier].tissue.position, flow.points, state.bodies[body].flow_frames, scratch.flow_points);
+        fem::update_embedded_surface(*flow.links, state.bodies[vessel.host_body].tissue.position, flow.points, state.bodies[body].flow_frames, scratch.flow_points);
         return scratch.flow_points;
     }
     if (vessel.path.empty()) return flow.points;
@@ -39,12 +40,12 @@ public:
         best_ = at_;
         share_ = share_at(at_);
         double length = 0.0;
-        look_downstream(at_, 0.0, kNoIndex);
+        search_downstream(at_, 0.0, kNoIndex);
         for (Index i = at_; flow_.parents[i] != kNoIndex && length < window_; i = flow_.parents[i]) {
             const Index parent = flow_.parents[i];
             length += distance(parent, i);
             look_at(parent);
-            look_downstream(parent, length, i);
+            search_downstream(parent, length, i);
         }
         at_ = best_;
     }
@@ -75,12 +76,12 @@ private:
         }
     }
     /// Everything within the window beyond `from`, which lies `length` from the start, but the branch that begins with `but`.
-    void look_downstream(Index from, double length, Index but) noexcept {
+    void search_downstream(Index from, double length, Index but) noexcept {
         for (const Index child : flow_.children_of(from)) {
             if (child == but) continue;
             const double reached = length + distance(from, child);
             look_at(child);
-            if (reached < window_) look_downstream(child, reached, kNoIndex);
+            if (reached < window_) search_downstream(child, reached, kNoIndex);
         }
     }
 

@@ -76,7 +76,7 @@ struct SolidScratch {
     std::vector<Contact> touches;                // of this step: places of surfaces, with depth
     std::vector<SphereHold> holds_before; // the same of its holds
     std::vector<Piercing> piercings[2];
-    std::vector<SprungPlace> vertex_springs_before; // and of its vertex springs
+    std::vector<WarmStartSpring> vertex_springs_before; // and of its vertex springs
 };
 
 /// How old the bounds of a wall's tree are, where they are refitted part by part.
@@ -97,7 +97,7 @@ struct BodyScratch {
     fem::ContactSprings other_springs; // of those, what is not contact between solids: of a body whose solids' springs wait
     std::vector<double> spring_scale;  // [springs] scratch of the response
     bool springs_met = false;          // and one of them would be pressed: it is integrated again with them
-    bool springs_wait = false;         // it was integrated without its solids' springs: nothing touched it in the step
+    bool springs_deferred = false;         // it was integrated without its solids' springs: nothing touched it in the step
     fem::AdvanceReport advanced;       // its last integration
     std::vector<Vec3> pinned_target;
     std::vector<spheretree::Sphere> spheres;         // solid bodies, over the step

@@ -31,7 +31,7 @@ collision::CullSnapshot make_probe(std::size_t pairs) {
 
 } // namespace
 
-CullStage::CullStage(Culling choice) noexcept : choice_(choice), cost_(kTwinRates) {}
+CullStage::CullStage(Culling choice) noexcept : choice_(choice), cost_(kCpuReferenceRates) {}
 
 void CullStage::reserve(std::size_t triangles_a, std::size_t triangles_b) {
     if (choice_ == Culling::Never) return;
@@ -65,7 +65,7 @@ void CullStage::probe_device() {
 
 /// Where a clock may decide.
 void CullStage::learn_probes() {
-    for (const Probe& probe : probes_) cost_.note_late_look(probe.items, probe.seconds);
+    for (const Probe& probe : probes_) cost_.note_late_culling(probe.items, probe.seconds);
     probes_.clear();
 }
 
@@ -73,7 +73,7 @@ void CullStage::give_up_device(const Error& error) {
     notes_.push_back("culling by the CPU twin from here on: " + error.message);
     worker_.reset();
     probes_.clear();
-    cost_ = CullCostModel(kTwinRates);
+    cost_ = CullCostModel(kCpuReferenceRates);
     late_items_ = 0;
 }
 
@@ -90,7 +90,7 @@ bool CullStage::device_is_busy() {
     if (!looked.ok())
         give_up_device(looked.error());
     else
-        cost_.note_late_look(items, seconds);
+        cost_.note_late_culling(items, seconds);
     return false;
 }
 
@@ -99,7 +99,7 @@ bool CullStage::wanted(std::size_t items, StepBudget* budget) {
     mode_ = budget != nullptr ? budget->limits().mode : BudgetMode::Exact;
     if (budget == nullptr) return forced();
     if (mode_ == BudgetMode::Wall) learn_probes();
-    const bool chosen = budget->choose_cull(cost_.look_s(items), forced() || cost_.pays(items));
+    const bool chosen = budget->choose_cull(cost_.culling_s(items), forced() || cost_.pays(items));
     if (!chosen) {
         cost_.pass_over();
         tally_.left_out += forced(); // no time for what the scene asks for
@@ -121,7 +121,7 @@ void CullStage::begin(const collision::SurfacePair& pair, const collision::Candi
     }
     culler_.gather(pair, candidates, options, snapshot_);
     tally_.items += items_;
-    if (!worker_) return look_by_twin();
+    if (!worker_) return cull_on_cpu();
     worker_->start(snapshot_, {.resolution = kCullResolution});
     waiting_ = true;
     if (mode_ == BudgetMode::Wall) return; // the tests begin meanwhile
@@ -129,12 +129,12 @@ void CullStage::begin(const collision::SurfacePair& pair, const collision::Candi
     take_answer();
 }
 
-void CullStage::look_by_twin() {
+void CullStage::cull_on_cpu() {
     const StopWatch watch;
     const auto looked = snapshot_.look({.resolution = kCullResolution}, twin_);
     answered_ = looked.ok(); // the twin never fails
     look_s_ += 1e-3 * watch.elapsed_ms();
-    tally_.by = std::max(tally_.by, CulledBy::CpuTwin);
+    tally_.by = std::max(tally_.by, CulledBy::CpuReference);
     note_answer(look_s_);
 }
 
@@ -149,13 +149,13 @@ void CullStage::take_answer() {
         return;
     }
     give_up_device(looked.error());
-    if (mode_ != BudgetMode::Wall) look_by_twin(); // as if it had been asked: the same answer on every machine
+    if (mode_ != BudgetMode::Wall) cull_on_cpu(); // as if it had been asked: the same answer on every machine
 }
 
 void CullStage::note_answer(double seconds) {
     for (std::size_t k = 0; k < items_; ++k) apart_ += is_apart(k);
     tally_.apart += apart_;
-    if (mode_ == BudgetMode::Wall) cost_.note_look(items_, items_ - apart_, seconds);
+    if (mode_ == BudgetMode::Wall) cost_.note_culling(items_, items_ - apart_, seconds);
 }
 
 void CullStage::poll() {

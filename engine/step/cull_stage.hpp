@@ -13,14 +13,14 @@
 namespace trocar::engine {
 
 /// Who looked in a step.
-enum class CulledBy : std::uint8_t { Nobody, CpuTwin, Device };
+enum class CulledBy : std::uint8_t { Nobody, CpuReference, Device };
 
 /// What it costs and saves per candidate before this was measured, and in modes where no clock decides. From `bench chromatic` on two
 /// shared cores: a pair of triangles looked at by the CPU twin 1 to 3 us, a candidate tested 60 ns; a graphics card is taken to need 3 ms a
 /// look.
-inline constexpr CullCostModel::Rates kTwinRates{.look_s = 1e-4, .look_s_per_item = 2e-6, .test_s_per_item = 6e-8, .dropped = 0.5};
-inline constexpr CullCostModel::Rates kDeviceRates{.look_s = 3e-3, .look_s_per_item = 5e-8, .test_s_per_item = 6e-8, .dropped = 0.5};
-/// Mode Work: units of a grant for continuous tests that a look takes, per candidate; kTwinRates in whole numbers.
+inline constexpr CullCostModel::Rates kCpuReferenceRates{.culling_s = 1e-4, .culling_s_per_item = 2e-6, .test_s_per_item = 6e-8, .dropped = 0.5};
+inline constexpr CullCostModel::Rates kDeviceRates{.culling_s = 3e-3, .culling_s_per_item = 5e-8, .test_s_per_item = 6e-8, .dropped = 0.5};
+/// Mode Work: units of a grant for continuous tests that a look takes, per candidate; kCpuReferenceRates in whole numbers.
 inline constexpr std::uint64_t kTestsPerCulledItem = 33;
 /// Pixels a side, the same for whoever looks: the twin and a device then give the same bits.
 inline constexpr int kCullResolution = 256;
@@ -58,7 +58,7 @@ public:
 
 private:
     [[nodiscard]] bool forced() const noexcept { return choice_ == Culling::Cpu || choice_ == Culling::OpenGl; }
-    void look_by_twin();
+    void cull_on_cpu();
     void take_answer();
     void note_answer(double seconds);
     void give_up_device(const Error& error);

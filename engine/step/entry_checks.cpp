@@ -50,7 +50,7 @@ Result<void> check_limits(const BudgetLimits& limits) {
     return {};
 }
 
-Result<void> check_hand(const SceneModel& model, std::size_t instrument, const DriveCommand& wanted) {
+Result<void> check_drive_command(const SceneModel& model, std::size_t instrument, const DriveCommand& wanted) {
     if (instrument >= model.instruments.size()) return no_such("instrument", "instrument", instrument, model.instruments.size());
     for (const auto& [key, value] : {std::pair("insertion", wanted.insertion), std::pair("rotation", wanted.rotation)})
         if (!std::isfinite(value)) return bad(key, fmt::format("found {:g}, expected a finite number", value));

@@ -11,7 +11,7 @@ namespace trocar::engine {
 [[nodiscard]] Result<void> check_limits(const BudgetLimits& limits);
 
 /// fails  BadValue: no such instrument, an insertion or a rotation that is not finite
-[[nodiscard]] Result<void> check_hand(const SceneModel& model, std::size_t instrument, const DriveCommand& wanted);
+[[nodiscard]] Result<void> check_drive_command(const SceneModel& model, std::size_t instrument, const DriveCommand& wanted);
 
 /// fails  BadValue: no such body or vertex, a target that is not finite or farther than kMaxCoordinate from the origin
 [[nodiscard]] Result<void> check_pull(const SceneModel& model, const Pull& pull);

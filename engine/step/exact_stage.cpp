@@ -17,7 +17,7 @@ collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, 
 namespace {
 
 /// Round after which the hand is stopped: the first one has planes from the wall, the second one contacts as well.
-constexpr unsigned kHandStopRound = 1;
+constexpr unsigned kDriveStopRound = 1;
 
 collision::SurfaceMotion skin_motion(const SceneModel& model, std::size_t index, const State& state, const StepContext& context) {
     return {&model.instruments[index].topology, context.instruments[index].skin_t0, state.instruments[index].skin};
@@ -72,11 +72,11 @@ void add_contact_plane(const SceneModel& model, std::size_t index, const Contact
 
 } // namespace
 
-void stop_hand(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
+void stop_drive(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
     for (const std::size_t one : coaxial(model, index)) {
         InstrumentScratch& scratch = context.instruments[one];
         scratch.command = {std::min(scratch.command.insertion, scratch.rod_t0.insertion), scratch.rod_t0.rotation};
-        state.instruments[one].hand_stopped = true;
+        state.instruments[one].drive_stopped = true;
     }
 }
 
@@ -221,9 +221,9 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
         context.report.unresolved = stats.unresolved;
         if (context.exact.size() == known || round == kMaxCorrections) return outcome;
         ++context.report.corrections;
-        if (round == kHandStopRound) { // a jam: more planes would only squeeze harder
-            stop_hand(model, index, state, context);
-            ++context.report.hand_stops;
+        if (round == kDriveStopRound) { // a jam: more planes would only squeeze harder
+            stop_drive(model, index, state, context);
+            ++context.report.drive_stops;
             for (std::size_t k = 0; k < coaxial(model, index).count; ++k) {
                 InstrumentState& one = state.instruments[coaxial(model, index).index[k]];
                 one.planes.resize(base_planes[k]);

@@ -30,7 +30,7 @@ TipView view_tip(const InstrumentModel& model, const InstrumentState& state, std
     const double shortened = model.rod.segment - std::sqrt((state.rod.position[entry + 1] - state.rod.position[entry]).squaredNorm());
     const double felt = model.rod.stretch_stiffness[entry] * std::max(0.0, shortened);
     return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, axis[root],
-            state.hand_stopped ? kBlocked : felt, false};
+            state.drive_stopped ? kBlocked : felt, false};
 }
 
 /// The route where the organs stand now: its carrier takes it along.
@@ -39,7 +39,7 @@ const Route& route_now(const SceneModel& model, std::size_t index, State& state)
     InstrumentState& now = state.instruments[index];
     if (now.route.points.empty()) now.route = *instrument.route;
     if (instrument.route_links)
-        fem::steer(*instrument.route_links, state.bodies[model.bodies[instrument.lumen].carrier].tissue.position, instrument.route->points,
+        fem::update_embedded_surface(*instrument.route_links, state.bodies[model.bodies[instrument.lumen].host_body].tissue.position, instrument.route->points,
                    now.route_frames, now.route.points);
     return now.route;
 }
@@ -98,7 +98,7 @@ DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State
     return follow_route(route, instrument.follow, instrument.limits, view, {now.rod.insertion, now.rod.rotation}, model.step_s, now.follow);
 }
 
-void move_hands(const SceneModel& model, State& state, StepContext& context) {
+void apply_drive_commands(const SceneModel& model, State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const InstrumentModel& instrument = model.instruments[i];
         InstrumentState& now = state.instruments[i];
@@ -115,10 +115,10 @@ void move_hands(const SceneModel& model, State& state, StepContext& context) {
             wanted = steer_along_route(model, i, state, context);
         wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
         scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
-        now.hand_stopped = false;
+        now.drive_stopped = false;
         const double advance = scratch.command.insertion - from.insertion;
-        context.report.hand_limited += advance > kHandReach || advance < -kHandReach;
-        scratch.command.insertion = from.insertion + std::clamp(advance, -kHandReach, kHandReach);
+        context.report.drive_limited += advance > kDriveReach || advance < -kDriveReach;
+        scratch.command.insertion = from.insertion + std::clamp(advance, -kDriveReach, kDriveReach);
     }
 }
 
@@ -168,7 +168,7 @@ static void solve_pair(const SceneModel& model, std::size_t index, unsigned subs
 }
 
 void solve_instrument(const SceneModel& model, std::size_t index, State& state, StepContext& context) {
-    if (goes_along(model, index)) return;
+    if (is_coaxial_inner(model, index)) return;
     for (const std::size_t one : coaxial(model, index))
         state.instruments[one].rod = context.instruments[one].rod_t0; // same sizes: copies, never allocates
     const auto substeps = std::max(1u, static_cast<unsigned>(std::ceil(model.step_s / kRodSubstep - 1e-9)));
@@ -236,7 +236,7 @@ void push_wall(const SceneModel& model, std::size_t index, State& state, StepRep
         report.contact_force_n += force;
         report.friction_force_n += drag;
         report.max_contact_force_n = std::max(report.max_contact_force_n, force);
-        if (wall.carrier == SIZE_MAX || now.presses[k].triangle == kNoIndex) continue;
+        if (wall.host_body == SIZE_MAX || now.presses[k].triangle == kNoIndex) continue;
         const double stiffness = model.contact.wall_stiffness; // as the tissue gives way the push fades
         SurfacePush push{instrument.lumen,        wall.surface.triangles[now.presses[k].triangle],
                          now.presses[k].bary, -plane.normal,

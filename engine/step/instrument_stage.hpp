@@ -21,12 +21,12 @@ struct Coaxial {
 }
 
 /// A wire in another instrument's bore: whatever is done to that one is done to it.
-[[nodiscard]] inline bool goes_along(const SceneModel& model, std::size_t instrument) noexcept {
+[[nodiscard]] inline bool is_coaxial_inner(const SceneModel& model, std::size_t instrument) noexcept {
     return model.instruments[instrument].inside != SIZE_MAX;
 }
 
 /// Decides insertion and rotation at the end of the step.
-void move_hands(const SceneModel& model, State& state, StepContext& context);
+void apply_drive_commands(const SceneModel& model, State& state, StepContext& context);
 
 /// What the rule that follows the instrument's route wants next; it must have one. Moves the rule's memory on.
 [[nodiscard]] DriveCommand steer_along_route(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
@@ -81,11 +81,11 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument
 
 /// The hands of a coaxial pair go no further in and do not turn; what they want to draw back, they may: that is the way out of
 /// a jam.
-void stop_hand(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
+void stop_drive(const SceneModel& model, std::size_t instrument, State& state, StepContext& context);
 
 /// Does the rod, where nothing proved it free, stand closer to the wall at the end of the step than its radius?
 /// Or the wire in its bore?
-[[nodiscard]] bool pokes_into_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
+[[nodiscard]] bool penetrates_wall(const SceneModel& model, std::size_t instrument, const State& state, StepContext& context);
 
 /// Continuous tests of the skin's motion as it is. Appends to context.exact.
 /// distance   m, counts as touching; 0: touching itself
@@ -117,9 +117,9 @@ inline constexpr unsigned kMaxCorrections = 3;
 inline constexpr std::size_t kPlanesPerPlace = 6;
 /// m; the hand moves at most this far in one step, or the contact response would not see what lies ahead. 35 mm/s reach it
 /// at a step of 29 ms. Shortening is counted (StepReport::hand_limited).
-inline constexpr double kHandReach = 1.0e-3;
+inline constexpr double kDriveReach = 1.0e-3;
 /// m, beyond the clearance: a little more than the hand moves in a step at most.
-inline constexpr double kPlaneReach = 1.2 * kHandReach;
+inline constexpr double kPlaneReach = 1.2 * kDriveReach;
 /// N per place on the rod: a vessel perforates at about this; more comes from planes that contradict each other in a jam.
 inline constexpr double kMaxPress = 2.0;
 

@@ -33,7 +33,7 @@ TROCAR_MEMBERS(fem::TissueModel, material, law, tet_nodes, tet_shape, node_mass,
 TROCAR_MEMBERS(fem::RigidLinks, frame_nodes, frame_rest, vertex_frame, vertex_weight, vertex_projection, vertex_blend, node_rest,
                degenerate, static_count, max_length, longest, long_count)
 TROCAR_MEMBERS(fem::StiffnessRow, from_tip, factor)
-TROCAR_MEMBERS(fem::RodDesign, length, radius, segment, young_modulus, density, drag, whip_drag, tip, tip_length, tip_angle, tip_stiffness,
+TROCAR_MEMBERS(fem::RodDesign, length, radius, segment, young_modulus, density, drag, transverse_drag, tip, tip_length, tip_angle, tip_stiffness,
                stiffness, torsion, poisson_ratio)
 TROCAR_MEMBERS(fem::RodModel, design, segment, bend_stiffness, stretch_stiffness, mass, rest_curvature, twist_stiffness, turn_inertia,
                rest_length)
@@ -51,7 +51,7 @@ TROCAR_MEMBERS(spheretree::LumenTree, tree, largest_ball, leaf_of_ball, neighbou
                anchor_begin, anchors, anchor_weights, link_reach, rest_vertices, triangles)
 TROCAR_MEMBERS(MotionRow, time, displacement)
 TROCAR_MEMBERS(BloodFlow, points, radii, speeds, parents, child_begin, children, links)
-TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, closed, tissue, carrier, links, self_contact, path, topology, pulse_reach,
+TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, closed, tissue, host_body, links, self_contact, path, topology, pulse_reach,
                covering, wrapped, lumen, blood)
 TROCAR_MEMBERS(DriveRow, time, insertion, rotation)
 TROCAR_MEMBERS(DriveLimits, speed, rotation)

@@ -37,7 +37,7 @@ struct StepReport {
     int level_reached = 0;
     // exact
     bool exact_ran = false;
-    bool exact_insisted = false;  // did not fit, but ran all the same: without it the rod would have left the lumen
+    bool exact_forced = false;  // did not fit, but ran all the same: without it the rod would have left the lumen
     bool exact_abandoned = false; // started, but the budget ended first: its answer was thrown away
     std::uint64_t candidates = 0, unresolved = 0;
     std::uint64_t exact_contacts = 0; // places that press on a wall, and hits that no correction removed
@@ -47,8 +47,8 @@ struct StepReport {
     unsigned cull_late = 0;           // looks whose answer came after the tests and was dropped
     unsigned cull_left_out = 0;       // looks that the scene asks for and the budget had no room for, or that found the device busy
     unsigned corrections = 0;         // times the rod was solved again because a continuous test still hit
-    unsigned hand_limited = 0;        // instruments whose hand moved less than asked for: kHandReach in a step
-    unsigned hand_stops = 0;          // instruments whose hand was stopped in this step because its push met the wall
+    unsigned drive_limited = 0;        // instruments whose hand moved less than asked for: kDriveReach in a step
+    unsigned drive_stops = 0;          // instruments whose hand was stopped in this step because its push met the wall
     unsigned clamped_forces = 0;      // presses on a wall that were cut to kMaxPress
     double safe_fraction = 1.0;       // < 1: the motion of this step was held back to this share
     bool within_distance = false; // skin and wall stayed nearer than the exact distance all step: the motion was taken, proven not to touch

@@ -1,7 +1,7 @@
 #include "engine/step/self_touch.hpp"
 
 #include "base/closest_point.hpp"
-#include "engine/step/solid_touch.hpp"
+#include "engine/step/touch_rules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -60,7 +60,7 @@ bool look_at(const Own& own, Index v, Index triangle, double deepest) {
 }
 
 /// Vertices beneath one leaf against the triangles near them of leaves that lay apart from it at rest.
-bool look_beneath(const Own& own, Index leaf) {
+bool test_beneath(const Own& own, Index leaf) {
     BodyScratch& scratch = own.context.bodies[own.body];
     const spheretree::SphereTree& tree = own.model.bodies[own.body].covering.tree;
     const spheretree::Sphere& sphere = tree.spheres[leaf];
@@ -114,7 +114,7 @@ void touch_self(const SceneModel& model, const State& state, std::span<LeafPair>
         for (const Index leaf : {pair.leaf_a, pair.leaf_b}) {
             if (scratch.sphere_seen[leaf] != 0) continue;
             scratch.sphere_seen[leaf] = 1;
-            if (look_beneath(own, leaf)) pair.gap = 0.0;
+            if (test_beneath(own, leaf)) pair.gap = 0.0;
         }
     std::sort(found.begin(), found.end());
     for (const Index v : found) {

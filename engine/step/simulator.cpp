@@ -13,6 +13,7 @@
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/spring_memory.hpp"
 #include "engine/step/tissue_stage.hpp"
+#include "engine/step/touch_rules.hpp"
 
 #include <fmt/format.h>
 
@@ -86,7 +87,7 @@ void Simulator::move_everything() {
     StepReport& report = context_.report;
     StopWatch lap;
     keep_start(model_, state_, context_);
-    move_hands(model_, state_, context_);
+    apply_drive_commands(model_, state_, context_);
     if (state_.pull) place_surface(model_, state_.pull->body, state_);
     add_pull(model_, state_, report);
     report.ms.script = lap.lap_ms();
@@ -98,8 +99,8 @@ void Simulator::move_everything() {
     report.ms.fem = lap.lap_ms();
     keep_surfaces(model_, state_, context_);
     if (!report.finite) return;
-    budget_.begin_part(StepPart::Steer);
-    steer_surfaces(model_, state_, context_);
+    budget_.begin_part(StepPart::EmbeddedSurfaces);
+    update_embedded_surfaces(model_, state_, context_);
     report.ms.steer = lap.lap_ms();
     find_blood_flow(model_, state_, context_);
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) solve_instrument(model_, i, state_, context_);
@@ -109,7 +110,7 @@ void Simulator::move_everything() {
         for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_instrument_trees(model_, i, state_, context_);
         if (!model_.budget_covers_step) update_lumens(model_, state_, context_); // not on its account: always
     }
-    budget_.end_part(StepPart::Steer);
+    budget_.end_part(StepPart::EmbeddedSurfaces);
     report.ms.steer += lap.lap_ms();
 }
 
@@ -128,7 +129,7 @@ const StepReport& Simulator::finish_step() {
         budget_.begin_part(StepPart::Respond);
         const bool coarse_answer = !report.exact_ran;
         respond();
-        if (coarse_answer && !report.exact_insisted) budget_.end_part(StepPart::Respond);
+        if (coarse_answer && !report.exact_forced) budget_.end_part(StepPart::Respond);
         report.ms.respond = lap.lap_ms();
         check_rods();
     }
@@ -167,8 +168,8 @@ Result<void> Simulator::restore(const State& state) {
     return {};
 }
 
-Result<void> Simulator::set_hand(std::size_t instrument, const DriveCommand& wanted) {
-    Result<void> fine = check_hand(model_, instrument, wanted);
+Result<void> Simulator::set_drive_command(std::size_t instrument, const DriveCommand& wanted) {
+    Result<void> fine = check_drive_command(model_, instrument, wanted);
     if (fine.ok()) state_.instruments[instrument].hand = wanted;
     return fine;
 }
@@ -206,11 +207,11 @@ bool Simulator::follow_lumens(double after_s) {
         if (state_.step % kForgetLumen == 0) budget_.leave_out(StepPart::Lumen);
         return false;
     }
-    bool makes_room = false; // the first time: it says nothing of the next
-    for (const InstrumentModel& instrument : model_.instruments) makes_room |= !state_.bodies[instrument.lumen].lumen.has_bounds();
+    bool sizes_lumens = false; // the first time: it says nothing of the next
+    for (const InstrumentModel& instrument : model_.instruments) sizes_lumens |= !state_.bodies[instrument.lumen].lumen.has_bounds();
     budget_.begin_part(StepPart::Lumen);
     update_lumens(model_, state_, context_);
-    if (!makes_room) budget_.end_part(StepPart::Lumen);
+    if (!sizes_lumens) budget_.end_part(StepPart::Lumen);
     return true;
 }
 
@@ -250,7 +251,7 @@ void Simulator::find_exact() {
     StepReport& report = context_.report;
     report.exact_ran = any_instrument();
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
-        if (goes_along(model_, i)) continue;
+        if (is_coaxial_inner(model_, i)) continue;
         InstrumentScratch& scratch = context_.instruments[i];
         const std::size_t wall = model_.instruments[i].lumen;
         scratch.forecast.triangles = scratch.forecast.wall_triangles = 0;
@@ -295,19 +296,19 @@ void Simulator::respond() {
     for (std::size_t i = 0; i < model_.instruments.size(); ++i) {
         const bool looked_at = model_.effects.coarse_contact || model_.effects.exact_contact;
         if (!looked_at) state_.instruments[i].kept_inside = false;
-        if (report.exact_ran || goes_along(model_, i) || !looked_at) continue;
+        if (report.exact_ran || is_coaxial_inner(model_, i) || !looked_at) continue;
         if (model_.effects.exact_contact)
             refit(model_.instruments[i].lumen);
         else
             follow_wall(model_, model_.instruments[i].lumen, state_, context_);
         solve_between_walls(model_, i, state_, context_, budget_);
-        const bool pokes = pokes_into_wall(model_, i, state_, context_);
-        for (const std::size_t one : coaxial(model_, i)) state_.instruments[one].kept_inside = !pokes;
-        if (!pokes) continue;
+        const bool penetrates = penetrates_wall(model_, i, state_, context_);
+        for (const std::size_t one : coaxial(model_, i)) state_.instruments[one].kept_inside = !penetrates;
+        if (!penetrates) continue;
         if (model_.effects.exact_contact)
-            insist_on_exact(i);
+            force_exact_stage(i);
         else
-            retry_with_hand_stopped(i);
+            retry_with_drive_stopped(i);
     }
     report.exact_contacts = context_.exact.size();
     if (!report.exact_ran && model_.effects.coarse_contact)
@@ -315,7 +316,7 @@ void Simulator::respond() {
             for (const spheretree::LinkStatus status : context_.descent.link_status(i))
                 report.unproven_links += status != spheretree::LinkStatus::Free;
     if (report.exact_ran && report.safe_fraction < 1.0) {
-        hold_back(report.safe_fraction);
+        scale_to_safe_fraction(report.safe_fraction);
         forget_forces();
     }
     report.residual_n = find_residual(model_, state_, context_);
@@ -350,21 +351,21 @@ void Simulator::check_rods() {
 }
 
 /// The planes alone did not keep the rod inside: the exact stage runs whatever it costs, and the budget is charged for it.
-void Simulator::insist_on_exact(std::size_t instrument) {
+void Simulator::force_exact_stage(std::size_t instrument) {
     if (!model_.budget_covers_step) budget_.resume();
     context_.exact.clear();
     const ExactOutcome outcome = find_exact_contacts(model_, instrument, state_, context_, nullptr);
     context_.report.safe_fraction = std::min(context_.report.safe_fraction, outcome.safe_fraction);
     context_.report.exact_ran = true;
-    context_.report.exact_insisted = true;
+    context_.report.exact_forced = true;
     if (context_.cull) context_.cull->tell(context_.report);
     if (!model_.budget_covers_step) budget_.pause();
 }
 
 /// Without an exact stage the rod is pushed no further into what it met; nothing proves that this was enough.
-void Simulator::retry_with_hand_stopped(std::size_t instrument) {
-    stop_hand(model_, instrument, state_, context_);
-    ++context_.report.hand_stops;
+void Simulator::retry_with_drive_stopped(std::size_t instrument) {
+    stop_drive(model_, instrument, state_, context_);
+    ++context_.report.drive_stops;
     solve_instrument(model_, instrument, state_, context_);
 }
 

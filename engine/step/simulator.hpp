@@ -38,8 +38,8 @@ public:
     /// What somebody does while it runs, from the next step on. A scene knows nothing of it: only the same calls at the same
     /// steps repeat such a run.
     /// The hand moves as fast as the instrument's limits allow, towards any finite place.
-    /// fails  check_hand
-    [[nodiscard]] Result<void> set_hand(std::size_t instrument, const DriveCommand& wanted);
+    /// fails  check_drive_command
+    [[nodiscard]] Result<void> set_drive_command(std::size_t instrument, const DriveCommand& wanted);
     /// nullopt lets go. A vertex that no tissue carries is held, and does not move.
     /// fails  check_pull
     [[nodiscard]] Result<void> set_pull(const std::optional<Pull>& pull);
@@ -63,7 +63,7 @@ public:
     [[nodiscard]] const SceneModel& model() const noexcept { return model_; }
     /// Evaluates the surfaces that no step has needed: not from several threads at once.
     [[nodiscard]] const State& state() noexcept;
-    /// The same, but surfaces that no step has needed may wait there (BodyState::surface_waits).
+    /// The same, but surfaces that no step has needed may wait there (BodyState::surface_deferred).
     [[nodiscard]] const State& raw_state() const noexcept { return state_; }
     [[nodiscard]] const StepReport& report() const noexcept { return context_.report; }
     /// What the last step's response pushed against: places where an instrument presses on its wall (gap: what is missing
@@ -80,11 +80,11 @@ private:
     void find_exact();
     void refit(std::size_t wall);
     void respond();
-    void hold_back(double fraction);
+    void scale_to_safe_fraction(double fraction);
     [[nodiscard]] double find_free_share(double distance);
     void scale_motion(double fraction);
-    void insist_on_exact(std::size_t instrument);
-    void retry_with_hand_stopped(std::size_t instrument);
+    void force_exact_stage(std::size_t instrument);
+    void retry_with_drive_stopped(std::size_t instrument);
     void forget_forces();
     void list_contacts();
     void check_rods();

@@ -17,7 +17,7 @@ constexpr double kStuck = 0.01;
 } // namespace
 
 /// Contacts were left after all corrections: everything moves only as far as that is proven free.
-void Simulator::hold_back(double fraction) {
+void Simulator::scale_to_safe_fraction(double fraction) {
     // A skin that stands within the exact distance (a step that was held back ends at its edge) is touching from the start, whatever it
     // does, and would stand there for ever. It moves as far as it is proven not to touch at all.
     if (fraction < kStuck) {
@@ -83,7 +83,7 @@ void Simulator::scale_motion(double fraction) {
         }
         fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis, state_.instruments[i].skin);
     }
-    steer_surfaces(model_, state_, context_);
+    update_embedded_surfaces(model_, state_, context_);
     for (BodyState& body : state_.bodies) {
         body.lumen.miss_steps(); // what it saw is not where the step ends
         body.lumen_step = kNoStep;

@@ -31,7 +31,7 @@ fem::ContactSpring& spring_at(const SceneModel& model, std::size_t body, Index s
 }
 
 /// One that was softer starts with no more energy than it ended with.
-void start_less_deep(const SceneModel& model, const SprungPlace& place, double stiffer, State& state) {
+void start_less_deep(const SceneModel& model, const WarmStartSpring& place, double stiffer, State& state) {
     for (const auto& [body, index] : {std::pair(place.own, place.spring_a), std::pair(place.other, place.spring_b)}) {
         if (index == kNoIndex) continue;
         const std::size_t owner = owner_of(model, body);
@@ -45,9 +45,9 @@ void start_less_deep(const SceneModel& model, const SprungPlace& place, double s
 void soften_springs(const SceneModel& model, State& state, StepContext& context) {
     if (state.solids.springs.empty()) return;
     for (std::size_t i = 0; i < model.bodies.size(); ++i) find_scales(model, i, state, context);
-    for (SprungPlace& place : state.solids.vertex_springs) {
+    for (WarmStartSpring& place : state.solids.vertex_springs) {
         place.scale = std::min(scale_of(model, place.own, place.spring_a, context), scale_of(model, place.other, place.spring_b, context));
-        const SprungPlace* before = find_sprung(context.solids, place.key());
+        const WarmStartSpring* before = find_warm_spring(context.solids, place.key());
         if (before != nullptr && place.scale > before->scale) start_less_deep(model, place, place.scale / before->scale, state);
     }
     for (const SpringPair& pair : state.solids.springs) {

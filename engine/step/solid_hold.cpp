@@ -1,7 +1,6 @@
 #include "engine/step/solid_hold.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/step/solid_touch.hpp"
 #include "engine/step/surface_spring.hpp"
 
 #include <algorithm>

@@ -2,12 +2,10 @@
 
 #include "collision/ccd/sweep.hpp"
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/step/solid_touch.hpp"
 #include "engine/step/spring_memory.hpp"
 #include "engine/step/surface_place.hpp"
 #include "engine/step/surface_spring.hpp"
-
-#include <Eigen/Eigenvalues>
+#include "engine/step/touch_rules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -169,7 +167,7 @@ void press_touches(const SceneModel& model, State& state, std::size_t first, Ste
         const double others =
             touch.normal.dot(point_on(face, bary, way.surface(way.other)) - point_on(face, bary, way.surface_t0(way.other))) / model.step_s;
         double wanted = kRecovery - std::max(0.0, own - others);
-        const SprungPlace* held = find_sprung(solids, touch);
+        const WarmStartSpring* held = find_warm_spring(solids, touch);
         if (held == nullptr) { // what a script drove through it in this step had no spring to go along with
             const bool own_is_free = model.bodies[way.own].links.has_value(), other_is_free = model.bodies[way.other].links.has_value();
             const double driven = (own_is_free ? 0.0 : -own) + (other_is_free ? 0.0 : others);
@@ -179,42 +177,6 @@ void press_touches(const SceneModel& model, State& state, std::size_t first, Ste
         const double brought = frequency > 0.0 ? std::max(0.0, wanted) / frequency : 0.0;
         pressed.pushed = std::min(-touch.gap, (held ? held->held : 0.0) + brought);
     }
-}
-
-SurfaceTravel find_motion(std::span<const Vec3> t0, std::span<const Vec3> t1) noexcept {
-    SurfaceTravel motion;
-    if (t1.empty()) return motion;
-    for (std::size_t v = 0; v < t1.size(); ++v) motion.mean += t1[v] - t0[v];
-    motion.mean /= static_cast<double>(t1.size());
-    double spread_sq = 0.0, farthest_sq = 0.0;
-    for (std::size_t v = 0; v < t1.size(); ++v) {
-        const Vec3 way = t1[v] - t0[v];
-        spread_sq = std::max(spread_sq, (way - motion.mean).squaredNorm());
-        farthest_sq = std::max(farthest_sq, way.squaredNorm());
-    }
-    motion.spread = std::sqrt(spread_sq);
-    motion.farthest = std::sqrt(farthest_sq);
-    return motion;
-}
-
-double find_relative_way(const SurfaceTravel& a, const SurfaceTravel& b) noexcept {
-    return std::min((a.mean - b.mean).norm() + a.spread + b.spread, a.farthest + b.farthest);
-}
-
-double find_thickness(std::span<const Vec3> points) {
-    if (points.empty()) return 0.0;
-    Vec3 middle = Vec3::Zero();
-    for (const Vec3& p : points) middle += p;
-    middle /= static_cast<double>(points.size());
-    Mat3 spread = Mat3::Zero();
-    for (const Vec3& p : points) spread += (p - middle) * (p - middle).transpose();
-    const Vec3 axis = Eigen::SelfAdjointEigenSolver<Mat3>(spread).eigenvectors().col(0);
-    double least = std::numeric_limits<double>::infinity(), most = -least;
-    for (const Vec3& p : points) {
-        least = std::min(least, axis.dot(p));
-        most = std::max(most, axis.dot(p));
-    }
-    return most - least;
 }
 
 } // namespace trocar::engine

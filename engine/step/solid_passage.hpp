@@ -66,13 +66,4 @@ void press_touches(const SceneModel& model, State& state, std::size_t first, Ste
 /// m/s; what has passed comes back at this speed, where nothing drives it. Faster would heat what is only pressed too hard.
 inline constexpr double kRecovery = 0.1;
 
-/// How far a body's surface goes in the step; found once in refresh.
-[[nodiscard]] SurfaceTravel find_motion(std::span<const Vec3> t0, std::span<const Vec3> t1) noexcept;
-
-/// m; no vertex of one moves by more than this against any of the other in the step.
-[[nodiscard]] double find_relative_way(const SurfaceTravel& a, const SurfaceTravel& b) noexcept;
-
-/// m; extent along the thinnest principal axis of the points.
-[[nodiscard]] double find_thickness(std::span<const Vec3> points);
-
 } // namespace trocar::engine

@@ -1,8 +1,8 @@
 #include "engine/step/solid_probe.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/step/solid_touch.hpp"
 #include "engine/step/solid_trees.hpp"
+#include "engine/step/touch_rules.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -98,10 +98,10 @@ void keep_touching(const SolidScratch& solids, std::vector<LeafPair>& kept) {
         for (; end < pairs.size() && same_bodies(pairs[end], pairs[begin]); ++end)
             if (pairs[end].gap < std::numeric_limits<double>::infinity()) kept.push_back(pairs[end]);
         begin = end;
-        if (kept.size() - first <= kRememberedPairs) continue;
+        if (kept.size() - first <= kPersistentPairs) continue;
         std::sort(kept.begin() + static_cast<std::ptrdiff_t>(first), kept.end(),
                   [](const LeafPair& x, const LeafPair& y) { return x.gap != y.gap ? x.gap < y.gap : x.key() < y.key(); });
-        kept.resize(first + kRememberedPairs);
+        kept.resize(first + kPersistentPairs);
     }
     for (LeafPair& pair : kept) pair.gap = std::numeric_limits<double>::infinity();
 }

@@ -9,6 +9,7 @@
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/spring_memory.hpp"
 #include "engine/step/surface_spring.hpp"
+#include "engine/step/surface_travel.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -161,9 +162,9 @@ double find_lightness(const SceneModel& model, std::size_t body, Index index, co
 /// at that moment. How far they are drawn is bounded by the larger of the loads at the ends of the step: one that bounces a little from
 /// step to step does not lose its hold at each end where it is light.
 void hold_against_slip(const SceneModel& model, const Contact& touch, const Place& a, const Place& b, State& state,
-                       StepContext& context, SprungPlace& own) {
+                       StepContext& context, WarmStartSpring& own) {
     const ContactSettings& contact = model.contact;
-    const SprungPlace* before = find_sprung(context.solids, touch);
+    const WarmStartSpring* before = find_warm_spring(context.solids, touch);
     const Vec3 slip = a.motion(model, state, context) - b.motion(model, state, context); // m, in the step
     const double longest = contact.solid_friction * std::max(own.pressed, before != nullptr ? before->pressed : 0.0);
     own.drawn = draw_on(before != nullptr ? before->drawn : Vec3(Vec3::Zero()), slip, touch.normal, longest);
@@ -191,9 +192,9 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, State
     const Place a{touch.body_a, std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)};
     const Place b{touch.body_b, touch.feature_b, touch.bary_b};
     push_both(model, a, b, {touch.normal, gap, contact.solid_stiffness, contact.solid_damping}, state, context);
-    SprungPlace of_edge; // forgotten: it holds from the slip of the last step on
+    WarmStartSpring of_edge; // forgotten: it holds from the slip of the last step on
     of_edge.pressed = std::max(0.0, -gap);
-    SprungPlace* own = remember_springs(touch, gap, state.solids);
+    WarmStartSpring* own = store_warm_spring(touch, gap, state.solids);
     if (!(contact.solid_friction > 0.0)) return;
     context.report.effects.note(Effect::Friction);
     hold_against_slip(model, touch, a, b, state, context, own != nullptr ? *own : of_edge);
@@ -202,7 +203,7 @@ void push_touch(const SceneModel& model, const Contact& touch, double gap, State
 /// N; what a spring pushes with at the step's end, as its nodes stand.
 double force_of(const SceneModel& model, std::size_t body, Index index, const State& state, const StepContext& context) {
     const std::size_t owner = owner_of(model, body);
-    if (context.bodies[owner].springs_wait) return 0.0; // they were not felt
+    if (context.bodies[owner].springs_deferred) return 0.0; // they were not felt
     return fem::find_spring_push(state.bodies[owner].springs, index, model.step_s, state.bodies[owner].tissue.position);
 }
 
@@ -234,7 +235,7 @@ void prepare_solids(const SceneModel& model, State& state, StepContext& context)
         if (model.bodies[i].wrapped) { // the frames as they stand: the first step starts from there
             BodyScratch& scratch = context.bodies[i];
             scratch.surface_ahead.resize(model.bodies[i].surface.vertices.size());
-            (void)fem::steer(*model.bodies[i].links, state.bodies[owner_of(model, i)].tissue.position, model.bodies[i].surface.vertices,
+            (void)fem::update_embedded_surface(*model.bodies[i].links, state.bodies[owner_of(model, i)].tissue.position, model.bodies[i].surface.vertices,
                              state.bodies[i].frames, scratch.surface_ahead);
         }
         if (!meet_by_surface(model, i, i)) continue;

@@ -6,6 +6,8 @@
 #include "engine/step/solid_probe.hpp"
 #include "engine/step/solid_trees.hpp"
 #include "engine/step/surface_place.hpp"
+#include "engine/step/surface_travel.hpp"
+#include "engine/step/touch_rules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +19,7 @@ namespace {
 
 /// Vertices in a step that are looked at because their bodies moved far and the budget left sphere pairs open. A thousand cost about a
 /// millisecond; with more, what was not looked at is reported (unproven_solids).
-constexpr std::size_t kPathLooks = 4096;
+constexpr std::size_t kPathProbes = 4096;
 
 constexpr auto by_key = [](const auto& x, const auto& y) { return x.key() < y.key(); };
 
@@ -67,7 +69,7 @@ Contact make_touch(const OneWay& way, const VertexProbe& probe, const Vec3& plac
 }
 
 /// reach: m, how far the other surface comes, and the margin
-Look look_at_vertex(const OneWay& way, Index v, double reach) {
+Look test_vertex(const OneWay& way, Index v, double reach) {
     const Vec3 place = way.surface(way.own)[v];
     const double own_way = (place - way.surface_t0(way.own)[v] - way.shared()).norm();
     const auto standing = find_standing(way, v, reach + own_way);
@@ -112,7 +114,7 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
         for (const Index triangle : body.covering.tree.items_of(own_is_a ? pair.leaf_a : pair.leaf_b))
             for (const Index v : body.surface.triangles[triangle]) {
                 if (scratch.vertex_seen[v] != kNotSeen) continue;
-                const Look look = look_at_vertex(way, v, reach);
+                const Look look = test_vertex(way, v, reach);
                 scratch.vertex_seen[v] = look.seen;
                 pair.gap = std::min(pair.gap, look.gap);
             }
@@ -121,11 +123,11 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
     for (auto entry = std::lower_bound(before.begin(), before.end(), from, by_key);
          entry != before.end() && entry->own == way.own && entry->other == way.other; ++entry)
         if (scratch.vertex_seen[entry->vertex] == kNotSeen)
-            scratch.vertex_seen[entry->vertex] = look_at_vertex(way, entry->vertex, reach).seen;
+            scratch.vertex_seen[entry->vertex] = test_vertex(way, entry->vertex, reach).seen;
 }
 
 /// All vertices whose path comes near the other body. False: there were more than may be looked at.
-bool probe_paths(const OneWay& way, std::size_t& looks_left) {
+bool probe_paths(const OneWay& way, std::size_t& probes_left) {
     BodyScratch& scratch = way.context.bodies[way.own];
     const SurfaceTravel& motion = way.context.bodies[way.other].motion;
     const double reach = reach_of(way);
@@ -137,10 +139,10 @@ bool probe_paths(const OneWay& way, std::size_t& looks_left) {
         path.add(way.surface_t0(way.own)[v] + motion.mean);
         path.add(way.surface(way.own)[v]);
         if (!path.overlaps(bounds)) continue;
-        if (looks_left == 0) return false;
-        --looks_left;
+        if (probes_left == 0) return false;
+        --probes_left;
         ++way.context.report.probe_tests;
-        scratch.vertex_seen[v] = look_at_vertex(way, v, reach).seen;
+        scratch.vertex_seen[v] = test_vertex(way, v, reach).seen;
     }
     return true;
 }
@@ -261,14 +263,14 @@ bool needs_all_paths(const SceneModel& model, const StepContext& context, std::s
 }
 
 void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::size_t b, std::span<LeafPair> pairs,
-                  std::size_t& looks_left, StepContext& context) {
+                  std::size_t& probes_left, StepContext& context) {
     const OneWay from_a{model, state, context, a, b, state.solids.entries}, from_b{model, state, context, b, a, state.solids.entries};
     SolidScratch& solids = context.solids;
     const std::size_t first_touch = solids.touches.size(), first_entry = state.solids.entries.size(), first_pressed = solids.pressed.size();
     probe_vertices(from_a, pairs, true);
     probe_vertices(from_b, pairs, false);
     if (needs_all_paths(model, context, a, b)) {
-        const bool all_of_a = probe_paths(from_a, looks_left), all_of_b = probe_paths(from_b, looks_left);
+        const bool all_of_a = probe_paths(from_a, probes_left), all_of_b = probe_paths(from_b, probes_left);
         context.report.unproven_solids += !(all_of_a && all_of_b);
     }
     press_touches(model, state, first_pressed, context);
@@ -281,7 +283,7 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
 }
 
 /// Bodies whose surfaces are looked at in this step, each two once; what is asked of them is made fresh.
-void list_meeting(const SceneModel& model, const State& state, StepContext& context) {
+void list_touching_pairs(const SceneModel& model, const State& state, StepContext& context) {
     std::vector<std::pair<Index, Index>>& meeting = context.solids.meeting;
     meeting.clear();
     const auto add = [&](std::size_t a, std::size_t b) {
@@ -324,12 +326,6 @@ void count_unproven(const SceneModel& model, const State& state, StepContext& co
 
 } // namespace
 
-bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept {
-    if (contact.origin == ContactOrigin::TestedSpheres) return true;
-    return contact.gap < 0.0 && model.bodies[contact.body_a].covering.tree.is_leaf(contact.feature_a[0]) &&
-           model.bodies[contact.body_b].covering.tree.is_leaf(contact.feature_b[0]);
-}
-
 void find_touches(const SceneModel& model, State& state, StepContext& context) {
     SolidScratch& solids = context.solids;
     std::vector<LeafPair>& pairs = solids.leaf_pairs;
@@ -339,7 +335,7 @@ void find_touches(const SceneModel& model, State& state, StepContext& context) {
     state.solids.entries.clear();
     pairs.clear();
     for (BodyScratch& body : context.bodies) body.surface_is_fresh = false;
-    list_meeting(model, state, context);
+    list_touching_pairs(model, state, context);
     for (const Contact& contact : context.coarse) {
         if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size()) continue; // an instrument's
         if (meet_by_surface(model, contact.body_a, contact.body_b) && is_leaf_pair(model, contact))
@@ -349,13 +345,13 @@ void find_touches(const SceneModel& model, State& state, StepContext& context) {
     std::sort(pairs.begin(), pairs.end(), by_key);
     pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }),
                 pairs.end());
-    std::size_t begin = 0, looks_left = kPathLooks;
+    std::size_t begin = 0, probes_left = kPathProbes;
     for (const auto& [a, b] : solids.meeting) {
         std::size_t end = begin;
         while (end < pairs.size() && pairs[end].a == a && pairs[end].b == b) ++end;
         const std::span<LeafPair> of_these = std::span(pairs).subspan(begin, end - begin);
         if (a != b)
-            touch_bodies(model, state, a, b, of_these, looks_left, context);
+            touch_bodies(model, state, a, b, of_these, probes_left, context);
         else if (!of_these.empty())
             touch_self(model, state, of_these, context);
         begin = end;

@@ -5,16 +5,6 @@
 
 namespace trocar::engine {
 
-/// Cosine. A place whose own surface looks another way than at what it meets is not about to meet it: a table's vertex before
-/// the edge of a block that slides over it is nearest to the block's side, and will pass beneath; sheets that meet look at each other.
-inline constexpr double kFacing = -0.2;
-
-/// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
-inline constexpr double kNoWay = 1e-9;
-
-/// A pair of spheres with nothing left to refine, tested, or assumed and overlapping.
-[[nodiscard]] bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept;
-
 /// Fills context.solids.touches from the leaf pairs of context.coarse, and from those that stand for its open pairs
 /// (probe_open_pairs): vertices of either body against the other's surface,
 /// and the middles of what lies inside of edges that pierce it where no corner does. Contact::feature_a is a vertex or the

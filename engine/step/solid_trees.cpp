@@ -1,12 +1,10 @@
 #include "engine/step/solid_trees.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/step/self_touch.hpp"
-#include "engine/step/solid_passage.hpp"
-#include "engine/step/solid_stage.hpp"
+#include "engine/step/scripted_motion.hpp"
 #include "engine/step/surface_place.hpp"
 #include "engine/step/surface_spring.hpp"
-#include "engine/step/tissue_stage.hpp"
+#include "engine/step/surface_travel.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -21,35 +21,35 @@ void note_held(const SceneModel& model, State& state, SolidScratch& solids) {
         if (spring == kNoIndex) return 0.0;
         return fem::find_spring_gap(state.bodies[owner].springs, spring, model.step_s, state.bodies[owner].tissue.position);
     };
-    for (SprungPlace& place : solids.vertex_springs_before) // each body closes its share of the gap: the rest of it is the sum
+    for (WarmStartSpring& place : solids.vertex_springs_before) // each body closes its share of the gap: the rest of it is the sum
         place.held = std::max(0.0, -(gap_of(place.own, place.spring_a) + gap_of(place.other, place.spring_b)));
 }
 
-const SprungPlace* find_sprung(const SolidScratch& solids, const Contact& touch) noexcept {
-    return is_of_vertex(touch) ? find_sprung(solids, {touch.body_a, touch.body_b, touch.feature_a[0]}) : nullptr;
+const WarmStartSpring* find_warm_spring(const SolidScratch& solids, const Contact& touch) noexcept {
+    return is_of_vertex(touch) ? find_warm_spring(solids, {touch.body_a, touch.body_b, touch.feature_a[0]}) : nullptr;
 }
 
-const SprungPlace* find_sprung(const SolidScratch& solids, const std::tuple<std::size_t, std::size_t, Index>& key) noexcept {
+const WarmStartSpring* find_warm_spring(const SolidScratch& solids, const std::tuple<std::size_t, std::size_t, Index>& key) noexcept {
     const auto place = std::lower_bound(solids.vertex_springs_before.begin(), solids.vertex_springs_before.end(), key,
-                                        [](const SprungPlace& x, const auto& wanted) { return x.key() < wanted; });
+                                        [](const WarmStartSpring& x, const auto& wanted) { return x.key() < wanted; });
     return place != solids.vertex_springs_before.end() && place->key() == key ? &*place : nullptr;
 }
 
 double find_start_gap(const SceneModel& model, const SolidScratch& solids, const Contact& touch) noexcept {
     if (!(touch.gap < 0.0) || !is_of_vertex(touch)) return touch.gap;
-    const SprungPlace* before = find_sprung(solids, touch);
+    const WarmStartSpring* before = find_warm_spring(solids, touch);
     return std::max(touch.gap, -((before ? before->held : 0.0) + kSettling * model.step_s));
 }
 
-SprungPlace* remember_springs(const Contact& touch, double gap, SolidContactState& solids) {
+WarmStartSpring* store_warm_spring(const Contact& touch, double gap, SolidContactState& solids) {
     if (!is_of_vertex(touch)) return nullptr;
     const SpringPair& made = solids.springs.back();
     return &solids.vertex_springs.emplace_back(
-        SprungPlace{touch.body_a, touch.body_b, touch.feature_a[0], made.spring_a, made.spring_b, std::max(0.0, -gap)});
+        WarmStartSpring{touch.body_a, touch.body_b, touch.feature_a[0], made.spring_a, made.spring_b, std::max(0.0, -gap)});
 }
 
 void sort_memory(SolidContactState& solids) {
-    std::sort(solids.vertex_springs.begin(), solids.vertex_springs.end(), [](const SprungPlace& x, const SprungPlace& y) { return x.key() < y.key(); });
+    std::sort(solids.vertex_springs.begin(), solids.vertex_springs.end(), [](const WarmStartSpring& x, const WarmStartSpring& y) { return x.key() < y.key(); });
 }
 
 } // namespace trocar::engine

@@ -20,15 +20,15 @@ inline constexpr double kSettling = 1e-3;
 void note_held(const SceneModel& model, State& state, SolidScratch& solids);
 
 /// Of the last response; nullptr: no spring waited for it, or it is no vertex.
-[[nodiscard]] const SprungPlace* find_sprung(const SolidScratch& solids, const Contact& touch) noexcept;
-[[nodiscard]] const SprungPlace* find_sprung(const SolidScratch& solids,
+[[nodiscard]] const WarmStartSpring* find_warm_spring(const SolidScratch& solids, const Contact& touch) noexcept;
+[[nodiscard]] const WarmStartSpring* find_warm_spring(const SolidScratch& solids,
                                              const std::tuple<std::size_t, std::size_t, Index>& key) noexcept;
 
 /// m, <= 0; the gap that the springs of a place start with. Of vertices that are in what they held, and a little more, up to their depth.
 [[nodiscard]] double find_start_gap(const SceneModel& model, const SolidScratch& solids, const Contact& touch) noexcept;
 
 /// Remembers the springs that were just made for a touch with this gap; nullptr: it is no vertex's. sort_memory once all are made.
-SprungPlace* remember_springs(const Contact& touch, double gap, SolidContactState& solids);
+WarmStartSpring* store_warm_spring(const Contact& touch, double gap, SolidContactState& solids);
 void sort_memory(SolidContactState& solids);
 
 } // namespace trocar::engine

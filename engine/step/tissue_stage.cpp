@@ -88,7 +88,7 @@ void integrate_body(const SceneModel& model, const BodyModel& body, double end_t
         inputs.gravity = *model.effects.gravity;
         counts.note(Effect::Gravity);
     }
-    inputs.springs = &felt_springs(state, scratch);
+    inputs.springs = &active_springs(state, scratch);
     inputs.pinned_target = scratch.pinned_target;
     scratch.advanced = advance_body(model, body, inputs, state, scratch);
 }
@@ -107,24 +107,6 @@ void report_body(const SceneModel& model, const BodyModel& body, const fem::Adva
 
 } // namespace
 
-Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept {
-    if (path.empty()) return Vec3::Zero();
-    if (time <= path.front().time) return path.front().displacement;
-    for (std::size_t i = 1; i < path.size(); ++i) {
-        if (time > path[i].time) continue;
-        const double span = path[i].time - path[i - 1].time;
-        const double s = span > 0.0 ? (time - path[i - 1].time) / span : 1.0;
-        return path[i - 1].displacement + s * (path[i].displacement - path[i - 1].displacement);
-    }
-    return path.back().displacement;
-}
-
-double wave_at(double period, double time) noexcept {
-    const double turns = time / period;
-    const double phase = 2.0 * std::numbers::pi * (turns - std::floor(turns));
-    return 0.5 * (1.0 - sin_cos(phase).cos);
-}
-
 void keep_start(const SceneModel& model, const State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].moves()) continue;
@@ -139,9 +121,9 @@ void keep_start(const SceneModel& model, const State& state, StepContext& contex
 }
 
 void place_surface(const SceneModel& model, std::size_t i, State& state) noexcept {
-    if (!state.bodies[i].surface_waits) return;
+    if (!state.bodies[i].surface_deferred) return;
     fem::place_vertices(*model.bodies[i].links, state.bodies[i].frames, model.bodies[i].surface.vertices, state.bodies[i].surface);
-    state.bodies[i].surface_waits = false;
+    state.bodies[i].surface_deferred = false;
 }
 
 void keep_surfaces(const SceneModel& model, State& state, StepContext& context) {
@@ -162,7 +144,7 @@ void restore_start(const SceneModel& model, State& state, StepContext& context) 
         state.bodies[i].tissue = scratch.tissue_t0;
         if (scratch.may_wait) {
             fem::turn_frames(*model.bodies[i].links, context.bodies[owner_of(model, i)].tissue_t0.position, state.bodies[i].frames);
-            state.bodies[i].surface_waits = true;
+            state.bodies[i].surface_deferred = true;
         } else {
             state.bodies[i].surface = scratch.surface_t0;
         }
@@ -186,11 +168,11 @@ void integrate_bodies(const SceneModel& model, State& state, StepContext& contex
     for (bool again = true; again;) { // each body once at most: what one that was put back does may press another
         again = false;
         for (std::size_t i = 0; i < model.bodies.size(); ++i)
-            context.bodies[i].springs_met = context.bodies[i].springs_wait && has_met(model, i, state);
+            context.bodies[i].springs_met = context.bodies[i].springs_deferred && has_met(model, i, state);
         for (std::size_t i = 0; i < model.bodies.size(); ++i) {
             if (!context.bodies[i].springs_met) continue;
             again = true;
-            context.bodies[i].springs_wait = false;
+            context.bodies[i].springs_deferred = false;
             state.bodies[i].tissue = context.bodies[i].tissue_t0;
             integrate(i);
         }
@@ -199,7 +181,7 @@ void integrate_bodies(const SceneModel& model, State& state, StepContext& contex
         if (is_tissue(i)) report_body(model, model.bodies[i], context.bodies[i].advanced, context.report);
 }
 
-void steer_surfaces(const SceneModel& model, State& state, StepContext& context) {
+void update_embedded_surfaces(const SceneModel& model, State& state, StepContext& context) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         std::vector<Vec3>& surface = state.bodies[i].surface;
@@ -210,7 +192,7 @@ void steer_surfaces(const SceneModel& model, State& state, StepContext& context)
             BodyState& own = state.bodies[i];
             own.frames.leave_static = body.moves_by_links_alone();
             fem::turn_frames(*body.links, state.bodies[owner_of(model, i)].tissue.position, own.frames);
-            own.surface_waits = true;
+            own.surface_deferred = true;
             if (!context.bodies[i].may_wait) place_surface(model, i, state);
         } else if (!body.pulse_reach.empty()) {
             std::copy(body.surface.vertices.begin(), body.surface.vertices.end(), surface.begin());

@@ -2,13 +2,14 @@
 #pragma once
 
 #include "engine/step/context.hpp"
+#include "engine/step/scripted_motion.hpp"
 
 namespace trocar::engine {
 
 /// Remembers where everything is before the step moves it, but for the surfaces.
 void keep_start(const SceneModel& model, const State& state, StepContext& context);
 
-/// Remembers those, without a copy: until steer_surfaces they stand where they stood a step earlier. Those that nothing in the step looks
+/// Remembers those, without a copy: until update_embedded_surfaces they stand where they stood a step earlier. Those that nothing in the step looks
 /// at are not remembered.
 void keep_surfaces(const SceneModel& model, State& state, StepContext& context);
 
@@ -23,13 +24,6 @@ void place_surface(const SceneModel& model, std::size_t body, State& state) noex
 void integrate_bodies(const SceneModel& model, State& state, StepContext& context);
 
 /// Dense surfaces to the end of the step: linked ones follow their coarse mesh, kinematic ones their path.
-void steer_surfaces(const SceneModel& model, State& state, StepContext& context);
-
-/// Displacement of a kinematic body: linear between rows, held outside.
-[[nodiscard]] Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept;
-
-/// Share of a breath or a beat at a time, 0 at the start of a period, 1 in its middle; smooth, and free of libm.
-/// source   amplitude (1 - cos) / 2
-[[nodiscard]] double wave_at(double period, double time) noexcept;
+void update_embedded_surfaces(const SceneModel& model, State& state, StepContext& context);
 
 } // namespace trocar::engine

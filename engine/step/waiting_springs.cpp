@@ -62,8 +62,8 @@ bool is_pressed(const SceneModel& model, std::size_t body, double time, const St
 void choose_springs(const SceneModel& model, std::size_t body, const State& state, StepContext& context) {
     BodyScratch& scratch = context.bodies[body];
     const Range solids = find_range(model, body, state);
-    scratch.springs_wait = !solids.empty() && !is_pressed(model, body, 0.0, state);
-    if (!scratch.springs_wait) return;
+    scratch.springs_deferred = !solids.empty() && !is_pressed(model, body, 0.0, state);
+    if (!scratch.springs_deferred) return;
     const std::vector<fem::ContactSpring>& all = state.bodies[body].springs.springs;
     std::vector<fem::ContactSpring>& others = scratch.other_springs.springs;
     others.assign(all.begin(), all.begin() + solids.begin);
@@ -71,8 +71,8 @@ void choose_springs(const SceneModel& model, std::size_t body, const State& stat
     scratch.other_springs.entries = state.bodies[body].springs.entries;
 }
 
-const fem::ContactSprings& felt_springs(const BodyState& state, const BodyScratch& scratch) noexcept {
-    return scratch.springs_wait ? scratch.other_springs : state.springs;
+const fem::ContactSprings& active_springs(const BodyState& state, const BodyScratch& scratch) noexcept {
+    return scratch.springs_deferred ? scratch.other_springs : state.springs;
 }
 
 bool has_met(const SceneModel& model, std::size_t body, const State& state) noexcept {

@@ -13,7 +13,7 @@ namespace trocar::engine {
 void choose_springs(const SceneModel& model, std::size_t body, const State& state, StepContext& context);
 
 /// What the body's integration feels.
-[[nodiscard]] const fem::ContactSprings& felt_springs(const BodyState& state, const BodyScratch& scratch) noexcept;
+[[nodiscard]] const fem::ContactSprings& active_springs(const BodyState& state, const BodyScratch& scratch) noexcept;
 
 /// Of a body whose springs wait: would one of them be pressed at the end of the step, as all bodies stand now? Every body was integrated.
 [[nodiscard]] bool has_met(const SceneModel& model, std::size_t body, const State& state) noexcept;

@@ -126,7 +126,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, S
     const double room = instrument.rod.design.radius + model.contact.clearance;
     const Index nodes = static_cast<Index>(instrument.rod.node_count());
     Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
-    if (goes_along(model, index)) // what is in the bore meets no wall
+    if (is_coaxial_inner(model, index)) // what is in the bore meets no wall
         first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
                                                      context.instruments[instrument.inside].command.insertion));
     own.planes.clear();
@@ -196,7 +196,7 @@ static bool stayed_away(const SceneModel& model, std::size_t index, Index node, 
     return before - wall_way - std::sqrt((place - from).squaredNorm()) > reach * (1.0 + 0x1p-40);
 }
 
-static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+static bool rod_penetrates_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     const InstrumentModel& instrument = model.instruments[index];
     const fem::RodState& rod = state.instruments[index].rod;
     const double radius = instrument.rod.design.radius;
@@ -214,9 +214,9 @@ static bool rod_pokes_into_wall(const SceneModel& model, std::size_t index, cons
     return false;
 }
 
-bool pokes_into_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
+bool penetrates_wall(const SceneModel& model, std::size_t index, const State& state, StepContext& context) {
     for (const std::size_t one : coaxial(model, index))
-        if (rod_pokes_into_wall(model, one, state, context)) return true;
+        if (rod_penetrates_wall(model, one, state, context)) return true;
     return false;
 }
 

@@ -35,24 +35,24 @@ class CullCostModel {
 public:
     /// What holds before anything was measured.
     struct Rates {
-        double look_s = 0.0, look_s_per_item = 0.0; // s
+        double culling_s = 0.0, culling_s_per_item = 0.0; // s
         double test_s_per_item = 0.0;               // s
         double dropped = 1.0;                       // share of the items that a culling pass removes from the tests
     };
     explicit CullCostModel(const Rates& declared) noexcept : declared_(declared), dropped_(declared.dropped) {}
 
-    [[nodiscard]] double look_s(std::size_t items) const noexcept {
+    [[nodiscard]] double culling_s(std::size_t items) const noexcept {
         const auto n = static_cast<double>(items);
-        return look_.known() ? look_.at(n) : declared_.look_s + declared_.look_s_per_item * n;
+        return look_.known() ? look_.at(n) : declared_.culling_s + declared_.culling_s_per_item * n;
     }
     [[nodiscard]] double saved_s(std::size_t items) const noexcept {
         return dropped_ * static_cast<double>(items) * (test_s_ > 0.0 ? test_s_ : declared_.test_s_per_item);
     }
-    [[nodiscard]] bool pays(std::size_t items) const noexcept { return items > 0 && look_s(items) < saved_s(items); }
+    [[nodiscard]] bool pays(std::size_t items) const noexcept { return items > 0 && culling_s(items) < saved_s(items); }
 
     /// A culling pass whose answer came too late and was dropped.
-    void note_late_look(std::size_t items, double seconds) noexcept { look_.add(static_cast<double>(items), seconds); }
-    void note_look(std::size_t items, std::size_t left, double seconds) noexcept {
+    void note_late_culling(std::size_t items, double seconds) noexcept { look_.add(static_cast<double>(items), seconds); }
+    void note_culling(std::size_t items, std::size_t left, double seconds) noexcept {
         if (items == 0) return;
         look_.add(static_cast<double>(items), seconds);
         dropped_ = 1.0 - static_cast<double>(left) / static_cast<double>(items);

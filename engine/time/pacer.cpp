@@ -16,7 +16,7 @@ std::int64_t Pacer::begin_step(std::int64_t now_ns) noexcept {
     const std::int64_t late = now_ns - due;
     ++stats_.late_steps;
     stats_.worst_late_ns = std::max(stats_.worst_late_ns, late);
-    if (pace_.late == LatePolicy::SlowMotion) {
+    if (pace_.late == LatePolicy::FallBehind) {
         stats_.lost_ns += late;
         origin_ns_ += late;
     }

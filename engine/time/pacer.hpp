@@ -8,13 +8,13 @@ namespace trocar::engine {
 
 /// A step that begins after its time.
 enum class LatePolicy : std::uint8_t {
-    SlowMotion, // the run's schedule is shifted by the delay: late steps fall behind real time
+    FallBehind, // the run's schedule is shifted by the delay: late steps fall behind real time
     CatchUp,    // catch up: the next steps begin without waiting until the run is on schedule
 };
 
 struct PaceSpec {
     double speed = 1.0; // simulated seconds in a second, > 0
-    LatePolicy late = LatePolicy::SlowMotion;
+    LatePolicy late = LatePolicy::FallBehind;
 };
 
 struct PaceStats {

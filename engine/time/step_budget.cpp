@@ -116,7 +116,7 @@ unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
         if (limits_.mode != BudgetMode::Wall) return 0;
         const CostForecast& tissue = forecast(StepPart::Tissue);
         double need =
-            tissue.reserve_s() + forecast(StepPart::Steer).reserve_s() + forecast(StepPart::Respond).reserve_s() + exact_.reserve_s();
+            tissue.reserve_s() + forecast(StepPart::EmbeddedSurfaces).reserve_s() + forecast(StepPart::Respond).reserve_s() + exact_.reserve_s();
         unsigned dropped = 0;
         for (const Droppable effect : order) {
             if (need <= left_s()) break;
@@ -220,9 +220,9 @@ void StepBudget::settle_tests(const ExactForecast& forecast, const WorkBudget& g
     learned_ = true;
 }
 
-bool StepBudget::choose_cull(double look_s, bool pays) {
+bool StepBudget::choose_cull(double culling_s, bool pays) {
     if (limits_.mode != BudgetMode::Wall) return pays;
-    return tape_.decide(DecisionKind::Cull, [&]() -> std::uint64_t { return pays && look_s <= left_s(); }) != 0;
+    return tape_.decide(DecisionKind::Cull, [&]() -> std::uint64_t { return pays && culling_s <= left_s(); }) != 0;
 }
 
 void StepBudget::end_exact(bool finished) noexcept {

@@ -31,7 +31,7 @@ enum class Droppable : std::uint8_t { ExactContact, Elasticity };
 /// Parts of a step whose cost is forecast from step to step.
 enum class StepPart : std::uint8_t {
     Tissue,  // integration
-    Steer,   // surfaces, sphere trees and the free motion of instruments
+    EmbeddedSurfaces,   // surfaces, sphere trees and the free motion of instruments
     Lumen,   // a lumen's inscribed spheres on its moved wall, before an instrument's descent reads them
     List,    // the descent's answer, pair by pair: what it left open takes time to name, and there is more of it the more it tested
     Respond, // what follows the descent when there is no exact answer
@@ -101,7 +101,7 @@ public:
     [[nodiscard]] WorkBudget grant_tests(const ExactForecast& forecast);
     void settle_tests(const ExactForecast& forecast, const WorkBudget& grant) noexcept;
     /// Does image-space culling filter the candidates of the next tests first? Only where that pays, and fits into what is left.
-    [[nodiscard]] bool choose_cull(double look_s, bool pays);
+    [[nodiscard]] bool choose_cull(double culling_s, bool pays);
     /// finished  false: abandoned, so the cost is not known, only that it is more than what was spent
     void end_exact(bool finished) noexcept;
 

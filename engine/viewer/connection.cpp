@@ -70,7 +70,7 @@ private:
         if (target.path == "/recording.csv") return send_recording();
         if (target.path != "/ws") return answer(http::status::not_found, "text/plain", "there is no such page\n");
         if (!beast::websocket::is_upgrade(request)) return answer(http::status::upgrade_required, "text/plain", "expected a WebSocket\n");
-        if (!hub_.has_room()) return answer(http::status::service_unavailable, "text/plain", "there are too many viewers\n");
+        if (!hub_.has_free_place()) return answer(http::status::service_unavailable, "text/plain", "there are too many viewers\n");
         std::make_shared<Client>(hub_, std::move(stream_), std::move(counted_))->start(request);
     }
 

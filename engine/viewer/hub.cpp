@@ -15,7 +15,7 @@ constexpr std::chrono::milliseconds kTick{2};
 /// often as that in between.
 constexpr std::int64_t kFrameInterval = 15'000'000;
 /// ns; a drive command that was not repeated for so long ends: its page hangs, or its connection does.
-constexpr std::int64_t kDeadHand = 600'000'000;
+constexpr std::int64_t kDriveTimeout = 600'000'000;
 /// Until the next try where a connection could not be accepted.
 constexpr std::chrono::milliseconds kAcceptAgain{100};
 /// Triangles of a surface as seen from afar: a page without a graphics card draws some ten thousand in 5 ms. A vessel's branches want more.
@@ -121,8 +121,8 @@ bool Hub::ask_for_recording(OnSealed on_sealed) {
     return true;
 }
 
-void Hub::stop_hand() {
-    hand_moves_ = false;
+void Hub::stop_drive() {
+    drive_moves_ = false;
     stop_is_due_ = !exchange_.commands.push(Drive{}); // full: at the next tick
 }
 
@@ -130,12 +130,12 @@ void Hub::let_tissue_go() { let_go_is_due_ = !exchange_.commands.push(LetGo{}); 
 
 void Hub::empty_seat() {
     driver_ = 0;
-    stop_hand();
+    stop_drive();
     let_tissue_go();
 }
 
 void Hub::check_driver(std::int64_t now) {
-    if (stop_is_due_ || (hand_moves_ && now - last_drive_ns_ > kDeadHand)) stop_hand();
+    if (stop_is_due_ || (drive_moves_ && now - last_drive_ns_ > kDriveTimeout)) stop_drive();
     if (let_go_is_due_) let_tissue_go();
 }
 
@@ -182,7 +182,7 @@ std::string Hub::command(unsigned client, const Command& command) {
         return error_message(driver_ == 0 ? "nobody drives: take the seat first" : fmt::format("viewer {} drives; you watch", driver_));
     if (!exchange_.commands.push(command)) return error_message("too many commands wait for the next step; this one is dropped");
     if (const auto* drive = std::get_if<Drive>(&command)) {
-        hand_moves_ = drive->insertion != 0.0 || drive->rotation != 0.0;
+        drive_moves_ = drive->insertion != 0.0 || drive->rotation != 0.0;
         last_drive_ns_ = monotonic_ns();
     }
     return {};

@@ -61,7 +61,7 @@ public:
     [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
     [[nodiscard]] const CommandRange& range() const noexcept { return range_; }
     [[nodiscard]] FrameStore& frames() noexcept { return frames_; }
-    [[nodiscard]] bool has_room() const noexcept { return clients_.size() < kMostViewers; }
+    [[nodiscard]] bool has_free_place() const noexcept { return clients_.size() < kMostViewers; }
 
     /// A viewer has come; its number. The first one drives.
     unsigned join(const std::shared_ptr<Viewer>& client);
@@ -90,7 +90,7 @@ private:
     void answer_sealed();
     void check_driver(std::int64_t now);
     [[nodiscard]] std::string command(unsigned client, const Command& command);
-    void stop_hand();
+    void stop_drive();
     void let_tissue_go();
     void empty_seat();
     [[nodiscard]] bool drop_newcomer();
@@ -111,7 +111,7 @@ private:
     unsigned next_client_ = 1, driver_ = 0;
     std::size_t connections_ = 0;
     std::int64_t last_frame_ns_ = 0, last_drive_ns_ = 0, last_answer_ns_ = 0; // an answer: a frame before its time
-    bool hand_moves_ = false, stop_is_due_ = false, let_go_is_due_ = false;
+    bool drive_moves_ = false, stop_is_due_ = false, let_go_is_due_ = false;
     std::deque<std::weak_ptr<Newcomer>> newcomers_; // the oldest first
     boost::asio::io_context io_{1}; // goes before the rest: what waits in it still refers to that
     boost::asio::steady_timer timer_{io_}, pause_{io_};

@@ -164,7 +164,7 @@ std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const 
                     {"assumed", report.assumed},
                     {"error_m", snapshot.assumed_error_m},
                     {"exact_ran", report.exact_ran},
-                    {"exact_insisted", report.exact_insisted},
+                    {"exact_insisted", report.exact_forced},
                     {"exact_contacts", report.exact_contacts},
                     {"unproven", report.unproven_links},
                     {"dropped", report.dropped}});
@@ -172,7 +172,7 @@ std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const 
                     {"max_force_n", report.max_contact_force_n},
                     {"pull_n", report.pull_force_n},
                     {"safe_fraction", report.safe_fraction},
-                    {"hand_stops", report.hand_stops},
+                    {"hand_stops", report.drive_stops},
                     {"lumen_exits", report.lumen_exits},
                     {"insertion_m", report.insertion_m},
                     {"rotation_rad", report.rotation_rad},

@@ -58,8 +58,8 @@ Session::Session(const Scene& scene, const PreparedScene& prepared, std::functio
 void Session::begin_run() {
     if (has_instrument()) {
         recording_ = begin_recording();
-        hand_ = recording_->start();
-        model_.instruments.front().path = {{0.0, hand_.insertion, hand_.rotation}}; // where a run that reads the recording starts
+        drive_position_ = recording_->start();
+        model_.instruments.front().path = {{0.0, drive_position_.insertion, drive_position_.rotation}}; // where a run that reads the recording starts
     }
     breath_share_ = 1.0;
     if (scene_effects_.breathing) {
@@ -156,36 +156,36 @@ void Session::breathe() {
     model_.effects.breathing->amplitude *= breath_share_;
 }
 
-DriveCommand Session::wanted_hand() {
+DriveCommand Session::wanted_drive_command() {
     const InstrumentModel& instrument = model_.instruments.front();
     const State& state = simulator_->state();
     const double dt = model_.step_s;
     if (!status_.script)
-        return {hand_.insertion + status_.drive.insertion * instrument.limits.speed * dt,
-                hand_.rotation + status_.drive.rotation * instrument.limits.rotation * dt};
+        return {drive_position_.insertion + status_.drive.insertion * instrument.limits.speed * dt,
+                drive_position_.rotation + status_.drive.rotation * instrument.limits.rotation * dt};
     if (const auto routed = simulator_->follow_route(0)) return *routed;
     return evaluate_path(script_, state.time + dt);
 }
 
 /// The drive never runs ahead of the instrument by more than one step: where the wall stops the instrument, it waits. So it reverses
 /// at once, and no two rows of the recording lie further apart than the limits allow.
-void Session::move_hand() {
+void Session::follow_drive_command() {
     const InstrumentModel& instrument = model_.instruments.front();
     const fem::RodState& rod = simulator_->state().instruments.front().rod;
     const double dt = model_.step_s;
-    const double reach = std::min(instrument.limits.speed * dt, kHandReach), turn = instrument.limits.rotation * dt;
-    DriveCommand wanted = limit_command(hand_, wanted_hand(), instrument.limits, dt);
+    const double reach = std::min(instrument.limits.speed * dt, kDriveReach), turn = instrument.limits.rotation * dt;
+    DriveCommand wanted = limit_command(drive_position_, wanted_drive_command(), instrument.limits, dt);
     wanted.insertion = std::clamp(wanted.insertion, rod.insertion - reach, rod.insertion + reach);
     wanted.rotation = std::clamp(wanted.rotation, rod.rotation - turn, rod.rotation + turn);
     wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
-    hand_ = recording_->add(simulator_->state().time + dt, wanted);
-    (void)simulator_->set_hand(0, hand_); // clamped above: it is finite, and the instrument is there
+    drive_position_ = recording_->add(simulator_->state().time + dt, wanted);
+    (void)simulator_->set_drive_command(0, drive_position_); // clamped above: it is finite, and the instrument is there
 }
 
 const StepReport& Session::step() {
     if (single_steps_ > 0) --single_steps_;
     breathe();
-    if (has_instrument()) move_hand();
+    if (has_instrument()) follow_drive_command();
     const StepReport& report = simulator_->step();
     most_work_ = std::max(most_work_, report.work_units + (report.exact_ran ? refit_units(model_) : 0));
     if (!report.finite && recording_) recording_->spoil(Spoiler::Stopped);

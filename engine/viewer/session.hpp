@@ -61,8 +61,8 @@ public:
 private:
     void begin_run();
     [[nodiscard]] std::shared_ptr<Recording> begin_recording() const;
-    void move_hand();
-    [[nodiscard]] DriveCommand wanted_hand();
+    void follow_drive_command();
+    [[nodiscard]] DriveCommand wanted_drive_command();
     void switch_effect(Effect effect, bool on);
     void breathe();
 
@@ -76,7 +76,7 @@ private:
     std::optional<Simulator> simulator_;
     std::shared_ptr<Recording> recording_;
     SessionStatus status_;
-    DriveCommand hand_;         // drive position in the last step
+    DriveCommand drive_position_;         // drive position in the last step
     double breath_share_ = 1.0; // of the amplitude: it comes and goes within a second
     unsigned single_steps_ = 0;
     std::uint64_t run_ = 0;

@@ -38,10 +38,10 @@ HWY_INLINE hn::Vec<D4> row_of(const Rows& rows, std::size_t lane) {
 #endif
 }
 
-SteerReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFrame* frames, std::size_t begin, std::size_t end) {
+EmbeddedUpdateReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFrame* frames, std::size_t begin, std::size_t end) {
     const D4 d4;
     const auto three = hn::FirstN(d4, 3);
-    SteerReport report;
+    EmbeddedUpdateReport report;
     for (std::size_t first = begin; first < end; first += kLanes) {
         const std::size_t count = std::min(kLanes, end - first);
         Index at[3][kLanes];
@@ -107,8 +107,8 @@ void move_range(const RigidLinks& links, const LinkFrame* frames, bool leave_sta
 
 #else // the scalar reference
 
-SteerReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFrame* frames, std::size_t begin, std::size_t end) {
-    SteerReport report;
+EmbeddedUpdateReport turn_range(const RigidLinks& links, const NodeRecord* nodes, LinkFrame* frames, std::size_t begin, std::size_t end) {
+    EmbeddedUpdateReport report;
     Mat3 axes;
     for (std::size_t k = begin; k < end; ++k) {
         const Triangle& q = links.frame_nodes[k];
@@ -157,10 +157,10 @@ HWY_EXPORT(move_range);
 
 } // namespace
 
-SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames,
+EmbeddedUpdateReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames,
                              unsigned threads) noexcept {
     const auto run = HWY_DYNAMIC_DISPATCH(turn_range);
-    std::array<SteerReport, kMostBlocks> found;
+    std::array<EmbeddedUpdateReport, kMostBlocks> found;
     const std::size_t blocks =
         for_each_block(frames.size(), threads, kLeastFrames, [&](std::size_t block, std::size_t begin, std::size_t end) {
             found[block] = run(links, nodes.data(), frames.data(), begin, end);

@@ -12,7 +12,7 @@ namespace trocar::fem {
 inline constexpr std::size_t kLeastFrames = 512, kLeastVertices = 2048;
 
 /// Updates the frames of link triangles begin .. end - 1. nodes [node_count]: x the position, v the displacement; frames [frame_count].
-SteerReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames,
+EmbeddedUpdateReport turn_link_frames(const RigidLinks& links, std::span<const NodeRecord> nodes, std::span<LinkFrame> frames,
                              unsigned threads) noexcept;
 
 /// p' = p + w (sum a_i u_i + (A' - A) r) of every vertex. out must not be rest.

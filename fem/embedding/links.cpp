@@ -39,7 +39,7 @@ Mat3 skew(const Vec3& v) noexcept {
 
 } // namespace
 
-SteerReport turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames) noexcept {
+EmbeddedUpdateReport turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames) noexcept {
     assert(node_position.size() == links.node_rest.size());
     frames.frame.resize(links.frame_nodes.size());
     frames.node.resize(links.node_rest.size());
@@ -58,14 +58,14 @@ void place_vertices(const RigidLinks& links, const LinkFrames& frames, std::span
     move_vertices(links, frames, rest, out);
 }
 
-SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
+EmbeddedUpdateReport update_embedded_surface(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
                   std::span<Vec3> out) noexcept {
-    const SteerReport report = turn_frames(links, node_position, frames);
+    const EmbeddedUpdateReport report = turn_frames(links, node_position, frames);
     place_vertices(links, frames, rest, out);
     return report;
 }
 
-std::size_t steer_bytes(const RigidLinks& links) noexcept {
+std::size_t embedded_update_bytes(const RigidLinks& links) noexcept {
     constexpr std::size_t kVertex = sizeof(Index) + sizeof(std::array<double, 3>) + 3 * sizeof(Vec3) + sizeof(double);
     constexpr std::size_t kFrame = sizeof(Triangle) + sizeof(Mat3) + 2 * sizeof(LinkFrame);
     return kVertex * links.vertex_count() + kFrame * links.frame_nodes.size() +

@@ -26,15 +26,15 @@ namespace trocar::fem {
 
 /// out[v] = position of dense vertex v, [vertex_count] m. node_position [node_count], rest [vertex_count] the dense mesh's
 /// rest positions as given to make_*, out another array. frames is sized on the first call, without allocation later.
-SteerReport steer(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
+EmbeddedUpdateReport update_embedded_surface(const RigidLinks& links, std::span<const Vec3> node_position, std::span<const Vec3> rest, LinkFrames& frames,
                   std::span<Vec3> out) noexcept;
 
 /// The two halves of it. A vertex position follows from the frames alone, so that it can be evaluated lazily.
-SteerReport turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames) noexcept;
+EmbeddedUpdateReport turn_frames(const RigidLinks& links, std::span<const Vec3> node_position, LinkFrames& frames) noexcept;
 void place_vertices(const RigidLinks& links, const LinkFrames& frames, std::span<const Vec3> rest, std::span<Vec3> out) noexcept;
 
 /// Bytes that one update of the embedded surface reads and writes, every array once.
-[[nodiscard]] std::size_t steer_bytes(const RigidLinks& links) noexcept;
+[[nodiscard]] std::size_t embedded_update_bytes(const RigidLinks& links) noexcept;
 
 /// dp'/dq_i of one vertex, the turn of its frame included. A static vertex has zero blocks on nodes kNoIndex.
 struct LinkJacobian {

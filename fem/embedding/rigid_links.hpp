@@ -44,7 +44,7 @@ struct LinkFrames {
     bool leave_static = false;    // static vertices are not written: `out` is one that holds them already
 };
 
-struct SteerReport {
+struct EmbeddedUpdateReport {
     std::uint32_t collapsed_frames = 0; // triangles without area (or not finite) now: their last good turn is kept
     Index first_collapsed = kNoIndex;
 

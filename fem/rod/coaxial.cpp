@@ -83,7 +83,7 @@ private:
         const std::size_t count = nodes_ + free_count();
         RodModel& chain = work_.model;
         chain.design.drag = outer_.model.design.drag;
-        chain.design.whip_drag = outer_.model.design.whip_drag;
+        chain.design.transverse_drag = outer_.model.design.transverse_drag;
         chain.segment = outer_.model.segment;
         for (auto* list : {&chain.bend_stiffness, &chain.mass}) list->assign(count, 0.0);
         for (auto* list : {&chain.stretch_stiffness, &chain.rest_length}) list->assign(count - 1, 0.0);

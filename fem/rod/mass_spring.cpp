@@ -27,7 +27,7 @@ public:
         for (std::size_t i = first_ > 0 ? first_ - 1 : 0; i < nodes; ++i) work_.force[i] = model_.mass[i] * drive_.gravity;
         add_springs();
         for (RodPlane& plane : planes_) add_wall(plane);
-        const double whip = model_.design.whip_drag * model_.segment;
+        const double whip = model_.design.transverse_drag * model_.segment;
         for (std::size_t i = first_; i < nodes; ++i) {
             const double mass = model_.mass[i];
             Vec3 v = (state_.velocity[i] + dt_ / mass * work_.force[i]) / (1.0 + model_.design.drag * dt_);

@@ -27,11 +27,11 @@ struct RodFlow {
 };
 
 /// [-] lumen's radius over the rod's: in a narrower gap the fluid takes other paths, and the law would diverge.
-inline constexpr double kLeastRoom = 1.5;
+inline constexpr double kLeastClearanceRatio = 1.5;
 
 /// N s/m^2. viscosity Pa s, radii m
 [[nodiscard]] inline double viscous_resistance(double viscosity, double rod_radius, double lumen_radius) noexcept {
-    return 2.0 * std::numbers::pi * viscosity / natural_log(std::max(lumen_radius / rod_radius, kLeastRoom));
+    return 2.0 * std::numbers::pi * viscosity / natural_log(std::max(lumen_radius / rod_radius, kLeastClearanceRatio));
 }
 
 /// kg/m^2: half the density times the diameter times a drag coefficient of 1.

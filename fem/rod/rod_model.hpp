@@ -26,7 +26,7 @@ struct RodDesign {
     double young_modulus = 100e6; // Pa, of the solid circular section
     double density = 1100.0;      // kg/m^3
     double drag = 40.0;           // 1/s, mass-proportional
-    double whip_drag = 10.0;      // N s/m^2, per metre of rod, across its axis only: a rod that snaps free stays
+    double transverse_drag = 10.0;      // N s/m^2, per metre of rod, across its axis only: a rod that snaps free stays
                                   // slow enough for the contacts of one step; 0 lets it jump
     TipShape tip = TipShape::J;
     double tip_length = 15e-3;           // m, of the shaped distal part

@@ -86,7 +86,7 @@ private:
             const Vec3 moved = state_.position[i] - work_.start[i];
             push(i, model_.mass[i] * (state_.velocity[i] / dt_ + drive_.gravity) - mass * moved);
             stiffen(band, i, i, mass);
-            const double whip = model_.design.whip_drag * model_.segment / dt_;
+            const double whip = model_.design.transverse_drag * model_.segment / dt_;
             const Mat3 across = Mat3::Identity() - work_.tangent[i] * work_.tangent[i].transpose();
             push(i, -whip * (across * moved));
             stiffen(band, i, i, Mat3(whip * across));

@@ -65,14 +65,14 @@ struct Substep {
 
 /// Springs and external forces at `now`, `since` the sub-step's start; null where there are none.
 const PartialForce* find_extra(const Substep& s, double since, std::span<const NodeRecord> now) noexcept {
-    const bool pushed = !s.inputs.external_force.empty(), sprung = s.inputs.springs && !s.inputs.springs->springs.empty();
-    if (!pushed && !sprung) return nullptr;
+    const bool pushed = !s.inputs.external_force.empty(), warm_springs = s.inputs.springs && !s.inputs.springs->springs.empty();
+    if (!pushed && !warm_springs) return nullptr;
     const ForcePlan& plan = s.model.plan;
     for (std::size_t record = 0; record < plan.node_count(); ++record) {
         const Vec3 force = pushed ? s.inputs.external_force[plan.node_of[record]] : Vec3(0.0, 0.0, 0.0);
         s.w.extra[record] = {{force[0], force[1], force[2], 0.0}};
     }
-    if (sprung) add_spring_forces(*s.inputs.springs, s.time + since, plan, now, s.w.extra);
+    if (warm_springs) add_spring_forces(*s.inputs.springs, s.time + since, plan, now, s.w.extra);
     return s.w.extra.data();
 }
 

@@ -33,7 +33,7 @@ Moment look_at(const ContactSprings& springs, const ContactSpring& spring, doubl
     return m;
 }
 
-Moment look_at_rest(const ContactSprings& springs, Index spring, double time, double bound, std::span<const Vec3> position) noexcept {
+Moment measure_spring(const ContactSprings& springs, Index spring, double time, double bound, std::span<const Vec3> position) noexcept {
     return look_at(
         springs, springs.springs[spring], time, bound, [&](Index node) -> const Vec3& { return position[node]; },
         [](Index) -> Vec3 { return Vec3::Zero(); });
@@ -98,13 +98,13 @@ SpringReport add_forces(const ContactSprings& springs, double time, Position&& p
 } // namespace
 
 double find_spring_gap(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept {
-    return look_at_rest(springs, spring, time, 0.0, position).gap;
+    return measure_spring(springs, spring, time, 0.0, position).gap;
 }
 
 double find_spring_push(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept {
     const ContactSpring& s = springs.springs[spring];
     const double bound = s.load == kNoIndex ? 0.0 : s.friction * find_spring_push(springs, s.load, time, position);
-    return look_at_rest(springs, spring, time, bound, position).push;
+    return measure_spring(springs, spring, time, bound, position).push;
 }
 
 SpringReport add_spring_forces(const ContactSprings& springs, double time, std::span<const Vec3> position, std::span<const Vec3> velocity,

@@ -210,7 +210,7 @@ public:
           masks_(level.balls.size() * words()) {}
 
     /// The nearest parent with a free child slot, child by child from there to here. False: there is no such chain.
-    bool make_room(Index parent) {
+    bool free_child_slot(Index parent) {
         if (words() == 0) return false;
         std::vector<std::size_t> via(task_.parents, SIZE_MAX); // the ball that came to each parent
         std::vector<Index> queue{parent};
@@ -286,7 +286,7 @@ std::size_t split_worst(const LevelTask& task, const LevelShares& shares, LevelB
         Index far = kNoIndex;
         const std::vector<Index> half = far_half(task, level.balls[i], shares.of(i), far);
         Index parent = find_parent(task, half, level.parent[i], children);
-        if (parent == kNoIndex && exchange.make_room(level.parent[i])) parent = find_parent(task, half, level.parent[i], children);
+        if (parent == kNoIndex && exchange.free_child_slot(level.parent[i])) parent = find_parent(task, half, level.parent[i], children);
         if (parent == kNoIndex) continue;
         if (skipped > 0) {
             --skipped;

@@ -12,7 +12,7 @@ namespace {
 
 struct BestBall {
     Index ball = kNoIndex;
-    double room = -std::numeric_limits<double>::infinity(); // m
+    double clearance = -std::numeric_limits<double>::infinity(); // m
 };
 
 BestBall find_best_ball(const LumenTree& lumen, const Vec3& p) {
@@ -22,10 +22,10 @@ BestBall find_best_ball(const LumenTree& lumen, const Vec3& p) {
     while (!stack.empty()) {
         const Index s = stack.back();
         stack.pop_back();
-        const double room = tree.spheres[s].radius - (tree.spheres[s].centre - p).norm();
+        const double clearance = tree.spheres[s].radius - (tree.spheres[s].centre - p).norm();
         if (tree.is_leaf(s)) {
-            if (room > best.room) best = {lumen.ball_of_leaf(s), room};
-        } else if (std::min(room, lumen.largest_ball[s]) > best.room) {
+            if (clearance > best.clearance) best = {lumen.ball_of_leaf(s), clearance};
+        } else if (std::min(clearance, lumen.largest_ball[s]) > best.clearance) {
             for (Index c = 0; c < tree.child_count[s]; ++c) stack.push_back(tree.first_child[s] + c);
         }
     }
@@ -97,9 +97,9 @@ std::vector<Index> find_wide_way(const LumenTree& lumen, Index from, Index to, d
     return find_way(
         lumen, from, to,
         [&](Index a, Index b) {
-            const double room = passage(lumen.ball(a), lumen.ball(b));
-            if (room <= 0.0 || room < min_radius) return -1.0;
-            return (lumen.ball(a).centre - lumen.ball(b).centre).norm() / room;
+            const double clearance = passage(lumen.ball(a), lumen.ball(b));
+            if (clearance <= 0.0 || clearance < min_radius) return -1.0;
+            return (lumen.ball(a).centre - lumen.ball(b).centre).norm() / clearance;
         },
         [](double so_far, double extra) { return so_far + extra; });
 }
@@ -109,8 +109,8 @@ double widest_radius(const LumenTree& lumen, Index from, Index to) {
     const auto way = find_way( // cost: the largest 1/passage met so far
         lumen, from, to,
         [&](Index a, Index b) {
-            const double room = passage(lumen.ball(a), lumen.ball(b));
-            return room > 0.0 ? 1.0 / room : -1.0;
+            const double clearance = passage(lumen.ball(a), lumen.ball(b));
+            return clearance > 0.0 ? 1.0 / clearance : -1.0;
         },
         [](double so_far, double extra) { return std::max(so_far, extra); });
     double narrowest = way.empty() ? 0.0 : std::min(lumen.ball(from).radius, lumen.ball(to).radius);
@@ -145,8 +145,8 @@ void smooth(const LumenTree& lumen, const PathOptions& options, std::vector<Lume
         for (std::size_t parity = 1; parity <= 2; ++parity) // odd points, then even ones: no order between neighbours
             for (std::size_t i = parity; i + 1 < path.size(); i += 2) {
                 const Vec3 moved = 0.5 * path[i].centre + 0.25 * (path[i - 1].centre + path[i + 1].centre);
-                const double room = free_radius_at(lumen, moved);
-                if (room >= enough[i]) path[i] = {moved, room};
+                const double clearance = free_radius_at(lumen, moved);
+                if (clearance >= enough[i]) path[i] = {moved, clearance};
             }
 }
 
@@ -168,19 +168,19 @@ std::string in_mm(double metres) {
 
 Result<Index> ball_near(const LumenTree& lumen, const Vec3& p, const char* which) {
     const BestBall best = find_best_ball(lumen, p);
-    if (best.ball != kNoIndex && best.room >= -lumen.ball(best.ball).radius) return best.ball;
+    if (best.ball != kNoIndex && best.clearance >= -lumen.ball(best.ball).radius) return best.ball;
     return Error{ErrorCode::BadValue, std::string("the path's ") + which + " lies outside the lumen" +
-                                          (best.ball == kNoIndex ? "" : ", by " + in_mm(-best.room)) + "; it must lie inside"};
+                                          (best.ball == kNoIndex ? "" : ", by " + in_mm(-best.clearance)) + "; it must lie inside"};
 }
 
 } // namespace
 
 double free_radius_at(const LumenTree& lumen, const Vec3& p) {
     const BestBall best = find_best_ball(lumen, p);
-    if (best.ball == kNoIndex) return best.room;
-    Room room = room_in_ball(p, lumen.ball(best.ball));
-    for (const Index neighbour : lumen.neighbours_of(best.ball)) improve_room(p, lumen.ball(best.ball), lumen.ball(neighbour), room);
-    return room.radius;
+    if (best.ball == kNoIndex) return best.clearance;
+    Clearance clearance = clearance_in_ball(p, lumen.ball(best.ball));
+    for (const Index neighbour : lumen.neighbours_of(best.ball)) improve_clearance(p, lumen.ball(best.ball), lumen.ball(neighbour), clearance);
+    return clearance.radius;
 }
 
 Result<std::vector<double>> find_way_lengths(const LumenTree& lumen, const Vec3& from) {

@@ -8,14 +8,14 @@
 
 namespace trocar::spheretree {
 
-struct Room {
+struct Clearance {
     double radius = -std::numeric_limits<double>::infinity(); // m, of the ball around p that is proven free; negative: p
                                                               // lies that far outside the best ball
     Vec3 inward = Vec3::UnitX();                              // unit, towards more clearance
 };
 
 /// What the ball alone proves.
-[[nodiscard]] inline Room room_in_ball(const Vec3& p, const Sphere& ball) noexcept {
+[[nodiscard]] inline Clearance clearance_in_ball(const Vec3& p, const Sphere& ball) noexcept {
     const Vec3 to_centre = ball.centre - p;
     const double distance = to_centre.norm();
     return {ball.radius - distance, distance > 0.0 ? Vec3(to_centre / distance) : Vec3(Vec3::UnitX())};
@@ -25,7 +25,7 @@ struct Room {
 /// centre. Any ball through that circle with its centre between theirs lies in their union, for on a's side of the plane
 /// it lies in a, and on b's side in b. The best of them for p is centred on the line from the nearest point q of the
 /// circle through p: the clearance is |p - q|.
-inline void improve_room(const Vec3& p, const Sphere& a, const Sphere& b, Room& room) noexcept {
+inline void improve_clearance(const Vec3& p, const Sphere& a, const Sphere& b, Clearance& clearance) noexcept {
     const Vec3 across = b.centre - a.centre;
     const double distance = across.norm();
     if (!(distance > 0.0) || a.radius < 0.0 || b.radius < 0.0) return;
@@ -41,7 +41,7 @@ inline void improve_room(const Vec3& p, const Sphere& a, const Sphere& b, Room& 
     if (centre < 0.0 || centre > distance) return;
     const Vec3 from_circle = (along - h) * axis + (d - rho) / d * off_axis;
     const double radius = from_circle.norm();
-    if (radius > room.radius) room = {radius, from_circle / radius};
+    if (radius > clearance.radius) clearance = {radius, from_circle / radius};
 }
 
 } // namespace trocar::spheretree

@@ -100,7 +100,7 @@ private:
     };
     struct Found { // best lumen leaf for a chain sphere
         Index leaf = kNoIndex;
-        double room = -std::numeric_limits<double>::infinity(); // m, over the whole step
+        double clearance = -std::numeric_limits<double>::infinity(); // m, over the whole step
     };
 
     [[nodiscard]] bool is_depth_first() const noexcept { return order_ == DescentOrder::Depth || order_ == DescentOrder::DepthCapped; }
@@ -120,8 +120,8 @@ private:
     bool find_ball(HollowPair& pair, Index sphere, WorkBudget& budget);
     [[nodiscard]] bool pay(std::uint64_t units, WorkBudget& budget) noexcept;
     static std::uint64_t cost_of_leaf(const HollowPair& pair, Index leaf) noexcept;
-    static double room_in_leaf(HollowPair& pair, Index sphere, Index leaf);
-    bool find_wall_room(HollowPair& pair, Index sphere, WorkBudget& budget);
+    static double clearance_in_leaf(HollowPair& pair, Index sphere, Index leaf);
+    bool find_wall_clearance(HollowPair& pair, Index sphere, WorkBudget& budget);
     void add_solid_contact(const Entry& entry, std::vector<Contact>& out) const;
     void add_wall_contact(const HollowPair& pair, Index sphere);
     void add_open_link(const Entry& entry, std::vector<Contact>& out) const;
@@ -139,7 +139,7 @@ private:
     Found found_;
     bool searching_ = false; // the first open entry's search was interrupted
     bool pressing_ = false;  // its ball is found: the search for its clearance was interrupted
-    Room wall_room_;         // so far
+    Clearance wall_clearance_;         // so far
     std::size_t next_neighbour_ = 0;
     std::uint64_t next_cost_ = 1; // units, of what is done next
     DescentStats stats_;

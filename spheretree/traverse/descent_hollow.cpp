@@ -28,14 +28,14 @@ bool Descent::step_hollow(const Entry& entry, WorkBudget& budget) {
     if (!pressing_ && !find_ball(pair, entry.first, budget)) return false;
     const Index begin = chain.tree.item_begin[entry.first];
     const Index end = std::min<Index>(chain.tree.item_end[entry.first], static_cast<Index>(pair.status.size()));
-    const bool free = found_.room >= margin_;
+    const bool free = found_.clearance >= margin_;
     if (free || chain.tree.is_leaf(entry.first)) // a group that no ball holds tells nothing about its links
         std::fill(state.hint.begin() + begin, state.hint.begin() + end, found_.leaf);
     if (free) {
         std::fill(pair.status.begin() + begin, pair.status.begin() + end, LinkStatus::Free);
         stats_.proven_free += end - begin;
     } else if (chain.tree.is_leaf(entry.first)) {
-        if (!find_wall_room(pair, entry.first, budget)) return false;
+        if (!find_wall_clearance(pair, entry.first, budget)) return false;
         pair.status[begin] = LinkStatus::Contact;
         add_wall_contact(pair, entry.first);
     } else {
@@ -52,7 +52,7 @@ std::uint64_t Descent::cost_of_leaf(const HollowPair& pair, Index leaf) noexcept
 
 /// Clearance that lumen leaf `leaf` proves for a chain sphere over the whole step. Relative to the ball both ends move on a
 /// straight line, and distance is convex: what holds at both ends holds between.
-double Descent::room_in_leaf(HollowPair& pair, Index sphere, Index leaf) {
+double Descent::clearance_in_leaf(HollowPair& pair, Index sphere, Index leaf) {
     const LumenTree& lumen = *pair.lumen.lumen;
     const MovingBall& ball = pair.lumen.state->ball(lumen, lumen.ball_of_leaf(leaf));
     const ChainTree& chain = *pair.chain.chain;
@@ -78,11 +78,11 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
     const Sphere bound = pair.chain.state->spheres[sphere];
     const Index link = chain.tree.item_begin[sphere];
     // Where no ball can hold it with the margin, a group needs no search; a link wants the best there is.
-    const auto hopeless = [&](double room) { return room < (leaf ? found_.room - kTie : margin_); };
+    const auto hopeless = [&](double clearance) { return clearance < (leaf ? found_.clearance - kTie : margin_); };
     const auto try_leaf = [&](Index candidate) {
         ++stats_.pairs_tested;
-        const double room = room_in_leaf(pair, sphere, candidate);
-        if (room > found_.room || (room == found_.room && candidate < found_.leaf)) found_ = {candidate, room};
+        const double clearance = clearance_in_leaf(pair, sphere, candidate);
+        if (clearance > found_.clearance || (clearance == found_.clearance && candidate < found_.leaf)) found_ = {candidate, clearance};
     };
     if (!searching_) {
         Index hint = pair.chain.state->hint[link];
@@ -100,7 +100,7 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
     // A link's bound must hold at t1 alone; its own swept sphere is larger than the link where it moves.
     const double own_radius = leaf ? pair.chain.state->links_t1[link].radius : bound.radius;
     const Vec3 own_centre = leaf ? pair.chain.state->links_t1[link].centre : bound.centre;
-    while (!stack_.empty() && found_.room < margin_) {
+    while (!stack_.empty() && found_.clearance < margin_) {
         const auto [limit, s] = stack_.back();
         if (hopeless(limit)) {
             stack_.pop_back();
@@ -118,8 +118,8 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
         const std::size_t first = stack_.size();
         for (Index child = tree.first_child[s]; child < tree.first_child[s] + count; ++child) {
             ++stats_.pairs_tested;
-            const double room = pair.lumen.state->bound_at(child, own_centre) - own_radius;
-            if (!hopeless(room)) stack_.emplace_back(room, child);
+            const double clearance = pair.lumen.state->bound_at(child, own_centre) - own_radius;
+            if (!hopeless(clearance)) stack_.emplace_back(clearance, child);
         }
         std::sort(stack_.begin() + static_cast<std::ptrdiff_t>(first), stack_.end(), [](const auto& a, const auto& b) {
             return a.first != b.first ? a.first < b.first : a.second > b.second; // the most promising one is on top
@@ -129,9 +129,9 @@ bool Descent::find_ball(HollowPair& pair, Index sphere, WorkBudget& budget) {
     return true;
 }
 
-/// Clearance of a link in the found ball and its neighbours, into wall_room_. Resumes where it was interrupted. False: the
+/// Clearance of a link in the found ball and its neighbours, into wall_clearance_. Resumes where it was interrupted. False: the
 /// budget ended first.
-bool Descent::find_wall_room(HollowPair& pair, Index sphere, WorkBudget& budget) {
+bool Descent::find_wall_clearance(HollowPair& pair, Index sphere, WorkBudget& budget) {
     const LumenTree& lumen = *pair.lumen.lumen;
     LumenState& balls = *pair.lumen.state;
     const Sphere& link = pair.chain.state->links_t1[pair.chain.chain->link_of_leaf(sphere)];
@@ -145,14 +145,14 @@ bool Descent::find_wall_room(HollowPair& pair, Index sphere, WorkBudget& budget)
     if (!pressing_) {
         pressing_ = true;
         next_neighbour_ = 0;
-        wall_room_ = room_in_ball(link.centre, ball);
+        wall_clearance_ = clearance_in_ball(link.centre, ball);
     }
     for (const auto neighbours = lumen.neighbours_of(best); next_neighbour_ < neighbours.size(); ++next_neighbour_) {
         const Index neighbour = neighbours[next_neighbour_];
         // A circle that matters here is nearer than the wall the link is in contact with.
         if (balls.bound_at(lumen.leaf_of_ball[neighbour], link.centre) < -link.radius - margin_) continue;
         if (!pay(1 + balls.cost_of(lumen, neighbour), budget)) return false;
-        improve_room(link.centre, ball, at_t1(neighbour), wall_room_);
+        improve_clearance(link.centre, ball, at_t1(neighbour), wall_clearance_);
     }
     pressing_ = false;
     return true;
@@ -166,9 +166,9 @@ void Descent::add_wall_contact(const HollowPair& pair, Index sphere) {
     contact.feature_a[0] = sphere;
     contact.feature_b[0] = found_.leaf;
     if (found_.leaf != kNoIndex) {
-        contact.gap = wall_room_.radius - link.radius;
-        contact.normal = wall_room_.inward;
-        contact.point = link.centre - wall_room_.inward * link.radius;
+        contact.gap = wall_clearance_.radius - link.radius;
+        contact.normal = wall_clearance_.inward;
+        contact.point = link.centre - wall_clearance_.inward * link.radius;
     }
     collisions_.push_back(contact);
     ++stats_.leaf_contacts;

@@ -133,20 +133,20 @@ DeformingTree make_deforming_tree(SphereTree tree, const TriMesh& surface, const
     out.node_rest.assign(links.node_rest.begin(), links.node_rest.end());
     out.near_begin.push_back(0);
     out.beneath_begin.push_back(0);
-    std::vector<Index> carriers; // nodes that any of the surface is embedded in
-    for (const Triangle& nodes : out.frame_nodes) carriers.insert(carriers.end(), nodes.begin(), nodes.end());
-    std::sort(carriers.begin(), carriers.end());
-    carriers.erase(std::unique(carriers.begin(), carriers.end()), carriers.end());
-    std::vector<Vec3> carrier_rest;
-    for (const Index n : carriers) carrier_rest.push_back(out.node_rest[n]);
+    std::vector<Index> host_nodes; // nodes that any of the surface is embedded in
+    for (const Triangle& nodes : out.frame_nodes) host_nodes.insert(host_nodes.end(), nodes.begin(), nodes.end());
+    std::sort(host_nodes.begin(), host_nodes.end());
+    host_nodes.erase(std::unique(host_nodes.begin(), host_nodes.end()), host_nodes.end());
+    std::vector<Vec3> host_node_rest;
+    for (const Index n : host_nodes) host_node_rest.push_back(out.node_rest[n]);
     std::vector<std::pair<double, Index>> by_distance;
     std::vector<double> reach(out.frame_nodes.size(), -1.0);
     std::vector<Index> nodes;
     for (Index s = 0; s < out.tree.sphere_count(); ++s) {
         const std::size_t level = std::min<std::size_t>(out.tree.level[s], nearest.size() - 1);
         const std::size_t first = out.near.size();
-        add_nearest(out.tree.spheres[s].centre, carrier_rest, nearest[level], by_distance, out.near);
-        for (std::size_t k = first; k < out.near.size(); ++k) out.near[k] = carriers[out.near[k]];
+        add_nearest(out.tree.spheres[s].centre, host_node_rest, nearest[level], by_distance, out.near);
+        for (std::size_t k = first; k < out.near.size(); ++k) out.near[k] = host_nodes[out.near[k]];
         out.near_begin.push_back(static_cast<Index>(out.near.size()));
         out.stands.push_back(0);
         const std::size_t begin = out.beneath.size();

@@ -179,7 +179,7 @@ Steps count_from_the_start(Simulator& simulator, int steps) {
 }
 
 /// The CPU reference on the thread of a device.
-class TwinAsDevice final : public collision::CullBackend {
+class CpuReferenceAsDevice final : public collision::CullBackend {
 public:
     [[nodiscard]] std::string name() const override { return "a device for tests"; }
     [[nodiscard]] int preferred_resolution() const noexcept override { return 64; }
@@ -203,11 +203,11 @@ TEST(ImageSpaceCulling, AllocatesNothingInAnyStep) {
     };
     constexpr int kSteps = 40;
     const PreparedScene never = prepare(Culling::Never), cpu = prepare(Culling::Cpu), device = prepare(Culling::OpenGl);
-    Simulator without(never.model), by_twin(cpu.model), by_device(device.model), by_opengl(device.model);
-    by_device.set_cull_device(std::make_unique<TwinAsDevice>());
+    Simulator without(never.model), by_cpu_reference(cpu.model), by_device(device.model), by_opengl(device.model);
+    by_device.set_cull_device(std::make_unique<CpuReferenceAsDevice>());
     const Steps plain = count_from_the_start(without, kSteps);
     EXPECT_EQ(plain.looked_at, 0u);
-    for (Simulator* simulator : {&by_twin, &by_device}) {
+    for (Simulator* simulator : {&by_cpu_reference, &by_device}) {
         const Steps culled = count_from_the_start(*simulator, kSteps);
         EXPECT_GT(culled.looked_at, 0u);
         EXPECT_EQ(culled.allocations, plain.allocations);

@@ -72,8 +72,8 @@ Sweep sweep_query(const Query& q, bool vertex_face, const SweepLimits& limits) {
 
 bool meets(const Query& q, bool vertex_face) {
     const auto point = [&q](std::size_t i) { return SweptPoint{q.rows[i], q.rows[i + 4]}; };
-    if (vertex_face) return meet_vertex_face(point(0), {point(1), point(2), point(3)}).meets;
-    return meet_edge_edge({point(0), point(1)}, {point(2), point(3)}).meets;
+    if (vertex_face) return ccd_vertex_face(point(0), {point(1), point(2), point(3)}).meets;
+    return ccd_edge_edge({point(0), point(1)}, {point(2), point(3)}).meets;
 }
 
 /// As the benchmark's queries are hard: parallel edges, flat pairs, touching at a corner, a plane or an instant, a few ulps from either

@@ -76,7 +76,7 @@ bool look(ChromaticCuller& culler, const QueryPlan& plan) {
     CpuCanvas canvas;
     return culler.look(plan, canvas).ok();
 }
-constexpr const CullPlan* kNoLook = nullptr;
+constexpr const CullPlan* kWithoutStageTwo = nullptr;
 
 /// plan   none: stages I, III and IV alone
 template <class Plan>
@@ -134,7 +134,7 @@ const std::vector<QueryPlan> kQueryPlans = {
 void expect_the_same_hits(const Surface& s, const SweepLimits& limits, std::size_t at_least = 1) {
     const std::set<Hit> truth = find_self_hits_by_brute_force(s, limits);
     EXPECT_GE(truth.size(), at_least);
-    EXPECT_EQ(find_self_hits(s, limits, kNoLook).hits, truth) << "without stage II";
+    EXPECT_EQ(find_self_hits(s, limits, kWithoutStageTwo).hits, truth) << "without stage II";
     for (std::size_t k = 0; k < kPlans.size(); ++k) EXPECT_EQ(find_self_hits(s, limits, &kPlans[k]).hits, truth) << "plan " << k;
     for (std::size_t k = 0; k < kQueryPlans.size(); ++k)
         EXPECT_EQ(find_self_hits(s, limits, &kQueryPlans[k]).hits, truth) << "queries, plan " << k;
@@ -259,7 +259,7 @@ TEST(ChromaticCuller, TwoBodiesKeepTheirContacts) {
         const SweepLimits limits{.distance = round % 2 == 0 ? 0.0 : 0.05};
         const auto truth = find_hits_by_brute_force(a, b, limits);
         EXPECT_GT(truth.size(), 10u);
-        EXPECT_EQ(find_hits(a, b, limits, kNoLook).hits, truth);
+        EXPECT_EQ(find_hits(a, b, limits, kWithoutStageTwo).hits, truth);
         for (const CullPlan& plan : kPlans) EXPECT_EQ(find_hits(a, b, limits, &plan).hits, truth);
         for (const QueryPlan& plan : kQueryPlans) EXPECT_EQ(find_hits(a, b, limits, &plan).hits, truth);
     }
@@ -280,7 +280,7 @@ TEST(ChromaticCuller, InsideAVesselEveryMemoryKeepsTheContacts) {
                               {.memory = CullMemory::Fronts, .resolution = 512, .reversed_views = true},
                               {.memory = CullMemory::Intervals, .resolution = 512}};
     const SweepLimits limits{.distance = 0.002};
-    const auto plain = find_hits(catheter, vessel, limits, kNoLook);
+    const auto plain = find_hits(catheter, vessel, limits, kWithoutStageTwo);
     for (const CullPlan& plan : plans) {
         const Answer answer = find_hits(catheter, vessel, limits, &plan);
         EXPECT_EQ(answer.hits, plain.hits);
@@ -335,7 +335,7 @@ TEST(ChromaticCuller, FoldedClothLosesPairsInStageTwo) {
     Random random(12);
     const Surface cloth = make_folded_sheet(60, 20, 0.9, random);
     const SweepLimits limits{.distance = 0.01};
-    const Answer plain = find_self_hits(cloth, limits, kNoLook);
+    const Answer plain = find_self_hits(cloth, limits, kWithoutStageTwo);
     for (const CullMemory memory : {CullMemory::Fronts, CullMemory::Intervals}) {
         const CullPlan plan{.memory = memory, .resolution = 512};
         const Answer culled = find_self_hits(cloth, limits, &plan);

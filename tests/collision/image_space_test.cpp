@@ -19,7 +19,7 @@ std::vector<TrianglePair> crossings_by_tree(const std::vector<Triangle>& triangl
     return pairs;
 }
 
-std::vector<TrianglePair> crossings_by_pictures(const std::vector<Triangle>& triangles, const std::vector<Vec3>& positions,
+std::vector<TrianglePair> crossings_by_image_space(const std::vector<Triangle>& triangles, const std::vector<Vec3>& positions,
                                                 const ImageSpacePlan& plan, std::size_t* left = nullptr) {
     ImageSpaceCuller culler(triangles, positions.size());
     CpuCullBackend twin;
@@ -38,7 +38,7 @@ TEST(ImageSpace, NoCrossingOfATriangleSoupIsLostAtAnyResolution) {
             for (const CullMemory memory : {CullMemory::Fronts, CullMemory::Intervals})
                 for (const bool patches : {false, true})
                     EXPECT_EQ(
-                        crossings_by_pictures(soup.triangles, soup.t0, {.memory = memory, .resolution = resolution, .patches = patches}),
+                        crossings_by_image_space(soup.triangles, soup.t0, {.memory = memory, .resolution = resolution, .patches = patches}),
                         crossings_by_tree(soup.triangles, soup.t0));
         }
 }
@@ -53,8 +53,8 @@ TEST(ImageSpace, TubesThatCrossKeepTheirCrossingsAndLittleElse) {
     EXPECT_GT(truth.size(), 50u);
     std::size_t left = 0;
     std::size_t flat_left = 0;
-    EXPECT_EQ(crossings_by_pictures(tube.triangles, tube.t0, {.resolution = 500, .patches = false}, &flat_left), truth);
-    EXPECT_EQ(crossings_by_pictures(tube.triangles, tube.t0, {.resolution = 500}, &left), truth);
+    EXPECT_EQ(crossings_by_image_space(tube.triangles, tube.t0, {.resolution = 500, .patches = false}, &flat_left), truth);
+    EXPECT_EQ(crossings_by_image_space(tube.triangles, tube.t0, {.resolution = 500}, &left), truth);
     std::printf("crossing tubes: %zu triangles of %zu left, %zu without patches, %zu crossings\n", left, tube.triangles.size(), flat_left,
                 truth.size());
     EXPECT_LT(flat_left, tube.triangles.size() / 2);
@@ -73,7 +73,7 @@ TEST(ImageSpace, ASheetWithoutAFoldIsPrunedWhole) {
             triangles.push_back({a + 1, a + 22, a + 21});
         }
     std::size_t left = 1;
-    EXPECT_TRUE(crossings_by_pictures(triangles, positions, {.resolution = 500}, &left).empty());
+    EXPECT_TRUE(crossings_by_image_space(triangles, positions, {.resolution = 500}, &left).empty());
     EXPECT_EQ(left, 0u);
 }
 
@@ -84,15 +84,15 @@ TEST(ImageSpace, EdgeOnAndSubPixelTrianglesAreNotPrunedWhileTheyCross) {
                                          {1e4, 1e4, 1e4},  {1e4 + 1, 1e4, 1e4}, {1e4, 1e4 + 1, 1e4}};
     const std::vector<Triangle> triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
     for (const int resolution : {2, 100, 512})
-        EXPECT_EQ(crossings_by_pictures(triangles, positions, {.resolution = resolution}), (std::vector<TrianglePair>{{0, 1}}));
+        EXPECT_EQ(crossings_by_image_space(triangles, positions, {.resolution = resolution}), (std::vector<TrianglePair>{{0, 1}}));
 }
 
 TEST(ImageSpace, NothingAndNotANumberAreNoTrap) {
-    EXPECT_TRUE(crossings_by_pictures({}, {}, {}).empty());
+    EXPECT_TRUE(crossings_by_image_space({}, {}, {}).empty());
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const std::vector<Vec3> positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {nan, 0.3, -0.5}, {0.3, 0.3, 0.5}, {0.4, 0.3, 0.5}};
-    EXPECT_TRUE(crossings_by_pictures({{0, 1, 2}, {3, 4, 5}}, positions, {}).empty());
-    EXPECT_TRUE(crossings_by_pictures({{0, 0, 0}, {1, 1, 2}}, positions, {}).empty());
+    EXPECT_TRUE(crossings_by_image_space({{0, 1, 2}, {3, 4, 5}}, positions, {}).empty());
+    EXPECT_TRUE(crossings_by_image_space({{0, 0, 0}, {1, 1, 2}}, positions, {}).empty());
 }
 
 struct TwoTubes {
@@ -190,7 +190,7 @@ TEST(ImageSpacePatches, ASmoothSheetThatDipsThroughAnotherByNextToNothingIsKept)
         ASSERT_FALSE(truth.empty());
         for (const int resolution : {7, 64, 500}) {
             std::size_t left = 0;
-            EXPECT_EQ(crossings_by_pictures(sheets.triangles, sheets.t0, {.resolution = resolution}, &left), truth) << dip;
+            EXPECT_EQ(crossings_by_image_space(sheets.triangles, sheets.t0, {.resolution = resolution}, &left), truth) << dip;
             if (resolution == 500) {
                 EXPECT_LT(left, sheets.triangles.size() / 4) << "and little else";
             }
@@ -217,7 +217,7 @@ TEST(ImageSpacePatches, ARampThatWindsOverItselfAndCrossesIsKept) {
             }
         const auto truth = crossings_by_tree(ramp.triangles, ramp.t0);
         EXPECT_FALSE(truth.empty()) << rise;
-        EXPECT_EQ(crossings_by_pictures(ramp.triangles, ramp.t0, {.resolution = 400}), truth) << rise;
+        EXPECT_EQ(crossings_by_image_space(ramp.triangles, ramp.t0, {.resolution = 400}), truth) << rise;
     }
 }
 
@@ -235,7 +235,7 @@ TEST(ImageSpacePatches, WhatIsNoManifoldIsNoTrap) {
     EXPECT_GT(truth.size(), 100u);
     for (const CullMemory memory : {CullMemory::Fronts, CullMemory::Intervals})
         for (const int resolution : {31, 256})
-            EXPECT_EQ(crossings_by_pictures(mesh.triangles, mesh.t0, {.memory = memory, .resolution = resolution}), truth);
+            EXPECT_EQ(crossings_by_image_space(mesh.triangles, mesh.t0, {.memory = memory, .resolution = resolution}), truth);
 }
 
 TEST(ImageSpacePatches, TheFootprintOfAHullHoldsEveryPointOfIt) {
@@ -340,7 +340,7 @@ TEST(Cullide, LosesWhatThePaperSaysItLosesAndTheConservativeFormDoesNot) {
     Cullide cullide(triangles, make_patch_hierarchy(triangles, positions.size()));
     const auto ids = cullide.find_colliding_set(positions, {.resolution = 50});
     EXPECT_TRUE(find_crossings(triangles, positions, ids).empty());
-    EXPECT_EQ(crossings_by_pictures(triangles, positions, {.resolution = 50}), (std::vector<TrianglePair>{{0, 1}}));
+    EXPECT_EQ(crossings_by_image_space(triangles, positions, {.resolution = 50}), (std::vector<TrianglePair>{{0, 1}}));
     Cullide nothing({}, make_patch_hierarchy({}, 0));
     EXPECT_TRUE(nothing.find_colliding_set({}, {}).empty());
 }

@@ -87,7 +87,7 @@ void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, Bod
         for (const Triangle& t : b.triangles) {
             if (self && (t[0] == v || t[1] == v || t[2] == v)) continue;
             const std::array<SweptPoint, 3> face{swept(b, t[0]), swept(b, t[1]), swept(b, t[2])};
-            if (!(options.distance > 0.0 ? sweep_vertex_face(swept(a, v), face, limits).hit() : meet_vertex_face(swept(a, v), face).meets))
+            if (!(options.distance > 0.0 ? sweep_vertex_face(swept(a, v), face, limits).hit() : ccd_vertex_face(swept(a, v), face).meets))
                 continue;
             Contact c{.body_a = body_a, .body_b = body_b};
             c.feature_a[0] = v;
@@ -107,7 +107,7 @@ std::multiset<Key> brute_force(const Surface& a, const Surface& b, const Options
             const Edge &e = a.topology.edges[i], &f = b.topology.edges[k];
             if (self && (e[0] == f[0] || e[0] == f[1] || e[1] == f[0] || e[1] == f[1])) continue;
             const std::array<SweptPoint, 2> edge_a{swept(a, e[0]), swept(a, e[1])}, edge_b{swept(b, f[0]), swept(b, f[1])};
-            if (!(limits.distance > 0.0 ? sweep_edge_edge(edge_a, edge_b, limits).hit() : meet_edge_edge(edge_a, edge_b).meets)) continue;
+            if (!(limits.distance > 0.0 ? sweep_edge_edge(edge_a, edge_b, limits).hit() : ccd_edge_edge(edge_a, edge_b).meets)) continue;
             Contact c{.body_a = options.body_a, .body_b = body_b};
             std::copy(e.begin(), e.end(), c.feature_a);
             std::copy(f.begin(), f.end(), c.feature_b);

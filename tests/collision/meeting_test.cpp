@@ -20,9 +20,9 @@ struct Pair {
     bool vertex_face;
     std::array<SweptPoint, 4> p;
 
-    Meeting meet() const {
-        if (vertex_face) return meet_vertex_face(p[0], {p[1], p[2], p[3]});
-        return meet_edge_edge({p[0], p[1]}, {p[2], p[3]});
+    CcdResult meet() const {
+        if (vertex_face) return ccd_vertex_face(p[0], {p[1], p[2], p[3]});
+        return ccd_edge_edge({p[0], p[1]}, {p[2], p[3]});
     }
     Pair reordered(std::array<std::size_t, 4> order) const { return {vertex_face, {p[order[0]], p[order[1]], p[order[2]], p[order[3]]}}; }
     Pair scaled(double factor) const {
@@ -76,7 +76,7 @@ struct Counts {
 };
 
 void compare(const Pair& pair, Counts& counts, std::uint64_t seed, std::size_t trial) {
-    const Meeting meeting = pair.meet();
+    const CcdResult meeting = pair.meet();
     counts.exact += meeting.decided_by == Decision::Exact;
     const Verdict truth = RationalPair(pair.vertex_face, pair.p).verdict();
     if (truth == Verdict::Unknown)
@@ -129,7 +129,7 @@ TEST(ExactCcd, IntegerArithmeticGivesTheTimeOfImpact) {
     std::size_t decided = 0, later = 0;
     for (std::size_t trial = 0; trial < 6000; ++trial) {
         const Pair pair = whole_pair(random, 1 + static_cast<int>(trial % 4));
-        const Meeting m = pair.meet();
+        const CcdResult m = pair.meet();
         if (!m.meets || m.decided_by != Decision::Exact) continue;
         ++decided;
         later += m.time > 0.0;
@@ -173,27 +173,27 @@ TEST(ExactCcd, FourAtATimeAnswerAsOneAtATimeToTheBit) {
     std::vector<FeaturePair> pairs;
     for (Index i = 0; i < 120; ++i)
         for (Index k = 0; k < 41; ++k) pairs.push_back({i, k});
-    std::vector<Meeting> meetings(pairs.size());
+    std::vector<CcdResult> ccd_results(pairs.size());
     std::size_t met = 0;
-    const auto expect_same = [&](const Meeting& one, std::size_t i) {
-        ASSERT_EQ(one.meets, meetings[i].meets) << "seed " << kSeed << " pair " << i;
-        EXPECT_EQ(one.decided_by, meetings[i].decided_by) << "seed " << kSeed << " pair " << i;
+    const auto expect_same = [&](const CcdResult& one, std::size_t i) {
+        ASSERT_EQ(one.meets, ccd_results[i].meets) << "seed " << kSeed << " pair " << i;
+        EXPECT_EQ(one.decided_by, ccd_results[i].decided_by) << "seed " << kSeed << " pair " << i;
         if (!one.meets) return;
         ++met;
-        EXPECT_EQ(one.time, meetings[i].time) << "seed " << kSeed << " pair " << i;
-        EXPECT_EQ(one.bary, meetings[i].bary) << "seed " << kSeed << " pair " << i;
-        EXPECT_EQ(one.normal, meetings[i].normal) << "seed " << kSeed << " pair " << i;
+        EXPECT_EQ(one.time, ccd_results[i].time) << "seed " << kSeed << " pair " << i;
+        EXPECT_EQ(one.bary, ccd_results[i].bary) << "seed " << kSeed << " pair " << i;
+        EXPECT_EQ(one.normal, ccd_results[i].normal) << "seed " << kSeed << " pair " << i;
     };
     const auto point = [](const testing::Surface& s, Index v) { return SweptPoint{s.t0[v], s.t1[v]}; };
-    meet_vertex_faces(a.motion(), b.motion(), pairs, meetings);
+    ccd_vertex_faces(a.motion(), b.motion(), pairs, ccd_results);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         const Triangle& t = b.triangles[pairs[i].b];
-        expect_same(meet_vertex_face(point(a, pairs[i].a), {point(b, t[0]), point(b, t[1]), point(b, t[2])}), i);
+        expect_same(ccd_vertex_face(point(a, pairs[i].a), {point(b, t[0]), point(b, t[1]), point(b, t[2])}), i);
     }
-    meet_edge_edges(a.motion(), b.motion(), pairs, meetings);
+    ccd_edge_edges(a.motion(), b.motion(), pairs, ccd_results);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         const Edge &e = a.topology.edges[pairs[i].a], &f = b.topology.edges[pairs[i].b];
-        expect_same(meet_edge_edge({point(a, e[0]), point(a, e[1])}, {point(b, f[0]), point(b, f[1])}), i);
+        expect_same(ccd_edge_edge({point(a, e[0]), point(a, e[1])}, {point(b, f[0]), point(b, f[1])}), i);
     }
     EXPECT_GT(met, 100u);
 }
@@ -205,12 +205,12 @@ TEST(ExactCcd, IsTheSameForEveryOrderScaleAndDirectionOfTime) {
     const std::vector<std::array<std::size_t, 4>> edges{{0, 1, 2, 3}, {1, 0, 2, 3}, {0, 1, 3, 2}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 0, 1}};
     for (std::size_t trial = 0; trial < trials(2000); ++trial) {
         const Pair pair = trial % 2 == 0 ? whole_pair(random, 2) : nearly_touching_pair(random);
-        const Meeting one = pair.meet();
+        const CcdResult one = pair.meet();
         for (const auto& order : pair.vertex_face ? faces : edges) {
-            const Meeting other = pair.reordered(order).meet();
+            const CcdResult other = pair.reordered(order).meet();
             EXPECT_EQ(one.meets, other.meets) << "seed " << kSeed << " trial " << trial;
             if (one.meets && other.meets) {
-                EXPECT_NEAR(one.time, other.time, 2.0 * kMeetingTime) << "seed " << kSeed << " trial " << trial;
+                EXPECT_NEAR(one.time, other.time, 2.0 * kTimeOfImpactError) << "seed " << kSeed << " trial " << trial;
             }
         }
         EXPECT_EQ(one.meets, pair.scaled(0x1p-300).meet().meets) << "seed " << kSeed << " trial " << trial;
@@ -226,7 +226,7 @@ TEST(ExactCcd, TellsTimePlaceAndNormal) {
     for (std::size_t trial = 0; trial < 20000; ++trial) {
         Pair pair{trial % 2 == 0, {}};
         for (SweptPoint& q : pair.p) q = {random.vector(1.0), random.vector(1.0)};
-        const Meeting m = pair.meet();
+        const CcdResult m = pair.meet();
         if (!m.meets) continue;
         ++checked;
         std::array<Vec3, 4> x;

@@ -107,7 +107,7 @@ struct Culled {
 };
 
 /// The calls of OpenGL, from the counters of its entry points; what it leaves, against the CPU reference. Without OpenGL the note.
-void expect_drawn(const Method& method, const CulledSearch& culled, std::span<const collision::TrianglePair> twins_pairs) {
+void expect_drawn(const Method& method, const CulledSearch& culled, std::span<const collision::TrianglePair> reference_pairs) {
     if (!has_opengl()) {
         EXPECT_FALSE(culled.notes().empty()) << method.name << " is missing, and not reported";
         return;
@@ -115,7 +115,7 @@ void expect_drawn(const Method& method, const CulledSearch& culled, std::span<co
     EXPECT_NE(culled.backend(), "CPU reference") << method.name << " was given up";
     EXPECT_TRUE(culled.notes().empty()) << culled.notes().front();
     const auto& culler = *culled.jobs().front().culler;
-    EXPECT_TRUE(std::ranges::equal(culler.pairs(), twins_pairs)) << method.name << " leaves other pairs than the CPU reference";
+    EXPECT_TRUE(std::ranges::equal(culler.pairs(), reference_pairs)) << method.name << " leaves other pairs than the CPU reference";
     if (culler.counts().near_pairs == 0) return;
     EXPECT_GT(calls.draws, 0u) << method.name;
     if (method.options.method == CullMethod::Gl) {
@@ -127,7 +127,7 @@ void expect_drawn(const Method& method, const CulledSearch& culled, std::span<co
 }
 
 /// The same by the CPU.
-CulledSearch::Options twin_of(CulledSearch::Options options) {
+CulledSearch::Options cpu_reference_of(CulledSearch::Options options) {
     if (options.method == CullMethod::Gl) options.method = CullMethod::Cpu;
     options.contexts.order.clear();
     return options;
@@ -152,7 +152,7 @@ std::size_t expect_the_law(const TriMesh& mesh, const std::vector<Vec3>& t1, std
         CulledSearch culled(surfaces, positions, method.options);
         const double look_ms = culled.find_candidates(motion).look_ms;
         if (method.options.method == CullMethod::Gl || method.options.method == CullMethod::Query) {
-            CulledSearch twin(surfaces, positions, twin_of(method.options));
+            CulledSearch twin(surfaces, positions, cpu_reference_of(method.options));
             twin.find_candidates(motion);
             expect_drawn(method, culled, twin.jobs().front().culler->pairs());
             by_opengl.near += culled.jobs().front().culler->counts().near_pairs;
@@ -170,7 +170,7 @@ std::size_t expect_the_law(const TriMesh& mesh, const std::vector<Vec3>& t1, std
 }
 
 const Method kNoStageTwo{"no stage II", {.method = CullMethod::None}};
-const Method kTwin{"CPU reference, intervals", {.method = CullMethod::Cpu, .plan = {.resolution = 256, .max_rounds = 1}}};
+const Method kCpuReference{"CPU reference, intervals", {.method = CullMethod::Cpu, .plan = {.resolution = 256, .max_rounds = 1}}};
 const Method kFronts{"CPU reference, fronts",
                      {.method = CullMethod::Cpu, .plan = {.memory = collision::CullMemory::Fronts, .resolution = 128, .max_rounds = 1}}};
 const Method kOpenGl{"OpenGL", {.method = CullMethod::Gl, .plan = {.resolution = 64, .max_rounds = 1}, .contexts = counted()}};
@@ -178,7 +178,7 @@ const Method kQueries{"queries by OpenGL",
                       {.method = CullMethod::Query, .queries = {.resolution = 64, .max_rounds = 1}, .contexts = counted()}};
 
 TEST(CullLaw, TheContactsOfMadeSurfacesAreTheSameWithEveryCuller) {
-    const Method methods[] = {kNoStageTwo, kTwin, kFronts, kOpenGl, kQueries};
+    const Method methods[] = {kNoStageTwo, kCpuReference, kFronts, kOpenGl, kQueries};
     std::size_t tried = 0, touching = 0;
     Culled by_opengl;
     for (const std::size_t triangles : {320u, 1300u})
@@ -206,7 +206,7 @@ TEST(CullLaw, TheContactsOfEverySurfaceAreTheSameWithEveryCuller) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(data))
         if (entry.is_regular_file() && entry.file_size() < 500'000) files.push_back(entry.path());
     std::sort(files.begin(), files.end());
-    const Method methods[] = {kNoStageTwo, kTwin, kFronts, kOpenGl, kQueries};
+    const Method methods[] = {kNoStageTwo, kCpuReference, kFronts, kOpenGl, kQueries};
     std::size_t tried = 0, touching = 0;
     Culled by_opengl;
     for (const auto& file : files) {
@@ -248,7 +248,7 @@ constexpr std::size_t kMostByOpenGl = 8000;
 
 void expect_the_law_pinched(const TriMesh& mesh) {
     anatomy::Random random(1);
-    const Method methods[] = {kNoStageTwo, kTwin, kOpenGl};
+    const Method methods[] = {kNoStageTwo, kCpuReference, kOpenGl};
     const bool open_gl = takes_long() || mesh.triangles.size() <= kMostByOpenGl;
     Culled by_opengl;
     const StopWatch watch;

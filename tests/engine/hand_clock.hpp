@@ -7,7 +7,7 @@
 
 namespace trocar::engine::hand_clock {
 
-class HandClock final : public Clock {
+class ManualClock final : public Clock {
 public:
     [[nodiscard]] std::int64_t now_ns() const noexcept override { return now_; }
     void pass(double seconds) { now_ += static_cast<std::int64_t>(std::llround(seconds * 1e9)); }
@@ -28,7 +28,7 @@ struct Rounds {
 };
 
 /// True when it was started and came to its end.
-inline bool run_exact(StepBudget& budget, HandClock& clock, const ExactForecast& forecast, const Rounds& rounds) {
+inline bool run_exact(StepBudget& budget, ManualClock& clock, const ExactForecast& forecast, const Rounds& rounds) {
     if (!budget.exact_fits(forecast)) return false;
     for (int round = 0; round < rounds.count; ++round) {
         if (!budget.round_fits()) {

@@ -181,7 +181,7 @@ TEST(Fork, AStepFromAnotherRunsStateEndsTheSame) {
     const std::string ball = R"("shape": "sphere", "centre": [0, 0, 32], "radius": 30, "subdivisions": 3)";
     wrapped.replace(wrapped.find(ball), ball.size(), R"("shape": "box", "centre": [0, 0, 32], "extent": [60, 60, 60], "cells": 4)");
     wrapped.replace(wrapped.find(R"("solid_stiffness": 1)"), 0, R"("sphere_trees": "wrapped", )");
-    for (const std::string& text : {kBallOnTable, wrapped, test::bent_tube_scene({.carrier = test::kOrgan})}) {
+    for (const std::string& text : {kBallOnTable, wrapped, test::bent_tube_scene({.host_body = test::kOrgan})}) {
         const PreparedScene prepared = test::prepare(text);
         Simulator exact(prepared.model, BudgetLimits{}), other(prepared.model, BudgetLimits{});
         for (int step = 0; step < 60; ++step) {
@@ -297,7 +297,7 @@ TEST(Cost, OfThePapersSpherePushIsABallHeldUpWhereTheBudgetEnds) {
 }
 
 TEST(Cost, OfAWireInABentTubeNamesWhatWasSkipped) {
-    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.carrier = test::kOrgan}));
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.host_body = test::kOrgan}));
     const CostTable table = measure(prepared, {"work:0", "1s", "exact"}, 120);
     EXPECT_EQ(table.rows[0].exact_steps, 0u);
     EXPECT_EQ(table.rows[1].exact_steps, 120u);

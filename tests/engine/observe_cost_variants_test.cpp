@@ -86,7 +86,7 @@ TEST(Variants, WithTreesThatHoldTheirSurfaceMissNothingAtAnyBudget) {
 }
 
 TEST(Variants, WithoutTheExactStageLoseIt) {
-    const std::string text = test::bent_tube_scene({.carrier = test::kOrgan});
+    const std::string text = test::bent_tube_scene({.host_body = test::kOrgan});
     const PreparedScene own = test::prepare(text), coarse = prepare_variant(text, "coarse");
     CostOptions options = options_of({"exact"}, 60);
     options.variants = {{"coarse", &coarse.model}};

@@ -95,7 +95,7 @@ TEST(GrantRecord, OfAnotherKindOrVersionSaysSo) {
 
 TEST(Replay, OfAWallRunHasTheSameBitsWhateverTheClockSaysNow) {
     bool started = false, refused = false;
-    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.carrier = test::kOrgan}));
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.host_body = test::kOrgan}));
     for (const double wall_s : {0.1e-3, 0.5e-3, 1e-3, 4e-3}) {
         const GrantRecord record = record_run(prepared.model, {BudgetMode::Wall, wall_s, 0}, 7, 100);
         for (const GrantStep& step : record.steps)
@@ -127,7 +127,7 @@ TEST(ModelHash, IsThatOfTheSceneAndNotOfItsBudget) {
     EXPECT_EQ(hash_model(test::prepare(test::bent_tube_scene({.budget = "1ms"})).model), tube);
     EXPECT_NE(hash_model(test::prepare(test::bent_tube_scene({.speed = 34.0})).model), tube);
     EXPECT_NE(hash_model(test::prepare(test::bent_tube_scene({.effects = R"("coarse_contact")"})).model), tube);
-    EXPECT_NE(hash_model(test::prepare(test::bent_tube_scene({.carrier = test::kOrgan})).model), tube);
+    EXPECT_NE(hash_model(test::prepare(test::bent_tube_scene({.host_body = test::kOrgan})).model), tube);
 }
 
 } // namespace

@@ -73,7 +73,7 @@ Trace run_tube(int steps) {
     entry.name = "tube";
     entry.steps = static_cast<std::uint64_t>(steps);
     entry.budget = {BudgetMode::Work, 0.0, 100000};
-    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.carrier = test::kOrgan}));
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.host_body = test::kOrgan}));
     return run_trace(prepared.model, entry);
 }
 

@@ -1,7 +1,7 @@
 // A State is all that one step leaves for the next: a copy of it (a fork), and one that went through bytes (a checkpoint), go on to the same
 // bits in everything, contact forces included, whatever the scene, the step at which it is cut and the budget.
 #include "engine/prepare/prepare_scene.hpp"
-#include "engine/scene/read_scene.hpp"
+#include "engine/scene/scene.hpp"
 #include "engine/state/state_bytes.hpp"
 #include "engine/step/simulator.hpp"
 #include "step_fixture.hpp"

@@ -36,7 +36,7 @@ protected:
 };
 
 TEST_F(Bits, AreTheSameOnEveryInstructionSet) {
-    for (const std::string& text : {kSoftBodies, test::bent_tube_scene({.budget = "work:20000", .carrier = test::kOrgan})}) {
+    for (const std::string& text : {kSoftBodies, test::bent_tube_scene({.budget = "work:20000", .host_body = test::kOrgan})}) {
         const PreparedScene prepared = test::prepare(text);
         ASSERT_TRUE(fem::choose_isa("portable"));
         const std::uint64_t portable = run(prepared.model, 25);

@@ -129,7 +129,7 @@ TEST(BloodDrag, BeatsWithThePulse) {
 /// A vessel in an organ that breathes: the flow moves along.
 TEST(BloodDrag, MovesWithTheOrganThatCarriesTheVessel) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene(
-        {.effects = R"("elasticity", "damping", "breathing", "coarse_contact", "exact_contact", "blood_drag")", .carrier = test::kOrgan}));
+        {.effects = R"("elasticity", "damping", "breathing", "coarse_contact", "exact_contact", "blood_drag")", .host_body = test::kOrgan}));
     ASSERT_TRUE(flow_of(prepared).links.has_value() || prepared.model.bodies[1].blood->links.has_value());
     Simulator simulator(prepared.model);
     for (int k = 0; k < 100; ++k) ASSERT_EQ(simulator.step().lumen_exits, 0u);

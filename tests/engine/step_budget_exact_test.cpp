@@ -9,7 +9,7 @@ namespace {
 using namespace hand_clock;
 
 TEST(StepBudget, AnExactStageThatWasNeverSeenIsNotTriedUnderATightBudgetAtOnceButInTheEnd) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(0.5e-3));
     budget.begin();
     EXPECT_FALSE(run_exact(budget, clock, {10, 10}, {})) << "its first guess is 1 ms";
@@ -20,7 +20,7 @@ TEST(StepBudget, AnExactStageThatWasNeverSeenIsNotTriedUnderATightBudgetAtOnceBu
 }
 
 TEST(StepBudget, TheExactStageFitsWhenWhatItCostBeforeDoesWithAReserve) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(2e-3));
     const ExactForecast forecast{1000, 0}; // 0.09 ms of tests
     for (int step = 0; step < 100; ++step) {
@@ -38,7 +38,7 @@ TEST(StepBudget, TheExactStageFitsWhenWhatItCostBeforeDoesWithAReserve) {
 }
 
 TEST(StepBudget, AnotherRoundIsRefusedWhenItsSolveWouldNotFit) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1.0e-3));
     const ExactForecast forecast{100, 0};
     for (int step = 0; step < 100; ++step) {
@@ -52,7 +52,7 @@ TEST(StepBudget, AnotherRoundIsRefusedWhenItsSolveWouldNotFit) {
 }
 
 TEST(StepBudget, TestsAreGrantedWhatIsLeftWithAReserve) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1.33 * 5e-3)); // 10000 candidates of 500 ns, the first guess
     budget.begin();
     EXPECT_NEAR(static_cast<double>(budget.grant_tests({100, 0}).left()), 10000.0, 1.0);
@@ -62,7 +62,7 @@ TEST(StepBudget, TestsAreGrantedWhatIsLeftWithAReserve) {
 }
 
 TEST(StepBudget, AStepThatSuddenlyCostsTenTimesMoreIsLateOnceAndNotTriedAgainAtOnce) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     const ExactForecast forecast{1000, 100};
     int tried = 0;
@@ -85,7 +85,7 @@ TEST(StepBudget, AStepThatSuddenlyCostsTenTimesMoreIsLateOnceAndNotTriedAgainAtO
 }
 
 TEST(StepBudget, TestsTenTimesSlowerThanForecastAreNotStartedOnceThatIsKnown) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     const ExactForecast forecast{4000, 100};
     int overruns = 0;
@@ -98,7 +98,7 @@ TEST(StepBudget, TestsTenTimesSlowerThanForecastAreNotStartedOnceThatIsKnown) {
 }
 
 TEST(StepBudget, OneSlowExactStageIsForgottenInTime) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(2e-3));
     const ExactForecast forecast{4000, 100};
     budget.begin();
@@ -113,7 +113,7 @@ TEST(StepBudget, OneSlowExactStageIsForgottenInTime) {
 }
 
 TEST(StepBudget, ASuspensionOfAnHourIsForgottenWithinTwoSecondsOfSteps) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(2e-3));
     const ExactForecast forecast{1000, 100};
     const auto run_steps = [&](int count) {
@@ -133,7 +133,7 @@ TEST(StepBudget, ASuspensionOfAnHourIsForgottenWithinTwoSecondsOfSteps) {
 }
 
 TEST(StepBudget, TheCostOfAnExactStageThatRunsEveryStepIsNotForgotten) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(2e-3));
     const ExactForecast forecast{8000, 0};
     for (int step = 0; step < 200; ++step) {
@@ -149,7 +149,7 @@ TEST(StepBudget, TheCostOfAnExactStageThatRunsEveryStepIsNotForgotten) {
 /// Steps with something in each that takes `seconds(step)` outside of the account, as steps do whose scope is collision: in how many of
 /// those from the second on would an exact stage be begun?
 template <class Measured, class Seconds>
-int count_begun(HandClock& clock, StepBudget& budget, int steps, Measured measured, Seconds seconds) {
+int count_begun(ManualClock& clock, StepBudget& budget, int steps, Measured measured, Seconds seconds) {
     int begun = 0;
     for (int step = 0; step < steps; ++step) {
         budget.begin();
@@ -163,7 +163,7 @@ int count_begun(HandClock& clock, StepBudget& budget, int steps, Measured measur
 /// The boxes of the wall take 1.7 ms and no grant interrupts them: a stage that begins with them never fits into 1 ms, however long it is
 /// since one was tried.
 TEST(StepBudget, AStageWhoseRefitAloneIsTooLongIsNotBegunAgainAndAgain) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     const auto refit = [&](const auto& work) { budget.begin_part(StepPart::Refit), work(), budget.end_part(StepPart::Refit); };
     EXPECT_EQ(count_begun(clock, budget, 5000, refit, [](int) { return 1.7e-3; }), 0);
@@ -172,7 +172,7 @@ TEST(StepBudget, AStageWhoseRefitAloneIsTooLongIsNotBegunAgainAndAgain) {
 
 /// As the refit: a solve that is timed in every step, within an exact stage or in place of one, keeps its forecast.
 TEST(StepBudget, ASolveThatIsTooLongIsNotForgottenAsLongAsItIsSeen) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     const auto solve = [&](const auto& work) { budget.begin_solve(), work(), budget.end_solve(); };
     EXPECT_EQ(count_begun(clock, budget, 1000, solve, [](int) { return 2e-3; }), 0);
@@ -181,7 +181,7 @@ TEST(StepBudget, ASolveThatIsTooLongIsNotForgottenAsLongAsItIsSeen) {
 /// What is granted for the tests of a round is what the stage was begun for: the same parts, the same reserve. Only where the number of
 /// candidates is no longer reliable may one be begun in vain, and then it is given up in time.
 TEST(StepBudget, AStageThatIsBegunIsGrantedAllItsTestsOrGivenUpInTime) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(2e-3));
     const ExactForecast forecast{4000, 20000};
     const auto pass_part = [&](StepPart part, double seconds) { budget.begin_part(part), clock.pass(seconds), budget.end_part(part); };
@@ -216,7 +216,7 @@ TEST(StepBudget, AStageThatIsBegunIsGrantedAllItsTestsOrGivenUpInTime) {
 /// What candidates cost does not depend on the boxes, which are many, nor on how few they were last time: stages of 1,000 candidates of
 /// 600 ns among stages of 50, and each that is begun with time enough for what it says is in time.
 TEST(StepBudget, FewCandidatesDoNotMakeManySeemCheap) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     int late = 0, done = 0;
     for (int step = 0; step < 2000; ++step) {
@@ -232,7 +232,7 @@ TEST(StepBudget, FewCandidatesDoNotMakeManySeemCheap) {
 
 /// A candidate takes 60 ns. After a thousand steps without any the forecast is not zero: what is granted fits.
 TEST(StepBudget, WhatTestsCostIsNotForgottenBelowTheLowestThatWasSeen) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(2e-3));
     const ExactForecast forecast{5000, 0};
     for (int step = 0; step < 200; ++step) {

@@ -11,7 +11,7 @@ namespace {
 using namespace hand_clock;
 
 /// Spends the whole grant; each unit takes `seconds`.
-void use_up(StepBudget& budget, HandClock& clock, WorkBudget grant, double seconds) {
+void use_up(StepBudget& budget, ManualClock& clock, WorkBudget grant, double seconds) {
     const std::uint64_t units = grant.left();
     ASSERT_TRUE(grant.spend(units));
     clock.pass(seconds * static_cast<double>(units));
@@ -19,7 +19,7 @@ void use_up(StepBudget& budget, HandClock& clock, WorkBudget grant, double secon
 }
 
 /// Descends until nothing more is granted; returns the units that were done.
-std::uint64_t descend(StepBudget& budget, HandClock& clock, double seconds_per_unit) {
+std::uint64_t descend(StepBudget& budget, ManualClock& clock, double seconds_per_unit) {
     std::uint64_t done = 0;
     for (int round = 0; round < 100000; ++round) {
         const WorkBudget grant = budget.grant_descent();
@@ -32,7 +32,7 @@ std::uint64_t descend(StepBudget& budget, HandClock& clock, double seconds_per_u
 }
 
 TEST(StepBudget, AWallGrantIsNeverLargerThanWhatTheTimePaysForOrTheClockShouldBeLeftAlone) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget large(clock, wall(10e-3)), small(clock, wall(10e-6));
     large.begin();
     small.begin();
@@ -44,7 +44,7 @@ TEST(StepBudget, AWallGrantIsNeverLargerThanWhatTheTimePaysForOrTheClockShouldBe
 }
 
 TEST(StepBudget, NothingIsGrantedOnceTheTimeIsUpOrTooShortForOneTest) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-6));
     budget.begin();
     EXPECT_GT(budget.grant_descent().left(), 0u);
@@ -59,7 +59,7 @@ TEST(StepBudget, NothingIsGrantedOnceTheTimeIsUpOrTooShortForOneTest) {
 }
 
 TEST(StepBudget, DescentAtTheForecastRateEndsWithinTheLimit) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     budget.begin();
     const std::uint64_t done = descend(budget, clock, 100e-9);
@@ -69,7 +69,7 @@ TEST(StepBudget, DescentAtTheForecastRateEndsWithinTheLimit) {
 }
 
 TEST(StepBudget, TestsTenTimesSlowerThanForecastOverrunOnceByLessThanAGrantAndThenNoMore) {
-    HandClock clock;
+    ManualClock clock;
     constexpr double kSlow = 1000e-9;
     StepBudget budget(clock, wall(1e-3));
     budget.begin();
@@ -84,7 +84,7 @@ TEST(StepBudget, TestsTenTimesSlowerThanForecastOverrunOnceByLessThanAGrantAndTh
 }
 
 TEST(StepBudget, AGrantTakesAnEighthOfWhatIsLeftSoThatARateThatRisesIsSeenInTime) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(0.5e-3));
     budget.begin();
     EXPECT_EQ(budget.grant_descent().left(), 625u) << "of 5000 at 100 ns";
@@ -94,7 +94,7 @@ TEST(StepBudget, AGrantTakesAnEighthOfWhatIsLeftSoThatARateThatRisesIsSeenInTime
 
 /// A ball's wall is tested in one piece: the grant covers all of it, or none is given.
 TEST(StepBudget, AGrantIsNoSmallerThanWhatIsDoneNextOrThereIsNone) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(10e-6)); // 100 tests of 100 ns
     budget.begin();
     EXPECT_EQ(budget.grant_descent(80).left(), 80u) << "more than the eighth that is usually given";
@@ -115,7 +115,7 @@ TEST(StepBudget, AGrantIsNoSmallerThanWhatIsDoneNextOrThereIsNone) {
 }
 
 TEST(StepBudget, WhatIsKeptBackIsNotGranted) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     budget.begin();
     budget.keep_back(0.4e-3);
@@ -128,7 +128,7 @@ TEST(StepBudget, WhatIsKeptBackIsNotGranted) {
 }
 
 TEST(StepBudget, AfterTestsBecomeFasterAgainTheTimeIsUsedAgain) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     for (int step = 0; step < 20; ++step) {
         budget.begin();
@@ -144,7 +144,7 @@ TEST(StepBudget, AfterTestsBecomeFasterAgainTheTimeIsUsedAgain) {
 }
 
 TEST(StepBudget, AGrantOfAFewTestsTeachesNothing) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(10e-6));
     budget.begin();
     WorkBudget grant = budget.grant_descent();
@@ -157,7 +157,7 @@ TEST(StepBudget, AGrantOfAFewTestsTeachesNothing) {
 }
 
 TEST(StepBudget, PausedTimeIsNotCharged) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     budget.begin();
     clock.pass(0.2e-3);
@@ -175,7 +175,7 @@ TEST(StepBudget, PausedTimeIsNotCharged) {
 }
 
 TEST(StepBudget, ABeginAfterAPauseRuns) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     budget.begin();
     budget.pause();
@@ -185,7 +185,7 @@ TEST(StepBudget, ABeginAfterAPauseRuns) {
 }
 
 TEST(StepBudget, ChargesTimeOfThreadAndClockApart) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     budget.begin();
     clock.pass(0.25e-3);
@@ -196,22 +196,22 @@ TEST(StepBudget, ChargesTimeOfThreadAndClockApart) {
 }
 
 /// A step whose tissue takes 4 ms and whose surfaces take 1 ms, forecast from a hundred others.
-StepBudget with_forecasts(HandClock& clock, double limit_s) {
+StepBudget with_forecasts(ManualClock& clock, double limit_s) {
     StepBudget budget(clock, wall(limit_s));
     for (int step = 0; step < 100; ++step) {
         budget.begin();
         budget.begin_part(StepPart::Tissue);
         clock.pass(4e-3);
         budget.end_part(StepPart::Tissue);
-        budget.begin_part(StepPart::Steer);
+        budget.begin_part(StepPart::EmbeddedSurfaces);
         clock.pass(1e-3);
-        budget.end_part(StepPart::Steer);
+        budget.end_part(StepPart::EmbeddedSurfaces);
     }
     return budget;
 }
 
 TEST(StepBudget, EffectsAreLeftOutInTheirOrderUntilTheForecastFits) {
-    HandClock clock;
+    ManualClock clock;
     constexpr Droppable kTissueFirst[] = {Droppable::Elasticity, Droppable::ExactContact};
     constexpr Droppable kExactFirst[] = {Droppable::ExactContact, Droppable::Elasticity};
     const unsigned tissue = drop_bit(Droppable::Elasticity), exact = drop_bit(Droppable::ExactContact);
@@ -229,7 +229,7 @@ TEST(StepBudget, EffectsAreLeftOutInTheirOrderUntilTheForecastFits) {
 }
 
 TEST(StepBudget, AnEffectThatWasLeftOutIsTriedAgain) {
-    HandClock clock;
+    ManualClock clock;
     constexpr Droppable kTissue[] = {Droppable::Elasticity};
     StepBudget budget = with_forecasts(clock, 4e-3);
     int left_out = 0;
@@ -242,7 +242,7 @@ TEST(StepBudget, AnEffectThatWasLeftOutIsTriedAgain) {
 }
 
 TEST(StepBudget, WhatTheClockDecidedIsRecordedAndReplayedWhateverTheClockSays) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget first(clock, wall(1e-3)), again(clock, wall(1e-3));
     std::vector<Decision> log;
     first.tape().record_into(&log);
@@ -262,7 +262,7 @@ TEST(StepBudget, WhatTheClockDecidedIsRecordedAndReplayedWhateverTheClockSays) {
 }
 
 TEST(StepBudget, AReplayThatAsksForSomethingElseIsNoticed) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
     const std::vector<Decision> script{{DecisionKind::Descent, 77}, {DecisionKind::Descent, 0}};
     budget.tape().replay(script);
@@ -273,7 +273,7 @@ TEST(StepBudget, AReplayThatAsksForSomethingElseIsNoticed) {
 }
 
 TEST(StepBudget, WorkGrantsAreWhatIsLeftAndNothingElse) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, work(1000));
     budget.begin();
     EXPECT_EQ(budget.grant_descent().left(), 1000u);
@@ -293,7 +293,7 @@ TEST(StepBudget, WorkGrantsAreWhatIsLeftAndNothingElse) {
 }
 
 TEST(StepBudget, InWorkModeTheExactStageCostsItsDeclaredRates) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget fits(clock, work(700)), too_small(clock, work(699));
     fits.begin();
     too_small.begin();
@@ -307,7 +307,7 @@ TEST(StepBudget, InWorkModeTheExactStageCostsItsDeclaredRates) {
 }
 
 TEST(StepBudget, WorkThatWasOverspentLeavesNothingAndDoesNotWrapRound) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, work(10));
     budget.begin();
     WorkBudget unlimited;
@@ -319,7 +319,7 @@ TEST(StepBudget, WorkThatWasOverspentLeavesNothingAndDoesNotWrapRound) {
 }
 
 TEST(StepBudget, WithoutALimitEverythingIsGranted) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget budget(clock, kExact);
     budget.begin();
     clock.pass(1e6);
@@ -332,7 +332,7 @@ TEST(StepBudget, WithoutALimitEverythingIsGranted) {
 }
 
 TEST(StepBudget, ABudgetOfNothingGrantsNothing) {
-    HandClock clock;
+    ManualClock clock;
     StepBudget no_time(clock, wall(0.0)), no_work(clock, work(0));
     for (StepBudget* budget : {&no_time, &no_work}) {
         budget->begin();

@@ -94,7 +94,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 std::string steered_wire(const std::string& budget) {
     std::string text = test::bent_tube_scene({.budget = budget,
                                               .effects = R"("elasticity", "damping", "coarse_contact", "exact_contact", "friction")",
-                                              .carrier = test::kOrgan});
+                                              .host_body = test::kOrgan});
     const std::size_t path = text.find("\"path\":"), end = text.find("]]", path) + 2;
     text.replace(path, end - path, R"("follow": {"target": "end", "speed": 30})");
     return replaced(text, "\"effects\":", R"("targets": {"end": {"position": [70, 0, 75]}}, "effects":)");
@@ -110,7 +110,7 @@ std::vector<SceneCase> scenes() {
                         test::bent_tube_scene({.speed = 300.0,
                                                .budget = budget,
                                                .effects = R"("elasticity", "damping", "coarse_contact", "exact_contact", "friction")",
-                                               .carrier = test::kOrgan}),
+                                               .host_body = test::kOrgan}),
                         40,
                         {1, 13, 30}});
     list.push_back({"TwistingWire",

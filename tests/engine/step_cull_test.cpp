@@ -73,15 +73,15 @@ constexpr int kProbeFinds = 3 * 2 * static_cast<int>(std::size(kProbePairs));
 TEST(CullStage, WhicheverBackendCullsTheRunHasTheSameBits) {
     const PreparedScene plain = prepare("exact", Culling::Never), automatic = prepare("exact", Culling::Auto),
                         twin = prepare("exact", Culling::Cpu), device = prepare("exact", Culling::OpenGl);
-    Simulator without(plain.model), chosen(automatic.model), by_twin(twin.model), by_device(device.model);
+    Simulator without(plain.model), chosen(automatic.model), by_cpu_reference(twin.model), by_device(device.model);
     by_device.set_cull_device(std::make_unique<TestDevice>());
-    const Outcome expected = run(without), a = run(chosen), t = run(by_twin), d = run(by_device);
+    const Outcome expected = run(without), a = run(chosen), t = run(by_cpu_reference), d = run(by_device);
     EXPECT_EQ(expected.by, 0u);
     EXPECT_EQ(a.hash, expected.hash);
     EXPECT_EQ(t.hash, expected.hash);
     EXPECT_EQ(d.hash, expected.hash);
     EXPECT_EQ(t.candidates, expected.candidates);
-    EXPECT_EQ(t.by, static_cast<unsigned>(CulledBy::CpuTwin));
+    EXPECT_EQ(t.by, static_cast<unsigned>(CulledBy::CpuReference));
     EXPECT_EQ(d.by, static_cast<unsigned>(CulledBy::Device));
     EXPECT_EQ(t.apart, d.apart); // without a clock every answer is waited for
     EXPECT_EQ(t.items, d.items);
@@ -99,7 +99,7 @@ TEST(CullStage, ByOpenGlTheSame) {
     EXPECT_EQ(outcome.hash, expected.hash);
     EXPECT_EQ(outcome.apart, expected.apart);
     const bool there = words.find("instead of OpenGL") == std::string::npos;
-    EXPECT_EQ(outcome.by, static_cast<unsigned>(there ? CulledBy::Device : CulledBy::CpuTwin));
+    EXPECT_EQ(outcome.by, static_cast<unsigned>(there ? CulledBy::Device : CulledBy::CpuReference));
     Simulator nothing(prepared.model);
     EXPECT_THAT(attach_culler(nothing, {.egl_library = "libNoSuchEgl.so.1", .osmesa_library = "libNoSuchMesa.so.8"}),
                 ::testing::HasSubstr("CPU reference instead of OpenGL"));
@@ -213,16 +213,16 @@ TEST(CullStage, AReplayOfAWallRunThatWasCulledHasItsBits) {
 }
 
 TEST(CullCost, CullsWhereThatIsPredictedToPay) {
-    CullCostModel cost({.look_s = 1e-3, .look_s_per_item = 1e-6, .test_s_per_item = 1e-5, .dropped = 0.5});
+    CullCostModel cost({.culling_s = 1e-3, .culling_s_per_item = 1e-6, .test_s_per_item = 1e-5, .dropped = 0.5});
     EXPECT_FALSE(cost.pays(0));
     EXPECT_FALSE(cost.pays(200)); // 1.2 ms against 1 ms
     EXPECT_TRUE(cost.pays(1000)); // 2 ms against 5 ms
     for (int k = 0; k < 20; ++k) {
-        cost.note_look(1000, 990, 2e-3); // it drops next to nothing
+        cost.note_culling(1000, 990, 2e-3); // it drops next to nothing
         cost.note_tests(990, 9.9e-3);
     }
     EXPECT_FALSE(cost.pays(1000));
-    EXPECT_NEAR(cost.look_s(1000), 2e-3, 1e-9);
+    EXPECT_NEAR(cost.culling_s(1000), 2e-3, 1e-9);
     int steps = 0;
     for (; !cost.pays(1000) && steps < 1000; ++steps) cost.pass_over();
     EXPECT_GT(steps, 5); // tried again, not at once

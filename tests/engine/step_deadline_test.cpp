@@ -93,7 +93,7 @@ TEST(Deadline, UnderOneTest64BodiesStayOnTheirTable) {
 }
 
 TEST(Deadline, ThatIsShorterThanOneReadingOfTheClockIsMissedAndSaidAndNothingHangs) {
-    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.carrier = test::kOrgan}));
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.host_body = test::kOrgan}));
     TickingClock clock(1e-3);
     Simulator simulator(prepared.model, clock, wall(0.4e-3));
     for (int k = 0; k < 30; ++k) {
@@ -107,19 +107,19 @@ TEST(Deadline, ThatIsShorterThanOneReadingOfTheClockIsMissedAndSaidAndNothingHan
 }
 
 TEST(Deadline, OfNothingLeavesEveryPairOpenAndTheWireInside) {
-    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.carrier = test::kOrgan}));
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.host_body = test::kOrgan}));
     Simulator simulator(prepared.model, wall(0.0));
     for (int k = 0; k < 60; ++k) {
         const StepReport& report = simulator.step();
         ASSERT_TRUE(report.finite);
         EXPECT_EQ(report.pairs_tested, 0u);
         EXPECT_EQ(report.lumen_exits, 0u);
-        EXPECT_TRUE(!report.exact_ran || report.exact_insisted) << "only where safety requires it, and then it is reported";
+        EXPECT_TRUE(!report.exact_ran || report.exact_forced) << "only where safety requires it, and then it is reported";
     }
 }
 
 TEST(Deadline, InWhichTheExactStageNeverFitsIsNeverHeldUpByIt) {
-    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.carrier = test::kOrgan}));
+    const PreparedScene prepared = test::prepare(test::bent_tube_scene({.host_body = test::kOrgan}));
     TickingClock clock(40e-6); // descents get through; a round of the exact stage would need thousands of readings' time
     Simulator simulator(prepared.model, clock, wall(0.6e-3));
     unsigned tried = 0, ran = 0;
@@ -128,7 +128,7 @@ TEST(Deadline, InWhichTheExactStageNeverFitsIsNeverHeldUpByIt) {
         ASSERT_TRUE(report.finite);
         EXPECT_EQ(report.lumen_exits, 0u);
         tried += report.exact_abandoned;
-        ran += report.exact_ran && !report.exact_insisted;
+        ran += report.exact_ran && !report.exact_forced;
     }
     EXPECT_TRUE(ran > 0 || tried < 20) << "what did not fit is not begun again in every step: " << tried << " times in 100";
 }

@@ -9,10 +9,10 @@ namespace {
 
 /// Every effect there is: a wire in a tube in breathing tissue that lies on a table.
 std::string everything(const std::string& effects) {
-    std::string carrier = test::kOrgan;
-    carrier +=
+    std::string host_body = test::kOrgan;
+    host_body +=
         R"("table": {"kind": "static", "surface": {"shape": "box", "centre": [10, 0, 24.8], "extent": [120, 120, 10], "cells": 6}},)";
-    std::string text = test::bent_tube_scene({.budget = "work:100000", .effects = effects, .carrier = carrier});
+    std::string text = test::bent_tube_scene({.budget = "work:100000", .effects = effects, .host_body = host_body});
     text.replace(text.rfind('}'), 1, R"(, "gravity": [0, 0, -9810], "contact": {"solid_stiffness": 1, "solid_friction": 0.3}})");
     return text;
 }

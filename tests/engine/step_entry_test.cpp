@@ -44,14 +44,14 @@ bool is_finite_state(const State& state) { return test::all_finite(state); }
 
 const PreparedScene& organ_scene() {
     static const PreparedScene prepared = test::prepare(test::bent_tube_scene(
-        {.budget = "work:2000", .effects = R"("elasticity", "damping", "coarse_contact", "exact_contact")", .carrier = test::kOrgan}));
+        {.budget = "work:2000", .effects = R"("elasticity", "damping", "coarse_contact", "exact_contact")", .host_body = test::kOrgan}));
     return prepared;
 }
 
 TEST(Entries, ADriveCommandThatIsNotFiniteOrOfNoInstrumentIsRefusedWithASentence) {
     Simulator simulator(organ_scene().model);
     for (const double bad : {kNan, kInf, -kInf}) {
-        const auto insertion = simulator.set_hand(0, {bad, 0.0}), rotation = simulator.set_hand(0, {0.03, bad});
+        const auto insertion = simulator.set_drive_command(0, {bad, 0.0}), rotation = simulator.set_drive_command(0, {0.03, bad});
         ASSERT_FALSE(insertion.ok());
         ASSERT_FALSE(rotation.ok());
         EXPECT_THAT(insertion.error().to_string(), HasSubstr("insertion: found "));
@@ -59,12 +59,12 @@ TEST(Entries, ADriveCommandThatIsNotFiniteOrOfNoInstrumentIsRefusedWithASentence
         EXPECT_THAT(rotation.error().to_string(), HasSubstr("expected a finite number"));
     }
     for (const std::size_t nobody : {std::size_t{1}, std::size_t{1000}, SIZE_MAX}) {
-        const auto set = simulator.set_hand(nobody, {0.03, 0.0});
+        const auto set = simulator.set_drive_command(nobody, {0.03, 0.0});
         ASSERT_FALSE(set.ok());
         EXPECT_THAT(set.error().message, HasSubstr("expected one from 0 to 0"));
         EXPECT_FALSE(simulator.follow_route(nobody).has_value());
     }
-    EXPECT_TRUE(simulator.set_hand(0, {1e308, -1e308}).ok()) << "the limits of the drive bound it";
+    EXPECT_TRUE(simulator.set_drive_command(0, {1e308, -1e308}).ok()) << "the limits of the drive bound it";
     for (int k = 0; k < 20; ++k) ASSERT_TRUE(simulator.step().finite);
     EXPECT_TRUE(is_finite_state(simulator.state()));
 }
@@ -80,10 +80,10 @@ TEST(Entries, WhatIsRefusedHasChangedNothingAndEveryStateIsFinite) {
         for (int k = 0; k < 40; ++k) {
             const DriveCommand hand{hostile.number(), hostile.number()};
             const std::size_t instrument = hostile.index(model.instruments.size());
-            const auto handed = told.set_hand(instrument, hand);
+            const auto handed = told.set_drive_command(instrument, hand);
             count(handed.ok());
             if (handed.ok()) {
-                ASSERT_TRUE(twin.set_hand(instrument, hand).ok());
+                ASSERT_TRUE(twin.set_drive_command(instrument, hand).ok());
             } else {
                 EXPECT_THAT(handed.error().message, HasSubstr("found "));
             }
@@ -188,7 +188,7 @@ const SceneEdit kEdits[] = {
 /// The second body of the scene's list is the tube.
 Scene written_scene() {
     auto good =
-        parse_scene(test::bent_tube_scene({.budget = "work:300", .effects = R"("elasticity", "coarse_contact")", .carrier = test::kOrgan}),
+        parse_scene(test::bent_tube_scene({.budget = "work:300", .effects = R"("elasticity", "coarse_contact")", .host_body = test::kOrgan}),
                     "scenes/own.json");
     EXPECT_TRUE(good.ok()) << good.error().to_string();
     return std::move(*good);

@@ -39,7 +39,7 @@ struct BentTube {
     double speed = 35.0; // mm/s, of the drive command
     std::string budget = "exact";
     std::string effects = R"("coarse_contact", "exact_contact", "friction")";
-    std::string carrier = {}; // further bodies; embeds the tube in "organ" when not empty
+    std::string host_body = {}; // further bodies; embeds the tube in "organ" when not empty
 };
 
 /// A wire of 0.5 mm is pushed 120 mm into a tube of 3 mm, through the bend, turning on its way.
@@ -62,8 +62,8 @@ inline std::string bent_tube_scene(const BentTube& options = {}) {
         "path": [[0, 20, 0], [{time:.6f}, 140, 2]]}}}},
     "effects": [{effects}]
 }})",
-                       fmt::arg("time", time), fmt::arg("budget", options.budget), fmt::arg("carrier", options.carrier),
-                       fmt::arg("embedded", options.carrier.empty() ? "" : R"(, "embedded_in": "organ", "blend": 5)"),
+                       fmt::arg("time", time), fmt::arg("budget", options.budget), fmt::arg("carrier", options.host_body),
+                       fmt::arg("embedded", options.host_body.empty() ? "" : R"(, "embedded_in": "organ", "blend": 5)"),
                        fmt::arg("axis", bent_axis(25.0, 3.0)), fmt::arg("speed", options.speed),
                        fmt::arg("turn", 3.14 * options.speed / 35.0), fmt::arg("effects", options.effects));
 }
@@ -76,14 +76,14 @@ inline const std::string kOrgan = R"("organ": {"kind": "deformable",
 
 /// Result of a run: sums and extremes over its steps.
 struct Tally {
-    std::uint64_t steps = 0, lumen_exits = 0, exact_steps = 0, insisted = 0, assumed = 0, open = 0, unproven = 0, held_back = 0;
+    std::uint64_t steps = 0, lumen_exits = 0, exact_steps = 0, forced_exact = 0, assumed = 0, open = 0, unproven = 0, scaled_step_count = 0;
     std::uint64_t pairs_tested = 0, candidates = 0;
     double largest_force = 0.0, insertion = 0.0, largest_energy = 0.0;
     StepReport last;
 };
 
 inline std::ostream& operator<<(std::ostream& os, const Tally& t) {
-    return os << t.steps << " steps, " << t.exact_steps << " exact, " << t.held_back << " scaled, " << t.lumen_exits << " lumen exits, "
+    return os << t.steps << " steps, " << t.exact_steps << " exact, " << t.scaled_step_count << " scaled, " << t.lumen_exits << " lumen exits, "
               << t.open << " open pairs, " << t.assumed << " assumed, " << t.unproven << " unproven links, inserted " << 1e3 * t.insertion
               << " mm, " << t.largest_force << " N; " << t.last.failure;
 }
@@ -97,11 +97,11 @@ inline Tally run_steps(Simulator& simulator, std::uint64_t steps) {
         ++tally.steps;
         tally.lumen_exits += report.lumen_exits;
         tally.exact_steps += report.exact_ran;
-        tally.insisted += report.exact_insisted;
+        tally.forced_exact += report.exact_forced;
         tally.assumed += report.assumed;
         tally.open += report.pairs_open;
         tally.unproven += report.unproven_links;
-        tally.held_back += report.safe_fraction < 1.0;
+        tally.scaled_step_count += report.safe_fraction < 1.0;
         tally.pairs_tested += report.pairs_tested;
         tally.candidates += report.candidates;
         tally.largest_force = std::max(tally.largest_force, report.contact_force_n);

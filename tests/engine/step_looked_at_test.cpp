@@ -11,7 +11,7 @@ namespace {
 
 PreparedScene breathing_tube() {
     return test::prepare(test::bent_tube_scene(
-        {.effects = R"("elasticity", "damping", "breathing", "coarse_contact", "friction")", .carrier = test::kOrgan}));
+        {.effects = R"("elasticity", "damping", "breathing", "coarse_contact", "friction")", .host_body = test::kOrgan}));
 }
 
 TEST(LazyEvaluation, AStateThatIsReadInEveryStepIsTheOneThatIsReadAtTheEnd) {
@@ -29,8 +29,8 @@ TEST(LazyEvaluation, AStateThatIsReadInEveryStepIsTheOneThatIsReadAtTheEnd) {
             ASSERT_TRUE(simulator->step().finite) << simulator->report().failure;
         }
         (void)hash_state(seen.state());
-        EXPECT_FALSE(seen.raw_state().bodies[0].surface_waits);
-        waited += unseen.raw_state().bodies[0].surface_waits;
+        EXPECT_FALSE(seen.raw_state().bodies[0].surface_deferred);
+        waited += unseen.raw_state().bodies[0].surface_deferred;
         EXPECT_EQ(seen.report().pull_force_n, unseen.report().pull_force_n) << "step " << step;
         EXPECT_EQ(seen.report().pull_force_n > 0.0, step >= 20 && step < 40) << "step " << step;
     }
@@ -39,7 +39,7 @@ TEST(LazyEvaluation, AStateThatIsReadInEveryStepIsTheOneThatIsReadAtTheEnd) {
     fem::LinkFrames frames;
     const BodyModel& organ = prepared.model.bodies[0];
     std::vector<Vec3> placed = organ.surface.vertices;
-    fem::steer(*organ.links, unseen.state().bodies[0].tissue.position, organ.surface.vertices, frames, placed);
+    fem::update_embedded_surface(*organ.links, unseen.state().bodies[0].tissue.position, organ.surface.vertices, frames, placed);
     EXPECT_EQ(unseen.state().bodies[0].surface, placed);
     EXPECT_NE(placed, organ.surface.vertices) << "it breathes";
 }
@@ -78,7 +78,7 @@ TEST(LazyEvaluation, WhatSomethingCanTouchNeverWaits) {
         std::size_t touches = 0;
         for (int step = 0; step < 60; ++step) {
             ASSERT_TRUE(simulator.step().finite);
-            ASSERT_EQ(simulator.raw_state().bodies[0].surface_waits, !table) << "step " << step;
+            ASSERT_EQ(simulator.raw_state().bodies[0].surface_deferred, !table) << "step " << step;
             touches += simulator.report().solid_touches;
         }
         EXPECT_EQ(touches > 0, table);

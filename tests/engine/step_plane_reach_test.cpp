@@ -18,12 +18,12 @@ struct Course {
 /// advance  m in a step
 Course push_through_the_bend(double advance, int steps) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene(
-        {.speed = 1e3, .effects = R"("elasticity", "damping", "breathing", "coarse_contact", "friction")", .carrier = test::kOrgan}));
+        {.speed = 1e3, .effects = R"("elasticity", "damping", "breathing", "coarse_contact", "friction")", .host_body = test::kOrgan}));
     SceneModel model = prepared.model;
     model.effects.coarse_contact = false; // no descent, so that nothing is proven free: planes everywhere
     State near_state = make_initial_state(model), all_state = near_state;
     StepContext near = make_step_context(prepared.model, near_state), all = make_step_context(prepared.model, all_state);
-    hand_clock::HandClock clock;
+    hand_clock::ManualClock clock;
     StepBudget budget(clock, {});
     budget.begin();
     Course course;
@@ -50,7 +50,7 @@ Course push_through_the_bend(double advance, int steps) {
         if (::testing::Test::HasFailure()) return course;
         near_state.instruments[0].kept_inside = true; // looks as far as its radius
         all_state.instruments[0].kept_inside = false; // looks all the way
-        EXPECT_EQ(pokes_into_wall(model, 0, near_state, near), pokes_into_wall(model, 0, all_state, all)) << step;
+        EXPECT_EQ(penetrates_wall(model, 0, near_state, near), penetrates_wall(model, 0, all_state, all)) << step;
         course.planes_short += near_state.instruments[0].planes.size();
         course.planes_all += all_state.instruments[0].planes.size();
         for (const fem::RodPlane& plane : all_state.instruments[0].planes) course.presses += plane.force > 0.0;
@@ -78,7 +78,7 @@ TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
     model.effects.coarse_contact = false;
     State state = make_initial_state(model), other = state;
     StepContext context = make_step_context(prepared.model, state), all = make_step_context(prepared.model, other);
-    hand_clock::HandClock clock;
+    hand_clock::ManualClock clock;
     StepBudget budget(clock, {});
     budget.begin();
     std::size_t leaps = 0, again = 0;
@@ -126,7 +126,7 @@ TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
         context.instruments[0].rod_t0 = rod; // it does not move
         for (const bool within : {true, false}) {
             state.instruments[0].kept_inside = within;
-            EXPECT_EQ(pokes_into_wall(model, 0, state, context), within ? near : all)
+            EXPECT_EQ(penetrates_wall(model, 0, state, context), within ? near : all)
                 << 1e3 * aside << " mm aside, seen within: " << within;
         }
     }
@@ -135,10 +135,10 @@ TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
 /// A rod that stands still, and a wall that comes: what was far away when the planes were made is tested again.
 TEST(PlaneReach, AWallThatComesByItselfIsFound) {
     const PreparedScene prepared =
-        test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .carrier = test::kOrgan}));
+        test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .host_body = test::kOrgan}));
     SceneModel model = prepared.model;
     model.effects.coarse_contact = false;
-    for (const auto& [comes, pokes] : {std::pair{0.0, false}, {2.0e-4, false}, {4.5e-4, true}}) {
+    for (const auto& [comes, penetrates] : {std::pair{0.0, false}, {2.0e-4, false}, {4.5e-4, true}}) {
         State state = make_initial_state(model);
         StepContext context = make_step_context(prepared.model, state);
         for (Vec3& p : state.instruments[0].rod.position) p += Vec3(0.0, 2.1e-3, 0.0); // 0.4 mm between a wire of 0.5 and the wall
@@ -150,7 +150,7 @@ TEST(PlaneReach, AWallThatComesByItselfIsFound) {
         EXPECT_GT(std::ranges::count_if(context.instruments[0].wall_distance, [](double d) { return d > 0.8e-3; }), 4);
         for (const bool within : {true, false}) {
             state.instruments[0].kept_inside = within;
-            EXPECT_EQ(pokes_into_wall(model, 0, state, context), pokes) << 1e3 * comes << " mm, seen within: " << within;
+            EXPECT_EQ(penetrates_wall(model, 0, state, context), penetrates) << 1e3 * comes << " mm, seen within: " << within;
         }
     }
 }

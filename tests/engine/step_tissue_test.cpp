@@ -26,20 +26,20 @@ std::string ball_scene(const std::string& effects, const std::string& ball_extra
                        budget, ball_extra, effects);
 }
 
-double lowest(const std::vector<Vec3>& points) {
+double lowest_vertex(const std::vector<Vec3>& points) {
     double z = std::numeric_limits<double>::infinity();
     for (const Vec3& p : points) z = std::min(z, p.z());
     return z;
 }
 
-Vec3 middle(const std::vector<Vec3>& points) {
+Vec3 middle_of_surface(const std::vector<Vec3>& points) {
     Vec3 sum = Vec3::Zero();
     for (const Vec3& p : points) sum += p;
     return sum / static_cast<double>(points.size());
 }
 
 /// Kinetic, elastic and potential energy, J; the last over the table's top.
-double total_energy(Simulator& simulator) {
+double energy_of_tissue(Simulator& simulator) {
     const fem::TissueModel& tissue = *simulator.model().bodies[0].tissue;
     const std::vector<Vec3>& nodes = simulator.state().bodies[0].tissue.position;
     double potential = 0.0;
@@ -54,22 +54,22 @@ TEST(FallingBall, ComesToRestOnTheTableAndGainsNoEnergy) {
     ASSERT_EQ(prepared.model.bodies.size(), 2u);
     Simulator simulator(prepared.model);
     ASSERT_TRUE(simulator.step().finite);
-    const double first = total_energy(simulator);
+    const double first = energy_of_tissue(simulator);
     double largest = first, deepest = 0.0;
     for (int k = 1; k < 600; ++k) {
         const StepReport& report = simulator.step();
         ASSERT_TRUE(report.finite) << report.failure;
         ASSERT_EQ(report.inverted_tets, 0u) << "step " << report.step;
-        largest = std::max(largest, total_energy(simulator));
-        deepest = std::min(deepest, lowest(simulator.state().bodies[0].surface));
+        largest = std::max(largest, energy_of_tissue(simulator));
+        deepest = std::min(deepest, lowest_vertex(simulator.state().bodies[0].surface));
     }
     EXPECT_TRUE(test::all_finite(simulator.state()));
     EXPECT_LE(largest, 1.02 * first);
     EXPECT_GT(deepest, -3e-3) << "half of the table's thickness is the end of it";
-    const double height = middle(simulator.state().bodies[0].surface).z();
+    const double height = middle_of_surface(simulator.state().bodies[0].surface).z();
     EXPECT_GT(height, 0.025) << "E = 20 kPa: it flattens under its weight";
     EXPECT_LT(height, 0.0301);
-    EXPECT_LT(std::abs(lowest(simulator.state().bodies[0].surface)), 1e-3) << "it rests where its surface touches the table";
+    EXPECT_LT(std::abs(lowest_vertex(simulator.state().bodies[0].surface)), 1e-3) << "it rests where its surface touches the table";
     EXPECT_LT(simulator.report().kinetic_j, 2e-5) << "below 20 mm/s: without friction it slides on";
 }
 
@@ -81,7 +81,7 @@ TEST(FallingBall, UnderATinyBudgetIsNotThrownAway) {
         EXPECT_EQ(tally.steps, 200u) << budget << ": " << tally.last.failure;
         EXPECT_TRUE(test::all_finite(simulator.state())) << budget;
         EXPECT_GT(tally.assumed, 0u) << budget;
-        const Vec3 at = middle(simulator.state().bodies[0].surface);
+        const Vec3 at = middle_of_surface(simulator.state().bodies[0].surface);
         EXPECT_LT(at.z(), 0.0451) << budget;
         EXPECT_GT(at.z(), 0.026) << budget;
         EXPECT_LT(std::abs(at.x()) + std::abs(at.y()), 5e-3) << budget;
@@ -126,7 +126,7 @@ TEST(Effects, LeftOutContactLetsTheBallFallThroughTheTable) {
     Simulator simulator(prepared.model);
     const Tally tally = test::run_steps(simulator, 120);
     EXPECT_EQ(tally.pairs_tested, 0u);
-    EXPECT_LT(middle(simulator.state().bodies[0].surface).z(), -0.1);
+    EXPECT_LT(middle_of_surface(simulator.state().bodies[0].surface).z(), -0.1);
 }
 
 TEST(KinematicBody, MovesAsToldAndPushesWhatItMeets) {
@@ -142,12 +142,12 @@ TEST(KinematicBody, MovesAsToldAndPushesWhatItMeets) {
     ASSERT_EQ(prepared.model.bodies.size(), 2u);
     Simulator simulator(prepared.model);
     const Tally before = test::run_steps(simulator, 20);
-    EXPECT_LT((middle(simulator.state().bodies[1].surface) - Vec3(-0.036, 0, 0)).norm(), 1e-9);
+    EXPECT_LT((middle_of_surface(simulator.state().bodies[1].surface) - Vec3(-0.036, 0, 0)).norm(), 1e-9);
     EXPECT_LT(before.last.kinetic_j, 1e-10);
     const Tally after = test::run_steps(simulator, 120);
     EXPECT_EQ(after.steps, 120u) << after.last.failure;
-    EXPECT_LT((middle(simulator.state().bodies[1].surface) - Vec3(-0.001, 0, 0)).norm(), 1e-9);
-    EXPECT_GT(middle(simulator.state().bodies[0].surface).x(), 0.010) << "the plate's face now stands at 4 mm";
+    EXPECT_LT((middle_of_surface(simulator.state().bodies[1].surface) - Vec3(-0.001, 0, 0)).norm(), 1e-9);
+    EXPECT_GT(middle_of_surface(simulator.state().bodies[0].surface).x(), 0.010) << "the plate's face now stands at 4 mm";
     EXPECT_TRUE(test::all_finite(simulator.state()));
 }
 
@@ -184,7 +184,7 @@ TEST(Breathing, TakesHeldNodesThereAndBackOnceAPeriod) {
     const Tally tally = test::run_steps(simulator, 200);
     EXPECT_LT(moved().norm(), 1e-12);
     EXPECT_TRUE(tally.last.finite);
-    EXPECT_LT(middle(simulator.state().bodies[0].surface).norm(), 0.01) << "the rest of the bar comes along and back";
+    EXPECT_LT(middle_of_surface(simulator.state().bodies[0].surface).norm(), 0.01) << "the rest of the bar comes along and back";
 }
 
 TEST(Breathing, LeftOutMovesNothing) {
@@ -195,7 +195,7 @@ TEST(Breathing, LeftOutMovesNothing) {
     Simulator simulator(prepared.model);
     (void)test::run_steps(simulator, 100);
     EXPECT_TRUE(simulator.context().bodies[0].pinned_target.empty());
-    EXPECT_LT(middle(simulator.state().bodies[0].surface).norm(), 1e-9);
+    EXPECT_LT(middle_of_surface(simulator.state().bodies[0].surface).norm(), 1e-9);
 }
 
 TEST(Breathing, IsSmoothFromNothingToAllAndBack) {

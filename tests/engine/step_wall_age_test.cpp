@@ -21,7 +21,7 @@ void expect_same_planes(const InstrumentState& a, const InstrumentState& b, int 
 
 TEST(WallAge, PlanesAreThoseOfAWholeRefit) {
     const PreparedScene prepared = test::prepare(
-        test::bent_tube_scene({.effects = R"("elasticity", "damping", "breathing", "coarse_contact")", .carrier = test::kOrgan}));
+        test::bent_tube_scene({.effects = R"("elasticity", "damping", "breathing", "coarse_contact")", .host_body = test::kOrgan}));
     SceneModel model = prepared.model;
     model.effects.coarse_contact = false; // no descent, so that nothing is proven free: planes everywhere
     ASSERT_TRUE(model.bodies[1].moves());
@@ -47,7 +47,7 @@ TEST(WallAge, PlanesAreThoseOfAWholeRefit) {
         expect_same_planes(by_parts, state.instruments[0], step);
         planes += by_parts.planes.size();
         drift = std::max(drift, parts.bodies[1].wall_age.drift);
-        EXPECT_EQ(pokes_into_wall(model, 0, state, parts), pokes_into_wall(model, 0, state, whole)) << "step " << step;
+        EXPECT_EQ(penetrates_wall(model, 0, state, parts), penetrates_wall(model, 0, state, whole)) << "step " << step;
     }
     EXPECT_GT(planes, 500u);
     EXPECT_GT(drift, 2e-3) << "old bounds were used";
@@ -56,7 +56,7 @@ TEST(WallAge, PlanesAreThoseOfAWholeRefit) {
 /// Steps without a refit: the drift is not known, so that everything is refitted.
 TEST(WallAge, AStepThatWasMissedAsksForAWholeRefit) {
     const PreparedScene prepared =
-        test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .carrier = test::kOrgan}));
+        test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .host_body = test::kOrgan}));
     State state = make_initial_state(prepared.model);
     StepContext context = make_step_context(prepared.model, state);
     for (const std::uint64_t step : {0, 1, 2, 7}) {
@@ -70,12 +70,12 @@ TEST(WallAge, AStepThatWasMissedAsksForAWholeRefit) {
 
 TEST(WallAge, AWholeRefitMakesItNew) {
     const PreparedScene prepared =
-        test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .carrier = test::kOrgan}));
+        test::prepare(test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact")", .host_body = test::kOrgan}));
     Simulator simulator(prepared.model);
     for (int k = 0; k < 40; ++k) simulator.step();
     EXPECT_GT(simulator.context().bodies[1].wall_age.drift, 0.0) << "coarse contact alone follows in parts";
     const PreparedScene exact = test::prepare(
-        test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact", "exact_contact")", .carrier = test::kOrgan}));
+        test::bent_tube_scene({.effects = R"("elasticity", "breathing", "coarse_contact", "exact_contact")", .host_body = test::kOrgan}));
     Simulator other(exact.model);
     for (int k = 0; k < 40; ++k) other.step();
     EXPECT_EQ(other.context().bodies[1].wall_age.drift, 0.0);

@@ -71,7 +71,7 @@ TEST(Wire, AWallThatSweepsPastItInOneStepTakesItAlong) {
         Simulator simulator(prepared.model);
         const Tally tally = test::run_steps(simulator, 300);
         EXPECT_EQ(tally.lumen_exits, 0u) << budget << ": " << tally;
-        EXPECT_EQ(tally.held_back, 0u) << budget << ": " << tally;
+        EXPECT_EQ(tally.scaled_step_count, 0u) << budget << ": " << tally;
         EXPECT_EQ(tally.steps, 300u) << budget << ": " << tally;
     }
 }
@@ -124,8 +124,8 @@ TEST(Wire, ABudgetOfNothingAssumesEverythingAndSaysSo) {
         const Tally tally = test::run_steps(simulator, 250);
         EXPECT_EQ(tally.steps, 250u) << budget << ": " << tally.last.failure;
         EXPECT_TRUE(test::all_finite(simulator.state())) << budget;
-        EXPECT_EQ(tally.exact_steps, tally.insisted) << budget << ": only to keep the wire inside";
-        EXPECT_LE(tally.insisted, 5u) << budget;
+        EXPECT_EQ(tally.exact_steps, tally.forced_exact) << budget << ": only to keep the wire inside";
+        EXPECT_LE(tally.forced_exact, 5u) << budget;
         EXPECT_GE(tally.open, 250u) << budget << ": every step leaves pairs open";
         EXPECT_GT(tally.assumed, 0u) << budget;
         EXPECT_GT(tally.unproven, 0u) << budget;

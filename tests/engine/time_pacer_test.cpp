@@ -34,7 +34,7 @@ TEST(Pace, OfHalfSpeedDoublesTheTimeBetweenSteps) {
 }
 
 TEST(Pace, SlowMotionNeverMakesUpForALongStep) {
-    Pacer pacer({.speed = 1.0, .late = LatePolicy::SlowMotion}, 0.01);
+    Pacer pacer({.speed = 1.0, .late = LatePolicy::FallBehind}, 0.01);
     EXPECT_EQ(run(pacer, {kMs, 35 * kMs, kMs, kMs}), 5 * kMs + 10 * kMs + 35 * kMs + 10 * kMs);
     EXPECT_EQ(pacer.stats().late_steps, 1u);
     EXPECT_EQ(pacer.stats().lost_ns, 25 * kMs);
@@ -52,7 +52,7 @@ TEST(Pace, CatchingUpEndsWhereNothingWouldHaveBeenLate) {
 TEST(Pace, NeitherPolicyEverRunsAheadOfTheClock) {
     std::mt19937 random(7);
     std::uniform_int_distribution<std::int64_t> length(0, 20 * kMs);
-    for (const LatePolicy late : {LatePolicy::SlowMotion, LatePolicy::CatchUp}) {
+    for (const LatePolicy late : {LatePolicy::FallBehind, LatePolicy::CatchUp}) {
         Pacer pacer({.speed = 1.0, .late = late}, 0.01);
         std::int64_t now = 0;
         for (std::int64_t k = 0; k < 1000; ++k) {
@@ -65,7 +65,7 @@ TEST(Pace, NeitherPolicyEverRunsAheadOfTheClock) {
 }
 
 TEST(Pace, AClockThatStoodStillOrLeptFallsBehindOnce) {
-    Pacer pacer({.speed = 1.0, .late = LatePolicy::SlowMotion}, 0.01);
+    Pacer pacer({.speed = 1.0, .late = LatePolicy::FallBehind}, 0.01);
     run(pacer, {kMs, kMs, 3600ll * 1000 * kMs, kMs, kMs}); // stopped by SIGSTOP for an hour
     EXPECT_EQ(pacer.stats().late_steps, 1u);
     EXPECT_EQ(pacer.stats().lost_ns, 3600ll * 1000 * kMs - 10 * kMs);

@@ -126,7 +126,7 @@ TEST(Coaxial, ACatheterWithAWireBeyondItSagsAsASteppedCantilever) {
 TEST(Coaxial, AWireThatIsPushedOutAndDrawnBackMovesWithoutAJoltAndStaysOnTheCathetersAxis) {
     RodDesign catheter = j_catheter(), wire = straight_wire(2e9);
     catheter.drag = wire.drag = 40.0;
-    catheter.whip_drag = wire.whip_drag = 10.0;
+    catheter.transverse_drag = wire.transverse_drag = 10.0;
     Pair pair(catheter, wire, 0.06, 0.03);
     pair.rest(300, 0.01);
     double fastest = 0.0;

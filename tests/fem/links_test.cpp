@@ -41,7 +41,7 @@ std::vector<Vec3> deform(const std::vector<Vec3>& rest, std::uint64_t seed, doub
 std::vector<Vec3> steered(const RigidLinks& links, const std::vector<Vec3>& nodes, const std::vector<Vec3>& rest) {
     LinkFrames frames;
     std::vector<Vec3> out(rest.size());
-    steer(links, nodes, rest, frames, out);
+    update_embedded_surface(links, nodes, rest, frames, out);
     return out;
 }
 
@@ -128,9 +128,9 @@ TEST(Links, CollapsedTriangleKeepsItsLastGoodFrameAndIsCounted) {
     LinkFrames frames;
     std::vector<Vec3> before(f.dense.vertices.size()), after = before;
     auto nodes = deform(f.coarse.vertices, 9, 0.001);
-    EXPECT_EQ(steer(f.links, nodes, f.dense.vertices, frames, before).collapsed_frames, 0U);
+    EXPECT_EQ(update_embedded_surface(f.links, nodes, f.dense.vertices, frames, before).collapsed_frames, 0U);
     for (Vec3& x : nodes) x = nodes[0]; // the whole body in one point
-    const SteerReport report = steer(f.links, nodes, f.dense.vertices, frames, after);
+    const EmbeddedUpdateReport report = update_embedded_surface(f.links, nodes, f.dense.vertices, frames, after);
     EXPECT_EQ(report.collapsed_frames, f.links.frame_nodes.size());
     EXPECT_EQ(report.first_collapsed, 0U);
     for (std::size_t v = 0; v < after.size(); ++v) {
@@ -138,7 +138,7 @@ TEST(Links, CollapsedTriangleKeepsItsLastGoodFrameAndIsCounted) {
         EXPECT_NEAR((after[v] - nodes[0]).norm(), f.links.vertex_projection[v].norm(), 1e-14);
     }
     nodes[0][0] = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(steer(f.links, nodes, f.dense.vertices, frames, after).collapsed_frames, f.links.frame_nodes.size());
+    EXPECT_EQ(update_embedded_surface(f.links, nodes, f.dense.vertices, frames, after).collapsed_frames, f.links.frame_nodes.size());
 }
 
 TEST(Links, StaticVerticesAreLeftAloneWhereAskedAndTheHalvesAreTheWhole) {
@@ -177,16 +177,16 @@ TEST(Links, TheUpdateHasTheSameBitsOnEveryInstructionSetAndThreadCount) {
         for (const Index node : links.frame_nodes[frame]) nodes[node] = nodes[links.frame_nodes[frame][0]];
     struct Steered {
         std::vector<Vec3> out;
-        SteerReport report;
+        EmbeddedUpdateReport report;
     };
     const auto run = [&](const char* isa, unsigned threads) {
         choose_isa(isa);
         LinkFrames frames;
         frames.threads = threads;
         std::vector<Vec3> out(dense.vertices.size());
-        (void)steer(links, coarse.vertices, dense.vertices, frames, out);
+        (void)update_embedded_surface(links, coarse.vertices, dense.vertices, frames, out);
         for (std::size_t v = 0; v < out.size(); ++v) EXPECT_EQ(out[v], dense.vertices[v]) << isa;
-        const SteerReport report = steer(links, nodes, dense.vertices, frames, out);
+        const EmbeddedUpdateReport report = update_embedded_surface(links, nodes, dense.vertices, frames, out);
         choose_isa("");
         return Steered{out, report};
     };

@@ -111,7 +111,7 @@ TEST(RodPort, AShapedTipComesInWithoutAJolt) {
     RodDesign design = port_design();
     design.tip = TipShape::J;
     design.drag = 40.0;
-    design.whip_drag = 10.0;
+    design.transverse_drag = 10.0;
     const RodModel model = make_rod_model(design).value();
     for (const bool inwards : {true, false}) {
         RodDrive drive;

@@ -16,7 +16,7 @@ inline RodDesign bare_design(double length, double segment) {
     design.tip = TipShape::Straight;
     design.tip_stiffness = 1.0;
     design.drag = 0.0;
-    design.whip_drag = 0.0;
+    design.transverse_drag = 0.0;
     return design;
 }
 

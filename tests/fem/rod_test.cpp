@@ -151,7 +151,7 @@ TEST(Rod, APigtailIsACoilOfItsAngleWhoseLoopsLieBesideOneAnother) {
         design.tip_angle = 8.0;
         design.segment = 1e-3;
         design.torsion = true; // without it a coil turns about for ever
-        design.whip_drag = 1.0;
+        design.transverse_drag = 1.0;
         const RodModel model = make_rod_model(design).value();
         RodDrive drive;
         drive.port = {Vec3::Zero(), Vec3::UnitX()};

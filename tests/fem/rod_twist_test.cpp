@@ -277,7 +277,7 @@ TEST(RodTwist, DrivenToAndFroThroughThePortItNeverJoltsAndWindsDown) {
     RodDesign design = bare_design(0.2, 2e-3);
     design.torsion = true;
     design.tip = TipShape::J;
-    design.whip_drag = 10.0;
+    design.transverse_drag = 10.0;
     design.drag = 40.0;
     Turned rod{make_rod_model(design).value(), {}, {}, {}};
     rod.drive.port = {Vec3::Zero(), Vec3::UnitX()};

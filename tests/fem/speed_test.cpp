@@ -80,7 +80,7 @@ TEST(Speed, OfForcesStepsAndLinksIsPrinted) {
     print("making embedded links", measure(1, [&] { links = make_embedded_links(mesh, dense, 0.01).value(); }), 60000, "vertex");
     out.resize(dense.size());
     LinkFrames frames;
-    print("update embedded surface", measure(100, [&] { (void)steer(links, position, dense, frames, out); }), 60000, "vertex");
+    print("update embedded surface", measure(100, [&] { (void)update_embedded_surface(links, position, dense, frames, out); }), 60000, "vertex");
 }
 
 } // namespace trocar::fem

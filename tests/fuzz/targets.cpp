@@ -247,7 +247,7 @@ void meet_rationally(std::string_view input) {
             q.t1[axis] = (head & 8) != 0 && bytes.next(1) % 2 == 0 ? q.t0[axis] : coordinate(bytes, head >> 1 & 3);
         }
     const auto meeting =
-        vertex_face ? collision::meet_vertex_face(p[0], {p[1], p[2], p[3]}) : collision::meet_edge_edge({p[0], p[1]}, {p[2], p[3]});
+        vertex_face ? collision::ccd_vertex_face(p[0], {p[1], p[2], p[3]}) : collision::ccd_edge_edge({p[0], p[1]}, {p[2], p[3]});
     const auto swept = vertex_face ? collision::sweep_vertex_face(p[0], {p[1], p[2], p[3]}, {})
                                    : collision::sweep_edge_edge({p[0], p[1]}, {p[2], p[3]}, {});
     require(!meeting.meets || swept.hit(), "the conservative test never says apart where the exact one finds a contact");

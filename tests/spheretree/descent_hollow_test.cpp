@@ -53,7 +53,7 @@ struct CatheterFixture {
         descent.add_contacts(contacts);
         return done;
     }
-    [[nodiscard]] double swept_room(std::size_t link) const { // brute force over all balls
+    [[nodiscard]] double swept_clearance(std::size_t link) const { // brute force over all balls
         double best = -1.0;
         for (Index b = 0; b < lumen.ball_count(); ++b) {
             const Sphere& ball = lumen.ball(b);
@@ -73,7 +73,7 @@ TEST(HollowDescent, ProvesFreeWhatBruteForceProvesAndReportsTheRest) {
     for (const Contact& c : contacts) ++reported[f.chain.link_of_leaf(c.feature_a[0])];
     std::size_t touching = 0;
     for (std::size_t i = 0; i < f.t1.size(); ++i) {
-        const bool free = f.swept_room(i) >= f.kMargin;
+        const bool free = f.swept_clearance(i) >= f.kMargin;
         EXPECT_EQ(descent.link_status(0)[i], free ? LinkStatus::Free : LinkStatus::Contact) << "link " << i;
         EXPECT_EQ(reported[i], free ? 0 : 1) << "link " << i;
         touching += !free;
@@ -92,10 +92,10 @@ TEST(HollowDescent, GapIsALowerBoundOfTheClearanceAndTheNormalLeadsToMore) {
     double worst = 0.0;
     for (const Contact& c : contacts) {
         const Sphere& link = f.t1[f.chain.link_of_leaf(c.feature_a[0])];
-        const double room = -inside.signed_distance(link.centre) - link.radius;
-        EXPECT_GE(c.gap, f.swept_room(f.chain.link_of_leaf(c.feature_a[0])) - 1e-12);
-        EXPECT_LE(c.gap, room + 1e-9) << "never above the true clearance";
-        if (room > -4e-4) worst = std::max(worst, room - c.gap);
+        const double clearance = -inside.signed_distance(link.centre) - link.radius;
+        EXPECT_GE(c.gap, f.swept_clearance(f.chain.link_of_leaf(c.feature_a[0])) - 1e-12);
+        EXPECT_LE(c.gap, clearance + 1e-9) << "never above the true clearance";
+        if (clearance > -4e-4) worst = std::max(worst, clearance - c.gap);
         EXPECT_NEAR(c.normal.norm(), 1.0, 1e-12);
         const double step = 1e-4;
         EXPECT_LT(inside.signed_distance(link.centre + step * c.normal), inside.signed_distance(link.centre) - 0.7 * step);
@@ -120,7 +120,7 @@ TEST(HollowDescent, NeverMissesAtAnyBudget) {
         for (std::size_t i = 0; i < f.t1.size(); ++i) {
             EXPECT_EQ(known[i] == 0, descent.link_status(0)[i] == LinkStatus::Free) << "link " << i << " budget " << units;
             if (descent.link_status(0)[i] == LinkStatus::Free) {
-                EXPECT_GE(f.swept_room(i), f.kMargin);
+                EXPECT_GE(f.swept_clearance(i), f.kMargin);
             }
         }
     }

@@ -26,7 +26,7 @@ TriMesh winding_vessel() {
                       [](double t) { return 6e-3 * std::pow(1.0 / 3.0, t); }, 32, 120});
 }
 
-void expect_free_balls(const LumenTree& lumen, const TriMesh& wall) {
+void expect_inscribed_spheres(const LumenTree& lumen, const TriMesh& wall) {
     const InsideTest inside(wall);
     for (Index b = 0; b < lumen.ball_count(); ++b) {
         const Sphere& ball = lumen.ball(b);
@@ -40,7 +40,7 @@ TEST(LumenTree, BallsAreFreeConnectedAndReachTheWall) {
     const TriMesh wall = winding_vessel();
     const auto lumen = build_lumen_tree(wall, {}, &report);
     ASSERT_TRUE(lumen) << lumen.error().to_string();
-    expect_free_balls(*lumen, wall);
+    expect_inscribed_spheres(*lumen, wall);
     EXPECT_EQ(report.components, 1U);
     EXPECT_LT(report.mean_relative_error, 0.03);
     EXPECT_LT(report.balls, 700U) << "a wall of 8000 triangles needs few balls";
@@ -78,7 +78,7 @@ TEST(LumenTree, OfMadeVesselsThatBranchIsFreeAndOnePiece) {
         LumenReport report;
         const auto lumen = build_lumen_tree(wall, {}, &report);
         ASSERT_TRUE(lumen) << lumen.error().to_string();
-        expect_free_balls(*lumen, wall);
+        expect_inscribed_spheres(*lumen, wall);
         EXPECT_EQ(report.components, 1U) << "seed " << seed;
     }
 }
@@ -89,7 +89,7 @@ TEST(LumenTree, OfPatientsVesselsIsFree) {
     LumenReport report;
     const auto lumen = build_lumen_tree(*wall, {}, &report);
     ASSERT_TRUE(lumen) << lumen.error().to_string();
-    expect_free_balls(*lumen, *wall);
+    expect_inscribed_spheres(*lumen, *wall);
     EXPECT_LT(report.components, 10U);
 }
 
@@ -286,15 +286,15 @@ TEST(UnionClearance, IsFreeSpaceAndSmoothBetweenTwoBalls) {
         const Vec3 centre_a = random.in_box(box), centre_b = random.in_box(box);
         const Sphere a{centre_a, random.uniform(0.3, 1.0)}, b{centre_b, random.uniform(0.3, 1.0)};
         const Vec3 p = random.in_box(box);
-        Room room = room_in_ball(p, a);
-        if (const Room other = room_in_ball(p, b); other.radius > room.radius) room = other;
-        const double alone = room.radius;
-        improve_room(p, a, b, room);
-        EXPECT_GE(room.radius, alone);
-        if (room.radius <= alone) continue;
+        Clearance clearance = clearance_in_ball(p, a);
+        if (const Clearance other = clearance_in_ball(p, b); other.radius > clearance.radius) clearance = other;
+        const double alone = clearance.radius;
+        improve_clearance(p, a, b, clearance);
+        EXPECT_GE(clearance.radius, alone);
+        if (clearance.radius <= alone) continue;
         ++better;
         for (int k = 0; k < 50; ++k) {
-            const Vec3 q = p + room.radius * random.in_box(box).normalized();
+            const Vec3 q = p + clearance.radius * random.in_box(box).normalized();
             EXPECT_TRUE((q - a.centre).norm() <= a.radius * (1 + 1e-9) || (q - b.centre).norm() <= b.radius * (1 + 1e-9));
         }
     }

@@ -30,10 +30,10 @@ Loaded load(const std::string& text) {
     return {*scene, test::prepare(text)};
 }
 
-test::BentTube bent(std::string budget, std::string carrier = {}) {
+test::BentTube bent(std::string budget, std::string host_body = {}) {
     return {35, std::move(budget),
-            carrier.empty() ? R"("coarse_contact", "exact_contact")" : R"("elasticity", "damping", "coarse_contact", "exact_contact")",
-            std::move(carrier)};
+            host_body.empty() ? R"("coarse_contact", "exact_contact")" : R"("elasticity", "damping", "coarse_contact", "exact_contact")",
+            std::move(host_body)};
 }
 
 /// A wire in a tube, in units that have no exact binary fractions.
@@ -87,12 +87,12 @@ TEST_P(Recorded, RunRepeatsBitForBit) {
     const Loaded loaded = load(tested.scene);
     Session session(loaded.scene, loaded.prepared);
     session.apply(SetBudget{tested.limits});
-    std::uint64_t held_back = 0;
+    std::uint64_t scaled_step_count = 0;
     for (int k = 0; k < tested.steps; ++k) {
         session.apply(drive_at(k));
         const StepReport& report = session.step();
         ASSERT_TRUE(report.finite) << report.failure;
-        held_back += report.hand_stops + (report.safe_fraction < 1.0);
+        scaled_step_count += report.drive_stops + (report.safe_fraction < 1.0);
     }
     const auto& recording = session.recording();
     ASSERT_TRUE(recording->repeatable());
@@ -101,7 +101,7 @@ TEST_P(Recorded, RunRepeatsBitForBit) {
     const std::string csv = recording->text(loaded.scene, recording->steps(), hash);
     EXPECT_THAT(csv, HasSubstr(fmt::format("# state_hash {:016x}\n", hash)));
     EXPECT_THAT(csv, HasSubstr("# Bit for bit: trocar run"));
-    EXPECT_EQ(hash_of_run(tested.scene, csv, tested.limits, recording->steps()), hash) << held_back << " steps scaled to the safe fraction";
+    EXPECT_EQ(hash_of_run(tested.scene, csv, tested.limits, recording->steps()), hash) << scaled_step_count << " steps scaled to the safe fraction";
     EXPECT_NE(hash_of_run(tested.scene, csv, tested.limits, recording->steps() - 1), hash);
 }
 

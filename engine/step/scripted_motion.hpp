@@ -1,0 +1,15 @@
+// What moves by a script or a period: kinematic bodies, breath, pulse.
+#pragma once
+
+#include "engine/prepare/model.hpp"
+
+namespace trocar::engine {
+
+/// Displacement of a kinematic body: linear between rows, held outside.
+[[nodiscard]] Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept;
+
+/// Share of a breath or a beat at a time, 0 at the start of a period, 1 in its middle; smooth, and free of libm.
+/// source   amplitude (1 - cos) / 2
+[[nodiscard]] double wave_at(double period, double time) noexcept;
+
+} // namespace trocar::engine

@@ -1,0 +1,19 @@
+// What counts as a touch between surfaces.
+#pragma once
+
+#include "base/contact.hpp"
+#include "engine/prepare/model.hpp"
+
+namespace trocar::engine {
+
+/// Cosine. A place whose own surface looks another way than at what it meets is not about to meet it: a table's vertex before
+/// the edge of a block that slides over it is nearest to the block's side, and will pass beneath; sheets that meet look at each other.
+inline constexpr double kFacing = -0.2;
+
+/// m; nearer than this the way to the closest point is rounding, and the triangle's normal says which way is out.
+inline constexpr double kNoWay = 1e-9;
+
+/// A pair of spheres with nothing left to refine, tested, or assumed and overlapping.
+[[nodiscard]] bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept;
+
+} // namespace trocar::engine
