@@ -10,6 +10,7 @@ BodyState make_body_state(const BodyModel& body) {
     BodyState state;
     if (body.tissue) state.tissue = fem::make_rest_state(*body.tissue);
     state.surface = body.surface.vertices;
+    if (body.hollow && body.moves_by_links_alone()) state.lumen.mark_still(*body.lumen, body.links->vertex_blend);
     return state;
 }
 

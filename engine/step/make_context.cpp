@@ -47,7 +47,6 @@ StepContext make_step_context(const SceneModel& model, State& state) {
         if (const BodyModel& body = model.bodies[i]; body.hollow) {
             context.bodies[i].inside = InsideTest(body.surface);
             if (body.moves()) context.bodies[i].inside.start_following(state.bodies[i].surface);
-            if (body.moves_by_links_alone()) state.bodies[i].lumen.mark_still(*body.lumen, body.links->vertex_blend);
         }
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];

@@ -10,10 +10,10 @@
 namespace trocar::engine {
 namespace {
 
-constexpr unsigned kSeed = 20261;
+constexpr unsigned kLawSeed = 20261;
 
 struct Random {
-    std::mt19937_64 engine{kSeed};
+    std::mt19937_64 engine{kLawSeed};
     double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine); }
     bool coin() { return between(0.0, 1.0) < 0.5; }
     Vec3 direction() {
@@ -129,7 +129,7 @@ TEST(ContactLaws, AFallingTubeThatComesNearItselfMovesAsWithoutContactToTheBit) 
     for (int k = 0; k < 6; ++k) {
         const UTube u{.half_gap = random.between(0.2e-3, 6e-3)};
         const double step = std::pow(10.0, random.between(-3.3, -2.0));
-        SCOPED_TRACE(fmt::format("seed {} case {}: gap {:g} m, step {:g} s", kSeed, k, 2.0 * u.half_gap, step));
+        SCOPED_TRACE(fmt::format("seed {} case {}: gap {:g} m, step {:g} s", kLawSeed, k, 2.0 * u.half_gap, step));
         const std::string file = write_mesh(fmt::format("u_tube_{}.obj", k), make_u_tube(u, random.turn()));
         const std::string budget = k % 3 == 2 ? "work:1000" : "exact";
         expect_as_without_contact(
@@ -145,7 +145,7 @@ TEST(ContactLaws, BodiesThatFallTogetherMoveAsWithoutContactToTheBit) {
     Random random;
     for (int k = 0; k < 6; ++k) {
         const double gap = std::pow(10.0, random.between(-5.0, -2.5)), step = std::pow(10.0, random.between(-3.3, -2.0));
-        SCOPED_TRACE(fmt::format("seed {} case {}: gap {:g} m, step {:g} s", kSeed, k, gap, step));
+        SCOPED_TRACE(fmt::format("seed {} case {}: gap {:g} m, step {:g} s", kLawSeed, k, gap, step));
         const Vec3 apart = (40e-3 + gap) * random.direction();
         const auto ball = [&](const Vec3& c) {
             return fmt::format(R"({{"shape": "sphere", "centre": [{}, {}, {}], "radius": 0.02, "subdivisions": 3}})", c.x(), c.y(), c.z());
@@ -164,7 +164,7 @@ TEST(ContactLaws, AnInstrumentThatTouchesNothingMovesAsWithoutContactToTheBit) {
     Random random;
     for (int k = 0; k < 3; ++k) {
         const double step = std::pow(10.0, random.between(-3.0, -2.0)), tip = random.between(0.0, 1.2);
-        SCOPED_TRACE(fmt::format("seed {} case {}: step {:g} s, tip {:g} rad", kSeed, k, step, tip));
+        SCOPED_TRACE(fmt::format("seed {} case {}: step {:g} s, tip {:g} rad", kLawSeed, k, step, tip));
         const auto scene = [&](const std::string& effects) {
             return test::prepare(fmt::format(R"({{"units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 1}},
                 "budget": "{}", "bodies": {{"tube": {{"kind": "static", "hollow": true, "surface": {{"shape": "tube",
@@ -194,7 +194,7 @@ TEST(ContactLaws, ABallMovesAsWithoutContactUntilItTouchesTheTable) {
         scene.step = std::pow(10.0, random.between(-3.0, -2.0));
         scene.gravity = Vec3(0.0, 0.0, -9.81);
         const double height = random.between(2e-3, 20e-3);
-        SCOPED_TRACE(fmt::format("seed {} case {}: height {:g} m, step {:g} s", kSeed, k, height, scene.step));
+        SCOPED_TRACE(fmt::format("seed {} case {}: height {:g} m, step {:g} s", kLawSeed, k, height, scene.step));
         scene.bodies =
             deformable("ball",
                        fmt::format(R"({{"shape": "sphere", "centre": [0, 0, {}], "radius": 0.02, "subdivisions": 3}})", 0.02 + height),
@@ -293,7 +293,7 @@ TEST(ContactLaws, AFreeBodyThatMeetsItselfKeepsMomentumAndAngularMomentum) {
         scene.substeps = "100";
         const std::string file = write_mesh(fmt::format("thrown_{}.obj", k), make_u_tube(u, turn));
         scene.bodies = deformable("u", fmt::format("\"{}\"", file), random.between(5.0, 20.0), "tetgen"); // a lattice would join the arms
-        SCOPED_TRACE(fmt::format("seed {} case {}: gap {:g} m, step {:g} s", kSeed, k, 2.0 * u.half_gap, scene.step));
+        SCOPED_TRACE(fmt::format("seed {} case {}: gap {:g} m, step {:g} s", kLawSeed, k, 2.0 * u.half_gap, scene.step));
         const PreparedScene prepared = test::prepare(text_of(scene));
         ASSERT_EQ(prepared.model.bodies.size(), 1u);
         Simulator start(prepared.model), simulator(prepared.model);
@@ -329,7 +329,7 @@ TEST(ContactLaws, TwoBodiesThatFlyAlongMeetAsTwoAtRest) {
             return fmt::format(R"({{"shape": "sphere", "centre": [{}, {}, {}], "radius": 0.02, "subdivisions": 3}})", c.x(), c.y(), c.z());
         };
         scene.bodies = deformable("first", ball(Vec3::Zero()), 10.0) + ", " + deformable("second", ball(to), 10.0);
-        SCOPED_TRACE(fmt::format("seed {} case {}: step {:g} s", kSeed, k, scene.step));
+        SCOPED_TRACE(fmt::format("seed {} case {}: step {:g} s", kLawSeed, k, scene.step));
         const PreparedScene prepared = test::prepare(text_of(scene));
         ASSERT_EQ(prepared.model.bodies.size(), 2u);
         const double speed = random.between(0.1, 0.4);
