@@ -93,9 +93,12 @@ CostOwnRun run_by_itself(const SceneModel& model, const CostOptions& options, co
     return row;
 }
 
+/// N, mean over bodies and steps; forces below it are rounding.
+constexpr double kLoaded = 1e-12;
+
 /// Zeros without meaning: there was no contact to compare.
 void add_empty_notices(CostTable& table, const SceneModel& model) {
-    if (table.steps == 0 || table.interrupted || table.force_rms_n > 0.0) return;
+    if (table.steps == 0 || table.interrupted || table.force_rms_n > kLoaded) return;
     const std::string more =
         model.step_count > table.steps ? fmt::format("; -n {} goes to the end of the scene", model.step_count) : std::string();
     if (table.touched())

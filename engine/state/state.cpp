@@ -1,5 +1,6 @@
 #include "engine/state/state.hpp"
 
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/state/bit_hash.hpp"
 
 namespace trocar::engine {
@@ -30,6 +31,9 @@ InstrumentState make_instrument_state(const InstrumentModel& instrument) {
 State make_initial_state(const SceneModel& model) {
     State state;
     for (const BodyModel& body : model.bodies) state.bodies.push_back(make_body_state(body));
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) // as they stand: the first step starts from there
+        if (const std::optional<fem::RigidLinks>& links = model.bodies[i].links)
+            (void)fem::turn_frames(*links, state.bodies[owner_of(model, i)].tissue.position, state.bodies[i].frames);
     for (const InstrumentModel& instrument : model.instruments) state.instruments.push_back(make_instrument_state(instrument));
     return state;
 }

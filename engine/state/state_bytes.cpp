@@ -41,7 +41,7 @@ bool body_fits(const BodyModel& model, std::size_t nodes, const BodyState& body)
     const std::size_t batches = model.tissue ? model.tissue->plan.batches.size() : 0, tets = model.tissue ? model.tissue->tet_count() : 0;
     return body.tissue.position.size() == tissue_nodes && body.tissue.velocity.size() == tissue_nodes &&
            body.surface.size() == model.surface.vertices.size() && are_finite(body.tissue.position) && are_finite(body.tissue.velocity) &&
-           are_finite(body.surface) && is_none_or(body.frames.frame.size(), model.links ? model.links->frame_nodes.size() : 0) &&
+           are_finite(body.surface) && body.frames.frame.size() == (model.links ? model.links->frame_nodes.size() : 0) &&
            is_none_or(stable.mode.size(), tissue_nodes) && is_none_or(stable.damping_mode.size(), tissue_nodes) &&
            are_finite(stable.mode) && are_finite(stable.damping_mode) && is_none_or(stable.notes.size(), batches) &&
            is_id(stable.rates.worst_tet, tets) && stable.rounds_ahead >= 0 && stable.rounds_ahead < 2 * stable.warm_rounds &&
@@ -115,6 +115,10 @@ bool solids_fit(const SceneModel& model, const State& state) {
 } // namespace
 
 std::string find_misfit(const SceneModel& model, const State& state) {
+    if (state.bodies.size() != model.bodies.size())
+        return fmt::format("bodies: found {}, expected {}", state.bodies.size(), model.bodies.size());
+    if (state.instruments.size() != model.instruments.size())
+        return fmt::format("instruments: found {}, expected {}", state.instruments.size(), model.instruments.size());
     if (!std::isfinite(state.time) || state.time < 0.0) return "its time is not a number";
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const std::size_t nodes = state.bodies[i].tissue.position.size(); // springs sit with the body whose nodes they push

@@ -100,27 +100,4 @@ Result<void> check_settings(const SceneModel& model) {
     return check.result();
 }
 
-Result<void> check_same_shape(const SceneModel& a, const SceneModel& b) {
-    const auto differ = [](const std::string& what, std::size_t x, std::size_t y) {
-        return bad("model", fmt::format("{}: found {}, expected {} as in this simulator's", what, y, x));
-    };
-    if (a.bodies.size() != b.bodies.size()) return differ("bodies", a.bodies.size(), b.bodies.size());
-    if (a.instruments.size() != b.instruments.size()) return differ("instruments", a.instruments.size(), b.instruments.size());
-    for (std::size_t i = 0; i < a.bodies.size(); ++i) {
-        const BodyModel &x = a.bodies[i], &y = b.bodies[i];
-        if (x.surface.vertices.size() != y.surface.vertices.size())
-            return differ("vertices of " + x.name, x.surface.vertices.size(), y.surface.vertices.size());
-        if (x.surface.triangles.size() != y.surface.triangles.size())
-            return differ("triangles of " + x.name, x.surface.triangles.size(), y.surface.triangles.size());
-        if (count_nodes(x) != count_nodes(y)) return differ("nodes of " + x.name, count_nodes(x), count_nodes(y));
-    }
-    for (std::size_t i = 0; i < a.instruments.size(); ++i) {
-        const InstrumentModel &x = a.instruments[i], &y = b.instruments[i];
-        if (x.rod.node_count() != y.rod.node_count()) return differ("nodes of " + x.name, x.rod.node_count(), y.rod.node_count());
-        if (x.skin.vertex_count() != y.skin.vertex_count())
-            return differ("skin vertices of " + x.name, x.skin.vertex_count(), y.skin.vertex_count());
-    }
-    return {};
-}
-
 } // namespace trocar::engine

@@ -19,8 +19,4 @@ namespace trocar::engine {
 /// fails  BadValue: step, sub-steps, gravity, breathing, pulse, blood or contact settings that no step can be taken with
 [[nodiscard]] Result<void> check_settings(const SceneModel& model);
 
-/// Bodies and instruments of the same sizes: one's state can stand for the other's.
-/// fails  BadValue, with the first difference
-[[nodiscard]] Result<void> check_same_shape(const SceneModel& a, const SceneModel& b);
-
 } // namespace trocar::engine

@@ -152,8 +152,8 @@ const StepReport& Simulator::finish_step() {
 
 Result<void> Simulator::restore(const State& state) {
     const auto wrong = [](std::string message) { return Error{.code = ErrorCode::BadValue, .message = std::move(message), .key = "restore"}; };
-    if (begun_) return wrong("a step has begun, expected a simulator between two steps");
     if (std::string misfit = find_misfit(model_, state); !misfit.empty()) return wrong(std::move(misfit));
+    begun_ = false;
     state_ = state;
     reserve_state(model_, state_);
     forget_scratch(context_);

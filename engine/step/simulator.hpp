@@ -32,7 +32,8 @@ public:
     bool begin_step();
     const StepReport& finish_step();
     /// Goes on from another state of this model, or of one that differs from it in settings alone: a fork is restore(other.state()).
-    /// fails  BadValue: a step has begun here; the state is no state of this model. Then nothing has changed.
+    /// A step that has begun here is given up.
+    /// fails  BadValue: the state is no state of this model; then nothing has changed
     [[nodiscard]] Result<void> restore(const State& state);
 
     /// What somebody does while it runs, from the next step on. A scene knows nothing of it: only the same calls at the same

@@ -232,12 +232,6 @@ void prepare_solids(const SceneModel& model, State& state, StepContext& context)
         if (!can_touch_any(model, i)) continue;
         context.bodies[i].sphere_nodes = make_sphere_nodes(model, i);
         context.bodies[i].thickness = find_thickness(model.bodies[i].surface.vertices);
-        if (model.bodies[i].wrapped) { // the frames as they stand: the first step starts from there
-            BodyScratch& scratch = context.bodies[i];
-            scratch.surface_ahead.resize(model.bodies[i].surface.vertices.size());
-            (void)fem::update_embedded_surface(*model.bodies[i].links, state.bodies[owner_of(model, i)].tissue.position, model.bodies[i].surface.vertices,
-                             state.bodies[i].frames, scratch.surface_ahead);
-        }
         if (!meet_by_surface(model, i, i)) continue;
         context.bodies[i].inside = InsideTest(model.bodies[i].surface);
         vertices += model.bodies[i].surface.vertices.size();

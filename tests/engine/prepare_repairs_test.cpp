@@ -192,6 +192,21 @@ TEST_F(SurfaceFile, RepairsThatTakeTooMuchStopTheSceneUnlessItAllowsIt) {
     EXPECT_THAT(allowed->bodies[0].notes, Contains(AllOf(HasSubstr("repair drop_self_intersections"), HasSubstr("components 8"))));
 }
 
+TEST_F(SurfaceFile, OfAThinShellIsRefusedByTheLatticeWithTheRepairThatHelps) {
+    TriMesh inner = ball(Vec3::Zero(), 0.0495);
+    for (Triangle& t : inner.triangles) std::swap(t[1], t[2]); // it looks into the hollow
+    const auto file = write("shell.obj", join(ball(Vec3::Zero(), 0.05), inner));
+    const std::string body = R"("kind": "deformable", "coarse": {"surface_triangles": 100, "mesher": "lattice"},
+        "material": {"young_modulus": 8, "poisson_ratio": 0.45, "density": 1060})";
+    const auto refused = prepare_text(scene(file, "", body));
+    ASSERT_FALSE(refused.ok());
+    EXPECT_THAT(refused.error().to_string(),
+                AllOf(HasSubstr("bodies.vessel"), HasSubstr("thinner than a cell"), HasSubstr("\"surface_triangles\" than 100"),
+                      HasSubstr("\"repair\": [\"drop_inner_shells\"]"), HasSubstr("\"mesher\": \"tetgen\"")));
+    const auto mended = prepare_text(scene(file, R"(, "repair": ["drop_inner_shells"], "may_remove": 1, "may_split": true)", body));
+    EXPECT_TRUE(mended.ok()) << mended.error().to_string();
+}
+
 TEST_F(SurfaceFile, OfTetrahedraGivesTheirBoundary) {
     const TetMesh bar = fem::make_bar_mesh({4, 3, 3}, 0.01, 0.0);
     ASSERT_TRUE(write_vtu(folder / "bar.vtu", bar).ok());

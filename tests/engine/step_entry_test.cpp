@@ -108,7 +108,10 @@ TEST(Entries, WhatIsRefusedHasChangedNothingAndEveryStateIsFinite) {
             (void)told.finish_step(); // of no step: nothing
             if (hostile.below(2) == 0) (void)told.begin_step();
             (void)told.begin_step(); // once more: nothing
-            EXPECT_FALSE(told.restore(twin.state()).ok()) << "in the middle of a step";
+            if (hostile.below(4) == 0) { // a step that has begun is given up
+                ASSERT_TRUE(told.restore(twin.state()).ok());
+            }
+            (void)told.begin_step();
             const StepReport& report = told.finish_step();
             ASSERT_TRUE(report.finite) << report.failure;
             ASSERT_TRUE(twin.step().finite);
