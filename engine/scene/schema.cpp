@@ -147,8 +147,8 @@ std::string value_page(const ValueSpec& value) {
         return range.empty() ? expected(value, Units{}) : "a number: " + range;
     }
     case ValueKind::Object: {
-        std::string anchor = definition_name(*value.object);
-        std::replace(anchor.begin(), anchor.end(), '_', '-');
+        std::string anchor(value.object->name); // as Markdown's readers make it of the heading
+        std::replace(anchor.begin(), anchor.end(), ' ', '-');
         return fmt::format("[{}](#{})", value.object->name, anchor);
     }
     case ValueKind::Map:

@@ -38,8 +38,6 @@ Error no_such(const char* key, const char* what, std::size_t found, std::size_t 
                                : fmt::format("found {} {}, expected one from 0 to {}", what, found, count - 1));
 }
 
-std::size_t count_nodes(const BodyModel& body) { return body.tissue ? body.tissue->node_count() : 0; }
-
 } // namespace
 
 Result<void> check_limits(const BudgetLimits& limits) {

@@ -1,6 +1,7 @@
 // The exact stage of an instrument: planes from the wall, then continuous tests of the skin until none hits; and the trees of both.
 #include "engine/step/instrument_stage.hpp"
 #include "engine/step/surface_place.hpp"
+#include "engine/time/phase.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -164,9 +165,8 @@ collision::ExactStats test_skin_at(const SceneModel& model, std::size_t index, c
 /// Planes of the walls as a part of the budget's account.
 static void make_planes(const SceneModel& model, std::size_t index, State& state, StepContext& context, double reach,
                         StepBudget* budget) {
-    if (budget != nullptr) budget->begin_part(StepPart::Planes);
+    const Phase phase(budget, StepPart::Planes);
     plane_from_walls(model, index, state, context, reach);
-    if (budget != nullptr) budget->end_part(StepPart::Planes);
 }
 
 /// One solve and the continuous tests of its motion, each only if the budget has room for it. Not finished: it had not.
@@ -183,9 +183,10 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
         make_planes(model, index, state, context, kPlaneReach, budget);
         solve_instrument(model, index, state, context);
     }
-    if (budget != nullptr) budget->end_solve(), budget->begin_part(StepPart::Skin);
+    if (budget != nullptr) budget->end_solve();
+    Phase phase(budget, StepPart::Skin);
     for (const std::size_t one : coaxial(model, index)) refit_skin(model, one, state, context);
-    if (budget != nullptr) budget->end_part(StepPart::Skin);
+    phase.end();
     WorkBudget grant = budget != nullptr ? budget->grant_tests(forecast) : WorkBudget();
     const bool culled = context.cull->wanted(state.instruments[index].exact_candidates, budget);
     for (const std::size_t one : coaxial(model, index))

@@ -14,6 +14,7 @@
 #include "engine/step/spring_memory.hpp"
 #include "engine/step/tissue_stage.hpp"
 #include "engine/step/touch_rules.hpp"
+#include "engine/time/phase.hpp"
 
 #include <fmt/format.h>
 
@@ -92,14 +93,13 @@ void Simulator::move_everything() {
     add_pull(model_, state_, report);
     report.ms.script = lap.lap_ms();
     if (!is_dropped(Droppable::Elasticity)) {
-        budget_.begin_part(StepPart::Tissue);
+        const Phase phase(budget_, StepPart::Tissue);
         integrate_bodies(model_, state_, context_);
-        budget_.end_part(StepPart::Tissue);
     }
     report.ms.fem = lap.lap_ms();
     keep_surfaces(model_, state_, context_);
     if (!report.finite) return;
-    budget_.begin_part(StepPart::EmbeddedSurfaces);
+    Phase phase(budget_, StepPart::EmbeddedSurfaces);
     update_embedded_surfaces(model_, state_, context_);
     report.ms.steer = lap.lap_ms();
     find_blood_flow(model_, state_, context_);
@@ -110,7 +110,7 @@ void Simulator::move_everything() {
         for (std::size_t i = 0; i < model_.instruments.size(); ++i) update_instrument_trees(model_, i, state_, context_);
         if (!model_.budget_covers_step) update_lumens(model_, state_, context_); // not on its account: always
     }
-    budget_.end_part(StepPart::EmbeddedSurfaces);
+    phase.end();
     report.ms.steer += lap.lap_ms();
 }
 
@@ -126,10 +126,11 @@ const StepReport& Simulator::finish_step() {
         find_exact();
         report.ms.exact = lap.lap_ms();
         if (!model_.budget_covers_step) budget_.pause();
-        budget_.begin_part(StepPart::Respond);
+        Phase phase(budget_, StepPart::Respond);
         const bool coarse_answer = !report.exact_ran;
         respond();
-        if (coarse_answer && !report.exact_forced) budget_.end_part(StepPart::Respond);
+        if (!coarse_answer || report.exact_forced) phase.forget();
+        phase.end();
         report.ms.respond = lap.lap_ms();
         check_rods();
     }
@@ -209,9 +210,9 @@ bool Simulator::follow_lumens(double after_s) {
     }
     bool sizes_lumens = false; // the first time: it says nothing of the next
     for (const InstrumentModel& instrument : model_.instruments) sizes_lumens |= !state_.bodies[instrument.lumen].lumen.has_bounds();
-    budget_.begin_part(StepPart::Lumen);
+    Phase phase(budget_, StepPart::Lumen);
     update_lumens(model_, state_, context_);
-    if (!sizes_lumens) budget_.end_part(StepPart::Lumen);
+    if (sizes_lumens) phase.forget();
     return true;
 }
 
@@ -232,9 +233,10 @@ void Simulator::descend() {
         finished = context_.descent.run(grant);
         budget_.settle_descent(grant);
     }
-    budget_.begin_part(StepPart::List);
-    context_.descent.add_contacts(context_.coarse);
-    budget_.end_part(StepPart::List);
+    {
+        const Phase phase(budget_, StepPart::List);
+        context_.descent.add_contacts(context_.coarse);
+    }
     budget_.keep_back(after);
     const spheretree::DescentStats& stats = context_.descent.stats();
     StepReport& report = context_.report;
@@ -278,9 +280,8 @@ void Simulator::find_exact() {
 
 /// A wall's boxes, with their cost remembered.
 void Simulator::refit(std::size_t wall) {
-    budget_.begin_part(StepPart::Refit);
+    const Phase phase(budget_, StepPart::Refit);
     refit_wall(model_, wall, state_, context_);
-    budget_.end_part(StepPart::Refit);
 }
 
 void Simulator::set_cull_device(std::unique_ptr<collision::CullBackend> device) {

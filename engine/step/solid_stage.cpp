@@ -90,7 +90,7 @@ SurfacePush make_push(const Place& place, const Push& push, double gap_share, do
 }
 
 /// Index of the spring among its owner's.
-Index push_side(const SceneModel& model, const Side& side, const Push& push, State& state, StepContext& context) {
+Index push_side(const SceneModel& model, const Side& side, const Push& push, State& state) {
     const Place& place = side.place;
     if (!model.bodies[place.body].links) return kNoIndex;
     SurfacePush own = make_push(place, push, side.share, side.rate, side.load);
@@ -107,7 +107,7 @@ Vec3 find_common_drift(const SceneModel& model, std::size_t a, std::size_t b, co
 }
 
 /// Both places hang on the nodes of one body: one spring between them.
-void push_within(const SceneModel& model, const Place& a, const Place& b, const Push& push, State& state, StepContext& context) {
+void push_within(const SceneModel& model, const Place& a, const Place& b, const Push& push, State& state) {
     const SurfacePush on_a = make_push(a, push, 1.0, 0.0, push.under != nullptr ? push.under->spring_a : kNoIndex);
     const bool made = add_balanced_spring(model, on_a, {b.body, b.vertices, b.weights}, state);
     const std::size_t last = state.bodies[owner_of(model, a.body)].springs.springs.size();
@@ -127,13 +127,13 @@ void push_within(const SceneModel& model, const Place& a, const Place& b, const 
 void push_both(const SceneModel& model, const Place& a, const Place& b, const Push& push, State& state, StepContext& context) {
     const std::size_t owner_a = owner_of(model, a.body), owner_b = owner_of(model, b.body);
     if (owner_a == owner_b && model.bodies[a.body].links && model.bodies[b.body].links)
-        return push_within(model, a, b, push, state, context);
+        return push_within(model, a, b, push, state);
     const double rate = push.direction.dot(context.bodies[a.body].coming - context.bodies[b.body].coming) / model.step_s;
     const double drift = push.direction.dot(find_common_drift(model, owner_a, owner_b, context.solids));
     const double share_a = share_of(model, a, b), share_b = share_of(model, b, a);
     const SpringPair load = push.under != nullptr ? *push.under : SpringPair{};
-    const Index on_a = push_side(model, {a, push.direction, share_a, share_a * rate - drift, load.spring_a}, push, state, context);
-    const Index on_b = push_side(model, {b, -push.direction, share_b, share_b * rate + drift, load.spring_b}, push, state, context);
+    const Index on_a = push_side(model, {a, push.direction, share_a, share_a * rate - drift, load.spring_a}, push, state);
+    const Index on_b = push_side(model, {b, -push.direction, share_b, share_b * rate + drift, load.spring_b}, push, state);
     state.solids.springs.push_back({a.body, b.body, on_a, on_b, push.direction});
 }
 

@@ -1,8 +1,8 @@
 // Planes around a rod from its wall's own triangles, and whether a rod pokes into that wall.
+#include "collision/proximity/proximity.hpp"
 #include "engine/step/instrument_stage.hpp"
 #include "engine/step/surface_place.hpp"
-
-#include "collision/proximity/proximity.hpp"
+#include "engine/time/phase.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -174,9 +174,9 @@ double suggest_plane_reach(const SceneModel& model, std::size_t index, const Sta
 
 void solve_between_walls(const SceneModel& model, std::size_t index, State& state, StepContext& context, StepBudget& budget) {
     for (double reach = suggest_plane_reach(model, index, state, context);; reach = kPlaneReach) {
-        budget.begin_part(StepPart::Planes);
+        Phase phase(budget, StepPart::Planes);
         plane_from_walls(model, index, state, context, reach);
-        budget.end_part(StepPart::Planes);
+        phase.end();
         budget.begin_solve();
         solve_instrument(model, index, state, context);
         budget.end_solve();

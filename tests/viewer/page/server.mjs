@@ -50,9 +50,10 @@ export async function afresh(page) {
     await page.keyboard.press("Escape");
     await page.evaluate(() => document.activeElement?.blur());
     const before = await status(page);
-    if (before.paused) await page.keyboard.press("Space");
     await page.keyboard.press("r");
-    await until(page, "t.run > g && !t.paused && t.drive[0] === 0", before.run);
+    await until(page, "t.run > g", before.run); // what was pressed before is done as well: the status is no older
+    if ((await status(page)).paused) await page.keyboard.press("Space");
+    await until(page, "!t.paused && t.drive[0] === 0");
     return status(page);
 }
 
