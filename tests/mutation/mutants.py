@@ -249,9 +249,9 @@ class FinishedBuild:
         broken.parent.mkdir(parents=True, exist_ok=True)
         broken.write_text(text)
         code, output = 0, ""
-        for file in self.translated(mutant):
+        for unit in dict.fromkeys(self.find_unit(mutant, file) for file in self.translated(mutant)):
             objects.append(str(self.work / f"mutant_{len(objects)}.o"))
-            code, output = self.compile(mutant, file, objects[-1])
+            code, output = self.compile(mutant, unit, objects[-1])
             if code != 0:
                 break
         broken.unlink()
@@ -268,13 +268,26 @@ class FinishedBuild:
         folder = ROOT / Path(mutant.file).parts[0]
         return [str(f.relative_to(ROOT)) for f in sorted(folder.rglob("*.cpp")) if wanted in f.read_text()]
 
-    def compile(self, mutant, file, thing):
-        entry = next((e for name, e in self.commands.items() if name.endswith("/" + file)), None)
-        if entry is None:
-            sys.exit(f"{mutant.name}: {file} is not compiled by itself")
+    def find_unit(self, mutant, file):
+        """The source that is compiled: the file, or the unity source that includes it."""
+        for name in self.commands:
+            if name.endswith("/" + file):
+                return name
+        for name in self.commands:
+            if name.endswith("_cxx.cxx") and f'/{file}"' in Path(name).read_text():
+                return name
+        sys.exit(f"{mutant.name}: {file} is not compiled")
+
+    def compile(self, mutant, unit, thing):
+        entry = self.commands[unit]
         words = shlex.split(entry["command"])
-        source = self.work / "broken" / file
-        words[words.index("-o") + 1], words[words.index("-c") + 1] = thing, str(source if source.is_file() else ROOT / file)
+        source, broken = Path(unit), self.work / "broken" / mutant.file
+        if mutant.file.endswith(".cpp") and unit.endswith("/" + mutant.file):
+            source = broken
+        elif unit.endswith("_cxx.cxx"):
+            source = self.work / Path(unit).name
+            source.write_text(Path(unit).read_text().replace(f'"{ROOT / mutant.file}"', f'"{broken}"'))
+        words[words.index("-o") + 1], words[words.index("-c") + 1] = thing, str(source)
         words.insert(1, f"-I{self.work / 'broken'}")
         return run(words + ["-O0", "-g0", "-Wno-invalid-pch"], entry["directory"])
 
