@@ -77,10 +77,13 @@ void print_plan(const PlanRecord& record, const std::filesystem::path& out) {
 void warn_of_replay(const PlanRecord& record) {
     const double tolerance = record.prepared.model.instruments.front().follow.tolerance;
     if (record.replay.last <= tolerance) return;
+    const SceneModel& model = record.prepared.model;
+    const bool moves = std::any_of(model.bodies.begin(), model.bodies.end(), [](const BodyModel& body) { return body.moves(); });
     fmt::print(stderr,
-               "notice: the replayed path ends {:.2f} mm from {}, beyond the tolerance of {:.3g} mm: the organs move it, and a path "
+               "notice: the replayed path ends {:.2f} mm from {}, beyond the tolerance of {:.3g} mm: {}, and a path "
                "does not see that; \"follow\" in the scene does\n",
-               1e3 * record.replay.last, record.target, 1e3 * tolerance);
+               1e3 * record.replay.last, record.target, 1e3 * tolerance,
+               moves ? "the organs move it" : "the tip comes to rest elsewhere once the drive stops");
 }
 
 int plan(const PlanOptions& options) {

@@ -125,7 +125,12 @@ std::vector<std::string> note_target(const Scene& scene, const SceneInstrument& 
             notes.push_back(fmt::format("{} {} {}, the radius of {} is {:.3g} mm: its tip comes no nearer than {:.3g} mm, to {}", name,
                                         show_clearance(clearance), lumen.name, spec.name, 1e3 * radius,
                                         1e3 * std::sqrt((*place - target).squaredNorm()), show_place(scene, *place)));
-    if (const double wide = lumen_radius_at(*lumen.lumen, target); tolerance > wide)
+    const double wide = lumen_radius_at(*lumen.lumen, target);
+    if (tolerance > wide && !(wide > 0.0))
+        notes.push_back(fmt::format("{}: it lies beyond the lumen's inscribed spheres, and a tip within the tolerance of {:.3g} mm counts as "
+                                    "arrived; expected a target inside of {}",
+                                    name, 1e3 * tolerance, lumen.name));
+    else if (tolerance > wide)
         notes.push_back(
             fmt::format("{}: the tolerance of {:.3g} mm is wider than the lumen there, {:.3g} mm from its middle: a tip that has "
                         "not come that far, or is in a branch beside it, counts as arrived; expected instruments.{}.follow."
