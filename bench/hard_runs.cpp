@@ -3,6 +3,7 @@
 #include "engine/step/checkpoint.hpp"
 #include "fem/tissue/kernels.hpp"
 #include "fem/embedding/link_kernels.hpp"
+#include "fem/tissue/integrate.hpp"
 
 #include <algorithm>
 #include <set>
@@ -167,8 +168,10 @@ void a_budget_that_jumps_pumps_no_energy(HardReport& report) {
             const bool tight = k % 2 == 0;
             const BudgetLimits limits = wall ? BudgetLimits{BudgetMode::Wall, tight ? 1e-4 : 1e-2, 0}
                                              : BudgetLimits{BudgetMode::Work, 0.0, tight ? std::uint64_t{9} : std::uint64_t{1'000'000}};
-            if (!report.require(simulator.set_budget(limits).ok(), "a budget is taken")) return;
-            if (!report.require(simulator.step().finite, "every step is finite")) return;
+            Inputs inputs;
+            inputs.budget = limits;
+            if (!report.require(simulator.step(inputs).ok(), "a budget is taken")) return;
+            if (!report.require(simulator.report().finite, "every step is finite")) return;
             if (k == 0) first = energy_of(simulator);
             most = std::max(most, energy_of(simulator));
         }

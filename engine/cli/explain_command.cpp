@@ -5,7 +5,7 @@
 #include "engine/experiments/effect_cost.hpp"
 #include "engine/experiments/laid_out.hpp"
 #include "engine/prepare/prepare_scene.hpp"
-#include "engine/step/instrument_stage.hpp"
+#include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/time/clock.hpp"
 

@@ -1,7 +1,7 @@
 // One line on a terminal that tells how far a run is. Where standard error is no terminal: nothing, or a line a minute.
 #pragma once
 
-#include "engine/step/report.hpp"
+#include "engine/state/step_report.hpp"
 #include "engine/time/clock.hpp"
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 
 #include "assets/anatomy/shapes.hpp"
 #include "engine/report/picture_scene.hpp"
-#include "engine/step/solid_trees.hpp"
+#include "engine/step/solid/solid_trees.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -26,8 +26,7 @@ const spheretree::Sphere* find_sphere(const Simulator& simulator, BodyId body, I
         const auto& spheres = simulator.raw_state().instruments[body - model.bodies.size()].chain.spheres;
         return sphere < spheres.size() ? &spheres[sphere] : nullptr;
     }
-    if (model.bodies[body].hollow || !has_spheres(simulator.context(), body)) return nullptr; // free space of a lumen is no contact
-    return known_sphere(body, sphere, simulator.context());
+    return model.bodies[body].hollow ? nullptr : simulator.find_sphere(body, sphere); // free space of a lumen is no contact
 }
 
 TriMesh mesh_of(const std::vector<spheretree::Sphere>& spheres) {
@@ -52,7 +51,7 @@ ContactSpheres find_contact_spheres(const Simulator& simulator) {
     using Key = std::tuple<bool, BodyId, Index>;
     std::vector<Key> keys;
     ContactSpheres found;
-    for (const Contact& contact : simulator.context().coarse) {
+    for (const Contact& contact : simulator.sphere_contacts()) {
         const bool assumed = contact.origin == ContactOrigin::AssumedSpheres;
         ++(assumed ? found.assumed_pairs : found.tested_pairs);
         keys.emplace_back(assumed, contact.body_a, contact.feature_a[0]);

@@ -1,7 +1,7 @@
 #include "engine/experiments/patches.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/step/solid_stage.hpp"
+#include "engine/step/solid/solid_stage.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -115,7 +115,7 @@ void PatchFinder::add_side(const Contact& contact, bool is_a, PatchContacts& fou
 PatchContacts PatchFinder::find_answer(const Simulator& simulator) {
     PatchContacts found;
     const std::size_t bodies = model_.bodies.size();
-    for (const Contact& contact : simulator.context().coarse) {
+    for (const Contact& contact : simulator.sphere_contacts()) {
         if (contact.body_a >= bodies || contact.body_b >= bodies) continue; // instruments: their presses
         add_side(contact, true, found);
         add_side(contact, false, found);

@@ -1,7 +1,7 @@
 // Stages of every step on a time line, for chrome://tracing and ui.perfetto.dev.
 #pragma once
 
-#include "engine/step/report.hpp"
+#include "engine/state/step_report.hpp"
 
 #include <string>
 

@@ -4,7 +4,7 @@
 #include "engine/render/renderer.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/scene/scene.hpp"
-#include "engine/step/context.hpp"
+#include "engine/step/scratch.hpp"
 
 #include <span>
 

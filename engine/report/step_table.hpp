@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/result.hpp"
-#include "engine/step/report.hpp"
+#include "engine/state/step_report.hpp"
 #include "engine/time/clock.hpp"
 
 #include <filesystem>

@@ -26,7 +26,7 @@ enum class FollowMode : std::uint8_t {
     Arrived, // still, until the tip slips away from the end of the route
 };
 
-/// The hand's memory. Plain data: part of the state, so that a run can be repeated bit for bit.
+/// What the rule that follows a route remembers. Plain data: part of the state, so that a run can be repeated bit for bit.
 struct FollowState {
     FollowMode mode = FollowMode::Advance;
     double progress = 0.0;         // m along the route of the point nearest to the tip
@@ -98,13 +98,6 @@ struct SpringPair {
     Vec3 normal = Vec3::UnitX();
 };
 
-/// Somebody holds a point of a surface and pulls it towards a place.
-struct Pull {
-    std::size_t body = 0;       // of the model
-    Index vertex = 0;           // of its surface
-    Vec3 target = Vec3::Zero(); // m
-};
-
 struct BodyState {
     fem::TissueState tissue;             // deformable bodies
     std::vector<Vec3> surface;           // [vertex_count] m, at the end of the last step
@@ -121,8 +114,7 @@ struct InstrumentState {
     fem::RodState rod;
     std::vector<Vec3> skin; // [skin vertex_count] m, at the end of the last step
     FollowState follow;
-    std::optional<DriveCommand> hand; // what a user wants, in place of the script
-    bool drive_stopped = false;        // in the last step: the motion that the hand asked for met the wall
+    bool drive_stopped = false;        // in the last step: the motion that the drive command asked for met the wall
     bool kept_inside = false;         // the last test found the rod within its wall, and every step since was tested
     Route route;                      // where it is now; the model's radii and lengths
     fem::LinkFrames route_frames;
@@ -147,7 +139,6 @@ struct State {
     std::vector<BodyState> bodies; // as SceneModel::bodies
     std::vector<InstrumentState> instruments;
     SolidContactState solids;
-    std::optional<Pull> pull; // felt in every step until it is let go
 };
 
 [[nodiscard]] State make_initial_state(const SceneModel& model);

@@ -129,10 +129,6 @@ std::string find_misfit(const SceneModel& model, const State& state) {
         if (!instrument_fits(model, model.instruments[i], state.instruments[i]))
             return fmt::format("what it holds of the instrument \"{}\" does not fit the scene's", model.instruments[i].name);
     if (!solids_fit(model, state)) return "its contacts name what the scene does not have";
-    if (state.pull &&
-        (state.pull->body >= model.bodies.size() || state.pull->vertex >= model.bodies[state.pull->body].surface.vertices.size() ||
-         !is_finite(state.pull->target)))
-        return "its pull is at no point of the scene";
     return {};
 }
 

@@ -1,7 +1,7 @@
 // The one list of what a State holds. Saving, loading and hashing are visits of it; a member that is added to a struct and not named
 // here does not compile.
 //
-// Visitor: number(x), vector(v), list(values, each), optional(value, each); ByteWriter over a constant State, ByteReader over one that it
+// Visitor: number(x), vector(v), list(values, each); ByteWriter over a constant State, ByteReader over one that it
 // fills.
 #pragma once
 
@@ -73,16 +73,12 @@ void visit_follow(Visitor& visitor, Follow& follow) {
 
 template <class Visitor, class Instrument>
 void visit_instrument(Visitor& visitor, Instrument& instrument) {
-    auto& [rod, skin, follow, hand, drive_stopped, kept_inside, route, route_frames, chain, planes, presses, exact_candidates] = instrument;
+    auto& [rod, skin, follow, drive_stopped, kept_inside, route, route_frames, chain, planes, presses, exact_candidates] = instrument;
     auto& [position, velocity, insertion, rotation, angle, spin] = rod;
     visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, skin);
     visit_numbers(visitor, insertion, rotation);
     for (auto* values : {&angle, &spin}) visitor.list(*values, [&](auto& value) { visitor.number(value); });
     visit_follow(visitor, follow);
-    visitor.optional(hand, [&](auto& wanted) {
-        auto& [to_insertion, to_rotation] = wanted;
-        visit_numbers(visitor, to_insertion, to_rotation);
-    });
     visit_numbers(visitor, drive_stopped, kept_inside, exact_candidates);
     visit_points(visitor, route.points); // radii and lengths are the model's
     visit_frames(visitor, route_frames);
@@ -129,16 +125,11 @@ void visit_solids(Visitor& visitor, Solids& solids) {
 
 template <class Visitor, class StateT, class Lumen>
 void visit_state(Visitor& visitor, StateT& state, Lumen&& visit_lumen) {
-    auto& [step, time, bodies, instruments, solids, pull] = state;
+    auto& [step, time, bodies, instruments, solids] = state;
     visit_numbers(visitor, step, time);
     for (auto& body : bodies) visit_body(visitor, body, visit_lumen);
     for (auto& instrument : instruments) visit_instrument(visitor, instrument);
     visit_solids(visitor, solids);
-    visitor.optional(pull, [&](auto& pulled) {
-        auto& [body, vertex, target] = pulled;
-        visit_numbers(visitor, body, vertex);
-        visitor.vector(target);
-    });
 }
 
 } // namespace trocar::engine

@@ -66,6 +66,20 @@ Result<void> check_pull(const SceneModel& model, const Pull& pull) {
     return {};
 }
 
+Result<void> check_inputs(const SceneModel& model, const Inputs& inputs) {
+    if (!inputs.drive.empty() && inputs.drive.size() != model.instruments.size())
+        return bad("drive", fmt::format("found {} commands, expected none, or one for each of {} instruments (nullopt: its script)",
+                                        inputs.drive.size(), model.instruments.size()));
+    Result<void> fine;
+    for (std::size_t i = 0; i < inputs.drive.size() && fine.ok(); ++i)
+        if (inputs.drive[i]) fine = check_drive_command(model, i, *inputs.drive[i]);
+    if (fine.ok() && inputs.pull) fine = check_pull(model, *inputs.pull);
+    if (fine.ok() && !(inputs.live.breathing >= 0.0 && inputs.live.breathing <= 1.0))
+        fine = bad("live.breathing", fmt::format("found {:g}, expected a share from 0 to 1", inputs.live.breathing));
+    if (fine.ok() && inputs.budget) fine = check_limits(*inputs.budget);
+    return fine;
+}
+
 Result<void> check_settings(const SceneModel& model) {
     NumberCheck check;
     check.positive("step_s", model.step_s).positive("max_substeps", model.max_substeps);

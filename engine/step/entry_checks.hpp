@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/result.hpp"
-#include "engine/step/context.hpp"
+#include "engine/state/inputs.hpp"
 
 namespace trocar::engine {
 
@@ -15,6 +15,9 @@ namespace trocar::engine {
 
 /// fails  BadValue: no such body or vertex, a target that is not finite or farther than kMaxCoordinate from the origin
 [[nodiscard]] Result<void> check_pull(const SceneModel& model, const Pull& pull);
+
+/// fails  BadValue: as Simulator::check_inputs
+[[nodiscard]] Result<void> check_inputs(const SceneModel& model, const Inputs& inputs);
 
 /// fails  BadValue: step, sub-steps, gravity, breathing, pulse, blood or contact settings that no step can be taken with
 [[nodiscard]] Result<void> check_settings(const SceneModel& model);

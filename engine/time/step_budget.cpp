@@ -50,7 +50,8 @@ double seconds_between(std::int64_t from_ns, std::int64_t to_ns) noexcept { retu
 
 } // namespace
 
-void StepBudget::begin() noexcept {
+void StepBudget::begin(bool covers_step) noexcept {
+    covers_step_ = covers_step;
     charged_ns_ = charged_cpu_ns_ = 0;
     units_spent_ = 0;
     kept_back_s_ = 0.0;
@@ -62,7 +63,7 @@ void StepBudget::begin() noexcept {
     }
     exact_tried_ = solve_seen_ = false;
     running_ = false;
-    resume();
+    if (covers_step) resume();
 }
 
 void StepBudget::pause() noexcept {

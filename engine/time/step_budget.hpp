@@ -61,11 +61,12 @@ public:
 
     /// From the next step on; rates and forecasts stay.
     void set_limits(const BudgetLimits& limits) noexcept { limits_ = limits; }
-    /// Starts the step's time accounting.
-    void begin() noexcept;
-    /// Time that passes between pause and resume is not charged: steps whose scope is collision pause around the rest.
+    /// Starts the step's time accounting: of the whole step, or of collision alone (CollisionScope).
+    void begin(bool covers_step = true) noexcept;
+    /// Time that passes between pause and resume is not charged.
     void pause() noexcept;
     void resume() noexcept;
+    [[nodiscard]] bool covers_step() const noexcept { return covers_step_; }
     /// Time that another account was charged for work that this one depends on.
     void charge(double seconds) noexcept { charged_ns_ += static_cast<std::int64_t>(seconds * 1e9); }
 
@@ -125,7 +126,7 @@ private:
     DecisionTape tape_;
     std::int64_t charged_ns_ = 0, charged_cpu_ns_ = 0;
     std::int64_t running_since_ = 0, running_since_cpu_ = 0;
-    bool running_ = false;
+    bool running_ = false, covers_step_ = true;
     bool exact_tried_ = true, solve_seen_ = true;
     double kept_back_s_ = 0.0;
     std::uint64_t units_spent_ = 0;
@@ -143,6 +144,22 @@ private:
                                                     CostForecast{},       CostForecast{0.1e-3}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
+};
+
+/// Detection, and what stands in for it, for as long as this lives: charged whatever the budget covers.
+class CollisionScope {
+public:
+    explicit CollisionScope(StepBudget& budget) noexcept : budget_(budget) {
+        if (!budget.covers_step()) budget.resume();
+    }
+    ~CollisionScope() {
+        if (!budget_.covers_step()) budget_.pause();
+    }
+    CollisionScope(const CollisionScope&) = delete;
+    CollisionScope& operator=(const CollisionScope&) = delete;
+
+private:
+    StepBudget& budget_;
 };
 
 } // namespace trocar::engine

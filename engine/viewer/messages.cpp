@@ -2,7 +2,7 @@
 
 #include "engine/render/camera.hpp"
 #include "engine/report/places.hpp"
-#include "engine/step/pull_stage.hpp"
+#include "engine/step/tissue/pull_stage.hpp"
 #include "engine/prepare/body_pairs.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 #include "engine/viewer/session.hpp"
 
-#include "engine/step/instrument_stage.hpp"
-#include "engine/step/pull_stage.hpp"
-#include "engine/step/script.hpp"
+#include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/instrument/script.hpp"
+#include "engine/step/tissue/pull_stage.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,17 +35,17 @@ struct Overloaded : Ts... {
 } // namespace
 
 Session::Session(const Scene& scene, const PreparedScene& prepared, std::function<void(Simulator&)> equip)
-    : scene_(scene), model_(prepared.model), scene_effects_(prepared.model.effects), equip_(std::move(equip)) {
+    : scene_(scene), model_(prepared.model), equip_(std::move(equip)) {
     const auto permit = [this](Effect effect, bool in_scene) {
         permitted_[static_cast<std::size_t>(effect)] = status_.effects[static_cast<std::size_t>(effect)] = in_scene;
     };
     const bool tissue =
         std::any_of(model_.bodies.begin(), model_.bodies.end(), [](const BodyModel& body) { return body.tissue.has_value(); });
-    permit(Effect::Elasticity, scene_effects_.elasticity && tissue);
-    permit(Effect::Gravity, scene_effects_.gravity.has_value());
-    permit(Effect::CoarseContact, scene_effects_.coarse_contact);
-    permit(Effect::ExactContact, scene_effects_.exact_contact);
-    permit(Effect::Breathing, scene_effects_.breathing.has_value() && tissue);
+    permit(Effect::Elasticity, model_.effects.elasticity && tissue);
+    permit(Effect::Gravity, model_.effects.gravity.has_value());
+    permit(Effect::CoarseContact, model_.effects.coarse_contact);
+    permit(Effect::ExactContact, model_.effects.exact_contact);
+    permit(Effect::Breathing, model_.effects.breathing.has_value() && tissue);
     status_.budget = model_.budget;
     if (has_instrument()) {
         script_ = model_.instruments.front().path;
@@ -61,12 +61,10 @@ void Session::begin_run() {
         drive_position_ = recording_->start();
         model_.instruments.front().path = {{0.0, drive_position_.insertion, drive_position_.rotation}}; // where a run that reads the recording starts
     }
-    breath_share_ = 1.0;
-    if (scene_effects_.breathing) {
-        const bool on = status_.effects[static_cast<std::size_t>(Effect::Breathing)];
-        model_.effects.breathing = on ? scene_effects_.breathing : std::nullopt;
-        breath_share_ = on ? 1.0 : 0.0;
-    }
+    const bool breathes = status_.effects[static_cast<std::size_t>(Effect::Breathing)];
+    inputs_.live.breathing = breathes ? 1.0 : 0.0;
+    inputs_.drive.assign(model_.instruments.size(), std::nullopt);
+    inputs_.pull.reset();
     simulator_.emplace(model_, status_.budget);
     if (equip_) equip_(*simulator_);
     status_.grabbed = false;
@@ -93,7 +91,9 @@ void Session::apply(const Command& command) {
                    },
                    [&](const FollowScript& follow) { status_.script = follow.on && has_script_; },
                    [&](const SetBudget& set) {
-                       if (!simulator_->set_budget(set.limits).ok()) return; // the page offers no such budget
+                       Inputs tried;
+                       tried.budget = set.limits;
+                       if (!simulator_->check_inputs(tried).ok()) return; // the page offers no such budget
                        status_.budget = set.limits;
                        if (has_instrument() && simulator_->state().step == 0)
                            recording_ = begin_recording();
@@ -109,12 +109,15 @@ void Session::apply(const Command& command) {
                    [&](const SwitchEffect& set) { switch_effect(set.effect, set.on); },
                    [&](const Grab& grab) {
                        if (grab.body >= model_.bodies.size() || !can_be_pulled(model_, grab.body)) return;
-                       if (!simulator_->set_pull(Pull{grab.body, grab.vertex, grab.target}).ok()) return;
+                       Inputs tried;
+                       tried.pull = Pull{grab.body, grab.vertex, grab.target};
+                       if (!simulator_->check_inputs(tried).ok()) return;
+                       inputs_.pull = tried.pull;
                        status_.grabbed = true;
                        spoil(Spoiler::TissuePulled);
                    },
                    [&](const LetGo&) {
-                       (void)simulator_->set_pull(std::nullopt); // always fine
+                       inputs_.pull.reset();
                        status_.grabbed = false;
                    },
                    [&](const Restart&) { begin_run(); }, [&](const Seal&) {}, // the loop's
@@ -128,32 +131,28 @@ void Session::switch_effect(Effect effect, bool on) {
     if (recording_) recording_->spoil(Spoiler::EffectSwitched);
     switch (effect) {
     case Effect::Elasticity:
-        model_.effects.elasticity = on;
+        inputs_.live.elasticity = on;
         break;
     case Effect::Gravity:
-        model_.effects.gravity = on ? scene_effects_.gravity : std::nullopt;
+        inputs_.live.gravity = on;
         break;
     case Effect::CoarseContact:
-        model_.effects.coarse_contact = on;
+        inputs_.live.coarse_contact = on;
         break;
     case Effect::ExactContact:
-        model_.effects.exact_contact = on;
+        inputs_.live.exact_contact = on;
         break;
     case Effect::Breathing:
         break; // fades
     }
     if (effect == Effect::Elasticity && !on) apply(LetGo{});
-    simulator_->effects_changed();
 }
 
 void Session::breathe() {
     if (!permits(Effect::Breathing)) return;
     const double goal = status_.effects[static_cast<std::size_t>(Effect::Breathing)] ? 1.0 : 0.0;
-    if (breath_share_ == goal) return;
     const double change = kBreathFade * model_.step_s;
-    breath_share_ += std::clamp(goal - breath_share_, -change, change);
-    model_.effects.breathing = scene_effects_.breathing;
-    model_.effects.breathing->amplitude *= breath_share_;
+    inputs_.live.breathing += std::clamp(goal - inputs_.live.breathing, -change, change);
 }
 
 DriveCommand Session::wanted_drive_command() {
@@ -179,14 +178,16 @@ void Session::follow_drive_command() {
     wanted.rotation = std::clamp(wanted.rotation, rod.rotation - turn, rod.rotation + turn);
     wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
     drive_position_ = recording_->add(simulator_->state().time + dt, wanted);
-    (void)simulator_->set_drive_command(0, drive_position_); // clamped above: it is finite, and the instrument is there
+    inputs_.drive[0] = drive_position_;
 }
 
 const StepReport& Session::step() {
     if (single_steps_ > 0) --single_steps_;
     breathe();
     if (has_instrument()) follow_drive_command();
-    const StepReport& report = simulator_->step();
+    inputs_.budget = status_.budget;
+    (void)simulator_->step(inputs_); // all of them were checked as they came
+    const StepReport& report = simulator_->report();
     most_work_ = std::max(most_work_, report.work_units + (report.exact_ran ? refit_units(model_) : 0));
     if (!report.finite && recording_) recording_->spoil(Spoiler::Stopped);
     return report;
@@ -199,20 +200,20 @@ std::uint64_t Session::work_enough() const noexcept {
 }
 
 double Session::assumed_error_m() const noexcept {
-    const StepContext& context = simulator_->context();
-    if (context.report.exact_ran) return 0.0; // the exact answer stands in place of the spheres'
+    if (simulator_->report().exact_ran) return 0.0; // the exact answer stands in place of the spheres'
     double error = 0.0;
-    for (const Contact& contact : context.coarse) {
+    for (const Contact& contact : simulator_->sphere_contacts()) {
         if (contact.origin != ContactOrigin::AssumedSpheres) continue;
         const std::size_t bodies = model_.bodies.size();
         if (contact.body_a >= bodies) { // a group of an instrument's links
             const std::size_t i = contact.body_a - bodies;
             const double radius = simulator_->raw_state().instruments[i].chain.spheres[contact.feature_a[0]].radius;
             error = std::max(error, 2.0 * (radius - model_.instruments[i].rod.design.radius));
-        } else { // two solids: anything within either sphere may be what touches
-            error = std::max(error, 2.0 * context.bodies[contact.body_a].spheres[contact.feature_a[0]].radius);
-            error = std::max(error, 2.0 * context.bodies[contact.body_b].spheres[contact.feature_b[0]].radius);
+            continue;
         }
+        for (const auto& [body, sphere] : {std::pair(contact.body_a, contact.feature_a[0]), std::pair(contact.body_b, contact.feature_b[0])})
+            if (const spheretree::Sphere* known = simulator_->find_sphere(body, sphere)) // anything within it may be what touches
+                error = std::max(error, 2.0 * known->radius);
     }
     return error;
 }

@@ -67,8 +67,8 @@ private:
     void breathe();
 
     const Scene& scene_;
-    SceneModel model_; // the scene's, with the effects as they are switched
-    EffectSet scene_effects_;
+    SceneModel model_; // the scene's, whose first instrument is driven
+    Inputs inputs_;    // of the next step
     std::vector<DriveRow> script_; // of the first instrument
     bool has_script_ = false;
     std::array<bool, kEffectCount> permitted_{};
@@ -77,7 +77,6 @@ private:
     std::shared_ptr<Recording> recording_;
     SessionStatus status_;
     DriveCommand drive_position_;         // drive position in the last step
-    double breath_share_ = 1.0; // of the amplitude: it comes and goes within a second
     unsigned single_steps_ = 0;
     std::uint64_t run_ = 0;
     std::uint64_t most_work_ = 0; // of a step so far, all runs together

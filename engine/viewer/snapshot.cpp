@@ -1,6 +1,6 @@
 #include "engine/viewer/snapshot.hpp"
 
-#include "engine/step/solid_trees.hpp"
+#include "engine/step/solid/solid_trees.hpp"
 
 #include <algorithm>
 
@@ -59,21 +59,21 @@ SphereKind kind_of_group(const spheretree::ChainTree& chain, Index sphere, std::
 
 void list_spheres(const Session& session, Snapshot& snapshot) {
     const SceneModel& model = session.model();
-    const StepContext& context = session.simulator().context();
-    if (!model.effects.coarse_contact || context.report.step == 0) return;
-    const int level = context.report.level_reached;
+    const Simulator& simulator = session.simulator();
+    if (!session.status().effects[static_cast<std::size_t>(Effect::CoarseContact)] || simulator.report().step == 0) return;
+    const int level = simulator.report().level_reached;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const spheretree::ChainTree& chain = model.instruments[i].chain;
-        const auto status = context.descent.link_status(i);
+        const auto status = simulator.link_status(i);
         const auto [begin, end] = spheres_of_level(chain.tree, level);
         for (Index sphere = begin; sphere < end; ++sphere)
-            add_sphere(session.simulator().raw_state().instruments[i].chain.spheres[sphere], kind_of_group(chain, sphere, status), snapshot);
+            add_sphere(simulator.raw_state().instruments[i].chain.spheres[sphere], kind_of_group(chain, sphere, status), snapshot);
     }
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        if (!has_spheres(context, i) || !model.instruments.empty()) continue; // solids meet solids only
+        if (model.bodies[i].hollow || !model.instruments.empty()) continue; // solids meet solids only
         const auto [begin, end] = spheres_of_level(model.bodies[i].covering.tree, level);
         for (Index sphere = begin; sphere < end; ++sphere)
-            if (const spheretree::Sphere* known = known_sphere(i, sphere, context)) add_sphere(*known, SphereKind::Free, snapshot);
+            if (const spheretree::Sphere* known = simulator.find_sphere(i, sphere)) add_sphere(*known, SphereKind::Free, snapshot);
     }
 }
 

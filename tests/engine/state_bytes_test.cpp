@@ -32,7 +32,6 @@ State one_of_each() {
     InstrumentState& instrument = state.instruments.emplace_back();
     instrument.rod.position = instrument.rod.velocity = instrument.skin = instrument.route.points = {Vec3(7, 8, 9)};
     instrument.rod.angle = instrument.rod.spin = {0.5};
-    instrument.hand = DriveCommand{};
     instrument.route_frames.frame.resize(1);
     instrument.chain.hint = {3};
     instrument.planes.resize(1);
@@ -42,7 +41,6 @@ State one_of_each() {
     state.solids.entries.resize(1);
     state.solids.springs.resize(1);
     state.solids.vertex_springs.resize(1);
-    state.pull = Pull{};
     return state;
 }
 
@@ -111,10 +109,6 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
         expect_every_byte<FollowState>([](State& s) -> FollowState& { return s.instruments[0].follow; },
                                        sum_of_sizes(a, b, c, d, e, f, g, h, i, j), "FollowState");
     }
-    {
-        const auto& [a, b, c] = *state.pull;
-        expect_every_byte<Pull>([](State& s) -> Pull& { return *s.pull; }, sum_of_sizes(a, b, c), "Pull");
-    }
 }
 
 TEST(StateBytes, EveryOtherMemberChangesThem) {
@@ -122,7 +116,6 @@ TEST(StateBytes, EveryOtherMemberChangesThem) {
     const std::pair<const char*, std::function<void(State&)>> edits[] = {
         {"step", [](State& s) { ++s.step; }},
         {"time", [](State& s) { s.time += 1.0; }},
-        {"pull", [](State& s) { s.pull.reset(); }},
         {"position", [](State& s) { s.bodies[0].tissue.position[0].x() += 1.0; }},
         {"velocity", [](State& s) { s.bodies[0].tissue.velocity[0].y() += 1.0; }},
         {"surface", [](State& s) { s.bodies[0].surface[0].z() += 1.0; }},
@@ -149,9 +142,6 @@ TEST(StateBytes, EveryOtherMemberChangesThem) {
         {"rod.angle", [](State& s) { s.instruments[0].rod.angle[0] += 1.0; }},
         {"rod.spin", [](State& s) { s.instruments[0].rod.spin[0] += 1.0; }},
         {"skin", [](State& s) { s.instruments[0].skin[0].x() += 1.0; }},
-        {"hand", [](State& s) { s.instruments[0].hand.reset(); }},
-        {"hand's insertion", [](State& s) { s.instruments[0].hand->insertion += 1.0; }},
-        {"hand's rotation", [](State& s) { s.instruments[0].hand->rotation += 1.0; }},
         {"drive_stopped", [](State& s) { s.instruments[0].drive_stopped = true; }},
         {"kept_inside", [](State& s) { s.instruments[0].kept_inside = true; }},
         {"route", [](State& s) { s.instruments[0].route.points[0].x() += 1.0; }},

@@ -1,5 +1,5 @@
 // Blood drag: there when a scene calls for it, along the vessels, as fast as their widths say.
-#include "engine/step/blood_stage.hpp"
+#include "engine/step/instrument/blood_stage.hpp"
 #include "step_fixture.hpp"
 
 #include <numbers>
@@ -35,7 +35,7 @@ TEST(BloodDrag, InAStraightTubeItIsPoiseuillesFlow) {
     Simulator simulator(prepared.model);
     simulator.step();
     const InstrumentModel& wire = prepared.model.instruments[0];
-    const std::vector<fem::RodFlow>& flow = simulator.context().instruments[0].flow;
+    const std::vector<fem::RodFlow>& flow = ScratchView::of(simulator).rods.instruments[0].flow;
     ASSERT_EQ(flow.size(), wire.rod.node_count());
     const Index first = fem::first_inserted_node(wire.rod, 0.03);
     for (Index i = 0; i < first; ++i) EXPECT_EQ(flow[i].velocity, Vec3(Vec3::Zero())) << "before the port";
@@ -53,7 +53,7 @@ TEST(BloodDrag, PullsAtTheShaftWithWhatTheFlowSaysAlongIt) {
     for (int k = 0; k < 60; ++k) EXPECT_EQ(simulator.step().lumen_exits, 0u);
     const fem::RodModel& rod = prepared.model.instruments[0].rod;
     const auto& position = simulator.state().instruments[0].rod.position;
-    const std::vector<fem::RodFlow>& flow = simulator.context().instruments[0].flow;
+    const std::vector<fem::RodFlow>& flow = ScratchView::of(simulator).rods.instruments[0].flow;
     const Index entry = fem::first_inserted_node(rod, 0.03);
     double drag = 0.0; // N, of all that acts on the segment
     for (Index i = entry + 1; i < flow.size(); ++i)
@@ -67,11 +67,11 @@ TEST(BloodDrag, WithoutAnInletItFlowsFromTheEntry) {
     const PreparedScene prepared = test::prepare(vessel_scene(kTube, R"("speed": 200)"));
     Simulator simulator(prepared.model);
     simulator.step();
-    EXPECT_GT(simulator.context().instruments[0].flow.back().velocity.z(), 0.3);
+    EXPECT_GT(ScratchView::of(simulator).rods.instruments[0].flow.back().velocity.z(), 0.3);
     const PreparedScene against = test::prepare(vessel_scene(kTube, R"("speed": 200, "inlet": {"position": [0, 0, 78]})"));
     Simulator upstream(against.model);
     upstream.step();
-    EXPECT_LT(upstream.context().instruments[0].flow.back().velocity.z(), -0.3);
+    EXPECT_LT(ScratchView::of(upstream).rods.instruments[0].flow.back().velocity.z(), -0.3);
 }
 
 TEST(BloodDrag, WhatComesToAForkLeavesItByTheCubesOfTheRadii) {
@@ -117,7 +117,7 @@ TEST(BloodDrag, BeatsWithThePulse) {
     double slowest = 1.0, fastest = 0.0, sum = 0.0;
     for (int k = 0; k < 50; ++k) {
         simulator.step();
-        const double speed = simulator.context().instruments[0].flow.back().velocity.z();
+        const double speed = ScratchView::of(simulator).rods.instruments[0].flow.back().velocity.z();
         slowest = std::min(slowest, speed);
         fastest = std::max(fastest, speed);
         sum += speed;
@@ -135,7 +135,7 @@ TEST(BloodDrag, MovesWithTheOrganThatCarriesTheVessel) {
     for (int k = 0; k < 100; ++k) ASSERT_EQ(simulator.step().lumen_exits, 0u);
     double farthest = 0.0;
     const std::vector<Vec3>& rest = prepared.model.bodies[1].blood->points;
-    const std::vector<Vec3>& now = simulator.context().bodies[1].flow_points;
+    const std::vector<Vec3>& now = ScratchView::of(simulator).rods.walls[1].flow_points;
     ASSERT_EQ(now.size(), rest.size());
     for (std::size_t i = 0; i < rest.size(); ++i) farthest = std::max(farthest, (now[i] - rest[i]).norm());
     EXPECT_GT(farthest, 1e-3) << "of a breath of 10 mm";

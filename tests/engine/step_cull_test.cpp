@@ -1,7 +1,7 @@
 // Stage II inside the engine's exact stage: with every back end the run is the same; the choice is reported.
 #include "collision/culling/cull_twin.hpp"
 #include "engine/render/attach_culler.hpp"
-#include "engine/step/cull_stage.hpp"
+#include "engine/step/instrument/cull_stage.hpp"
 #include "step_fixture.hpp"
 
 #include <gmock/gmock.h>

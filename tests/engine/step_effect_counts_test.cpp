@@ -96,7 +96,7 @@ TEST(EffectCounts, AnEffectThatActsOnNothingChangesNoBit) {
 }
 
 TEST(EffectCounts, WhatIsLeftOutFindsNoMemory) {
-    const auto context_of = [](const PreparedScene& prepared) {
+    const auto stepped = [](const PreparedScene& prepared) {
         auto simulator = std::make_unique<Simulator>(prepared.model);
         for (int k = 0; k < 3; ++k) simulator->step();
         return simulator;
@@ -105,17 +105,17 @@ TEST(EffectCounts, WhatIsLeftOutFindsNoMemory) {
                         no_self = prepare_without("self_contact"), no_pulse = prepare_without("pulse"),
                         no_elasticity = prepare_without("elasticity"), no_breathing = prepare_without("breathing"),
                         no_blood = prepare_without("blood_drag");
-    for (const BodyScratch& body : context_of(no_coarse)->context().bodies) {
+    for (const SolidBodyScratch& body : ScratchView::of(*stepped(no_coarse)).solids.bodies) {
         EXPECT_TRUE(body.spheres.empty());
         EXPECT_TRUE(body.surface_ahead.empty());
     }
-    EXPECT_EQ(context_of(no_exact)->context().instruments[0].tree.memory(), collision::DopTree().memory());
-    for (const BodyScratch& body : context_of(no_self)->context().bodies) EXPECT_TRUE(body.self_near.empty());
+    EXPECT_EQ(ScratchView::of(*stepped(no_exact)).rods.instruments[0].tree.memory(), collision::DopTree().memory());
+    for (const SolidBodyScratch& body : ScratchView::of(*stepped(no_self)).solids.bodies) EXPECT_TRUE(body.self_near.empty());
     for (const BodyModel& body : no_pulse.model.bodies) EXPECT_TRUE(body.pulse_reach.empty());
     for (const BodyModel& body : no_blood.model.bodies) EXPECT_FALSE(body.blood.has_value());
-    for (const InstrumentScratch& instrument : context_of(no_blood)->context().instruments) EXPECT_TRUE(instrument.flow.empty());
-    for (const BodyScratch& body : context_of(no_elasticity)->context().bodies) EXPECT_TRUE(body.pinned_target.empty());
-    for (const BodyScratch& body : context_of(no_breathing)->context().bodies) EXPECT_TRUE(body.pinned_target.empty());
+    for (const InstrumentScratch& instrument : ScratchView::of(*stepped(no_blood)).rods.instruments) EXPECT_TRUE(instrument.flow.empty());
+    for (const TissueScratch& body : ScratchView::of(*stepped(no_elasticity)).bodies.tissue) EXPECT_TRUE(body.pinned_target.empty());
+    for (const TissueScratch& body : ScratchView::of(*stepped(no_breathing)).bodies.tissue) EXPECT_TRUE(body.pinned_target.empty());
 }
 
 TEST(EffectCost, MeasuresEveryEffectOfASceneAndNoOther) {

@@ -40,6 +40,14 @@ private:
     std::mt19937_64 random_;
 };
 
+/// One command, for that instrument.
+Inputs driven(const SceneModel& model, std::size_t instrument, const DriveCommand& wanted) {
+    Inputs inputs;
+    inputs.drive.resize(std::max(model.instruments.size(), std::min<std::size_t>(instrument, 1000) + 1));
+    inputs.drive[std::min<std::size_t>(instrument, 1000)] = wanted;
+    return inputs;
+}
+
 bool is_finite_state(const State& state) { return test::all_finite(state); }
 
 const PreparedScene& organ_scene() {
@@ -51,7 +59,8 @@ const PreparedScene& organ_scene() {
 TEST(Entries, ADriveCommandThatIsNotFiniteOrOfNoInstrumentIsRefusedWithASentence) {
     Simulator simulator(organ_scene().model);
     for (const double bad : {kNan, kInf, -kInf}) {
-        const auto insertion = simulator.set_drive_command(0, {bad, 0.0}), rotation = simulator.set_drive_command(0, {0.03, bad});
+        const auto insertion = simulator.step(driven(simulator.model(), 0, {bad, 0.0}));
+        const auto rotation = simulator.step(driven(simulator.model(), 0, {0.03, bad}));
         ASSERT_FALSE(insertion.ok());
         ASSERT_FALSE(rotation.ok());
         EXPECT_THAT(insertion.error().to_string(), HasSubstr("insertion: found "));
@@ -59,13 +68,16 @@ TEST(Entries, ADriveCommandThatIsNotFiniteOrOfNoInstrumentIsRefusedWithASentence
         EXPECT_THAT(rotation.error().to_string(), HasSubstr("expected a finite number"));
     }
     for (const std::size_t nobody : {std::size_t{1}, std::size_t{1000}, SIZE_MAX}) {
-        const auto set = simulator.set_drive_command(nobody, {0.03, 0.0});
+        const auto set = simulator.step(driven(simulator.model(), nobody, {0.03, 0.0}));
         ASSERT_FALSE(set.ok());
-        EXPECT_THAT(set.error().message, HasSubstr("expected one from 0 to 0"));
+        EXPECT_THAT(set.error().message, HasSubstr("expected none, or one for each of 1 instruments"));
         EXPECT_FALSE(simulator.follow_route(nobody).has_value());
     }
-    EXPECT_TRUE(simulator.set_drive_command(0, {1e308, -1e308}).ok()) << "the limits of the drive bound it";
-    for (int k = 0; k < 20; ++k) ASSERT_TRUE(simulator.step().finite);
+    EXPECT_EQ(simulator.state().step, 0u) << "what is refused takes no step";
+    for (int k = 0; k < 20; ++k) {
+        ASSERT_TRUE(simulator.step(driven(simulator.model(), 0, {1e308, -1e308})).ok()) << "the limits of the drive bound it";
+        ASSERT_TRUE(simulator.report().finite);
+    }
     EXPECT_TRUE(is_finite_state(simulator.state()));
 }
 
@@ -78,43 +90,59 @@ TEST(Entries, WhatIsRefusedHasChangedNothingAndEveryStateIsFinite) {
         Simulator told(model), twin(model);
         const auto count = [&](bool ok) { ok ? ++taken : ++refused; };
         for (int k = 0; k < 40; ++k) {
-            const DriveCommand hand{hostile.number(), hostile.number()};
+            Inputs accepted;
+            accepted.drive.resize(model.instruments.size());
+            const DriveCommand wanted{hostile.number(), hostile.number()};
             const std::size_t instrument = hostile.index(model.instruments.size());
-            const auto handed = told.set_drive_command(instrument, hand);
-            count(handed.ok());
-            if (handed.ok()) {
-                ASSERT_TRUE(twin.set_drive_command(instrument, hand).ok());
+            const auto driving = told.check_inputs(driven(model, instrument, wanted));
+            count(driving.ok());
+            if (driving.ok()) {
+                accepted.drive[instrument] = wanted;
             } else {
-                EXPECT_THAT(handed.error().message, HasSubstr("found "));
+                EXPECT_THAT(driving.error().message, HasSubstr("found "));
             }
-            Pull pull;
-            pull.body = hostile.index(model.bodies.size());
-            const std::size_t vertices = pull.body < model.bodies.size() ? model.bodies[pull.body].surface.vertices.size() : 7;
-            pull.vertex = static_cast<Index>(hostile.index(vertices));
-            pull.target = Vec3(hostile.number(), hostile.number(), hostile.number());
-            const auto pulled = told.set_pull(pull);
-            count(pulled.ok());
-            if (pulled.ok()) {
-                ASSERT_TRUE(twin.set_pull(pull).ok());
-            }
-            BudgetLimits limits = hostile.limits();
-            if (limits.mode == BudgetMode::Wall) limits.wall_s = kNan; // a clock must not decide this test
-            const auto budget = told.set_budget(limits);
-            count(budget.ok());
-            if (budget.ok()) {
-                ASSERT_TRUE(twin.set_budget(limits).ok());
-            }
+            const auto offer = [&](auto&& change) {
+                Inputs more = accepted;
+                change(more);
+                const bool fine = told.check_inputs(more).ok();
+                count(fine);
+                if (!fine) {
+                    EXPECT_FALSE(told.begin_step(more)) << "it does not begin";
+                    EXPECT_FALSE(told.step(more).ok());
+                    return;
+                }
+                accepted = more;
+            };
+            offer([&](Inputs& inputs) {
+                Pull pull;
+                pull.body = hostile.index(model.bodies.size());
+                const std::size_t vertices = pull.body < model.bodies.size() ? model.bodies[pull.body].surface.vertices.size() : 7;
+                pull.vertex = static_cast<Index>(hostile.index(vertices));
+                pull.target = Vec3(hostile.number(), hostile.number(), hostile.number());
+                inputs.pull = pull;
+            });
+            offer([&](Inputs& inputs) {
+                inputs.budget = hostile.limits();
+                if (inputs.budget->mode == BudgetMode::Wall) inputs.budget->wall_s = kNan; // a clock must not decide this test
+            });
+            offer([&](Inputs& inputs) { inputs.live.breathing = hostile.number(); });
+            offer([&](Inputs& inputs) {
+                inputs.live.elasticity = hostile.below(4) != 0;
+                inputs.live.coarse_contact = hostile.below(4) != 0;
+                inputs.live.exact_contact = hostile.below(4) != 0;
+            });
             told.set_cull_device(nullptr);
             (void)told.finish_step(); // of no step: nothing
-            if (hostile.below(2) == 0) (void)told.begin_step();
-            (void)told.begin_step(); // once more: nothing
+            if (hostile.below(2) == 0) (void)told.begin_step(accepted);
+            (void)told.begin_step(accepted); // once more: nothing
             if (hostile.below(4) == 0) { // a step that has begun is given up
                 ASSERT_TRUE(told.restore(twin.state()).ok());
             }
-            (void)told.begin_step();
+            (void)told.begin_step(accepted);
             const StepReport& report = told.finish_step();
             ASSERT_TRUE(report.finite) << report.failure;
-            ASSERT_TRUE(twin.step().finite);
+            ASSERT_TRUE(twin.step(accepted).ok());
+            ASSERT_TRUE(twin.report().finite);
             ASSERT_TRUE(is_finite_state(told.state())) << "seed " << seed << ", step " << k;
         }
         EXPECT_EQ(hash_state(told.state()), hash_state(twin.state())) << "seed " << seed;

@@ -3,13 +3,23 @@
 
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/simulator.hpp"
-#include "engine/step/tissue_stage.hpp"
+#include "engine/step/stages.hpp"
+#include "engine/step/tissue/tissue_stage.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
+
+namespace trocar::engine {
+
+/// Looks into a simulator, for tests of one stage.
+struct ScratchView {
+    [[nodiscard]] static StepScratch& of(Simulator& simulator) { return *simulator.scratch_; }
+};
+
+} // namespace trocar::engine
 
 namespace trocar::engine::test {
 
@@ -112,10 +122,12 @@ inline Tally run_steps(Simulator& simulator, std::uint64_t steps) {
 }
 
 /// The start of a step for tests that move the surfaces themselves.
-inline void keep_whole_start(const SceneModel& model, const State& state, StepContext& context) {
-    keep_start(model, state, context);
-    for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (model.bodies[i].moves()) context.bodies[i].surface_t0 = state.bodies[i].surface;
+inline void keep_whole_start(const SceneModel& model, const State& state, StepScratch& scratch) {
+    keep_start(model, state, scratch);
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (model.bodies[i].moves()) scratch.bodies.start[i].surface = state.bodies[i].surface;
+        scratch.rods.walls[i].surface_t0 = scratch.bodies.start[i].surface;
+    }
 }
 
 inline bool all_finite(const State& state) {

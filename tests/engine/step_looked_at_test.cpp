@@ -21,12 +21,10 @@ TEST(LazyEvaluation, AStateThatIsReadInEveryStepIsTheOneThatIsReadAtTheEnd) {
     std::size_t waited = 0;
     for (int step = 0; step < 60; ++step) {
         for (Simulator* simulator : {&seen, &unseen}) {
-            std::optional<Pull> pull; // a user pulls at a surface that was not evaluated, and releases it
-            if (step == 20) pull = Pull{0, 5, corner + Vec3(2e-3, 4e-3, -1e-3)};
-            if (step == 20 || step == 40) {
-                EXPECT_TRUE(simulator->set_pull(pull).ok());
-            }
-            ASSERT_TRUE(simulator->step().finite) << simulator->report().failure;
+            Inputs inputs; // a user pulls at a surface that was not evaluated, and releases it
+            if (step >= 20 && step < 40) inputs.pull = Pull{0, 5, corner + Vec3(2e-3, 4e-3, -1e-3)};
+            ASSERT_TRUE(simulator->step(inputs).ok());
+            ASSERT_TRUE(simulator->report().finite) << simulator->report().failure;
         }
         (void)hash_state(seen.state());
         EXPECT_FALSE(seen.raw_state().bodies[0].surface_deferred);
@@ -93,15 +91,16 @@ TEST(LazyEvaluation, ALumenThatWasLeftOutIsFoundWhereItIs) {
     std::size_t contacts = 0;
     for (int step = 0; step < 90; ++step) {
         const bool left_out = step % 20 < 13;
-        EXPECT_TRUE(sometimes.set_budget({left_out ? BudgetMode::Work : BudgetMode::Exact, 0.0, 0}).ok());
+        Inputs inputs;
+        inputs.budget = {left_out ? BudgetMode::Work : BudgetMode::Exact, 0.0, 0};
         ASSERT_TRUE(always.step().finite);
-        ASSERT_TRUE(sometimes.step().finite);
+        ASSERT_TRUE(sometimes.step(inputs).ok() && sometimes.report().finite);
         if (left_out) {
             EXPECT_EQ(sometimes.report().pairs_tested, 0u);
             EXPECT_EQ(sometimes.report().assumed, 1u) << "told, not silent";
             continue;
         }
-        const std::vector<Contact>&all = always.context().coarse, &found = sometimes.context().coarse;
+        const std::span<const Contact> all = always.sphere_contacts(), found = sometimes.sphere_contacts();
         ASSERT_EQ(all.size(), found.size()) << "step " << step;
         for (std::size_t k = 0; k < all.size(); ++k) {
             EXPECT_EQ(all[k].gap, found[k].gap);

@@ -1,7 +1,8 @@
 // Planes that reach only as far as the motion suggests: the solve between them is that between all planes.
-#include "engine/step/instrument_stage.hpp"
-#include "engine/step/make_context.hpp"
-#include "engine/step/tissue_stage.hpp"
+#include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/make_scratch.hpp"
+#include "engine/step/stages.hpp"
+#include "engine/step/tissue/scripted_motion.hpp"
 #include "hand_clock.hpp"
 #include "step_fixture.hpp"
 
@@ -22,7 +23,7 @@ Course push_through_the_bend(double advance, int steps) {
     SceneModel model = prepared.model;
     model.effects.coarse_contact = false; // no descent, so that nothing is proven free: planes everywhere
     State near_state = make_initial_state(model), all_state = near_state;
-    StepContext near = make_step_context(prepared.model, near_state), all = make_step_context(prepared.model, all_state);
+    StepScratch near = make_scratch(prepared.model, near_state), all = make_scratch(prepared.model, all_state);
     hand_clock::ManualClock clock;
     StepBudget budget(clock, {});
     budget.begin();
@@ -31,26 +32,26 @@ Course push_through_the_bend(double advance, int steps) {
     for (int step = 0; step < steps; ++step) {
         insertion += advance;
         for (State* state : {&near_state, &all_state}) {
-            StepContext& context = state == &near_state ? near : all;
+            StepScratch& context = state == &near_state ? near : all;
             state->step = static_cast<std::uint64_t>(step);
             test::keep_whole_start(model, *state, context);
-            context.instruments[0].command = {insertion, 0.5 * step * advance / 1e-3};
+            context.rods.instruments[0].command = {insertion, 0.5 * step * advance / 1e-3};
             const double share = wave_at(0.2, 0.01 * (step + 1));
             for (std::size_t v = 0; v < state->bodies[1].surface.size(); ++v)
                 state->bodies[1].surface[v] = model.bodies[1].surface.vertices[v] + share * 0.1 * Vec3(2e-3, 1e-3, 4e-3);
-            follow_wall(model, 1, *state, context);
-            solve_instrument(model, 0, *state, context);
+            follow_wall(model, 1, *state, context.rods);
+            solve_instrument(model, 0, *state, context.rods, context.report);
         }
-        solve_between_walls(model, 0, near_state, near, budget);
-        plane_from_walls(model, 0, all_state, all, kPlaneReach);
-        solve_instrument(model, 0, all_state, all);
+        solve_between_walls(model, 0, near_state, near.rods, near.report, budget);
+        plane_from_walls(model, 0, all_state, all.rods, kPlaneReach);
+        solve_instrument(model, 0, all_state, all.rods, all.report);
         for (std::size_t node = 0; node < all_state.instruments[0].rod.position.size(); ++node)
             EXPECT_EQ(near_state.instruments[0].rod.position[node], all_state.instruments[0].rod.position[node])
                 << "step " << step << ", node " << node;
         if (::testing::Test::HasFailure()) return course;
         near_state.instruments[0].kept_inside = true; // looks as far as its radius
         all_state.instruments[0].kept_inside = false; // looks all the way
-        EXPECT_EQ(penetrates_wall(model, 0, near_state, near), penetrates_wall(model, 0, all_state, all)) << step;
+        EXPECT_EQ(penetrates_wall(model, 0, near_state, near.rods), penetrates_wall(model, 0, all_state, all.rods)) << step;
         course.planes_short += near_state.instruments[0].planes.size();
         course.planes_all += all_state.instruments[0].planes.size();
         for (const fem::RodPlane& plane : all_state.instruments[0].planes) course.presses += plane.force > 0.0;
@@ -77,7 +78,7 @@ TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
     SceneModel model = prepared.model;
     model.effects.coarse_contact = false;
     State state = make_initial_state(model), other = state;
-    StepContext context = make_step_context(prepared.model, state), all = make_step_context(prepared.model, other);
+    StepScratch context = make_scratch(prepared.model, state), all = make_scratch(prepared.model, other);
     hand_clock::ManualClock clock;
     StepBudget budget(clock, {});
     budget.begin();
@@ -85,17 +86,17 @@ TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
     for (int step = 0; step < 130; ++step) {
         const bool leap = step % 10 == 9;
         for (State* one : {&state, &other}) {
-            StepContext& c = one == &state ? context : all;
+            StepScratch& c = one == &state ? context : all;
             one->step = static_cast<std::uint64_t>(step);
             test::keep_whole_start(model, *one, c);
             // What was found before the leap: a rod that stands still.
-            c.instruments[0].command = {one->instruments[0].rod.insertion + (leap ? 0.0 : 8e-4), 0.0};
-            solve_instrument(model, 0, *one, c);
-            if (leap) c.instruments[0].command.insertion += 8e-4;
+            c.rods.instruments[0].command = {one->instruments[0].rod.insertion + (leap ? 0.0 : 8e-4), 0.0};
+            solve_instrument(model, 0, *one, c.rods, c.report);
+            if (leap) c.rods.instruments[0].command.insertion += 8e-4;
         }
-        solve_between_walls(model, 0, state, context, budget);
-        plane_from_walls(model, 0, other, all, kPlaneReach);
-        solve_instrument(model, 0, other, all);
+        solve_between_walls(model, 0, state, context.rods, context.report, budget);
+        plane_from_walls(model, 0, other, all.rods, kPlaneReach);
+        solve_instrument(model, 0, other, all.rods, all.report);
         ASSERT_EQ(state.instruments[0].rod.position, other.instruments[0].rod.position) << "step " << step;
         if (!leap) continue;
         again += state.instruments[0].planes.size() == other.instruments[0].planes.size();
@@ -111,7 +112,7 @@ TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
     SceneModel model = prepared.model;
     model.effects.coarse_contact = false;
     State state = make_initial_state(model);
-    StepContext context = make_step_context(prepared.model, state);
+    StepScratch context = make_scratch(prepared.model, state);
     test::keep_whole_start(model, state, context);
     fem::RodState& rod = state.instruments[0].rod;
     const fem::RodState straight = rod;
@@ -123,10 +124,10 @@ TEST(PlaneReach, ARodThatStandsOutsideIsFoundUnlessItWasSeenWithin) {
                                            {6.0e-3, false, false}}) {
         rod = straight;
         for (Vec3& p : rod.position) p += Vec3(0.0, aside, 0.0);
-        context.instruments[0].rod_t0 = rod; // it does not move
+        context.rods.instruments[0].rod_t0 = rod; // it does not move
         for (const bool within : {true, false}) {
             state.instruments[0].kept_inside = within;
-            EXPECT_EQ(penetrates_wall(model, 0, state, context), within ? near : all)
+            EXPECT_EQ(penetrates_wall(model, 0, state, context.rods), within ? near : all)
                 << 1e3 * aside << " mm aside, seen within: " << within;
         }
     }
@@ -140,17 +141,17 @@ TEST(PlaneReach, AWallThatComesByItselfIsFound) {
     model.effects.coarse_contact = false;
     for (const auto& [comes, penetrates] : {std::pair{0.0, false}, {2.0e-4, false}, {4.5e-4, true}}) {
         State state = make_initial_state(model);
-        StepContext context = make_step_context(prepared.model, state);
+        StepScratch context = make_scratch(prepared.model, state);
         for (Vec3& p : state.instruments[0].rod.position) p += Vec3(0.0, 2.1e-3, 0.0); // 0.4 mm between a wire of 0.5 and the wall
         test::keep_whole_start(model, state, context);
-        context.instruments[0].command = {state.instruments[0].rod.insertion, 0.0};
+        context.rods.instruments[0].command = {state.instruments[0].rod.insertion, 0.0};
         for (Vec3& v : state.bodies[1].surface) v -= Vec3(0.0, comes, 0.0);
-        follow_wall(model, 1, state, context);
-        plane_from_walls(model, 0, state, context, kPlaneReach);
-        EXPECT_GT(std::ranges::count_if(context.instruments[0].wall_distance, [](double d) { return d > 0.8e-3; }), 4);
+        follow_wall(model, 1, state, context.rods);
+        plane_from_walls(model, 0, state, context.rods, kPlaneReach);
+        EXPECT_GT(std::ranges::count_if(context.rods.instruments[0].wall_distance, [](double d) { return d > 0.8e-3; }), 4);
         for (const bool within : {true, false}) {
             state.instruments[0].kept_inside = within;
-            EXPECT_EQ(penetrates_wall(model, 0, state, context), penetrates) << 1e3 * comes << " mm, seen within: " << within;
+            EXPECT_EQ(penetrates_wall(model, 0, state, context.rods), penetrates) << 1e3 * comes << " mm, seen within: " << within;
         }
     }
 }

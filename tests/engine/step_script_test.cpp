@@ -1,5 +1,5 @@
 // Drive commands: tables, limits, and steering along a route, on routes and tips made for the test.
-#include "engine/step/script.hpp"
+#include "engine/step/instrument/script.hpp"
 
 #include <gtest/gtest.h>
 

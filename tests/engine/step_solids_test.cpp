@@ -1,7 +1,7 @@
 // Contact between solid bodies: where they rest, what a tight budget does to them, what one body receives and the other gives.
 #include "engine/io/write_mesh.hpp"
-#include "engine/step/solid_stage.hpp"
-#include "engine/step/solid_trees.hpp"
+#include "engine/step/solid/solid_stage.hpp"
+#include "engine/step/solid/solid_trees.hpp"
 #include "step_fixture.hpp"
 
 #include <algorithm>
@@ -179,8 +179,9 @@ TEST(SolidContact, ABudgetThatAlternatesEveryStepPumpsNoEnergy) {
     double largest = -1.0;
     constexpr std::uint64_t kWorks[] = {0, 1000000, 20, 1000000, 400, 3, 1000000};
     for (int k = 0; k < 500; ++k) {
-        ASSERT_TRUE(simulator.set_budget({BudgetMode::Work, 0.0, kWorks[static_cast<std::size_t>(k) % std::size(kWorks)]}).ok());
-        ASSERT_TRUE(simulator.step().finite);
+        Inputs inputs;
+        inputs.budget = {BudgetMode::Work, 0.0, kWorks[static_cast<std::size_t>(k) % std::size(kWorks)]};
+        ASSERT_TRUE(simulator.step(inputs).ok() && simulator.report().finite);
         if (largest < 0.0) largest = total_energy(simulator);
         ASSERT_LE(total_energy(simulator), 1.002 * largest) << "step " << k;
     }
@@ -262,11 +263,11 @@ TEST(SolidContact, ThePapersSpherePenaltyIsThereAndFloatsOnItsSpheres) {
 }
 
 /// Vertices that lie in no leaf above a triangle of theirs.
-std::size_t count_escaped(const SceneModel& model, std::size_t body, const std::vector<Vec3>& surface, StepContext& context) {
+std::size_t count_escaped(const SceneModel& model, std::size_t body, const std::vector<Vec3>& surface, SolidScratch& solids) {
     const spheretree::SphereTree& tree = model.bodies[body].covering.tree;
     std::vector<std::uint8_t> held(surface.size(), 0);
     for (Index s = tree.level_begin[tree.level_count() - 1]; s < tree.sphere_count(); ++s) {
-        const spheretree::Sphere& sphere = sphere_of(body, s, context);
+        const spheretree::Sphere& sphere = sphere_of(body, s, solids);
         for (const Index t : tree.items_of(s))
             for (const Index v : model.bodies[body].surface.triangles[t])
                 if ((surface[v] - sphere.centre).norm() <= sphere.radius * (1.0 + 1e-12)) held[v] = 1;
@@ -287,13 +288,13 @@ TEST(SolidContact, WrappedTreesHoldTheSurfaceOverTheStepAndBeyondWhereThePapersH
         for (int k = 0; k < 60; ++k) {
             const std::vector<Vec3> before = simulator.state().bodies[0].surface;
             ASSERT_TRUE(simulator.step().finite);
-            StepContext& context = const_cast<StepContext&>(simulator.context());
+            SolidScratch& solids = ScratchView::of(simulator).solids;
             const std::vector<Vec3>& now = simulator.state().bodies[0].surface;
             std::vector<Vec3> ahead = now;
             for (std::size_t v = 0; v < now.size(); ++v) ahead[v] += now[v] - before[v];
             std::size_t& escaped = lost[trees == std::string("wrapped") ? 0 : 1];
             for (const std::vector<Vec3>* surface : {&before, &now, static_cast<const std::vector<Vec3>*>(&ahead)})
-                escaped += count_escaped(prepared.model, 0, *surface, context);
+                escaped += count_escaped(prepared.model, 0, *surface, solids);
         }
     }
     EXPECT_EQ(lost[0], 0u);

@@ -1,5 +1,5 @@
 // Steering in lumens that are wide against the instrument: progress counts along the route, however far beside it the tip lies.
-#include "engine/step/script.hpp"
+#include "engine/step/instrument/script.hpp"
 #include "step_fixture.hpp"
 
 #include <cmath>

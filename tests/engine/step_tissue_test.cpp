@@ -1,5 +1,5 @@
 // Bodies without instruments: a ball falls and rests, plates move, tissue breathes, and a state that leaves its bounds stops.
-#include "engine/step/tissue_stage.hpp"
+#include "engine/step/tissue/tissue_stage.hpp"
 #include "step_fixture.hpp"
 
 #include <limits>
@@ -194,7 +194,7 @@ TEST(Breathing, LeftOutMovesNothing) {
     ASSERT_FALSE(prepared.model.effects.breathing);
     Simulator simulator(prepared.model);
     (void)test::run_steps(simulator, 100);
-    EXPECT_TRUE(simulator.context().bodies[0].pinned_target.empty());
+    EXPECT_TRUE(ScratchView::of(simulator).bodies.tissue[0].pinned_target.empty());
     EXPECT_LT(middle_of_surface(simulator.state().bodies[0].surface).norm(), 1e-9);
 }
 

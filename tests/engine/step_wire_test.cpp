@@ -1,5 +1,5 @@
 // A wire in a bent tube: it stays inside at every budget and speed, and says what it could not test.
-#include "engine/step/make_context.hpp"
+#include "engine/step/make_scratch.hpp"
 #include "step_fixture.hpp"
 
 namespace trocar::engine {
@@ -198,7 +198,7 @@ TEST(Effects, LeftOutExactContactBuildsNoSkinTreeAndTestsNothing) {
     const Tally tally = test::run_steps(simulator, 100);
     EXPECT_EQ(tally.exact_steps, 0u);
     EXPECT_EQ(tally.candidates, 0u);
-    EXPECT_TRUE(simulator.context().instruments[0].tree.empty());
+    EXPECT_TRUE(ScratchView::of(simulator).rods.instruments[0].tree.empty());
     EXPECT_GT(tally.pairs_tested, 0u);
 }
 
@@ -224,8 +224,8 @@ TEST(Wire, EveryClusterOfItsSkinIsAShortPieceOfTheRod) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene());
     const SceneModel& model = prepared.model;
     State state = make_initial_state(model);
-    const StepContext context = make_step_context(model, state);
-    const collision::DopTree& tree = context.instruments[0].tree;
+    const StepScratch context = make_scratch(model, state);
+    const collision::DopTree& tree = context.rods.instruments[0].tree;
     ASSERT_GT(tree.clusters().size(), 50u);
     for (Index cluster = 0; cluster < tree.clusters().size(); ++cluster) {
         Index first = kNoIndex, last = 0;

@@ -1,0 +1,60 @@
+#include "engine/step/finish_report.hpp"
+
+#include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/stages.hpp"
+
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+void close_account(StepBudget& budget, StepReport& report) {
+    budget.pause();
+    report.ms.budget = 1e3 * budget.elapsed_s();
+    report.ms.budget_cpu = 1e3 * budget.elapsed_cpu_s();
+    report.budget_kept = !budget.overrun();
+    report.work_units = budget.units_spent();
+}
+
+void observe(const SceneModel& model, const State& state, RodsScratch& rods, StepReport& report) {
+    const StopWatch watch;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (model.bodies[i].hollow && model.bodies[i].moves()) rods.walls[i].inside.follow(state.bodies[i].surface);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        report.lumen_exits += count_lumen_exits(model, i, state, rods);
+        const fem::RodReport& rod = rods.instruments[i].rod_report;
+        report.kinetic_j += rod.kinetic_j;
+        report.elastic_j += rod.bend_j + rod.stretch_j + rod.twist_j;
+    }
+    report.ms.observe = watch.elapsed_ms();
+}
+
+} // namespace
+
+void report_first_instrument(const SceneModel& model, const State& state, StepReport& report) {
+    if (model.instruments.empty()) return;
+    const InstrumentState& first = state.instruments.front();
+    report.tip = first.rod.position.back();
+    report.insertion_m = first.rod.insertion;
+    report.rotation_rad = first.rod.rotation;
+    if (!model.instruments.front().route) return;
+    const std::vector<Vec3>& moved = first.route.points; // empty before the first step
+    const Vec3& target = moved.empty() ? model.instruments.front().route->points.back() : moved.back();
+    report.target_distance_m = std::sqrt((target - report.tip).squaredNorm());
+}
+
+const StepReport& finish_report(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
+    StepReport& report = scratch.report;
+    close_account(budget, report);
+    if (report.finite) {
+        ++state.step;
+        state.time = report.time_s;
+        observe(model, state, scratch.rods, report);
+    }
+    report_first_instrument(model, state, report);
+    if (!report.finite) restore_start(model, state, scratch); // the last good state
+    return report;
+}
+
+} // namespace trocar::engine

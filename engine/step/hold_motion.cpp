@@ -1,0 +1,89 @@
+// Motion that is held back: what is proven free of it is taken, the rest is not.
+#include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/resolve_contacts.hpp"
+#include "engine/step/tissue/tissue_stage.hpp"
+
+#include <algorithm>
+
+namespace trocar::engine {
+
+namespace {
+
+/// Shares of the remaining motion that are tried before everything stays where it was.
+constexpr double kHoldShares[] = {0.9, 0.5};
+/// A safe share of a motion below this is none.
+constexpr double kStuck = 0.01;
+
+/// Up to which share of the motion as it is does no skin come so near to its wall? Safety is not negotiable: without a budget.
+double find_free_share(const SceneModel& model, double distance, const State& state, RodsScratch& rods) {
+    double share = 1.0;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        WorkBudget budget;
+        refit_wall(model, model.instruments[i].lumen, state, rods);
+        rods.hits.clear();
+        share = std::min(share, test_skin_at(model, i, state, rods, distance, budget).safe_fraction);
+    }
+    return share;
+}
+
+void scale(const std::vector<Vec3>& from, double fraction, std::vector<Vec3>& to) {
+    for (std::size_t k = 0; k < to.size(); ++k) to[k] = from[k] + fraction * (to[k] - from[k]);
+}
+
+void scale_rod(const InstrumentModel& instrument, double fraction, InstrumentState& state, InstrumentScratch& scratch) {
+    fem::RodState& rod = state.rod;
+    scale(scratch.rod_t0.position, fraction, rod.position);
+    for (Vec3& v : rod.velocity) v *= fraction;
+    rod.insertion = scratch.rod_t0.insertion + fraction * (rod.insertion - scratch.rod_t0.insertion);
+    rod.rotation = scratch.rod_t0.rotation + fraction * (rod.rotation - scratch.rod_t0.rotation);
+    for (std::size_t k = 0; k < rod.angle.size(); ++k) {
+        rod.angle[k] = scratch.rod_t0.angle[k] + fraction * (rod.angle[k] - scratch.rod_t0.angle[k]);
+        rod.spin[k] *= fraction;
+    }
+    fem::place_rod_skin(instrument.rod, instrument.skin, rod, instrument.port, scratch.axis, state.skin);
+}
+
+/// Bodies and rods go `fraction` of the way from the start of the step to where they are now.
+void scale_motion(const SceneModel& model, double fraction, State& state, StepScratch& scratch) {
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!model.bodies[i].tissue) continue;
+        scale(scratch.bodies.start[i].tissue.position, fraction, state.bodies[i].tissue.position);
+        for (Vec3& v : state.bodies[i].tissue.velocity) v *= fraction;
+    }
+    for (std::size_t i = 0; i < model.instruments.size(); ++i)
+        scale_rod(model.instruments[i], fraction, state.instruments[i], scratch.rods.instruments[i]);
+    update_embedded_surfaces(model, state, scratch.bodies, scratch.report);
+    for (BodyState& body : state.bodies) {
+        body.lumen.miss_steps(); // what it saw is not where the step ends
+        body.lumen_step = kNoStep;
+    }
+}
+
+} // namespace
+
+void scale_to_safe_fraction(const SceneModel& model, double fraction, State& state, StepScratch& scratch) {
+    // A skin that stands within the exact distance (a step that was held back ends at its edge) is touching from the start, whatever it
+    // does, and would stand there for ever. It moves as far as it is proven not to touch at all.
+    if (fraction < kStuck) {
+        const auto free_share = [&] { return find_free_share(model, 0.0, state, scratch.rods); };
+        double taken = 1.0;
+        for (double share = free_share(); taken * share >= kStuck; share = free_share()) {
+            if (share == 1.0) {
+                scratch.report.safe_fraction = taken;
+                scratch.report.within_distance = true;
+                return;
+            }
+            taken *= 0.5 * share;
+            scale_motion(model, 0.5 * share, state, scratch);
+        }
+    }
+    for (const double share : kHoldShares) {
+        scale_motion(model, share * fraction, state, scratch);
+        scratch.report.safe_fraction = share * fraction;
+        if (find_free_share(model, model.contact.exact_distance, state, scratch.rods) == 1.0) return;
+    }
+    scale_motion(model, 0.0, state, scratch);
+    scratch.report.safe_fraction = 0.0;
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,63 @@
+// Scratch of instruments and of the walls that they move in: sized in the first steps, reused afterwards, worthless once the step has
+// ended.
+#pragma once
+
+#include "base/inside.hpp"
+#include "collision/search/interruptible_search.hpp"
+#include "engine/state/state.hpp"
+#include "engine/step/instrument/cull_stage.hpp"
+#include "fem/rod/rod_solver.hpp"
+#include "spheretree/traverse/descent.hpp"
+
+#include <limits>
+#include <memory>
+#include <span>
+
+namespace trocar::engine {
+
+/// How old the bounds of a wall's tree are, where they are refitted part by part.
+struct WallAge {
+    static constexpr std::size_t kParts = 16; // a vertex's bounds are this many steps old at most, a cluster's twice as many
+    std::array<double, 2 * kParts> moved{};   // m, longest way of a vertex in each of the last steps
+    std::size_t parts = 0;                    // refitted since a refit of everything
+    std::uint64_t last_step = kNoStep;        // State::step of the last refit; a step that was missed makes the rest worthless
+    double drift = 0.0;                       // m, of any vertex from the bounds that hold it
+    double longest = std::numeric_limits<double>::infinity(); // m, way of a vertex in this step; infinite where nobody has looked
+};
+
+/// Of a hollow body.
+struct WallScratch {
+    std::span<const Vec3> surface_t0; // [vertex_count] m, at the start of the step: a view of BodyStart
+    collision::DopTree tree;          // swept over the step
+    WallAge age;                      // of the tree
+    std::vector<Vec3> flow_points;    // [point_count] m, of those whose blood moves along with a host
+    InsideTest inside;                // the independent check
+};
+
+struct InstrumentScratch {
+    fem::RodState rod_t0;
+    std::vector<Vec3> skin_t0;
+    std::vector<Vec3> axis; // [node_count]
+    fem::RodWorkspace rod;
+    fem::RodReport rod_report;
+    DriveCommand command;
+    std::vector<fem::RodFlow> flow; // [node_count] of the blood around it in this step
+    std::vector<spheretree::Sphere> links_t0, links_t1;
+    std::span<const spheretree::LinkStatus> proven; // [links] what the traversal of this step proved of its links; empty: nothing
+    std::vector<double> wall_distance; // [2 node_count] m, at t0, at least; negative: not looked at; empty: nothing was, in this step
+    collision::DopTree tree;           // of the skin, swept over the step
+    ExactForecast forecast;
+};
+
+struct RodsScratch {
+    std::vector<InstrumentScratch> instruments;              // [instrument_count]
+    std::vector<WallScratch> walls;                          // [body_count], of hollow bodies
+    std::vector<std::unique_ptr<fem::RodSolver>> solvers;    // [instrument_count] null: solved with the instrument it runs in
+    std::optional<Vec3> gravity;                             // m/s^2, in this step
+    bool exact = false;                                      // continuous tests are live in this step
+    collision::InterruptibleSearch search;
+    std::unique_ptr<CullStage> cull; // with instruments
+    std::vector<Contact> hits;       // of the exact stage of this step; the last round's
+};
+
+} // namespace trocar::engine

@@ -1,0 +1,301 @@
+#include "engine/step/instrument/instrument_stage.hpp"
+
+#include "engine/step/instrument/script.hpp"
+#include "engine/step/tissue/surface_spring.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+constexpr std::optional<DriveCommand> kNobodyDrives;
+
+/// N; what the hand feels when the last step's contact stopped it: more than anybody would push.
+constexpr double kBlocked = 1e3;
+
+TipView view_tip(const InstrumentModel& model, const InstrumentState& state, std::vector<Vec3>& axis) {
+    const std::size_t last = model.rod.node_count() - 1;
+    const auto shaped = static_cast<std::size_t>(model.rod.design.tip_length / model.rod.segment);
+    const std::size_t root = last > shaped + 1 ? last - shaped - 1 : 1;
+    fem::carry_material_axis(model.rod, state.rod, model.port, axis);
+    const Vec3 chord = state.rod.position[root] - state.rod.position[root - 1];
+    const double length = std::sqrt(chord.squaredNorm());
+    // The rod is compressed most where it enters: what the hand feels. The first segment that is in all of its length tells it.
+    const std::size_t entry = std::min<std::size_t>(fem::first_inserted_node(model.rod, state.rod.insertion), last - 1);
+    const double shortened = model.rod.segment - std::sqrt((state.rod.position[entry + 1] - state.rod.position[entry]).squaredNorm());
+    const double felt = model.rod.stretch_stiffness[entry] * std::max(0.0, shortened);
+    return {state.rod.position[last], length > 0.0 ? Vec3(chord / length) : model.port.direction, axis[root],
+            state.drive_stopped ? kBlocked : felt, false};
+}
+
+/// The route where the organs stand now: its carrier takes it along.
+const Route& route_now(const SceneModel& model, std::size_t index, State& state) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentState& now = state.instruments[index];
+    if (now.route.points.empty()) now.route = *instrument.route;
+    if (instrument.route_links)
+        fem::update_embedded_surface(*instrument.route_links, state.bodies[model.bodies[instrument.lumen].host_body].tissue.position, instrument.route->points,
+                   now.route_frames, now.route.points);
+    return now.route;
+}
+
+/// Places between the tip and the route that are tested for lying inside the lumen. A wall between two branches that is thinner than the
+/// distance between them is seen some steps later, where it is thicker.
+constexpr std::size_t kSightSamples = 48;
+
+/// Of TipView.
+bool sees_route(const SceneModel& model, std::size_t index, const Route& route, const State& state, RodsScratch& rods) {
+    const std::size_t lumen = model.instruments[index].lumen;
+    const InstrumentState& now = state.instruments[index];
+    const Vec3& tip = now.rod.position.back();
+    const std::size_t nearest = find_nearest_point(route, tip, now.follow.progress);
+    if (is_within_clearance(route, nearest, tip)) return true;
+    WallScratch& wall = rods.walls[lumen];
+    if (model.bodies[lumen].moves()) wall.inside.follow(state.bodies[lumen].surface); // another state may have been put in place
+    std::array<Vec3, kSightSamples> between;
+    for (std::size_t k = 0; k < kSightSamples; ++k) {
+        const double s = (static_cast<double>(k) + 0.5) / static_cast<double>(kSightSamples);
+        between[k] = (1.0 - s) * tip + s * route.points[nearest];
+    }
+    return wall.inside.count_outside(between) == 0;
+}
+
+/// Link k counted from the tip: even ones at nodes, odd ones midway to the next node behind.
+struct LinkPlace {
+    Index node;    // segment [node, node + 1]
+    double weight; // of node + 1
+};
+LinkPlace place_of_link(const fem::RodModel& rod, Index link) {
+    const Index last = static_cast<Index>(rod.node_count() - 1);
+    const Index behind = link / 2; // segments between the link and the tip
+    if (link % 2 == 1) return {last - behind - 1, 0.5};
+    return behind == 0 ? LinkPlace{last - 1, 1.0} : LinkPlace{last - behind, 0.0};
+}
+
+Index count_links(const fem::RodModel& rod, double insertion) {
+    const Index nodes = static_cast<Index>(rod.node_count());
+    const Index inserted = nodes - fem::first_inserted_node(rod, insertion);
+    return inserted == 0 ? 0 : 2 * inserted - 1;
+}
+
+Vec3 point_at(const fem::RodState& rod, const LinkPlace& place) {
+    return (1.0 - place.weight) * rod.position[place.node] + place.weight * rod.position[place.node + 1];
+}
+
+} // namespace
+
+DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentState& now = state.instruments[index];
+    const Route& route = route_now(model, index, state);
+    TipView view = view_tip(instrument, now, rods.instruments[index].axis);
+    view.sees_route = sees_route(model, index, route, state, rods);
+    return follow_route(route, instrument.follow, instrument.limits, view, {now.rod.insertion, now.rod.rotation}, model.step_s, now.follow);
+}
+
+void keep_instruments(const SceneModel& model, const State& state, RodsScratch& rods) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        rods.instruments[i].rod_t0 = state.instruments[i].rod;
+        rods.instruments[i].skin_t0 = state.instruments[i].skin;
+        rods.instruments[i].wall_distance.clear();
+        rods.instruments[i].proven = {};
+    }
+}
+
+void restore_instruments(const SceneModel& model, State& state, const RodsScratch& rods) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        state.instruments[i].rod = rods.instruments[i].rod_t0;
+        state.instruments[i].skin = rods.instruments[i].skin_t0;
+    }
+}
+
+void apply_drive_commands(const SceneModel& model, std::span<const std::optional<DriveCommand>> drive, State& state, RodsScratch& rods,
+                          StepReport& report) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const InstrumentModel& instrument = model.instruments[i];
+        InstrumentState& now = state.instruments[i];
+        InstrumentScratch& scratch = rods.instruments[i];
+        const DriveCommand from{now.rod.insertion, now.rod.rotation};
+        DriveCommand wanted = from;
+        const bool has_path = !instrument.path.empty();
+        const std::optional<DriveCommand>& by_user = drive.empty() ? kNobodyDrives : drive[i];
+        if (instrument.route && (by_user || has_path)) (void)route_now(model, i, state); // the report measures
+        if (by_user)
+            wanted = *by_user;
+        else if (has_path)
+            wanted = evaluate_path(instrument.path, state.time + model.step_s);
+        else if (instrument.route)
+            wanted = steer_along_route(model, i, state, rods);
+        wanted.insertion = std::clamp(wanted.insertion, 0.0, instrument.rod.design.length - 2.0 * instrument.rod.segment);
+        scratch.command = limit_command(from, wanted, instrument.limits, model.step_s);
+        now.drive_stopped = false;
+        const double advance = scratch.command.insertion - from.insertion;
+        report.drive_limited += advance > kDriveReach || advance < -kDriveReach;
+        scratch.command.insertion = from.insertion + std::clamp(advance, -kDriveReach, kDriveReach);
+    }
+}
+
+static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, const RodsScratch& rods, EffectCounts& counts) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const InstrumentScratch& scratch = rods.instruments[index];
+    fem::RodDrive drive;
+    drive.port = instrument.port;
+    drive.insertion = scratch.command.insertion;
+    drive.rotation = scratch.command.rotation;
+    if (rods.gravity) {
+        drive.gravity = *rods.gravity;
+        counts.note(Effect::Gravity);
+    }
+    drive.contact_stiffness = model.contact.rod_stiffness;
+    drive.friction = instrument.friction;
+    if (drive.friction > 0.0) counts.note(Effect::Friction);
+    drive.flow = scratch.flow; // empty without the effect
+    if (twists_by_effect(instrument)) counts.note(Effect::Twist);
+    return drive;
+}
+
+static fem::SolvedRod make_solved(const SceneModel& model, std::size_t index, const fem::RodDrive& drive, State& state, RodsScratch& rods) {
+    InstrumentState& now = state.instruments[index];
+    InstrumentScratch& scratch = rods.instruments[index];
+    return {model.instruments[index].rod, now.rod, drive, now.planes, scratch.rod, scratch.rod_report};
+}
+
+std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t index, std::size_t plane_count) {
+    const InstrumentModel& instrument = model.instruments[index];
+    if (is_coaxial_inner(model, index)) return nullptr;
+    if (instrument.wire != SIZE_MAX) return fem::make_coaxial_solver(instrument.rod, model.instruments[instrument.wire].rod, plane_count);
+    if (instrument.mass_spring_substeps > 0) return fem::make_mass_spring_solver(instrument.mass_spring_substeps);
+    return fem::make_implicit_solver();
+}
+
+void solve_instrument(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepReport& report) {
+    if (is_coaxial_inner(model, index)) return;
+    for (const std::size_t one : coaxial(model, index))
+        state.instruments[one].rod = rods.instruments[one].rod_t0; // same sizes: copies, never allocates
+    const fem::RodDrive drive = make_drive(model, index, rods, report.effects);
+    const fem::SolvedRod own = make_solved(model, index, drive, state, rods);
+    if (const std::size_t wire = model.instruments[index].wire; wire != SIZE_MAX) {
+        const fem::RodDrive inner_drive = make_drive(model, wire, rods, report.effects);
+        const fem::SolvedRod both[] = {own, make_solved(model, wire, inner_drive, state, rods)};
+        rods.solvers[index]->solve(both, model.step_s);
+    } else {
+        rods.solvers[index]->solve({&own, 1}, model.step_s);
+    }
+    for (const std::size_t one : coaxial(model, index)) {
+        const InstrumentModel& instrument = model.instruments[one];
+        InstrumentState& now = state.instruments[one];
+        fem::place_rod_skin(instrument.rod, instrument.skin, now.rod, instrument.port, rods.instruments[one].axis, now.skin);
+    }
+}
+
+void update_instrument_trees(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentScratch& scratch = rods.instruments[index];
+    const fem::RodModel& rod = instrument.rod;
+    // Spheres half a segment apart hold the tube between them when their radius reaches its edge midway.
+    const double half = 0.25 * rod.segment;
+    const double radius = std::sqrt(rod.design.radius * rod.design.radius + half * half);
+    const Index links = count_links(rod, std::min(scratch.rod_t0.insertion, state.instruments[index].rod.insertion));
+    scratch.links_t0.clear();
+    scratch.links_t1.clear();
+    for (Index link = 0; link < links; ++link) {
+        const LinkPlace place = place_of_link(rod, link);
+        scratch.links_t0.push_back({point_at(scratch.rod_t0, place), radius});
+        scratch.links_t1.push_back({point_at(state.instruments[index].rod, place), radius});
+    }
+    spheretree::update_chain(instrument.chain, scratch.links_t0, scratch.links_t1, state.instruments[index].chain);
+}
+
+void update_lumens(const SceneModel& model, State& state, RodsScratch& rods) {
+    for (const InstrumentModel& instrument : model.instruments) {
+        const BodyModel& wall = model.bodies[instrument.lumen];
+        BodyState& own = state.bodies[instrument.lumen];
+        if (own.lumen_step == state.step) continue; // another instrument is in it, too
+        const bool continues = own.lumen_step + 1 == state.step;
+        if (!continues && own.lumen_step != kNoStep) own.lumen.miss_steps();
+        if (wall.moves())
+            own.lumen.update(*wall.lumen, rods.walls[instrument.lumen].surface_t0, own.surface, continues);
+        else
+            own.lumen.update(*wall.lumen, {}, {});
+        own.lumen_step = state.step;
+    }
+}
+
+void add_to_descent(const SceneModel& model, std::size_t index, State& state, spheretree::Descent& descent) {
+    const InstrumentModel& instrument = model.instruments[index];
+    descent.add_hollow_pair(
+        {static_cast<BodyId>(model.bodies.size() + index), &instrument.chain, &state.instruments[index].chain},
+        {static_cast<BodyId>(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &state.bodies[instrument.lumen].lumen});
+}
+
+void push_wall(const SceneModel& model, std::size_t index, State& state, StepReport& report) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const InstrumentState& now = state.instruments[index];
+    const BodyModel& wall = model.bodies[instrument.lumen];
+    for (std::size_t k = 0; k < now.planes.size(); ++k) {
+        const fem::RodPlane& plane = now.planes[k];
+        if (!(plane.force > 0.0)) continue;
+        const double force = std::min(plane.force, kMaxPress);
+        const double drag = std::sqrt(plane.drag.squaredNorm()) * (force / plane.force);
+        report.clamped_forces += plane.force > kMaxPress;
+        report.contact_force_n += force;
+        report.friction_force_n += drag;
+        report.max_contact_force_n = std::max(report.max_contact_force_n, force);
+        if (wall.host_body == SIZE_MAX || now.presses[k].triangle == kNoIndex) continue;
+        const double stiffness = model.contact.wall_stiffness; // as the tissue gives way the push fades
+        SurfacePush push{instrument.lumen,        wall.surface.triangles[now.presses[k].triangle],
+                         now.presses[k].bary, -plane.normal,
+                         -force / stiffness,      stiffness};
+        add_surface_spring(model, push, state);
+        if (!(drag > 0.0)) continue;
+        push.direction = -spheretree::direction_of(plane.drag);
+        push.gap = -drag / stiffness;
+        add_surface_spring(model, push, state);
+    }
+}
+
+void list_presses(const SceneModel& model, std::size_t index, const State& state, ContactOrigin origin, std::vector<Contact>& contacts) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const InstrumentState& now = state.instruments[index];
+    const std::vector<Vec3>& surface = state.bodies[instrument.lumen].surface;
+    for (std::size_t k = 0; k < now.planes.size(); ++k) {
+        const fem::RodPlane& plane = now.planes[k];
+        if (!(plane.force > 0.0)) continue;
+        Contact contact;
+        contact.body_a = static_cast<BodyId>(model.bodies.size() + index);
+        contact.body_b = static_cast<BodyId>(instrument.lumen);
+        contact.origin = origin;
+        contact.normal = plane.normal;
+        contact.gap = -plane.force / model.contact.rod_stiffness;
+        contact.point = point_at(state.instruments[index].rod, {plane.node, plane.weight});
+        contact.feature_a[0] = plane.node;
+        const WallPress& press = now.presses[k];
+        if (press.triangle != kNoIndex) {
+            contact.point.setZero();
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                contact.feature_b[corner] = model.bodies[instrument.lumen].surface.triangles[press.triangle][corner];
+                contact.bary_b[corner] = press.bary[corner];
+                contact.point += press.bary[corner] * surface[contact.feature_b[corner]];
+            }
+        }
+        contacts.push_back(contact);
+    }
+}
+
+std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t index, const State& state, RodsScratch& rods) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const InstrumentState& now = state.instruments[index];
+    const InsideTest& inside = rods.walls[instrument.lumen].inside;
+    const Index first = fem::first_inserted_node(instrument.rod, now.rod.insertion);
+    std::uint32_t exits = 0;
+    const std::vector<Index>& node = instrument.skin.vertex_node;
+    for (std::size_t from = 0, to = 0; from < node.size(); from = to) { // a ring of the skin after another
+        while (to < node.size() && node[to] == node[from]) ++to;
+        if (node[from] >= first) exits += static_cast<std::uint32_t>(inside.count_outside(std::span(now.skin).subspan(from, to - from)));
+    }
+    return exits;
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,143 @@
+// Instruments in a step: they are driven, their rods solved, and contact with the wall of their lumen found, answered and proven.
+#pragma once
+
+#include "engine/state/step_report.hpp"
+#include "engine/step/instrument/instrument_scratch.hpp"
+#include "engine/time/step_budget.hpp"
+
+namespace trocar::engine {
+
+/// An instrument and the wire in its bore, which are solved and tested together.
+struct Coaxial {
+    std::array<std::size_t, 2> index;
+    std::size_t count;
+
+    [[nodiscard]] const std::size_t* begin() const noexcept { return index.data(); }
+    [[nodiscard]] const std::size_t* end() const noexcept { return index.data() + count; }
+};
+[[nodiscard]] inline Coaxial coaxial(const SceneModel& model, std::size_t instrument) noexcept {
+    const std::size_t wire = model.instruments[instrument].wire;
+    return {{instrument, wire}, wire == SIZE_MAX ? std::size_t{1} : std::size_t{2}};
+}
+
+/// A wire in another instrument's bore: whatever is done to that one is done to it.
+[[nodiscard]] inline bool is_coaxial_inner(const SceneModel& model, std::size_t instrument) noexcept {
+    return model.instruments[instrument].inside != SIZE_MAX;
+}
+
+/// Notes where the instruments are before the step moves them, and puts them back there.
+void keep_instruments(const SceneModel& model, const State& state, RodsScratch& rods);
+void restore_instruments(const SceneModel& model, State& state, const RodsScratch& rods);
+
+/// Decides insertion and rotation at the end of the step.
+/// drive   [instrument_count], or empty: what users want, in place of the scripts
+void apply_drive_commands(const SceneModel& model, std::span<const std::optional<DriveCommand>> drive, State& state, RodsScratch& rods,
+                          StepReport& report);
+
+/// What the rule that follows the instrument's route wants next; it must have one. Moves the rule's memory on.
+[[nodiscard]] DriveCommand steer_along_route(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
+
+/// What solves this instrument's rod, with the wire in its bore; null: it is such a wire.
+/// plane_count   of both, that there is room for
+[[nodiscard]] std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t instrument, std::size_t plane_count);
+
+/// Solves the rod from the start of the step to its end against the planes in its scratch, and places the skin; with the
+/// wire in its bore, where it has one.
+void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report);
+
+/// Moves the sphere chain to the candidate motion.
+void update_instrument_trees(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
+
+/// Moves the balls of every instrument's lumen with their wall: what its descent looks at.
+void update_lumens(const SceneModel& model, State& state, RodsScratch& rods);
+
+/// Adds the hollow pair of instrument and lumen to the descent.
+void add_to_descent(const SceneModel& model, std::size_t instrument, State& state, spheretree::Descent& descent);
+
+/// A wall's surface at both ends of the step; the same twice where it does not move.
+[[nodiscard]] collision::SurfaceMotion wall_motion(const SceneModel& model, std::size_t body, const State& state,
+                                                   const RodsScratch& rods);
+
+/// Both of a coaxial pair, as below.
+void plane_from_walls(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, double reach);
+
+/// Half-spaces around the rod from the wall's triangles, wherever the descent did not prove it free: the response's own view
+/// of the wall, needed with and without the exact stage. Seen from where the rod stood at the start of the step, towards
+/// the wall where it stands at the end. refit_wall or follow_wall must have been called.
+/// reach   m; triangles at most this far beyond the clearance get a plane
+void plane_from_wall(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, double reach);
+
+/// The longest way of a place on the rods in this step and that of its wall, together, m: what lies farther away than this was not met.
+[[nodiscard]] double longest_approach(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods);
+
+/// m; how far planes need to reach, by the motion so far; kPlaneReach at most. Where the solve goes farther they are made again.
+[[nodiscard]] double suggest_plane_reach(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods);
+
+/// Planes and the solve against them. Slow motion needs no planes of what is far: they reach as far as the rod's free motion suggests, and
+/// where the solve takes it farther than that, both are made again with kPlaneReach.
+void solve_between_walls(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report,
+                         StepBudget& budget);
+
+/// What the exact stage of one instrument came to.
+struct ExactOutcome {
+    bool finished = false;      // false: the budget ended first, nothing of it may be used
+    double safe_fraction = 1.0; // < 1: contacts remain; the motion is free of touching up to this share
+};
+
+/// For an instrument and the wire in its bore: planes from the wall, the solve, and continuous tests of the skin; contacts that are left
+/// become planes and the rod is solved again, up to kMaxCorrections times; when that does not help, with the hand held
+/// where it was: resistance stops it.
+/// budget    asked before every solve and before its tests; nullptr: it runs to its end whatever it costs
+ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report,
+                                 StepBudget* budget);
+
+/// The hands of a coaxial pair go no further in and do not turn; what they want to draw back, they may: that is the way out of
+/// a jam.
+void stop_drive(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
+
+/// Does the rod, where nothing proved it free, stand closer to the wall at the end of the step than its radius?
+/// Or the wire in its bore?
+[[nodiscard]] bool penetrates_wall(const SceneModel& model, std::size_t instrument, const State& state, RodsScratch& rods);
+
+/// Continuous tests of the skin's motion as it is. Appends to rods.hits.
+/// distance   m, counts as touching; 0: touching itself
+collision::ExactStats test_skin_at(const SceneModel& model, std::size_t instrument, const State& state, RodsScratch& rods,
+                                   double distance, WorkBudget& budget);
+
+/// Trees of wall and skin, built before the first step so that no step pays for them. Nothing when the scene has no
+/// contacts.
+void build_exact_trees(const SceneModel& model, std::size_t instrument, const State& state, RodsScratch& rods);
+
+/// The same at a fraction of the cost, a part in each step: for planes alone, which allow for what the rest has moved since. Same
+/// planes, to the bit.
+void follow_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods);
+
+/// Wall bounds of the step that moves the lumen from surface_t0 to its current place.
+/// budget   nullptr: nothing is charged
+void refit_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, StepBudget* budget = nullptr);
+
+/// What the exact stage of an instrument, and of the wire in its bore, is expected to do: the numbers of its last run.
+[[nodiscard]] ExactForecast forecast_exact(const SceneModel& model, std::size_t instrument, const State& state) noexcept;
+
+/// Normal forces of the planes become springs on the coarse nodes that carry the wall.
+void push_wall(const SceneModel& model, std::size_t instrument, State& state, StepReport& report);
+
+/// Appends the places where the rod presses on a wall: gap is what is missing of the clearance.
+/// origin   of what is appended: how the motion was tested
+void list_presses(const SceneModel& model, std::size_t instrument, const State& state, ContactOrigin origin, std::vector<Contact>& contacts);
+
+/// Instrument vertices outside the lumen, counted by an inside test that shares nothing with the contact stages.
+[[nodiscard]] std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t instrument, const State& state, RodsScratch& rods);
+
+inline constexpr unsigned kMaxCorrections = 3;
+/// Planes per place on the rod at most: a tube closes in from all sides with six.
+inline constexpr std::size_t kPlanesPerPlace = 6;
+/// m; the hand moves at most this far in one step, or the contact response would not see what lies ahead. 35 mm/s reach it
+/// at a step of 29 ms. Shortening is counted (StepReport::hand_limited).
+inline constexpr double kDriveReach = 1.0e-3;
+/// m, beyond the clearance: a little more than the hand moves in a step at most.
+inline constexpr double kPlaneReach = 1.2 * kDriveReach;
+/// N per place on the rod: a vessel perforates at about this; more comes from planes that contradict each other in a jam.
+inline constexpr double kMaxPress = 2.0;
+
+} // namespace trocar::engine

@@ -1,0 +1,222 @@
+#include "engine/step/instrument/script.hpp"
+
+#include "base/trig.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace trocar::engine {
+
+namespace {
+
+/// m of insertion without progress along the route before the hand pulls back: the slack of a shaft in wide vessels.
+constexpr double kPatience = 0.015;
+/// m of insertion with the tip in another branch before the hand pulls back: the fork is behind, waiting brings nothing.
+constexpr double kAstrayPatience = 0.006;
+/// m; progress below this is no progress: the tip's jitter in contact.
+constexpr double kProgressStep = 0.0005;
+/// m before the fork where the next attempt begins, and how much further back each further round of angles begins.
+constexpr double kBeforeFork = 0.006, kFurtherBack = 0.006;
+/// m of insertion that one retraction may take: a shaft whose slack is longer is not stuck at the tip.
+constexpr double kLongestRetraction = 0.08;
+/// m beyond the fork where an attempt has succeeded: the hand steers again; and where it is forgotten.
+constexpr double kPastFork = 0.005, kForgetFork = 0.012;
+/// rad between the angles that are probed: 0, +1, -1, +2, -2 ... of these, all round in eleven attempts.
+constexpr double kAimOffset = 0.6;
+constexpr unsigned kAnglesInARound = 11;
+/// A tip is aimed when the sine of its error is below this; a turn that takes longer than kLongestTurn s is over anyway.
+constexpr double kAimed = 0.15, kLongestTurn = 2.5;
+/// Share of the tolerance within which nothing is left to improve.
+constexpr double kNear = 0.3;
+/// Tolerances away from the end of the route at which a tip that had arrived is brought back.
+constexpr double kSlipped = 1.2;
+/// Share of the speed that is kept while the tip is not aimed yet.
+constexpr double kBoldShare = 0.7;
+/// m beyond the route's clearance at which the tip may be in another branch.
+constexpr double kOffRoute = 1e-3;
+/// N at the entry: more than this a careful hand does not push; it waits, and pulls back when that lasts.
+constexpr double kPushLimit = 1.0;
+/// m/s of insertion that count as patience spent while the hand only waits.
+constexpr double kWaitingSpeed = 0.02;
+/// m; the tip searches the route this far behind and ahead of where it was last.
+constexpr double kSearchBack = 0.03, kSearchAhead = 0.02;
+
+double clamp_change(double from, double wanted, double limit) noexcept { return from + std::clamp(wanted - from, -limit, limit); }
+
+std::size_t find_point_at(const Route& route, double length) noexcept {
+    const auto it = std::lower_bound(route.length.begin(), route.length.end(), length);
+    return std::min<std::size_t>(static_cast<std::size_t>(it - route.length.begin()), route.points.size() - 1);
+}
+
+/// Where the tip is along the route, and whether it is in the route's lumen there.
+struct Progress {
+    double length; // m
+    bool on_route;
+};
+
+Progress find_progress(const Route& route, const TipView& view, double last) noexcept {
+    const std::size_t nearest = find_nearest_point(route, view.tip, last);
+    return {route.length[nearest], view.sees_route || is_within_clearance(route, nearest, view.tip)};
+}
+
+Vec3 unit_or(const Vec3& v, const Vec3& fallback) noexcept {
+    const double length = std::sqrt(v.squaredNorm());
+    return length > 1e-9 ? Vec3(v / length) : fallback;
+}
+
+/// Offset of an attempt's angle from the first one's, rad: to either hand by turns.
+double probe_offset(unsigned attempt) noexcept {
+    const unsigned k = attempt % kAnglesInARound;
+    return (k % 2 == 1 ? 1.0 : -1.0) * kAimOffset * static_cast<double>((k + 1) / 2);
+}
+
+/// Wanted change of the handle's angle, in [-1, 1] of what the limit allows; how well the tip is aimed, in [0, 1].
+struct Aim {
+    double turn;
+    double quality;
+    bool aimed;
+};
+
+Aim aim_tip(const Route& route, const FollowSettings& settings, const TipView& view, const FollowState& state, double offset) noexcept {
+    const Vec3 ahead = route.points[find_point_at(route, state.progress + settings.look_ahead)] - view.tip;
+    const Vec3 across = ahead - ahead.dot(view.tangent) * view.tangent;
+    const double lateral = std::sqrt(across.squaredNorm());
+    // Straight ahead the direction across means nothing: leave the handle alone.
+    const double matters = std::min(1.0, lateral / (0.25 * settings.look_ahead));
+    const Vec3 toward = unit_or(across, view.bend);
+    const SinCos turned = sin_cos(offset);
+    const Vec3 wanted = turned.cos * toward + turned.sin * view.tangent.cross(toward);
+    const double sine = view.tangent.dot(view.bend.cross(wanted));
+    const double cosine = view.bend.dot(wanted);
+    const double error = cosine > 0.0 ? sine : (sine >= 0.0 ? 1.0 : -1.0);
+    return {matters * std::clamp(3.0 * error, -1.0, 1.0), 1.0 - matters * 0.5 * (1.0 - cosine), cosine > 0.0 && std::abs(sine) < kAimed};
+}
+
+/// Where the tip stands now, and what that means for patience.
+void note_progress(const Progress& progress, const DriveCommand& now, FollowState& state) noexcept {
+    state.progress = progress.length;
+    if (!progress.on_route) return;
+    state.astray_insertion = now.insertion;
+    if (state.progress <= state.best_progress + kProgressStep) return;
+    state.best_progress = state.progress;
+    state.best_insertion = now.insertion;
+}
+
+/// The last point of the route is the nearest one, and the tip is past it.
+bool is_beyond_the_end(const Route& route, const Vec3& tip, double progress) noexcept {
+    if (route.points.size() < 2 || progress < route.length.back()) return false;
+    const Vec3& end = route.points.back();
+    return (tip - end).dot(end - route.points[route.points.size() - 2]) > 0.0;
+}
+
+bool has_failed(const DriveCommand& now, const FollowState& state) noexcept {
+    return now.insertion - state.best_insertion > kPatience || now.insertion - state.astray_insertion > kAstrayPatience;
+}
+
+/// Another attempt at the same fork, or the first at a new one.
+void begin_retraction(const DriveCommand& now, FollowState& state) noexcept {
+    if (state.attempts == 0 || state.best_progress > state.fork + kForgetFork) {
+        state.fork = state.best_progress;
+        state.attempts = 0;
+    }
+    ++state.attempts;
+    state.mode = FollowMode::Retract;
+    state.retract_from = now.insertion;
+}
+
+bool stands_before_fork(const Progress& progress, const DriveCommand& now, const FollowState& state) noexcept {
+    const double before = state.fork - kBeforeFork - kFurtherBack * static_cast<double>(state.attempts / kAnglesInARound);
+    return (progress.on_route && state.progress <= std::max(0.0, before)) || state.retract_from - now.insertion > kLongestRetraction ||
+           now.insertion <= 0.0;
+}
+
+void begin_push(FollowMode mode, const DriveCommand& now, FollowState& state) noexcept {
+    state.mode = mode;
+    state.best_progress = std::min(state.best_progress, state.progress);
+    state.best_insertion = state.astray_insertion = now.insertion;
+}
+
+} // namespace
+
+std::size_t find_nearest_point(const Route& route, const Vec3& tip, double last) noexcept {
+    double best_sq = std::numeric_limits<double>::infinity();
+    const std::size_t begin = find_point_at(route, std::max(0.0, last - kSearchBack)), end = find_point_at(route, last + kSearchAhead);
+    std::size_t best = begin;
+    for (std::size_t i = begin; i <= end; ++i) {
+        const double distance_sq = (route.points[i] - tip).squaredNorm();
+        if (distance_sq >= best_sq) continue;
+        best_sq = distance_sq;
+        best = i;
+    }
+    return best;
+}
+
+bool is_within_clearance(const Route& route, std::size_t point, const Vec3& tip) noexcept {
+    const double clearance = route.radii[point] + kOffRoute;
+    return (route.points[point] - tip).squaredNorm() <= clearance * clearance;
+}
+
+DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits, double dt) noexcept {
+    return {clamp_change(from.insertion, wanted.insertion, limits.speed * dt),
+            clamp_change(from.rotation, wanted.rotation, limits.rotation * dt)};
+}
+
+DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits, const TipView& view,
+                          const DriveCommand& now, double dt, FollowState& state) noexcept {
+    if (route.points.empty()) return now;
+    const Progress progress = find_progress(route, view, state.progress);
+    note_progress(progress, now, state);
+    const double missing = std::sqrt((route.points.back() - view.tip).squaredNorm());
+    // Within the tolerance it goes on for as long as that brings the tip nearer: the organ's breath moves it about that place.
+    if (missing <= settings.tolerance && (missing <= kNear * settings.tolerance || missing >= state.missing))
+        state.mode = FollowMode::Arrived;
+    state.missing = missing;
+    if (state.mode == FollowMode::Arrived) {
+        if (missing <= kSlipped * settings.tolerance) return now;
+        begin_push(FollowMode::Advance, now, state); // the organ moved on, or the shaft's slack
+    }
+    const bool pushes = state.mode == FollowMode::Advance || state.mode == FollowMode::Probe;
+    const bool resisted = view.resistance > kPushLimit;
+    if (pushes && resisted) state.best_insertion -= kWaitingSpeed * dt;
+    if (pushes && has_failed(now, state)) begin_retraction(now, state);
+
+    DriveCommand wanted = now;
+    const auto turn_to = [&](const Aim& aim) { wanted.rotation += aim.turn * limits.rotation * dt; };
+    switch (state.mode) {
+    case FollowMode::Advance: {
+        const Aim aim = aim_tip(route, settings, view, state, 0.0);
+        turn_to(aim);
+        // Push slowly while the tip still looks elsewhere: the fork must not pass by before the tip is turned.
+        const double share = std::max(kBoldShare, aim.quality * aim.quality * aim.quality);
+        if (is_beyond_the_end(route, view.tip, state.progress))
+            wanted.insertion -= settings.speed * dt * share;
+        else if (!resisted)
+            wanted.insertion += settings.speed * dt * share;
+        break;
+    }
+    case FollowMode::Retract:
+        wanted.insertion -= settings.speed * dt;
+        if (stands_before_fork(progress, now, state)) {
+            state.mode = FollowMode::Turn;
+            state.turned_for = 0.0;
+        }
+        break;
+    case FollowMode::Turn: {
+        const Aim aim = aim_tip(route, settings, view, state, probe_offset(state.attempts - 1));
+        turn_to(aim);
+        state.turned_for += dt;
+        if (aim.aimed || state.turned_for > kLongestTurn) begin_push(FollowMode::Probe, now, state);
+        break;
+    }
+    case FollowMode::Probe:
+        if (!resisted) wanted.insertion += settings.speed * dt;
+        if (progress.on_route && state.progress > state.fork + kPastFork) begin_push(FollowMode::Advance, now, state);
+        break;
+    case FollowMode::Arrived:
+        break;
+    }
+    return limit_command(now, wanted, limits, dt);
+}
+
+} // namespace trocar::engine

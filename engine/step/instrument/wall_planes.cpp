@@ -1,0 +1,224 @@
+// Planes around a rod from its wall's own triangles, and whether a rod pokes into that wall.
+#include "collision/proximity/proximity.hpp"
+#include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/tissue/surface_place.hpp"
+#include "engine/time/phase.hpp"
+#include "fem/rod/coaxial.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+/// A push at one place takes others farther than the rod's free motion would have: by this factor and so much, until it is measured.
+constexpr double kSwing = 3.0, kLeastSwing = 1e-4; // [-], m
+/// Cosine above which a farther plane says nothing new.
+constexpr double kSameDirection = 0.9;
+constexpr std::size_t kNearTriangles = 64;
+struct NearTriangle {
+    Index triangle;
+    double distance;
+    Vec3 normal;
+    Vec3 point;    // m, of the wall at t1
+    Vec3 velocity; // m/s
+    std::array<double, 3> bary;
+};
+
+/// The nearest triangles of one place, nearest first; a longer list than kNearTriangles drops its farthest.
+class NearList {
+public:
+    void clear() noexcept { size_ = 0; }
+    void add(const NearTriangle& entry) noexcept {
+        std::size_t at = size_;
+        while (at > 0 && before(entry, entries_[at - 1])) --at;
+        if (at >= kNearTriangles) return;
+        const std::size_t kept = std::min(size_, kNearTriangles - 1);
+        for (std::size_t i = kept; i > at; --i) entries_[i] = entries_[i - 1];
+        entries_[at] = entry;
+        size_ = kept + 1;
+    }
+    [[nodiscard]] std::span<const NearTriangle> entries() const noexcept { return {entries_.data(), size_}; }
+
+private:
+    static bool before(const NearTriangle& a, const NearTriangle& b) noexcept {
+        return a.distance < b.distance || (a.distance == b.distance && a.triangle < b.triangle);
+    }
+    std::array<NearTriangle, kNearTriangles> entries_;
+    std::size_t size_ = 0;
+};
+
+/// The wall where it stood at the start of the step: what the rod was inside of.
+collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, const State& state, const RodsScratch& rods) {
+    const collision::SurfaceMotion motion = wall_motion(model, body, state, rods);
+    return {motion.topology, motion.t0, motion.t0};
+}
+
+/// Planes of one place from the list, nearest first, those that say nothing new left out.
+void add_planes(const NearList& list, Index node, double weight, double room, InstrumentState& now) {
+    const std::size_t first = now.planes.size();
+    for (const NearTriangle& near : list.entries()) {
+        bool known = false;
+        for (std::size_t k = first; k < now.planes.size() && !known; ++k)
+            known = now.planes[k].normal.dot(near.normal) > kSameDirection;
+        if (known) continue;
+        now.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0, near.velocity});
+        now.presses.push_back({near.triangle, near.bary});
+        if (now.planes.size() - first == kPlanesPerPlace) return;
+    }
+}
+
+/// Of the chain that the descent saw: the sphere at a node, or midway to the next.
+Index link_at(const SceneModel& model, std::size_t index, Index node, double weight) {
+    const Index ahead = static_cast<Index>(model.instruments[index].rod.node_count()) - 2 - node; // segments to the tip
+    return 2 * ahead + (weight < 1.0 ? 1 : 0);
+}
+
+/// Has the descent proven that the rod keeps more than the margin from the wall here, all step long?
+bool proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const RodsScratch& rods) {
+    const std::span<const spheretree::LinkStatus> status = rods.instruments[index].proven;
+    const Index link = link_at(model, index, node, weight);
+    return link < status.size() && status[link] == spheretree::LinkStatus::Free;
+}
+
+/// What the descent proved it proved of the free motion, with the margin to spare. The solve against the planes may have taken this place
+/// farther than that: pushed back at its middle, a rod swings at its ends.
+bool still_proven_free(const SceneModel& model, std::size_t index, Index node, double weight, const Vec3& place,
+                       const RodsScratch& rods) {
+    if (!proven_free(model, index, node, weight, rods)) return false;
+    const Vec3& seen = rods.instruments[index].links_t1[link_at(model, index, node, weight)].centre;
+    return (place - seen).squaredNorm() <= model.contact.margin * model.contact.margin;
+}
+
+/// Of InstrumentScratch::wall_distance.
+std::size_t slot_of(Index node, double weight) noexcept { return 2 * std::size_t{node} + (weight < 1.0 ? 0 : 1); }
+
+/// Is the wall nearer to p than `radius`, or p up to `reach` behind it? Beside an edge the side is that of one of its faces: good enough to
+/// ask for the exact stage, not to replace it.
+bool wall_is_near(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, const Vec3& p, double radius,
+                  double reach) {
+    const collision::SurfaceMotion wall = wall_motion(model, body, state, rods);
+    double nearest = reach;
+    bool behind = false;
+    collision::for_each_close_triangle(
+        rods.walls[body].tree, wall, p, reach,
+        [&](Index id, const PointOnTriangle& on) {
+            const double distance = std::sqrt(on.distance_sq);
+            if (distance >= nearest) return;
+            nearest = distance;
+            const Triangle& t = wall.topology->triangles[id];
+            behind = twice_area(t, wall.t1).dot(p - on.point) > 0.0;
+        },
+        rods.walls[body].age.drift);
+    return behind || nearest < radius;
+}
+
+} // namespace
+
+void plane_from_wall(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentState& own = state.instruments[index];
+    InstrumentScratch& scratch = rods.instruments[index];
+    const collision::SurfaceMotion before = wall_before(model, instrument.lumen, state, rods);
+    const std::span<const Vec3> after = state.bodies[instrument.lumen].surface;
+    collision::DopTree& tree = rods.walls[instrument.lumen].tree;
+    const double room = instrument.rod.design.radius + model.contact.clearance;
+    const Index nodes = static_cast<Index>(instrument.rod.node_count());
+    Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
+    if (is_coaxial_inner(model, index)) // what is in the bore meets no wall
+        first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
+                                                     rods.instruments[instrument.inside].command.insertion));
+    own.planes.clear();
+    own.presses.clear();
+    scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
+    NearList list;
+    double nearest = 0.0;
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < nodes; ++node)
+        for (const double weight : {0.5, 1.0}) {
+            if (proven_free(model, index, node, weight, rods)) continue;
+            const Vec3 p = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
+            list.clear();
+            nearest = room + reach;
+            collision::for_each_close_triangle(
+                tree, before, p, room + reach,
+                [&](Index id, const PointOnTriangle& on) {
+                    const double distance = std::sqrt(on.distance_sq);
+                    nearest = std::min(nearest, distance);
+                    if (!(distance > 0.0)) return;
+                    // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
+                    const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
+                    list.add({id, distance, (p - on.point) / distance, now, (now - on.point) / model.step_s, on.bary});
+                },
+                rods.walls[instrument.lumen].age.drift);
+            add_planes(list, node, weight, room, own);
+            scratch.wall_distance[slot_of(node, weight)] = nearest;
+        }
+}
+
+void plane_from_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, double reach) {
+    for (const std::size_t one : coaxial(model, index)) plane_from_wall(model, one, state, rods, reach);
+}
+
+double longest_approach(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) {
+    const BodyModel& wall = model.bodies[model.instruments[index].lumen];
+    double longest = 0.0;
+    for (const std::size_t one : coaxial(model, index))
+        longest = std::max(longest, longest_way(rods.instruments[one].rod_t0.position, state.instruments[one].rod.position));
+    return longest + (wall.moves() ? rods.walls[model.instruments[index].lumen].age.longest : 0.0);
+}
+
+double suggest_plane_reach(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) {
+    return std::min(kPlaneReach, kSwing * longest_approach(model, index, state, rods) + kLeastSwing);
+}
+
+void solve_between_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepReport& report,
+                         StepBudget& budget) {
+    for (double reach = suggest_plane_reach(model, index, state, rods);; reach = kPlaneReach) {
+        Phase phase(budget, StepPart::Planes);
+        plane_from_walls(model, index, state, rods, reach);
+        phase.end();
+        budget.begin_solve();
+        solve_instrument(model, index, state, rods, report);
+        budget.end_solve();
+        if (reach == kPlaneReach || longest_approach(model, index, state, rods) <= reach) return;
+    }
+}
+
+/// Was the wall so far from this place at the step's start that it cannot have come within `reach` since?
+static bool stayed_away(const SceneModel& model, std::size_t index, Index node, double weight, const Vec3& place, double reach,
+                        const RodsScratch& rods) {
+    const InstrumentScratch& scratch = rods.instruments[index];
+    if (scratch.wall_distance.empty()) return false; // nobody has looked
+    const double before = scratch.wall_distance[slot_of(node, weight)];
+    const Vec3 from = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
+    const BodyModel& wall = model.bodies[model.instruments[index].lumen];
+    const double wall_way = wall.moves() ? rods.walls[model.instruments[index].lumen].age.longest : 0.0;
+    return before - wall_way - std::sqrt((place - from).squaredNorm()) > reach * (1.0 + 0x1p-40);
+}
+
+static bool rod_penetrates_wall(const SceneModel& model, std::size_t index, const State& state, RodsScratch& rods) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const fem::RodState& rod = state.instruments[index].rod;
+    const double radius = instrument.rod.design.radius;
+    // From within, what passes through the wall comes nearer to it than the radius on its way, unless it is faster than that.
+    const bool near_first = state.instruments[index].kept_inside && longest_approach(model, index, state, rods) < radius;
+    const double reach = near_first ? radius : radius + kPlaneReach;
+    const Index first = fem::first_inserted_node(instrument.rod, rod.insertion);
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < rod.position.size(); ++node)
+        for (const double weight : {0.5, 1.0}) {
+            const Vec3 p = (1.0 - weight) * rod.position[node] + weight * rod.position[node + 1];
+            if (stayed_away(model, index, node, weight, p, reach, rods)) continue;
+            if (still_proven_free(model, index, node, weight, p, rods)) continue;
+            if (wall_is_near(model, instrument.lumen, state, rods, p, radius, reach)) return true;
+        }
+    return false;
+}
+
+bool penetrates_wall(const SceneModel& model, std::size_t index, const State& state, RodsScratch& rods) {
+    for (const std::size_t one : coaxial(model, index))
+        if (rod_penetrates_wall(model, one, state, rods)) return true;
+    return false;
+}
+
+} // namespace trocar::engine

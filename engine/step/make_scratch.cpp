@@ -1,0 +1,106 @@
+#include "engine/step/make_scratch.hpp"
+
+#include "engine/prepare/body_pairs.hpp"
+
+#include "engine/step/instrument/cull_stage.hpp"
+#include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/solid/solid_stage.hpp"
+
+namespace trocar::engine {
+
+namespace {
+
+/// Contacts that the step's lists hold without growing.
+constexpr std::size_t kReservedContacts = 4096;
+/// Planes from corrections beside those of the wall.
+constexpr std::size_t kSparePlanes = 4096;
+
+void reserve_springs(fem::ContactSprings& springs) {
+    springs.springs.reserve(kReservedContacts);
+    springs.entries.reserve(12 * kReservedContacts); // a vertex and a triangle's three, of three nodes each
+}
+
+/// Room for looks at the skins and their walls, where exact contacts may be culled by pictures.
+void reserve_culling(const SceneModel& model, RodsScratch& rods) {
+    if (!model.effects.exact_contact || model.contact.culling == Culling::Never) return;
+    for (const InstrumentModel& instrument : model.instruments)
+        rods.cull->reserve(instrument.topology.triangles.size(), model.bodies[instrument.lumen].topology.triangles.size());
+    if (!model.instruments.empty()) rods.search.reserve_two_stages(kReservedCullCandidates);
+}
+
+void prepare_bodies(const SceneModel& model, BodiesScratch& bodies) {
+    bodies.start.resize(model.bodies.size());
+    bodies.tissue.resize(model.bodies.size());
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        const BodyModel& body = model.bodies[i];
+        bodies.start[i].may_wait = body.moves_by_links_alone() && !body.hollow && !can_touch_any(model, i);
+        reserve_springs(bodies.tissue[i].other_springs);
+    }
+}
+
+void prepare_walls(const SceneModel& model, const State& state, RodsScratch& rods) {
+    rods.walls.resize(model.bodies.size());
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        if (!model.bodies[i].hollow) continue;
+        rods.walls[i].inside = InsideTest(model.bodies[i].surface);
+        if (model.bodies[i].moves()) rods.walls[i].inside.start_following(state.bodies[i].surface);
+    }
+}
+
+void prepare_instruments(const SceneModel& model, const State& state, RodsScratch& rods) {
+    rods.instruments.resize(model.instruments.size());
+    rods.hits.reserve(kReservedContacts);
+    if (!model.instruments.empty()) rods.cull = std::make_unique<CullStage>(model.contact.culling);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        InstrumentScratch& own = rods.instruments[i];
+        own.axis.resize(model.instruments[i].rod.node_count());
+        own.rod_t0 = state.instruments[i].rod;
+        build_exact_trees(model, i, state, rods);
+        const std::size_t places = 2 * model.instruments[i].rod.node_count();
+        own.links_t0.reserve(places);
+        own.links_t1.reserve(places);
+        own.wall_distance.reserve(places);
+        std::size_t planes = 0; // of a coaxial pair
+        for (const std::size_t one : coaxial(model, i)) planes += state.instruments[one].planes.capacity();
+        rods.solvers.push_back(make_solver(model, i, planes));
+    }
+    reserve_culling(model, rods);
+}
+
+} // namespace
+
+StepScratch make_scratch(const SceneModel& model, State& state) {
+    StepScratch scratch;
+    prepare_solids(model, state, scratch.solids);
+    prepare_bodies(model, scratch.bodies);
+    scratch.traversal.coarse.reserve(kReservedContacts);
+    scratch.contacts.reserve(kReservedContacts);
+    reserve_state(model, state);
+    prepare_walls(model, state, scratch.rods);
+    prepare_instruments(model, state, scratch.rods);
+    return scratch;
+}
+
+void reserve_state(const SceneModel& model, State& state) {
+    std::size_t vertices = 0; // of surfaces whose depths decide
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        reserve_springs(state.bodies[i].springs);
+        if (can_touch_any(model, i) && meet_by_surface(model, i, i)) vertices += model.bodies[i].surface.vertices.size();
+    }
+    state.solids.entries.reserve(vertices);
+    state.solids.vertex_springs.reserve(vertices);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const std::size_t places = 2 * model.instruments[i].rod.node_count();
+        InstrumentState& own = state.instruments[i];
+        own.chain.links_t0.reserve(places);
+        own.chain.links_t1.reserve(places);
+        own.planes.reserve(places * kPlanesPerPlace + kSparePlanes);
+        own.presses.reserve(places * kPlanesPerPlace + kSparePlanes);
+    }
+}
+
+void forget_scratch(StepScratch& scratch) noexcept {
+    for (WallScratch& wall : scratch.rods.walls) wall.age = {};
+}
+
+} // namespace trocar::engine

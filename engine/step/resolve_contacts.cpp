@@ -1,0 +1,116 @@
+#include "engine/step/resolve_contacts.hpp"
+
+#include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/solid/solid_stage.hpp"
+#include "engine/step/solid/spring_memory.hpp"
+#include "engine/step/solid/touch_rules.hpp"
+#include "engine/step/stages.hpp"
+#include "engine/prepare/body_pairs.hpp"
+#include "engine/time/phase.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace trocar::engine {
+
+namespace {
+
+/// The planes alone did not keep the rod inside: the exact stage runs whatever it costs, and the budget is charged for it.
+void force_exact_stage(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report,
+                       StepBudget& budget) {
+    const CollisionScope charged(budget);
+    rods.hits.clear();
+    const ExactOutcome outcome = find_exact_contacts(model, instrument, state, rods, report, nullptr);
+    report.safe_fraction = std::min(report.safe_fraction, outcome.safe_fraction);
+    report.exact_ran = true;
+    report.exact_forced = true;
+    if (rods.cull) rods.cull->tell(report);
+}
+
+/// Without an exact stage the rod is pushed no further into what it met; nothing proves that this was enough.
+void retry_with_drive_stopped(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report) {
+    stop_drive(model, instrument, state, rods);
+    ++report.drive_stops;
+    solve_instrument(model, instrument, state, rods, report);
+}
+
+/// Instruments against their walls, where no exact answer stands: planes from the wall, and what is left to do where they do not suffice.
+void resolve_walls(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report, StepBudget& budget) {
+    const bool is_tested = live.coarse_contact || live.exact_contact;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        if (!is_tested) state.instruments[i].kept_inside = false;
+        if (report.exact_ran || is_coaxial_inner(model, i) || !is_tested) continue;
+        if (live.exact_contact)
+            refit_wall(model, model.instruments[i].lumen, state, rods, &budget);
+        else
+            follow_wall(model, model.instruments[i].lumen, state, rods);
+        solve_between_walls(model, i, state, rods, report, budget);
+        const bool penetrates = penetrates_wall(model, i, state, rods);
+        for (const std::size_t one : coaxial(model, i)) state.instruments[one].kept_inside = !penetrates;
+        if (!penetrates) continue;
+        if (live.exact_contact)
+            force_exact_stage(model, i, state, rods, report, budget);
+        else
+            retry_with_drive_stopped(model, i, state, rods, report);
+    }
+    report.exact_contacts = rods.hits.size();
+    if (report.exact_ran) return;
+    for (const InstrumentScratch& instrument : rods.instruments)
+        for (const spheretree::LinkStatus status : instrument.proven) report.unproven_links += status != spheretree::LinkStatus::Free;
+}
+
+/// Forces of a solve whose motion was not taken mean nothing: nothing is pushed in the next step.
+void forget_forces(State& state) {
+    for (InstrumentState& instrument : state.instruments)
+        for (fem::RodPlane& plane : instrument.planes) plane.force = 0.0;
+}
+
+void list_contacts(const SceneModel& model, const State& state, StepScratch& scratch) {
+    std::vector<Contact>& contacts = scratch.contacts;
+    StepReport& report = scratch.report;
+    contacts.clear();
+    const ContactOrigin origin = report.exact_ran ? ContactOrigin::ExactVF : ContactOrigin::TestedSpheres;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) list_presses(model, i, state, origin, contacts);
+    if (report.exact_ran) report.exact_contacts += contacts.size();
+    for (const Contact& touch : scratch.solids.touches)
+        if (touch.gap <= 0.0) contacts.push_back(touch);
+    for (const Contact& contact : scratch.traversal.coarse) // solids without a surface's depth; those of instruments are among the presses
+        if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() &&
+            !(is_leaf_pair(model, contact) && meet_by_surface(model, contact.body_a, contact.body_b)))
+            contacts.push_back(contact);
+}
+
+/// A rod that is not finite stops the run before its state is taken over.
+void check_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const Index bad = rods.instruments[i].rod_report.first_bad_node;
+        if (bad == kNoIndex || !report.finite) continue;
+        report.finite = false;
+        report.failure = fmt::format("{}: node {} is not finite", model.instruments[i].name, bad);
+    }
+}
+
+} // namespace
+
+void resolve_contacts(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
+    StepReport& report = scratch.report;
+    const Timed timed(report.ms.respond, report.ms.total);
+    Phase phase(budget, StepPart::Respond);
+    const bool coarse_answer = !report.exact_ran;
+    resolve_walls(model, scratch.live, state, scratch.rods, report, budget);
+    if (report.exact_ran && report.safe_fraction < 1.0) {
+        scale_to_safe_fraction(model, report.safe_fraction, state, scratch);
+        forget_forces(state);
+    }
+    report.residual_n = find_residual(model, state, scratch.bodies.tissue);
+    note_held(model, state, scratch.solids);
+    for (BodyState& body : state.bodies) body.springs.clear();
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
+    push_solids(model, state, scratch.solids, report);
+    list_contacts(model, state, scratch);
+    if (!coarse_answer || report.exact_forced) phase.forget();
+    check_rods(model, scratch.rods, report);
+}
+
+} // namespace trocar::engine

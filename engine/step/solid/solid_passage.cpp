@@ -1,0 +1,181 @@
+#include "engine/step/solid/solid_passage.hpp"
+
+#include "collision/ccd/sweep.hpp"
+#include "engine/prepare/body_pairs.hpp"
+#include "engine/step/solid/spring_memory.hpp"
+#include "engine/step/tissue/surface_place.hpp"
+#include "engine/step/tissue/surface_spring.hpp"
+#include "engine/step/solid/touch_rules.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+/// Cosine. The nearest face and the one it came by look the same way: then nearest is as good, and smoother from step to step.
+constexpr double kSameSide = 0.5;
+/// Cosine. They look away from each other: the vertex is past the middle.
+constexpr double kFarSide = -0.5;
+/// m; paths that come no nearer than this touch nothing.
+constexpr double kOnSurface = 1e-9;
+/// Pieces of the way out that are looked at one after another, so that a slanting way does not look at all of a body.
+constexpr int kPieces = 16;
+/// Of a triangle's doubled area: a way out between two triangles must not slip through where they join.
+constexpr double kJoin = 1e-9;
+
+Vec3 unit_normal(const std::vector<Vec3>& surface, const Triangle& t) { return spheretree::direction_of(twice_area(t, surface)); }
+
+/// Where the way from `place` along `out` leaves the other body first, through a face that looks that way; nothing: it is beside it.
+std::optional<SurfacePoint> find_way_out(const OneWay& way, const Vec3& place, const Vec3& out) {
+    const TriangleTree& tree = way.solids.bodies[way.other].inside.tree();
+    const std::vector<Vec3>& at = way.surface(way.other);
+    const Box3 bounds = tree.bounds();
+    const double length = 0.5 * bounds.extent().norm() + (0.5 * (bounds.lo + bounds.hi) - place).norm();
+    std::optional<SurfacePoint> first;
+    for (int k = 0; k < kPieces && !first; ++k) {
+        Box3 piece;
+        piece.add(place + (length * k / kPieces) * out);
+        piece.add(place + (length * (k + 1) / kPieces) * out);
+        tree.for_each_overlapping(piece, [&](Index triangle) {
+            const Triangle& t = way.face(triangle);
+            const Vec3 area = twice_area(t, at);
+            const double towards = area.dot(out), size_sq = area.squaredNorm();
+            if (!(towards > 0.0)) return;
+            const double distance = area.dot(at[t[0]] - place) / towards;
+            if (!(distance >= 0.0) || (first && !(distance < first->distance))) return;
+            const Vec3 point = place + distance * out;
+            std::array<double, 3> bary;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Vec3 &from = at[t[(c + 1) % 3]], &to = at[t[(c + 2) % 3]];
+                bary[c] = area.dot((to - from).cross(point - from)) / size_sq;
+                if (bary[c] < -kJoin) return;
+            }
+            first = SurfacePoint{triangle, point, bary, distance};
+        });
+    }
+    return first;
+}
+
+double cosine(const OneWay& way, Index triangle_a, Index triangle_b) {
+    const std::vector<Vec3>& at = way.surface(way.other);
+    return unit_normal(at, way.face(triangle_a)).dot(unit_normal(at, way.face(triangle_b)));
+}
+
+/// The first triangle that the vertex met in the step; kNoIndex: none.
+Index find_first_crossing(const OneWay& way, Index vertex) {
+    const SurfaceTravel& motion = way.solids.bodies[way.other].motion;
+    const collision::SweptPoint path{way.surface_t0(way.own)[vertex], way.surface(way.own)[vertex]};
+    const std::span<const Vec3> t0 = way.surface_t0(way.other), t1 = way.surface(way.other);
+    Box3 box; // of the path, as the other body sees it
+    box.add(path.t0 + motion.mean);
+    box.add(path.t1);
+    box.inflate(motion.spread * (1.0 + 0x1p-40) + kOnSurface);
+    Index first = kNoIndex;
+    double time = 2.0;
+    way.solids.bodies[way.other].inside.tree().for_each_overlapping(box, [&](Index triangle) {
+        const Triangle& t = way.face(triangle);
+        const collision::Sweep met =
+            collision::sweep_vertex_face(path, {{{t0[t[0]], t1[t[0]]}, {t0[t[1]], t1[t[1]]}, {t0[t[2]], t1[t[2]]}}}, {});
+        if (!met.hit() || met.time > time || (met.time == time && triangle > first)) return;
+        first = triangle;
+        time = met.time;
+    });
+    return first;
+}
+
+/// Was it before this face when the step began? Then it came in by it.
+bool was_before(const OneWay& way, Index vertex, const SurfacePoint& hit) {
+    const std::span<const Vec3> t0 = way.surface_t0(way.other);
+    const Triangle& t = way.face(hit.triangle);
+    return twice_area(t, t0).dot(way.surface_t0(way.own)[vertex] - point_on(t, hit.bary, t0)) >= 0.0;
+}
+
+/// Round a corner from the side it came by another one is nearer. Sheets that meet look at each other: a table's vertex at the rim of a
+/// block that rests on it goes on pressing on the block's lower side, though the upright one is nearer, and one that the block slides
+/// over is not caught by its front.
+bool stays_round_the_corner(const OneWay& way, Index vertex, Index by, Index nearest) {
+    const Vec3& own = way.solids.bodies[way.own].vertex_normal[vertex];
+    const std::vector<Vec3>& at = way.surface(way.other);
+    return unit_normal(at, way.face(by)).dot(own) < kFacing && !(unit_normal(at, way.face(nearest)).dot(own) < kFacing);
+}
+
+/// Behind the side by which it came, if it is: the body lies between it and where it came from.
+std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, bool inside, const SurfacePoint& nearest) {
+    const double alike = cosine(way, nearest.triangle, by);
+    Standing standing;
+    standing.inside = true;
+    standing.by = nearest.triangle; // shallow: it slides along
+    standing.at = nearest;
+    if (inside && (alike > kSameSide || (alike > kFarSide && !stays_round_the_corner(way, vertex, by, nearest.triangle)))) return standing;
+    const auto out = find_way_out(way, way.surface(way.own)[vertex], unit_normal(way.surface(way.other), way.face(by)));
+    if (!out) return std::nullopt;
+    standing.by = by;
+    standing.at = *out;
+    standing.passed = !inside || alike < kFarSide;
+    standing.pressed = standing.passed || out->distance > way.model.contact.margin;
+    return standing;
+}
+
+} // namespace
+
+std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach) {
+    const SolidBodyScratch& other = way.solids.bodies[way.other];
+    const Vec3& place = way.surface(way.own)[vertex];
+    const Vec3 moved = place - way.surface_t0(way.own)[vertex];
+    const double way_of_both = std::min((moved - other.motion.mean).norm() + other.motion.spread, moved.norm() + other.motion.farthest);
+    const SolidEntry* entry = find_entry(way.solids.entries_before, {way.own, way.other, vertex});
+    const double look = std::max(reach, way_of_both);
+    Box3 bounds = other.inside.tree().bounds();
+    bounds.inflate(look);
+    if (entry == nullptr && !bounds.contains(place)) return std::nullopt;
+    const bool inside = other.inside.inside(place);
+    const auto nearest = inside || entry != nullptr ? other.inside.tree().closest(place) : other.inside.tree().closest(place, look);
+    if (!nearest) return std::nullopt;
+    Standing as_seen;
+    as_seen.inside = inside;
+    as_seen.by = nearest->triangle;
+    as_seen.at = *nearest;
+    if (entry != nullptr) { // its path says nothing: it began on the wrong side
+        const auto kept = stand_behind(way, vertex, entry->by, inside, *nearest);
+        return kept ? kept : as_seen;
+    }
+    if (inside ? was_before(way, vertex, *nearest) : nearest->distance > way_of_both) return as_seen;
+    if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
+        if (const auto came = stand_behind(way, vertex, met, inside, *nearest)) return came;
+    return as_seen;
+}
+
+void press_touches(const SceneModel& model, State& state, std::size_t first, SolidScratch& solids, StepReport& report) {
+    if (first == solids.pressed.size()) return;
+    const Contact& any = solids.touches[solids.pressed[first].touch];
+    double inv_mass = 0.0;
+    for (const std::size_t body : {std::size_t{any.body_a}, std::size_t{any.body_b}})
+        if (model.bodies[body].links) inv_mass += 1.0 / model.bodies[owner_of(model, body)].tissue->mass;
+    const double places = static_cast<double>(solids.pressed.size() - first);
+    const double frequency = std::sqrt(places * model.contact.solid_stiffness * inv_mass); // rad/s, of the two on all these springs
+    for (std::size_t k = first; k < solids.pressed.size(); ++k) {
+        PressedTouch& pressed = solids.pressed[k];
+        const Contact& touch = solids.touches[pressed.touch];
+        const OneWay way{model, state, solids, report, touch.body_a, touch.body_b, state.solids.entries};
+        const Triangle face{touch.feature_b[0], touch.feature_b[1], touch.feature_b[2]};
+        const std::array<double, 3> bary{touch.bary_b[0], touch.bary_b[1], touch.bary_b[2]};
+        const Index v = touch.feature_a[0];
+        const double own = touch.normal.dot(way.surface(way.own)[v] - way.surface_t0(way.own)[v]) / model.step_s; // m/s
+        const double others =
+            touch.normal.dot(point_on(face, bary, way.surface(way.other)) - point_on(face, bary, way.surface_t0(way.other))) / model.step_s;
+        double wanted = kRecovery - std::max(0.0, own - others);
+        const WarmStartSpring* held = find_warm_spring(solids, touch);
+        if (held == nullptr) { // what a script drove through it in this step had no spring to go along with
+            const bool own_is_free = model.bodies[way.own].links.has_value(), other_is_free = model.bodies[way.other].links.has_value();
+            const double driven = (own_is_free ? 0.0 : -own) + (other_is_free ? 0.0 : others);
+            const double leaving = (own_is_free ? own : 0.0) - (other_is_free ? others : 0.0);
+            wanted = std::max(0.0, driven) + kRecovery - std::max(0.0, leaving);
+        }
+        const double brought = frequency > 0.0 ? std::max(0.0, wanted) / frequency : 0.0;
+        pressed.pushed = std::min(-touch.gap, (held ? held->held : 0.0) + brought);
+    }
+}
+
+} // namespace trocar::engine

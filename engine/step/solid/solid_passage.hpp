@@ -1,0 +1,71 @@
+// Which side of another body a vertex is on: the side that it came from, and not the surface that happens to be nearest at the end
+// of a step. What moves far in a step, or is pressed deep, would otherwise be pushed out on the far side and have passed through.
+//
+// A vertex that goes into a body is remembered with the triangle by which it went in (SolidEntry). While the nearest surface looks the
+// same way it follows that. Once it does not, because the vertex is past the middle, or through, it stays with the side it came by: out is
+// where a way along that triangle's normal leaves the body; where there is none it is beside the body, and free. A vertex that
+// nobody remembers is asked for the path of the step: the first triangle that it met, both moving linearly
+// (collision::sweep_vertex_face, which misses nothing), is where it went in.
+#pragma once
+
+#include "base/triangle_tree.hpp"
+#include "engine/state/step_report.hpp"
+#include "engine/step/solid/solid_scratch.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace trocar::engine {
+
+/// One body's places against the other's surface.
+struct OneWay {
+    const SceneModel& model;
+    const State& state;
+    SolidScratch& solids;
+    StepReport& report;
+    std::size_t own, other;
+    std::vector<SolidEntry>& entries; // of this step
+
+    [[nodiscard]] const std::vector<Vec3>& surface(std::size_t body) const { return state.bodies[body].surface; }
+    [[nodiscard]] std::span<const Vec3> surface_t0(std::size_t body) const {
+        return model.bodies[body].moves() ? solids.bodies[body].surface_t0 : std::span<const Vec3>(state.bodies[body].surface);
+    }
+    /// m; motion of the step that all solids may share: nothing comes nearer by it.
+    [[nodiscard]] const Vec3& shared() const { return solids.shared; }
+    /// m; how much farther than in the last step the two may come against each other, as far as that is known.
+    [[nodiscard]] double known_change() const { return (solids.bodies[own].change - solids.bodies[other].change).norm(); }
+    [[nodiscard]] const Triangle& face(Index triangle) const { return model.bodies[other].surface.triangles[triangle]; }
+};
+
+/// In a list by key; nullptr: nobody remembers that this vertex is in.
+template <class Entries>
+[[nodiscard]] auto find_entry(Entries& entries, const decltype(SolidEntry{}.key()) & key) -> decltype(entries.data()) {
+    const auto found =
+        std::lower_bound(entries.begin(), entries.end(), key, [](const SolidEntry& x, const auto& wanted) { return x.key() < wanted; });
+    return found != entries.end() && found->key() == key ? &*found : nullptr;
+}
+
+/// How a vertex stands to the other body.
+struct Standing {
+    bool inside = false;  // in the body, or through it
+    bool pressed = false; // nearest is another side than the one it came by, and that is deep
+    bool passed = false;  // the far side, even: it lies beyond the middle, or beyond all of the body
+    Index by = kNoIndex;  // triangle of the other, by which it came
+    SurfacePoint at;      // of the other's surface at the end of the step, on that side
+};
+
+/// Where a vertex stands at the end of the step; nothing where the surface is farther than the two moved against each other in the step,
+/// and `reach`. reach    m, for what is outside cost     a closest-point query and an inside test; where it may have crossed, also the
+/// sweeps of what its path comes near
+[[nodiscard]] std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach);
+
+/// By how much the springs of solids.pressed, from `first` on, start pressed: all are of these two bodies. Their depth is no
+/// measure: nothing has worked against them on their way in. So they start with what they held before (spring_memory.hpp), and get on
+/// top as much as moves the two apart at kRecovery; where no spring waited for them, also as much as gives them the speed of what a
+/// script drove through them.
+void press_touches(const SceneModel& model, State& state, std::size_t first, SolidScratch& solids, StepReport& report);
+
+/// m/s; what has passed comes back at this speed, where nothing drives it. Faster would heat what is only pressed too hard.
+inline constexpr double kRecovery = 0.1;
+
+} // namespace trocar::engine

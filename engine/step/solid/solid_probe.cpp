@@ -1,0 +1,109 @@
+#include "engine/step/solid/solid_probe.hpp"
+
+#include "engine/prepare/body_pairs.hpp"
+#include "engine/step/solid/solid_trees.hpp"
+#include "engine/step/solid/touch_rules.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace trocar::engine {
+
+namespace {
+
+bool same_bodies(const LeafPair& x, const LeafPair& y) { return x.a == y.a && x.b == y.b; }
+
+/// Bodies with open pairs whose depth the surfaces decide, each once.
+void list_open_bodies(const SceneModel& model, SolidScratch& solids) {
+    std::vector<std::pair<Index, Index>>& open = solids.open_bodies;
+    open.clear();
+    for (const Contact& contact : solids.coarse) {
+        if (contact.origin != ContactOrigin::AssumedSpheres) continue;
+        if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size()) continue; // an instrument's
+        if (contact.body_a == contact.body_b) continue;                                               // not looked for
+        const std::pair<Index, Index> bodies{contact.body_a, contact.body_b};
+        if (!open.empty() && open.back() == bodies) continue;
+        if (meet_by_surface(model, contact.body_a, contact.body_b)) open.push_back(bodies);
+    }
+    std::sort(open.begin(), open.end());
+    open.erase(std::unique(open.begin(), open.end()), open.end());
+}
+
+bool later(const ProbedSphere& x, const ProbedSphere& y) { return std::tie(x.bound, x.sphere) > std::tie(y.bound, y.sphere); }
+
+/// One body's leaves against the other's surface, nearest or deepest first.
+struct Probe {
+    const SceneModel& model;
+    SolidScratch& solids;
+    StepReport& report;
+    std::size_t own, other;
+    std::size_t tests_left;
+
+    /// No place beneath the sphere has a signed distance below distance(centre) - radius: it changes by no more than the way.
+    void look_at(Index sphere) {
+        const spheretree::Sphere& bound = sphere_of(own, sphere, solids);
+        if (bound.radius < 0.0 || tests_left == 0) return;
+        --tests_left;
+        ++report.probe_tests;
+        const InsideTest& against = solids.bodies[other].inside;
+        const auto hit = against.tree().closest(bound.centre);
+        if (!hit) return;
+        const double distance = against.inside(bound.centre) ? -hit->distance : hit->distance;
+        if (distance - bound.radius > model.contact.margin) return;
+        solids.heap.push_back({distance - bound.radius, sphere, hit->triangle});
+        std::push_heap(solids.heap.begin(), solids.heap.end(), later);
+    }
+
+    void run() {
+        std::vector<ProbedSphere>& heap = solids.heap;
+        const spheretree::SphereTree& tree = model.bodies[own].covering.tree;
+        heap.clear();
+        if (tree.sphere_count() > 0) look_at(0);
+        for (std::size_t leaves = 0; !heap.empty() && leaves < kProbedLeaves;) {
+            std::pop_heap(heap.begin(), heap.end(), later);
+            const ProbedSphere next = heap.back();
+            heap.pop_back();
+            for (Index c = 0; c < tree.child_count[next.sphere]; ++c) look_at(tree.first_child[next.sphere] + c);
+            if (!tree.is_leaf(next.sphere)) continue;
+            ++leaves;
+            const Index facing = solids.bodies[other].leaf_of_triangle[next.triangle];
+            solids.leaf_pairs.push_back(own < other ? LeafPair{own, other, next.sphere, facing}
+                                                            : LeafPair{other, own, facing, next.sphere});
+        }
+    }
+};
+
+} // namespace
+
+void probe_open_pairs(const SceneModel& model, const SolidContactState& before, SolidScratch& solids, StepReport& report) {
+    list_open_bodies(model, solids);
+    for (const LeafPair& pair : before.touching)
+        if (pair.a == pair.b || std::binary_search(solids.open_bodies.begin(), solids.open_bodies.end(),
+                                                   std::pair{static_cast<Index>(pair.a), static_cast<Index>(pair.b)}))
+            solids.leaf_pairs.push_back(pair);
+    if (solids.open_bodies.empty()) return;
+    const std::size_t share = std::max(kLeastProbes, kProbeTests / (2 * solids.open_bodies.size()));
+    for (const auto& [a, b] : solids.open_bodies) {
+        Probe{model, solids, report, a, b, share}.run();
+        Probe{model, solids, report, b, a, share}.run();
+    }
+}
+
+void keep_touching(const SolidScratch& solids, std::vector<LeafPair>& kept) {
+    kept.clear();
+    const std::vector<LeafPair>& pairs = solids.leaf_pairs;
+    for (std::size_t begin = 0; begin < pairs.size();) {
+        const std::size_t first = kept.size();
+        std::size_t end = begin;
+        for (; end < pairs.size() && same_bodies(pairs[end], pairs[begin]); ++end)
+            if (pairs[end].gap < std::numeric_limits<double>::infinity()) kept.push_back(pairs[end]);
+        begin = end;
+        if (kept.size() - first <= kPersistentPairs) continue;
+        std::sort(kept.begin() + static_cast<std::ptrdiff_t>(first), kept.end(),
+                  [](const LeafPair& x, const LeafPair& y) { return x.gap != y.gap ? x.gap < y.gap : x.key() < y.key(); });
+        kept.resize(first + kPersistentPairs);
+    }
+    for (LeafPair& pair : kept) pair.gap = std::numeric_limits<double>::infinity();
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,97 @@
+// Scratch of contact between solid bodies: sized in the first steps, reused afterwards, worthless once the step has ended.
+#pragma once
+
+#include "base/inside.hpp"
+#include "engine/state/state.hpp"
+#include "spheretree/traverse/descent.hpp"
+#include "spheretree/traverse/sweep_and_prune.hpp"
+
+#include <span>
+
+namespace trocar::engine {
+
+/// Coarse nodes that the spheres of a body hang on.
+struct SphereNodes {
+    std::vector<Index> begin;   // [sphere_count + 1]
+    std::vector<Index> node;    // [entries]
+    std::vector<double> weight; // [entries] sum of a sphere's: 1, less where its surface stands still
+};
+
+/// A touch of a vertex to which another side is nearer than the one it came by: its spring starts pressed by less than its depth.
+struct PressedTouch {
+    std::size_t touch = 0; // in SolidScratch::touches
+    double pushed = 0.0;   // m
+};
+
+/// How far a surface goes in a step.
+struct SurfaceTravel {
+    Vec3 mean = Vec3::Zero(); // m
+    double spread = 0.0;      // m, no vertex moves by more from the mean
+    double farthest = 0.0;    // m, nor by more in all
+};
+
+/// A sphere of one body and what its distance to another body's surface promises.
+struct ProbedSphere {
+    double bound = 0.0;                    // m, no place beneath lies deeper
+    Index sphere = 0, triangle = kNoIndex; // of the other body, nearest to the sphere's centre
+};
+
+/// An edge passes through a triangle of the other body.
+struct Piercing {
+    Index v0 = 0, v1 = 0; // v0 < v1
+    double s = 0.0;       // [0, 1] from v0
+};
+
+/// What a vertex meets of its own surface.
+struct SelfNear {
+    Index triangle = kNoIndex;
+    double gap = 0.0; // m
+    std::array<double, 3> bary{1.0, 0.0, 0.0};
+    Vec3 normal = Vec3::UnitZ(), point = Vec3::Zero();
+};
+
+struct SolidBodyScratch {
+    std::span<const Vec3> surface_t0, nodes_t0;      // [vertex_count], [node_count] m, at the start of the step: views of BodyStart
+    std::vector<spheretree::Sphere> spheres;         // over the step
+    spheretree::DeformingSpheres wrapped;            // the same, of bodies whose tree follows sphere by sphere
+    std::vector<Mat3> turn_t0, turn_t1;              // [frame_count] A' - A of their links
+    std::vector<spheretree::Sphere> self_spheres;    // as `spheres`, of bodies that touch themselves, as their own mean motion sees them
+    std::vector<Vec3> surface_behind, surface_ahead; // [vertex_count] m, where they came from, and where they may go
+    std::vector<Index> deepest;                      // [sphere_count]
+    std::vector<Vec3> vertex_normal;                 // [vertex_count] area-weighted, of bodies that touch
+    std::vector<std::uint8_t> vertex_seen;           // [vertex_count]
+    std::vector<std::uint8_t> sphere_seen;           // [sphere_count]
+    std::vector<double> spring_scale;                // [springs]
+    std::vector<Index> leaf_of_triangle;             // [triangle_count] of closed bodies
+    std::vector<SelfNear> self_near;                 // [vertex_count] of bodies that touch themselves
+    bool surface_is_fresh = false;                   // inside, vertex_normal and motion are those of this step
+    SurfaceTravel motion;                            // of those that may touch
+    Vec3 coming = Vec3::Zero();                      // m, where its path takes a kinematic one in the next step
+    Vec3 change = Vec3::Zero();                      // m, by how much its next step is known to differ from this one
+    double thickness = 0.0;                          // m, of those that something can touch: extent along the thinnest axis, at rest
+    SphereNodes sphere_nodes;                        // of those that hang on nodes
+    InsideTest inside;                               // of closed ones: depths of contacts
+};
+
+struct SolidScratch {
+    std::vector<SolidBodyScratch> bodies;      // [body_count]
+    std::span<const Contact> coarse;           // of this step's traversal
+    spheretree::SweepAndPrune sweep;
+    Vec3 shared = Vec3::Zero();                // m, motion of this step that all solids may share; see find_common_motion
+    std::vector<Vec3> drift;                   // [body_count] m/s, mean velocity at the step's end; 0 where something holds any body
+    std::vector<Box3> boxes;                   // [body_count] of this step; empty: no solid that anything can touch
+    std::vector<std::pair<Index, Index>> near; // bodies whose boxes overlap
+    std::vector<LeafPair> leaf_pairs;
+    std::vector<std::pair<Index, Index>> open_bodies; // with open sphere pairs, whose depth the surfaces decide
+    std::vector<ProbedSphere> heap;
+    std::vector<std::pair<Index, Index>> meeting; // bodies, lower first, whose surfaces are looked at
+    std::vector<SolidEntry> entries_before;       // those of the last step, while this one lists its own
+    std::vector<PressedTouch> pressed;
+    std::vector<Index> self_vertices;     // of the body in hand that meet its own surface
+    std::vector<Contact> touches;         // of this step: places of surfaces, with depth
+    std::vector<SphereHold> holds_before; // the same of its holds
+    std::vector<Piercing> piercings[2];
+    std::vector<WarmStartSpring> vertex_springs_before; // and of its vertex springs
+};
+
+} // namespace trocar::engine

@@ -1,0 +1,50 @@
+#include "engine/step/step.hpp"
+
+#include "engine/step/finish_report.hpp"
+#include "engine/step/resolve_contacts.hpp"
+#include "engine/step/stages.hpp"
+#include "engine/step/tissue/tissue_stage.hpp"
+#include "engine/step/traverse_trees.hpp"
+#include "engine/time/phase.hpp"
+
+namespace trocar::engine {
+
+bool begin_step(const SceneModel& model, const Inputs& inputs, State& state, StepScratch& scratch, StepBudget& budget) {
+    StepReport& report = start_report(model, state, scratch.report);
+    choose_effects(model, inputs, scratch, budget);
+    {
+        const Timed timed(report.ms.script, report.ms.total);
+        keep_start(model, state, scratch);
+        apply_inputs(model, inputs, state, scratch);
+    }
+    {
+        const Timed timed(report.ms.fem, report.ms.total);
+        integrate_tissue(model, state, scratch, budget);
+    }
+    if (!report.finite) return false;
+    const Phase phase(budget, StepPart::EmbeddedSurfaces);
+    {
+        const Timed timed(report.ms.steer, report.ms.total);
+        update_embedded_surfaces(model, state, scratch.bodies, report);
+    }
+    {
+        const Timed timed(report.ms.fem, report.ms.total);
+        predict_instruments(model, state, scratch.rods, report);
+    }
+    const Timed timed(report.ms.steer, report.ms.total);
+    update_sphere_trees(model, state, scratch);
+    return true;
+}
+
+const StepReport& finish_step(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
+    StepReport& report = scratch.report;
+    if (report.finite) {
+        const CollisionScope charged(budget);
+        traverse_sphere_trees(model, state, scratch, budget);
+        detect_exact_contacts(model, state, scratch, budget);
+    }
+    if (report.finite) resolve_contacts(model, state, scratch, budget);
+    return finish_report(model, state, scratch, budget);
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,109 @@
+#include "engine/step/traverse_trees.hpp"
+
+#include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/step/solid/solid_stage.hpp"
+#include "engine/step/stages.hpp"
+#include "engine/time/phase.hpp"
+
+#include <algorithm>
+
+namespace trocar::engine {
+
+namespace {
+
+/// Steps that leave a lumen out, for each that forgets some of what it cost: a mesh costs what it costs, and a look that does not pay takes
+/// a fifth of a haptic step.
+constexpr std::uint64_t kForgetLumen = 16;
+
+/// The inscribed spheres that instruments are looked for in, where the budget covers them and has time for them and for what follows.
+/// False: it has not.
+bool follow_lumens(const SceneModel& model, double after_s, State& state, StepScratch& scratch, StepBudget& budget) {
+    if (model.instruments.empty() || !model.budget_covers_step) return true;
+    budget.keep_back(after_s + budget.forecast(StepPart::Lumen).reserve_s());
+    const bool fits = budget.grant_descent().left() > 0;
+    budget.keep_back(after_s);
+    if (!fits && !scratch.traversal.descent.has_solids()) { // those would have to wait with it
+        if (state.step % kForgetLumen == 0) budget.leave_out(StepPart::Lumen);
+        return false;
+    }
+    bool sizes_lumens = false; // the first time: it says nothing of the next
+    for (const InstrumentModel& instrument : model.instruments) sizes_lumens |= !state.bodies[instrument.lumen].lumen.has_bounds();
+    Phase phase(budget, StepPart::Lumen);
+    update_lumens(model, state, scratch.rods);
+    if (sizes_lumens) phase.forget();
+    return true;
+}
+
+void report_traversal(const TraversalScratch& traversal, StepReport& report) {
+    const spheretree::DescentStats& stats = traversal.descent.stats();
+    report.pairs_tested = stats.pairs_tested;
+    report.pairs_open = stats.pairs_open;
+    report.leaf_contacts = stats.leaf_contacts;
+    report.level_reached = stats.level_reached;
+    for (const Contact& contact : traversal.coarse) report.assumed += contact.origin == ContactOrigin::AssumedSpheres;
+}
+
+} // namespace
+
+void traverse_sphere_trees(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
+    const Timed timed(scratch.report.ms.descend, scratch.report.ms.total);
+    spheretree::Descent& descent = scratch.traversal.descent;
+    std::vector<Contact>& coarse = scratch.traversal.coarse;
+    coarse.clear();
+    scratch.solids.coarse = {};
+    const double after = model.budget_covers_step ? budget.forecast(StepPart::Respond).reserve_s() : 0.0;
+    budget.keep_back(after);
+    if (!scratch.live.coarse_contact) return;
+    scratch.report.effects.note(Effect::CoarseContact);
+    const double listing = after + budget.forecast(StepPart::List).reserve_s();
+    budget.keep_back(listing);
+    descent.begin(model.contact.margin);
+    add_solid_pairs(model, scratch.solids, descent, scratch.report);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) add_to_descent(model, i, state, descent);
+    for (bool finished = !follow_lumens(model, listing, state, scratch, budget); !finished;) {
+        WorkBudget grant = budget.grant_descent(descent.next_cost());
+        if (grant.left() == 0) break;
+        finished = descent.run(grant);
+        budget.settle_descent(grant);
+    }
+    {
+        const Phase phase(budget, StepPart::List);
+        descent.add_contacts(coarse);
+    }
+    scratch.solids.coarse = coarse;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) scratch.rods.instruments[i].proven = descent.link_status(i);
+    budget.keep_back(after);
+    report_traversal(scratch.traversal, scratch.report);
+}
+
+void detect_exact_contacts(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
+    const Timed timed(scratch.report.ms.exact, scratch.report.ms.total);
+    RodsScratch& rods = scratch.rods;
+    rods.hits.clear();
+    if (!scratch.live.exact_contact) return;
+    StepReport& report = scratch.report;
+    const bool is_dropped = (scratch.dropped & drop_bit(Droppable::ExactContact)) != 0;
+    report.exact_ran = !model.instruments.empty();
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        if (is_coaxial_inner(model, i)) continue;
+        const ExactForecast forecast = forecast_exact(model, i, state);
+        rods.instruments[i].forecast = forecast;
+        if (!is_dropped && budget.exact_fits(forecast)) {
+            refit_wall(model, model.instruments[i].lumen, state, rods, &budget);
+            budget.charge_refit(forecast.wall_triangles);
+            const ExactOutcome outcome = find_exact_contacts(model, i, state, rods, report, &budget);
+            budget.end_exact(outcome.finished);
+            if (outcome.finished) {
+                report.safe_fraction = std::min(report.safe_fraction, outcome.safe_fraction);
+                continue;
+            }
+            report.exact_abandoned = true;
+        }
+        report.exact_ran = false;
+        rods.hits.clear();
+    }
+    report.exact_contacts = rods.hits.size();
+    if (rods.cull) rods.cull->tell(report);
+}
+
+} // namespace trocar::engine
