@@ -1,5 +1,7 @@
 #include "engine/prepare/check_scene.hpp"
 
+#include "engine/scene/check_keys.hpp"
+#include "engine/scene/describe_contact.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "engine/scene/table.hpp"
 
@@ -36,6 +38,11 @@ public:
     void direction(const std::string& key, const Vec3& value) {
         if (!(std::abs(value.norm() - 1.0) <= kUnitLength))
             fail(key, fmt::format("found a length of {:g}, expected a direction of length 1", value.norm()));
+    }
+    /// By the description of the struct's keys.
+    template <class Keys>
+    void keys(const std::string& key, const typename Keys::Struct& s) {
+        if (const auto misfit = find_misfit<Keys>(s)) fail(key + "." + misfit->key, misfit->message);
     }
     void index(const std::string& key, std::size_t value, std::size_t count, const char* what) {
         if (value >= count) fail(key, fmt::format("found {} {}, expected one of the scene's {}", what, value, count));
@@ -83,16 +90,7 @@ void check_effects(const Scene& scene, SceneCheck& check) {
         check.above("effects.blood_drag.viscosity", effects.blood_drag->viscosity);
         check.number("effects.blood_drag.pulsatility", effects.blood_drag->pulsatility, 0.0, kNoLimit);
     }
-    const ContactSpec& contact = scene.contact;
-    check.above("contact.clearance", contact.clearance);
-    check.number("contact.exact_distance", contact.exact_distance, 0.0, kNoLimit);
-    check.number("contact.margin", contact.margin, 0.0, kNoLimit);
-    check.above("contact.rod_stiffness", contact.rod_stiffness);
-    check.above("contact.wall_stiffness", contact.wall_stiffness);
-    check.above("contact.solid_stiffness", contact.solid_stiffness);
-    check.number("contact.solid_damping", contact.solid_damping, 0.0, kNoLimit);
-    check.number("contact.solid_friction", contact.solid_friction, 0.0, kNoLimit);
-    check.number("contact.assumed_depth", contact.assumed_depth, 0.0, kNoLimit);
+    check.keys<ContactKeys>("contact", scene.contact);
 }
 
 void check_place(const Scene& scene, const std::string& key, const PlaceSpec& place, SceneCheck& check) {

@@ -151,28 +151,10 @@ EffectSet make_effects(const Scene& scene) {
     return effects;
 }
 
-SphereTrees find_sphere_trees(const Scene& scene) {
-    if (scene.contact.sphere_trees == "wrapped") return SphereTrees::Wrapped;
-    return scene.contact.sphere_trees == "heuristic" ? SphereTrees::Heuristic : SphereTrees::Covering;
-}
-
-ContactSettings make_contact(const Scene& scene) {
-    ContactSettings contact;
-    contact.margin = scene.contact.margin;
-    contact.rod_stiffness = scene.contact.rod_stiffness;
-    contact.wall_stiffness = scene.contact.wall_stiffness;
-    contact.solid_stiffness = scene.contact.solid_stiffness;
-    contact.assumed_depth = scene.contact.assumed_depth;
-    contact.solid_damping = scene.contact.solid_damping;
-    contact.solid_friction = scene.effects.friction ? scene.contact.solid_friction : 0.0;
-    contact.solid_response = scene.contact.solid_spheres ? SolidResponse::Spheres : SolidResponse::Surface;
-    contact.sphere_trees = find_sphere_trees(scene);
-    contact.culling = scene.contact.culling == "never"    ? Culling::Never
-                      : scene.contact.culling == "cpu"    ? Culling::Cpu
-                      : scene.contact.culling == "opengl" ? Culling::OpenGl
-                                                          : Culling::Auto;
-    contact.clearance = scene.contact.clearance;
-    contact.exact_distance = scene.contact.exact_distance;
+/// The scene's, as far as its instruments and effects allow.
+ContactSpec make_contact(const Scene& scene) {
+    ContactSpec contact = scene.contact;
+    if (!scene.effects.friction) contact.solid_friction = 0.0;
     for (const SceneInstrument& instrument : scene.instruments)
         contact.clearance = std::min(contact.clearance, kLargestClearanceShare * instrument.design.radius);
     contact.exact_distance = std::min(contact.exact_distance, kLargestDistanceShare * contact.clearance);
@@ -185,7 +167,7 @@ void note_bounds(const Scene& scene, PreparedScene& prepared) {
     if (instruments.empty()) return;
     const auto by_radius = [](const InstrumentModel& a, const InstrumentModel& b) { return a.rod.design.radius < b.rod.design.radius; };
     const InstrumentModel& thinnest = *std::min_element(instruments.begin(), instruments.end(), by_radius);
-    const ContactSettings& contact = prepared.model.contact;
+    const ContactSpec& contact = prepared.model.contact;
     std::vector<std::string>& notes = prepared.bodies[thinnest.lumen].notes;
     if (contact.clearance < scene.contact.clearance)
         notes.push_back(fmt::format("contact.clearance {:.4g} mm lowered to {:.4g} mm, {:g} of the radius of {}: with more of it thin "

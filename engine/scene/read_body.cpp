@@ -37,11 +37,6 @@ double file_unit(const CheckContext& context, const Values& values) {
     return values.has("unit") ? *find_unit(Dimension::Length, values.text("unit")) : context.units.length;
 }
 
-std::filesystem::path checked_file(const CheckContext& context, const std::string& name) {
-    const auto file = resolve_file(name, context.folder); // it passed the check; the file may have vanished since
-    return file ? *file : context.folder / name;
-}
-
 std::optional<Error> read_file_surface(const CheckContext& context, const Values& values, SurfaceSpec& surface) {
     surface.source = SurfaceSource::File;
     surface.file = checked_file(context, values.text("file"));
@@ -222,6 +217,11 @@ std::optional<Error> read_motion(const CheckContext& context, const Values& valu
 }
 
 } // namespace
+
+std::filesystem::path checked_file(const CheckContext& context, const std::string& name) {
+    const auto file = resolve_file(name, context.folder); // it passed the check; the file may have vanished since
+    return file ? *file : context.folder / name;
+}
 
 Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message, ErrorCode code) {
     const JsonNode* member = values.find(key);

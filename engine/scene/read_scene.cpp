@@ -1,6 +1,7 @@
 #include "engine/io/printable.hpp"
 #include "engine/scene/nearest.hpp"
-#include "engine/scene/reader.hpp"
+#include "engine/scene/describe_contact.hpp"
+#include "engine/scene/read_keys.hpp"
 #include "engine/scene/recipe.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "engine/scene/scene_table.hpp"
@@ -83,21 +84,6 @@ std::optional<Error> read_gravity(CheckContext& context, const Values& values, V
     if (size < kUsualLeast || size > kUsualMost)
         context.questions.push_back(fmt::format("gravity: {} is unusual: on earth it is {}", text(size), text(kStandardGravity)));
     return std::nullopt;
-}
-
-void read_contact(const Values& values, ContactSpec& contact) {
-    contact.clearance = values.number("clearance");
-    contact.exact_distance = values.number("exact_distance");
-    contact.margin = values.number("margin");
-    contact.rod_stiffness = values.number("rod_stiffness");
-    contact.wall_stiffness = values.number("wall_stiffness");
-    contact.solid_stiffness = values.number("solid_stiffness");
-    contact.assumed_depth = values.number("assumed_depth");
-    contact.solid_damping = values.number("solid_damping");
-    contact.solid_friction = values.number("solid_friction");
-    contact.sphere_trees = values.text("sphere_trees");
-    contact.solid_spheres = values.text("solid_response") == "spheres";
-    contact.culling = values.text("culling");
 }
 
 /// Effects that have details of their own: on or not.
@@ -345,7 +331,7 @@ std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& 
     if (auto error = read_time(context, root.object("time"), scene.time)) return error;
     if (auto error = read_budget(context, root, scene.budget)) return error;
     if (auto error = read_gravity(context, root, scene.gravity)) return error;
-    read_contact(root.object("contact"), scene.contact);
+    if (auto error = read_keys<ContactKeys>({context, root.object("contact"), scene}, scene.contact)) return error;
     const Values cost = root.object("cost");
     scene.cost = {cost.number("patch", 0.0), cost.number("tolerance", 0.0)};
     if (auto error = check_body_count(context, root)) return error;

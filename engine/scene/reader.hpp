@@ -14,6 +14,16 @@ namespace trocar::engine {
 /// [-] a path or a speed that keeps a limit exactly, as written in decimals, must not fail by rounding.
 inline constexpr double kLimitTolerance = 1e-9;
 
+/// What a reading function is given besides the members to fill. Of the scene everything before its object has been read.
+struct Reading {
+    const CheckContext& context;
+    const Values& values;
+    const Scene& scene;
+};
+
+/// The file of a key that passed the check.
+[[nodiscard]] std::filesystem::path checked_file(const CheckContext& context, const std::string& name);
+
 /// An error about the value of a key that is there; about the object's place where it is absent.
 [[nodiscard]] Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message,
                             ErrorCode code = ErrorCode::BadValue);

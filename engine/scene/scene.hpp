@@ -9,6 +9,7 @@
 #include "base/result.hpp"
 #include "base/vec.hpp"
 #include "engine/scene/budget.hpp"
+#include "engine/scene/contact_spec.hpp"
 #include "engine/scene/units.hpp"
 #include "engine/time/pacer.hpp"
 #include "fem/tissue/integrator.hpp"
@@ -170,22 +171,6 @@ struct TimeSpec {
 
     /// Steps that cover the duration.
     [[nodiscard]] std::size_t step_count() const noexcept;
-};
-
-/// Parameters of contact and response, the same for all pairs.
-struct ContactSpec {
-    double clearance = 1.0e-4;             // m, clearance that the response keeps between an instrument's skin and a wall
-    double exact_distance = 1.0e-5;        // m, closer than this counts as touching in the exact tests
-    double margin = 3.0e-4;                // m, coarse contacts are reported from this far
-    double rod_stiffness = 2.0e4;          // N/m, of a wall in the instrument's solve
-    double wall_stiffness = 2000.0;        // N/m, of an instrument in the tissue's integration
-    double solid_stiffness = 200.0;        // N/m per place where solid bodies touch
-    double solid_damping = 0.0;            // N s/m per such place, on approach
-    double solid_friction = 0.0;           // Coulomb mu between solid bodies, with the effect friction
-    std::string sphere_trees = "covering"; // of solid bodies: covering, wrapped, heuristic
-    bool solid_spheres = false;            // solid bodies push by the overlap of their spheres, not by the depth of their surfaces
-    double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
-    std::string culling = "auto"; // image-space culling of the exact stage's candidates: auto, never, cpu, opengl
 };
 
 /// How `cost` compares the contacts of two runs.

@@ -1,5 +1,6 @@
 #include "engine/scene/scene_table.hpp"
 
+#include "engine/scene/describe_contact.hpp"
 #include "engine/scene/scene.hpp"
 
 namespace trocar::engine {
@@ -70,57 +71,6 @@ const ObjectSpec& budget_table() {
             value_field("drop", list_value(choice_value({"exact_contact", "elasticity"}), 0),
                         "With the scope \"step\": what a step leaves out when its forecast does not fit, first to go "
                         "first. Without elasticity the tissue stands still for that step."),
-        }};
-    return table;
-}
-
-const ObjectSpec& contact_table() {
-    static const ContactSpec usual{};
-    constexpr double kLargest = 0.05; // m
-    static const ObjectSpec table{
-        "contact",
-        "Contact and response, the same for all pairs.",
-        "",
-        "",
-        {
-            number_field("clearance", Dimension::Length, above(0.0, kLargest),
-                         "Clearance that the response keeps between an instrument's skin and a wall.")
-                .by_default(usual.clearance),
-            number_field("exact_distance", Dimension::Length, between(0.0, kLargest),
-                         "Closer than this counts as touching in the exact tests.")
-                .by_default(usual.exact_distance),
-            number_field("margin", Dimension::Length, between(0.0, kLargest), "Coarse contacts are reported from this far.")
-                .by_default(usual.margin),
-            number_field("rod_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of a wall as the instrument feels it.")
-                .by_default(usual.rod_stiffness),
-            number_field("wall_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of an instrument as the tissue feels it.")
-                .by_default(usual.wall_stiffness),
-            number_field("solid_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of a place where two solid bodies touch.")
-                .by_default(usual.solid_stiffness),
-            number_field("assumed_depth", Dimension::Length, between(0.0, kLargest),
-                         "Deepest that a pair the budget left untested may count.")
-                .by_default(usual.assumed_depth),
-            number_field("solid_damping", Dimension::None, between(0.0, 1e6),
-                         "Of a contact between two solid bodies while they approach, N s/m.")
-                .by_default(usual.solid_damping),
-            number_field("solid_friction", Dimension::None, between(0.0, 2.0),
-                         "Coulomb's coefficient between two solid bodies, with the effect friction.")
-                .by_default(usual.solid_friction),
-            choice_field("solid_response", {"surface", "spheres"},
-                         "Solid bodies push by the depth of their surfaces beneath the leaf spheres that meet, or by the overlap of the "
-                         "spheres.")
-                .by_default(std::string_view("surface")),
-            choice_field(
-                "sphere_trees", {"covering", "wrapped", "heuristic"},
-                "Spheres of solid bodies: around groups of triangles, fitted anew in every step; or from the medial axis, following "
-                "the coarse nodes, each evaluated lazily, so that they hold their surface under any deformation; or "
-                "the same moved as in the sphere-tree paper, which may lose surface.")
-                .by_default(std::string_view("covering")),
-            choice_field(
-                "culling", {"auto", "never", "cpu", "opengl"},
-                "Whether image-space culling filters the exact stage's candidates before they are tested: where that is predicted to pay, "
-                "never, or always, by the CPU or by OpenGL. The contacts are the same.")
-                .by_default(std::string_view("auto")),
         }};
     return table;
 }
@@ -315,7 +265,7 @@ const ObjectSpec& scene_table() {
                 .by_default(std::string_view("exact")),
             vector_field("gravity", Dimension::Acceleration, gravity, "Free fall, as in [0, 0, -9810] with lengths in mm.")
                 .by_default(Vec3(0, 0, 0)),
-            object_field("contact", contact_table(), "Contact and response."),
+            object_field("contact", table_of<ContactKeys>(), "Contact and response."),
             object_field("cost", cost_table(), "Comparison of contacts between runs."),
             map_field("bodies", object_value(body_table()), "Organs, vessels, obstacles by name."),
             map_field("instruments", object_value(instrument_table()), "Catheters and guide wires by name."),

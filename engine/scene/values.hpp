@@ -51,6 +51,13 @@ public:
         const auto* otherwise = std::get_if<std::string_view>(&spec_->find(key)->otherwise);
         return otherwise != nullptr ? std::string(*otherwise) : std::string();
     }
+    /// What a member holds for the choice that is there.
+    [[nodiscard]] int choice(std::string_view key) const {
+        const ValueSpec& value = spec_->find(key)->value;
+        std::size_t i = 0;
+        while (value.choices[i] != find(key)->text) ++i; // it passed the check: it is one of them
+        return value.value_of(i);
+    }
     [[nodiscard]] Vec3 vector(std::string_view key) const {
         const JsonNode* member = find(key);
         if (member == nullptr) return std::get<Vec3>(spec_->find(key)->otherwise);

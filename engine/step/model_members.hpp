@@ -2,10 +2,13 @@
 // A member that a struct gains and its line lacks is a compile error here (a structured binding names all or none): add it.
 #pragma once
 
+#include "base/aggregate.hpp"
 #include "engine/prepare/model.hpp"
 
+#include <concepts>
 #include <string_view>
 #include <tuple>
+#include <type_traits>
 
 namespace trocar::engine {
 
@@ -63,12 +66,19 @@ TROCAR_MEMBERS(Breathing, amplitude, period, direction)
 TROCAR_MEMBERS(Pulse, period)
 TROCAR_MEMBERS(Blood, density, viscosity, pulsatility, period)
 TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, exact_contact, gravity, breathing, pulse, blood_drag)
-TROCAR_MEMBERS(ContactSettings, clearance, exact_distance, margin, rod_stiffness, wall_stiffness, solid_stiffness, solid_damping,
-               solid_friction, solid_response, sphere_trees, assumed_depth, culling)
 TROCAR_MEMBERS(BudgetLimits, mode, wall_s, work_units)
 TROCAR_MEMBERS(SceneModel, name, file, step_s, step_count, fixed_substeps, max_substeps, integrator, budget, budget_covers_step, drop,
                bodies, nested, instruments, effects, contact)
 
 #undef TROCAR_MEMBERS
+
+/// Structs that a scene's description names (engine/scene/described.hpp) are gone through as they are declared.
+template <class T>
+concept DescribedSettings = std::same_as<std::remove_const_t<T>, ContactSpec>;
+template <DescribedSettings T>
+[[nodiscard]] auto members_of(T& value) noexcept {
+    return tie_members(value);
+}
+[[nodiscard]] constexpr std::string_view member_names(const DescribedSettings auto*) noexcept { return {}; }
 
 } // namespace trocar::engine

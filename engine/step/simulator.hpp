@@ -52,7 +52,7 @@ public:
     /// The model's owner has switched effects: what was kept from step to step is found afresh.
     void effects_changed();
 
-    /// What looks at the exact stage's candidates in place of the CPU twin, on a thread of its own; see ContactSettings::culling. Without
+    /// What looks at the exact stage's candidates in place of the CPU twin, on a thread of its own; see ContactSpec::culling. Without
     /// instruments, and of a null pointer, nothing.
     void set_cull_device(std::unique_ptr<collision::CullBackend> device);
     /// Why a device was given up, if one was.
