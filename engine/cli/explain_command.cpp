@@ -41,8 +41,8 @@ struct EffectLine {
 
 std::string describe_blood(const Effects& effects) {
     if (!effects.blood_drag) return {};
-    const BloodSpec& blood = *effects.blood_drag;
-    return fmt::format("{:g} m/s at the inlet, {:g} kg/m^3, {:g} mPa s{}", blood.speed, blood.density, 1e3 * blood.viscosity,
+    const Blood& blood = effects.blood_drag->blood;
+    return fmt::format("{:g} m/s at the inlet, {:g} kg/m^3, {:g} mPa s{}", effects.blood_drag->speed, blood.density, 1e3 * blood.viscosity,
                        blood.pulsatility > 0.0 ? fmt::format(", {:g} % faster and slower with the pulse", 100.0 * blood.pulsatility) : "");
 }
 

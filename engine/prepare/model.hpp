@@ -6,6 +6,7 @@
 #include "engine/prepare/blood.hpp"
 #include "engine/prepare/drive.hpp"
 #include "engine/scene/contact_spec.hpp"
+#include "engine/scene/effect_specs.hpp"
 #include "engine/time/step_budget.hpp"
 #include "fem/tissue/integrator.hpp"
 #include "fem/embedding/links.hpp"
@@ -74,26 +75,6 @@ struct InstrumentModel {
     collision::SurfaceTopology topology; // of the skin
 };
 
-/// Respiration: the pinned nodes of every deformable body move together, there and back once a period.
-struct Breathing {
-    double amplitude = 0.0;         // m
-    double period = 4.0;            // s
-    Vec3 direction = Vec3::UnitZ(); // unit, towards the head: expiration
-};
-
-/// The walls of hollow bodies move along BodyModel::pulse_reach, out and back once a period.
-struct Pulse {
-    double period = 0.9; // s
-};
-
-/// What the blood is like; how it flows is BodyModel::blood.
-struct Blood {
-    double density = 1060.0;   // kg/m^3
-    double viscosity = 3.5e-3; // Pa s
-    double pulsatility = 0.0;  // [-] the speed varies by this share of its mean, most when the pulse has widened the walls
-    double period = 0.9;       // s, of the pulse
-};
-
 /// Only what is set here has code that runs.
 struct EffectSet {
     bool elasticity = true;      // off: deformable bodies stay at rest
@@ -101,8 +82,8 @@ struct EffectSet {
     bool self_contact = false;   // solid bodies against themselves
     bool exact_contact = true;   // continuous tests, when the budget allows
     std::optional<Vec3> gravity; // m/s^2
-    std::optional<Breathing> breathing;
-    std::optional<Pulse> pulse;
+    std::optional<BreathingSpec> breathing;
+    std::optional<PulseSpec> pulse;
     std::optional<Blood> blood_drag; // of instruments
 };
 

@@ -52,7 +52,7 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
         if (!links.ok()) return links.error();
         model.route_links = std::move(*links);
     }
-    model.follow = {spec.follow->speed, spec.follow->look_ahead, spec.follow->tolerance};
+    model.follow = spec.follow->settings;
     return {};
 }
 
@@ -81,7 +81,7 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     }
     model.friction = scene.effects.friction ? spec.friction : 0.0;
     model.inserted = spec.inserted;
-    model.limits = {spec.speed_limit, spec.rotation_limit};
+    model.limits = spec.limits;
     for (const PathPoint& point : spec.path) model.path.push_back({point.time, point.insertion, point.rotation});
     if (!model.path.empty()) model.inserted = evaluate_path(model.path, 0.0).insertion;
     model.chain = spheretree::make_chain_tree(kLinksPerSegment * (model.rod.node_count() - 1) + 1);
@@ -140,13 +140,11 @@ EffectSet make_effects(const Scene& scene) {
     effects.exact_contact = scene.effects.exact_contact;
     effects.self_contact = scene.effects.self_contact && scene.effects.coarse_contact;
     if (scene.effects.gravity) effects.gravity = scene.gravity;
-    if (scene.effects.breathing)
-        effects.breathing =
-            Breathing{scene.effects.breathing->amplitude, scene.effects.breathing->period, scene.effects.breathing->direction};
-    if (scene.effects.pulse) effects.pulse = Pulse{scene.effects.pulse->period};
-    if (const auto& blood = scene.effects.blood_drag) {
-        effects.blood_drag = Blood{blood->density, blood->viscosity, blood->pulsatility, 0.0};
-        if (scene.effects.pulse) effects.blood_drag->period = scene.effects.pulse->period;
+    effects.breathing = scene.effects.breathing;
+    effects.pulse = scene.effects.pulse;
+    if (const auto& drag = scene.effects.blood_drag) {
+        effects.blood_drag = drag->blood;
+        effects.blood_drag->period = effects.pulse ? effects.pulse->period : 0.0;
     }
     return effects;
 }

@@ -74,6 +74,10 @@ struct MisfitSearch {
             inner = find_misfit<Keys>(**one.member);
         if (inner) found = Misfit{std::string(one.field.key) + "." + inner->key, std::move(inner->message)};
     }
+    template <class Keys, class T>
+    void look(const InlineKeys<Keys, T>& one) {
+        if (!found) found = find_misfit<Keys>(*one.member);
+    }
     void look(const auto&) {} // customs: checked by whoever knows them
 };
 

@@ -52,6 +52,13 @@ struct ObjectKey {
     FieldSpec field;
 };
 
+/// A struct whose keys stand among those of the struct that it is in.
+template <class Keys, class T>
+struct InlineKeys {
+    static constexpr std::size_t members = 1;
+    T* member;
+};
+
 /// More than one value of one type: `read` fills the members, and is called whether the key is present or not.
 template <class Read, class... T>
 struct CustomKey {
@@ -83,6 +90,10 @@ template <class Keys, class T>
 template <class Keys, class T>
 [[nodiscard]] ObjectKey<Keys, T, false> part_key(T& whole, FieldSpec field) {
     return {&whole, std::move(field)};
+}
+template <class Keys, class T>
+[[nodiscard]] InlineKeys<Keys, T> inline_keys(T& member) {
+    return {&member};
 }
 template <class Read, class... T>
 [[nodiscard]] CustomKey<Read, T...> custom_key(FieldSpec field, Read read, T&... member) {
@@ -121,7 +132,13 @@ inline constexpr std::size_t described_members = decltype(Keys::of(std::declval<
 /// Is every member of the first description's struct in exactly one of these descriptions? Beside every description stands a
 /// static_assert of this: a member that is in none is a mistake, and does not compile. Its key belongs there, or no_key.
 template <class First, class... Others>
-inline constexpr bool describes_all = described_members<First> + (described_members<Others> + ... + 0) == member_count<typename First::Struct>;
+inline constexpr bool describes_all =
+    described_members<First> + (described_members<Others> + ... + 0) == member_count<typename First::Struct>;
+
+/// The same where the members of one nested struct are described among the others, each by itself.
+template <class Nested, class First, class... Others>
+inline constexpr bool describes_all_with = described_members<First> + (described_members<Others> + ... + 0) ==
+                                           member_count<typename First::Struct> + member_count<Nested> - 1;
 
 namespace described_detail {
 
@@ -130,7 +147,8 @@ template <class T>
 void take_default(FieldSpec& field, const T& value) {
     if (field.is_required || field.is_default_in_doc) return;
     if (field.value.kind == ValueKind::Choice) {
-        if constexpr (std::is_enum_v<T> || std::is_same_v<T, bool>) field.otherwise = field.value.choices[field.value.index_of(static_cast<int>(value))];
+        if constexpr (std::is_enum_v<T> || std::is_same_v<T, bool>)
+            field.otherwise = field.value.choices[field.value.index_of(static_cast<int>(value))];
     } else if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, Vec3>)
         field.otherwise = value;
     else if constexpr (std::is_arithmetic_v<T>) {
@@ -160,6 +178,11 @@ void add_field(ObjectSpec& table, const CustomKey<Read, T...>& one) {
 }
 template <class... T>
 void add_field(ObjectSpec&, const NoKey<T...>&) {}
+template <class Keys, class T>
+void add_field(ObjectSpec& table, const InlineKeys<Keys, T>& one) {
+    const auto description = Keys::of(*one.member);
+    std::apply([&](const auto&... inner) { (add_field(table, inner), ...); }, description.entries);
+}
 
 } // namespace described_detail
 

@@ -54,6 +54,10 @@ std::optional<Error> read_entry(const Reading& reading, const ObjectKey<Keys, T,
     else
         return read_keys<Keys>(inner, one.member->emplace());
 }
+template <class Keys, class T>
+std::optional<Error> read_entry(const Reading& reading, const InlineKeys<Keys, T>& one) {
+    return read_keys<Keys>(reading, *one.member);
+}
 template <class Read, class... T>
 std::optional<Error> read_entry(const Reading& reading, const CustomKey<Read, T...>& one) {
     if constexpr (std::is_same_v<Read, ReadApart>)

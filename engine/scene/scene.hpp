@@ -1,5 +1,5 @@
 // A scene as the engine uses it: plain structs in SI, every name resolved, every number checked.
-// The file format is described by one table (scene_table.hpp), which also makes the JSON Schema and docs/scene.md.
+// The keys of each struct stand in the describe_*.hpp, from which reader, checks, JSON Schema and docs/scene.md are made.
 #pragma once
 
 #include "assets/anatomy/recipe.hpp"
@@ -10,6 +10,8 @@
 #include "base/vec.hpp"
 #include "engine/scene/budget.hpp"
 #include "engine/scene/contact_spec.hpp"
+#include "engine/scene/drive_specs.hpp"
+#include "engine/scene/effect_specs.hpp"
 #include "engine/scene/units.hpp"
 #include "engine/time/pacer.hpp"
 #include "fem/tissue/integrator.hpp"
@@ -130,15 +132,9 @@ struct PathPoint {
 
 /// The script drives the tip to a target by itself.
 struct FollowSpec {
-    Index target = kNoIndex;   // into Scene::targets
-    double speed = 0.025;      // m/s of insertion where the way is straight, at most the limit
-    double look_ahead = 0.012; // m of the route beyond the tip that the tip is turned to
-    double tolerance = 0.003;  // m to the target: arrived
+    Index target = kNoIndex; // into Scene::targets
+    FollowSettings settings;
 };
-
-/// Limits of a surgeon's drive commands in the literature: 35 mm/s and 3.14 rad/s.
-inline constexpr double kSurgeonSpeedLimit = 0.035;   // m/s
-inline constexpr double kSurgeonRotationLimit = 3.14; // rad/s
 
 /// How an instrument is computed: the implicit rod, or the mass-spring chain of Govindaraju et al. 2005.
 enum class InstrumentKind : std::uint8_t { Rod, MassSpring };
@@ -154,8 +150,7 @@ struct SceneInstrument {
     PlaceSpec entry;
     Index lumen = kNoIndex;                     // hollow body it is inside of
     double inserted = 0.0;                      // m beyond the entry at t = 0
-    double speed_limit = kSurgeonSpeedLimit;       // m/s
-    double rotation_limit = kSurgeonRotationLimit; // rad/s
+    DriveLimits limits;
     std::vector<PathPoint> path;                // empty: none
     std::filesystem::path path_file;            // the CSV it came from, if any
     std::optional<FollowSpec> follow;           // with a path of `run --path`: what the tip is measured against
@@ -179,25 +174,10 @@ struct CostSpec {
     double tolerance = 0.0; // m, solids whose spheres come nearer than this are in contact; 0: the contact margin
 };
 
-/// Breathing moves the fixed nodes of every deformable body along a direction, there and back once a period.
-struct BreathingSpec {
-    double amplitude = 0.010;       // m, end to end
-    double period = 4.0;            // s
-    Vec3 direction = Vec3::UnitZ(); // unit, towards the head
-};
-
-/// The walls of hollow bodies widen and narrow with the heart.
-struct PulseSpec {
-    double amplitude = 0.05; // [-] of the local radius, diastole to systole
-    double period = 0.9;     // s
-};
-
 /// Blood flows along the vessels that instruments move in, and takes them along.
 struct BloodSpec {
     double speed = 0.2;               // m/s, at the inlet, mean over the cross-section and over time
-    double density = 1060.0;          // kg/m^3
-    double viscosity = 3.5e-3;        // Pa s, of whole blood where it is sheared fast
-    double pulsatility = 0.0;         // [-] share of the mean speed by which it rises and falls with the pulse
+    Blood blood;                      // its period is the pulse's, set by preparation
     std::optional<SceneTarget> inlet; // where it comes in; absent: behind the instrument's entry
 };
 

@@ -3,6 +3,8 @@
 #include "engine/scene/budget.hpp"
 #include "engine/scene/check_keys.hpp"
 #include "engine/scene/describe_contact.hpp"
+#include "engine/scene/describe_effects.hpp"
+#include "engine/scene/describe_instrument.hpp"
 #include "engine/scene/table.hpp"
 
 #include <fmt/format.h>
@@ -80,20 +82,18 @@ Result<void> check_settings(const SceneModel& model) {
     check.positive("step_s", model.step_s).positive("max_substeps", model.max_substeps);
     const EffectSet& effects = model.effects;
     if (effects.gravity) check.finite("gravity", *effects.gravity);
-    if (effects.breathing)
-        check.not_negative("breathing.amplitude", effects.breathing->amplitude)
-            .positive("breathing.period", effects.breathing->period)
-            .finite("breathing.direction", effects.breathing->direction);
-    if (effects.pulse) check.positive("pulse.period", effects.pulse->period);
+    if (effects.breathing) {
+        BreathingSpec breathing = *effects.breathing;
+        if (breathing.amplitude == 0.0) breathing.amplitude = BreathingSpec{}.amplitude; // it is faded in from none
+        check.keys<BreathingKeys>("breathing", breathing);
+    }
+    if (effects.pulse) check.keys<PulseKeys>("pulse", *effects.pulse);
     if (effects.blood_drag)
-        check.positive("blood_drag.density", effects.blood_drag->density)
-            .positive("blood_drag.viscosity", effects.blood_drag->viscosity)
-            .not_negative("blood_drag.pulsatility", effects.blood_drag->pulsatility)
-            .not_negative("blood_drag.period", effects.blood_drag->period);
+        check.keys<BloodPropertyKeys>("blood_drag", *effects.blood_drag).not_negative("blood_drag.period", effects.blood_drag->period);
     check.keys<ContactKeys>("contact", model.contact);
     for (const InstrumentModel& instrument : model.instruments)
-        check.positive("limits.speed", instrument.limits.speed)
-            .positive("limits.rotation", instrument.limits.rotation)
+        check.keys<LimitKeys>("limits", instrument.limits)
+            .keys<FollowSettingKeys>("follow", instrument.follow)
             .not_negative("friction", instrument.friction);
     return check.result();
 }

@@ -1,7 +1,11 @@
 // Structs of a scene and their descriptions: that a description names every member is checked when it is compiled (describes_all); here,
 // that it names each once, reads what it says, and refuses in memory what it refuses in a file.
 #include "engine/scene/check_keys.hpp"
+#include "engine/scene/describe_body.hpp"
 #include "engine/scene/describe_contact.hpp"
+#include "engine/scene/describe_effects.hpp"
+#include "engine/scene/describe_instrument.hpp"
+#include "engine/scene/describe_run.hpp"
 #include "engine/scene/read_keys.hpp"
 #include "scene_fixture.hpp"
 
@@ -37,7 +41,11 @@ using sample::Many, sample::Pair;
 
 template <class K>
 class Described : public testing::Test {};
-using AllKeys = testing::Types<ContactKeys>;
+using AllKeys =
+    testing::Types<ContactKeys, CostKeys, PaceKeys, TimeKeys, BudgetKeys, PictureKeys, OutputKeys, BreathingKeys, PulseKeys,
+                   BloodPropertyKeys, BloodKeys, EffectsKeys, LandmarkKeys, EntryPositionKeys, TargetPositionKeys, MaterialKeys, TissueKeys,
+                   FileSurfaceKeys, RecipeSurfaceKeys, ShapeKeys, MeshedCoarseKeys, FileCoarseKeys, DirectionRegionKeys, BoxRegionKeys,
+                   BallKeys, SphereRegionKeys, BodyKeys, TipKeys, LimitKeys, FollowSettingKeys, FollowKeys, InstrumentKeys>;
 TYPED_TEST_SUITE(Described, AllKeys);
 
 /// Member by member, whatever the struct.
@@ -45,14 +53,14 @@ template <class T>
 bool same(const T& a, const T& b) {
     if constexpr (requires { a.has_value(); })
         return a.has_value() == b.has_value() && (!a || same(*a, *b));
-    else if constexpr (requires { { a == b } -> std::convertible_to<bool>; })
-        return a == b;
     else if constexpr (requires { a.size(); a[0]; }) {
         if (a.size() != b.size()) return false;
-        for (std::size_t i = 0; i < a.size(); ++i)
+        for (decltype(a.size()) i = 0; i < a.size(); ++i)
             if (!same(a[i], b[i])) return false;
         return true;
-    } else
+    } else if constexpr (requires { { a == b } -> std::convertible_to<bool>; })
+        return a == b;
+    else
         return [&]<std::size_t... i>(std::index_sequence<i...>) {
             const auto left = tie_members(a), right = tie_members(b);
             return (same(std::get<i>(left), std::get<i>(right)) && ...);

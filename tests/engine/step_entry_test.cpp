@@ -185,7 +185,7 @@ const SceneEdit kEdits[] = {
     {"instruments.wire.length", [](Scene& s, double x) { s.instruments[0].design.length = x; }},
     {"instruments.wire.radius", [](Scene& s, double x) { s.instruments[0].design.radius = x; }},
     {"instruments.wire.path", [](Scene& s, double x) { s.instruments[0].path[1].insertion = x; }},
-    {"instruments.wire.speed", [](Scene& s, double x) { s.instruments[0].speed_limit = x; }},
+    {"instruments.wire.speed", [](Scene& s, double x) { s.instruments[0].limits.speed = x; }},
 };
 
 /// The second body of the scene's list is the tube.
