@@ -18,18 +18,16 @@ inline constexpr bool is_optional<std::optional<T>> = true;
 /// Stand for a value of any type of their kind; never evaluated. Apart, or std::optional could be made of one in two ways.
 struct AnyClass {
     template <class T>
-        requires(!std::is_arithmetic_v<T> && !std::is_enum_v<T> && !is_optional<T>)
-    operator T() const;
+    requires(!std::is_arithmetic_v<T> && !std::is_enum_v<T> && !is_optional<T>) operator T() const;
 };
 struct AnyOptional {
     template <class T>
-        requires is_optional<T>
+    requires is_optional<T>
     operator T() const;
 };
 struct AnyScalar {
     template <class T>
-        requires(std::is_arithmetic_v<T> || std::is_enum_v<T>)
-    operator T() const;
+    requires(std::is_arithmetic_v<T> || std::is_enum_v<T>) operator T() const;
 };
 
 /// AnyClass comes first: a scalar for a nested struct would be taken for its first member.
@@ -49,7 +47,7 @@ consteval std::size_t count_members() {
 
 /// Of an aggregate without base classes and C arrays.
 template <class T>
-    requires std::is_aggregate_v<T>
+requires std::is_aggregate_v<T>
 inline constexpr std::size_t member_count = aggregate_detail::count_members<std::remove_const_t<T>>();
 
 /// A tuple of references to all members, in the struct's order.

@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <limits>
 
 namespace trocar::engine {
@@ -20,7 +19,6 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::max();
 constexpr double kMostSteps = 1e9;
-constexpr double kUnitLength = 1e-6; // [-] by which the length of a direction may differ from 1
 
 /// The first error is kept; keys are those of the file.
 class SceneCheck {
@@ -40,8 +38,7 @@ public:
         for (int axis = 0; axis < 3; ++axis) number(key, value[axis], -kMaxCoordinate, kMaxCoordinate);
     }
     void direction(const std::string& key, const Vec3& value) {
-        if (!(std::abs(value.norm() - 1.0) <= kUnitLength))
-            fail(key, fmt::format("found a length of {:g}, expected a direction of length 1", value.norm()));
+        if (auto message = refuse_direction(value)) fail(key, std::move(*message));
     }
     /// By the description of the struct's keys.
     template <class Keys>
@@ -77,6 +74,7 @@ void check_effects(const Scene& scene, SceneCheck& check) {
     check.place("gravity", scene.gravity / 10.0); // m/s^2: 1000 is ten times what the largest accepted one has
     check.keys<EffectsKeys>("effects", scene.effects);
     check.keys<ContactKeys>("contact", scene.contact);
+    check.keys<CostKeys>("cost", scene.cost);
 }
 
 void check_place(const Scene& scene, const std::string& key, const PlaceSpec& place, SceneCheck& check) {

@@ -17,16 +17,16 @@ struct MaterialKeys {
         using Law = fem::MaterialLaw;
         return described(
             {"tissue", "Isotropic tissue."},
-            key(s.law, choice_field<Law>("law", {{"neo_hookean", Law::NeoHookean}, {"corotational", Law::Corotational}, {"stvk", Law::StVK}},
-                                         "Stable neo-Hookean, corotational linear, or St. Venant-Kirchhoff.")),
+            key(s.law,
+                choice_field<Law>("law", {{"neo_hookean", Law::NeoHookean}, {"corotational", Law::Corotational}, {"stvk", Law::StVK}},
+                                  "Stable neo-Hookean, corotational linear, or St. Venant-Kirchhoff.")),
             key(s.young_modulus,
                 number_field("young_modulus", Dimension::Pressure,
                              {10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"}, "Stiffness.")),
-            key(s.poisson_ratio,
-                number_field("poisson_ratio", Dimension::None,
-                             {0.0, 0.4999, false, 0.0, fem::kLockingPoissonRatio,
-                              "above 0.45 linear tetrahedra lock: they bend far too little"},
-                             "0 compressible, 0.5 incompressible.")),
+            key(s.poisson_ratio, number_field("poisson_ratio", Dimension::None,
+                                              {0.0, 0.4999, false, 0.0, fem::kLockingPoissonRatio,
+                                               "above 0.45 linear tetrahedra lock: they bend far too little"},
+                                              "0 compressible, 0.5 incompressible.")),
             key(s.density,
                 number_field("density", Dimension::Density,
                              {50.0, 23000.0, false, 200.0, 2500.0, "soft tissue is 900 to 1200 kg/m^3, lung from 200, bone up to 2000"},
@@ -95,10 +95,10 @@ struct RecipeSurfaceKeys {
         return described(
             {"recipe surface", "A part of a generated patient. Bodies with the same recipe belong to the same patient.", "recipe"},
             custom_key(path_field("recipe", "The recipe's file.").required(), kReadApart, s.recipe),
-            custom_key(choice_field("part", {"liver", "lumen", "arteries"},
-                                    "Which surface of the patient; lumen and arteries are the same.")
-                           .required(),
-                       kReadApart, s.part));
+            custom_key(
+                choice_field("part", {"liver", "lumen", "arteries"}, "Which surface of the patient; lumen and arteries are the same.")
+                    .required(),
+                kReadApart, s.part));
     }
 };
 static_assert(describes_all_with<RepairOptions, FileSurfaceKeys, RecipeSurfaceKeys>);
@@ -134,9 +134,9 @@ struct ShapeKeys {
                            .required()
                            .when({"vessels"}),
                        kReadApart, s.branches),
-            key(s.blend, number_field("blend", Dimension::Length, between(0.0, 0.05),
-                                      "Of vessels: width of the fillets where branches meet.")
-                             .when({"vessels"})),
+            key(s.blend,
+                number_field("blend", Dimension::Length, between(0.0, 0.05), "Of vessels: width of the fillets where branches meet.")
+                    .when({"vessels"})),
             key(s.triangles, count_field("triangles", 500, 1e6, "Of vessels: aimed at.").when({"vessels"})),
             key(s.subdivisions, count_field("subdivisions", 0, 7, "Of a sphere: 20 * 4^n triangles.").when({"sphere"})),
             key(s.cells, count_field("cells", 1, 500, "Of a box: squares along an edge of a face.").when({"box"})),
@@ -235,10 +235,10 @@ struct BodyKeys {
             key(s.scale, number_field("scale", Dimension::None, above(0.0, 1e6), "Enlarges the surface about the origin.")),
             key(s.translate, vector_field("translate", Dimension::Length, coordinate(), "Moves the surface, after the scale.")),
             key(s.hollow, flag_field("hollow", "The surface is a lumen: instruments are inside, contacts push inwards.")),
-            custom_key(text_field("embedded_in",
-                                  "Name of the deformable host body, in whose mesh this surface is embedded where it is inside.")
-                           .when({"static"}),
-                       kReadApart, s.embedded_in), // once all bodies are known: resolve_host_body
+            custom_key(
+                text_field("embedded_in", "Name of the deformable host body, in whose mesh this surface is embedded where it is inside.")
+                    .when({"static"}),
+                kReadApart, s.embedded_in), // once all bodies are known: resolve_host_body
             key(s.blend, number_field("blend", Dimension::Length, above(0.0, 0.5),
                                       "With embedded_in: over this distance outside the host the motion fades to rest; 10 mm when absent.")
                              .default_in_doc()
@@ -251,13 +251,14 @@ struct BodyKeys {
                        read_coarse, s.coarse),
             key(s.self_contact,
                 flag_field("self_contact", "Whether the body touches itself, where the scene has that effect.").when({"deformable"})),
-            custom_key(value_field("fixed",
-                                   list_value(any_value({object_value(table_of<DirectionRegionKeys>()),
-                                                         object_value(table_of<BoxRegionKeys>()), object_value(table_of<SphereRegionKeys>())}),
-                                              0),
-                                   "Regions whose nodes are held; none when absent.")
-                           .when({"deformable"}),
-                       read_fixed, s.fixed),
+            custom_key(
+                value_field("fixed",
+                            list_value(any_value({object_value(table_of<DirectionRegionKeys>()), object_value(table_of<BoxRegionKeys>()),
+                                                  object_value(table_of<SphereRegionKeys>())}),
+                                       0),
+                            "Regions whose nodes are held; none when absent.")
+                    .when({"deformable"}),
+                read_fixed, s.fixed),
             custom_key(value_field("motion",
                                    rows_value({{"t", Dimension::Time, between(0.0, 1e6)},
                                                {"x", Dimension::Length, coordinate()},

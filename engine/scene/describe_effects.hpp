@@ -12,8 +12,8 @@ struct BreathingKeys {
         return described(
             {"breathing", "Moves the fixed nodes of every deformable body there and back once a period."},
             key(s.amplitude, number_field("amplitude", Dimension::Length, above(0.0, 0.1), "End to end.")),
-            key(s.period, number_field("period", Dimension::Time,
-                                       {0.5, 60.0, false, 2.0, 10.0, "adults at rest breathe in 3 to 6 s"}, "Of a breath.")),
+            key(s.period, number_field("period", Dimension::Time, {0.5, 60.0, false, 2.0, 10.0, "adults at rest breathe in 3 to 6 s"},
+                                       "Of a breath.")),
             direction_key(s.direction, vector_field("direction", Dimension::None, {}, "Of the movement; its length does not matter.")));
     }
 };
@@ -24,9 +24,8 @@ struct PulseKeys {
     static auto of(auto& s) {
         return described(
             {"pulse", "The walls of hollow bodies widen and narrow, along their outward normals."},
-            key(s.amplitude,
-                number_field("amplitude", Dimension::None, {0.0, 0.3, false, 0.0, 0.1, "large arteries widen by 3 to 10 %"},
-                             "Share of the local radius, from diastole to systole.")),
+            key(s.amplitude, number_field("amplitude", Dimension::None, {0.0, 0.3, false, 0.0, 0.1, "large arteries widen by 3 to 10 %"},
+                                          "Share of the local radius, from diastole to systole.")),
             key(s.period, number_field("period", Dimension::Time, {0.2, 5.0, false, 0.4, 1.5, "40 to 150 beats a minute"}, "Of a beat.")));
     }
 };
@@ -43,9 +42,10 @@ struct BloodPropertyKeys {
             key(s.viscosity, number_field("viscosity", Dimension::Viscosity,
                                           {1e-5, 1.0, false, 7e-4, 1e-2, "water is 0.7, whole blood 3 to 4 mPa s"}, "Of the blood.")),
             key(s.pulsatility,
-                number_field("pulsatility", Dimension::None, between(0.0, 3.0),
-                             "Share of the mean speed by which the blood is faster and slower within a beat; needs the effect pulse, and is "
-                             "fastest when that has widened the walls.")),
+                number_field(
+                    "pulsatility", Dimension::None, between(0.0, 3.0),
+                    "Share of the mean speed by which the blood is faster and slower within a beat; needs the effect pulse, and is "
+                    "fastest when that has widened the walls.")),
             no_key(s.period)); // of the pulse
     }
 };
@@ -58,9 +58,9 @@ struct BloodKeys {
             {"blood_drag",
              "Blood flows from the inlet into every branch of the vessels that instruments move in, and drags them along. Branches share "
              "it by the cubes of their ends' radii (Murray's law); it is twice as fast in a vessel's middle as on average (Poiseuille)."},
-            key(s.speed, number_field("speed", Dimension::Speed,
-                                      {0.0, 5.0, false, 0.005, 1.5, "means are 0.1 to 0.3 m/s in large arteries"},
-                                      "At the inlet, mean over the cross-section and over time.")),
+            key(s.speed,
+                number_field("speed", Dimension::Speed, {0.0, 5.0, false, 0.005, 1.5, "means are 0.1 to 0.3 m/s in large arteries"},
+                             "At the inlet, mean over the cross-section and over time.")),
             inline_keys<BloodPropertyKeys>(s.blood),
             custom_key(value_field("inlet", target_value(),
                                    "Where the blood comes in. When absent: the end of the vessel behind the instrument's entry, so that it "

@@ -13,9 +13,10 @@ struct TipKeys {
         using Shape = fem::TipShape;
         return described(
             {"tip", "The shaped distal part.", "", "shape"},
-            key(s.tip, choice_field<Shape>("shape",
-                                           {{"J", Shape::J}, {"straight", Shape::Straight}, {"simmons", Shape::Simmons}, {"pigtail", Shape::Pigtail}},
-                                           "At rest.")),
+            key(s.tip,
+                choice_field<Shape>(
+                    "shape", {{"J", Shape::J}, {"straight", Shape::Straight}, {"simmons", Shape::Simmons}, {"pigtail", Shape::Pigtail}},
+                    "At rest.")),
             key(s.tip_length, number_field("length", Dimension::Length, {5e-4, 0.3, false, 2e-3, 0.15, "shaped tips are 2 to 150 mm long"},
                                            "Of the shaped part; a pigtail's is 40 mm when absent.")
                                   .when({"J", "simmons", "pigtail"})),
@@ -32,10 +33,9 @@ struct TipKeys {
 struct LimitKeys {
     using Struct = DriveLimits;
     static auto of(auto& s) {
-        return described(
-            {"limits", "Limits of the drive commands. Values above a surgeon's must be set here."},
-            key(s.speed, number_field("speed", Dimension::Speed, above(0.0, 10.0), "Of insertion and withdrawal.")),
-            key(s.rotation, number_field("rotation", Dimension::AngularSpeed, above(0.0, 1000.0), "Of the handle.")));
+        return described({"limits", "Limits of the drive commands. Values above a surgeon's must be set here."},
+                         key(s.speed, number_field("speed", Dimension::Speed, above(0.0, 10.0), "Of insertion and withdrawal.")),
+                         key(s.rotation, number_field("rotation", Dimension::AngularSpeed, above(0.0, 1000.0), "Of the handle.")));
     }
 };
 static_assert(describes_all<LimitKeys>);
@@ -44,14 +44,13 @@ static_assert(describes_all<LimitKeys>);
 struct FollowSettingKeys {
     using Struct = FollowSettings;
     static auto of(auto& s) {
-        return described(
-            {"follow", "The script drives the tip."},
-            key(s.speed, number_field("speed", Dimension::Speed, above(0.0, 10.0),
-                                      "Of insertion where the way is straight, at most the limit.")),
-            key(s.look_ahead, number_field("look_ahead", Dimension::Length, above(0.0, 0.2),
-                                           "Of the route beyond the tip that the tip is turned to.")),
-            key(s.tolerance,
-                number_field("tolerance", Dimension::Length, above(0.0, 0.1), "Distance to the target that counts as arrived.")));
+        return described({"follow", "The script drives the tip."},
+                         key(s.speed, number_field("speed", Dimension::Speed, above(0.0, 10.0),
+                                                   "Of insertion where the way is straight, at most the limit.")),
+                         key(s.look_ahead, number_field("look_ahead", Dimension::Length, above(0.0, 0.2),
+                                                        "Of the route beyond the tip that the tip is turned to.")),
+                         key(s.tolerance, number_field("tolerance", Dimension::Length, above(0.0, 0.1),
+                                                       "Distance to the target that counts as arrived.")));
     }
 };
 static_assert(describes_all<FollowSettingKeys>);
@@ -108,18 +107,17 @@ struct InstrumentKeys {
                                    "Rows [arc length from the tip, factor of the Young's modulus], linear between them and held beyond; "
                                    "instead of the tip's stiffness."),
                        read_stiffness, rod.stiffness),
-            key(rod.density,
-                number_field("density", Dimension::Density,
-                             {500.0, 23000.0, false, 800.0, 22600.0,
-                              "polymers are 900 to 2200 kg/m^3, nitinol 6450, steel 7900, platinum 21450"},
-                             "Mass per volume.")),
+            key(rod.density, number_field("density", Dimension::Density,
+                                          {500.0, 23000.0, false, 800.0, 22600.0,
+                                           "polymers are 900 to 2200 kg/m^3, nitinol 6450, steel 7900, platinum 21450"},
+                                          "Mass per volume.")),
             part_key<TipKeys>(rod, object_field("tip", table_of<TipKeys>(), "Shape of the distal end.")),
             key(s.friction, number_field("friction", Dimension::None, {0.0, 2.0, false, 0.0, 1.0, "coated catheters are 0.01 to 0.3"},
                                          "Coulomb's mu against every wall.")),
             key(s.min_bend_radius, number_field("min_bend_radius", Dimension::Length, between(0.0, 1.0),
                                                 "Tighter bends kink it: `plan` refuses ways that need them. 0: not stated.")),
-            key(rod.segment, number_field("segment", Dimension::Length,
-                                          {1e-4, 0.1, false, 2e-4, 0.02, "short against the vessels' bends"}, "Distance of the rod's nodes.")),
+            key(rod.segment, number_field("segment", Dimension::Length, {1e-4, 0.1, false, 2e-4, 0.02, "short against the vessels' bends"},
+                                          "Distance of the rod's nodes.")),
             key(s.skin_triangles, count_field("skin_triangles", 100, 1e6, "Of the dense surface, aimed at.")),
             key(rod.drag, number_field("drag", Dimension::Rate, between(0.0, 1e5), "Mass-proportional damping of the rod.")),
             key(rod.transverse_drag,
@@ -128,8 +126,8 @@ struct InstrumentKeys {
                                    "Where it enters the body: a landmark, or a position and a direction. Needed unless it is inside an "
                                    "instrument."),
                        kReadApart, s.entry),
-            custom_key(text_field("lumen", "Name of the hollow body it is inside of. Needed unless it is inside an instrument."), kReadApart,
-                       s.lumen),
+            custom_key(text_field("lumen", "Name of the hollow body it is inside of. Needed unless it is inside an instrument."),
+                       kReadApart, s.lumen),
             custom_key(text_field("inside",
                                   "Name of an instrument above it, of kind rod, in whose bore it runs as a guide wire: with its entry and "
                                   "lumen, pushed and turned on its own. Where they overlap they share one axis and bend with both "
@@ -138,14 +136,15 @@ struct InstrumentKeys {
             key(s.inserted, number_field("inserted", Dimension::Length, between(0.0, kLongestRod),
                                          "Beyond the entry at the start; the first row's insertion where there is a path, 0 otherwise.")
                                 .default_in_doc()),
-            object_key<LimitKeys>(s.limits, object_field("limits", table_of<LimitKeys>(),
-                                                         "Of the drive commands: 35 mm/s and 3.14 rad/s when absent.")),
+            object_key<LimitKeys>(
+                s.limits, object_field("limits", table_of<LimitKeys>(), "Of the drive commands: 35 mm/s and 3.14 rad/s when absent.")),
             custom_key(value_field("path", path_value(),
                                    "Drive commands: rows [t, insertion, rotation], or the name of a CSV file with such rows "
                                    "in the scene's units. A file may move several instruments: its header then names them, as in "
                                    "t,catheter.insertion,catheter.rotation,wire.insertion,wire.rotation."),
                        kReadApart, s.path, s.path_file),
-            object_key<FollowKeys>(s.follow, object_field("follow", table_of<FollowKeys>(), "Instead of a path: drives to a target by itself.")),
+            object_key<FollowKeys>(s.follow,
+                                   object_field("follow", table_of<FollowKeys>(), "Instead of a path: drives to a target by itself.")),
             no_key(s.name, rod.torsion)); // its key in the scene's map; the effect twist
     }
 };

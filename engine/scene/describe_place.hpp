@@ -10,11 +10,10 @@ namespace trocar::engine {
 struct LandmarkKeys {
     using Struct = PlaceSpec;
     static auto of(auto& s) {
-        return described(
-            {"landmark", "A named place of a generated patient.", "landmark"},
-            key(s.landmark, text_field("landmark", "Such as femoral_entry.").required()),
-            custom_key(text_field("body", "The recipe body it belongs to; needed where the patient is not clear without it."), kReadApart,
-                       s.body));
+        return described({"landmark", "A named place of a generated patient.", "landmark"},
+                         key(s.landmark, text_field("landmark", "Such as femoral_entry.").required()),
+                         custom_key(text_field("body", "The recipe body it belongs to; needed where the patient is not clear without it."),
+                                    kReadApart, s.body));
     }
 };
 

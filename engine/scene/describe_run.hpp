@@ -37,8 +37,8 @@ struct TimeKeys {
             key(s.max_substeps, count_field("max_substeps", 1, 1e6, "A run whose tissue needs more sub-steps than this is stopped.")),
             key(s.integrator, choice_field("integrator", {"rk4", "leapfrog"},
                                            "Of the tissue: Runge-Kutta 4, or leapfrog with a third of its evaluations and second order.")),
-            object_key<PaceKeys>(s.pace,
-                                 object_field("pace", table_of<PaceKeys>(), "When steps of a run begin; as soon as they can when absent.")));
+            object_key<PaceKeys>(
+                s.pace, object_field("pace", table_of<PaceKeys>(), "When steps of a run begin; as soon as they can when absent.")));
     }
 };
 static_assert(describes_all<TimeKeys>);
@@ -51,8 +51,7 @@ struct BudgetKeys {
             custom_key(
                 text_field("limit", "A time (\"8ms\", \"250us\"), a number of sphere-pair tests (\"work:20000\") or \"exact\".").required(),
                 read_limit, s.limits),
-            key(s.scope,
-                choice_field("scope", {"collision", "step"}, "What the budget pays for: collision detection, or the whole step.")),
+            key(s.scope, choice_field("scope", {"collision", "step"}, "What the budget pays for: collision detection, or the whole step.")),
             custom_key(value_field("drop", list_value(choice_value({"exact_contact", "elasticity"}), 0),
                                    "With the scope \"step\": what a step leaves out when its forecast does not fit, first to go "
                                    "first. Without elasticity the tissue stands still for that step."),

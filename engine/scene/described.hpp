@@ -132,13 +132,13 @@ inline constexpr std::size_t described_members = decltype(Keys::of(std::declval<
 /// Is every member of the first description's struct in exactly one of these descriptions? Beside every description stands a
 /// static_assert of this: a member that is in none is a mistake, and does not compile. Its key belongs there, or no_key.
 template <class First, class... Others>
-inline constexpr bool describes_all =
-    described_members<First> + (described_members<Others> + ... + 0) == member_count<typename First::Struct>;
+inline constexpr bool
+    describes_all = described_members<First> + (described_members<Others> + ... + 0) == member_count<typename First::Struct>;
 
 /// The same where the members of one nested struct are described among the others, each by itself.
 template <class Nested, class First, class... Others>
-inline constexpr bool describes_all_with = described_members<First> + (described_members<Others> + ... + 0) ==
-                                           member_count<typename First::Struct> + member_count<Nested> - 1;
+inline constexpr bool describes_all_with =
+    described_members<First> + (described_members<Others> + ... + 0) == member_count<typename First::Struct> + member_count<Nested> - 1;
 
 namespace described_detail {
 

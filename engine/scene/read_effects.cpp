@@ -63,9 +63,9 @@ std::optional<Error> read_effects(const Reading& scene, Effects& effects) {
     if (effects.gravity && !root.has("gravity"))
         return error_at(context, node->at, "effects", "the effect gravity needs the key \"gravity\" of the scene; expected it added");
     if (!effects.blood_drag || effects.blood_drag->blood.pulsatility == 0.0 || effects.pulse) return std::nullopt;
-    return fail_at(context, values.object("blood_drag"), "pulsatility",
-                   fmt::format("found {:g}, but the effect pulse is off; expected it among the effects, or 0",
-                               effects.blood_drag->blood.pulsatility));
+    return fail_at(
+        context, values.object("blood_drag"), "pulsatility",
+        fmt::format("found {:g}, but the effect pulse is off; expected it among the effects, or 0", effects.blood_drag->blood.pulsatility));
 }
 
 } // namespace trocar::engine

@@ -1,7 +1,7 @@
 #include "engine/io/printable.hpp"
-#include "engine/scene/nearest.hpp"
 #include "engine/scene/describe_contact.hpp"
 #include "engine/scene/describe_run.hpp"
+#include "engine/scene/nearest.hpp"
 #include "engine/scene/read_keys.hpp"
 #include "engine/scene/recipe.hpp"
 #include "engine/scene/scene_size.hpp"
@@ -121,7 +121,8 @@ std::optional<Error> read_targets(const CheckContext& context, const Values& roo
     if (map == nullptr) return std::nullopt;
     for (const JsonNode& member : map->children) {
         SceneTarget target{member.key, {}};
-        if (auto error = read_target({context, root.element("targets", member, join_key("targets", member.key)), scene}, target)) return error;
+        if (auto error = read_target({context, root.element("targets", member, join_key("targets", member.key)), scene}, target))
+            return error;
         scene.targets.push_back(std::move(target));
     }
     return std::nullopt;

@@ -61,7 +61,8 @@ struct Reading {
 [[nodiscard]] std::optional<Error> read_body(const Reading& reading, SceneBody& body);
 
 /// embedded_in, once all bodies are known.
-[[nodiscard]] std::optional<Error> resolve_host_body(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body);
+[[nodiscard]] std::optional<Error> resolve_host_body(const CheckContext& context, const Values& values, const Scene& scene,
+                                                     SceneBody& body);
 
 /// Bodies have been read.
 [[nodiscard]] std::optional<Error> read_target(const Reading& reading, SceneTarget& target);

@@ -14,9 +14,9 @@
 #include "engine/scene/effect_specs.hpp"
 #include "engine/scene/units.hpp"
 #include "engine/time/pacer.hpp"
+#include "fem/rod/rod.hpp"
 #include "fem/tissue/integrator.hpp"
 #include "fem/tissue/material.hpp"
-#include "fem/rod/rod.hpp"
 
 #include <filesystem>
 #include <map>
@@ -148,12 +148,12 @@ struct SceneInstrument {
     double min_bend_radius = 0.0;       // m, bends tighter than this kink it; 0: not stated
     std::size_t skin_triangles = 10000; // of the dense surface, aimed at
     PlaceSpec entry;
-    Index lumen = kNoIndex;                     // hollow body it is inside of
-    double inserted = 0.0;                      // m beyond the entry at t = 0
+    Index lumen = kNoIndex; // hollow body it is inside of
+    double inserted = 0.0;  // m beyond the entry at t = 0
     DriveLimits limits;
-    std::vector<PathPoint> path;                // empty: none
-    std::filesystem::path path_file;            // the CSV it came from, if any
-    std::optional<FollowSpec> follow;           // with a path of `run --path`: what the tip is measured against
+    std::vector<PathPoint> path;      // empty: none
+    std::filesystem::path path_file;  // the CSV it came from, if any
+    std::optional<FollowSpec> follow; // with a path of `run --path`: what the tip is measured against
 };
 
 struct TimeSpec {

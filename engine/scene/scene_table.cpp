@@ -37,11 +37,6 @@ const ObjectSpec& units_table() {
     return table;
 }
 
-const std::vector<std::string_view>& effect_names() {
-    static const std::vector<std::string_view> names = table_of<EffectsKeys>().keys();
-    return names;
-}
-
 namespace {
 
 /// What no part of the reader can say alone: read_scene.cpp reads each after those that it refers to.
@@ -62,7 +57,8 @@ struct SceneKeys {
                                         "Free fall, as in [0, 0, -9810] with lengths in mm.")),
             object_key<ContactKeys>(s.contact, object_field("contact", table_of<ContactKeys>(), "Contact and response.")),
             object_key<CostKeys>(s.cost, object_field("cost", table_of<CostKeys>(), "Comparison of contacts between runs.")),
-            custom_key(map_field("bodies", object_value(table_of<BodyKeys>()), "Organs, vessels, obstacles by name."), kReadApart, s.bodies),
+            custom_key(map_field("bodies", object_value(table_of<BodyKeys>()), "Organs, vessels, obstacles by name."), kReadApart,
+                       s.bodies),
             custom_key(map_field("instruments", object_value(table_of<InstrumentKeys>()), "Catheters and guide wires by name."), kReadApart,
                        s.instruments),
             custom_key(map_field("targets", target_value(), "Places to reach, by name."), kReadApart, s.targets),

@@ -10,7 +10,4 @@ namespace trocar::engine {
 
 [[nodiscard]] const ObjectSpec& units_table();
 
-/// Every effect by name, in the order they are documented.
-[[nodiscard]] const std::vector<std::string_view>& effect_names();
-
 } // namespace trocar::engine

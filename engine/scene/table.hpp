@@ -64,7 +64,9 @@ struct ValueSpec {
     std::vector<ValueSpec> alternatives; // Alternatives; List, Map: the element alone
 
     /// Choice: what a member holds for the choice at that index, and the other way round; choices.size() where it is none.
-    [[nodiscard]] int value_of(std::size_t index) const noexcept { return choice_values.empty() ? static_cast<int>(index) : choice_values[index]; }
+    [[nodiscard]] int value_of(std::size_t index) const noexcept {
+        return choice_values.empty() ? static_cast<int>(index) : choice_values[index];
+    }
     [[nodiscard]] std::size_t index_of(int value) const noexcept;
 };
 
@@ -78,7 +80,7 @@ struct FieldSpec {
     DefaultValue otherwise = {};                  // SI; monostate: nothing, `doc` says what happens
     std::vector<std::string_view> used_when = {}; // values of the object's discriminator that use this key; empty: all
     bool is_default_in_doc = false;               // the table shows no default
-    std::optional<double> none = {};              // a default outside the range: "none" in a struct, which a file says by leaving the key out
+    std::optional<double> none = {}; // a default outside the range: "none" in a struct, which a file says by leaving the key out
 
     [[nodiscard]] FieldSpec required() &&;
     [[nodiscard]] FieldSpec default_in_doc() &&;
@@ -106,7 +108,8 @@ struct ObjectSpec {
 [[nodiscard]] FieldSpec choice_field(std::string_view key, std::vector<std::string_view> choices, std::string_view doc);
 /// Choices in an order that is not the enum's, or of a bool.
 template <class T>
-[[nodiscard]] FieldSpec choice_field(std::string_view key, std::initializer_list<std::pair<std::string_view, T>> choices, std::string_view doc) {
+[[nodiscard]] FieldSpec choice_field(std::string_view key, std::initializer_list<std::pair<std::string_view, T>> choices,
+                                     std::string_view doc) {
     std::vector<std::string_view> words;
     std::vector<int> values;
     for (const auto& [word, value] : choices) words.push_back(word), values.push_back(static_cast<int>(value));

@@ -33,8 +33,6 @@ public:
         if (member != nullptr) return member->number * units_->factor(spec_->find(key)->value.dimension);
         return std::get<double>(spec_->find(key)->otherwise);
     }
-    /// `otherwise` where the table has no default.
-    [[nodiscard]] double number(std::string_view key, double otherwise) const { return has(key) ? number(key) : otherwise; }
     template <class T>
     [[nodiscard]] T count(std::string_view key) const {
         const JsonNode* member = find(key);

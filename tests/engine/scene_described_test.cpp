@@ -53,25 +53,34 @@ template <class T>
 bool same(const T& a, const T& b) {
     if constexpr (requires { a.has_value(); })
         return a.has_value() == b.has_value() && (!a || same(*a, *b));
-    else if constexpr (requires { a.size(); a[0]; }) {
+    else if constexpr (requires {
+                           a.size();
+                           a[0];
+                       }) {
         if (a.size() != b.size()) return false;
         for (decltype(a.size()) i = 0; i < a.size(); ++i)
             if (!same(a[i], b[i])) return false;
         return true;
-    } else if constexpr (requires { { a == b } -> std::convertible_to<bool>; })
+    } else if constexpr (requires {
+                             { a == b } -> std::convertible_to<bool>;
+                         })
         return a == b;
     else
         return [&]<std::size_t... i>(std::index_sequence<i...>) {
             const auto left = tie_members(a), right = tie_members(b);
             return (same(std::get<i>(left), std::get<i>(right)) && ...);
-        }(std::make_index_sequence<member_count<T>>());
+        }
+    (std::make_index_sequence<member_count<T>>());
 }
 
 /// Calls `use` with the key and the member of every entry that is one number, flag, choice or direction.
 template <class Keys>
 void for_each_plain(typename Keys::Struct& s, auto&& use) {
     const auto visit = [&](const auto& one) {
-        if constexpr (requires { one.field; *one.member; })
+        if constexpr (requires {
+                          one.field;
+                          *one.member;
+                      })
             if constexpr (!requires { one.read; }) use(one.field, *one.member);
     };
     auto description = Keys::of(s);
@@ -109,9 +118,7 @@ TYPED_TEST(Described, RefusesInMemoryWhatIsOutOfAKeysRange) {
     for_each_plain<TypeParam>(s, [&](const FieldSpec& field, auto& member) {
         if constexpr (std::is_same_v<std::remove_reference_t<decltype(member)>, double>) {
             if (!field.used_when.empty() || !table.find(field.key)) return;
-            const auto complaint = [&](double value) {
-                return refuse_number(*table.find(field.key), value).has_value();
-            };
+            const auto complaint = [&](double value) { return refuse_number(*table.find(field.key), value).has_value(); };
             if (!field.is_required) {
                 EXPECT_FALSE(complaint(member)) << field.key;
             }
@@ -136,7 +143,8 @@ TEST(Descriptions, MembersAreCounted) {
 
 TEST(Descriptions, ContactIsReadByItsDescription) {
     const Scene scene = *parse_scene(spoil("\"effects\":", R"("contact": {"solid_damping": 3, "sphere_trees": "heuristic",
-        "solid_response": "spheres", "culling": "cpu", "margin": 0.4}, "effects":)"), "scenes/test.json");
+        "solid_response": "spheres", "culling": "cpu", "margin": 0.4}, "effects":)"),
+                                     "scenes/test.json");
     EXPECT_EQ(scene.contact.solid_damping, 3.0);
     EXPECT_EQ(scene.contact.sphere_trees, SphereTrees::Heuristic);
     EXPECT_EQ(scene.contact.solid_response, SolidResponse::Spheres);
