@@ -25,7 +25,8 @@ Result<void> aim_first_instrument(Scene& scene, const std::string& target) {
     SceneInstrument& instrument = scene.instruments.front();
     if (!instrument.follow) instrument.follow.emplace();
     instrument.follow->target = index;
-    instrument.follow->speed = std::min(instrument.follow->speed, instrument.speed_limit);
+    double& speed = instrument.follow->settings.speed;
+    speed = std::min(speed, instrument.limits.speed);
     return {};
 }
 

@@ -41,8 +41,8 @@ struct EffectLine {
 
 std::string describe_blood(const Effects& effects) {
     if (!effects.blood_drag) return {};
-    const BloodSpec& blood = *effects.blood_drag;
-    return fmt::format("{:g} m/s at the inlet, {:g} kg/m^3, {:g} mPa s{}", blood.speed, blood.density, 1e3 * blood.viscosity,
+    const Blood& blood = effects.blood_drag->blood;
+    return fmt::format("{:g} m/s at the inlet, {:g} kg/m^3, {:g} mPa s{}", effects.blood_drag->speed, blood.density, 1e3 * blood.viscosity,
                        blood.pulsatility > 0.0 ? fmt::format(", {:g} % faster and slower with the pulse", 100.0 * blood.pulsatility) : "");
 }
 
@@ -67,7 +67,8 @@ std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& pr
                 e.breathing ? fmt::format("{:g} mm every {:g} s, on the fixed nodes", 1e3 * e.breathing->amplitude, e.breathing->period)
                             : "")},
         {"coarse_contact", e.coarse_contact,
-         listed(e.coarse_contact, fmt::format("{} sphere trees of solids, breadth-first, under the budget", scene.contact.sphere_trees))},
+         listed(e.coarse_contact, fmt::format("{} sphere trees of solids, breadth-first, under the budget",
+                                            kSphereTreeWords[static_cast<std::size_t>(scene.contact.sphere_trees)]))},
         {"self_contact", e.self_contact && e.coarse_contact && deformable > 0,
          deformable == 0     ? "no body deforms"
          : !e.coarse_contact ? "needs the effect coarse_contact"

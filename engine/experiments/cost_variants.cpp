@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace trocar::engine {
 
 namespace {
@@ -28,12 +30,15 @@ std::vector<VariantWord> list_variants() {
 Result<Scene> make_variant(const Scene& scene, std::string_view name) {
     Scene variant = scene;
     bool changed = false;
-    if (name == "covering" || name == "wrapped" || name == "heuristic") {
-        changed = variant.contact.sphere_trees != name;
-        variant.contact.sphere_trees = std::string(name);
+    const auto word = std::find(kSphereTreeWords.begin(), kSphereTreeWords.end(), name);
+    if (word != kSphereTreeWords.end()) {
+        const auto trees = static_cast<SphereTrees>(word - kSphereTreeWords.begin());
+        changed = variant.contact.sphere_trees != trees;
+        variant.contact.sphere_trees = trees;
     } else if (name == "surface" || name == "spheres") {
-        changed = variant.contact.solid_spheres != (name == "spheres");
-        variant.contact.solid_spheres = name == "spheres";
+        const SolidResponse response = name == "spheres" ? SolidResponse::Spheres : SolidResponse::Surface;
+        changed = variant.contact.solid_response != response;
+        variant.contact.solid_response = response;
     } else if (name == "coarse") {
         changed = variant.effects.exact_contact;
         variant.effects.exact_contact = false;

@@ -1,11 +1,16 @@
 #include "engine/prepare/check_scene.hpp"
 
+#include "engine/scene/check_keys.hpp"
+#include "engine/scene/describe_body.hpp"
+#include "engine/scene/describe_contact.hpp"
+#include "engine/scene/describe_effects.hpp"
+#include "engine/scene/describe_instrument.hpp"
+#include "engine/scene/describe_run.hpp"
 #include "engine/scene/scene_size.hpp"
 #include "engine/scene/table.hpp"
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <limits>
 
 namespace trocar::engine {
@@ -14,7 +19,6 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::max();
 constexpr double kMostSteps = 1e9;
-constexpr double kUnitLength = 1e-6; // [-] by which the length of a direction may differ from 1
 
 /// The first error is kept; keys are those of the file.
 class SceneCheck {
@@ -34,8 +38,12 @@ public:
         for (int axis = 0; axis < 3; ++axis) number(key, value[axis], -kMaxCoordinate, kMaxCoordinate);
     }
     void direction(const std::string& key, const Vec3& value) {
-        if (!(std::abs(value.norm() - 1.0) <= kUnitLength))
-            fail(key, fmt::format("found a length of {:g}, expected a direction of length 1", value.norm()));
+        if (auto message = refuse_direction(value)) fail(key, std::move(*message));
+    }
+    /// By the description of the struct's keys.
+    template <class Keys>
+    void keys(const std::string& key, const typename Keys::Struct& s) {
+        if (const auto misfit = find_misfit<Keys>(s)) fail(key + "." + misfit->key, misfit->message);
     }
     void index(const std::string& key, std::size_t value, std::size_t count, const char* what) {
         if (value >= count) fail(key, fmt::format("found {} {}, expected one of the scene's {}", what, value, count));
@@ -53,12 +61,9 @@ private:
 
 void check_time(const Scene& scene, SceneCheck& check) {
     const TimeSpec& time = scene.time;
-    check.above("time.step", time.step);
-    check.number("time.duration", time.duration, 0.0, kNoLimit);
+    check.keys<TimeKeys>("time", time);
     if (!check.failed() && !(time.duration / time.step <= kMostSteps))
         check.fail("time.duration", fmt::format("found {:g} steps, expected at most {:g}", time.duration / time.step, kMostSteps));
-    check.number("time.max_substeps", time.max_substeps, 1.0, kNoLimit);
-    if (time.pace) check.above("time.pace", time.pace->speed);
     const BudgetLimits& limits = scene.budget.limits;
     if (limits.mode != BudgetMode::Wall && limits.mode != BudgetMode::Work && limits.mode != BudgetMode::Exact)
         check.fail("budget", fmt::format("found mode {}, expected Wall, Work or Exact", static_cast<unsigned>(limits.mode)));
@@ -67,32 +72,9 @@ void check_time(const Scene& scene, SceneCheck& check) {
 
 void check_effects(const Scene& scene, SceneCheck& check) {
     check.place("gravity", scene.gravity / 10.0); // m/s^2: 1000 is ten times what the largest accepted one has
-    const Effects& effects = scene.effects;
-    if (effects.breathing) {
-        check.number("effects.breathing.amplitude", effects.breathing->amplitude, 0.0, kMaxCoordinate);
-        check.above("effects.breathing.period", effects.breathing->period);
-        check.direction("effects.breathing.direction", effects.breathing->direction);
-    }
-    if (effects.pulse) {
-        check.number("effects.pulse.amplitude", effects.pulse->amplitude, 0.0, 1.0);
-        check.above("effects.pulse.period", effects.pulse->period);
-    }
-    if (effects.blood_drag) {
-        check.number("effects.blood_drag.speed", effects.blood_drag->speed, 0.0, kNoLimit);
-        check.above("effects.blood_drag.density", effects.blood_drag->density);
-        check.above("effects.blood_drag.viscosity", effects.blood_drag->viscosity);
-        check.number("effects.blood_drag.pulsatility", effects.blood_drag->pulsatility, 0.0, kNoLimit);
-    }
-    const ContactSpec& contact = scene.contact;
-    check.above("contact.clearance", contact.clearance);
-    check.number("contact.exact_distance", contact.exact_distance, 0.0, kNoLimit);
-    check.number("contact.margin", contact.margin, 0.0, kNoLimit);
-    check.above("contact.rod_stiffness", contact.rod_stiffness);
-    check.above("contact.wall_stiffness", contact.wall_stiffness);
-    check.above("contact.solid_stiffness", contact.solid_stiffness);
-    check.number("contact.solid_damping", contact.solid_damping, 0.0, kNoLimit);
-    check.number("contact.solid_friction", contact.solid_friction, 0.0, kNoLimit);
-    check.number("contact.assumed_depth", contact.assumed_depth, 0.0, kNoLimit);
+    check.keys<EffectsKeys>("effects", scene.effects);
+    check.keys<ContactKeys>("contact", scene.contact);
+    check.keys<CostKeys>("cost", scene.cost);
 }
 
 void check_place(const Scene& scene, const std::string& key, const PlaceSpec& place, SceneCheck& check) {
@@ -103,15 +85,7 @@ void check_place(const Scene& scene, const std::string& key, const PlaceSpec& pl
 
 /// Counts that decide how much memory a shape takes, before anything of that size is made.
 void check_shape(const std::string& key, const ShapeSpec& shape, SceneCheck& check) {
-    check.place(key + ".centre", shape.centre);
-    check.place(key + ".extent", shape.extent);
-    check.number(key + ".radius", shape.radius, 0.0, kMaxCoordinate);
-    check.number(key + ".tube_radius", shape.tube_radius, 0.0, kMaxCoordinate);
-    check.number(key + ".subdivisions", shape.subdivisions, 0.0, 8.0);
-    check.number(key + ".cells", shape.cells, 1.0, 1000.0);
-    check.number(key + ".sides", shape.sides, 3.0, static_cast<double>(kMostShapeTriangles));
-    check.number(key + ".triangles", static_cast<double>(shape.triangles), 0.0, static_cast<double>(kMostShapeTriangles));
-    check.number(key + ".blend", shape.blend, 0.0, kMaxCoordinate);
+    check.keys<ShapeKeys>(key, shape);
     for (const Vec3& point : shape.axis) check.place(key + ".axis", point);
     for (const double radius : shape.axis_radii) check.above(key + ".axis", radius, kMaxCoordinate);
     if (shape.kind == ShapeKind::Tube && (shape.axis.size() < 2 || shape.axis_radii.size() != shape.axis.size()))
@@ -122,25 +96,16 @@ void check_shape(const std::string& key, const ShapeSpec& shape, SceneCheck& che
 }
 
 void check_fixed(const std::string& key, const FixedRegion& region, SceneCheck& check) {
-    if (region.kind == RegionKind::Direction) {
-        check.direction(key, region.direction);
-        check.number(key, region.fraction, 0.0, 1.0);
-    }
-    if (region.kind == RegionKind::Sphere) {
-        check.place(key, region.centre);
-        check.number(key, region.radius, 0.0, kMaxCoordinate);
-    }
+    if (region.kind == RegionKind::Direction) check.keys<DirectionRegionKeys>(key, region);
+    if (region.kind == RegionKind::Sphere) check.keys<SphereRegionKeys>(key, region);
 }
 
 void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
     const SceneBody& body = scene.bodies[i];
     const std::string key = "bodies." + body.name;
-    check.above(key + ".scale", body.scale);
-    check.place(key + ".translate", body.translate);
-    check.number(key + ".blend", body.blend, 0.0, kMaxCoordinate);
+    check.keys<BodyKeys>(key, body);
+    check.keys<FileSurfaceKeys>(key + ".surface", body.surface);
     check.above(key + ".surface.unit", body.surface.unit);
-    check.number(key + ".surface.weld_tolerance", body.surface.repairing.weld_tolerance, 0.0, kMaxCoordinate);
-    check.number(key + ".surface.may_remove", body.surface.repairing.may_remove, 0.0, 1.0);
     if (body.surface.source == SurfaceSource::Shape) check_shape(key + ".surface", body.surface.shape, check);
     if (body.embedded_in != kNoIndex) {
         check.index(key + ".embedded_in", body.embedded_in, scene.bodies.size(), "body");
@@ -148,10 +113,8 @@ void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
             check.fail(key + ".embedded_in", "found a body that cannot carry it, expected another one that is deformable");
     }
     if (body.kind == BodyKind::Deformable) {
-        if (const Result<void> material = fem::check_material(body.material); !material.ok())
-            check.fail(key + ".material", material.error().message);
         check.above(key + ".coarse.unit", body.coarse.unit);
-        check.number(key + ".coarse.max_volume", body.coarse.max_volume, 0.0, kNoLimit);
+        if (body.coarse.file.empty()) check.keys<MeshedCoarseKeys>(key + ".coarse", body.coarse);
         for (const FixedRegion& region : body.fixed) check_fixed(key + ".fixed", region, check);
     }
     if (body.kind == BodyKind::Kinematic && body.motion.empty())
@@ -171,12 +134,7 @@ void check_instrument(const Scene& scene, std::size_t i, SceneCheck& check) {
     if (!check.failed() && !scene.bodies[instrument.lumen].hollow) check.fail(key + ".lumen", "found a body that is not hollow");
     if (instrument.inside != kNoIndex) check.index(key + ".inside", instrument.inside, i, "instrument before it,");
     check_place(scene, key + ".entry", instrument.entry, check);
-    check.number(key + ".friction", instrument.friction, 0.0, kNoLimit);
-    check.number(key + ".min_bend_radius", instrument.min_bend_radius, 0.0, kNoLimit);
-    check.number(key + ".skin_triangles", static_cast<double>(instrument.skin_triangles), 1.0, static_cast<double>(kMostShapeTriangles));
-    check.number(key + ".inserted", instrument.inserted, 0.0, kMaxCoordinate);
-    check.above(key + ".speed_limit", instrument.speed_limit);
-    check.above(key + ".rotation_limit", instrument.rotation_limit);
+    check.keys<InstrumentKeys>(key, instrument);
     double last = -kNoLimit;
     for (const PathPoint& point : instrument.path) {
         check.number(key + ".path", point.time, last, kNoLimit);
@@ -186,9 +144,6 @@ void check_instrument(const Scene& scene, std::size_t i, SceneCheck& check) {
     }
     if (!instrument.follow) return;
     check.index(key + ".follow", instrument.follow->target, scene.targets.size(), "target");
-    check.above(key + ".follow.speed", instrument.follow->speed);
-    check.above(key + ".follow.look_ahead", instrument.follow->look_ahead);
-    check.above(key + ".follow.tolerance", instrument.follow->tolerance);
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/vec.hpp"
+#include "engine/scene/drive_specs.hpp"
 
 #include <span>
 #include <vector>
@@ -13,11 +14,6 @@ struct DriveRow {
     double time = 0.0;      // s, ascending
     double insertion = 0.0; // m
     double rotation = 0.0;  // rad
-};
-
-struct DriveLimits {
-    double speed = 0.035;   // m/s, of insertion and retraction
-    double rotation = 3.14; // rad/s
 };
 
 struct DriveCommand {
@@ -35,11 +31,5 @@ struct Route {
     std::vector<double> length; // [n] m, arc length from the first point
 };
 [[nodiscard]] Route make_route(std::vector<Vec3> points, std::vector<double> radii);
-
-struct FollowSettings {
-    double speed = 0.025;      // m/s, where the way is straight
-    double look_ahead = 0.012; // m, of the route beyond the tip that the tip is turned to
-    double tolerance = 0.003;  // m, to the end of the route: arrived
-};
 
 } // namespace trocar::engine

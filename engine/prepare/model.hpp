@@ -5,6 +5,8 @@
 #include "collision/topology.hpp"
 #include "engine/prepare/blood.hpp"
 #include "engine/prepare/drive.hpp"
+#include "engine/scene/contact_spec.hpp"
+#include "engine/scene/effect_specs.hpp"
 #include "engine/time/step_budget.hpp"
 #include "fem/tissue/integrator.hpp"
 #include "fem/embedding/links.hpp"
@@ -73,26 +75,6 @@ struct InstrumentModel {
     collision::SurfaceTopology topology; // of the skin
 };
 
-/// Respiration: the pinned nodes of every deformable body move together, there and back once a period.
-struct Breathing {
-    double amplitude = 0.0;         // m
-    double period = 4.0;            // s
-    Vec3 direction = Vec3::UnitZ(); // unit, towards the head: expiration
-};
-
-/// The walls of hollow bodies move along BodyModel::pulse_reach, out and back once a period.
-struct Pulse {
-    double period = 0.9; // s
-};
-
-/// What the blood is like; how it flows is BodyModel::blood.
-struct Blood {
-    double density = 1060.0;   // kg/m^3
-    double viscosity = 3.5e-3; // Pa s
-    double pulsatility = 0.0;  // [-] the speed varies by this share of its mean, most when the pulse has widened the walls
-    double period = 0.9;       // s, of the pulse
-};
-
 /// Only what is set here has code that runs.
 struct EffectSet {
     bool elasticity = true;      // off: deformable bodies stay at rest
@@ -100,46 +82,9 @@ struct EffectSet {
     bool self_contact = false;   // solid bodies against themselves
     bool exact_contact = true;   // continuous tests, when the budget allows
     std::optional<Vec3> gravity; // m/s^2
-    std::optional<Breathing> breathing;
-    std::optional<Pulse> pulse;
+    std::optional<BreathingSpec> breathing;
+    std::optional<PulseSpec> pulse;
     std::optional<Blood> blood_drag; // of instruments
-};
-
-/// How tested pairs of solid bodies push.
-enum class SolidResponse : std::uint8_t {
-    Surface, // by the depth of the surfaces beneath the leaves; open surfaces as Spheres
-    Spheres, // by the overlap of the spheres, as in the sphere-tree paper
-};
-
-/// Which spheres solid bodies have.
-enum class SphereTrees : std::uint8_t {
-    Covering,  // around groups of triangles, all of them fitted to the surface's corners in every step
-    Wrapped,   // from the medial axis, each evaluated lazily from the coarse nodes; they hold their surface under any deformation
-    Heuristic, // the same, moved as in the sphere-tree paper: they may lose surface
-};
-
-/// Whether image-space culling filters the exact stage's candidates before they are tested.
-enum class Culling : std::uint8_t {
-    Auto, // where that is predicted to pay: on a graphics card if there is one, on the CPU otherwise
-    Never,
-    Cpu,    // always, by the CPU reference
-    OpenGl, // always, by OpenGL, hardware or software; by the CPU reference where there is none
-};
-
-struct ContactSettings {
-    double clearance = 1.0e-4;      // m, clearance that the response keeps between skin and wall: ten times the exact tests' distance
-    double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
-    double margin = 3.0e-4;         // m, coarse contacts are reported from this far
-    double rod_stiffness = 2.0e4;   // N/m, of the wall in the rod's solve: 1 N presses 0.05 mm
-    double wall_stiffness = 2000.0; // N/m, of the instrument in the tissue's integration: its push has faded when the wall has yielded
-                                    // by force / wall_stiffness. Softer lets a tap throw the wall by millimetres in a step
-    double solid_stiffness = 200.0; // N/m per place where solid bodies touch
-    double solid_damping = 0.0;     // N s/m per place, on approach
-    double solid_friction = 0.0;    // Coulomb mu between solid bodies; 0 without the effect friction
-    SolidResponse solid_response = SolidResponse::Surface;
-    SphereTrees sphere_trees = SphereTrees::Covering;
-    double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
-    Culling culling = Culling::Auto;                                            // of the exact stage's candidates
 };
 
 struct SceneModel {
@@ -159,7 +104,7 @@ struct SceneModel {
     std::vector<std::pair<std::size_t, std::size_t>> nested;
     std::vector<InstrumentModel> instruments;
     EffectSet effects;
-    ContactSettings contact;
+    ContactSpec contact;
 };
 
 } // namespace trocar::engine

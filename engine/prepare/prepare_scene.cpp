@@ -52,7 +52,7 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
         if (!links.ok()) return links.error();
         model.route_links = std::move(*links);
     }
-    model.follow = {spec.follow->speed, spec.follow->look_ahead, spec.follow->tolerance};
+    model.follow = spec.follow->settings;
     return {};
 }
 
@@ -81,7 +81,7 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     }
     model.friction = scene.effects.friction ? spec.friction : 0.0;
     model.inserted = spec.inserted;
-    model.limits = {spec.speed_limit, spec.rotation_limit};
+    model.limits = spec.limits;
     for (const PathPoint& point : spec.path) model.path.push_back({point.time, point.insertion, point.rotation});
     if (!model.path.empty()) model.inserted = evaluate_path(model.path, 0.0).insertion;
     model.chain = spheretree::make_chain_tree(kLinksPerSegment * (model.rod.node_count() - 1) + 1);
@@ -140,39 +140,19 @@ EffectSet make_effects(const Scene& scene) {
     effects.exact_contact = scene.effects.exact_contact;
     effects.self_contact = scene.effects.self_contact && scene.effects.coarse_contact;
     if (scene.effects.gravity) effects.gravity = scene.gravity;
-    if (scene.effects.breathing)
-        effects.breathing =
-            Breathing{scene.effects.breathing->amplitude, scene.effects.breathing->period, scene.effects.breathing->direction};
-    if (scene.effects.pulse) effects.pulse = Pulse{scene.effects.pulse->period};
-    if (const auto& blood = scene.effects.blood_drag) {
-        effects.blood_drag = Blood{blood->density, blood->viscosity, blood->pulsatility, 0.0};
-        if (scene.effects.pulse) effects.blood_drag->period = scene.effects.pulse->period;
+    effects.breathing = scene.effects.breathing;
+    effects.pulse = scene.effects.pulse;
+    if (const auto& drag = scene.effects.blood_drag) {
+        effects.blood_drag = drag->blood;
+        effects.blood_drag->period = effects.pulse ? effects.pulse->period : 0.0;
     }
     return effects;
 }
 
-SphereTrees find_sphere_trees(const Scene& scene) {
-    if (scene.contact.sphere_trees == "wrapped") return SphereTrees::Wrapped;
-    return scene.contact.sphere_trees == "heuristic" ? SphereTrees::Heuristic : SphereTrees::Covering;
-}
-
-ContactSettings make_contact(const Scene& scene) {
-    ContactSettings contact;
-    contact.margin = scene.contact.margin;
-    contact.rod_stiffness = scene.contact.rod_stiffness;
-    contact.wall_stiffness = scene.contact.wall_stiffness;
-    contact.solid_stiffness = scene.contact.solid_stiffness;
-    contact.assumed_depth = scene.contact.assumed_depth;
-    contact.solid_damping = scene.contact.solid_damping;
-    contact.solid_friction = scene.effects.friction ? scene.contact.solid_friction : 0.0;
-    contact.solid_response = scene.contact.solid_spheres ? SolidResponse::Spheres : SolidResponse::Surface;
-    contact.sphere_trees = find_sphere_trees(scene);
-    contact.culling = scene.contact.culling == "never"    ? Culling::Never
-                      : scene.contact.culling == "cpu"    ? Culling::Cpu
-                      : scene.contact.culling == "opengl" ? Culling::OpenGl
-                                                          : Culling::Auto;
-    contact.clearance = scene.contact.clearance;
-    contact.exact_distance = scene.contact.exact_distance;
+/// The scene's, as far as its instruments and effects allow.
+ContactSpec make_contact(const Scene& scene) {
+    ContactSpec contact = scene.contact;
+    if (!scene.effects.friction) contact.solid_friction = 0.0;
     for (const SceneInstrument& instrument : scene.instruments)
         contact.clearance = std::min(contact.clearance, kLargestClearanceShare * instrument.design.radius);
     contact.exact_distance = std::min(contact.exact_distance, kLargestDistanceShare * contact.clearance);
@@ -185,7 +165,7 @@ void note_bounds(const Scene& scene, PreparedScene& prepared) {
     if (instruments.empty()) return;
     const auto by_radius = [](const InstrumentModel& a, const InstrumentModel& b) { return a.rod.design.radius < b.rod.design.radius; };
     const InstrumentModel& thinnest = *std::min_element(instruments.begin(), instruments.end(), by_radius);
-    const ContactSettings& contact = prepared.model.contact;
+    const ContactSpec& contact = prepared.model.contact;
     std::vector<std::string>& notes = prepared.bodies[thinnest.lumen].notes;
     if (contact.clearance < scene.contact.clearance)
         notes.push_back(fmt::format("contact.clearance {:.4g} mm lowered to {:.4g} mm, {:g} of the radius of {}: with more of it thin "

@@ -105,12 +105,12 @@ Result<void> check_target(const Scene& scene, const SceneInstrument& spec, const
     if (clearance >= radius) return {};
     const auto stands = [&](const Vec3& p) { return clearance_at(inside, p) >= radius; };
     const auto nearest = find_clear_place(*lumen.lumen, target, radius, stands);
-    if (nearest && (*nearest - target).squaredNorm() <= spec.follow->tolerance * spec.follow->tolerance) return {};
+    if (nearest && (*nearest - target).squaredNorm() <= spec.follow->settings.tolerance * spec.follow->settings.tolerance) return {};
     const auto named = find_clear_place(*lumen.lumen, target, kClearanceMargin * radius, stands);
     return scene_error(
         scene, "targets." + scene.targets[spec.follow->target].name,
         fmt::format("the target {} {}, and no place within the tolerance of {:.3g} mm has the {:.3g} mm of the radius of {}{}",
-                    show_clearance(clearance), lumen.name, 1e3 * spec.follow->tolerance, 1e3 * radius, spec.name,
+                    show_clearance(clearance), lumen.name, 1e3 * spec.follow->settings.tolerance, 1e3 * radius, spec.name,
                     suggest_place(scene, named ? named : nearest, target)));
 }
 
@@ -118,7 +118,7 @@ std::vector<std::string> note_target(const Scene& scene, const SceneInstrument& 
                                      const Vec3& target) {
     const InsideTest inside(lumen.surface);
     const std::string name = "targets." + scene.targets[spec.follow->target].name;
-    const double radius = model.rod.design.radius, tolerance = spec.follow->tolerance, clearance = clearance_at(inside, target);
+    const double radius = model.rod.design.radius, tolerance = spec.follow->settings.tolerance, clearance = clearance_at(inside, target);
     std::vector<std::string> notes;
     if (clearance < radius)
         if (const auto place = find_clear_place(*lumen.lumen, target, radius))

@@ -129,8 +129,7 @@ private:
 
     std::optional<Error> in_range(const JsonNode& node, Dimension dimension, const Range& range, const std::string& path) {
         const double si = node.number * context_.units.factor(dimension);
-        const bool inside = range.above_least ? si > range.least : si >= range.least;
-        if (!inside || !(si <= range.most) || !std::isfinite(si))
+        if (!range.contains(si))
             return fail(node.at, path, out_of_range(node, dimension, range, context_.units));
         if (si < range.usual_least || si > range.usual_most)
             context_.questions.push_back(fmt::format("{}: {} is unusual{}{}", path, with_unit(si, dimension, context_.units),

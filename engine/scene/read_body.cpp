@@ -1,67 +1,18 @@
+#include "engine/scene/describe_body.hpp"
 #include "engine/scene/nearest.hpp"
-#include "engine/scene/reader.hpp"
+#include "engine/scene/read_keys.hpp"
 #include "engine/scene/recipe.hpp"
 #include "engine/scene/scene_size.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <utility>
 
 namespace trocar::engine {
 namespace {
 
-/// Words of a table's choice and what they mean, in one order.
-template <class T, std::size_t count>
-T find_choice(const std::array<std::pair<std::string_view, T>, count>& choices, std::string_view word) {
-    for (const auto& [name, value] : choices)
-        if (name == word) return value;
-    return choices.front().second;
-}
-
-constexpr std::array<std::pair<std::string_view, BodyKind>, 3> kBodyKinds = {
-    {{"deformable", BodyKind::Deformable}, {"static", BodyKind::Static}, {"kinematic", BodyKind::Kinematic}}};
-constexpr std::array<std::pair<std::string_view, ShapeKind>, 5> kShapes = {{{"sphere", ShapeKind::Sphere},
-                                                                            {"box", ShapeKind::Box},
-                                                                            {"tube", ShapeKind::Tube},
-                                                                            {"torus", ShapeKind::Torus},
-                                                                            {"vessels", ShapeKind::Vessels}}};
-constexpr std::array<std::pair<std::string_view, fem::MaterialLaw>, 3> kLaws = {
-    {{"neo_hookean", fem::MaterialLaw::NeoHookean}, {"corotational", fem::MaterialLaw::Corotational}, {"stvk", fem::MaterialLaw::StVK}}};
-
 constexpr double kSamePoint = 1e-9; // m
-
-double file_unit(const CheckContext& context, const Values& values) {
-    return values.has("unit") ? *find_unit(Dimension::Length, values.text("unit")) : context.units.length;
-}
-
-std::filesystem::path checked_file(const CheckContext& context, const std::string& name) {
-    const auto file = resolve_file(name, context.folder); // it passed the check; the file may have vanished since
-    return file ? *file : context.folder / name;
-}
-
-std::optional<Error> read_file_surface(const CheckContext& context, const Values& values, SurfaceSpec& surface) {
-    surface.source = SurfaceSource::File;
-    surface.file = checked_file(context, values.text("file"));
-    surface.unit = file_unit(context, values);
-    if (const JsonNode* groups = values.find("groups"))
-        for (const JsonNode& group : groups->children) surface.groups.push_back(group.text);
-    bool welds = false;
-    if (const JsonNode* repairs = values.find("repair"))
-        for (const JsonNode& name : repairs->children) {
-            surface.repair.push_back(*find_repair(name.text));
-            welds = welds || surface.repair.back() == Repair::Weld;
-        }
-    surface.repairing.may_remove = values.number("may_remove");
-    surface.repairing.may_split = values.flag("may_split");
-    surface.may_cross = values.flag("may_cross");
-    if (!values.has("weld_tolerance")) return std::nullopt;
-    surface.repairing.weld_tolerance = values.number("weld_tolerance");
-    if (welds) return std::nullopt;
-    return fail_at(context, values, "weld_tolerance", "unused key: the repairs do not contain weld; expected it added or this left out");
-}
 
 /// Rings between two rows of a tube's axis, about as far apart as its sides are wide: long thin triangles make poor
 /// contacts.
@@ -98,8 +49,6 @@ std::optional<Error> read_tube(const CheckContext& context, const Values& values
 }
 
 std::optional<Error> read_vessels(const CheckContext& context, const Values& values, ShapeSpec& shape) {
-    shape.blend = values.number("blend");
-    shape.triangles = values.count<std::size_t>("triangles");
     for (const JsonNode& branch : values.find("branches")->children) {
         anatomy::VesselBranch& read = shape.branches.emplace_back();
         for (const JsonNode& row : branch.children) {
@@ -114,17 +63,11 @@ std::optional<Error> read_vessels(const CheckContext& context, const Values& val
     return std::nullopt;
 }
 
-std::optional<Error> read_shape(const CheckContext& context, const Values& values, SurfaceSpec& surface) {
+std::optional<Error> read_shape(const Reading& reading, SurfaceSpec& surface) {
+    const auto& [context, values, scene] = reading;
     surface.source = SurfaceSource::Shape;
     ShapeSpec& shape = surface.shape;
-    shape.kind = find_choice(kShapes, values.text("shape"));
-    shape.centre = values.vector("centre");
-    shape.subdivisions = values.count<int>("subdivisions");
-    shape.cells = values.count<int>("cells");
-    shape.sides = values.count<int>("sides");
-    shape.radius = values.number("radius", 0.0);
-    shape.tube_radius = values.number("tube_radius", 0.0);
-    if (shape.kind == ShapeKind::Box) shape.extent = values.vector("extent");
+    if (auto error = read_keys<ShapeKeys>(reading, shape)) return error;
     if (shape.kind == ShapeKind::Tube) return read_tube(context, values, shape);
     if (shape.kind == ShapeKind::Vessels) return read_vessels(context, values, shape);
     if (shape.kind == ShapeKind::Torus && shape.tube_radius >= shape.radius)
@@ -135,93 +78,40 @@ std::optional<Error> read_shape(const CheckContext& context, const Values& value
     return std::nullopt;
 }
 
-std::optional<Error> read_surface(const CheckContext& context, const Values& body, SurfaceSpec& surface) {
-    const JsonNode& node = *body.find("surface");
-    if (node.type == JsonType::Text) {
-        surface.source = SurfaceSource::File;
-        surface.file = checked_file(context, node.text);
-        surface.unit = context.units.length;
-        return std::nullopt;
-    }
-    const Values values = body.object("surface");
-    if (node.find("file") != nullptr) return read_file_surface(context, values, surface);
-    if (node.find("shape") != nullptr) return read_shape(context, values, surface);
+std::optional<Error> read_file_surface(const Reading& reading, SurfaceSpec& surface) {
+    surface.source = SurfaceSource::File;
+    if (auto error = read_keys<FileSurfaceKeys>(reading, surface)) return error;
+    const bool welds = std::find(surface.repair.begin(), surface.repair.end(), Repair::Weld) != surface.repair.end();
+    if (welds || !reading.values.has("weld_tolerance")) return std::nullopt;
+    return fail_at(reading.context, reading.values, "weld_tolerance",
+                   "unused key: the repairs do not contain weld; expected it added or this left out");
+}
+
+std::optional<Error> read_recipe_surface(const Reading& reading, SurfaceSpec& surface) {
     surface.source = SurfaceSource::Recipe;
-    surface.file = checked_file(context, values.text("recipe"));
-    surface.part = values.text("part") == "liver" ? "liver" : "lumen";
+    surface.file = checked_file(reading.context, reading.values.text("recipe"));
+    surface.part = reading.values.text("part") == "liver" ? "liver" : "lumen";
     auto recipe = read_recipe(surface.file);
     if (!recipe) return recipe.error();
     surface.recipe = *recipe;
     return std::nullopt;
 }
 
-std::optional<Error> read_region(const CheckContext& context, const Values& values, const JsonNode& node, FixedRegion& region) {
+std::optional<Error> read_region(const Reading& reading, const JsonNode& node, FixedRegion& region) {
     if (node.find("direction") != nullptr) {
         region.kind = RegionKind::Direction;
-        region.fraction = values.number("fraction");
-        return read_direction(context, values, "direction", region.direction);
+        return read_keys<DirectionRegionKeys>(reading, region);
     }
-    if (node.find("sphere") != nullptr) {
-        const Values ball = values.object("sphere");
-        region.kind = RegionKind::Sphere;
-        region.centre = ball.vector("centre");
-        region.radius = ball.number("radius");
-        return std::nullopt;
-    }
-    region.kind = RegionKind::Box;
-    const auto& corners = values.find("box")->children;
-    for (std::size_t i = 0; i < 3; ++i) {
-        region.box.lo[static_cast<int>(i)] = values.column("box", corners[0], i);
-        region.box.hi[static_cast<int>(i)] = values.column("box", corners[1], i);
-    }
-    if ((region.box.lo.array() < region.box.hi.array()).all()) return std::nullopt;
-    return fail_at(context, values, "box", "found an empty box; expected the lower corner first, then the upper one");
-}
-
-std::optional<Error> read_tissue(const CheckContext& context, const Values& values, SceneBody& body) {
-    const Values material = values.object("material");
-    body.material.law = find_choice(kLaws, material.text("law"));
-    body.material.young_modulus = material.number("young_modulus");
-    body.material.poisson_ratio = material.number("poisson_ratio");
-    body.material.density = material.number("density");
-    body.material.viscosity = material.number("viscosity");
-    body.material.mass_damping = material.number("mass_damping");
-    body.cap_viscosity = material.flag("cap_viscosity");
-
-    const Values coarse = values.object("coarse");
-    if (values.has("coarse") && values.find("coarse")->find("file") != nullptr) {
-        body.coarse.file = checked_file(context, coarse.text("file"));
-        body.coarse.unit = file_unit(context, coarse);
-    } else {
-        body.coarse.lattice = coarse.text("mesher") == "lattice";
-        body.coarse.surface_triangles = coarse.count<std::size_t>("surface_triangles");
-        body.coarse.max_volume = coarse.number("max_volume", 0.0);
-    }
-    const JsonNode* fixed = values.find("fixed");
-    for (std::size_t i = 0; fixed != nullptr && i < fixed->children.size(); ++i) {
-        const JsonNode& node = fixed->children[i];
-        const std::string path = fmt::format("{}[{}]", values.path("fixed"), i);
-        const Values region = values.element("fixed", node, path);
-        if (auto error = read_region(context, region, node, body.fixed.emplace_back())) return error;
-    }
-    return std::nullopt;
-}
-
-std::optional<Error> read_motion(const CheckContext& context, const Values& values, SceneBody& body) {
-    for (const JsonNode& row : values.find("motion")->children) {
-        KeyFrame frame{values.column("motion", row, 0), {}};
-        for (std::size_t i = 0; i < 3; ++i) frame.displacement[static_cast<int>(i)] = values.column("motion", row, i + 1);
-        if (!body.motion.empty() && frame.time <= body.motion.back().time)
-            return error_at(context, row.at, fmt::format("{}[{}]", values.path("motion"), body.motion.size()),
-                            fmt::format("found the time {} after {}; expected increasing times",
-                                        with_unit(frame.time, Dimension::Time, context.units),
-                                        with_unit(body.motion.back().time, Dimension::Time, context.units)));
-        body.motion.push_back(frame);
-    }
-    return std::nullopt;
+    region.kind = node.find("sphere") != nullptr ? RegionKind::Sphere : RegionKind::Box;
+    return region.kind == RegionKind::Sphere ? read_keys<SphereRegionKeys>(reading, region) : read_keys<BoxRegionKeys>(reading, region);
 }
 
 } // namespace
+
+std::filesystem::path checked_file(const CheckContext& context, const std::string& name) {
+    const auto file = resolve_file(name, context.folder); // it passed the check; the file may have vanished since
+    return file ? *file : context.folder / name;
+}
 
 Error fail_at(const CheckContext& context, const Values& values, std::string_view key, std::string message, ErrorCode code) {
     const JsonNode* member = values.find(key);
@@ -239,19 +129,90 @@ std::optional<Error> read_direction(const CheckContext& context, const Values& v
     return std::nullopt;
 }
 
-std::optional<Error> read_body(const CheckContext& context, const Values& values, SceneBody& body) {
-    body.kind = find_choice(kBodyKinds, values.text("kind"));
-    if (auto error = read_surface(context, values, body.surface)) return error;
-    body.scale = values.number("scale");
-    body.translate = values.vector("translate");
-    body.hollow = values.flag("hollow");
-    body.self_contact = body.kind != BodyKind::Deformable || values.flag("self_contact");
-    body.blend = values.number("blend", SceneBody{}.blend);
-    if (values.has("blend") && !values.has("embedded_in"))
-        return fail_at(context, values, "blend", "unused key: the body is not embedded_in another; expected that added or this left out");
-    if (body.kind == BodyKind::Deformable) return read_tissue(context, values, body);
-    if (body.kind == BodyKind::Kinematic) return read_motion(context, values, body);
+std::optional<Error> read_file_unit(const Reading& reading, double& unit) {
+    const Values& values = reading.values;
+    unit = values.has("unit") ? *find_unit(Dimension::Length, values.text("unit")) : reading.context.units.length;
     return std::nullopt;
+}
+
+std::optional<Error> read_groups(const Reading& reading, std::vector<std::string>& groups) {
+    if (const JsonNode* list = reading.values.find("groups"))
+        for (const JsonNode& group : list->children) groups.push_back(group.text);
+    return std::nullopt;
+}
+
+std::optional<Error> read_repairs(const Reading& reading, std::vector<Repair>& repairs) {
+    if (const JsonNode* list = reading.values.find("repair"))
+        for (const JsonNode& name : list->children) repairs.push_back(*find_repair(name.text));
+    return std::nullopt;
+}
+
+std::optional<Error> read_surface(const Reading& body, SurfaceSpec& surface) {
+    const JsonNode* node = body.values.find("surface");
+    if (node == nullptr) return std::nullopt;
+    if (node->type == JsonType::Text) {
+        surface.source = SurfaceSource::File;
+        surface.file = checked_file(body.context, node->text);
+        surface.unit = body.context.units.length;
+        return std::nullopt;
+    }
+    const Values values = body.values.object("surface");
+    const Reading reading{body.context, values, body.scene};
+    if (node->find("file") != nullptr) return read_file_surface(reading, surface);
+    return node->find("shape") != nullptr ? read_shape(reading, surface) : read_recipe_surface(reading, surface);
+}
+
+std::optional<Error> read_coarse(const Reading& body, CoarseSpec& coarse) {
+    const JsonNode* node = body.values.find("coarse");
+    if (node == nullptr) return std::nullopt;
+    const Values values = body.values.object("coarse");
+    const Reading reading{body.context, values, body.scene};
+    return node->find("file") != nullptr ? read_keys<FileCoarseKeys>(reading, coarse) : read_keys<MeshedCoarseKeys>(reading, coarse);
+}
+
+std::optional<Error> read_box(const Reading& reading, Box3& box) {
+    const JsonNode* corners = reading.values.find("box");
+    if (corners == nullptr) return std::nullopt;
+    for (std::size_t i = 0; i < 3; ++i) {
+        box.lo[static_cast<int>(i)] = reading.values.column("box", corners->children[0], i);
+        box.hi[static_cast<int>(i)] = reading.values.column("box", corners->children[1], i);
+    }
+    if ((box.lo.array() < box.hi.array()).all()) return std::nullopt;
+    return fail_at(reading.context, reading.values, "box", "found an empty box; expected the lower corner first, then the upper one");
+}
+
+std::optional<Error> read_fixed(const Reading& body, std::vector<FixedRegion>& fixed) {
+    const JsonNode* list = body.values.find("fixed");
+    for (std::size_t i = 0; list != nullptr && i < list->children.size(); ++i) {
+        const JsonNode& node = list->children[i];
+        const Values values = body.values.element("fixed", node, fmt::format("{}[{}]", body.values.path("fixed"), i));
+        if (auto error = read_region({body.context, values, body.scene}, node, fixed.emplace_back())) return error;
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_motion(const Reading& body, std::vector<KeyFrame>& motion) {
+    const auto& [context, values, scene] = body;
+    const JsonNode* rows = values.find("motion");
+    if (rows == nullptr) return std::nullopt;
+    for (const JsonNode& row : rows->children) {
+        KeyFrame frame{values.column("motion", row, 0), {}};
+        for (std::size_t i = 0; i < 3; ++i) frame.displacement[static_cast<int>(i)] = values.column("motion", row, i + 1);
+        if (!motion.empty() && frame.time <= motion.back().time)
+            return error_at(context, row.at, fmt::format("{}[{}]", values.path("motion"), motion.size()),
+                            fmt::format("found the time {} after {}; expected increasing times",
+                                        with_unit(frame.time, Dimension::Time, context.units),
+                                        with_unit(motion.back().time, Dimension::Time, context.units)));
+        motion.push_back(frame);
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
+    if (auto error = read_keys<BodyKeys>(reading, body)) return error;
+    if (!reading.values.has("blend") || reading.values.has("embedded_in")) return std::nullopt;
+    return fail_at(reading.context, reading.values, "blend",
+                   "unused key: the body is not embedded_in another; expected that added or this left out");
 }
 
 std::optional<Error> resolve_host_body(const CheckContext& context, const Values& values, const Scene& scene, SceneBody& body) {

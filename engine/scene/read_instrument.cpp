@@ -1,5 +1,6 @@
+#include "engine/scene/describe_instrument.hpp"
 #include "engine/scene/nearest.hpp"
-#include "engine/scene/reader.hpp"
+#include "engine/scene/read_keys.hpp"
 
 #include <fmt/format.h>
 
@@ -58,8 +59,7 @@ std::optional<Error> read_place(const CheckContext& context, const Values& value
 std::optional<Error> read_entry(const CheckContext& context, const Values& instrument, const Scene& scene, Index lumen, PlaceSpec& place) {
     const Values values = instrument.object("entry");
     if (instrument.find("entry")->find("landmark") != nullptr) return read_place(context, values, scene, lumen, place);
-    place.position = values.vector("position");
-    return read_direction(context, values, "direction", place.direction);
+    return read_keys<EntryPositionKeys>({context, values, scene}, place);
 }
 
 std::optional<Error> read_lumen(const CheckContext& context, const Values& values, const Scene& scene, Index& lumen) {
@@ -121,31 +121,6 @@ std::optional<Error> read_inside(const CheckContext& context, const Values& valu
     return std::nullopt;
 }
 
-fem::TipShape to_tip_shape(std::string_view word) {
-    if (word == "straight") return fem::TipShape::Straight;
-    if (word == "pigtail") return fem::TipShape::Pigtail;
-    return word == "simmons" ? fem::TipShape::Simmons : fem::TipShape::J;
-}
-
-/// Rows must ascend along the instrument, and the tip's own keys must be absent.
-std::optional<Error> read_stiffness(const CheckContext& context, const Values& values, const Values& tip, fem::RodDesign& design) {
-    const JsonNode* rows = values.find("stiffness");
-    if (rows == nullptr) return std::nullopt;
-    if (tip.has("stiffness"))
-        return fail_at(context, tip, "stiffness", "found beside the instrument's rows of stiffness; expected one of them");
-    for (std::size_t i = 0; i < rows->children.size(); ++i) {
-        const JsonNode& row = rows->children[i];
-        const fem::StiffnessRow next{values.column("stiffness", row, 0), values.column("stiffness", row, 1)};
-        if (i > 0 && !(next.from_tip > design.stiffness.back().from_tip))
-            return error_at(context, row.at, fmt::format("{}[{}]", values.path("stiffness"), i),
-                            fmt::format("found {} after {}; expected lengths from the tip that ascend",
-                                        with_unit(next.from_tip, Dimension::Length, context.units),
-                                        with_unit(design.stiffness.back().from_tip, Dimension::Length, context.units)));
-        design.stiffness.push_back(next);
-    }
-    return std::nullopt;
-}
-
 /// A coil needs enough nodes: checked here, where units and keys are known.
 std::optional<Error> check_pigtail(const CheckContext& context, const Values& values, const fem::RodDesign& design) {
     if (design.tip != fem::TipShape::Pigtail) return std::nullopt;
@@ -163,25 +138,13 @@ std::optional<Error> check_pigtail(const CheckContext& context, const Values& va
                     with_unit(longest, Dimension::Length, context.units)));
 }
 
-std::optional<Error> read_design(const CheckContext& context, const Values& values, fem::RodDesign& design) {
-    design.length = values.number("length");
-    design.radius = values.number("radius");
-    design.segment = values.number("segment");
-    design.young_modulus = values.number("young_modulus");
-    design.density = values.number("density");
-    design.drag = values.number("drag");
-    design.transverse_drag = values.number("whip_drag");
+/// What a pigtail has where nothing is said, and lengths that contradict each other.
+std::optional<Error> complete_design(const CheckContext& context, const Values& values, fem::RodDesign& design) {
     const Values tip = values.object("tip");
-    design.tip = to_tip_shape(tip.text("shape"));
-    design.tip_length = tip.number("length");
-    design.tip_angle = tip.number("angle");
-    design.tip_stiffness = tip.number("stiffness");
     if (design.tip == fem::TipShape::Pigtail) {
         if (!tip.has("length")) design.tip_length = kPigtailLength;
         if (!tip.has("angle")) design.tip_angle = kPigtailAngle;
     }
-    design.poisson_ratio = values.number("poisson_ratio");
-    if (auto error = read_stiffness(context, values, tip, design)) return error;
     const auto length_text = [&](double length) { return with_unit(length, Dimension::Length, context.units); };
     if (design.tip != fem::TipShape::Straight && design.tip_length > design.length)
         return fail_at(context, tip, "length",
@@ -195,35 +158,24 @@ std::optional<Error> read_design(const CheckContext& context, const Values& valu
                                length_text(design.length / kLeastSegments)));
 }
 
-std::optional<Error> read_follow(const CheckContext& context, const Values& instrument, const Scene& scene, double speed_limit,
-                                 FollowSpec& follow) {
-    const Values values = instrument.object("follow");
-    const std::string name = values.text("target");
-    std::vector<std::string_view> known;
-    for (const SceneTarget& target : scene.targets) known.push_back(target.name);
-    follow.target = find_target(scene, name);
-    if (follow.target == kNoIndex) return fail_at(context, values, "target", refuse_unknown("target", name, known));
-    follow.speed = values.number("speed");
-    follow.look_ahead = values.number("look_ahead");
-    follow.tolerance = values.number("tolerance");
-    if (follow.speed <= speed_limit * (1.0 + kLimitTolerance)) return std::nullopt;
-    return fail_at(context, values, "speed",
+std::optional<Error> check_follow(const CheckContext& context, const Values& instrument, double speed_limit, double speed) {
+    if (speed <= speed_limit * (1.0 + kLimitTolerance)) return std::nullopt;
+    return fail_at(context, instrument.object("follow"), "speed",
                    fmt::format("found {}; expected at most the drive's limit, {}, or a higher \"limits\": "
                                "{{\"speed\": ...}} in the instrument",
-                               with_unit(follow.speed, Dimension::Speed, context.units),
-                               with_unit(speed_limit, Dimension::Speed, context.units)));
+                               with_unit(speed, Dimension::Speed, context.units), with_unit(speed_limit, Dimension::Speed, context.units)));
 }
 
 /// Where it starts, and what moves it.
-std::optional<Error> read_script(const CheckContext& context, const Values& values, const Scene& scene, SceneInstrument& instrument) {
+std::optional<Error> read_script(const CheckContext& context, const Values& values, SceneInstrument& instrument) {
     if (values.has("path") && values.has("follow"))
         return fail_at(context, values, "follow", "found both a path and follow; expected one of them");
     if (values.has("path"))
         if (auto error = read_path(context, values, instrument)) return error;
     if (values.has("follow"))
-        if (auto error = read_follow(context, values, scene, instrument.speed_limit, instrument.follow.emplace())) return error;
+        if (auto error = check_follow(context, values, instrument.limits.speed, instrument.follow->settings.speed)) return error;
     const double start = instrument.path.empty() ? 0.0 : instrument.path.front().insertion;
-    instrument.inserted = values.number("inserted", start);
+    if (!values.has("inserted")) instrument.inserted = start;
     const auto length_text = [&](double length) { return with_unit(length, Dimension::Length, context.units); };
     if (instrument.inserted > instrument.design.length)
         return fail_at(context, values, "inserted",
@@ -237,27 +189,50 @@ std::optional<Error> read_script(const CheckContext& context, const Values& valu
 
 } // namespace
 
-std::optional<Error> read_target(const CheckContext& context, const Values& values, const Scene& scene, SceneTarget& target) {
-    if (values.kind_is("target position")) {
-        target.place.position = values.vector("position");
-        return std::nullopt;
+/// Rows must ascend along the instrument, and the tip's own keys must be absent.
+std::optional<Error> read_stiffness(const Reading& reading, std::vector<fem::StiffnessRow>& stiffness) {
+    const auto& [context, values, scene] = reading;
+    const JsonNode* rows = values.find("stiffness");
+    if (rows == nullptr) return std::nullopt;
+    const Values tip = values.object("tip");
+    if (tip.has("stiffness"))
+        return fail_at(context, tip, "stiffness", "found beside the instrument's rows of stiffness; expected one of them");
+    for (std::size_t i = 0; i < rows->children.size(); ++i) {
+        const JsonNode& row = rows->children[i];
+        const fem::StiffnessRow next{values.column("stiffness", row, 0), values.column("stiffness", row, 1)};
+        if (i > 0 && !(next.from_tip > stiffness.back().from_tip))
+            return error_at(context, row.at, fmt::format("{}[{}]", values.path("stiffness"), i),
+                            fmt::format("found {} after {}; expected lengths from the tip that ascend",
+                                        with_unit(next.from_tip, Dimension::Length, context.units),
+                                        with_unit(stiffness.back().from_tip, Dimension::Length, context.units)));
+        stiffness.push_back(next);
     }
-    return read_place(context, values, scene, kNoIndex, target.place);
+    return std::nullopt;
 }
 
-std::optional<Error> read_instrument(const CheckContext& context, const Values& values, const Scene& scene, SceneInstrument& instrument) {
-    if (auto error = read_design(context, values, instrument.design)) return error;
-    instrument.friction = values.number("friction");
-    instrument.min_bend_radius = values.number("min_bend_radius");
-    instrument.skin_triangles = values.count<std::size_t>("skin_triangles");
-    instrument.kind = values.text("kind") == "mass_spring" ? InstrumentKind::MassSpring : InstrumentKind::Rod;
+std::optional<Error> read_follow_target(const Reading& follow, Index& target) {
+    if (!follow.values.has("target")) return std::nullopt;
+    const std::string name = follow.values.text("target");
+    std::vector<std::string_view> known;
+    for (const SceneTarget& each : follow.scene.targets) known.push_back(each.name);
+    target = find_target(follow.scene, name);
+    if (target != kNoIndex) return std::nullopt;
+    return fail_at(follow.context, follow.values, "target", refuse_unknown("target", name, known));
+}
+
+std::optional<Error> read_target(const Reading& reading, SceneTarget& target) {
+    if (reading.values.kind_is("target position")) return read_keys<TargetPositionKeys>(reading, target.place);
+    return read_place(reading.context, reading.values, reading.scene, kNoIndex, target.place);
+}
+
+std::optional<Error> read_instrument(const Reading& reading, SceneInstrument& instrument) {
+    const auto& [context, values, scene] = reading;
+    if (auto error = read_keys<InstrumentKeys>(reading, instrument)) return error;
+    if (auto error = complete_design(context, values, instrument.design)) return error;
     if (auto error =
             values.has("inside") ? read_inside(context, values, scene, instrument) : read_surroundings(context, values, scene, instrument))
         return error;
-    const Values limits = values.object("limits");
-    instrument.speed_limit = limits.number("speed");
-    instrument.rotation_limit = limits.number("rotation");
-    return read_script(context, values, scene, instrument);
+    return read_script(context, values, instrument);
 }
 
 } // namespace trocar::engine

@@ -43,10 +43,10 @@ std::optional<RowProblem> check_row(const PathPoint* before, const PathPoint& ro
         return RowProblem{0, 0,
                           fmt::format("found the time {} after {}; expected increasing times", with_unit(row.time, Dimension::Time, units),
                                       with_unit(before->time, Dimension::Time, units))};
-    if (auto text = check_speed(before->insertion, row.insertion, dt, instrument.speed_limit, "insertion", "speed", Dimension::Length,
+    if (auto text = check_speed(before->insertion, row.insertion, dt, instrument.limits.speed, "insertion", "speed", Dimension::Length,
                                 Dimension::Speed, units))
         return RowProblem{0, 1, *text};
-    if (auto text = check_speed(before->rotation, row.rotation, dt, instrument.rotation_limit, "rotation", "rotation", Dimension::Angle,
+    if (auto text = check_speed(before->rotation, row.rotation, dt, instrument.limits.rotation, "rotation", "rotation", Dimension::Angle,
                                 Dimension::AngularSpeed, units))
         return RowProblem{0, 2, *text};
     return std::nullopt;

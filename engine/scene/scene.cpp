@@ -1,6 +1,7 @@
 #include "engine/scene/scene.hpp"
 
 #include "engine/scene/check.hpp"
+#include "engine/scene/describe_effects.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -56,7 +57,7 @@ std::string script_text(const Scene& scene, const SceneInstrument& instrument) {
                            with_unit(instrument.path.back().time, Dimension::Time, scene.units));
     if (!instrument.follow) return "nothing: it stays where it is";
     return fmt::format("the script, to {} at up to {}", scene.targets[instrument.follow->target].name,
-                       with_unit(instrument.follow->speed, Dimension::Speed, scene.units));
+                       with_unit(instrument.follow->settings.speed, Dimension::Speed, scene.units));
 }
 
 std::string instrument_text(const Scene& scene, const SceneInstrument& instrument) {
@@ -71,24 +72,22 @@ std::string instrument_text(const Scene& scene, const SceneInstrument& instrumen
                        script_text(scene, instrument));
 }
 
+bool is_on(bool flag) { return flag; }
+template <class T>
+bool is_on(const std::optional<T>& settings) {
+    return settings.has_value();
+}
+
 } // namespace
 
 std::size_t TimeSpec::step_count() const noexcept { return static_cast<std::size_t>(std::ceil(duration / step * (1.0 - kStepTolerance))); }
 
 std::vector<std::string> Effects::names() const {
     std::vector<std::string> all;
-    if (elasticity) all.emplace_back("elasticity");
-    if (gravity) all.emplace_back("gravity");
-    if (damping) all.emplace_back("damping");
-    if (coarse_contact) all.emplace_back("coarse_contact");
-    if (exact_contact) all.emplace_back("exact_contact");
-    if (friction) all.emplace_back("friction");
-    if (breathing) all.emplace_back("breathing");
-    if (pulse) all.emplace_back("pulse");
-    if (self_contact) all.emplace_back("self_contact");
-    if (twist) all.emplace_back("twist");
-    if (blood_drag) all.emplace_back("blood_drag");
-    if (fluoroscopy) all.emplace_back("fluoroscopy");
+    const auto add = [&](const auto& one) {
+        if (is_on(*one.member)) all.emplace_back(one.field.key);
+    };
+    std::apply([&](const auto&... one) { (add(one), ...); }, EffectsKeys::of(*this).entries);
     return all;
 }
 

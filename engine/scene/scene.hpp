@@ -1,5 +1,5 @@
 // A scene as the engine uses it: plain structs in SI, every name resolved, every number checked.
-// The file format is described by one table (scene_table.hpp), which also makes the JSON Schema and docs/scene.md.
+// The keys of each struct stand in the describe_*.hpp, from which reader, checks, JSON Schema and docs/scene.md are made.
 #pragma once
 
 #include "assets/anatomy/recipe.hpp"
@@ -9,11 +9,14 @@
 #include "base/result.hpp"
 #include "base/vec.hpp"
 #include "engine/scene/budget.hpp"
+#include "engine/scene/contact_spec.hpp"
+#include "engine/scene/drive_specs.hpp"
+#include "engine/scene/effect_specs.hpp"
 #include "engine/scene/units.hpp"
 #include "engine/time/pacer.hpp"
+#include "fem/rod/rod.hpp"
 #include "fem/tissue/integrator.hpp"
 #include "fem/tissue/material.hpp"
-#include "fem/rod/rod.hpp"
 
 #include <filesystem>
 #include <map>
@@ -129,15 +132,9 @@ struct PathPoint {
 
 /// The script drives the tip to a target by itself.
 struct FollowSpec {
-    Index target = kNoIndex;   // into Scene::targets
-    double speed = 0.025;      // m/s of insertion where the way is straight, at most the limit
-    double look_ahead = 0.012; // m of the route beyond the tip that the tip is turned to
-    double tolerance = 0.003;  // m to the target: arrived
+    Index target = kNoIndex; // into Scene::targets
+    FollowSettings settings;
 };
-
-/// Limits of a surgeon's drive commands in the literature: 35 mm/s and 3.14 rad/s.
-inline constexpr double kSurgeonSpeedLimit = 0.035;   // m/s
-inline constexpr double kSurgeonRotationLimit = 3.14; // rad/s
 
 /// How an instrument is computed: the implicit rod, or the mass-spring chain of Govindaraju et al. 2005.
 enum class InstrumentKind : std::uint8_t { Rod, MassSpring };
@@ -151,13 +148,12 @@ struct SceneInstrument {
     double min_bend_radius = 0.0;       // m, bends tighter than this kink it; 0: not stated
     std::size_t skin_triangles = 10000; // of the dense surface, aimed at
     PlaceSpec entry;
-    Index lumen = kNoIndex;                     // hollow body it is inside of
-    double inserted = 0.0;                      // m beyond the entry at t = 0
-    double speed_limit = kSurgeonSpeedLimit;       // m/s
-    double rotation_limit = kSurgeonRotationLimit; // rad/s
-    std::vector<PathPoint> path;                // empty: none
-    std::filesystem::path path_file;            // the CSV it came from, if any
-    std::optional<FollowSpec> follow;           // with a path of `run --path`: what the tip is measured against
+    Index lumen = kNoIndex; // hollow body it is inside of
+    double inserted = 0.0;  // m beyond the entry at t = 0
+    DriveLimits limits;
+    std::vector<PathPoint> path;      // empty: none
+    std::filesystem::path path_file;  // the CSV it came from, if any
+    std::optional<FollowSpec> follow; // with a path of `run --path`: what the tip is measured against
 };
 
 struct TimeSpec {
@@ -172,47 +168,16 @@ struct TimeSpec {
     [[nodiscard]] std::size_t step_count() const noexcept;
 };
 
-/// Parameters of contact and response, the same for all pairs.
-struct ContactSpec {
-    double clearance = 1.0e-4;             // m, clearance that the response keeps between an instrument's skin and a wall
-    double exact_distance = 1.0e-5;        // m, closer than this counts as touching in the exact tests
-    double margin = 3.0e-4;                // m, coarse contacts are reported from this far
-    double rod_stiffness = 2.0e4;          // N/m, of a wall in the instrument's solve
-    double wall_stiffness = 2000.0;        // N/m, of an instrument in the tissue's integration
-    double solid_stiffness = 200.0;        // N/m per place where solid bodies touch
-    double solid_damping = 0.0;            // N s/m per such place, on approach
-    double solid_friction = 0.0;           // Coulomb mu between solid bodies, with the effect friction
-    std::string sphere_trees = "covering"; // of solid bodies: covering, wrapped, heuristic
-    bool solid_spheres = false;            // solid bodies push by the overlap of their spheres, not by the depth of their surfaces
-    double assumed_depth = 5.0e-4;                                              // m, deepest that an untested pair may count
-    std::string culling = "auto"; // image-space culling of the exact stage's candidates: auto, never, cpu, opengl
-};
-
 /// How `cost` compares the contacts of two runs.
 struct CostSpec {
     double patch = 0.0;     // m, edge of the cells that a surface at rest is cut into; 0: derived from the surface
     double tolerance = 0.0; // m, solids whose spheres come nearer than this are in contact; 0: the contact margin
 };
 
-/// Breathing moves the fixed nodes of every deformable body along a direction, there and back once a period.
-struct BreathingSpec {
-    double amplitude = 0.010;       // m, end to end
-    double period = 4.0;            // s
-    Vec3 direction = Vec3::UnitZ(); // unit, towards the head
-};
-
-/// The walls of hollow bodies widen and narrow with the heart.
-struct PulseSpec {
-    double amplitude = 0.05; // [-] of the local radius, diastole to systole
-    double period = 0.9;     // s
-};
-
 /// Blood flows along the vessels that instruments move in, and takes them along.
 struct BloodSpec {
     double speed = 0.2;               // m/s, at the inlet, mean over the cross-section and over time
-    double density = 1060.0;          // kg/m^3
-    double viscosity = 3.5e-3;        // Pa s, of whole blood where it is sheared fast
-    double pulsatility = 0.0;         // [-] share of the mean speed by which it rises and falls with the pulse
+    Blood blood;                      // its period is the pulse's, set by preparation
     std::optional<SceneTarget> inlet; // where it comes in; absent: behind the instrument's entry
 };
 

@@ -1,5 +1,6 @@
 #include "engine/scene/table.hpp"
 
+#include <cmath>
 #include <utility>
 
 namespace trocar::engine {
@@ -21,8 +22,23 @@ FieldSpec make_field(std::string_view key, ValueSpec value, std::string_view doc
 
 } // namespace
 
+bool Range::contains(double value) const noexcept {
+    return std::isfinite(value) && (above_least ? value > least : value >= least) && value <= most;
+}
+
+std::size_t ValueSpec::index_of(int value) const noexcept {
+    for (std::size_t i = 0; i < choices.size(); ++i)
+        if (value_of(i) == value) return i;
+    return choices.size();
+}
+
 FieldSpec FieldSpec::required() && {
     is_required = true;
+    return std::move(*this);
+}
+
+FieldSpec FieldSpec::default_in_doc() && {
+    is_default_in_doc = true;
     return std::move(*this);
 }
 

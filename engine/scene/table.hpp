@@ -5,8 +5,11 @@
 #include "base/vec.hpp"
 #include "engine/scene/units.hpp"
 
+#include <initializer_list>
 #include <limits>
+#include <optional>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -35,6 +38,9 @@ struct Range {
     double usual_least = -std::numeric_limits<double>::infinity();
     double usual_most = std::numeric_limits<double>::infinity();
     std::string_view what = {}; // what the range is about, as in "soft tissue is 900 to 1200 kg/m^3"
+
+    /// false of what is not finite
+    [[nodiscard]] bool contains(double value) const noexcept;
 };
 
 struct Column {
@@ -50,11 +56,18 @@ struct ValueSpec {
     Dimension dimension = Dimension::None; // Number; Choice of a unit
     Range range = {};                      // Number, Count
     std::vector<std::string_view> choices; // Choice
+    std::vector<int> choice_values = {};   // Choice: what a member holds for each; empty: its index
     std::vector<Column> columns;           // Vector, Rows
     std::size_t least_count = 0;           // Rows, List
     std::size_t most_count = std::numeric_limits<std::size_t>::max();
     const ObjectSpec* object = nullptr;  // Object
     std::vector<ValueSpec> alternatives; // Alternatives; List, Map: the element alone
+
+    /// Choice: what a member holds for the choice at that index, and the other way round; choices.size() where it is none.
+    [[nodiscard]] int value_of(std::size_t index) const noexcept {
+        return choice_values.empty() ? static_cast<int>(index) : choice_values[index];
+    }
+    [[nodiscard]] std::size_t index_of(int value) const noexcept;
 };
 
 using DefaultValue = std::variant<std::monostate, bool, double, std::string_view, Vec3>;
@@ -64,10 +77,13 @@ struct FieldSpec {
     ValueSpec value;
     std::string_view doc;
     bool is_required = false;
-    DefaultValue otherwise;                  // SI; monostate: nothing, `doc` says what happens
-    std::vector<std::string_view> used_when; // values of the object's discriminator that use this key; empty: all
+    DefaultValue otherwise = {};                  // SI; monostate: nothing, `doc` says what happens
+    std::vector<std::string_view> used_when = {}; // values of the object's discriminator that use this key; empty: all
+    bool is_default_in_doc = false;               // the table shows no default
+    std::optional<double> none = {}; // a default outside the range: "none" in a struct, which a file says by leaving the key out
 
     [[nodiscard]] FieldSpec required() &&;
+    [[nodiscard]] FieldSpec default_in_doc() &&;
     [[nodiscard]] FieldSpec by_default(DefaultValue value_if_absent) &&;
     [[nodiscard]] FieldSpec when(std::vector<std::string_view> discriminator_values) &&;
 };
@@ -88,7 +104,19 @@ struct ObjectSpec {
 [[nodiscard]] FieldSpec flag_field(std::string_view key, std::string_view doc);
 [[nodiscard]] FieldSpec text_field(std::string_view key, std::string_view doc);
 [[nodiscard]] FieldSpec path_field(std::string_view key, std::string_view doc);
+/// Of an enum: the choices are its values, in its order.
 [[nodiscard]] FieldSpec choice_field(std::string_view key, std::vector<std::string_view> choices, std::string_view doc);
+/// Choices in an order that is not the enum's, or of a bool.
+template <class T>
+[[nodiscard]] FieldSpec choice_field(std::string_view key, std::initializer_list<std::pair<std::string_view, T>> choices,
+                                     std::string_view doc) {
+    std::vector<std::string_view> words;
+    std::vector<int> values;
+    for (const auto& [word, value] : choices) words.push_back(word), values.push_back(static_cast<int>(value));
+    FieldSpec field = choice_field(key, std::move(words), doc);
+    field.value.choice_values = std::move(values);
+    return field;
+}
 [[nodiscard]] FieldSpec object_field(std::string_view key, const ObjectSpec& object, std::string_view doc);
 [[nodiscard]] FieldSpec map_field(std::string_view key, ValueSpec element, std::string_view doc);
 [[nodiscard]] FieldSpec value_field(std::string_view key, ValueSpec value, std::string_view doc);

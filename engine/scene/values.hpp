@@ -33,8 +33,6 @@ public:
         if (member != nullptr) return member->number * units_->factor(spec_->find(key)->value.dimension);
         return std::get<double>(spec_->find(key)->otherwise);
     }
-    /// `otherwise` where the table has no default.
-    [[nodiscard]] double number(std::string_view key, double otherwise) const { return has(key) ? number(key) : otherwise; }
     template <class T>
     [[nodiscard]] T count(std::string_view key) const {
         const JsonNode* member = find(key);
@@ -50,6 +48,13 @@ public:
         if (member != nullptr) return member->text;
         const auto* otherwise = std::get_if<std::string_view>(&spec_->find(key)->otherwise);
         return otherwise != nullptr ? std::string(*otherwise) : std::string();
+    }
+    /// What a member holds for the choice that is there.
+    [[nodiscard]] int choice(std::string_view key) const {
+        const ValueSpec& value = spec_->find(key)->value;
+        std::size_t i = 0;
+        while (value.choices[i] != find(key)->text) ++i; // it passed the check: it is one of them
+        return value.value_of(i);
     }
     [[nodiscard]] Vec3 vector(std::string_view key) const {
         const JsonNode* member = find(key);

@@ -1,6 +1,10 @@
 #include "engine/step/entry_checks.hpp"
 
 #include "engine/scene/budget.hpp"
+#include "engine/scene/check_keys.hpp"
+#include "engine/scene/describe_contact.hpp"
+#include "engine/scene/describe_effects.hpp"
+#include "engine/scene/describe_instrument.hpp"
 #include "engine/scene/table.hpp"
 
 #include <fmt/format.h>
@@ -21,6 +25,13 @@ public:
     NumberCheck& not_negative(const char* key, double value) { return take(value >= 0.0, key, value, "a finite number, 0 or more"); }
     NumberCheck& finite(const char* key, const Vec3& value) {
         for (int axis = 0; axis < 3; ++axis) take(true, key, value[axis], "three finite numbers");
+        return *this;
+    }
+    /// By the description of the struct's keys.
+    template <class Keys>
+    NumberCheck& keys(const char* key, const typename Keys::Struct& s) {
+        if (first_) return *this;
+        if (const auto misfit = find_misfit<Keys>(s)) first_ = bad(fmt::format("{}.{}", key, misfit->key), misfit->message);
         return *this;
     }
     [[nodiscard]] Result<void> result() const { return first_ ? Result<void>(*first_) : Result<void>(); }
@@ -85,29 +96,18 @@ Result<void> check_settings(const SceneModel& model) {
     check.positive("step_s", model.step_s).positive("max_substeps", model.max_substeps);
     const EffectSet& effects = model.effects;
     if (effects.gravity) check.finite("gravity", *effects.gravity);
-    if (effects.breathing)
-        check.not_negative("breathing.amplitude", effects.breathing->amplitude)
-            .positive("breathing.period", effects.breathing->period)
-            .finite("breathing.direction", effects.breathing->direction);
-    if (effects.pulse) check.positive("pulse.period", effects.pulse->period);
+    if (effects.breathing) {
+        BreathingSpec breathing = *effects.breathing;
+        if (breathing.amplitude == 0.0) breathing.amplitude = BreathingSpec{}.amplitude; // it is faded in from none
+        check.keys<BreathingKeys>("breathing", breathing);
+    }
+    if (effects.pulse) check.keys<PulseKeys>("pulse", *effects.pulse);
     if (effects.blood_drag)
-        check.positive("blood_drag.density", effects.blood_drag->density)
-            .positive("blood_drag.viscosity", effects.blood_drag->viscosity)
-            .not_negative("blood_drag.pulsatility", effects.blood_drag->pulsatility)
-            .not_negative("blood_drag.period", effects.blood_drag->period);
-    const ContactSettings& contact = model.contact;
-    check.not_negative("contact.clearance", contact.clearance)
-        .not_negative("contact.exact_distance", contact.exact_distance)
-        .not_negative("contact.margin", contact.margin)
-        .positive("contact.rod_stiffness", contact.rod_stiffness)
-        .positive("contact.wall_stiffness", contact.wall_stiffness)
-        .positive("contact.solid_stiffness", contact.solid_stiffness)
-        .not_negative("contact.solid_damping", contact.solid_damping)
-        .not_negative("contact.solid_friction", contact.solid_friction)
-        .not_negative("contact.assumed_depth", contact.assumed_depth);
+        check.keys<BloodPropertyKeys>("blood_drag", *effects.blood_drag).not_negative("blood_drag.period", effects.blood_drag->period);
+    check.keys<ContactKeys>("contact", model.contact);
     for (const InstrumentModel& instrument : model.instruments)
-        check.positive("limits.speed", instrument.limits.speed)
-            .positive("limits.rotation", instrument.limits.rotation)
+        check.keys<LimitKeys>("limits", instrument.limits)
+            .keys<FollowSettingKeys>("follow", instrument.follow)
             .not_negative("friction", instrument.friction);
     return check.result();
 }

@@ -2,10 +2,13 @@
 // A member that a struct gains and its line lacks is a compile error here (a structured binding names all or none): add it.
 #pragma once
 
+#include "base/aggregate.hpp"
 #include "engine/prepare/model.hpp"
 
+#include <concepts>
 #include <string_view>
 #include <tuple>
+#include <type_traits>
 
 namespace trocar::engine {
 
@@ -23,7 +26,6 @@ namespace trocar::engine {
 
 TROCAR_MEMBERS(TriMesh, vertices, triangles)
 TROCAR_MEMBERS(SinCos, sin, cos)
-TROCAR_MEMBERS(fem::Material, law, young_modulus, poisson_ratio, density, viscosity, mass_damping)
 TROCAR_MEMBERS(fem::LawConstants, mu, lambda, rest_volume)
 TROCAR_MEMBERS(fem::TetShape, inverse, volume, stiffness)
 TROCAR_MEMBERS(fem::TetBatch, inverse, volume, gram, inverse_det, node, slot)
@@ -33,8 +35,6 @@ TROCAR_MEMBERS(fem::TissueModel, material, law, tet_nodes, tet_shape, node_mass,
 TROCAR_MEMBERS(fem::RigidLinks, frame_nodes, frame_rest, vertex_frame, vertex_weight, vertex_projection, vertex_blend, node_rest,
                degenerate, static_count, max_length, longest, long_count)
 TROCAR_MEMBERS(fem::StiffnessRow, from_tip, factor)
-TROCAR_MEMBERS(fem::RodDesign, length, radius, segment, young_modulus, density, drag, transverse_drag, tip, tip_length, tip_angle, tip_stiffness,
-               stiffness, torsion, poisson_ratio)
 TROCAR_MEMBERS(fem::RodModel, design, segment, bend_stiffness, stretch_stiffness, mass, rest_curvature, twist_stiffness, turn_inertia,
                rest_length)
 TROCAR_MEMBERS(fem::RodSkin, triangles, vertex_node, sides, turn)
@@ -54,21 +54,26 @@ TROCAR_MEMBERS(BloodFlow, points, radii, speeds, parents, child_begin, children,
 TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, closed, tissue, host_body, links, self_contact, path, topology, pulse_reach,
                covering, wrapped, lumen, blood)
 TROCAR_MEMBERS(DriveRow, time, insertion, rotation)
-TROCAR_MEMBERS(DriveLimits, speed, rotation)
 TROCAR_MEMBERS(Route, points, radii, length)
-TROCAR_MEMBERS(FollowSettings, speed, look_ahead, tolerance)
 TROCAR_MEMBERS(InstrumentModel, name, rod, skin, port, lumen, mass_spring_substeps, inside, wire, friction, inserted, limits, path, route,
                route_links, follow, flow_entry, chain, topology)
-TROCAR_MEMBERS(Breathing, amplitude, period, direction)
-TROCAR_MEMBERS(Pulse, period)
-TROCAR_MEMBERS(Blood, density, viscosity, pulsatility, period)
 TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, exact_contact, gravity, breathing, pulse, blood_drag)
-TROCAR_MEMBERS(ContactSettings, clearance, exact_distance, margin, rod_stiffness, wall_stiffness, solid_stiffness, solid_damping,
-               solid_friction, solid_response, sphere_trees, assumed_depth, culling)
 TROCAR_MEMBERS(BudgetLimits, mode, wall_s, work_units)
 TROCAR_MEMBERS(SceneModel, name, file, step_s, step_count, fixed_substeps, max_substeps, integrator, budget, budget_covers_step, drop,
                bodies, nested, instruments, effects, contact)
 
 #undef TROCAR_MEMBERS
+
+/// Structs that a scene's description names (engine/scene/described.hpp) are gone through as they are declared.
+template <class T, class... Known>
+concept OneOf = (std::same_as<std::remove_const_t<T>, Known> || ...);
+template <class T>
+concept DescribedSettings =
+    OneOf<T, ContactSpec, BreathingSpec, PulseSpec, Blood, DriveLimits, FollowSettings, fem::Material, fem::RodDesign>;
+template <DescribedSettings T>
+[[nodiscard]] auto members_of(T& value) noexcept {
+    return tie_members(value);
+}
+[[nodiscard]] constexpr std::string_view member_names(const DescribedSettings auto*) noexcept { return {}; }
 
 } // namespace trocar::engine

@@ -65,7 +65,7 @@ public:
     /// Of the last step; before the first, what steps will have.
     [[nodiscard]] const BudgetLimits& budget() const noexcept { return budget_.limits(); }
 
-    /// What culls the exact stage's candidates in place of the CPU reference, on a thread of its own; see ContactSettings::culling. Without
+    /// What culls the exact stage's candidates in place of the CPU reference, on a thread of its own; see ContactSpec::culling. Without
     /// instruments, and of a null pointer, nothing.
     void set_cull_device(std::unique_ptr<collision::CullBackend> device);
     /// Why a device was given up, if one was.

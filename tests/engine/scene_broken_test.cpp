@@ -229,7 +229,7 @@ TEST(BrokenScenes, SpeedAboveTheDrivesNeedsExplicitLimits) {
     allowed.replace(allowed.find("\"path\":"), 7, "\"limits\": {\"speed\": 70, \"rotation\": 4}, \"path\":");
     const auto scene = parse_scene(allowed, "scenes/test.json");
     ASSERT_TRUE(scene.ok()) << scene.error().to_string();
-    EXPECT_NEAR(scene->instruments[0].speed_limit, 0.070, 1e-15);
+    EXPECT_NEAR(scene->instruments[0].limits.speed, 0.070, 1e-15);
 }
 
 } // namespace

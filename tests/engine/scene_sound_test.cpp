@@ -58,7 +58,7 @@ TEST(Scenes, DefaultsAreThoseOfTheStructs) {
     const fem::RodDesign rod{};
     EXPECT_DOUBLE_EQ(scene.instruments[0].design.tip_angle, rod.tip_angle);
     EXPECT_DOUBLE_EQ(scene.instruments[0].design.transverse_drag, rod.transverse_drag);
-    EXPECT_DOUBLE_EQ(scene.instruments[0].speed_limit, 0.035);
+    EXPECT_DOUBLE_EQ(scene.instruments[0].limits.speed, 0.035);
     EXPECT_DOUBLE_EQ(scene.bodies[0].material.poisson_ratio, fem::Material{}.poisson_ratio);
     EXPECT_DOUBLE_EQ(scene.contact.rod_stiffness, ContactSpec{}.rod_stiffness);
     EXPECT_EQ(scene.bodies[0].coarse.surface_triangles, CoarseSpec{}.surface_triangles);

@@ -213,7 +213,7 @@ const SceneEdit kEdits[] = {
     {"instruments.wire.length", [](Scene& s, double x) { s.instruments[0].design.length = x; }},
     {"instruments.wire.radius", [](Scene& s, double x) { s.instruments[0].design.radius = x; }},
     {"instruments.wire.path", [](Scene& s, double x) { s.instruments[0].path[1].insertion = x; }},
-    {"instruments.wire.speed", [](Scene& s, double x) { s.instruments[0].speed_limit = x; }},
+    {"instruments.wire.speed", [](Scene& s, double x) { s.instruments[0].limits.speed = x; }},
 };
 
 /// The second body of the scene's list is the tube.
@@ -256,6 +256,36 @@ TEST(Entries, ASceneThatAProgramHasWrittenIsCheckedAsOneThatWasRead) {
     EXPECT_TRUE(refuses([](Scene& s) { s.bodies[1].embedded_in = 1; })) << "itself";
     EXPECT_TRUE(refuses([](Scene& s) { s.bodies[0].surface.shape.cells = 1 << 30; }));
     EXPECT_TRUE(refuses([](Scene& s) { s.bodies[1].surface.shape.axis_radii.pop_back(); }));
+}
+
+TEST(Entries, AChangedSceneIsRefusedByKeyValueAndTheRangeThatAFileHas) {
+    const auto refusal = [good = written_scene()](auto change) {
+        Scene scene = good;
+        change(scene);
+        const auto checked = check_scene(scene);
+        return checked.ok() ? Error{} : checked.error();
+    };
+    const Error damping = refusal([](Scene& s) { s.contact.solid_damping = 2e6; });
+    EXPECT_EQ(damping.key, "contact.solid_damping");
+    EXPECT_EQ(damping.message, "found 2e+06, expected 0 to 1e+06");
+    const Error density = refusal([](Scene& s) { s.bodies[0].material.density = 1.0; });
+    EXPECT_EQ(density.key, "bodies.organ.material.density");
+    EXPECT_EQ(density.message, "found 1, expected 50 to 23000 kg/m^3");
+    EXPECT_EQ(refusal([](Scene& s) { s.instruments[0].limits.speed = 0.0; }).key, "instruments.wire.limits.speed");
+    EXPECT_EQ(refusal([](Scene& s) { s.instruments[0].design.tip_angle = kNan; }).key, "instruments.wire.tip.angle");
+    EXPECT_EQ(refusal([](Scene& s) { s.effects.breathing.emplace().direction = Vec3(0.0, 0.0, 2.0); }).key, "effects.breathing.direction");
+    EXPECT_EQ(refusal([](Scene& s) { s.effects.blood_drag.emplace().blood.viscosity = 0.0; }).key, "effects.blood_drag.viscosity");
+    EXPECT_EQ(refusal([](Scene& s) { s.cost.patch = 0.0; }).message, "") << "0 stands for the key left out";
+}
+
+TEST(Entries, BreathingThatIsFadedInFromNoneIsTaken) {
+    SceneModel model = organ_scene().model;
+    model.effects.breathing = BreathingSpec{.amplitude = 0.0};
+    EXPECT_TRUE(check_settings(model).ok());
+    model.effects.breathing->period = 0.0;
+    EXPECT_EQ(check_settings(model).error().key, "breathing.period");
+    model.effects.breathing = BreathingSpec{.amplitude = -0.01};
+    EXPECT_EQ(check_settings(model).error().key, "breathing.amplitude");
 }
 
 } // namespace

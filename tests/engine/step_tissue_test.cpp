@@ -199,7 +199,7 @@ TEST(Breathing, LeftOutMovesNothing) {
 }
 
 TEST(Breathing, IsSmoothFromNothingToAllAndBack) {
-    const Breathing breathing{0.01, 4.0, Vec3::UnitZ()};
+    const BreathingSpec breathing{0.01, 4.0, Vec3::UnitZ()};
     EXPECT_NEAR(wave_at(breathing.period, 0.0), 0.0, 1e-15);
     EXPECT_NEAR(wave_at(breathing.period, 1.0), 0.5, 1e-12);
     EXPECT_NEAR(wave_at(breathing.period, 2.0), 1.0, 1e-12);

@@ -14,7 +14,7 @@ namespace trocar::engine {
 /// spheres stand when the pair is first assumed, keeps its place for as long as the pair stays open, and resists approach
 /// alone, and slipping by friction of its own. So a pair that changes its level, or comes and goes with the budget, can take energy and
 /// never gives any. Of the pairs of a sphere those count that are the deepest of either sphere; the stiffness of a pair is that of the
-/// leaves beneath the smaller sphere, shared among its pairs; its force ends at ContactSettings::assumed_depth of that. source   seed 003,
+/// leaves beneath the smaller sphere, shared among its pairs; its force ends at ContactSpec::assumed_depth of that. source   seed 003,
 /// section 4. Deviates: pairs of a sphere share its stiffness where the paper averages per coarse vertex,
 ///          and an assumed pair holds where the paper's pushes with its overlap.
 void push_spheres(const SceneModel& model, State& state, SolidScratch& solids);

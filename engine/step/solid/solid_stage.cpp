@@ -163,7 +163,7 @@ double find_lightness(const SceneModel& model, std::size_t body, Index index, co
 /// step to step does not lose its hold at each end where it is light.
 void hold_against_slip(const SceneModel& model, const Contact& touch, const Place& a, const Place& b, State& state,
                        SolidScratch& solids, WarmStartSpring& own) {
-    const ContactSettings& contact = model.contact;
+    const ContactSpec& contact = model.contact;
     const WarmStartSpring* before = find_warm_spring(solids, touch);
     const Vec3 slip = a.motion(model, state, solids) - b.motion(model, state, solids); // m, in the step
     const double longest = contact.solid_friction * std::max(own.pressed, before != nullptr ? before->pressed : 0.0);
@@ -187,7 +187,7 @@ void hold_against_slip(const SceneModel& model, const Contact& touch, const Plac
 
 /// gap: m, that its springs start with
 void push_touch(const SceneModel& model, const Contact& touch, double gap, State& state, SolidScratch& solids, StepReport& report) {
-    const ContactSettings& contact = model.contact;
+    const ContactSpec& contact = model.contact;
     const std::size_t corners = touch.feature_a[1] == kNoIndex ? 1 : 2;
     const Place a{touch.body_a, std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)};
     const Place b{touch.body_b, touch.feature_b, touch.bary_b};

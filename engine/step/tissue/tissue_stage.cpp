@@ -21,7 +21,7 @@ namespace {
 constexpr double kCatchUp = 2.0;
 
 /// Where the breath takes what is fixed, from where it is now.
-Vec3 breathe(const Breathing& breathing, const Vec3& now, double time, double dt) {
+Vec3 breathe(const BreathingSpec& breathing, const Vec3& now, double time, double dt) {
     const Vec3 wanted = breathing.amplitude * wave_at(breathing.period, time) * breathing.direction;
     const double fastest = std::numbers::pi * breathing.amplitude / breathing.period;
     const Vec3 way = wanted - now;

@@ -1,0 +1,277 @@
+// Keys of a body: surface, tissue, coarse tetrahedra, what holds and what moves it.
+#pragma once
+
+#include "engine/scene/described.hpp"
+#include "engine/scene/reader.hpp"
+#include "engine/scene/scene.hpp"
+
+namespace trocar::engine {
+
+inline constexpr double kLargestBody = 10.0;    // m
+inline constexpr double kSmallestLength = 1e-5; // m
+
+/// Part of the keys of "material".
+struct MaterialKeys {
+    using Struct = fem::Material;
+    static auto of(auto& s) {
+        using Law = fem::MaterialLaw;
+        return described(
+            {"tissue", "Isotropic tissue."},
+            key(s.law,
+                choice_field<Law>("law", {{"neo_hookean", Law::NeoHookean}, {"corotational", Law::Corotational}, {"stvk", Law::StVK}},
+                                  "Stable neo-Hookean, corotational linear, or St. Venant-Kirchhoff.")),
+            key(s.young_modulus,
+                number_field("young_modulus", Dimension::Pressure,
+                             {10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"}, "Stiffness.")),
+            key(s.poisson_ratio, number_field("poisson_ratio", Dimension::None,
+                                              {0.0, 0.4999, false, 0.0, fem::kLockingPoissonRatio,
+                                               "above 0.45 linear tetrahedra lock: they bend far too little"},
+                                              "0 compressible, 0.5 incompressible.")),
+            key(s.density,
+                number_field("density", Dimension::Density,
+                             {50.0, 23000.0, false, 200.0, 2500.0, "soft tissue is 900 to 1200 kg/m^3, lung from 200, bone up to 2000"},
+                             "Mass per volume.")),
+            key(s.viscosity,
+                number_field("viscosity", Dimension::Viscosity,
+                             {0.0, 1e5, false, 0.0, 1e3, "on the strain rate; large values shrink the stable step"},
+                             "Damps deformation: adds the stress 2 viscosity D, with D the rate of strain, see docs/tissue.md.")),
+            key(s.mass_damping,
+                number_field("mass_damping", Dimension::Rate, {0.0, 1e4, false, 0.0, 1e3, "drags every node towards rest"},
+                             "Damps all motion, free flight too: adds the acceleration -mass_damping v, see docs/tissue.md.")));
+    }
+};
+static_assert(describes_all<MaterialKeys>);
+
+struct TissueKeys {
+    using Struct = SceneBody;
+    static auto of(auto& s) {
+        return described({"material", "Isotropic tissue. The defaults are a soft liver."}, inline_keys<MaterialKeys>(s.material),
+                         key(s.cap_viscosity, flag_field("cap_viscosity", "Lowers a viscosity that would cost more than a tenth of the "
+                                                                          "stable step, and says so.")));
+    }
+};
+
+/// Of a file's coordinates.
+[[nodiscard]] inline FieldSpec file_unit_field() {
+    std::vector<std::string_view> names;
+    for (const UnitName& unit : known_units(Dimension::Length)) names.push_back(unit.name);
+    return choice_field("unit", std::move(names), "Of the file's coordinates; the scene's length when absent.");
+}
+
+struct FileSurfaceKeys {
+    using Struct = SurfaceSpec;
+    static auto of(auto& s) {
+        ValueSpec text;
+        text.kind = ValueKind::Text;
+        const auto repairs = repair_names();
+        return described(
+            {"file surface",
+             "A mesh from a file: OBJ, PLY, STL, OFF, VTK, VTP, plain or .gz; of a file of tetrahedra (MSH, VTU, MEDIT, ...) the boundary.",
+             "file"},
+            key(s.file,
+                path_field("file", "Relative to the scene's folder; ${TROCAR_TEST_DATA} stands for that environment variable.").required()),
+            custom_key(file_unit_field(), read_file_unit, s.unit),
+            custom_key(value_field("groups", list_value(text, 1), "OBJ groups to keep; everything when absent."), read_groups, s.groups),
+            custom_key(value_field("repair", list_value(choice_value({repairs.begin(), repairs.end()}), 0),
+                                   "Named repairs, applied in this order and reported with counts. None runs unasked."),
+                       read_repairs, s.repair),
+            key(s.repairing.weld_tolerance, number_field("weld_tolerance", Dimension::Length, above(0.0, 0.01),
+                                                         "Of the repair weld; a millionth of the mesh's size when absent.")),
+            key(s.repairing.may_remove,
+                number_field("may_remove", Dimension::None, between(0.0, 1.0),
+                             "Share of the area, and of the enclosed volume, that one repair may take; more is an error that says how "
+                             "much.")),
+            key(s.repairing.may_split, flag_field("may_split", "Lets a repair leave more connected parts than it found; otherwise that is "
+                                                               "an error.")),
+            key(s.may_cross, flag_field("may_cross", "Lets the wall of a hollow body pass through itself: its overlaps count as inside "
+                                                     "once, and its inner walls are met like any other. Otherwise that is an error.")),
+            no_key(s.repairing.most_rounds, s.repairing.may_remove_key, s.repairing.may_split_key, s.source, s.shape));
+    }
+};
+
+struct RecipeSurfaceKeys {
+    using Struct = SurfaceSpec;
+    static auto of(auto& s) {
+        return described(
+            {"recipe surface", "A part of a generated patient. Bodies with the same recipe belong to the same patient.", "recipe"},
+            custom_key(path_field("recipe", "The recipe's file.").required(), kReadApart, s.recipe),
+            custom_key(
+                choice_field("part", {"liver", "lumen", "arteries"}, "Which surface of the patient; lumen and arteries are the same.")
+                    .required(),
+                kReadApart, s.part));
+    }
+};
+static_assert(describes_all_with<RepairOptions, FileSurfaceKeys, RecipeSurfaceKeys>);
+
+struct ShapeKeys {
+    using Struct = ShapeSpec;
+    static auto of(auto& s) {
+        const Range size = between(kSmallestLength, kLargestBody);
+        const auto rows = [](Range radius, std::size_t most) {
+            return rows_value({{"x", Dimension::Length, coordinate()},
+                               {"y", Dimension::Length, coordinate()},
+                               {"z", Dimension::Length, coordinate()},
+                               {"radius", Dimension::Length, radius}},
+                              2, most);
+        };
+        return described(
+            {"shape surface", "A plain closed surface.", "shape", "shape"},
+            key(s.kind, choice_field("shape", {"sphere", "box", "tube", "torus", "vessels"}, "Which one.").required()),
+            key(s.centre, vector_field("centre", Dimension::Length, coordinate(), "Middle.").when({"sphere", "box", "torus"})),
+            key(s.radius,
+                number_field("radius", Dimension::Length, size, "Of a sphere; of a torus' ring.").required().when({"sphere", "torus"})),
+            key(s.tube_radius,
+                number_field("tube_radius", Dimension::Length, size, "Of a torus' tube, below its ring's.").required().when({"torus"})),
+            key(s.extent, vector_field("extent", Dimension::Length, size, "Of a box, edge to edge.").required().when({"box"})),
+            custom_key(value_field("axis", rows(size, 100000),
+                                   "Of a tube with rounded ends: bends gentler than its radius, or the wall crosses itself.")
+                           .required()
+                           .when({"tube"}),
+                       kReadApart, s.axis, s.axis_radii),
+            custom_key(value_field("branches", list_value(rows(between(1e-4, 0.05), 10000), 1),
+                                   "Of vessels: a smooth axis each, with radii; they melt into one another where they meet, and form one "
+                                   "piece.")
+                           .required()
+                           .when({"vessels"}),
+                       kReadApart, s.branches),
+            key(s.blend,
+                number_field("blend", Dimension::Length, between(0.0, 0.05), "Of vessels: width of the fillets where branches meet.")
+                    .when({"vessels"})),
+            key(s.triangles, count_field("triangles", 500, 1e6, "Of vessels: aimed at.").when({"vessels"})),
+            key(s.subdivisions, count_field("subdivisions", 0, 7, "Of a sphere: 20 * 4^n triangles.").when({"sphere"})),
+            key(s.cells, count_field("cells", 1, 500, "Of a box: squares along an edge of a face.").when({"box"})),
+            key(s.sides, count_field("sides", 3, 1000, "Vertices round a tube.").when({"tube", "torus"})));
+    }
+};
+static_assert(describes_all<ShapeKeys>);
+
+struct MeshedCoarseKeys {
+    using Struct = CoarseSpec;
+    static auto of(auto& s) {
+        return described(
+            {"meshed coarse", "Tetrahedra made by a mesher from the simplified surface.", "mesher"},
+            key(s.lattice, choice_field<bool>("mesher", {{"lattice", true}, {"tetgen", false}},
+                                              "A lattice allows far longer sub-steps; TetGen, run as a program of its own, follows the "
+                                              "surface.")),
+            key(s.surface_triangles,
+                count_field("surface_triangles", 20, 1e6, "Of the simplified surface; of a lattice's boundary, about.")),
+            key(s.max_volume, number_field("max_volume", Dimension::Volume, above(0.0, 1.0),
+                                           "Of a tetrahedron, TetGen's; follows from the surface's triangles when absent.")));
+    }
+};
+
+struct FileCoarseKeys {
+    using Struct = CoarseSpec;
+    static auto of(auto& s) {
+        return described({"file coarse", "Tetrahedra from a file, in the surface's frame.", "file"},
+                         key(s.file, path_field("file", "MSH, VTK, VTU, MEDIT, TetGen or Vega, plain or .gz.").required()),
+                         custom_key(file_unit_field(), read_file_unit, s.unit));
+    }
+};
+static_assert(describes_all<MeshedCoarseKeys, FileCoarseKeys>);
+
+struct DirectionRegionKeys {
+    using Struct = FixedRegion;
+    static auto of(auto& s) {
+        return described(
+            {"fixed end", "The outermost part of the body along a direction.", "direction"},
+            direction_key(
+                s.direction,
+                vector_field("direction", Dimension::None, {}, "Towards the part that is held; its length does not matter.").required()),
+            key(s.fraction, number_field("fraction", Dimension::None, above(0.0, 1.0), "Of the body's extent along it.").required()),
+            no_key(s.kind));
+    }
+};
+
+struct BoxRegionKeys {
+    using Struct = FixedRegion;
+    static auto of(auto& s) {
+        return described({"fixed box", "All nodes in a box.", "box"},
+                         custom_key(value_field("box",
+                                                rows_value({{"x", Dimension::Length, coordinate()},
+                                                            {"y", Dimension::Length, coordinate()},
+                                                            {"z", Dimension::Length, coordinate()}},
+                                                           2, 2),
+                                                "Lower and upper corner.")
+                                        .required(),
+                                    read_box, s.box));
+    }
+};
+
+struct BallKeys {
+    using Struct = FixedRegion;
+    static auto of(auto& s) {
+        return described({"ball", "Centre and radius of a ball."},
+                         key(s.centre, vector_field("centre", Dimension::Length, coordinate(), "Middle.").required()),
+                         key(s.radius, number_field("radius", Dimension::Length, above(0.0, kLargestBody), "Of the ball.").required()));
+    }
+};
+
+struct SphereRegionKeys {
+    using Struct = FixedRegion;
+    static auto of(auto& s) {
+        return described({"fixed sphere", "All nodes in a ball.", "sphere"},
+                         part_key<BallKeys>(s, object_field("sphere", table_of<BallKeys>(), "Centre and radius.").required()));
+    }
+};
+static_assert(describes_all<DirectionRegionKeys, BoxRegionKeys, BallKeys>);
+
+struct BodyKeys {
+    using Struct = SceneBody;
+    static auto of(auto& s) {
+        ValueSpec file;
+        file.kind = ValueKind::Path;
+        return described(
+            {"body", "An organ, a vessel, an obstacle.", "", "kind"},
+            key(s.kind, choice_field("kind", {"deformable", "static", "kinematic"},
+                                     "Tissue that deforms, a surface that rests (or is carried), one that moves as told.")
+                            .required()),
+            custom_key(value_field("surface",
+                                   any_value({file, object_value(table_of<FileSurfaceKeys>()), object_value(table_of<RecipeSurfaceKeys>()),
+                                              object_value(table_of<ShapeKeys>())}),
+                                   "The dense surface: a file's name, or an object with file, recipe or shape.")
+                           .required(),
+                       read_surface, s.surface),
+            key(s.scale, number_field("scale", Dimension::None, above(0.0, 1e6), "Enlarges the surface about the origin.")),
+            key(s.translate, vector_field("translate", Dimension::Length, coordinate(), "Moves the surface, after the scale.")),
+            key(s.hollow, flag_field("hollow", "The surface is a lumen: instruments are inside, contacts push inwards.")),
+            custom_key(
+                text_field("embedded_in", "Name of the deformable host body, in whose mesh this surface is embedded where it is inside.")
+                    .when({"static"}),
+                kReadApart, s.embedded_in), // once all bodies are known: resolve_host_body
+            key(s.blend, number_field("blend", Dimension::Length, above(0.0, 0.5),
+                                      "With embedded_in: over this distance outside the host the motion fades to rest; 10 mm when absent.")
+                             .default_in_doc()
+                             .when({"static"})),
+            part_key<TissueKeys>(s, object_field("material", table_of<TissueKeys>(), "Of the tissue.").when({"deformable"})),
+            custom_key(value_field("coarse",
+                                   any_value({object_value(table_of<MeshedCoarseKeys>()), object_value(table_of<FileCoarseKeys>())}),
+                                   "The tetrahedra that deform; a lattice's when absent.")
+                           .when({"deformable"}),
+                       read_coarse, s.coarse),
+            key(s.self_contact,
+                flag_field("self_contact", "Whether the body touches itself, where the scene has that effect.").when({"deformable"})),
+            custom_key(
+                value_field("fixed",
+                            list_value(any_value({object_value(table_of<DirectionRegionKeys>()), object_value(table_of<BoxRegionKeys>()),
+                                                  object_value(table_of<SphereRegionKeys>())}),
+                                       0),
+                            "Regions whose nodes are held; none when absent.")
+                    .when({"deformable"}),
+                read_fixed, s.fixed),
+            custom_key(value_field("motion",
+                                   rows_value({{"t", Dimension::Time, between(0.0, 1e6)},
+                                               {"x", Dimension::Length, coordinate()},
+                                               {"y", Dimension::Length, coordinate()},
+                                               {"z", Dimension::Length, coordinate()}},
+                                              1, 1000000),
+                                   "Displacement over time, linear between rows.")
+                           .required()
+                           .when({"kinematic"}),
+                       read_motion, s.motion),
+            no_key(s.name)); // its key in the scene's map
+    }
+};
+static_assert(describes_all<BodyKeys, TissueKeys>);
+
+} // namespace trocar::engine

@@ -1,0 +1,153 @@
+// Keys of an instrument: its rod, where it enters, what moves it.
+#pragma once
+
+#include "engine/scene/describe_place.hpp"
+
+namespace trocar::engine {
+
+inline constexpr double kLongestRod = 10.0; // m
+
+struct TipKeys {
+    using Struct = fem::RodDesign;
+    static auto of(auto& s) {
+        using Shape = fem::TipShape;
+        return described(
+            {"tip", "The shaped distal part.", "", "shape"},
+            key(s.tip,
+                choice_field<Shape>(
+                    "shape", {{"J", Shape::J}, {"straight", Shape::Straight}, {"simmons", Shape::Simmons}, {"pigtail", Shape::Pigtail}},
+                    "At rest.")),
+            key(s.tip_length, number_field("length", Dimension::Length, {5e-4, 0.3, false, 2e-3, 0.15, "shaped tips are 2 to 150 mm long"},
+                                           "Of the shaped part; a pigtail's is 40 mm when absent.")
+                                  .when({"J", "simmons", "pigtail"})),
+            key(s.tip_angle,
+                number_field("angle", Dimension::Angle, {0.0, 20.0, true, 0.0, 9.5, "a pigtail turns one and a half times at most"},
+                             "Total bend of the shaped part; a pigtail's is 6 rad when absent.")
+                    .when({"J", "simmons", "pigtail"})),
+            key(s.tip_stiffness,
+                number_field("stiffness", Dimension::None, above(0.0, 10.0), "Modulus of the shaped part over the shaft's.")
+                    .when({"J", "simmons", "pigtail"})));
+    }
+};
+
+struct LimitKeys {
+    using Struct = DriveLimits;
+    static auto of(auto& s) {
+        return described({"limits", "Limits of the drive commands. Values above a surgeon's must be set here."},
+                         key(s.speed, number_field("speed", Dimension::Speed, above(0.0, 10.0), "Of insertion and withdrawal.")),
+                         key(s.rotation, number_field("rotation", Dimension::AngularSpeed, above(0.0, 1000.0), "Of the handle.")));
+    }
+};
+static_assert(describes_all<LimitKeys>);
+
+/// Part of the keys of "follow".
+struct FollowSettingKeys {
+    using Struct = FollowSettings;
+    static auto of(auto& s) {
+        return described({"follow", "The script drives the tip."},
+                         key(s.speed, number_field("speed", Dimension::Speed, above(0.0, 10.0),
+                                                   "Of insertion where the way is straight, at most the limit.")),
+                         key(s.look_ahead, number_field("look_ahead", Dimension::Length, above(0.0, 0.2),
+                                                        "Of the route beyond the tip that the tip is turned to.")),
+                         key(s.tolerance, number_field("tolerance", Dimension::Length, above(0.0, 0.1),
+                                                       "Distance to the target that counts as arrived.")));
+    }
+};
+static_assert(describes_all<FollowSettingKeys>);
+
+struct FollowKeys {
+    using Struct = FollowSpec;
+    static auto of(auto& s) {
+        return described({"follow", "The script drives the tip to a target by itself."},
+                         custom_key(text_field("target", "One of the scene's targets.").required(), read_follow_target, s.target),
+                         inline_keys<FollowSettingKeys>(s.settings));
+    }
+};
+static_assert(describes_all<FollowKeys>);
+
+/// Drive commands: rows, or a file of them.
+[[nodiscard]] inline ValueSpec path_value() {
+    constexpr double kMostTurns = 1e4; // rad of a handle
+    ValueSpec file;
+    file.kind = ValueKind::Path;
+    return any_value({rows_value({{"t", Dimension::Time, between(0.0, 1e6)},
+                                  {"insertion", Dimension::Length, between(0.0, kLongestRod)},
+                                  {"rotation", Dimension::Angle, between(-kMostTurns, kMostTurns)}},
+                                 1, 1000000),
+                      file});
+}
+
+struct InstrumentKeys {
+    using Struct = SceneInstrument;
+    static auto of(auto& s) {
+        auto& rod = s.design;
+        return described(
+            {"instrument", "A catheter or guide wire."},
+            key(s.kind, choice_field("kind", {"rod", "mass_spring"},
+                                     "rod: bending and stretch, solved implicitly. mass_spring: the mass-spring chain of Govindaraju et "
+                                     "al. 2005, with as many explicit sub-steps as its stiffness asks for.")),
+            key(rod.length, number_field("length", Dimension::Length,
+                                         {0.01, kLongestRod, false, 0.1, 4.0, "catheters and guide wires are 0.4 to 3 m long"},
+                                         "Of the whole instrument.")
+                                .required()),
+            key(rod.radius, number_field("radius", Dimension::Length,
+                                         {5e-5, 0.02, false, 1e-4, 5e-3, "guide wires from 0.1 mm, catheters up to 5 mm"}, "Outer.")
+                                .required()),
+            key(rod.young_modulus,
+                number_field("young_modulus", Dimension::Pressure,
+                             {1e5, 6e11, false, 1e6, 4.2e11, "polymers are 1 MPa to 4 GPa, nitinol 30 to 80 GPa, steel 200 GPa"},
+                             "Of the solid circular section.")),
+            key(rod.poisson_ratio,
+                number_field("poisson_ratio", Dimension::None, {-1.0, 0.5, true, 0.2, 0.5, "metals are 0.3, polymers 0.35 to 0.5"},
+                             "With the effect twist: the shear modulus is E / (2 + 2 nu).")),
+            custom_key(value_field("stiffness",
+                                   rows_value({{"from_tip", Dimension::Length, between(0.0, kLongestRod)},
+                                               {"factor", Dimension::None, between(1e-4, 1e4)}},
+                                              1, 1000),
+                                   "Rows [arc length from the tip, factor of the Young's modulus], linear between them and held beyond; "
+                                   "instead of the tip's stiffness."),
+                       read_stiffness, rod.stiffness),
+            key(rod.density, number_field("density", Dimension::Density,
+                                          {500.0, 23000.0, false, 800.0, 22600.0,
+                                           "polymers are 900 to 2200 kg/m^3, nitinol 6450, steel 7900, platinum 21450"},
+                                          "Mass per volume.")),
+            part_key<TipKeys>(rod, object_field("tip", table_of<TipKeys>(), "Shape of the distal end.")),
+            key(s.friction, number_field("friction", Dimension::None, {0.0, 2.0, false, 0.0, 1.0, "coated catheters are 0.01 to 0.3"},
+                                         "Coulomb's mu against every wall.")),
+            key(s.min_bend_radius, number_field("min_bend_radius", Dimension::Length, between(0.0, 1.0),
+                                                "Tighter bends kink it: `plan` refuses ways that need them. 0: not stated.")),
+            key(rod.segment, number_field("segment", Dimension::Length, {1e-4, 0.1, false, 2e-4, 0.02, "short against the vessels' bends"},
+                                          "Distance of the rod's nodes.")),
+            key(s.skin_triangles, count_field("skin_triangles", 100, 1e6, "Of the dense surface, aimed at.")),
+            key(rod.drag, number_field("drag", Dimension::Rate, between(0.0, 1e5), "Mass-proportional damping of the rod.")),
+            key(rod.transverse_drag,
+                number_field("whip_drag", Dimension::Viscosity, between(0.0, 1e5), "Transverse drag, per length of rod.")),
+            custom_key(value_field("entry", entry_value(),
+                                   "Where it enters the body: a landmark, or a position and a direction. Needed unless it is inside an "
+                                   "instrument."),
+                       kReadApart, s.entry),
+            custom_key(text_field("lumen", "Name of the hollow body it is inside of. Needed unless it is inside an instrument."),
+                       kReadApart, s.lumen),
+            custom_key(text_field("inside",
+                                  "Name of an instrument above it, of kind rod, in whose bore it runs as a guide wire: with its entry and "
+                                  "lumen, pushed and turned on its own. Where they overlap they share one axis and bend with both "
+                                  "stiffnesses."),
+                       kReadApart, s.inside),
+            key(s.inserted, number_field("inserted", Dimension::Length, between(0.0, kLongestRod),
+                                         "Beyond the entry at the start; the first row's insertion where there is a path, 0 otherwise.")
+                                .default_in_doc()),
+            object_key<LimitKeys>(
+                s.limits, object_field("limits", table_of<LimitKeys>(), "Of the drive commands: 35 mm/s and 3.14 rad/s when absent.")),
+            custom_key(value_field("path", path_value(),
+                                   "Drive commands: rows [t, insertion, rotation], or the name of a CSV file with such rows "
+                                   "in the scene's units. A file may move several instruments: its header then names them, as in "
+                                   "t,catheter.insertion,catheter.rotation,wire.insertion,wire.rotation."),
+                       kReadApart, s.path, s.path_file),
+            object_key<FollowKeys>(s.follow,
+                                   object_field("follow", table_of<FollowKeys>(), "Instead of a path: drives to a target by itself.")),
+            no_key(s.name, rod.torsion)); // its key in the scene's map; the effect twist
+    }
+};
+static_assert(describes_all_with<fem::RodDesign, InstrumentKeys, TipKeys>);
+
+} // namespace trocar::engine
