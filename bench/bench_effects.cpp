@@ -28,7 +28,7 @@ Result<BenchTable> bench_effects(const BenchOptions& options) {
             measure_effects(prepared->model, steps, [&](const std::string& what) { options.progress(scene->name + " " + what); });
         for (const EffectCost& cost : costs)
             table.rows.push_back({{"scene", scene->name},
-                                  {"effect", effect_name(cost.effect)},
+                                  {"effect", cost.effect->name},
                                   {"steps", steps},
                                   {"with_ms_p50", cost.with_ms},
                                   {"without_ms_p50", cost.without_ms},

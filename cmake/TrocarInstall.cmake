@@ -1,20 +1,42 @@
-# What `cmake --install` gives: libraries, headers under include/trocar so that "engine/..." and "base/..." resolve,
+# What `cmake --install` gives: libraries, <trocar.hpp> with the headers that it includes (under include/trocar),
 # the assets that scenes refer to, and a package: find_package(Trocar), targets Trocar::base ... Trocar::engine.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-set(folders base fem spheretree collision assets engine)
-set(modules base fem spheretree collision assets io time scene prepare state step render report experiments)
+set(modules base fem spheretree collision assets io time scene prepare state effects step render report experiments)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Trocar)
 
 set(targets trocar_options trocar_engine)
 foreach(module ${modules})
     list(APPEND targets trocar_${module})
 endforeach()
-foreach(folder ${folders})
-    install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder} DESTINATION include/trocar FILES_MATCHING PATTERN "*.hpp"
-        PATTERN engine/viewer EXCLUDE PATTERN engine/cli EXCLUDE)
+
+# The public headers: engine/trocar.hpp and what it includes, and no other.
+function(trocar_find_public_headers out)
+    set(waiting engine/trocar.hpp)
+    set(found "")
+    while(waiting)
+        list(POP_FRONT waiting header)
+        if(header IN_LIST found OR NOT EXISTS ${PROJECT_SOURCE_DIR}/${header})
+            continue()
+        endif()
+        list(APPEND found ${header})
+        set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${header})
+        file(STRINGS ${PROJECT_SOURCE_DIR}/${header} lines REGEX "^#include \"")
+        foreach(line ${lines})
+            string(REGEX REPLACE "^#include \"([^\"]+)\".*" "\\1" included "${line}")
+            list(APPEND waiting ${included})
+        endforeach()
+    endwhile()
+    set(${out} ${found} PARENT_SCOPE)
+endfunction()
+
+trocar_find_public_headers(headers)
+foreach(header ${headers})
+    get_filename_component(folder ${header} DIRECTORY)
+    install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION include/trocar/${folder})
 endforeach()
+install(FILES ${PROJECT_SOURCE_DIR}/engine/trocar.hpp DESTINATION include/trocar)
 set_target_properties(trocar_options PROPERTIES EXPORT_NAME options)
 
 install(TARGETS ${targets} EXPORT TrocarTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})

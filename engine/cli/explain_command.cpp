@@ -33,70 +33,14 @@ constexpr std::uint64_t kFewestSteps = 3;
 /// [-]; a step that exceeds the drive's limit by no more than this share is within it.
 constexpr double kRounding = 1e-9;
 
-struct EffectLine {
-    const char* name;
-    bool runs;
-    std::string why;
-};
-
-std::string describe_blood(const Effects& effects) {
-    if (!effects.blood_drag) return {};
-    const Blood& blood = effects.blood_drag->blood;
-    return fmt::format("{:g} m/s at the inlet, {:g} kg/m^3, {:g} mPa s{}", effects.blood_drag->speed, blood.density, 1e3 * blood.viscosity,
-                       blood.pulsatility > 0.0 ? fmt::format(", {:g} % faster and slower with the pulse", 100.0 * blood.pulsatility) : "");
-}
-
-std::vector<EffectLine> list_effects(const Scene& scene, const PreparedScene& prepared) {
-    std::size_t deformable = 0, tets = 0;
-    for (const BodySummary& body : prepared.bodies) {
-        deformable += body.coarse_tets > 0;
-        tets += body.coarse_tets;
-    }
-    const Effects& e = scene.effects;
-    const bool instruments = !scene.instruments.empty(), rough = scene.contact.solid_friction > 0.0;
-    const auto listed = [](bool on, std::string why) { return on ? std::move(why) : std::string("not among the scene's effects"); };
-    return {
-        {"elasticity", e.elasticity && deformable > 0,
-         deformable == 0 ? "no body deforms" : listed(e.elasticity, fmt::format("{} bodies, {} tetrahedra, RK4", deformable, tets))},
-        {"damping", e.damping && deformable > 0,
-         deformable == 0 ? "no body deforms" : listed(e.damping, "viscosity and mass damping of the materials")},
-        {"gravity", e.gravity,
-         listed(e.gravity, fmt::format("({:g}, {:g}, {:g}) m/s^2", scene.gravity.x(), scene.gravity.y(), scene.gravity.z()))},
-        {"breathing", e.breathing.has_value(),
-         listed(e.breathing.has_value(),
-                e.breathing ? fmt::format("{:g} mm every {:g} s, on the fixed nodes", 1e3 * e.breathing->amplitude, e.breathing->period)
-                            : "")},
-        {"coarse_contact", e.coarse_contact,
-         listed(e.coarse_contact, fmt::format("{} sphere trees of solids, breadth-first, under the budget",
-                                            kSphereTreeWords[static_cast<std::size_t>(scene.contact.sphere_trees)]))},
-        {"self_contact", e.self_contact && e.coarse_contact && deformable > 0,
-         deformable == 0     ? "no body deforms"
-         : !e.coarse_contact ? "needs the effect coarse_contact"
-                             : listed(e.self_contact, "deformable bodies against themselves, by their sphere trees")},
-        {"exact_contact", e.exact_contact && instruments,
-         !instruments ? "no instrument"
-                      : listed(e.exact_contact, "continuous tests of the skin against the wall, when they fit in the budget")},
-        {"friction", e.friction && (instruments || rough),
-         !instruments && !rough
-             ? "no instrument, and \"solid_friction\" is 0"
-             : listed(e.friction, !rough ? "Coulomb's, between instruments and walls, felt by both"
-                                         : fmt::format("Coulomb's; {:g} between solid bodies", scene.contact.solid_friction))},
-        {"twist", e.twist && instruments,
-         !instruments ? "no instrument" : listed(e.twist, "torsional wind-up of instruments between the handle and what holds the tip")},
-        {"pulse", e.pulse.has_value(),
-         listed(e.pulse.has_value(),
-                e.pulse ? fmt::format("walls widen by {:g} % of their radius every {:g} s", 100.0 * e.pulse->amplitude, e.pulse->period)
-                        : "")},
-        {"blood_drag", e.blood_drag && instruments, !instruments ? "no instrument" : listed(e.blood_drag.has_value(), describe_blood(e))},
-        {"fluoroscopy", e.fluoroscopy, listed(e.fluoroscopy, "X-ray pictures beside the shaded ones")},
-    };
-}
-
 void print_effects(const Scene& scene, const PreparedScene& prepared) {
     for (const bool runs : {true, false}) {
         fmt::print("\n{}\n", runs ? "simulated" : "not simulated");
-        for (const EffectLine& line : list_effects(scene, prepared))
-            if (line.runs == runs) fmt::print("  {:<15} {}\n", line.name, line.why);
+        for (const EffectDescriptor* effect : registered_effects()) {
+            EffectLine line{has_effect(prepared.model, *effect), std::string(effect->doc)};
+            if (effect->explain != nullptr) line = effect->explain(scene, prepared.model);
+            if (line.runs == runs) fmt::print("  {:<15} {}\n", effect->name, line.why);
+        }
     }
 }
 
@@ -113,7 +57,7 @@ void print_bodies(const PreparedScene& prepared) {
         fmt::print("\n");
         if (b.links > 0)
             fmt::print("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,
-                       model.host_body == SIZE_MAX ? "its own coarse mesh" : prepared.bodies[model.host_body].name, b.static_links,
+                       model.host_body ? prepared.bodies[*model.host_body].name : std::string("its own coarse mesh"), b.static_links,
                        b.degenerate_links, 1e3 * b.longest_link_m);
         for (const std::string& note : b.notes) fmt::print("  {:<15} {}\n", "", note);
     }
@@ -137,9 +81,9 @@ void print_instruments(const Scene& scene, const PreparedScene& prepared) {
                    1e3 * m.rod.design.length, 1e3 * m.rod.design.radius, m.skin.triangles.size(), prepared.bodies[m.lumen].name);
         if (m.mass_spring_substeps > 0)
             fmt::print("  {:<15} masses and springs, {} explicit sub-steps in a step\n", "", m.mass_spring_substeps);
-        if (m.inside != SIZE_MAX)
+        if (m.inside)
             fmt::print("  {:<15} in the bore of {}: one axis and both stiffnesses where they overlap\n", "",
-                       prepared.model.instruments[m.inside].name);
+                       prepared.model.instruments[*m.inside].name);
         if (m.route)
             fmt::print("  {:<15} driven to {}, {:.0f} mm away along the lumen, narrowest radius {:.2f} mm\n", "",
                        scene.targets[scene.instruments[i].follow->target].name, 1e3 * m.route->length.back(),
@@ -239,7 +183,7 @@ double print_cost(const Scene& scene, const PreparedScene& prepared, ProgressLin
 /// step_ms   what a step takes, about
 void print_effect_costs(const PreparedScene& prepared, double step_ms, ProgressLine& progress) {
     std::uint64_t runs = 0;
-    for (std::size_t k = 0; k < kEffectCount; ++k) runs += 2 * has_effect(prepared.model, static_cast<Effect>(k));
+    for (const EffectDescriptor* effect : registered_effects()) runs += 2 * has_effect(prepared.model, *effect);
     const double round_ms = static_cast<double>(runs) * step_ms;
     if (static_cast<double>(kFewestSteps) * round_ms > kEffectsTime) {
         fmt::print("\ncost of each effect: not tried, for a step with and without each takes {:.3g} s\n", 1e-3 * round_ms);
@@ -254,7 +198,7 @@ void print_effect_costs(const PreparedScene& prepared, double step_ms, ProgressL
     for (const EffectCost& cost : costs) {
         const std::string saved = cost.is_lost_in_noise() ? fmt::format("below what can be measured ({:.2g} ms)", cost.noise_ms)
                                                           : fmt::format("{:.3g} ms", cost.saved_ms());
-        fmt::print("  {:<15} {}  ({:.3g}, {:.3g})\n", effect_name(cost.effect), saved, cost.with_ms, cost.without_ms);
+        fmt::print("  {:<15} {}  ({:.3g}, {:.3g})\n", cost.effect->name, saved, cost.with_ms, cost.without_ms);
     }
 }
 

@@ -1,3 +1,4 @@
+#include "engine/prepare/thing.hpp"
 #include "engine/experiments/cost_along.hpp"
 
 #include <algorithm>
@@ -45,10 +46,9 @@ SurfaceDistance LookAhead::compare(Simulator& answered) { return compare_shapes(
 
 /// Solids from the surfaces, instruments from the exact answer.
 PatchContacts AlongExactStates::solids_of(const PatchContacts& near, const PatchContacts& reference) const {
-    const std::size_t bodies = exact_.model().bodies.size();
     PatchContacts truth = near;
     for (const PatchContact& c : reference)
-        if (c.patch.other >= bodies) truth.push_back(c);
+        if (!thing_of(exact_.model(), c.patch.other).is_body()) truth.push_back(c);
     std::sort(truth.begin(), truth.end(), [](const auto& a, const auto& b) { return a.patch < b.patch; });
     return truth;
 }

@@ -1,3 +1,4 @@
+#include "engine/prepare/thing.hpp"
 #include "engine/experiments/cost_pictures.hpp"
 
 #include "assets/anatomy/shapes.hpp"
@@ -22,8 +23,8 @@ constexpr std::size_t kFineSpheres = 200; // up to so many are drawn with more t
 const spheretree::Sphere* find_sphere(const Simulator& simulator, BodyId body, Index sphere) {
     const SceneModel& model = simulator.model();
     if (sphere == kNoIndex) return nullptr;
-    if (body >= model.bodies.size()) {
-        const auto& spheres = simulator.raw_state().instruments[body - model.bodies.size()].chain.spheres;
+    if (!thing_of(model, body).is_body()) {
+        const auto& spheres = simulator.raw_state().instruments[thing_of(model, body).index].chain.spheres;
         return sphere < spheres.size() ? &spheres[sphere] : nullptr;
     }
     return model.bodies[body].hollow ? nullptr : simulator.find_sphere(body, sphere); // free space of a lumen is no contact

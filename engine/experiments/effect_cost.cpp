@@ -54,18 +54,17 @@ double find_noise(const TimedRun& with, const TimedRun& without) {
 std::vector<EffectCost> measure_effects(const SceneModel& model, std::uint64_t steps,
                                         const std::function<void(const std::string&)>& progress) {
     std::vector<EffectCost> costs;
-    for (std::size_t k = 0; k < kEffectCount; ++k) {
-        const auto effect = static_cast<Effect>(k);
-        if (!has_effect(model, effect)) continue;
-        if (progress) progress("without " + std::string(effect_name(effect)));
-        const SceneModel less = without_effect(model, effect);
+    for (const EffectDescriptor* effect : registered_effects()) {
+        if (!has_effect(model, *effect)) continue;
+        if (progress) progress("without " + std::string(effect->name));
+        const SceneModel less = without_effect(model, *effect);
         TimedRun with(model), without(less);
         for (std::uint64_t step = 0; step < steps; ++step) {
             with.step(step, steps);
             without.step(step, steps);
         }
         costs.push_back(
-            {effect, with.median(), without.median(), find_noise(with, without), with.counts.of(effect), without.counts.of(effect)});
+            {effect, with.median(), without.median(), find_noise(with, without), with.counts.of(*effect), without.counts.of(*effect)});
     }
     return costs;
 }

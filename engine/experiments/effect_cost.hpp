@@ -1,7 +1,7 @@
 // The cost of each effect of a scene: the scene as it is beside the scene without it.
 #pragma once
 
-#include "engine/prepare/effects.hpp"
+#include "engine/effects/registry.hpp"
 
 #include <functional>
 #include <vector>
@@ -9,7 +9,7 @@
 namespace trocar::engine {
 
 struct EffectCost {
-    Effect effect = Effect::Elasticity;
+    const EffectDescriptor* effect = nullptr;
     double with_ms = 0.0, without_ms = 0.0; // median of a whole step, processor time of this thread
     double noise_ms = 0.0;                  // of saved_ms: twice its standard error, from the spread of the steps' differences
     std::uint64_t entered = 0;              // times that its code was entered in the run with it

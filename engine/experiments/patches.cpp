@@ -1,3 +1,4 @@
+#include "engine/prepare/thing.hpp"
 #include "engine/experiments/patches.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
@@ -114,14 +115,13 @@ void PatchFinder::add_side(const Contact& contact, bool is_a, PatchContacts& fou
 
 PatchContacts PatchFinder::find_answer(const Simulator& simulator) {
     PatchContacts found;
-    const std::size_t bodies = model_.bodies.size();
     for (const Contact& contact : simulator.sphere_contacts()) {
-        if (contact.body_a >= bodies || contact.body_b >= bodies) continue; // instruments: their presses
+        if (!is_between_bodies(model_, contact)) continue; // instruments: their presses
         add_side(contact, true, found);
         add_side(contact, false, found);
     }
     for (const Contact& contact : simulator.contacts()) {
-        if (contact.body_a < bodies || contact.feature_b[0] == kNoIndex) continue;
+        if (thing_of(model_, contact.body_a).is_body() || contact.feature_b[0] == kNoIndex) continue;
         const std::vector<Vec3>& rest = model_.bodies[contact.body_b].surface.vertices;
         Vec3 at = Vec3::Zero();
         for (std::size_t k = 0; k < 3; ++k)

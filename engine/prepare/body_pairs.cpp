@@ -5,7 +5,7 @@
 namespace trocar::engine {
 
 std::size_t owner_of(const SceneModel& model, std::size_t body) noexcept {
-    return model.bodies[body].host_body != SIZE_MAX ? model.bodies[body].host_body : body;
+    return model.bodies[body].host_body.value_or(body);
 }
 
 bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept {

@@ -5,6 +5,7 @@
 #include "collision/topology.hpp"
 #include "engine/prepare/blood.hpp"
 #include "engine/prepare/drive.hpp"
+#include "engine/scene/effect.hpp"
 #include "engine/scene/contact_spec.hpp"
 #include "engine/scene/effect_specs.hpp"
 #include "engine/time/step_budget.hpp"
@@ -38,7 +39,7 @@ struct BodyModel {
     bool hollow = false;                    // a lumen: instruments move inside
     bool closed = false;                    // and consistently oriented: it has an inside
     std::optional<fem::TissueModel> tissue; // deformable bodies
-    std::size_t host_body = SIZE_MAX;         // deformable host body that this surface is embedded in; SIZE_MAX: none
+    std::optional<std::size_t> host_body;   // deformable host body that this surface is embedded in
     std::optional<fem::RigidLinks> links;   // surface embedded in its own mesh, or in the host's
     bool self_contact = true;               // where the scene has that effect
     std::vector<MotionRow> path;            // kinematic bodies
@@ -51,7 +52,7 @@ struct BodyModel {
 
     /// Its vertices without a frame never leave their rest position.
     [[nodiscard]] bool moves_by_links_alone() const noexcept { return links && pulse_reach.empty(); }
-    [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || host_body != SIZE_MAX || !pulse_reach.empty(); }
+    [[nodiscard]] bool moves() const noexcept { return motion != Motion::Static || host_body || !pulse_reach.empty(); }
 };
 
 struct InstrumentModel {
@@ -61,8 +62,8 @@ struct InstrumentModel {
     fem::RodPort port;
     std::size_t lumen = 0;             // body whose lumen it moves in
     unsigned mass_spring_substeps = 0; // of a step, of a chain of masses and springs; 0: the implicit rod
-    std::size_t inside = SIZE_MAX;     // instrument in whose bore it runs, as a wire; SIZE_MAX: none
-    std::size_t wire = SIZE_MAX;       // instrument that runs in its own bore
+    std::optional<std::size_t> inside; // instrument in whose bore it runs, as a wire
+    std::optional<std::size_t> wire;   // instrument that runs in its own bore
     double friction = 0.0;             // Coulomb mu
     double inserted = 0.02;            // m at the start
     DriveLimits limits;
@@ -85,6 +86,7 @@ struct EffectSet {
     std::optional<BreathingSpec> breathing;
     std::optional<PulseSpec> pulse;
     std::optional<Blood> blood_drag; // of instruments
+    std::vector<AddedEffect> added;  // of the program's own
 };
 
 struct SceneModel {

@@ -1,3 +1,4 @@
+#include "engine/prepare/effect_preparation.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 
 #include "engine/prepare/check_scene.hpp"
@@ -47,8 +48,8 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
         radii.push_back(point.radius);
     }
     model.route = make_route(std::move(points), std::move(radii));
-    if (const std::size_t host_body = prepared.model.bodies[model.lumen].host_body; host_body != SIZE_MAX) {
-        auto links = fem::make_embedded_links(coarse.meshes[host_body], model.route->points, scene.bodies[model.lumen].blend);
+    if (const auto host_body = prepared.model.bodies[model.lumen].host_body) {
+        auto links = fem::make_embedded_links(coarse.meshes[*host_body], model.route->points, scene.bodies[model.lumen].blend);
         if (!links.ok()) return links.error();
         model.route_links = std::move(*links);
     }
@@ -95,42 +96,12 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     return {};
 }
 
-/// Blood in every vessel with an instrument: from the scene's inlet where that lies in it, otherwise along the first instrument's entry.
-Result<void> prepare_blood(const Scene& scene, const CoarseBodies& coarse, PatientShelf& shelf, PreparedScene& prepared) {
-    if (!scene.effects.blood_drag) return {};
-    const BloodSpec& spec = *scene.effects.blood_drag;
-    const std::string key = "effects.blood_drag";
-    std::optional<Place> inlet;
-    if (spec.inlet) {
-        const auto place = find_place(scene, spec.inlet->place, key + ".inlet", shelf);
-        if (!place.ok()) return place.error();
-        inlet = *place;
+Result<void> prepare_effects(const EffectPreparation& preparation) {
+    for (const EffectDescriptor* effect : registered_effects()) {
+        if (effect->prepare == nullptr) continue;
+        if (Result<void> done = effect->prepare(preparation); !done.ok()) return done;
     }
-    bool inlet_used = false;
-    for (InstrumentModel& instrument : prepared.model.instruments) {
-        BodyModel& vessel = prepared.model.bodies[instrument.lumen];
-        if (!vessel.blood) {
-            auto tree = spheretree::find_centreline_tree(*vessel.lumen, inlet ? inlet->position : instrument.port.position);
-            const bool from_inlet = inlet && tree.ok();
-            inlet_used |= from_inlet;
-            if (inlet && !tree.ok()) tree = spheretree::find_centreline_tree(*vessel.lumen, instrument.port.position);
-            if (tree.ok() && !from_inlet)
-                tree = spheretree::find_centreline_tree(*vessel.lumen, find_inflow(*tree, instrument.port.direction));
-            if (!tree.ok()) return scene_error(scene, key, tree.error().message, tree.error().code);
-            vessel.blood = make_blood_flow(*tree, spec.speed);
-            if (vessel.host_body != SIZE_MAX) {
-                auto links =
-                    fem::make_embedded_links(coarse.meshes[vessel.host_body], vessel.blood->points, scene.bodies[instrument.lumen].blend);
-                if (!links.ok()) return links.error();
-                vessel.blood->links = std::move(*links);
-            }
-        }
-        instrument.flow_entry = find_flow_point(*vessel.blood, instrument.port.position);
-    }
-    if (!inlet || inlet_used || prepared.model.instruments.empty()) return {};
-    return scene_error(scene, key + ".inlet",
-                       fmt::format("({:.4g}, {:.4g}, {:.4g}) mm lies in no vessel that an instrument moves in; expected a place inside",
-                                   1e3 * inlet->position.x(), 1e3 * inlet->position.y(), 1e3 * inlet->position.z()));
+    return {};
 }
 
 EffectSet make_effects(const Scene& scene) {
@@ -146,6 +117,7 @@ EffectSet make_effects(const Scene& scene) {
         effects.blood_drag = drag->blood;
         effects.blood_drag->period = effects.pulse ? effects.pulse->period : 0.0;
     }
+    effects.added = scene.effects.added;
     return effects;
 }
 
@@ -238,7 +210,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress
         const Result<void> done = prepare_instrument(scene, instrument, coarse, shelf, prepared);
         if (!done.ok()) return done.error();
     }
-    if (const Result<void> flows = prepare_blood(scene, coarse, shelf, prepared); !flows.ok()) return flows.error();
+    if (const Result<void> effects = prepare_effects({scene, coarse, shelf, prepared}); !effects.ok()) return effects.error();
     note_bounds(scene, prepared);
     prepared.seconds = 1e-3 * watch.elapsed_ms();
     return prepared;

@@ -192,7 +192,7 @@ std::string body_role(const SceneModel& model, const BodyModel& body) {
                        : body.motion == Motion::Kinematic ? "moved by the scene"
                                                           : "static";
     if (body.hollow) role += ", hollow";
-    if (body.host_body != SIZE_MAX) role += ", embedded in " + model.bodies[body.host_body].name;
+    if (body.host_body) role += ", embedded in " + model.bodies[*body.host_body].name;
     return role;
 }
 

@@ -59,7 +59,7 @@ Json instruments(const SceneModel& model) {
                   {"lumen", model.bodies[instrument.lumen].name}};
         json["kind"] = instrument.mass_spring_substeps > 0 ? "mass_spring" : "rod";
         if (instrument.mass_spring_substeps > 0) json["substeps"] = instrument.mass_spring_substeps;
-        if (instrument.inside != SIZE_MAX) json["inside"] = model.instruments[instrument.inside].name;
+        if (instrument.inside) json["inside"] = model.instruments[*instrument.inside].name;
         if (instrument.route) json["route_m"] = instrument.route->length.back();
         list.push_back(std::move(json));
     }
@@ -116,7 +116,8 @@ Json pace(const RunSummary& s) {
 void add_losses(const RunRecord& record, Json& json) {
     const RunStatistics& t = record.statistics;
     json["pace"] = pace(record.summary);
-    for (std::size_t k = 0; k < kEffectCount; ++k) json["effect_calls"][kEffectNames[k]] = t.effects.entered[k];
+    for (const EffectDescriptor* effect : registered_effects())
+        if (effect->in_step) json["effect_calls"][std::string(effect->name)] = t.effects.of(*effect);
     json["overruns"] = record.summary.overruns;
     json["realtime_overruns"] = record.summary.realtime_overruns;
     json["held_back_steps"] = t.scaled_step_count;

@@ -7,7 +7,7 @@
 
 namespace trocar::engine {
 
-inline constexpr double kLargestBody = 10.0;    // m
+inline constexpr double kLargestShape = 10.0;    // m
 inline constexpr double kSmallestLength = 1e-5; // m
 
 /// Part of the keys of "material".
@@ -106,7 +106,7 @@ static_assert(describes_all_with<RepairOptions, FileSurfaceKeys, RecipeSurfaceKe
 struct ShapeKeys {
     using Struct = ShapeSpec;
     static auto of(auto& s) {
-        const Range size = between(kSmallestLength, kLargestBody);
+        const Range size = between(kSmallestLength, kLargestShape);
         const auto rows = [](Range radius, std::size_t most) {
             return rows_value({{"x", Dimension::Length, coordinate()},
                                {"y", Dimension::Length, coordinate()},
@@ -203,7 +203,7 @@ struct BallKeys {
     static auto of(auto& s) {
         return described({"ball", "Centre and radius of a ball."},
                          key(s.centre, vector_field("centre", Dimension::Length, coordinate(), "Middle.").required()),
-                         key(s.radius, number_field("radius", Dimension::Length, above(0.0, kLargestBody), "Of the ball.").required()));
+                         key(s.radius, number_field("radius", Dimension::Length, above(0.0, kLargestShape), "Of the ball.").required()));
     }
 };
 
@@ -231,7 +231,7 @@ struct BodyKeys {
                                               object_value(table_of<ShapeKeys>())}),
                                    "The dense surface: a file's name, or an object with file, recipe or shape.")
                            .required(),
-                       read_surface, s.surface),
+                       read_surface_spec, s.surface),
             key(s.scale, number_field("scale", Dimension::None, above(0.0, 1e6), "Enlarges the surface about the origin.")),
             key(s.translate, vector_field("translate", Dimension::Length, coordinate(), "Moves the surface, after the scale.")),
             key(s.hollow, flag_field("hollow", "The surface is a lumen: instruments are inside, contacts push inwards.")),

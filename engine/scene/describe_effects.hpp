@@ -96,9 +96,12 @@ struct EffectsKeys {
                                              "once.")),
             object_key<BloodKeys>(s.blood_drag,
                                   effect_field<BloodKeys>("blood_drag", "Drag of the blood on instruments: true for the defaults.")),
-            key(s.fluoroscopy, flag_field("fluoroscopy", "X-ray pictures.")));
+            key(s.fluoroscopy, flag_field("fluoroscopy", "X-ray pictures.")), no_key(s.added)); // effects_table has theirs
     }
 };
 static_assert(describes_all<EffectsKeys>);
+
+/// Those, and the keys of effects that are known by their descriptors alone.
+[[nodiscard]] const ObjectSpec& effects_table();
 
 } // namespace trocar::engine

@@ -147,7 +147,7 @@ std::optional<Error> read_repairs(const Reading& reading, std::vector<Repair>& r
     return std::nullopt;
 }
 
-std::optional<Error> read_surface(const Reading& body, SurfaceSpec& surface) {
+std::optional<Error> read_surface_spec(const Reading& body, SurfaceSpec& surface) {
     const JsonNode* node = body.values.find("surface");
     if (node == nullptr) return std::nullopt;
     if (node->type == JsonType::Text) {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <deque>
 #include <set>
 
 namespace trocar::engine {
@@ -35,7 +36,57 @@ std::optional<Error> switch_effect(const Reading& effects, const Names& on, cons
     return read_keys<Keys>({effects.context, effects.values.object(effect.field.key), effects.scene}, effect.member->emplace());
 }
 
+std::optional<Error> switch_effect(const Reading&, const Names&, const NoKey<std::vector<AddedEffect>>&) { return std::nullopt; }
+
+/// Numbers of an effect that is known by its descriptor alone.
+AddedEffect read_added(const Values& effects, const EffectDescriptor& effect) {
+    AddedEffect added{&effect, {}};
+    if (effect.settings.empty()) return added;
+    const Values settings = effects.object(effect.name);
+    for (const FieldSpec& field : effect.settings)
+        if (field.value.kind == ValueKind::Vector)
+            for (int axis = 0; axis < 3; ++axis) added.settings.push_back(settings.vector(field.key)[axis]);
+        else
+            added.settings.push_back(settings.number(field.key));
+    return added;
+}
+
+/// Its key: a flag, or the object of its settings, which lives as long as the program.
+FieldSpec added_field(const EffectDescriptor& effect) {
+    if (effect.settings.empty()) return flag_field(effect.name, effect.doc).by_default(false);
+    static std::deque<ObjectSpec> objects;
+    const ObjectSpec& object = objects.emplace_back(ObjectSpec{effect.name, effect.doc, "", "", effect.settings});
+    return value_field(effect.name, any_value({flag_field("", "").value, object_value(object)}), effect.doc).by_default(false);
+}
+
+bool is_on(bool flag) { return flag; }
+template <class T>
+bool is_on(const std::optional<T>& settings) {
+    return settings.has_value();
+}
+
 } // namespace
+
+std::vector<std::string> Effects::names() const {
+    std::vector<std::string> all;
+    const auto add = [&](const auto& one) {
+        if constexpr (requires { one.field; })
+            if (is_on(*one.member)) all.emplace_back(one.field.key);
+    };
+    std::apply([&](const auto&... one) { (add(one), ...); }, EffectsKeys::of(*this).entries);
+    for (const AddedEffect& effect : added) all.emplace_back(effect.effect->name);
+    return all;
+}
+
+const ObjectSpec& effects_table() {
+    static const ObjectSpec table = [] {
+        ObjectSpec made = table_of<EffectsKeys>();
+        for (const EffectDescriptor* effect : registered_effects())
+            if (made.find(effect->name) == nullptr) made.fields.push_back(added_field(*effect));
+        return made;
+    }();
+    return table;
+}
 
 std::optional<Error> read_inlet(const Reading& reading, std::optional<SceneTarget>& inlet) {
     if (!reading.values.has("inlet")) return std::nullopt;
@@ -60,6 +111,9 @@ std::optional<Error> read_effects(const Reading& scene, Effects& effects) {
     };
     std::apply([&](const auto&... one) { (read(one) || ...); }, EffectsKeys::of(effects).entries);
     if (error) return error;
+    for (const EffectDescriptor* effect : registered_effects())
+        if (on.contains(effect->name) && table_of<EffectsKeys>().find(effect->name) == nullptr)
+            effects.added.push_back(read_added(values, *effect));
     if (effects.gravity && !root.has("gravity"))
         return error_at(context, node->at, "effects", "the effect gravity needs the key \"gravity\" of the scene; expected it added");
     if (!effects.blood_drag || effects.blood_drag->blood.pulsatility == 0.0 || effects.pulse) return std::nullopt;

@@ -1,7 +1,6 @@
 #include "engine/scene/scene.hpp"
 
 #include "engine/scene/check.hpp"
-#include "engine/scene/describe_effects.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -72,24 +71,9 @@ std::string instrument_text(const Scene& scene, const SceneInstrument& instrumen
                        script_text(scene, instrument));
 }
 
-bool is_on(bool flag) { return flag; }
-template <class T>
-bool is_on(const std::optional<T>& settings) {
-    return settings.has_value();
-}
-
 } // namespace
 
 std::size_t TimeSpec::step_count() const noexcept { return static_cast<std::size_t>(std::ceil(duration / step * (1.0 - kStepTolerance))); }
-
-std::vector<std::string> Effects::names() const {
-    std::vector<std::string> all;
-    const auto add = [&](const auto& one) {
-        if (is_on(*one.member)) all.emplace_back(one.field.key);
-    };
-    std::apply([&](const auto&... one) { (add(one), ...); }, EffectsKeys::of(*this).entries);
-    return all;
-}
 
 Error scene_error(const Scene& scene, std::string key, std::string message, ErrorCode code) {
     Error error{code, std::move(message), scene.file.string(), 0, 0, std::move(key)};

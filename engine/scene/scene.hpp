@@ -9,6 +9,7 @@
 #include "base/result.hpp"
 #include "base/vec.hpp"
 #include "engine/scene/budget.hpp"
+#include "engine/scene/effect.hpp"
 #include "engine/scene/contact_spec.hpp"
 #include "engine/scene/drive_specs.hpp"
 #include "engine/scene/effect_specs.hpp"
@@ -195,6 +196,7 @@ struct Effects {
     bool self_contact = false;           // of deformable bodies with themselves
     bool twist = false;                  // of instruments: off, a turn of the handle reaches the tip at once
     bool fluoroscopy = false;            // X-ray pictures beside the shaded ones
+    std::vector<AddedEffect> added;      // known by their descriptors alone: see add_effect
 
     /// As a scene lists them.
     [[nodiscard]] std::vector<std::string> names() const;

@@ -43,7 +43,7 @@ namespace {
 struct SceneKeys {
     using Struct = Scene;
     static auto of(auto& s) {
-        const auto& effects = table_of<EffectsKeys>();
+        const auto& effects = effects_table();
         return described(
             {"scene", "The whole file."}, custom_key(text_field("$schema", "Where editors find the schema; not read."), kReadApart),
             custom_key(text_field("name", "Of the scene; the file's name when absent."), kReadApart, s.name),

@@ -1,6 +1,7 @@
 // What somebody does during a step. A step without any is that of the scene's script.
 #pragma once
 
+#include "engine/scene/effect.hpp"
 #include "engine/state/state.hpp"
 
 namespace trocar::engine {
@@ -12,13 +13,17 @@ struct Pull {
     Vec3 target = Vec3::Zero(); // m
 };
 
-/// Effects of the scene that a run can do without for a while. What the scene does not have is not switched on.
-struct LiveEffects {
-    bool elasticity = true;
-    bool gravity = true;
-    bool coarse_contact = true; // and self_contact with it
-    bool exact_contact = true;
-    double breathing = 1.0; // [0, 1] share of the amplitude; a switch that goes over many steps does not throw the organ
+/// Effects of the scene that a run does without, wholly or in part, for a while: those with an EffectDescriptor::scale. What the scene does
+/// not have is not switched on.
+class LiveEffects {
+public:
+    LiveEffects() noexcept { share_.fill(1.0); }
+    /// share   [0, 1]; 0: off
+    void set(const EffectDescriptor& effect, double share) noexcept { share_[index_of(effect)] = share; }
+    [[nodiscard]] double share(const EffectDescriptor& effect) const noexcept { return share_[index_of(effect)]; }
+
+private:
+    std::array<double, kMostEffects> share_; // as registered_effects()
 };
 
 /// A scene knows nothing of it: only the same inputs at the same steps repeat such a run.

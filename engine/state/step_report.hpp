@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/contact.hpp"
-#include "engine/prepare/effects.hpp"
+#include "engine/scene/effect.hpp"
 
 #include <cstdint>
 #include <string>

@@ -85,8 +85,11 @@ Result<void> check_inputs(const SceneModel& model, const Inputs& inputs) {
     for (std::size_t i = 0; i < inputs.drive.size() && fine.ok(); ++i)
         if (inputs.drive[i]) fine = check_drive_command(model, i, *inputs.drive[i]);
     if (fine.ok() && inputs.pull) fine = check_pull(model, *inputs.pull);
-    if (fine.ok() && !(inputs.live.breathing >= 0.0 && inputs.live.breathing <= 1.0))
-        fine = bad("live.breathing", fmt::format("found {:g}, expected a share from 0 to 1", inputs.live.breathing));
+    for (const EffectDescriptor* effect : registered_effects())
+        if (const double share = inputs.live.share(*effect); fine.ok() && !(share >= 0.0 && share <= 1.0))
+            fine = bad(fmt::format("live.{}", effect->name), fmt::format("found {:g}, expected a share from 0 to 1", share));
+        else if (fine.ok() && share < 1.0 && effect->scale == nullptr)
+            fine = bad(fmt::format("live.{}", effect->name), fmt::format("found {:g}, but {} is fixed for a run; expected 1", share, effect->name));
     if (fine.ok() && inputs.budget) fine = check_limits(*inputs.budget);
     return fine;
 }

@@ -52,7 +52,7 @@ void scale_motion(const SceneModel& model, double fraction, State& state, StepSc
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i)
         scale_rod(model.instruments[i], fraction, state.instruments[i], scratch.rods.instruments[i]);
-    update_embedded_surfaces(model, state, scratch.bodies, scratch.report);
+    update_embedded_surfaces(model, scratch.live, state, scratch.bodies, scratch.report);
     for (BodyState& body : state.bodies) {
         body.lumen.miss_steps(); // what it saw is not where the step ends
         body.lumen_step = kNoStep;

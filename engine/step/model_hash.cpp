@@ -69,6 +69,7 @@ public:
     void add(const T& value) noexcept {
         std::apply([this](const auto&... member) { (add(member), ...); }, members_of(value));
     }
+    void add(const EffectDescriptor* effect) noexcept { add(effect != nullptr ? effect->name : std::string_view()); }
     [[nodiscard]] std::uint64_t value() const noexcept { return hash_; }
 
 private:

@@ -36,7 +36,7 @@ TROCAR_MEMBERS(fem::RigidLinks, frame_nodes, frame_rest, vertex_frame, vertex_we
                degenerate, static_count, max_length, longest, long_count)
 TROCAR_MEMBERS(fem::StiffnessRow, from_tip, factor)
 TROCAR_MEMBERS(fem::RodModel, design, segment, bend_stiffness, stretch_stiffness, mass, rest_curvature, twist_stiffness, turn_inertia,
-               rest_length)
+               rest_length, unit_edge_stiffness)
 TROCAR_MEMBERS(fem::RodSkin, triangles, vertex_node, sides, turn)
 TROCAR_MEMBERS(fem::RodPort, position, direction)
 TROCAR_MEMBERS(collision::SurfaceTopology, triangles, edges, triangle_edges, vertex_owner, edge_owner)
@@ -57,7 +57,8 @@ TROCAR_MEMBERS(DriveRow, time, insertion, rotation)
 TROCAR_MEMBERS(Route, points, radii, length)
 TROCAR_MEMBERS(InstrumentModel, name, rod, skin, port, lumen, mass_spring_substeps, inside, wire, friction, inserted, limits, path, route,
                route_links, follow, flow_entry, chain, topology)
-TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, exact_contact, gravity, breathing, pulse, blood_drag)
+TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, exact_contact, gravity, breathing, pulse, blood_drag, added)
+TROCAR_MEMBERS(AddedEffect, effect, settings)
 TROCAR_MEMBERS(BudgetLimits, mode, wall_s, work_units)
 TROCAR_MEMBERS(SceneModel, name, file, step_s, step_count, fixed_substeps, max_substeps, integrator, budget, budget_covers_step, drop,
                bodies, nested, instruments, effects, contact)

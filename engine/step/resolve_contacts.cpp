@@ -1,3 +1,4 @@
+#include "engine/prepare/thing.hpp"
 #include "engine/step/resolve_contacts.hpp"
 
 #include "engine/step/instrument/instrument_stage.hpp"
@@ -32,7 +33,7 @@ void force_exact_stage(const SceneModel& model, std::size_t instrument, State& s
 void retry_with_drive_stopped(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report) {
     stop_drive(model, instrument, state, rods);
     ++report.drive_stops;
-    solve_instrument(model, instrument, state, rods, report);
+    solve_instrument(model, instrument, state, rods);
 }
 
 /// Instruments against their walls, where no exact answer stands: planes from the wall, and what is left to do where they do not suffice.
@@ -45,7 +46,7 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
             refit_wall(model, model.instruments[i].lumen, state, rods, &budget);
         else
             follow_wall(model, model.instruments[i].lumen, state, rods);
-        solve_between_walls(model, i, state, rods, report, budget);
+        solve_between_walls(model, i, state, rods, budget);
         const bool penetrates = penetrates_wall(model, i, state, rods);
         for (const std::size_t one : coaxial(model, i)) state.instruments[one].kept_inside = !penetrates;
         if (!penetrates) continue;
@@ -76,7 +77,7 @@ void list_contacts(const SceneModel& model, const State& state, StepScratch& scr
     for (const Contact& touch : scratch.solids.touches)
         if (touch.gap <= 0.0) contacts.push_back(touch);
     for (const Contact& contact : scratch.traversal.coarse) // solids without a surface's depth; those of instruments are among the presses
-        if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() &&
+        if (is_between_bodies(model, contact) &&
             !(is_leaf_pair(model, contact) && meet_by_surface(model, contact.body_a, contact.body_b)))
             contacts.push_back(contact);
 }

@@ -1,6 +1,5 @@
 #include "engine/step/stages.hpp"
 
-#include "engine/step/instrument/blood_stage.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/solid/solid_trees.hpp"
 #include "engine/step/tissue/pull_stage.hpp"
@@ -27,12 +26,8 @@ bool is_dropped(const StepScratch& scratch, Droppable effect) noexcept { return 
 
 EffectSet find_live_effects(const SceneModel& model, const LiveEffects& live) {
     EffectSet effects = model.effects;
-    effects.elasticity = effects.elasticity && live.elasticity;
-    effects.coarse_contact = effects.coarse_contact && live.coarse_contact;
-    effects.self_contact = effects.self_contact && live.coarse_contact;
-    effects.exact_contact = effects.exact_contact && live.exact_contact;
-    if (!live.gravity) effects.gravity.reset();
-    if (effects.breathing) effects.breathing->amplitude *= live.breathing;
+    for (const EffectDescriptor* effect : registered_effects())
+        if (const double share = live.share(*effect); share < 1.0 && effect->scale != nullptr) effect->scale(effects, share);
     return effects;
 }
 
@@ -48,7 +43,6 @@ void choose_effects(const SceneModel& model, const Inputs& inputs, StepScratch& 
     scratch.live = find_live_effects(model, inputs.live);
     scratch.dropped = model.budget_covers_step ? budget.choose_drops(model.drop) : 0u;
     scratch.report.dropped = scratch.dropped;
-    scratch.rods.gravity = scratch.live.gravity;
 }
 
 void keep_start(const SceneModel& model, const State& state, StepScratch& scratch) {
@@ -78,9 +72,9 @@ void integrate_tissue(const SceneModel& model, State& state, StepScratch& scratc
     share_start(model, scratch);
 }
 
-void predict_instruments(const SceneModel& model, State& state, RodsScratch& rods, StepReport& report) {
-    find_blood_flow(model, state, rods, report);
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) solve_instrument(model, i, state, rods, report);
+void predict_instruments(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report) {
+    load_instruments(model, live, state, rods, report);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) solve_instrument(model, i, state, rods);
 }
 
 void update_sphere_trees(const SceneModel& model, State& state, StepScratch& scratch) {

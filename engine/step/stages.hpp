@@ -46,7 +46,7 @@ void apply_inputs(const SceneModel& model, const Inputs& inputs, State& state, S
 void integrate_tissue(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget);
 
 /// The free motion of instruments, between the planes of the last step.
-void predict_instruments(const SceneModel& model, State& state, RodsScratch& rods, StepReport& report);
+void predict_instruments(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report);
 
 /// Of solids and instruments; of lumens where the budget is not charged for it.
 void update_sphere_trees(const SceneModel& model, State& state, StepScratch& scratch);

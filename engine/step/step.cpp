@@ -25,11 +25,11 @@ bool begin_step(const SceneModel& model, const Inputs& inputs, State& state, Ste
     const Phase phase(budget, StepPart::EmbeddedSurfaces);
     {
         const Timed timed(report.ms.steer, report.ms.total);
-        update_embedded_surfaces(model, state, scratch.bodies, report);
+        update_embedded_surfaces(model, scratch.live, state, scratch.bodies, report);
     }
     {
         const Timed timed(report.ms.fem, report.ms.total);
-        predict_instruments(model, state, scratch.rods, report);
+        predict_instruments(model, scratch.live, state, scratch.rods, report);
     }
     const Timed timed(report.ms.steer, report.ms.total);
     update_sphere_trees(model, state, scratch);

@@ -3,6 +3,7 @@
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/solid/solid_stage.hpp"
 #include "engine/step/stages.hpp"
+#include "engine/effects/registry.hpp"
 #include "engine/time/phase.hpp"
 
 #include <algorithm>
@@ -54,7 +55,7 @@ void traverse_sphere_trees(const SceneModel& model, State& state, StepScratch& s
     const double after = model.budget_covers_step ? budget.forecast(StepPart::Respond).reserve_s() : 0.0;
     budget.keep_back(after);
     if (!scratch.live.coarse_contact) return;
-    scratch.report.effects.note(Effect::CoarseContact);
+    scratch.report.effects.note(effects::coarse_contact);
     const double listing = after + budget.forecast(StepPart::List).reserve_s();
     budget.keep_back(listing);
     descent.begin(model.contact.margin);

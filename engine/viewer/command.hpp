@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/vec.hpp"
+#include "engine/scene/effect.hpp"
 #include "engine/time/step_budget.hpp"
 
 #include <cstdint>
@@ -30,9 +31,8 @@ struct SingleStep {}; // while paused
 struct Pace {
     double factor = 1.0; // [kSlowestPace, 1]
 };
-enum class Effect : std::uint8_t { Elasticity, Gravity, CoarseContact, ExactContact, Breathing };
 struct SwitchEffect {
-    Effect effect = Effect::Elasticity;
+    const EffectDescriptor* effect = nullptr;
     bool on = true;
 };
 /// Holds a vertex of a body's surface and pulls it to a place; the same again moves the place.

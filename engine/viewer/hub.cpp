@@ -28,8 +28,8 @@ constexpr std::size_t kMostWaiting = 16;
 Hub::Hub(const Scene& scene, const PreparedScene& prepared, const Session& session, Exchange& exchange, std::string page)
     : scene_(scene), exchange_(exchange), page_(std::move(page)), range_(range_of(prepared.model)) {
     scene_text_ = std::make_shared<const std::string>(scene_message(scene, prepared, session));
-    for (std::size_t effect = 0; effect < kEffectCount; ++effect)
-        if (!session.permits(static_cast<Effect>(effect))) range_.missing.push_back(static_cast<Effect>(effect));
+    for (const EffectDescriptor* effect : registered_effects())
+        if (!session.permits(*effect)) range_.missing.push_back(effect);
     std::size_t part = 0;
     for (const BodyModel& body : prepared.model.bodies)
         model_messages_.push_back(std::make_shared<const std::string>(

@@ -115,8 +115,8 @@ std::string scene_message(const Scene& scene, const PreparedScene& prepared, con
     for (std::size_t k = 0; k < prepared.targets.size(); ++k)
         message["targets"].push_back(describe_target(prepared.targets[k], scene.targets[k].name, model));
     message["effects"] = Json::array();
-    for (std::size_t i = 0; i < kEffectCount; ++i)
-        if (session.permits(static_cast<Effect>(i))) message["effects"].push_back(effect_name(static_cast<Effect>(i)));
+    for (const EffectDescriptor* effect : registered_effects())
+        if (session.permits(*effect)) message["effects"].push_back({{"name", effect->name}, {"label", effect->label}});
     message["scope"] = model.budget_covers_step ? "step" : "collision";
     message["budget"] = describe_budget(model.budget);
     message["budget_ms"] = {1e3 * kLeastBudget, 1e3 * kMostBudget};
@@ -153,7 +153,8 @@ std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const 
                  {"drive", {status.drive.insertion, status.drive.rotation}},
                  {"budget", describe_budget(status.budget)}};
     Json& effects = message["effects"] = Json::object();
-    for (std::size_t i = 0; i < kEffectCount; ++i) effects[effect_name(static_cast<Effect>(i))] = status.effects[i];
+    for (const EffectDescriptor* effect : registered_effects())
+        if (effect->scale != nullptr) effects[std::string(effect->name)] = status.effects[index_of(*effect)];
     message.update({{"total_ms", report.ms.total},
                     {"charged_ms", report.ms.budget},
                     {"kept", report.budget_kept},

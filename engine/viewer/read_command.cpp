@@ -18,7 +18,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::array<const char*, kEffectCount> kEffectNames = {"elasticity", "gravity", "coarse_contact", "exact_contact", "breathing"};
 /// m; nothing that can be pulled is larger.
 constexpr double kFurthestTarget = 10.0;
 
@@ -112,13 +111,15 @@ Request read_effect(Members& members, const CommandRange& range) {
     SwitchEffect set;
     const std::string name = members.word("name");
     set.on = members.flag("on");
-    const auto found = std::find(kEffectNames.begin(), kEffectNames.end(), name);
-    if (found == kEffectNames.end())
-        members.complain(fmt::format("\"name\" is \"{}\"; expected {}", shown(name), fmt::join(kEffectNames, ", ")));
-    else
-        set.effect = static_cast<Effect>(found - kEffectNames.begin());
-    if (found != kEffectNames.end() && std::find(range.missing.begin(), range.missing.end(), set.effect) != range.missing.end())
+    set.effect = find_effect(name);
+    if (set.effect == nullptr || set.effect->scale == nullptr) {
+        std::vector<std::string_view> names;
+        for (const EffectDescriptor* effect : registered_effects())
+            if (effect->scale != nullptr) names.push_back(effect->name);
+        members.complain(fmt::format("\"name\" is \"{}\"; expected {}", shown(name), fmt::join(names, ", ")));
+    } else if (std::find(range.missing.begin(), range.missing.end(), set.effect) != range.missing.end()) {
         members.complain(fmt::format("the scene has no {}", name));
+    }
     return Command{set};
 }
 
@@ -161,8 +162,6 @@ const std::map<std::string, Reader, std::less<>>& readers() {
 }
 
 } // namespace
-
-const char* effect_name(Effect effect) noexcept { return kEffectNames[static_cast<std::size_t>(effect)]; }
 
 Result<Request> read_request(std::string_view text, const CommandRange& range) {
     if (text.size() > kLongestMessage)

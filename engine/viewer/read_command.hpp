@@ -15,7 +15,7 @@ namespace trocar::engine::viewer {
 struct CommandRange {
     std::vector<std::size_t> vertices; // [body] of its surface
     std::vector<bool> pullable;        // [body]
-    std::vector<Effect> missing{};     // effects that the scene has not
+    std::vector<const EffectDescriptor*> missing{}; // effects that can be switched, but not in this scene
 };
 
 /// About this viewer alone.
@@ -38,8 +38,5 @@ inline constexpr std::size_t kLongestMessage = 2048;
 /// fails  BadSyntax: no JSON object; BadValue: unknown type or member, a member that is missing, of another kind or out of
 ///        range; BadUsage: something the scene does not have
 [[nodiscard]] Result<Request> read_request(std::string_view text, const CommandRange& range);
-
-/// As the page names it.
-[[nodiscard]] const char* effect_name(Effect effect) noexcept;
 
 } // namespace trocar::engine::viewer

@@ -1,5 +1,7 @@
+#include "engine/prepare/thing.hpp"
 #include "engine/viewer/session.hpp"
 
+#include "engine/effects/registry.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/instrument/script.hpp"
 #include "engine/step/tissue/pull_stage.hpp"
@@ -11,8 +13,8 @@ namespace trocar::engine::viewer {
 
 namespace {
 
-/// 1/s: breathing that is switched fades in and out at this rate, or the organ would be thrown.
-constexpr double kBreathFade = 1.0;
+/// 1/s: an effect that fades is switched at this rate, or breathing would throw the organ.
+constexpr double kFadeRate = 1.0;
 /// Units of a step with an exact stage beside the walls' refit, for each triangle of the instruments' skins: ten times what any of the
 /// demo scene's 3,000 steps took (10, `work_units` of its exact run).
 constexpr std::uint64_t kUnitsPerSkinTriangle = 100;
@@ -36,16 +38,8 @@ struct Overloaded : Ts... {
 
 Session::Session(const Scene& scene, const PreparedScene& prepared, std::function<void(Simulator&)> equip)
     : scene_(scene), model_(prepared.model), equip_(std::move(equip)) {
-    const auto permit = [this](Effect effect, bool in_scene) {
-        permitted_[static_cast<std::size_t>(effect)] = status_.effects[static_cast<std::size_t>(effect)] = in_scene;
-    };
-    const bool tissue =
-        std::any_of(model_.bodies.begin(), model_.bodies.end(), [](const BodyModel& body) { return body.tissue.has_value(); });
-    permit(Effect::Elasticity, model_.effects.elasticity && tissue);
-    permit(Effect::Gravity, model_.effects.gravity.has_value());
-    permit(Effect::CoarseContact, model_.effects.coarse_contact);
-    permit(Effect::ExactContact, model_.effects.exact_contact);
-    permit(Effect::Breathing, model_.effects.breathing.has_value() && tissue);
+    for (const EffectDescriptor* effect : registered_effects())
+        permitted_[index_of(*effect)] = status_.effects[index_of(*effect)] = effect->scale != nullptr && has_effect(model_, *effect);
     status_.budget = model_.budget;
     if (has_instrument()) {
         script_ = model_.instruments.front().path;
@@ -61,8 +55,8 @@ void Session::begin_run() {
         drive_position_ = recording_->start();
         model_.instruments.front().path = {{0.0, drive_position_.insertion, drive_position_.rotation}}; // where a run that reads the recording starts
     }
-    const bool breathes = status_.effects[static_cast<std::size_t>(Effect::Breathing)];
-    inputs_.live.breathing = breathes ? 1.0 : 0.0;
+    for (const EffectDescriptor* effect : registered_effects())
+        if (permits(*effect)) inputs_.live.set(*effect, status_.effects[index_of(*effect)] ? 1.0 : 0.0);
     inputs_.drive.assign(model_.instruments.size(), std::nullopt);
     inputs_.pull.reset();
     simulator_.emplace(model_, status_.budget);
@@ -106,7 +100,7 @@ void Session::apply(const Command& command) {
                    },
                    [&](const SingleStep&) { single_steps_ = std::min(single_steps_ + (status_.paused ? 1u : 0u), kWaitingSteps); },
                    [&](const Pace& pace) { status_.pace = pace.factor; },
-                   [&](const SwitchEffect& set) { switch_effect(set.effect, set.on); },
+                   [&](const SwitchEffect& set) { switch_effect(*set.effect, set.on); },
                    [&](const Grab& grab) {
                        if (grab.body >= model_.bodies.size() || !can_be_pulled(model_, grab.body)) return;
                        Inputs tried;
@@ -125,34 +119,21 @@ void Session::apply(const Command& command) {
                command);
 }
 
-void Session::switch_effect(Effect effect, bool on) {
-    if (!permits(effect) || status_.effects[static_cast<std::size_t>(effect)] == on) return;
-    status_.effects[static_cast<std::size_t>(effect)] = on;
+void Session::switch_effect(const EffectDescriptor& effect, bool on) {
+    if (!permits(effect) || status_.effects[index_of(effect)] == on) return;
+    status_.effects[index_of(effect)] = on;
     if (recording_) recording_->spoil(Spoiler::EffectSwitched);
-    switch (effect) {
-    case Effect::Elasticity:
-        inputs_.live.elasticity = on;
-        break;
-    case Effect::Gravity:
-        inputs_.live.gravity = on;
-        break;
-    case Effect::CoarseContact:
-        inputs_.live.coarse_contact = on;
-        break;
-    case Effect::ExactContact:
-        inputs_.live.exact_contact = on;
-        break;
-    case Effect::Breathing:
-        break; // fades
-    }
-    if (effect == Effect::Elasticity && !on) apply(LetGo{});
+    if (!effect.fades) inputs_.live.set(effect, on ? 1.0 : 0.0);
+    if (&effect == &effects::elasticity && !on) apply(LetGo{});
 }
 
-void Session::breathe() {
-    if (!permits(Effect::Breathing)) return;
-    const double goal = status_.effects[static_cast<std::size_t>(Effect::Breathing)] ? 1.0 : 0.0;
-    const double change = kBreathFade * model_.step_s;
-    inputs_.live.breathing += std::clamp(goal - inputs_.live.breathing, -change, change);
+void Session::fade_effects() {
+    const double change = kFadeRate * model_.step_s;
+    for (const EffectDescriptor* effect : registered_effects()) {
+        if (!effect->fades || !permits(*effect)) continue;
+        const double now = inputs_.live.share(*effect), goal = status_.effects[index_of(*effect)] ? 1.0 : 0.0;
+        inputs_.live.set(*effect, now + std::clamp(goal - now, -change, change));
+    }
 }
 
 DriveCommand Session::wanted_drive_command() {
@@ -183,7 +164,7 @@ void Session::follow_drive_command() {
 
 const StepReport& Session::step() {
     if (single_steps_ > 0) --single_steps_;
-    breathe();
+    fade_effects();
     if (has_instrument()) follow_drive_command();
     inputs_.budget = status_.budget;
     (void)simulator_->step(inputs_); // all of them were checked as they came
@@ -204,11 +185,9 @@ double Session::assumed_error_m() const noexcept {
     double error = 0.0;
     for (const Contact& contact : simulator_->sphere_contacts()) {
         if (contact.origin != ContactOrigin::AssumedSpheres) continue;
-        const std::size_t bodies = model_.bodies.size();
-        if (contact.body_a >= bodies) { // a group of an instrument's links
-            const std::size_t i = contact.body_a - bodies;
-            const double radius = simulator_->raw_state().instruments[i].chain.spheres[contact.feature_a[0]].radius;
-            error = std::max(error, 2.0 * (radius - model_.instruments[i].rod.design.radius));
+        if (const Thing a = thing_of(model_, contact.body_a); !a.is_body()) { // a group of an instrument's links
+            const double radius = simulator_->raw_state().instruments[a.index].chain.spheres[contact.feature_a[0]].radius;
+            error = std::max(error, 2.0 * (radius - model_.instruments[a.index].rod.design.radius));
             continue;
         }
         for (const auto& [body, sphere] : {std::pair(contact.body_a, contact.feature_a[0]), std::pair(contact.body_b, contact.feature_b[0])})

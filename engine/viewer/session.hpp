@@ -14,8 +14,6 @@
 
 namespace trocar::engine::viewer {
 
-inline constexpr std::size_t kEffectCount = 5;
-
 /// What the page shows beside the step's report.
 struct SessionStatus {
     bool paused = false;
@@ -24,7 +22,7 @@ struct SessionStatus {
     double pace = 1.0;
     Drive drive;
     BudgetLimits budget;
-    std::array<bool, kEffectCount> effects{}; // by Effect: on
+    std::array<bool, kMostEffects> effects{}; // as registered_effects(): on
 };
 
 class Session {
@@ -54,7 +52,7 @@ public:
     [[nodiscard]] std::uint64_t run() const noexcept { return run_; } // counts restarts
 
     /// The scene has this effect, so that it can be switched off and on.
-    [[nodiscard]] bool permits(Effect effect) const noexcept { return permitted_[static_cast<std::size_t>(effect)]; }
+    [[nodiscard]] bool permits(const EffectDescriptor& effect) const noexcept { return permitted_[index_of(effect)]; }
     [[nodiscard]] bool has_script() const noexcept { return has_script_; }
     [[nodiscard]] bool has_instrument() const noexcept { return !model_.instruments.empty(); }
 
@@ -63,15 +61,15 @@ private:
     [[nodiscard]] std::shared_ptr<Recording> begin_recording() const;
     void follow_drive_command();
     [[nodiscard]] DriveCommand wanted_drive_command();
-    void switch_effect(Effect effect, bool on);
-    void breathe();
+    void switch_effect(const EffectDescriptor& effect, bool on);
+    void fade_effects();
 
     const Scene& scene_;
     SceneModel model_; // the scene's, whose first instrument is driven
     Inputs inputs_;    // of the next step
     std::vector<DriveRow> script_; // of the first instrument
     bool has_script_ = false;
-    std::array<bool, kEffectCount> permitted_{};
+    std::array<bool, kMostEffects> permitted_{};
     std::function<void(Simulator&)> equip_;
     std::optional<Simulator> simulator_;
     std::shared_ptr<Recording> recording_;

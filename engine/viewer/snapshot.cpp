@@ -1,3 +1,4 @@
+#include "engine/effects/registry.hpp"
 #include "engine/viewer/snapshot.hpp"
 
 #include "engine/step/solid/solid_trees.hpp"
@@ -60,7 +61,7 @@ SphereKind kind_of_group(const spheretree::ChainTree& chain, Index sphere, std::
 void list_spheres(const Session& session, Snapshot& snapshot) {
     const SceneModel& model = session.model();
     const Simulator& simulator = session.simulator();
-    if (!session.status().effects[static_cast<std::size_t>(Effect::CoarseContact)] || simulator.report().step == 0) return;
+    if (!session.permits(effects::coarse_contact) || !session.status().effects[index_of(effects::coarse_contact)] || simulator.report().step == 0) return;
     const int level = simulator.report().level_reached;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const spheretree::ChainTree& chain = model.instruments[i].chain;

@@ -1,6 +1,5 @@
 // Steps a scene from C++ and prints where the catheter's tip is: cmake --install Trocar, then find_package(Trocar).
-#include "engine/prepare/prepare_scene.hpp"
-#include "engine/step/simulator.hpp"
+#include <trocar.hpp>
 
 #include <cstdio>
 #include <cstdlib>

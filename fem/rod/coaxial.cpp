@@ -47,6 +47,8 @@ public:
         drive.friction = std::max(outer_.drive.friction, inner_.drive.friction);
         join_flow();
         drive.flow = work_.flow;
+        join_forces();
+        drive.force = work_.force;
         RodStep step(work_.model, work_.state, drive, work_.planes, dt_, first_, share(), work_.rod);
         report.largest_residual = std::max(report.largest_residual, step.solve(report));
         part();
@@ -85,7 +87,7 @@ private:
         chain.design.drag = outer_.model.design.drag;
         chain.design.transverse_drag = outer_.model.design.transverse_drag;
         chain.segment = outer_.model.segment;
-        for (auto* list : {&chain.bend_stiffness, &chain.mass}) list->assign(count, 0.0);
+        for (auto* list : {&chain.unit_edge_stiffness, &chain.mass}) list->assign(count, 0.0);
         for (auto* list : {&chain.stretch_stiffness, &chain.rest_length}) list->assign(count - 1, 0.0);
         for (auto* list : {&work_.state.position, &work_.state.velocity, &work_.rod.start, &work_.rod.rest_bend, &work_.rod.tangent})
             list->resize(count);
@@ -150,7 +152,7 @@ private:
         const double g = inner_.model.segment;
         stiffness += other;
         moment += other * length / (g * g) * inner_.workspace.rest_bend[node];
-        work_.model.bend_stiffness[i] = stiffness;
+        work_.model.unit_edge_stiffness[i] = stiffness;
         work_.rod.rest_bend[i] = stiffness > 0.0 ? Vec3(moment / stiffness) : Vec3(Vec3::Zero());
     }
 
@@ -160,6 +162,20 @@ private:
         if (outer_.drive.flow.empty() || inner_.drive.flow.empty()) return;
         work_.flow.insert(work_.flow.end(), outer_.drive.flow.begin(), outer_.drive.flow.end());
         work_.flow.insert(work_.flow.end(), inner_.drive.flow.begin() + free_, inner_.drive.flow.end());
+    }
+
+    /// Inside the bore a force on the inner rod is one on the outer rod's nearest node.
+    void join_forces() noexcept {
+        work_.force.clear();
+        if (outer_.drive.force.empty() && inner_.drive.force.empty()) return;
+        work_.force.assign(nodes_ + free_count(), Vec3::Zero());
+        std::copy(outer_.drive.force.begin(), outer_.drive.force.end(), work_.force.begin());
+        for (std::size_t i = 0; i < inner_.drive.force.size(); ++i) {
+            const double arc = arc_of(inner_.model, inner_.state.insertion, static_cast<double>(i)); // from the port
+            const double behind_tip = std::max(0.0, outer_.state.insertion - arc) / outer_.model.segment;
+            const auto under = nodes_ - 1 - std::min(nodes_ - 1, static_cast<std::size_t>(behind_tip + 0.5));
+            work_.force[i >= free_ ? nodes_ + i - free_ : under] += inner_.drive.force[i];
+        }
     }
 
     /// The inner rod's planes at the same arc length of the chain.
@@ -242,7 +258,7 @@ private:
 
 void reserve_coaxial(const RodModel& outer, const RodModel& inner, std::size_t plane_count, CoaxialWorkspace& work) {
     const std::size_t most = outer.node_count() + inner.node_count();
-    for (auto* list : {&work.model.bend_stiffness, &work.model.mass, &work.model.stretch_stiffness, &work.model.rest_length})
+    for (auto* list : {&work.model.unit_edge_stiffness, &work.model.mass, &work.model.stretch_stiffness, &work.model.rest_length})
         list->reserve(most);
     for (auto* list : {&work.state.position, &work.state.velocity, &work.rod.start, &work.rod.rest_bend, &work.rod.tangent})
         list->reserve(most);
@@ -250,6 +266,7 @@ void reserve_coaxial(const RodModel& outer, const RodModel& inner, std::size_t p
     work.rod.rhs.reserve(3 * most);
     work.planes.reserve(plane_count);
     work.flow.reserve(most);
+    work.force.reserve(most);
 }
 
 Index first_free_node(const RodModel& inner, double inner_insertion, double outer_insertion) noexcept {

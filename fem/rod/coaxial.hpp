@@ -27,6 +27,7 @@ struct CoaxialWorkspace {
     RodState state;
     std::vector<RodPlane> planes;
     std::vector<RodFlow> flow; // of the chain's nodes; empty without
+    std::vector<Vec3> force;   // the same
     RodWorkspace rod;
 };
 

@@ -25,6 +25,7 @@ public:
     void advance() noexcept {
         const std::size_t nodes = model_.node_count();
         for (std::size_t i = first_ > 0 ? first_ - 1 : 0; i < nodes; ++i) work_.force[i] = model_.mass[i] * drive_.gravity;
+        for (std::size_t i = 0; i < drive_.force.size(); ++i) work_.force[i] += drive_.force[i];
         add_springs();
         for (RodPlane& plane : planes_) add_wall(plane);
         const double whip = model_.design.transverse_drag * model_.segment;

@@ -50,8 +50,14 @@ struct RodModel {
     std::vector<std::array<double, 2>> rest_curvature; // [node_count] 1/m, components along the material frame
     std::vector<double> twist_stiffness;               // [node_count - 1] N m: GJ / segment; empty without torsion
     std::vector<double> turn_inertia;                  // [node_count] kg m^2 about the axis; empty without torsion
-    std::vector<double> rest_length;                   // [node_count - 1] m; empty: `segment` everywhere. Only of coaxial rods, whose
-                                                       // bend_stiffness is in N m, of the change of the unit edge at a node
+    // Of the chain of coaxial rods alone, whose edges differ in length; empty otherwise.
+    std::vector<double> rest_length;           // [node_count - 1] m; empty: `segment` everywhere
+    std::vector<double> unit_edge_stiffness;   // [node_count] N m, of the change of the unit edge at a node, in place of bend_stiffness
+
+    /// Of what bends at a node: N/m of the second difference, or N m of the change of the unit edge.
+    [[nodiscard]] double bending_of(std::size_t node) const noexcept {
+        return rest_length.empty() ? bend_stiffness[node] : unit_edge_stiffness[node];
+    }
 
     [[nodiscard]] std::size_t node_count() const noexcept { return mass.size(); }
 };
@@ -96,6 +102,7 @@ struct RodDrive {
     double contact_stiffness = 2000.0; // N/m
     double friction = 0.0;             // Coulomb mu
     std::span<const RodFlow> flow;     // [node_count] of the fluid around it; empty: none
+    std::span<const Vec3> force = {};  // [node_count] N, constant over the step; empty: none
 };
 
 /// Memory of the solve: sized once, no allocation afterwards.

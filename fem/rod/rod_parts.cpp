@@ -62,7 +62,7 @@ void add_energies(const RodModel& model, const RodState& state, Index first, dou
             const Vec3 bend = model.rest_length.empty()
                                   ? second_difference(state.position, i)
                                   : Vec3(w[0] * state.position[i - 1] + w[1] * state.position[i] + w[2] * state.position[i + 1]);
-            report.bend_j += 0.5 * model.bend_stiffness[i] * (bend - work.rest_bend[i]).squaredNorm();
+            report.bend_j += 0.5 * model.bending_of(i) * (bend - work.rest_bend[i]).squaredNorm();
         }
         const bool turns = state.angle.empty() || (std::isfinite(state.angle[i]) && std::isfinite(state.spin[i]));
         if (report.first_bad_node == kNoIndex && !(turns && is_finite(state.position[i]) && is_finite(state.velocity[i])))

@@ -85,6 +85,7 @@ private:
             const double mass = damped_mass(model_, i, dt_);
             const Vec3 moved = state_.position[i] - work_.start[i];
             push(i, model_.mass[i] * (state_.velocity[i] / dt_ + drive_.gravity) - mass * moved);
+            if (!drive_.force.empty()) push(i, drive_.force[i]);
             stiffen(band, i, i, mass);
             const double whip = model_.design.transverse_drag * model_.segment / dt_;
             const Mat3 across = Mat3::Identity() - work_.tangent[i] * work_.tangent[i].transpose();
@@ -118,7 +119,7 @@ private:
         const bool uniform = model_.rest_length.empty();
         for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
             const double share = share_of(i); // nodes that have not passed the port neither bend nor have a rest curvature
-            const double k = model_.bend_stiffness[i] / share;
+            const double k = model_.bending_of(i) / share;
             const std::array<double, 3> weight = bend_stencil(model_, i);
             const Vec3 bend = uniform ? second_difference(state_.position, i) : unit_change(i, weight);
             const Vec3 moment = k * (bend - share * work_.rest_bend[i]);

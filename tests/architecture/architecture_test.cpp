@@ -115,7 +115,7 @@ TEST(ArchitectureRules, KnowForbiddenIncludesFromAllowedOnes) {
     forbidden("engine/io/obj.cpp", "fem/rod/rod.hpp");
     forbidden("engine/attic/a.cpp", "engine/io/obj.hpp");
     forbidden("engine/step/step.cpp", "engine/attic/a.hpp");
-    forbidden("engine/a.cpp", "base/box.hpp");
+    forbidden("shaders/a.cpp", "base/box.hpp");
     forbidden("fem/rod/coaxial.cpp", "rod.hpp");
     forbidden("fem/rod/coaxial.cpp", "../rod/rod.hpp");
     allowed("base/box.cpp", "base/vec.hpp");

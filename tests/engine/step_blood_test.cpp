@@ -1,5 +1,4 @@
 // Blood drag: there when a scene calls for it, along the vessels, as fast as their widths say.
-#include "engine/step/instrument/blood_stage.hpp"
 #include "step_fixture.hpp"
 
 #include <numbers>

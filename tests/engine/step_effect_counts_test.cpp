@@ -45,34 +45,34 @@ EffectCounts count(const SceneModel& model, int steps) {
 TEST(EffectCounts, OfASceneWithEverythingAreAllAboveNothing) {
     const PreparedScene prepared = prepare_without("");
     const EffectCounts counts = count(prepared.model, 20);
-    for (std::size_t k = 0; k < kEffectCount; ++k) {
-        EXPECT_TRUE(has_effect(prepared.model, static_cast<Effect>(k))) << kEffectNames[k];
-        EXPECT_GT(counts.entered[k], 0u) << kEffectNames[k];
+    for (const EffectDescriptor* effect : registered_effects()) {
+        if (!effect->in_step) continue;
+        EXPECT_TRUE(has_effect(prepared.model, *effect)) << effect->name;
+        EXPECT_GT(counts.of(*effect), 0u) << effect->name;
     }
 }
 
 TEST(EffectCounts, OfWhatIsLeftOutIsNothing) {
-    for (std::size_t k = 0; k < kEffectCount; ++k) {
-        const auto effect = static_cast<Effect>(k);
-        const PreparedScene prepared = prepare_without(std::string(effect_name(effect)));
-        EXPECT_FALSE(has_effect(prepared.model, effect)) << effect_name(effect);
-        EXPECT_EQ(count(prepared.model, 10).of(effect), 0u) << effect_name(effect);
+    for (const EffectDescriptor* effect : registered_effects()) {
+        const PreparedScene prepared = prepare_without(std::string(effect->name));
+        EXPECT_FALSE(has_effect(prepared.model, *effect)) << effect->name;
+        EXPECT_EQ(count(prepared.model, 10).of(*effect), 0u) << effect->name;
     }
 }
 
 TEST(EffectCounts, AModelWithoutAnEffectIsTheOneThatIsPreparedWithoutIt) {
     const PreparedScene all = prepare_without("");
-    for (std::size_t k = 0; k < kEffectCount; ++k) {
-        const auto effect = static_cast<Effect>(k);
-        const SceneModel less = without_effect(all.model, effect);
-        const PreparedScene prepared = prepare_without(std::string(effect_name(effect)));
-        EXPECT_EQ(hash_model(less), hash_model(prepared.model)) << effect_name(effect);
+    for (const EffectDescriptor* effect : registered_effects()) {
+        if (!effect->in_step) continue;
+        const SceneModel less = without_effect(all.model, *effect);
+        const PreparedScene prepared = prepare_without(std::string(effect->name));
+        EXPECT_EQ(hash_model(less), hash_model(prepared.model)) << effect->name;
         Simulator a(less), b(prepared.model);
         for (int step = 0; step < 10; ++step) {
             a.step();
             b.step();
         }
-        EXPECT_EQ(hash_state(a.state()), hash_state(b.state())) << effect_name(effect);
+        EXPECT_EQ(hash_state(a.state()), hash_state(b.state())) << effect->name;
     }
 }
 
@@ -89,8 +89,8 @@ TEST(EffectCounts, AnEffectThatActsOnNothingChangesNoBit) {
         Simulator simulator(prepared.model);
         for (int step = 0; step < 40; ++step) simulator.step();
         hashes[k++] = hash_state(simulator.state());
-        EXPECT_EQ(count(prepared.model, 5).of(Effect::Elasticity), 0u);
-        EXPECT_EQ(count(prepared.model, 5).of(Effect::SelfContact), 0u);
+        EXPECT_EQ(count(prepared.model, 5).of(effects::elasticity), 0u);
+        EXPECT_EQ(count(prepared.model, 5).of(effects::self_contact), 0u);
     }
     EXPECT_EQ(hashes[0], hashes[1]);
 }
@@ -121,11 +121,12 @@ TEST(EffectCounts, WhatIsLeftOutFindsNoMemory) {
 TEST(EffectCost, MeasuresEveryEffectOfASceneAndNoOther) {
     const PreparedScene prepared = prepare_without("pulse");
     const std::vector<EffectCost> costs = measure_effects(prepared.model, 12);
-    EXPECT_EQ(costs.size(), kEffectCount - 1);
+    const auto in_step = std::ranges::count_if(registered_effects(), [](const EffectDescriptor* effect) { return effect->in_step; });
+    EXPECT_EQ(costs.size(), static_cast<std::size_t>(in_step) - 1);
     for (const EffectCost& cost : costs) {
-        EXPECT_NE(cost.effect, Effect::Pulse);
-        EXPECT_GT(cost.entered, 0u) << effect_name(cost.effect);
-        EXPECT_EQ(cost.entered_without, 0u) << effect_name(cost.effect);
+        EXPECT_NE(cost.effect, &effects::pulse);
+        EXPECT_GT(cost.entered, 0u) << cost.effect->name;
+        EXPECT_EQ(cost.entered_without, 0u) << cost.effect->name;
         EXPECT_GT(cost.with_ms, 0.0);
     }
 }

@@ -1,5 +1,6 @@
 // Inputs of a program to the simulator: refused with a sentence, or applied; a refused one has changed nothing, and no
 // state is ever anything but finite.
+#include "engine/effects/registry.hpp"
 #include "engine/prepare/check_scene.hpp"
 #include "engine/step/entry_checks.hpp"
 #include "step_fixture.hpp"
@@ -125,11 +126,11 @@ TEST(Entries, WhatIsRefusedHasChangedNothingAndEveryStateIsFinite) {
                 inputs.budget = hostile.limits();
                 if (inputs.budget->mode == BudgetMode::Wall) inputs.budget->wall_s = kNan; // a clock must not decide this test
             });
-            offer([&](Inputs& inputs) { inputs.live.breathing = hostile.number(); });
+            offer([&](Inputs& inputs) { inputs.live.set(effects::breathing, hostile.number()); });
+            offer([&](Inputs& inputs) { inputs.live.set(effects::twist, hostile.number()); }); // is fixed for a run
             offer([&](Inputs& inputs) {
-                inputs.live.elasticity = hostile.below(4) != 0;
-                inputs.live.coarse_contact = hostile.below(4) != 0;
-                inputs.live.exact_contact = hostile.below(4) != 0;
+                for (const EffectDescriptor* effect : {&effects::elasticity, &effects::coarse_contact, &effects::exact_contact})
+                    inputs.live.set(*effect, hostile.below(4) != 0 ? 1.0 : 0.0);
             });
             told.set_cull_device(nullptr);
             (void)told.finish_step(); // of no step: nothing

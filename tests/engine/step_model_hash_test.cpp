@@ -1,5 +1,6 @@
 // A model's hash tells two models apart whatever they differ in: every member of every struct of it, one at a time; and every key of a
 // scene that affects a step.
+#include "engine/effects/registry.hpp"
 #include "engine/step/checkpoint.hpp"
 #include "engine/step/model_hash.hpp"
 #include "engine/step/model_members.hpp"
@@ -43,6 +44,8 @@ private:
             try_value(value, !value, name);
         else if constexpr (std::is_same_v<T, double>)
             try_value(value, std::nextafter(value, 1e300), name);
+        else if constexpr (std::is_pointer_v<T>)
+            try_value(value, value == &effects::gravity ? &effects::pulse : &effects::gravity, name);
         else if constexpr (std::is_enum_v<T>)
             try_value(value, static_cast<T>(static_cast<int>(value) ^ 1), name);
         else if constexpr (std::is_arithmetic_v<T>)

@@ -2,7 +2,7 @@
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/make_scratch.hpp"
 #include "engine/step/stages.hpp"
-#include "engine/step/tissue/scripted_motion.hpp"
+#include "engine/prepare/scripted_motion.hpp"
 #include "hand_clock.hpp"
 #include "step_fixture.hpp"
 
@@ -40,11 +40,11 @@ Course push_through_the_bend(double advance, int steps) {
             for (std::size_t v = 0; v < state->bodies[1].surface.size(); ++v)
                 state->bodies[1].surface[v] = model.bodies[1].surface.vertices[v] + share * 0.1 * Vec3(2e-3, 1e-3, 4e-3);
             follow_wall(model, 1, *state, context.rods);
-            solve_instrument(model, 0, *state, context.rods, context.report);
+            solve_instrument(model, 0, *state, context.rods);
         }
-        solve_between_walls(model, 0, near_state, near.rods, near.report, budget);
+        solve_between_walls(model, 0, near_state, near.rods, budget);
         plane_from_walls(model, 0, all_state, all.rods, kPlaneReach);
-        solve_instrument(model, 0, all_state, all.rods, all.report);
+        solve_instrument(model, 0, all_state, all.rods);
         for (std::size_t node = 0; node < all_state.instruments[0].rod.position.size(); ++node)
             EXPECT_EQ(near_state.instruments[0].rod.position[node], all_state.instruments[0].rod.position[node])
                 << "step " << step << ", node " << node;
@@ -91,12 +91,12 @@ TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
             test::keep_whole_start(model, *one, c);
             // What was found before the leap: a rod that stands still.
             c.rods.instruments[0].command = {one->instruments[0].rod.insertion + (leap ? 0.0 : 8e-4), 0.0};
-            solve_instrument(model, 0, *one, c.rods, c.report);
+            solve_instrument(model, 0, *one, c.rods);
             if (leap) c.rods.instruments[0].command.insertion += 8e-4;
         }
-        solve_between_walls(model, 0, state, context.rods, context.report, budget);
+        solve_between_walls(model, 0, state, context.rods, budget);
         plane_from_walls(model, 0, other, all.rods, kPlaneReach);
-        solve_instrument(model, 0, other, all.rods, all.report);
+        solve_instrument(model, 0, other, all.rods);
         ASSERT_EQ(state.instruments[0].rod.position, other.instruments[0].rod.position) << "step " << step;
         if (!leap) continue;
         again += state.instruments[0].planes.size() == other.instruments[0].planes.size();

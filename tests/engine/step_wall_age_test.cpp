@@ -2,7 +2,7 @@
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/make_scratch.hpp"
 #include "engine/step/stages.hpp"
-#include "engine/step/tissue/scripted_motion.hpp"
+#include "engine/prepare/scripted_motion.hpp"
 #include "step_fixture.hpp"
 
 namespace trocar::engine {

@@ -1,4 +1,5 @@
 // Messages from the page: what is understood, what is refused, and that nothing ever breaks the reader.
+#include "engine/effects/registry.hpp"
 #include "engine/viewer/read_command.hpp"
 
 #include <fmt/format.h>
@@ -13,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const CommandRange kRange{{100, 50}, {true, false}, {Effect::Gravity}};
+const CommandRange kRange{{100, 50}, {true, false}, {&effects::gravity}};
 
 /// The command in a message that must be one.
 template <class T>
@@ -40,7 +41,7 @@ TEST(ViewerMessages, AreUnderstood) {
     EXPECT_EQ(read<SetBudget>(R"({"type":"budget","mode":"exact"})").limits.mode, BudgetMode::Exact);
     EXPECT_TRUE(read<Pause>(R"({"type":"pause","on":true})").on);
     EXPECT_EQ(read<Pace>(R"({"type":"pace","factor":0.25})").factor, 0.25);
-    EXPECT_EQ(read<SwitchEffect>(R"({"type":"effect","name":"breathing","on":false})").effect, Effect::Breathing);
+    EXPECT_EQ(read<SwitchEffect>(R"({"type":"effect","name":"breathing","on":false})").effect, &effects::breathing);
     EXPECT_EQ(read<Grab>(R"({"type":"grab","body":0,"vertex":99,"target":[0.1,-0.2,0.3]})").target, Vec3(0.1, -0.2, 0.3));
     for (const char* plain : {"step", "let_go", "restart"})
         EXPECT_TRUE(read_request(fmt::format(R"({{"type":"{}"}})", plain), kRange).ok()) << plain;

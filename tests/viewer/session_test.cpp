@@ -1,6 +1,7 @@
 // An interactive run without a network: it repeats bit for bit from what it recorded, and commands do what they say.
 #include "../engine/step_fixture.hpp"
 
+#include "engine/effects/registry.hpp"
 #include "engine/viewer/latest.hpp"
 #include "engine/viewer/session.hpp"
 #include "engine/viewer/snapshot.hpp"
@@ -130,11 +131,11 @@ TEST(ViewerSession, SaysWhyARecordingDoesNotRepeat) {
     session.apply(SetBudget{{BudgetMode::Work, 0, 700}});
     EXPECT_THAT(remarks(), HasSubstr("budget was changed"));
     session.apply(Restart{});
-    session.apply(SwitchEffect{Effect::ExactContact, false});
+    session.apply(SwitchEffect{&effects::exact_contact, false});
     EXPECT_THAT(remarks(), HasSubstr("effect was switched"));
     session.apply(Restart{}); // the effect stays off: still not what the scene says
     EXPECT_THAT(remarks(), HasSubstr("effect was switched"));
-    session.apply(SwitchEffect{Effect::ExactContact, true});
+    session.apply(SwitchEffect{&effects::exact_contact, true});
     session.apply(SetBudget{{BudgetMode::Wall, 0.01, 0}});
     session.apply(Restart{});
     EXPECT_THAT(remarks(), HasSubstr("budget was a time"));
@@ -278,11 +279,11 @@ TEST(ViewerSession, PausesAndStepsOneByOne) {
 TEST(ViewerSession, SwitchesOnlyEffectsOfTheScene) {
     const Loaded loaded = load(kOddUnits);
     Session session(loaded.scene, loaded.prepared);
-    EXPECT_FALSE(session.permits(Effect::Gravity));
-    session.apply(SwitchEffect{Effect::Gravity, true});
+    EXPECT_FALSE(session.permits(effects::gravity));
+    session.apply(SwitchEffect{&effects::gravity, true});
     EXPECT_FALSE(session.model().effects.gravity.has_value());
     for (const bool on : {false, true, false, true}) {
-        session.apply(SwitchEffect{Effect::CoarseContact, on});
+        session.apply(SwitchEffect{&effects::coarse_contact, on});
         for (int k = 0; k < 20; ++k) ASSERT_TRUE(session.step().finite);
         EXPECT_EQ(session.simulator().report().pairs_tested > 0, on);
     }

@@ -1,6 +1,8 @@
 // The exact stage of an instrument: planes from the wall, then continuous tests of the skin until none hits; and the trees of both.
+#include "engine/prepare/thing.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/tissue/surface_place.hpp"
+#include "engine/effects/registry.hpp"
 #include "engine/time/phase.hpp"
 
 #include <algorithm>
@@ -43,7 +45,7 @@ WallPress press_at_vertex(const collision::SurfaceTopology& wall, Index vertex) 
 void add_contact_plane(const SceneModel& model, std::size_t index, const Contact& contact, State& state, RodsScratch& rods) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = rods.instruments[index];
-    const bool skin_is_a = contact.body_a == model.bodies.size() + index;
+    const bool skin_is_a = contact.body_a == id_of_instrument(model, index);
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, rods);
     const int count_a = contact.origin == ContactOrigin::ExactVF ? 1 : 2;
     const int count_b = contact.origin == ContactOrigin::ExactVF ? 3 : 2;
@@ -160,8 +162,8 @@ static collision::ExactStats search_skin(const SceneModel& model, std::size_t in
     const collision::SurfaceMotion skin = skin_motion(model, index, state, rods);
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, rods);
     const collision::PairOptions options{.distance = distance, .tolerance = 0.1 * distance};
-    const collision::SearchSide skin_side{static_cast<BodyId>(model.bodies.size() + index), &rods.instruments[index].tree, skin};
-    const collision::SearchSide wall_side{static_cast<BodyId>(instrument.lumen), &rods.walls[instrument.lumen].tree, wall};
+    const collision::SearchSide skin_side{id_of_instrument(model, index), &rods.instruments[index].tree, skin};
+    const collision::SearchSide wall_side{id_of_body(instrument.lumen), &rods.walls[instrument.lumen].tree, wall};
     if (culled) return rods.search.find(skin_side, wall_side, options, *rods.cull, budget, rods.hits);
     return rods.search.find(skin_side, wall_side, options, budget, rods.hits);
 }
@@ -182,16 +184,16 @@ static void make_planes(const SceneModel& model, std::size_t index, State& state
 /// One solve and the continuous tests of its motion, each only if the budget has room for it. Not finished: it had not.
 /// reach   m, of the planes when they are those of the walls alone; the solve went farther: they are made anew
 static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods,
-                                            const ExactForecast& forecast, StepReport& report, StepBudget* budget, std::optional<double> reach) {
+                                            const ExactForecast& forecast, StepBudget* budget, std::optional<double> reach) {
     collision::ExactStats stats;
     if (budget != nullptr && !budget->round_fits()) {
         stats.finished = false;
         return stats;
     }
-    solve_instrument(model, index, state, rods, report);
+    solve_instrument(model, index, state, rods);
     if (reach && *reach < kPlaneReach && longest_approach(model, index, state, rods) > *reach) {
         make_planes(model, index, state, rods, kPlaneReach, budget);
-        solve_instrument(model, index, state, rods, report);
+        solve_instrument(model, index, state, rods);
     }
     if (budget != nullptr) budget->end_solve();
     Phase phase(budget, StepPart::Skin);
@@ -207,7 +209,7 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
 
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepReport& report,
                                  StepBudget* budget) {
-    report.effects.note(Effect::ExactContact);
+    report.effects.note(effects::exact_contact);
     const std::size_t known = rods.hits.size();
     const double reach = suggest_plane_reach(model, index, state, rods);
     make_planes(model, index, state, rods, reach, budget);
@@ -219,7 +221,7 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
     for (unsigned round = 0;; ++round) {
         rods.hits.resize(known);
         const collision::ExactStats stats =
-            solve_and_test(model, index, state, rods, forecast, report, budget, round == 0 ? std::optional(reach) : std::nullopt);
+            solve_and_test(model, index, state, rods, forecast, budget, round == 0 ? std::optional(reach) : std::nullopt);
         if (round == 0)
             for (std::size_t k = 0; k < coaxial(model, index).count; ++k)
                 base_planes[k] = state.instruments[coaxial(model, index).index[k]].planes.size();
@@ -244,8 +246,8 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
             continue;
         }
         for (std::size_t k = known; k < rods.hits.size(); ++k) {
-            const BodyId skin = std::max(rods.hits[k].body_a, rods.hits[k].body_b); // instruments are counted after the bodies
-            add_contact_plane(model, skin - model.bodies.size(), rods.hits[k], state, rods);
+            const Thing a = thing_of(model, rods.hits[k].body_a), b = thing_of(model, rods.hits[k].body_b);
+            add_contact_plane(model, a.is_body() ? b.index : a.index, rods.hits[k], state, rods);
         }
     }
 }

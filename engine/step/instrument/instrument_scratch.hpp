@@ -41,7 +41,10 @@ struct InstrumentScratch {
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
     DriveCommand command;
-    std::vector<fem::RodFlow> flow; // [node_count] of the blood around it in this step
+    std::vector<fem::RodFlow> flow; // [node_count] of the fluid around it in this step: see RodLoads, as the next three
+    std::vector<Vec3> force;
+    Vec3 acceleration = Vec3::Zero();
+    double friction = 0.0;
     std::vector<spheretree::Sphere> links_t0, links_t1;
     std::span<const spheretree::LinkStatus> proven; // [links] what the traversal of this step proved of its links; empty: nothing
     std::vector<double> wall_distance; // [2 node_count] m, at t0, at least; negative: not looked at; empty: nothing was, in this step
@@ -53,8 +56,6 @@ struct RodsScratch {
     std::vector<InstrumentScratch> instruments;              // [instrument_count]
     std::vector<WallScratch> walls;                          // [body_count], of hollow bodies
     std::vector<std::unique_ptr<fem::RodSolver>> solvers;    // [instrument_count] null: solved with the instrument it runs in
-    std::optional<Vec3> gravity;                             // m/s^2, in this step
-    bool exact = false;                                      // continuous tests are live in this step
     collision::InterruptibleSearch search;
     std::unique_ptr<CullStage> cull; // with instruments
     std::vector<Contact> hits;       // of the exact stage of this step; the last round's

@@ -1,5 +1,7 @@
+#include "engine/prepare/thing.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 
+#include "engine/effects/call.hpp"
 #include "engine/step/instrument/script.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 
@@ -36,7 +38,7 @@ const Route& route_now(const SceneModel& model, std::size_t index, State& state)
     InstrumentState& now = state.instruments[index];
     if (now.route.points.empty()) now.route = *instrument.route;
     if (instrument.route_links)
-        fem::update_embedded_surface(*instrument.route_links, state.bodies[model.bodies[instrument.lumen].host_body].tissue.position, instrument.route->points,
+        fem::update_embedded_surface(*instrument.route_links, state.bodies[*model.bodies[instrument.lumen].host_body].tissue.position, instrument.route->points,
                    now.route_frames, now.route.points);
     return now.route;
 }
@@ -137,22 +139,31 @@ void apply_drive_commands(const SceneModel& model, std::span<const std::optional
     }
 }
 
-static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, const RodsScratch& rods, EffectCounts& counts) {
-    const InstrumentModel& instrument = model.instruments[index];
+void load_instruments(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report) {
+    const EffectStep step{model, live, {}, state.time + model.step_s, report.effects};
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        InstrumentScratch& own = rods.instruments[i];
+        own.flow.clear();
+        own.force.clear();
+        RodLoads loads{.flow = own.flow, .force = own.force, .scratch = rods.walls[model.instruments[i].lumen].flow_points};
+        for (const EffectDescriptor* effect : registered_effects())
+            if (effect->load_rod != nullptr) call(*effect, step, [&](const EffectStep& own_step) { effect->load_rod(own_step, i, state, loads); });
+        own.acceleration = loads.acceleration;
+        own.friction = loads.friction;
+    }
+}
+
+static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, const RodsScratch& rods) {
     const InstrumentScratch& scratch = rods.instruments[index];
     fem::RodDrive drive;
-    drive.port = instrument.port;
+    drive.port = model.instruments[index].port;
     drive.insertion = scratch.command.insertion;
     drive.rotation = scratch.command.rotation;
-    if (rods.gravity) {
-        drive.gravity = *rods.gravity;
-        counts.note(Effect::Gravity);
-    }
+    drive.gravity = scratch.acceleration;
     drive.contact_stiffness = model.contact.rod_stiffness;
-    drive.friction = instrument.friction;
-    if (drive.friction > 0.0) counts.note(Effect::Friction);
-    drive.flow = scratch.flow; // empty without the effect
-    if (twists_by_effect(instrument)) counts.note(Effect::Twist);
+    drive.friction = scratch.friction;
+    drive.flow = scratch.flow;
+    drive.force = scratch.force;
     return drive;
 }
 
@@ -165,20 +176,20 @@ static fem::SolvedRod make_solved(const SceneModel& model, std::size_t index, co
 std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t index, std::size_t plane_count) {
     const InstrumentModel& instrument = model.instruments[index];
     if (is_coaxial_inner(model, index)) return nullptr;
-    if (instrument.wire != SIZE_MAX) return fem::make_coaxial_solver(instrument.rod, model.instruments[instrument.wire].rod, plane_count);
+    if (instrument.wire) return fem::make_coaxial_solver(instrument.rod, model.instruments[*instrument.wire].rod, plane_count);
     if (instrument.mass_spring_substeps > 0) return fem::make_mass_spring_solver(instrument.mass_spring_substeps);
     return fem::make_implicit_solver();
 }
 
-void solve_instrument(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepReport& report) {
+void solve_instrument(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
     if (is_coaxial_inner(model, index)) return;
     for (const std::size_t one : coaxial(model, index))
         state.instruments[one].rod = rods.instruments[one].rod_t0; // same sizes: copies, never allocates
-    const fem::RodDrive drive = make_drive(model, index, rods, report.effects);
+    const fem::RodDrive drive = make_drive(model, index, rods);
     const fem::SolvedRod own = make_solved(model, index, drive, state, rods);
-    if (const std::size_t wire = model.instruments[index].wire; wire != SIZE_MAX) {
-        const fem::RodDrive inner_drive = make_drive(model, wire, rods, report.effects);
-        const fem::SolvedRod both[] = {own, make_solved(model, wire, inner_drive, state, rods)};
+    if (const auto wire = model.instruments[index].wire) {
+        const fem::RodDrive inner_drive = make_drive(model, *wire, rods);
+        const fem::SolvedRod both[] = {own, make_solved(model, *wire, inner_drive, state, rods)};
         rods.solvers[index]->solve(both, model.step_s);
     } else {
         rods.solvers[index]->solve({&own, 1}, model.step_s);
@@ -226,8 +237,8 @@ void update_lumens(const SceneModel& model, State& state, RodsScratch& rods) {
 void add_to_descent(const SceneModel& model, std::size_t index, State& state, spheretree::Descent& descent) {
     const InstrumentModel& instrument = model.instruments[index];
     descent.add_hollow_pair(
-        {static_cast<BodyId>(model.bodies.size() + index), &instrument.chain, &state.instruments[index].chain},
-        {static_cast<BodyId>(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &state.bodies[instrument.lumen].lumen});
+        {id_of_instrument(model, index), &instrument.chain, &state.instruments[index].chain},
+        {id_of_body(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &state.bodies[instrument.lumen].lumen});
 }
 
 void push_wall(const SceneModel& model, std::size_t index, State& state, StepReport& report) {
@@ -243,7 +254,7 @@ void push_wall(const SceneModel& model, std::size_t index, State& state, StepRep
         report.contact_force_n += force;
         report.friction_force_n += drag;
         report.max_contact_force_n = std::max(report.max_contact_force_n, force);
-        if (wall.host_body == SIZE_MAX || now.presses[k].triangle == kNoIndex) continue;
+        if (!wall.host_body || now.presses[k].triangle == kNoIndex) continue;
         const double stiffness = model.contact.wall_stiffness; // as the tissue gives way the push fades
         SurfacePush push{instrument.lumen,        wall.surface.triangles[now.presses[k].triangle],
                          now.presses[k].bary, -plane.normal,
@@ -264,8 +275,8 @@ void list_presses(const SceneModel& model, std::size_t index, const State& state
         const fem::RodPlane& plane = now.planes[k];
         if (!(plane.force > 0.0)) continue;
         Contact contact;
-        contact.body_a = static_cast<BodyId>(model.bodies.size() + index);
-        contact.body_b = static_cast<BodyId>(instrument.lumen);
+        contact.body_a = id_of_instrument(model, index);
+        contact.body_b = id_of_body(instrument.lumen);
         contact.origin = origin;
         contact.normal = plane.normal;
         contact.gap = -plane.force / model.contact.rod_stiffness;

@@ -16,13 +16,13 @@ struct Coaxial {
     [[nodiscard]] const std::size_t* end() const noexcept { return index.data() + count; }
 };
 [[nodiscard]] inline Coaxial coaxial(const SceneModel& model, std::size_t instrument) noexcept {
-    const std::size_t wire = model.instruments[instrument].wire;
-    return {{instrument, wire}, wire == SIZE_MAX ? std::size_t{1} : std::size_t{2}};
+    const std::optional<std::size_t> wire = model.instruments[instrument].wire;
+    return {{instrument, wire.value_or(instrument)}, wire ? std::size_t{2} : std::size_t{1}};
 }
 
 /// A wire in another instrument's bore: whatever is done to that one is done to it.
 [[nodiscard]] inline bool is_coaxial_inner(const SceneModel& model, std::size_t instrument) noexcept {
-    return model.instruments[instrument].inside != SIZE_MAX;
+    return model.instruments[instrument].inside.has_value();
 }
 
 /// Notes where the instruments are before the step moves them, and puts them back there.
@@ -41,9 +41,12 @@ void apply_drive_commands(const SceneModel& model, std::span<const std::optional
 /// plane_count   of both, that there is room for
 [[nodiscard]] std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t instrument, std::size_t plane_count);
 
+/// What effects do to the instruments in this step, seen from its start: for all of its solves.
+void load_instruments(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report);
+
 /// Solves the rod from the start of the step to its end against the planes in its scratch, and places the skin; with the
 /// wire in its bore, where it has one.
-void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report);
+void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
 
 /// Moves the sphere chain to the candidate motion.
 void update_instrument_trees(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
@@ -75,8 +78,7 @@ void plane_from_wall(const SceneModel& model, std::size_t instrument, State& sta
 
 /// Planes and the solve against them. Slow motion needs no planes of what is far: they reach as far as the rod's free motion suggests, and
 /// where the solve takes it farther than that, both are made again with kPlaneReach.
-void solve_between_walls(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report,
-                         StepBudget& budget);
+void solve_between_walls(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepBudget& budget);
 
 /// What the exact stage of one instrument came to.
 struct ExactOutcome {

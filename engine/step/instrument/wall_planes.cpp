@@ -128,7 +128,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
     Index first = fem::first_inserted_node(instrument.rod, scratch.command.insertion);
     if (is_coaxial_inner(model, index)) // what is in the bore meets no wall
         first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
-                                                     rods.instruments[instrument.inside].command.insertion));
+                                                     rods.instruments[*instrument.inside].command.insertion));
     own.planes.clear();
     own.presses.clear();
     scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
@@ -172,14 +172,13 @@ double suggest_plane_reach(const SceneModel& model, std::size_t index, const Sta
     return std::min(kPlaneReach, kSwing * longest_approach(model, index, state, rods) + kLeastSwing);
 }
 
-void solve_between_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepReport& report,
-                         StepBudget& budget) {
+void solve_between_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepBudget& budget) {
     for (double reach = suggest_plane_reach(model, index, state, rods);; reach = kPlaneReach) {
         Phase phase(budget, StepPart::Planes);
         plane_from_walls(model, index, state, rods, reach);
         phase.end();
         budget.begin_solve();
-        solve_instrument(model, index, state, rods, report);
+        solve_instrument(model, index, state, rods);
         budget.end_solve();
         if (reach == kPlaneReach || longest_approach(model, index, state, rods) <= reach) return;
     }

@@ -1,6 +1,7 @@
 #include "engine/step/solid/self_touch.hpp"
 
 #include "base/closest_point.hpp"
+#include "engine/effects/registry.hpp"
 #include "engine/step/solid/touch_rules.hpp"
 
 #include <algorithm>
@@ -101,7 +102,7 @@ Contact make_touch(const Own& own, Index v) {
 } // namespace
 
 void touch_self(const SceneModel& model, const State& state, std::span<LeafPair> pairs, SolidScratch& solids, StepReport& report) {
-    report.effects.note(Effect::SelfContact);
+    report.effects.note(effects::self_contact);
     const Own own{model, state, solids, pairs.front().a};
     std::vector<SelfNear>& near = solids.bodies[own.body].self_near;
     near.resize(own.at().size());

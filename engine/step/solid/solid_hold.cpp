@@ -1,3 +1,4 @@
+#include "engine/prepare/thing.hpp"
 #include "engine/step/solid/solid_hold.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
@@ -96,7 +97,7 @@ void choose_pairs(const SceneModel& model, SolidContactState& own, SolidScratch&
         see(solids.bodies[contact.body_b].deepest[contact.feature_b[0]]);
     };
     const auto counts = [&](const Contact& contact) {
-        if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size() || !(contact.gap < 0.0)) return false;
+        if (!is_between_bodies(model, contact) || !(contact.gap < 0.0)) return false;
         if (contact.body_a == contact.body_b && contact.feature_a[0] == contact.feature_b[0]) return false; // a sphere with itself
         return !meet_by_surface(model, contact.body_a, contact.body_b);
     };

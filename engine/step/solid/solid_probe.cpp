@@ -1,3 +1,4 @@
+#include "engine/prepare/thing.hpp"
 #include "engine/step/solid/solid_probe.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
@@ -19,7 +20,7 @@ void list_open_bodies(const SceneModel& model, SolidScratch& solids) {
     open.clear();
     for (const Contact& contact : solids.coarse) {
         if (contact.origin != ContactOrigin::AssumedSpheres) continue;
-        if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size()) continue; // an instrument's
+        if (!is_between_bodies(model, contact)) continue;
         if (contact.body_a == contact.body_b) continue;                                               // not looked for
         const std::pair<Index, Index> bodies{contact.body_a, contact.body_b};
         if (!open.empty() && open.back() == bodies) continue;

@@ -1,3 +1,4 @@
+#include "engine/prepare/thing.hpp"
 #include "engine/step/solid/solid_touch.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
@@ -291,7 +292,7 @@ void list_touching_pairs(const SceneModel& model, const State& state, SolidScrat
         if (meeting.empty() || meeting.back() != bodies) meeting.push_back(bodies);
     };
     for (const Contact& contact : solids.coarse)
-        if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() && // else an instrument's
+        if (is_between_bodies(model, contact) &&
             meet_by_surface(model, contact.body_a, contact.body_b))
             add(contact.body_a, contact.body_b);
     for (const SolidEntry& entry : solids.entries_before) add(entry.own, entry.other);
@@ -312,7 +313,7 @@ void count_unproven(const SceneModel& model, const State& state, const SolidScra
     for (const Contact& contact : solids.coarse) {
         const std::pair<BodyId, BodyId> bodies{contact.body_a, contact.body_b};
         if (bodies == last || bodies.first == bodies.second) continue; // a pair's contacts lie side by side
-        if (bodies.first >= model.bodies.size() || bodies.second >= model.bodies.size()) continue;
+        if (!is_between_bodies(model, contact)) continue;
         last = bodies;
         if (meet_by_surface(model, bodies.first, bodies.second)) continue;
         SurfaceTravel motion[2];
@@ -336,7 +337,7 @@ void find_touches(const SceneModel& model, State& state, SolidScratch& solids, S
     for (SolidBodyScratch& body : solids.bodies) body.surface_is_fresh = false;
     list_touching_pairs(model, state, solids);
     for (const Contact& contact : solids.coarse) {
-        if (contact.body_a >= model.bodies.size() || contact.body_b >= model.bodies.size()) continue; // an instrument's
+        if (!is_between_bodies(model, contact)) continue;
         if (meet_by_surface(model, contact.body_a, contact.body_b) && is_leaf_pair(model, contact))
             pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
     }

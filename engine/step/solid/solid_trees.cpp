@@ -1,7 +1,7 @@
 #include "engine/step/solid/solid_trees.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/step/tissue/scripted_motion.hpp"
+#include "engine/prepare/scripted_motion.hpp"
 #include "engine/step/tissue/surface_place.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 #include "engine/step/solid/surface_travel.hpp"

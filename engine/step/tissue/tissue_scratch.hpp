@@ -20,7 +20,8 @@ struct TissueScratch {
     bool springs_met = false;          // and one of them would be pressed: it is integrated again with them
     bool springs_deferred = false;     // it was integrated without its solids' springs: nothing touched it in the step
     fem::AdvanceReport advanced;       // its last integration
-    std::vector<Vec3> pinned_target;
+    std::vector<Vec3> pinned_target; // of effects: see TissueLoads
+    std::vector<Vec3> force;         // likewise
 };
 
 struct BodiesScratch {

@@ -1,8 +1,9 @@
 #include "engine/step/tissue/tissue_stage.hpp"
 
-#include "base/trig.hpp"
+#include "engine/effects/call.hpp"
+#include "engine/effects/registry.hpp"
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/step/solid/solid_trees.hpp"
+#include "engine/prepare/scripted_motion.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 #include "engine/step/tissue/waiting_springs.hpp"
 
@@ -10,35 +11,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace trocar::engine {
 
 namespace {
-
-/// [-] of the fastest moment of a breath. Steps that were held back leave the organ behind its breath; making up for all of
-/// it in one step would throw the walls about, and be held back again.
-constexpr double kCatchUp = 2.0;
-
-/// Where the breath takes what is fixed, from where it is now.
-Vec3 breathe(const BreathingSpec& breathing, const Vec3& now, double time, double dt) {
-    const Vec3 wanted = breathing.amplitude * wave_at(breathing.period, time) * breathing.direction;
-    const double fastest = std::numbers::pi * breathing.amplitude / breathing.period;
-    const Vec3 way = wanted - now;
-    const double length = std::sqrt(way.squaredNorm());
-    const double most = kCatchUp * fastest * dt;
-    return length <= most ? wanted : Vec3(now + (most / length) * way);
-}
-
-void find_pinned_targets(const SceneModel& model, const std::optional<Breathing>& breathing, const fem::TissueModel& tissue, const fem::TissueState& state, double time,
-                         std::vector<Vec3>& target, EffectCounts& counts) {
-    target.clear();
-    if (!breathing || tissue.pinned.empty()) return;
-    counts.note(Effect::Breathing);
-    const Index any = tissue.pinned.front(); // they all move alike
-    const Vec3 moved = breathe(*breathing, state.position[any] - tissue.rest_position[any], time, model.step_s);
-    for (const Index node : tissue.pinned) target.push_back(tissue.rest_position[node] + moved);
-}
 
 fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::IntegrateInputs& inputs, BodyState& state,
                                 TissueScratch& scratch) {
@@ -78,19 +54,24 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
     return {};
 }
 
-void integrate_body(const SceneModel& model, const EffectSet& live, const BodyModel& body, double end_time, BodyState& state, TissueScratch& scratch,
-                    EffectCounts& counts) {
-    find_pinned_targets(model, live.breathing, *body.tissue, state.tissue, end_time, scratch.pinned_target, counts);
-    fem::IntegrateInputs inputs;
-    counts.note(Effect::Elasticity);
-    if (body.tissue->material.viscosity > 0.0 || body.tissue->material.mass_damping > 0.0) counts.note(Effect::Damping);
-    if (live.gravity) {
-        inputs.gravity = *live.gravity;
-        counts.note(Effect::Gravity);
-    }
-    inputs.springs = &active_springs(state, scratch);
+/// What effects do to a body in this step.
+void load_body(const EffectStep& step, std::size_t body, const State& state, TissueScratch& scratch, fem::IntegrateInputs& inputs) {
+    scratch.pinned_target.clear();
+    scratch.force.clear();
+    TissueLoads loads{.pinned_target = scratch.pinned_target, .force = scratch.force};
+    for (const EffectDescriptor* effect : registered_effects())
+        if (effect->load_tissue != nullptr) call(*effect, step, [&](const EffectStep& own) { effect->load_tissue(own, body, state, loads); });
+    inputs.gravity = loads.acceleration;
     inputs.pinned_target = scratch.pinned_target;
-    scratch.advanced = advance_body(model, body, inputs, state, scratch);
+    inputs.external_force = scratch.force;
+}
+
+void integrate_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {
+    fem::IntegrateInputs inputs;
+    step.counts.note(effects::elasticity);
+    load_body(step, body, state, scratch, inputs);
+    inputs.springs = &active_springs(state.bodies[body], scratch);
+    scratch.advanced = advance_body(step.model, step.model.bodies[body], inputs, state.bodies[body], scratch);
 }
 
 /// Adds what the body's integration came to.
@@ -145,7 +126,7 @@ void restore_bodies(const SceneModel& model, State& state, const BodiesScratch& 
 void integrate_bodies(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, StepReport& report) {
     if (!live.elasticity) return;
     const auto integrate = [&](std::size_t i) {
-        integrate_body(model, live, model.bodies[i], state.time + model.step_s, state.bodies[i], bodies.tissue[i], report.effects);
+        integrate_body({model, live, {}, state.time + model.step_s, report.effects}, i, state, bodies.tissue[i]);
     };
     const auto is_tissue = [&](std::size_t i) { return model.bodies[i].motion == Motion::Deformable; };
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
@@ -168,7 +149,8 @@ void integrate_bodies(const SceneModel& model, const EffectSet& live, State& sta
         if (is_tissue(i)) report_body(model, model.bodies[i], bodies.tissue[i].advanced, report);
 }
 
-void update_embedded_surfaces(const SceneModel& model, State& state, const BodiesScratch& bodies, StepReport& report) {
+void update_embedded_surfaces(const SceneModel& model, const EffectSet& live, State& state, const BodiesScratch& bodies,
+                              StepReport& report) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         std::vector<Vec3>& surface = state.bodies[i].surface;
@@ -181,13 +163,13 @@ void update_embedded_surfaces(const SceneModel& model, State& state, const Bodie
             fem::turn_frames(*body.links, state.bodies[owner_of(model, i)].tissue.position, own.frames);
             own.surface_deferred = true;
             if (!bodies.start[i].may_wait) place_surface(model, i, state);
-        } else if (!body.pulse_reach.empty()) {
+        } else if (body.moves()) {
             std::copy(body.surface.vertices.begin(), body.surface.vertices.end(), surface.begin());
         }
-        if (body.pulse_reach.empty()) continue;
-        report.effects.note(Effect::Pulse);
-        const double share = wave_at(model.effects.pulse->period, state.time + model.step_s);
-        for (std::size_t v = 0; v < surface.size(); ++v) surface[v] += share * body.pulse_reach[v];
+        if (state.bodies[i].surface_deferred || !body.moves()) continue;
+        const EffectStep step{model, live, {}, state.time + model.step_s, report.effects};
+        for (const EffectDescriptor* effect : registered_effects())
+            if (effect->move_surface != nullptr) call(*effect, step, [&](const EffectStep& own) { effect->move_surface(own, i, surface); });
     }
 }
 

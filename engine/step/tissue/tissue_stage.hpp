@@ -3,7 +3,6 @@
 
 #include "engine/state/step_report.hpp"
 #include "engine/step/tissue/tissue_scratch.hpp"
-#include "engine/step/tissue/scripted_motion.hpp"
 
 namespace trocar::engine {
 
@@ -27,6 +26,7 @@ void place_surface(const SceneModel& model, std::size_t body, State& state) noex
 void integrate_bodies(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, StepReport& report);
 
 /// Dense surfaces to the end of the step: linked ones follow their coarse mesh, kinematic ones their path.
-void update_embedded_surfaces(const SceneModel& model, State& state, const BodiesScratch& bodies, StepReport& report);
+void update_embedded_surfaces(const SceneModel& model, const EffectSet& live, State& state, const BodiesScratch& bodies,
+                              StepReport& report);
 
 } // namespace trocar::engine

@@ -10,7 +10,7 @@ namespace trocar::engine {
 namespace {
 
 /// Springs of solids among a body's: they were made one after another.
-struct Range {
+struct SpringRange {
     Index begin = kNoIndex, end = 0;
     void add(Index spring) noexcept {
         if (spring == kNoIndex) return;
@@ -20,8 +20,8 @@ struct Range {
     [[nodiscard]] bool empty() const noexcept { return begin >= end; }
 };
 
-Range find_range(const SceneModel& model, std::size_t body, const State& state) noexcept {
-    Range range;
+SpringRange find_range(const SceneModel& model, std::size_t body, const State& state) noexcept {
+    SpringRange range;
     for (const SpringPair& pair : state.solids.springs) {
         if (owner_of(model, pair.body_a) == body) range.add(pair.spring_a);
         if (owner_of(model, pair.body_b) == body) range.add(pair.spring_b);
@@ -60,7 +60,7 @@ bool is_pressed(const SceneModel& model, std::size_t body, double time, const St
 } // namespace
 
 void choose_springs(const SceneModel& model, std::size_t body, const State& state, TissueScratch& scratch) {
-    const Range solids = find_range(model, body, state);
+    const SpringRange solids = find_range(model, body, state);
     scratch.springs_deferred = !solids.empty() && !is_pressed(model, body, 0.0, state);
     if (!scratch.springs_deferred) return;
     const std::vector<fem::ContactSpring>& all = state.bodies[body].springs.springs;

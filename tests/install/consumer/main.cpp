@@ -1,7 +1,5 @@
 // An external program: writes a surface, reads it back and inspects it, through the installed package.
-#include "base/topology.hpp"
-#include "engine/io/read_surface.hpp"
-#include "engine/io/write_mesh.hpp"
+#include <trocar.hpp>
 
 #include <cstdio>
 #include <filesystem>

@@ -6,9 +6,6 @@ import type { Stage } from "./stage";
 
 type Send = (message: Record<string, unknown>) => boolean;
 
-const kEffectNames: Record<string, string> = {
-    elasticity: "tissue yields", gravity: "gravity", coarse_contact: "sphere trees", exact_contact: "exact contact", breathing: "breathing",
-};
 const kNumbersEvery = 80; // ms
 const kTurn = 0.08, kApproach = 0.9; // rad, times: of the camera by a key
 const kMessageTime = 6000; // ms
@@ -69,12 +66,12 @@ export class Panel {
         if (scene.budget.mode === "work") this.work = { ...scene.budget };
         const box = element("effects");
         box.replaceChildren();
-        for (const name of scene.effects) {
+        for (const { name, label: words } of scene.effects) {
             const label = document.createElement("label"), input = document.createElement("input");
             input.type = "checkbox";
             input.id = `effect-${name}`;
             input.addEventListener("change", () => this.send({ type: "effect", name, on: input.checked }));
-            label.append(input, ` ${kEffectNames[name] ?? name}`);
+            label.append(input, ` ${words}`);
             box.append(label);
         }
         if (scene.effects.length === 0) box.textContent = "none that can be switched";
@@ -262,7 +259,7 @@ export class Panel {
         if (before === undefined) return;
         const units = before.mode === "work" ? before.units : this.status!.work_enough;
         if (before.mode === "wall") this.sendBudget({ mode: "work", units });
-        for (const name of this.scene?.effects ?? []) if (this.status?.effects[name] === false) this.send({ type: "effect", name, on: true });
+        for (const { name } of this.scene?.effects ?? []) if (this.status?.effects[name] === false) this.send({ type: "effect", name, on: true });
         this.restart();
         const instead = before.mode === "wall" ? ` instead of ${formatMs(before.ms)}, enough for exact contacts` : "";
         const budget = before.mode === "exact" ? "without a limit" : `under ${shortNumber(units)} tests a step${instead}`;

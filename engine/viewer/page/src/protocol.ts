@@ -29,7 +29,7 @@ export interface SceneMessage {
     step_s: number;
     parts: Part[];
     targets: Target[];
-    effects: string[];
+    effects: { name: string; label: string }[]; // that can be switched
     scope: "collision" | "step";
     budget: Budget;
     budget_ms: [number, number];

@@ -1,4 +1,4 @@
-#include "engine/step/tissue/scripted_motion.hpp"
+#include "engine/prepare/scripted_motion.hpp"
 
 #include "base/trig.hpp"
 

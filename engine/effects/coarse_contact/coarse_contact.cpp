@@ -1,0 +1,27 @@
+// Contacts by sphere trees. It is a stage of the step: engine/step/traverse_trees.hpp.
+#include "engine/effects/describe.hpp"
+#include "engine/effects/registry.hpp"
+
+#include <fmt/format.h>
+
+namespace trocar::engine::effects {
+
+const EffectDescriptor coarse_contact{
+    .name = "coarse_contact",
+    .label = "sphere trees",
+    .doc = "Contacts by sphere trees, interrupted by the budget.",
+    .acts_on = [](const SceneModel& model) { return model.effects.coarse_contact; },
+    .remove = [](SceneModel& model) { model.effects.coarse_contact = model.effects.self_contact = false; },
+    .explain = [](const Scene& scene, const SceneModel&) -> EffectLine {
+        const bool on = scene.effects.coarse_contact;
+        const std::string_view trees = kSphereTreeWords[static_cast<std::size_t>(scene.contact.sphere_trees)];
+        return {on, listed(on, fmt::format("{} sphere trees of solids, breadth-first, under the budget", trees))};
+    },
+    .scale =
+        [](EffectSet& live, double share) {
+            live.coarse_contact = live.coarse_contact && share > 0.0;
+            live.self_contact = live.self_contact && share > 0.0;
+        },
+};
+
+} // namespace trocar::engine::effects

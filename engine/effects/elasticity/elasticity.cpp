@@ -1,0 +1,28 @@
+// Tissue deforms. It is a stage of the step: engine/step/tissue.
+#include "engine/effects/describe.hpp"
+#include "engine/effects/registry.hpp"
+
+#include <fmt/format.h>
+
+namespace trocar::engine::effects {
+
+const EffectDescriptor elasticity{
+    .name = "elasticity",
+    .label = "tissue yields",
+    .doc = "Deformable bodies deform; off, they stay at rest.",
+    .acts_on = [](const SceneModel& model) { return model.effects.elasticity && any_body(model, deforms); },
+    .remove = [](SceneModel& model) { model.effects.elasticity = false; },
+    .explain = [](const Scene& scene, const SceneModel& model) -> EffectLine {
+        std::size_t bodies = 0, tets = 0;
+        for (const BodyModel& body : model.bodies) {
+            bodies += body.tissue.has_value();
+            tets += body.tissue ? body.tissue->tet_nodes.size() : 0;
+        }
+        const bool on = scene.effects.elasticity;
+        if (bodies == 0) return {false, kNothingDeforms};
+        return {on, listed(on, fmt::format("{} bodies, {} tetrahedra, RK4", bodies, tets))};
+    },
+    .scale = [](EffectSet& live, double share) { live.elasticity = live.elasticity && share > 0.0; },
+};
+
+} // namespace trocar::engine::effects
