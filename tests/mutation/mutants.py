@@ -64,7 +64,7 @@ MUTANTS = [
            "spring.balanced = left.squaredNorm() < kBalanced * kBalanced;", "spring.balanced = false;", "engine", "ContactLaws.AFreeBody*"),
     Mutant("self-one-sided", "self-contact pushes one side alone", "engine/step/tissue/surface_spring.cpp",
            "against.direction = -a.direction;", "against.direction = 1e-9 * a.direction;", "engine", "ContactLaws.AFreeBody*"),
-    Mutant("drift-forgotten", "two bodies that fly along meet as if the world stood still", "engine/step/solid/solid_stage.cpp",
+    Mutant("drift-forgotten", "two bodies that fly along meet as if the world stood still", "engine/step/solid/spring_sink.cpp",
            "share_a * rate - drift,", "share_a * rate,", "engine", "ContactLaws.TwoBodies*"),
     Mutant("soften-rows", "springs that share a node are softened one by one alone", "fem/tissue/stable_step.cpp",
            "if (worst > most) scale[s] *= most / worst;", "", "fem", "StableStep.*"),
