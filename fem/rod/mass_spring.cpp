@@ -141,6 +141,8 @@ RodReport solve_mass_spring(const RodModel& model, RodState& state, double step,
     if (work.force.size() != model.node_count()) work.force.resize(model.node_count());
     const double insertion_t0 = state.insertion, rotation_t0 = state.rotation, dt = step / substeps;
     Index first = first_inserted_node(model, state.insertion);
+    work.start = state.position; // same size: copies, never allocates
+    double farthest_sq = 0.0;
     for (unsigned k = 1; k <= substeps; ++k) {
         const double fraction = static_cast<double>(k) / substeps;
         state.insertion = insertion_t0 + fraction * (drive.insertion - insertion_t0);
@@ -148,9 +150,12 @@ RodReport solve_mass_spring(const RodModel& model, RodState& state, double step,
         first = first_inserted_node(model, state.insertion);
         find_rest_bend(model, state, drive.port, work);
         move_behind_port(model, drive.port, state.insertion, dt, first, state);
+        for (std::size_t i = first; i < model.node_count(); ++i)
+            farthest_sq = std::max(farthest_sq, (state.position[i] - work.start[i]).squaredNorm());
         MassSpringStep(model, state, drive, planes, dt, first, work).advance();
     }
     report.iterations = substeps;
+    report.farthest_m = std::sqrt(farthest_sq);
     add_energies(model, state, first, 1.0, work, report);
     return report;
 }

@@ -120,6 +120,7 @@ struct RodWorkspace {
 struct RodReport {
     unsigned iterations = 0;       // Newton iterations, all sub-steps together
     double largest_residual = 0.0; // m, last Newton correction of the worst sub-step
+    double farthest_m = 0.0;       // no node was farther from the step's start where planes were evaluated, in any iteration; a bound
     double bend_j = 0.0;
     double stretch_j = 0.0;
     double twist_j = 0.0;

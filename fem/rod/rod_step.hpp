@@ -42,13 +42,15 @@ public:
 
     /// Returns the largest correction of the last iteration.
     double solve(RodReport& report) noexcept {
-        double correction = 0.0;
+        double correction = 0.0, farthest_sq = 0.0;
         for (unsigned iteration = 0; iteration < kMaxNewton + kMaxDamped; ++iteration) {
+            farthest_sq = std::max(farthest_sq, farthest_from_start_sq());
             correction = newton_iteration(iteration < kMaxNewton ? 1.0 : kDamping);
             if (twist_ != nullptr) correction = std::max(correction, twist_->turn());
             ++report.iterations;
             if (!(correction > kNewtonTolerance)) break;
         }
+        report.farthest_m += std::sqrt(farthest_sq); // a sub-step's on top of those before it
         return correction;
     }
 
@@ -65,6 +67,13 @@ private:
         for (RodPlane& plane : planes_) add_plane(band, plane);
         band.solve(std::span(work_.rhs).first(3 * moving));
         return apply_correction(moving, share);
+    }
+
+    [[nodiscard]] double farthest_from_start_sq() const noexcept {
+        double farthest_sq = 0.0;
+        for (std::size_t i = first_; i < model_.node_count(); ++i)
+            farthest_sq = std::max(farthest_sq, (state_.position[i] - work_.start[i]).squaredNorm());
+        return farthest_sq;
     }
 
     [[nodiscard]] bool moves(std::size_t node) const noexcept { return node >= first_; }

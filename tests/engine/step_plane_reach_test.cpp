@@ -71,8 +71,9 @@ TEST(PlaneReach, FastMotionGetsThemAll) {
     EXPECT_EQ(fast.planes_short, fast.planes_all);
 }
 
-/// A solve that moves the rod farther than was searched is repeated with all planes: the drive's sudden advance is not in the free motion
-/// that this one is given.
+/// A solve that moves the rod farther than was searched is repeated with all planes, if only in an iteration: in step 1995 of the run above
+/// one swings 0.75 mm, past the 0.42 mm of its planes, and ends 0.12 mm from the start. Here the drive's sudden advance is not in the free
+/// motion that the solve is given.
 TEST(PlaneReach, ALeapThatNothingSuggestedIsSolvedAgain) {
     const PreparedScene prepared = test::prepare(test::bent_tube_scene({.speed = 1e3, .effects = R"("coarse_contact", "friction")"}));
     SceneModel model = prepared.model;

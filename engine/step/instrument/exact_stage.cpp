@@ -191,7 +191,7 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
         return stats;
     }
     solve_instrument(model, index, state, rods);
-    if (reach && *reach < kPlaneReach && longest_approach(model, index, state, rods) > *reach) {
+    if (reach && solve_left_reach(model, index, *reach, state, rods)) {
         make_planes(model, index, state, rods, kPlaneReach, budget);
         solve_instrument(model, index, state, rods);
     }

@@ -51,7 +51,7 @@ void solve_instrument(const SceneModel& model, std::size_t instrument, State& st
 /// Moves the sphere chain to the candidate motion.
 void update_instrument_trees(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
 
-/// Moves the balls of every instrument's lumen with their wall: what its descent looks at.
+/// Moves the balls of every instrument's lumen with their wall: what its traversal tests.
 void update_lumens(const SceneModel& model, State& state, RodsScratch& rods);
 
 /// Adds the hollow pair of instrument and lumen to the descent.
@@ -73,11 +73,16 @@ void plane_from_wall(const SceneModel& model, std::size_t instrument, State& sta
 /// The longest way of a place on the rods in this step and that of its wall, together, m: what lies farther away than this was not met.
 [[nodiscard]] double longest_approach(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods);
 
+/// Did the last solve, in any of its iterations, take a place farther than planes of this reach tell of? A plane that it lacked may have
+/// pressed there: with all of them it comes to the same place by another way, which differs in the last bits.
+[[nodiscard]] bool solve_left_reach(const SceneModel& model, std::size_t instrument, double reach, const State& state, const RodsScratch& rods);
+
 /// m; how far planes need to reach, by the motion so far; kPlaneReach at most. Where the solve goes farther they are made again.
 [[nodiscard]] double suggest_plane_reach(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods);
 
 /// Planes and the solve against them. Slow motion needs no planes of what is far: they reach as far as the rod's free motion suggests, and
-/// where the solve takes it farther than that, both are made again with kPlaneReach.
+/// where the solve takes it farther than that, if only in one of its iterations, both are made again with kPlaneReach: to the bit what all
+/// planes come to from the start.
 void solve_between_walls(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepBudget& budget);
 
 /// What the exact stage of one instrument came to.
@@ -87,13 +92,13 @@ struct ExactOutcome {
 };
 
 /// For an instrument and the wire in its bore: planes from the wall, the solve, and continuous tests of the skin; contacts that are left
-/// become planes and the rod is solved again, up to kMaxCorrections times; when that does not help, with the hand held
+/// become planes and the rod is solved again, up to kMaxCorrections times; when that does not help, with the drive held
 /// where it was: resistance stops it.
 /// budget    asked before every solve and before its tests; nullptr: it runs to its end whatever it costs
 ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report,
                                  StepBudget* budget);
 
-/// The hands of a coaxial pair go no further in and do not turn; what they want to draw back, they may: that is the way out of
+/// The drives of a coaxial pair go no further in and do not turn; what they are told to draw back, they may: that is the way out of
 /// a jam.
 void stop_drive(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
 
@@ -134,10 +139,10 @@ void list_presses(const SceneModel& model, std::size_t instrument, const State& 
 inline constexpr unsigned kMaxCorrections = 3;
 /// Planes per place on the rod at most: a tube closes in from all sides with six.
 inline constexpr std::size_t kPlanesPerPlace = 6;
-/// m; the hand moves at most this far in one step, or the contact response would not see what lies ahead. 35 mm/s reach it
-/// at a step of 29 ms. Shortening is counted (StepReport::hand_limited).
+/// m; the drive moves at most this far in one step, or the contact response would not see what lies ahead. 35 mm/s reach it
+/// at a step of 29 ms. Shortening is counted (StepReport::drive_limited).
 inline constexpr double kDriveReach = 1.0e-3;
-/// m, beyond the clearance: a little more than the hand moves in a step at most.
+/// m, beyond the clearance: a little more than the drive moves in a step at most.
 inline constexpr double kPlaneReach = 1.2 * kDriveReach;
 /// N per place on the rod: a vessel perforates at about this; more comes from planes that contradict each other in a jam.
 inline constexpr double kMaxPress = 2.0;

@@ -168,6 +168,15 @@ double longest_approach(const SceneModel& model, std::size_t index, const State&
     return longest + (wall.moves() ? rods.walls[model.instruments[index].lumen].age.longest : 0.0);
 }
 
+bool solve_left_reach(const SceneModel& model, std::size_t index, double reach, const State& state, const RodsScratch& rods) {
+    if (!(reach < kPlaneReach)) return false;
+    const BodyModel& wall = model.bodies[model.instruments[index].lumen];
+    double farthest = 0.0; // in an iteration: it may overshoot what the solve ends with by far
+    for (const std::size_t one : coaxial(model, index)) farthest = std::max(farthest, rods.instruments[one].rod_report.farthest_m);
+    if (wall.moves()) farthest += rods.walls[model.instruments[index].lumen].age.longest;
+    return std::max(farthest, longest_approach(model, index, state, rods)) > reach;
+}
+
 double suggest_plane_reach(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) {
     return std::min(kPlaneReach, kSwing * longest_approach(model, index, state, rods) + kLeastSwing);
 }
@@ -180,7 +189,7 @@ void solve_between_walls(const SceneModel& model, std::size_t index, State& stat
         budget.begin_solve();
         solve_instrument(model, index, state, rods);
         budget.end_solve();
-        if (reach == kPlaneReach || longest_approach(model, index, state, rods) <= reach) return;
+        if (!solve_left_reach(model, index, reach, state, rods)) return;
     }
 }
 
