@@ -3,7 +3,7 @@
 #include "bench/hard_bodies.hpp"
 #include "bench/hard_cases.hpp"
 
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd.hpp"
 #include "collision/ccd/sweep.hpp"
 
 #include <array>
@@ -151,15 +151,15 @@ Pair random_pair(std::mt19937_64& random, bool integers_only) {
 
 void same_answer_however_it_is_written(HardReport& report) {
     std::mt19937_64 random(31);
-    int differing = 0, meeting = 0;
+    int differing = 0, colliding = 0;
     constexpr int kPairs = 1500;
     for (int k = 0; k < kPairs; ++k) {
         const Pair pair = random_pair(random, true); // on a grid of five: most touch at a corner, in a plane, or begin in contact
         const bool answer = pair.meets();
-        meeting += answer;
+        colliding += answer;
         for_each_writing(pair, [&](const Pair& shown) { differing += shown.meets() != answer; });
     }
-    report.note(fmt::format("{} of {} pairs collide", meeting, kPairs));
+    report.note(fmt::format("{} of {} pairs collide", colliding, kPairs));
     report.equal("pairs on a grid of five: answers that differ between writings", differing, 0);
 }
 

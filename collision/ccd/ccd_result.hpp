@@ -1,4 +1,4 @@
-// What the exact continuous tests of meeting.hpp answer.
+// What the exact continuous tests of ccd.hpp answer.
 #pragma once
 
 #include "base/vec.hpp"
@@ -14,7 +14,7 @@ enum class Decision : std::uint8_t { Filter, Proof, Exact };
 struct CcdResult {
     bool meets = false;
     Decision decided_by = Decision::Filter;
-    double time = 1.0; // [0, 1] first time of contact, within kTimeOfImpactError; where the features start in contact, 0 exactly
+    double time = 1.0; // [0, 1] time of impact, within kTimeOfImpactError; where the features start in contact, 0 exactly
     std::array<double, 3> bary = {1.0, 0.0, 0.0}; // as in Sweep, at that time
     Vec3 normal = Vec3::UnitX();                  // unit, from face to vertex, from b to a, on the side where they started
 };

@@ -72,7 +72,7 @@ TROCAR_LANES_INLINE Lanes guess_root(const LaneCubic& cubic) noexcept {
     return t;
 }
 
-/// As stays_inside() of careful_meeting.cpp, with its bound.
+/// As stays_inside() of ccd_fallback.cpp, with its bound.
 template <int Count>
 TROCAR_LANES_INLINE Mask stay_inside(const std::array<Lanes3, Count>& corner, Lanes size, Lanes reach) noexcept {
     constexpr auto order = around<Count>();

@@ -1,4 +1,4 @@
-// The sweep of sweep.hpp for four pairs of features in SIMD lanes: what sweep_batch.cpp and meeting.cpp share.
+// The sweep of sweep.hpp for four pairs of features in SIMD lanes: what sweep_batch.cpp and ccd.cpp share.
 #pragma once
 
 #include "collision/lanes.hpp"

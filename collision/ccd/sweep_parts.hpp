@@ -41,7 +41,7 @@ template <int Count>
     return (corner[2] - corner[0]).cross(corner[0] - corner[1]);
 }
 
-/// Corners of the hull in order around it, as in exact_meeting.hpp: indices into Differences.
+/// Corners of the hull in order around it, as in exact_ccd.hpp: indices into Differences.
 template <int Count>
 [[nodiscard]] constexpr std::array<int, Count> around() noexcept {
     if constexpr (Count == 3)

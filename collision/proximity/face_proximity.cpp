@@ -2,7 +2,7 @@
 
 #include "base/closest_point.hpp"
 #include "base/self_intersection.hpp"
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd.hpp"
 #include "collision/ccd/separation.hpp"
 
 #include <algorithm>
@@ -130,8 +130,8 @@ void meet_vertices(const SweptFace& a, const SweptFace& b, double distance, bool
             const Sweep sweep = sweep_vertex_face(corner(a, k), corners(b), limits);
             if (sweep.hit()) take(sweep.time, sweep.gap, sweep.bary);
         } else {
-            const CcdResult meeting = ccd_vertex_face(corner(a, k), corners(b));
-            if (meeting.meets) take(meeting.time, 0.0, meeting.bary);
+            const CcdResult ccd = ccd_vertex_face(corner(a, k), corners(b));
+            if (ccd.meets) take(ccd.time, 0.0, ccd.bary);
         }
     }
 }
@@ -144,8 +144,8 @@ void meet_edges(const SweptFace& a, const SweptFace& b, double distance, First& 
                 const Sweep sweep = sweep_edge_edge(edge(a, i), edge(b, k), limits);
                 if (sweep.hit()) first.take(sweep.time, sweep.gap, on_edge(i, sweep.bary[0]), on_edge(k, sweep.bary[1]));
             } else {
-                const CcdResult meeting = ccd_edge_edge(edge(a, i), edge(b, k));
-                if (meeting.meets) first.take(meeting.time, 0.0, on_edge(i, meeting.bary[0]), on_edge(k, meeting.bary[1]));
+                const CcdResult ccd = ccd_edge_edge(edge(a, i), edge(b, k));
+                if (ccd.meets) first.take(ccd.time, 0.0, on_edge(i, ccd.bary[0]), on_edge(k, ccd.bary[1]));
             }
         }
 }

@@ -4,7 +4,7 @@
 //             clusters that leave their volumes ("dangling") are traversed anew, alone or together
 //   reach     pairs of features of two clusters that may come into contact before the clusters have drifted that far
 //   bound     for each of them a lower bound on its distance: no elementary test before the drift has used it up (front end)
-// then the elementary tests of sweep.hpp and meeting.hpp: coplanarity first, nearest points next (back end). Each vertex and edge
+// then the elementary tests of sweep.hpp and ccd.hpp: coplanarity first, nearest points next (back end). Each vertex and edge
 // belongs to one triangle, so each pair of features is tested once.
 // This work is based on: Wong, "Adaptive continuous collision detection for cloth models using a skipping frame session" (2009); Curtis,
 // Tamstorf, Manocha (2008) for the assignment of features. Deviates: see session_volumes.hpp, session_drift.hpp, session_pairs.hpp.

@@ -1,6 +1,6 @@
 // All contacts of one step between and within moving surfaces, exactly: refit, find candidates, decide. Phase by phase,
 // so that the owner of a clock can time each, on any number of threads. Same contacts, same bits, for every tree,
-// builder, instruction set and number of threads. At distance 0 the verdicts are those of meeting.hpp: true contacts
+// builder, instruction set and number of threads. At distance 0 the verdicts are those of ccd.hpp: true contacts
 // and no others. At a distance they are those of sweep.hpp: none missed, and pairs up to distance + tolerance may be
 // reported too.
 #pragma once

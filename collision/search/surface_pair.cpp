@@ -194,17 +194,17 @@ void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const Fe
         else
             ccd_edge_edges(a.motion, b.motion, part, verdicts.ccd_results);
         for (std::size_t i = 0; i < part.size(); ++i) {
-            const CcdResult& meeting = verdicts.ccd_results[i];
-            stats.exact += meeting.decided_by == Decision::Exact;
-            if (!meeting.meets) continue;
+            const CcdResult& ccd = verdicts.ccd_results[i];
+            stats.exact += ccd.decided_by == Decision::Exact;
+            if (!ccd.meets) continue;
             stats.unresolved += !exact && verdicts.sweeps[i].outcome == SweepOutcome::Unresolved;
-            stats.safe_fraction = std::min(stats.safe_fraction, exact ? meeting.time : verdicts.sweeps[i].safe_time);
+            stats.safe_fraction = std::min(stats.safe_fraction, exact ? ccd.time : verdicts.sweeps[i].safe_time);
             ++(vertex_face ? stats.hits_vf : stats.hits_ee);
             SearchContact& found = out.emplace_back();
             if (vertex_face)
-                make_vertex_face(a, b, part[i], meeting, found);
+                make_vertex_face(a, b, part[i], ccd, found);
             else
-                make_edge_edge(part[i], meeting, found);
+                make_edge_edge(part[i], ccd, found);
             found.contact.body_a = a.body;
             found.contact.body_b = b.body;
         }
@@ -212,49 +212,49 @@ void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const Fe
 }
 
 /// Fields common to contacts of both kinds; the point is still to be summed.
-static Contact& describe(FeaturePair pair, ContactOrigin origin, const CcdResult& meeting, SearchContact& found) {
+static Contact& describe(FeaturePair pair, ContactOrigin origin, const CcdResult& ccd, SearchContact& found) {
     found.id_a = pair.a;
     found.id_b = pair.b;
     Contact& contact = found.contact;
     contact.origin = origin;
-    contact.time = meeting.time;
-    contact.normal = meeting.normal;
+    contact.time = ccd.time;
+    contact.normal = ccd.normal;
     contact.point = Vec3::Zero();
     return contact;
 }
 
-void SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const CcdResult& meeting,
+void SurfacePair::make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const CcdResult& ccd,
                                    SearchContact& found) {
     const Triangle& t = b.motion.topology->triangles[pair.b];
     const SweptPoint vertex = swept(a.motion, pair.a);
     const auto face = swept(b.motion, t);
-    Contact& c = describe(pair, ContactOrigin::ExactVF, meeting, found);
+    Contact& c = describe(pair, ContactOrigin::ExactVF, ccd, found);
     c.feature_a[0] = pair.a;
     Vec3 end = Vec3::Zero(); // where the face's nearest point goes
     for (std::size_t k = 0; k < 3; ++k) {
         c.feature_b[k] = t[k];
-        c.bary_b[k] = meeting.bary[k];
-        c.point += meeting.bary[k] * at(face[k], meeting.time);
-        end += meeting.bary[k] * face[k].t1;
+        c.bary_b[k] = ccd.bary[k];
+        c.point += ccd.bary[k] * at(face[k], ccd.time);
+        end += ccd.bary[k] * face[k].t1;
     }
-    c.gap = meeting.normal.dot(vertex.t1 - end);
+    c.gap = ccd.normal.dot(vertex.t1 - end);
 }
 
-void SurfacePair::make_edge_edge(FeaturePair pair, const CcdResult& meeting, SearchContact& found) const {
+void SurfacePair::make_edge_edge(FeaturePair pair, const CcdResult& ccd, SearchContact& found) const {
     const Edge &e = a_.motion.topology->edges[pair.a], &f = b_.motion.topology->edges[pair.b];
     const auto a = swept(a_.motion, e), b = swept(b_.motion, f);
-    Contact& c = describe(pair, ContactOrigin::ExactEE, meeting, found);
+    Contact& c = describe(pair, ContactOrigin::ExactEE, ccd, found);
     c.bary_b[2] = 0.0;
     Vec3 offset = Vec3::Zero(); // from b's nearest point to a's at t1
     for (std::size_t k = 0; k < 2; ++k) {
         c.feature_a[k] = e[k];
         c.feature_b[k] = f[k];
-        c.bary_a[k] = k == 0 ? 1.0 - meeting.bary[0] : meeting.bary[0];
-        c.bary_b[k] = k == 0 ? 1.0 - meeting.bary[1] : meeting.bary[1];
-        c.point += c.bary_b[k] * at(b[k], meeting.time);
+        c.bary_a[k] = k == 0 ? 1.0 - ccd.bary[0] : ccd.bary[0];
+        c.bary_b[k] = k == 0 ? 1.0 - ccd.bary[1] : ccd.bary[1];
+        c.point += c.bary_b[k] * at(b[k], ccd.time);
         offset += c.bary_a[k] * a[k].t1 - c.bary_b[k] * b[k].t1;
     }
-    c.gap = meeting.normal.dot(offset);
+    c.gap = ccd.normal.dot(offset);
 }
 
 } // namespace trocar::collision

@@ -5,7 +5,7 @@
 
 #include "base/contact.hpp"
 #include "collision/bvh/dop_tree.hpp"
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd.hpp"
 
 #include <array>
 #include <vector>
@@ -96,8 +96,8 @@ private:
                      ExactStats& stats) const;
     struct Verdicts;
     void sweep(bool vertex_face, const SearchSide& a, const SearchSide& b, std::span<const FeaturePair> pairs, Verdicts& out) const;
-    static void make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const CcdResult& meeting, SearchContact& found);
-    void make_edge_edge(FeaturePair pair, const CcdResult& meeting, SearchContact& found) const;
+    static void make_vertex_face(const SearchSide& a, const SearchSide& b, FeaturePair pair, const CcdResult& ccd, SearchContact& found);
+    void make_edge_edge(FeaturePair pair, const CcdResult& ccd, SearchContact& found) const;
 
     SearchSide a_, b_;
     PairOptions options_;

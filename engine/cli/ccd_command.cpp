@@ -1,6 +1,6 @@
 // `ccd`: the elementary tests on the public benchmark's files: how many of its queries are answered wrongly, and at what cost.
 // A contact that is missed is exit 5; one too many is counted, since a conservative test may report it.
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/io/ccd_queries.hpp"
 #include "engine/io/file_bytes.hpp"

@@ -5,7 +5,7 @@
 
 namespace trocar::engine {
 
-/// Of the engine's effects always: they look at what is live by themselves. Of the program's own where the step simulates them, with their
+/// Of the engine's effects always: they test what is live by themselves. Of the program's own where the step simulates them, with their
 /// settings.
 template <class Hook>
 void call(const EffectDescriptor& effect, const EffectStep& step, Hook hook) {

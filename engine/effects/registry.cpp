@@ -10,7 +10,7 @@ namespace trocar::engine {
 
 namespace {
 
-/// Those of the engine, and room for the program's own.
+/// Those of the engine, and a reserve for the program's own.
 struct Registry {
     std::array<const EffectDescriptor*, kMostEffects> all{
 #define TROCAR_LIST(name) &effects::name,

@@ -5,7 +5,7 @@
 
 namespace trocar::engine {
 
-/// The body whose coarse mesh carries this one: itself, or its carrier.
+/// The body in whose coarse mesh this one is embedded: itself, or its host.
 [[nodiscard]] std::size_t owner_of(const SceneModel& model, std::size_t body) noexcept;
 
 /// Does one of them start wholly inside the other? See SceneModel::nested.

@@ -26,7 +26,7 @@ enum class FollowMode : std::uint8_t {
     Arrived, // still, until the tip slips away from the end of the route
 };
 
-/// What the rule that follows a route remembers. Plain data: part of the state, so that a run can be repeated bit for bit.
+/// What the rule that follows a route leaves for its next command. Plain data: part of the state, so that a run can be repeated bit for bit.
 struct FollowState {
     FollowMode mode = FollowMode::Advance;
     double progress = 0.0;         // m along the route of the point nearest to the tip
@@ -61,7 +61,7 @@ struct SphereHold {
     Vec3 aside = Vec3::Zero();   // unit, from b to a, that way
 };
 
-/// Leaves of two closed bodies beneath which surfaces are looked at.
+/// Leaves of two closed bodies beneath which surfaces are tested.
 struct LeafPair {
     std::size_t a = 0, b = 0; // a < b
     Index leaf_a = 0, leaf_b = 0;
@@ -143,7 +143,8 @@ struct State {
 
 [[nodiscard]] State make_initial_state(const SceneModel& model);
 
-/// 64-bit FNV-1a over the bits of step, positions, velocities, insertions and rotations, in the order of the structs.
+/// 64-bit FNV-1a over the bits of step, positions, velocities, insertions and rotations, in the order of the structs: where everything is,
+/// what summary.json and the stored references name. hash_whole_state (state_bytes.hpp) covers all that decides later bits.
 [[nodiscard]] std::uint64_t hash_state(const State& state) noexcept;
 
 } // namespace trocar::engine

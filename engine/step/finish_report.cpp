@@ -44,16 +44,16 @@ void report_first_instrument(const SceneModel& model, const State& state, StepRe
     report.target_distance_m = std::sqrt((target - report.tip).squaredNorm());
 }
 
-const StepReport& finish_report(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
-    StepReport& report = scratch.report;
+const StepReport& finish_report(const SceneModel& model, State& state, const BodiesScratch& bodies, RodsScratch& rods, StepReport& report,
+                                StepBudget& budget) {
     close_account(budget, report);
     if (report.finite) {
         ++state.step;
         state.time = report.time_s;
-        observe(model, state, scratch.rods, report);
+        observe(model, state, rods, report);
     }
     report_first_instrument(model, state, report);
-    if (!report.finite) restore_start(model, state, scratch); // the last good state
+    if (!report.finite) restore_start(model, state, bodies, rods); // the last good state
     return report;
 }
 

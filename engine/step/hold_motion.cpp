@@ -1,4 +1,4 @@
-// Motion that is held back: what is proven free of it is taken, the rest is not.
+// Scaling to the safe fraction: what is proven free of the motion is taken, the rest is not.
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/resolve_contacts.hpp"
 #include "engine/step/tissue/tissue_stage.hpp"
@@ -62,7 +62,7 @@ void scale_motion(const SceneModel& model, double fraction, State& state, StepSc
 } // namespace
 
 void scale_to_safe_fraction(const SceneModel& model, double fraction, State& state, StepScratch& scratch) {
-    // A skin that stands within the exact distance (a step that was held back ends at its edge) is touching from the start, whatever it
+    // A skin that stands within the exact distance (a scaled step ends at its edge) is touching from the start, whatever it
     // does, and would stand there for ever. It moves as far as it is proven not to touch at all.
     if (fraction < kStuck) {
         const auto free_share = [&] { return find_free_share(model, 0.0, state, scratch.rods); };

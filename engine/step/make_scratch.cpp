@@ -20,7 +20,7 @@ void reserve_springs(fem::ContactSprings& springs) {
     springs.entries.reserve(12 * kReservedContacts); // a vertex and a triangle's three, of three nodes each
 }
 
-/// Room for looks at the skins and their walls, where exact contacts may be culled by pictures.
+/// Memory for image-space culling of the skins and their walls, where exact contacts may be culled.
 void reserve_culling(const SceneModel& model, RodsScratch& rods) {
     if (!model.effects.exact_contact || model.contact.culling == Culling::Never) return;
     for (const InstrumentModel& instrument : model.instruments)

@@ -1,4 +1,4 @@
-// Scratch memory for a model, with room for all of a step: a step allocates nothing.
+// Scratch memory for a model, reserved for all of a step: a step allocates nothing.
 #pragma once
 
 #include "engine/step/scratch.hpp"

@@ -9,20 +9,12 @@
 
 namespace trocar::engine {
 
-namespace {
-
-/// Surfaces and nodes of the step's start, for the stages that compare with them.
-void share_start(const SceneModel& model, StepScratch& scratch) {
+void share_start(const SceneModel& model, const BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-        const BodyStart& start = scratch.bodies.start[i];
-        scratch.rods.walls[i].surface_t0 = scratch.solids.bodies[i].surface_t0 = start.surface;
-        scratch.solids.bodies[i].nodes_t0 = scratch.bodies.start[owner_of(model, i)].tissue.position;
+        rods.walls[i].surface_t0 = solids.bodies[i].surface_t0 = bodies.start[i].surface;
+        solids.bodies[i].nodes_t0 = bodies.start[owner_of(model, i)].tissue.position;
     }
 }
-
-bool is_dropped(const StepScratch& scratch, Droppable effect) noexcept { return (scratch.dropped & drop_bit(effect)) != 0; }
-
-} // namespace
 
 EffectSet find_live_effects(const SceneModel& model, const LiveEffects& live) {
     EffectSet effects = model.effects;
@@ -38,38 +30,38 @@ StepReport& start_report(const SceneModel& model, const State& state, StepReport
     return report;
 }
 
-void choose_effects(const SceneModel& model, const Inputs& inputs, StepScratch& scratch, StepBudget& budget) {
+unsigned choose_drops(const SceneModel& model, StepBudget& budget, StepReport& report) {
     budget.begin(model.budget_covers_step);
-    scratch.live = find_live_effects(model, inputs.live);
-    scratch.dropped = model.budget_covers_step ? budget.choose_drops(model.drop) : 0u;
-    scratch.report.dropped = scratch.dropped;
+    report.dropped = model.budget_covers_step ? budget.choose_drops(model.drop) : 0u;
+    return report.dropped;
 }
 
-void keep_start(const SceneModel& model, const State& state, StepScratch& scratch) {
-    keep_bodies(model, state, scratch.bodies);
-    keep_turns(model, state, scratch.solids);
-    keep_instruments(model, state, scratch.rods);
+void keep_start(const SceneModel& model, const State& state, BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods) {
+    keep_bodies(model, state, bodies);
+    keep_turns(model, state, solids);
+    keep_instruments(model, state, rods);
 }
 
-void restore_start(const SceneModel& model, State& state, const StepScratch& scratch) {
-    restore_bodies(model, state, scratch.bodies);
-    restore_instruments(model, state, scratch.rods);
+void restore_start(const SceneModel& model, State& state, const BodiesScratch& bodies, const RodsScratch& rods) {
+    restore_bodies(model, state, bodies);
+    restore_instruments(model, state, rods);
 }
 
-void apply_inputs(const SceneModel& model, const Inputs& inputs, State& state, StepScratch& scratch) {
-    apply_drive_commands(model, inputs.drive, state, scratch.rods, scratch.report);
-    if (!inputs.pull || !scratch.live.elasticity) return;
+void apply_inputs(const SceneModel& model, const EffectSet& live, const Inputs& inputs, State& state, RodsScratch& rods,
+                  StepReport& report) {
+    apply_drive_commands(model, inputs.drive, state, rods, report);
+    if (!inputs.pull || !live.elasticity) return;
     place_surface(model, inputs.pull->body, state);
-    add_pull(model, *inputs.pull, state, scratch.report);
+    add_pull(model, *inputs.pull, state, report);
 }
 
-void integrate_tissue(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
-    if (!is_dropped(scratch, Droppable::Elasticity)) {
+void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, BodiesScratch& bodies,
+                      StepReport& report, StepBudget& budget) {
+    if ((dropped & drop_bit(Droppable::Elasticity)) == 0) {
         const Phase phase(budget, StepPart::Tissue);
-        integrate_bodies(model, scratch.live, state, scratch.bodies, scratch.report);
+        integrate_bodies(model, live, state, bodies, report);
     }
-    keep_surfaces(model, state, scratch.bodies);
-    share_start(model, scratch);
+    keep_surfaces(model, state, bodies);
 }
 
 void predict_instruments(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report) {
@@ -77,11 +69,11 @@ void predict_instruments(const SceneModel& model, const EffectSet& live, State& 
     for (std::size_t i = 0; i < model.instruments.size(); ++i) solve_instrument(model, i, state, rods);
 }
 
-void update_sphere_trees(const SceneModel& model, State& state, StepScratch& scratch) {
-    if (!scratch.live.coarse_contact) return;
-    update_solid_trees(model, state, scratch.live.gravity, scratch.solids);
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) update_instrument_trees(model, i, state, scratch.rods);
-    if (!model.budget_covers_step) update_lumens(model, state, scratch.rods); // not on its account: always
+void update_sphere_trees(const SceneModel& model, const EffectSet& live, State& state, SolidScratch& solids, RodsScratch& rods) {
+    if (!live.coarse_contact) return;
+    update_solid_trees(model, state, live.gravity, solids);
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) update_instrument_trees(model, i, state, rods);
+    if (!model.budget_covers_step) update_lumens(model, state, rods); // not on its account: always
 }
 
 } // namespace trocar::engine

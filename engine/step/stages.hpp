@@ -31,24 +31,30 @@ StepReport& start_report(const SceneModel& model, const State& state, StepReport
 /// What the step simulates: the model's effects but for what the inputs leave out.
 [[nodiscard]] EffectSet find_live_effects(const SceneModel& model, const LiveEffects& live);
 
-/// Which effects are live in this step, and which its budget leaves out; starts the budget's account.
-void choose_effects(const SceneModel& model, const Inputs& inputs, StepScratch& scratch, StepBudget& budget);
+/// Effects that the budget leaves out of this step, a bit per Droppable; starts the budget's account.
+[[nodiscard]] unsigned choose_drops(const SceneModel& model, StepBudget& budget, StepReport& report);
 
 /// Notes where everything is before the step moves it.
-void keep_start(const SceneModel& model, const State& state, StepScratch& scratch);
+void keep_start(const SceneModel& model, const State& state, BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods);
 
 /// Puts everything back there.
-void restore_start(const SceneModel& model, State& state, const StepScratch& scratch);
+void restore_start(const SceneModel& model, State& state, const BodiesScratch& bodies, const RodsScratch& rods);
 
 /// Drive commands and what pulls at the tissue.
-void apply_inputs(const SceneModel& model, const Inputs& inputs, State& state, StepScratch& scratch);
+void apply_inputs(const SceneModel& model, const EffectSet& live, const Inputs& inputs, State& state, RodsScratch& rods,
+                  StepReport& report);
 
-void integrate_tissue(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget);
+/// dropped   of choose_drops
+void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, BodiesScratch& bodies,
+                      StepReport& report, StepBudget& budget);
+
+/// Surfaces and nodes of the step's start, for the stages that compare with them: views of what keep_start and integrate_tissue kept.
+void share_start(const SceneModel& model, const BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods);
 
 /// The free motion of instruments, between the planes of the last step.
 void predict_instruments(const SceneModel& model, const EffectSet& live, State& state, RodsScratch& rods, StepReport& report);
 
 /// Of solids and instruments; of lumens where the budget is not charged for it.
-void update_sphere_trees(const SceneModel& model, State& state, StepScratch& scratch);
+void update_sphere_trees(const SceneModel& model, const EffectSet& live, State& state, SolidScratch& solids, RodsScratch& rods);
 
 } // namespace trocar::engine

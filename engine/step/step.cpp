@@ -11,28 +11,30 @@ namespace trocar::engine {
 
 bool begin_step(const SceneModel& model, const Inputs& inputs, State& state, StepScratch& scratch, StepBudget& budget) {
     StepReport& report = start_report(model, state, scratch.report);
-    choose_effects(model, inputs, scratch, budget);
+    scratch.dropped = choose_drops(model, budget, report);
+    const EffectSet& live = scratch.live = find_live_effects(model, inputs.live);
     {
         const Timed timed(report.ms.script, report.ms.total);
-        keep_start(model, state, scratch);
-        apply_inputs(model, inputs, state, scratch);
+        keep_start(model, state, scratch.bodies, scratch.solids, scratch.rods);
+        apply_inputs(model, live, inputs, state, scratch.rods, report);
     }
     {
         const Timed timed(report.ms.fem, report.ms.total);
-        integrate_tissue(model, state, scratch, budget);
+        integrate_tissue(model, live, scratch.dropped, state, scratch.bodies, report, budget);
+        share_start(model, scratch.bodies, scratch.solids, scratch.rods);
     }
     if (!report.finite) return false;
     const Phase phase(budget, StepPart::EmbeddedSurfaces);
     {
         const Timed timed(report.ms.steer, report.ms.total);
-        update_embedded_surfaces(model, scratch.live, state, scratch.bodies, report);
+        update_embedded_surfaces(model, live, state, scratch.bodies, report);
     }
     {
         const Timed timed(report.ms.fem, report.ms.total);
-        predict_instruments(model, scratch.live, state, scratch.rods, report);
+        predict_instruments(model, live, state, scratch.rods, report);
     }
     const Timed timed(report.ms.steer, report.ms.total);
-    update_sphere_trees(model, state, scratch);
+    update_sphere_trees(model, live, state, scratch.solids, scratch.rods);
     return true;
 }
 
@@ -40,11 +42,11 @@ const StepReport& finish_step(const SceneModel& model, State& state, StepScratch
     StepReport& report = scratch.report;
     if (report.finite) {
         const CollisionScope charged(budget);
-        traverse_sphere_trees(model, state, scratch, budget);
-        detect_exact_contacts(model, state, scratch, budget);
+        traverse_sphere_trees(model, scratch.live, state, scratch.solids, scratch.rods, scratch.traversal, report, budget);
+        detect_exact_contacts(model, scratch.live, scratch.dropped, state, scratch.rods, report, budget);
     }
     if (report.finite) resolve_contacts(model, state, scratch, budget);
-    return finish_report(model, state, scratch, budget);
+    return finish_report(model, state, scratch.bodies, scratch.rods, report, budget);
 }
 
 } // namespace trocar::engine

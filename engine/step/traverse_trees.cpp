@@ -12,25 +12,26 @@ namespace trocar::engine {
 
 namespace {
 
-/// Steps that leave a lumen out, for each that forgets some of what it cost: a mesh costs what it costs, and a look that does not pay takes
-/// a fifth of a haptic step.
+/// Steps that leave a lumen out, for each that forgets some of what it cost: a mesh costs what it costs, and an attempt that does not pay
+/// takes a fifth of a haptic step.
 constexpr std::uint64_t kForgetLumen = 16;
 
 /// The inscribed spheres that instruments are looked for in, where the budget covers them and has time for them and for what follows.
 /// False: it has not.
-bool follow_lumens(const SceneModel& model, double after_s, State& state, StepScratch& scratch, StepBudget& budget) {
+bool follow_lumens(const SceneModel& model, double after_s, const spheretree::Descent& descent, State& state, RodsScratch& rods,
+                   StepBudget& budget) {
     if (model.instruments.empty() || !model.budget_covers_step) return true;
     budget.keep_back(after_s + budget.forecast(StepPart::Lumen).reserve_s());
     const bool fits = budget.grant_descent().left() > 0;
     budget.keep_back(after_s);
-    if (!fits && !scratch.traversal.descent.has_solids()) { // those would have to wait with it
+    if (!fits && !descent.has_solids()) { // those would have to wait with it
         if (state.step % kForgetLumen == 0) budget.leave_out(StepPart::Lumen);
         return false;
     }
     bool sizes_lumens = false; // the first time: it says nothing of the next
     for (const InstrumentModel& instrument : model.instruments) sizes_lumens |= !state.bodies[instrument.lumen].lumen.has_bounds();
     Phase phase(budget, StepPart::Lumen);
-    update_lumens(model, state, scratch.rods);
+    update_lumens(model, state, rods);
     if (sizes_lumens) phase.forget();
     return true;
 }
@@ -46,22 +47,23 @@ void report_traversal(const TraversalScratch& traversal, StepReport& report) {
 
 } // namespace
 
-void traverse_sphere_trees(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
-    const Timed timed(scratch.report.ms.descend, scratch.report.ms.total);
-    spheretree::Descent& descent = scratch.traversal.descent;
-    std::vector<Contact>& coarse = scratch.traversal.coarse;
+void traverse_sphere_trees(const SceneModel& model, const EffectSet& live, State& state, SolidScratch& solids, RodsScratch& rods,
+                           TraversalScratch& traversal, StepReport& report, StepBudget& budget) {
+    const Timed timed(report.ms.descend, report.ms.total);
+    spheretree::Descent& descent = traversal.descent;
+    std::vector<Contact>& coarse = traversal.coarse;
     coarse.clear();
-    scratch.solids.coarse = {};
+    solids.coarse = {};
     const double after = model.budget_covers_step ? budget.forecast(StepPart::Respond).reserve_s() : 0.0;
     budget.keep_back(after);
-    if (!scratch.live.coarse_contact) return;
-    scratch.report.effects.note(effects::coarse_contact);
+    if (!live.coarse_contact) return;
+    report.effects.note(effects::coarse_contact);
     const double listing = after + budget.forecast(StepPart::List).reserve_s();
     budget.keep_back(listing);
     descent.begin(model.contact.margin);
-    add_solid_pairs(model, scratch.solids, descent, scratch.report);
+    add_solid_pairs(model, solids, descent, report);
     for (std::size_t i = 0; i < model.instruments.size(); ++i) add_to_descent(model, i, state, descent);
-    for (bool finished = !follow_lumens(model, listing, state, scratch, budget); !finished;) {
+    for (bool finished = !follow_lumens(model, listing, descent, state, rods, budget); !finished;) {
         WorkBudget grant = budget.grant_descent(descent.next_cost());
         if (grant.left() == 0) break;
         finished = descent.run(grant);
@@ -71,19 +73,18 @@ void traverse_sphere_trees(const SceneModel& model, State& state, StepScratch& s
         const Phase phase(budget, StepPart::List);
         descent.add_contacts(coarse);
     }
-    scratch.solids.coarse = coarse;
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) scratch.rods.instruments[i].proven = descent.link_status(i);
+    solids.coarse = coarse;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) rods.instruments[i].proven = descent.link_status(i);
     budget.keep_back(after);
-    report_traversal(scratch.traversal, scratch.report);
+    report_traversal(traversal, report);
 }
 
-void detect_exact_contacts(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
-    const Timed timed(scratch.report.ms.exact, scratch.report.ms.total);
-    RodsScratch& rods = scratch.rods;
+void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, RodsScratch& rods,
+                           StepReport& report, StepBudget& budget) {
+    const Timed timed(report.ms.exact, report.ms.total);
     rods.hits.clear();
-    if (!scratch.live.exact_contact) return;
-    StepReport& report = scratch.report;
-    const bool is_dropped = (scratch.dropped & drop_bit(Droppable::ExactContact)) != 0;
+    if (!live.exact_contact) return;
+    const bool is_dropped = (dropped & drop_bit(Droppable::ExactContact)) != 0;
     report.exact_ran = !model.instruments.empty();
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         if (is_coaxial_inner(model, i)) continue;

@@ -10,7 +10,7 @@
 
 namespace trocar::fem {
 
-/// Vertex v hangs on frame vertex_frame[v] with weights and projections; vertex_blend 0 leaves it static.
+/// Vertex v follows frame vertex_frame[v] with weights and projections; vertex_blend 0 leaves it static.
 struct RigidLinks {
     std::vector<Triangle> frame_nodes;                // [frame_count] coarse node ids q0, q1, q2
     std::vector<Mat3> frame_rest;                     // [frame_count] columns: unit n, q1 - q0, a at rest

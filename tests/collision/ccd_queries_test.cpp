@@ -1,7 +1,7 @@
 // The public queries of Wang, Ferguson, Schneider, Jiang, Attene, Panozzo, "A Large Scale Benchmark and an Inclusion-Based
 // Algorithm for Continuous Collision Detection" (2021): eight rows a query, each coordinate a numerator and a denominator,
 // and the exact answer.
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd.hpp"
 #include "collision/ccd/sweep.hpp"
 #include "tests/collision/rational.hpp"
 

@@ -3,7 +3,7 @@
 #include "collision/search/interruptible_search.hpp"
 
 #include "collision/search/contact_search.hpp"
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd.hpp"
 #include "collision/proximity/proximity.hpp"
 #include "tests/collision/allocations.hpp"
 #include "tests/collision/shapes.hpp"

@@ -1,6 +1,6 @@
 #include "targets.hpp"
 
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd.hpp"
 #include "engine/io/ccd_queries.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/io/formats.hpp"
@@ -246,15 +246,15 @@ void meet_rationally(std::string_view input) {
             q.t0[axis] = coordinate(bytes, head >> 1 & 3);
             q.t1[axis] = (head & 8) != 0 && bytes.next(1) % 2 == 0 ? q.t0[axis] : coordinate(bytes, head >> 1 & 3);
         }
-    const auto meeting =
+    const auto ccd =
         vertex_face ? collision::ccd_vertex_face(p[0], {p[1], p[2], p[3]}) : collision::ccd_edge_edge({p[0], p[1]}, {p[2], p[3]});
     const auto swept = vertex_face ? collision::sweep_vertex_face(p[0], {p[1], p[2], p[3]}, {})
                                    : collision::sweep_edge_edge({p[0], p[1]}, {p[2], p[3]}, {});
-    require(!meeting.meets || swept.hit(), "the conservative test never says apart where the exact one finds a contact");
-    require(meeting.time >= 0.0 && meeting.time <= 1.0 && is_finite(meeting.normal), "time and normal are numbers");
+    require(!ccd.meets || swept.hit(), "the conservative test never says apart where the exact one finds a contact");
+    require(ccd.time >= 0.0 && ccd.time <= 1.0 && is_finite(ccd.normal), "time and normal are numbers");
     const auto verdict = collision::testing::RationalPair(vertex_face, p).verdict();
     if (verdict == collision::testing::Verdict::Unknown) return; // the plain arithmetic gives up on close irrational roots
-    require(meeting.meets == (verdict == collision::testing::Verdict::Meets), "the exact test says what rational arithmetic says");
+    require(ccd.meets == (verdict == collision::testing::Verdict::Meets), "the exact test says what rational arithmetic says");
 }
 
 constexpr Target kTargets[] = {

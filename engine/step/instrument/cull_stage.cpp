@@ -39,7 +39,7 @@ void CullStage::reserve(std::size_t triangles_a, std::size_t triangles_b) {
     triangles_b_ = std::max(triangles_b_, triangles_b);
     culler_.reserve(kReservedCullCandidates, triangles_a_, triangles_b_);
     snapshot_.reserve(triangles_a_ + triangles_b_, kReservedCullCandidates);
-    twin_.reserve(triangles_a_ + triangles_b_, triangles_a_ + triangles_b_, kCullResolution);
+    reference_.reserve(triangles_a_ + triangles_b_, triangles_a_ + triangles_b_, kCullResolution);
 }
 
 void CullStage::set_device(std::unique_ptr<collision::CullBackend> device) {
@@ -50,7 +50,7 @@ void CullStage::set_device(std::unique_ptr<collision::CullBackend> device) {
     if (worker_) worker_->reserve(triangles_a_ + triangles_b_, kReservedCullCandidates, kCullResolution);
 }
 
-/// The first look at each size is for the driver, and for memory to grow; the second one is measured.
+/// The first draw of each size is for the driver, and for memory to grow; the second one is measured.
 void CullStage::probe_device() {
     for (const std::size_t pairs : kProbePairs)
         for (const bool measured : {false, true}) {
@@ -70,7 +70,7 @@ void CullStage::learn_probes() {
 }
 
 void CullStage::give_up_device(const Error& error) {
-    notes_.push_back("culling by the CPU twin from here on: " + error.message);
+    notes_.push_back("culling by the CPU reference from here on: " + error.message);
     worker_.reset();
     probes_.clear();
     cost_ = CullCostModel(kCpuReferenceRates);
@@ -112,7 +112,7 @@ void CullStage::begin(const collision::SurfacePair& pair, const collision::Candi
     answered_ = waiting_ = false;
     items_ = candidates.size();
     apart_ = 0;
-    look_s_ = 0.0;
+    culling_s_ = 0.0;
     since_begin_ = StopWatch();
     if (items_ == 0) return;
     if (device_is_busy() || (mode_ == BudgetMode::Work && !budget.spend(kTestsPerCulledItem * items_))) {
@@ -131,11 +131,11 @@ void CullStage::begin(const collision::SurfacePair& pair, const collision::Candi
 
 void CullStage::cull_on_cpu() {
     const StopWatch watch;
-    const auto looked = snapshot_.look({.resolution = kCullResolution}, twin_);
-    answered_ = looked.ok(); // the twin never fails
-    look_s_ += 1e-3 * watch.elapsed_ms();
+    const auto looked = snapshot_.look({.resolution = kCullResolution}, reference_);
+    answered_ = looked.ok(); // the CPU reference never fails
+    culling_s_ += 1e-3 * watch.elapsed_ms();
     tally_.by = std::max(tally_.by, CulledBy::CpuReference);
-    note_answer(look_s_);
+    note_answer(culling_s_);
 }
 
 void CullStage::take_answer() {
@@ -172,7 +172,7 @@ void CullStage::end() {
     tally_.late += waiting_;
     if (waiting_) late_items_ = items_;
     waiting_ = false;
-    if (mode_ == BudgetMode::Wall) cost_.note_tests(items_ - apart_, 1e-3 * since_begin_.elapsed_ms() - look_s_);
+    if (mode_ == BudgetMode::Wall) cost_.note_tests(items_ - apart_, 1e-3 * since_begin_.elapsed_ms() - culling_s_);
 }
 
 void CullStage::tell(StepReport& report) {

@@ -1,4 +1,4 @@
-// Stage II of the exact stage: whether it is looked at all, by whom, and what came of it.
+// Image-space culling of the exact stage's candidates: whether it runs at all, on what, and what came of it.
 #pragma once
 
 #include "collision/culling/cull_twin.hpp"
@@ -12,21 +12,21 @@
 
 namespace trocar::engine {
 
-/// Who looked in a step.
+/// What culled in a step.
 enum class CulledBy : std::uint8_t { Nobody, CpuReference, Device };
 
 /// What it costs and saves per candidate before this was measured, and in modes where no clock decides. From `bench chromatic` on two
-/// shared cores: a pair of triangles looked at by the CPU twin 1 to 3 us, a candidate tested 60 ns; a graphics card is taken to need 3 ms a
-/// look.
+/// shared cores: a pair of triangles culled by the CPU reference 1 to 3 us, a candidate tested 60 ns; a graphics card is taken to need 3 ms a
+/// draw.
 inline constexpr CullCostModel::Rates kCpuReferenceRates{.culling_s = 1e-4, .culling_s_per_item = 2e-6, .test_s_per_item = 6e-8, .dropped = 0.5};
 inline constexpr CullCostModel::Rates kDeviceRates{.culling_s = 3e-3, .culling_s_per_item = 5e-8, .test_s_per_item = 6e-8, .dropped = 0.5};
-/// Mode Work: units of a grant for continuous tests that a look takes, per candidate; kCpuReferenceRates in whole numbers.
+/// Mode Work: units of a grant for continuous tests that culling takes, per candidate; kCpuReferenceRates as integers.
 inline constexpr std::uint64_t kTestsPerCulledItem = 33;
-/// Pixels a side, the same for whoever looks: the twin and a device then give the same bits.
+/// Pixels a side, the same for all: the CPU reference and a device then give the same bits.
 inline constexpr int kCullResolution = 256;
-/// Candidates that are looked at without a list having to grow: several times those of the demo scene's steps.
+/// Candidates that are culled without a list having to grow: several times those of the demo scene's steps.
 inline constexpr std::size_t kReservedCullCandidates = std::size_t{1} << 17;
-/// Pairs of triangles in the looks by which a device's rates are measured before the first step: one that is nearly nothing, one that is
+/// Pairs of triangles in the draws by which a device's rates are measured before the first step: one that is nearly nothing, one that is
 /// like a step's.
 inline constexpr std::size_t kProbePairs[] = {16, 2048};
 
@@ -34,16 +34,16 @@ class CullStage final : public collision::StageTwo {
 public:
     explicit CullStage(Culling choice) noexcept;
 
-    /// Makes room at the start, so that looking allocates nothing in any step: for kReservedCullCandidates, and surfaces of so many
-    /// triangles. Nothing where the scene leaves stage II out.
+    /// Reserves memory at the start, so that culling allocates nothing in any step: for kReservedCullCandidates, and surfaces of so many
+    /// triangles. Nothing where the scene never culls.
     void reserve(std::size_t triangles_a, std::size_t triangles_b);
-    /// A device in place of the CPU twin. It gets a thread of its own, and looks at something: the first look makes a driver translate its
+    /// A device in place of the CPU reference. It gets a thread of its own, and draws something: the first draw makes a driver translate its
     /// shaders; from the next ones its rates are measured, which hold under a budget of time in place of the declared ones.
     void set_device(std::unique_ptr<collision::CullBackend> device);
 
-    /// Shall the next search be in two stages? Forced by the scene, or predicted to pay and to fit.
+    /// Shall the next search cull its candidates? Forced by the scene, or predicted to pay and to fit.
     /// items    candidates that are expected
-    /// budget   nullptr: the search runs whatever it costs; only what the scene forces is looked at then
+    /// budget   nullptr: the search runs whatever it costs; only what the scene forces is culled then
     [[nodiscard]] bool wanted(std::size_t items, StepBudget* budget);
     /// What happened since the last call goes into the report.
     void tell(StepReport& report);
@@ -66,28 +66,28 @@ private:
     void learn_probes();
     [[nodiscard]] bool device_is_busy();
 
-    /// A look at something made up, s.
+    /// A draw of something made up.
     struct Probe {
         std::size_t items = 0;
         double seconds = 0.0;
     };
 
     Culling choice_;
-    std::size_t triangles_a_ = 0, triangles_b_ = 0; // that there is room for
+    std::size_t triangles_a_ = 0, triangles_b_ = 0; // that memory is reserved for
     std::vector<Probe> probes_;                     // not yet learnt
     std::vector<std::string> notes_;
     collision::CandidateCuller culler_;
     collision::CullSnapshot snapshot_;
-    collision::CpuCullBackend twin_;
+    collision::CpuCullBackend reference_;
     std::unique_ptr<CullWorker> worker_;
     CullCostModel cost_;
     BudgetMode mode_ = BudgetMode::Exact;
     bool waiting_ = false;       // for the device
     bool answered_ = false;      // snapshot_.apart holds
-    std::size_t late_items_ = 0; // of a look whose answer was dropped and whose cost is not known yet
+    std::size_t late_items_ = 0; // of a draw whose answer was dropped and whose cost is not known yet
     std::size_t items_ = 0;      // candidates of the search at hand
     std::size_t apart_ = 0;      // of them
-    double look_s_ = 0.0;        // of the twin, within the search at hand
+    double culling_s_ = 0.0;     // of the CPU reference, within the search at hand
     StopWatch since_begin_;
 
     struct Tally {

@@ -1,5 +1,5 @@
-// A device that looks at pictures, on a thread of its own: a draw that was sent cannot be recalled, so nobody waits for it who need not.
-// What it looks at is a snapshot; an answer that comes too late is dropped.
+// A device for image-space culling, on a thread of its own: a draw that was sent cannot be recalled, so the step does not wait for it
+// unless it must. It works on a snapshot; an answer that comes too late is dropped.
 #pragma once
 
 #include "collision/search/candidate_culler.hpp"
@@ -15,20 +15,20 @@ namespace trocar::engine {
 class CullWorker {
 public:
     explicit CullWorker(std::unique_ptr<collision::CullBackend> backend);
-    /// Waits for the look under way.
+    /// Waits for the draw under way.
     ~CullWorker();
     CullWorker(const CullWorker&) = delete;
     CullWorker& operator=(const CullWorker&) = delete;
 
     [[nodiscard]] const std::string& name() const noexcept { return name_; }
-    /// Still at a look, perhaps one that was dropped.
+    /// Still drawing, perhaps what was dropped.
     [[nodiscard]] bool busy();
     /// As CullSnapshot::reserve and CullBackend::reserve. Must not be busy.
     void reserve(std::size_t prisms, std::size_t pairs, int resolution);
-    /// Takes the snapshot, and leaves the room of an earlier one in its place. Must not be busy.
+    /// Takes the snapshot, and leaves the memory of an earlier one in its place. Must not be busy.
     void start(collision::CullSnapshot& snapshot, const collision::CullPlan& plan);
     void wait();
-    /// The answer of the last look, which must be finished. seconds   s, that it took
+    /// The answer of the last draw, which must be finished. seconds   s, that it took
     /// fails   as the device did
     [[nodiscard]] Result<void> take(collision::CullSnapshot& snapshot, double& seconds);
 

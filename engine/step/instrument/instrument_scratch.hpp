@@ -22,7 +22,7 @@ struct WallAge {
     std::size_t parts = 0;                    // refitted since a refit of everything
     std::uint64_t last_step = kNoStep;        // State::step of the last refit; a step that was missed makes the rest worthless
     double drift = 0.0;                       // m, of any vertex from the bounds that hold it
-    double longest = std::numeric_limits<double>::infinity(); // m, way of a vertex in this step; infinite where nobody has looked
+    double longest = std::numeric_limits<double>::infinity(); // m, way of a vertex in this step; infinite where it was not measured
 };
 
 /// Of a hollow body.
@@ -47,7 +47,7 @@ struct InstrumentScratch {
     double friction = 0.0;
     std::vector<spheretree::Sphere> links_t0, links_t1;
     std::span<const spheretree::LinkStatus> proven; // [links] what the traversal of this step proved of its links; empty: nothing
-    std::vector<double> wall_distance; // [2 node_count] m, at t0, at least; negative: not looked at; empty: nothing was, in this step
+    std::vector<double> wall_distance; // [2 node_count] m, at t0, at least; negative: not measured; empty: nothing was, in this step
     collision::DopTree tree;           // of the skin, swept over the step
     ExactForecast forecast;
 };

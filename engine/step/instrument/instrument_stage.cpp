@@ -12,9 +12,9 @@ namespace trocar::engine {
 
 namespace {
 
-constexpr std::optional<DriveCommand> kNobodyDrives;
+constexpr std::optional<DriveCommand> kNoCommand;
 
-/// N; what the hand feels when the last step's contact stopped it: more than anybody would push.
+/// N; resistance at the handle when the last step's contact stopped it: more than a user pushes.
 constexpr double kBlocked = 1e3;
 
 TipView view_tip(const InstrumentModel& model, const InstrumentState& state, std::vector<Vec3>& axis) {
@@ -24,7 +24,7 @@ TipView view_tip(const InstrumentModel& model, const InstrumentState& state, std
     fem::carry_material_axis(model.rod, state.rod, model.port, axis);
     const Vec3 chord = state.rod.position[root] - state.rod.position[root - 1];
     const double length = std::sqrt(chord.squaredNorm());
-    // The rod is compressed most where it enters: what the hand feels. The first segment that is in all of its length tells it.
+    // The rod is compressed most where it enters: the resistance at the handle. The first segment that is in all of its length tells it.
     const std::size_t entry = std::min<std::size_t>(fem::first_inserted_node(model.rod, state.rod.insertion), last - 1);
     const double shortened = model.rod.segment - std::sqrt((state.rod.position[entry + 1] - state.rod.position[entry]).squaredNorm());
     const double felt = model.rod.stretch_stiffness[entry] * std::max(0.0, shortened);
@@ -32,7 +32,7 @@ TipView view_tip(const InstrumentModel& model, const InstrumentState& state, std
             state.drive_stopped ? kBlocked : felt, false};
 }
 
-/// The route where the organs stand now: its carrier takes it along.
+/// The route where the organs stand now: embedded in the host of its lumen.
 const Route& route_now(const SceneModel& model, std::size_t index, State& state) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentState& now = state.instruments[index];
@@ -122,7 +122,7 @@ void apply_drive_commands(const SceneModel& model, std::span<const std::optional
         const DriveCommand from{now.rod.insertion, now.rod.rotation};
         DriveCommand wanted = from;
         const bool has_path = !instrument.path.empty();
-        const std::optional<DriveCommand>& by_user = drive.empty() ? kNobodyDrives : drive[i];
+        const std::optional<DriveCommand>& by_user = drive.empty() ? kNoCommand : drive[i];
         if (instrument.route && (by_user || has_path)) (void)route_now(model, i, state); // the report measures
         if (by_user)
             wanted = *by_user;

@@ -10,9 +10,9 @@ namespace trocar::engine {
 
 namespace {
 
-/// m of insertion without progress along the route before the hand pulls back: the slack of a shaft in wide vessels.
+/// m of insertion without progress along the route before it is pulled back: the slack of a shaft in wide vessels.
 constexpr double kPatience = 0.015;
-/// m of insertion with the tip in another branch before the hand pulls back: the fork is behind, waiting brings nothing.
+/// m of insertion with the tip in another branch before it is pulled back: the fork is behind, waiting brings nothing.
 constexpr double kAstrayPatience = 0.006;
 /// m; progress below this is no progress: the tip's jitter in contact.
 constexpr double kProgressStep = 0.0005;
@@ -20,7 +20,7 @@ constexpr double kProgressStep = 0.0005;
 constexpr double kBeforeFork = 0.006, kFurtherBack = 0.006;
 /// m of insertion that one retraction may take: a shaft whose slack is longer is not stuck at the tip.
 constexpr double kLongestRetraction = 0.08;
-/// m beyond the fork where an attempt has succeeded: the hand steers again; and where it is forgotten.
+/// m beyond the fork where an attempt has succeeded: steering begins again; and where it is forgotten.
 constexpr double kPastFork = 0.005, kForgetFork = 0.012;
 /// rad between the angles that are probed: 0, +1, -1, +2, -2 ... of these, all round in eleven attempts.
 constexpr double kAimOffset = 0.6;
@@ -35,9 +35,9 @@ constexpr double kSlipped = 1.2;
 constexpr double kBoldShare = 0.7;
 /// m beyond the route's clearance at which the tip may be in another branch.
 constexpr double kOffRoute = 1e-3;
-/// N at the entry: more than this a careful hand does not push; it waits, and pulls back when that lasts.
+/// N at the entry: no command pushes against more than this; it waits, and pulls back when that lasts.
 constexpr double kPushLimit = 1.0;
-/// m/s of insertion that count as patience spent while the hand only waits.
+/// m/s of insertion that count as patience spent while it only waits.
 constexpr double kWaitingSpeed = 0.02;
 /// m; the tip searches the route this far behind and ahead of where it was last.
 constexpr double kSearchBack = 0.03, kSearchAhead = 0.02;

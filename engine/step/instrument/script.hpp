@@ -1,4 +1,4 @@
-// What the hands do: insertion and rotation of an instrument over time, from a table or steered towards a target.
+// Drive commands: insertion and rotation of an instrument over time, from a table or steered towards a target.
 #pragma once
 
 #include "engine/state/state.hpp"
@@ -9,12 +9,12 @@ namespace trocar::engine {
 [[nodiscard]] DriveCommand limit_command(const DriveCommand& from, const DriveCommand& wanted, const DriveLimits& limits,
                                          double dt) noexcept;
 
-/// What the hand sees, as on the fluoroscopy screen.
+/// What the rule below reads, as on the fluoroscopy screen.
 struct TipView {
     Vec3 tip = Vec3::Zero();      // m
     Vec3 tangent = Vec3::UnitZ(); // unit, of the shaft where the shaped tip begins
     Vec3 bend = Vec3::UnitX();    // unit, across the tangent: where the shaped tip points
-    double resistance = 0.0;      // N, compression of the rod at the entry: what the hand feels
+    double resistance = 0.0;      // N, compression of the rod at the entry: the resistance at the handle
     bool sees_route = false;      // no wall lies between the tip and the route's point nearest to it
 };
 

@@ -1,5 +1,5 @@
 // Exact verdicts against rational arithmetic, on pairs constructed to be hard.
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd.hpp"
 
 #include "base/closest_point.hpp"
 #include "tests/collision/rational.hpp"
@@ -76,8 +76,8 @@ struct Counts {
 };
 
 void compare(const Pair& pair, Counts& counts, std::uint64_t seed, std::size_t trial) {
-    const CcdResult meeting = pair.meet();
-    counts.exact += meeting.decided_by == Decision::Exact;
+    const CcdResult ccd = pair.meet();
+    counts.exact += ccd.decided_by == Decision::Exact;
     const Verdict truth = RationalPair(pair.vertex_face, pair.p).verdict();
     if (truth == Verdict::Unknown)
         ++counts.unknown;
@@ -86,7 +86,7 @@ void compare(const Pair& pair, Counts& counts, std::uint64_t seed, std::size_t t
     else
         ++counts.apart;
     if (truth == Verdict::Unknown) return;
-    EXPECT_EQ(meeting.meets, truth == Verdict::Meets) << "seed " << seed << " trial " << trial;
+    EXPECT_EQ(ccd.meets, truth == Verdict::Meets) << "seed " << seed << " trial " << trial;
 }
 
 /// More trials on request: TROCAR_LONG_TESTS=1 asks for millions (hours), a larger number for that many times the usual.

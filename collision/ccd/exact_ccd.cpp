@@ -1,4 +1,4 @@
-#include "collision/ccd/exact_meeting.hpp"
+#include "collision/ccd/exact_ccd.hpp"
 
 #include "collision/ccd/exact_roots.hpp"
 

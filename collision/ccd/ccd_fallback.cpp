@@ -1,6 +1,6 @@
-#include "collision/ccd/careful_meeting.hpp"
+#include "collision/ccd/ccd_fallback.hpp"
 
-#include "collision/ccd/exact_meeting.hpp"
+#include "collision/ccd/exact_ccd.hpp"
 #include "collision/ccd/sweep_parts.hpp"
 
 #include <cassert>
@@ -54,10 +54,10 @@ template <int Count>
 CcdResult make_ccd_result(const Differences<Count>& q, double time, Decision decided_by) noexcept {
     Nearest nearest = find_nearest(at(q, time));
     if (!(nearest.distance <= 1e-9 * q.magnitude)) nearest = find_nearest_robustly(at(q, time));
-    CcdResult meeting{.meets = true, .decided_by = decided_by, .time = time, .bary = nearest.bary};
+    CcdResult ccd{.meets = true, .decided_by = decided_by, .time = time, .bary = nearest.bary};
     nearest.distance = 0.0; // it is rounding error: the flat normal is more accurate
-    meeting.normal = contact_normal(q, time, nearest);
-    return meeting;
+    ccd.normal = contact_normal(q, time, nearest);
+    return ccd;
 }
 
 /// corners   what find_exact_time takes

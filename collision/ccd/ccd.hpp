@@ -3,7 +3,7 @@
 // could not decide; the first two take four pairs at a time:
 // 1. one side of their plane at the start, or a few shortest vectors (sweep.hpp), prove most pairs apart, with a rounding bound;
 // 2. crossing.hpp: they lie in one plane once, and are proven to meet there or not to;
-// 3. careful_meeting.hpp, the CCD fallback: the sweep advances to the contact; around that time the coplanarity polynomial changes sign by
+// 3. ccd_fallback.hpp, the CCD fallback: the sweep advances to the contact; around that time the coplanarity polynomial changes sign by
 //    more than its rounding, and the origin stays inside the corner differences' hull all that time;
 // 4. the rest (touching at a corner or border, parallel, coplanar, degenerate, starting in contact) is decided in exact integer arithmetic.
 // This work is based on: Brochu, Edwards, Bridson, "Efficient geometrically exact continuous collision detection" (2012), for asking

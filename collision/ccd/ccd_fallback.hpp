@@ -1,4 +1,4 @@
-// CCD fallback for pairs that meeting.cpp could not decide four at a time: the step is swept (sweep.hpp), the contact that it comes to is
+// CCD fallback for pairs that ccd.cpp could not decide four at a time: the step is swept (sweep.hpp), the contact that it comes to is
 // proven, or the pair is decided in exact integer arithmetic.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Stage 4 of meeting.hpp: exact integer arithmetic only.
+// Stage 4 of ccd.hpp: exact integer arithmetic only.
 //
 // At one time the features meet iff the origin lies in the convex hull of their corner differences: a triangle q0 q1 q2 (vertex minus
 // each corner), or the parallelogram q0 .. q3 around a0 - b0, a1 - b0, a1 - b1, a0 - b1. Call its consecutive cross products

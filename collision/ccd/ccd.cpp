@@ -1,6 +1,6 @@
-#include "collision/ccd/meeting.hpp"
+#include "collision/ccd/ccd.hpp"
 
-#include "collision/ccd/careful_meeting.hpp"
+#include "collision/ccd/ccd_fallback.hpp"
 #include "collision/clones.hpp"
 #include "collision/ccd/crossing.hpp"
 #include "collision/ccd/pair_kinds.hpp"
@@ -10,12 +10,12 @@
 namespace trocar::collision {
 namespace {
 
-TROCAR_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, CcdResult& meeting) noexcept {
-    meeting.meets = true;
-    meeting.decided_by = Decision::Proof;
-    meeting.time = lanes.time[lane];
-    for (std::size_t k = 0; k < 3; ++k) meeting.bary[k] = lanes.nearest.bary[k][lane];
-    meeting.normal = lanes.normal.get(lane);
+TROCAR_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, CcdResult& ccd) noexcept {
+    ccd.meets = true;
+    ccd.decided_by = Decision::Proof;
+    ccd.time = lanes.time[lane];
+    for (std::size_t k = 0; k < 3; ++k) ccd.bary[k] = lanes.nearest.bary[k][lane];
+    ccd.normal = lanes.normal.get(lane);
 }
 
 /// Stages 1 and 2 for four pairs, of which the first ccd_results.size() are there.
@@ -23,9 +23,9 @@ TROCAR_LANES_INLINE void write_lane(const LaneCrossing& lanes, int lane, CcdResu
 template <int Count, class CcdFallback>
 TROCAR_LANES_INLINE void ccd_lanes(LaneDifferences<Count> q, std::span<CcdResult> ccd_results, const CcdFallback& ccd_fallback) {
     measure(q);
-    for (CcdResult& meeting : ccd_results) {
-        meeting.meets = false;
-        meeting.decided_by = Decision::Filter;
+    for (CcdResult& ccd : ccd_results) {
+        ccd.meets = false;
+        ccd.decided_by = Decision::Filter;
     }
     Mask apart = stays_on_one_side(q, all(0.0));
     if (!any(~apart)) return;
@@ -81,16 +81,16 @@ void ccd_edge_edges(const SurfaceMotion& a, const SurfaceMotion& b, std::span<co
 
 TROCAR_CLONES
 CcdResult ccd_vertex_face(const SweptPoint& vertex, const std::array<SweptPoint, 3>& face) {
-    CcdResult meeting;
-    ccd_lanes(spread(make_differences(vertex, face)), std::span(&meeting, 1), [&](std::size_t) { return run_ccd_fallback(vertex, face); });
-    return meeting;
+    CcdResult ccd;
+    ccd_lanes(spread(make_differences(vertex, face)), std::span(&ccd, 1), [&](std::size_t) { return run_ccd_fallback(vertex, face); });
+    return ccd;
 }
 
 TROCAR_CLONES
 CcdResult ccd_edge_edge(const std::array<SweptPoint, 2>& a, const std::array<SweptPoint, 2>& b) {
-    CcdResult meeting;
-    ccd_lanes(spread(make_differences(a, b)), std::span(&meeting, 1), [&](std::size_t) { return run_ccd_fallback(a, b); });
-    return meeting;
+    CcdResult ccd;
+    ccd_lanes(spread(make_differences(a, b)), std::span(&ccd, 1), [&](std::size_t) { return run_ccd_fallback(a, b); });
+    return ccd;
 }
 
 } // namespace trocar::collision
