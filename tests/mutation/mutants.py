@@ -4,6 +4,7 @@
     tests/mutation/mutants.py [--work FOLDER] [--jobs N] [--only NAME ...] [--markdown FILE]
     tests/mutation/mutants.py --build build/release [...]       of a finished build: a file is compiled and a program linked per mutant
     tests/mutation/mutants.py --places                          only: is each mutant's place still there, once?
+    tests/mutation/mutants.py --members --build build/release   only: leaves every member of the state out of its visitor, one at a time
 
 Every mutant is one small edit: a sign, a tolerance, a missed child, a wrong winding, a stale box. The edits are made in a copy of the
 tracked files (FOLDER, /tmp/trocar-mutants by default, kept between runs so that ccache and ninja have little to do); for each the
@@ -17,6 +18,8 @@ and in its own module: one that others include in turn would be broken in part o
 
 import argparse
 import json
+import os
+import re
 import shlex
 import subprocess
 import sys
@@ -298,6 +301,56 @@ class FinishedBuild:
         pass
 
 
+VISITOR = "engine/state/visit_state.hpp"
+
+
+def guard_visits(text):
+    """The state's visitor with every visit of a member under a switch, and what each switch leaves out."""
+    members = []
+
+    def guard(call, what):
+        members.append(what)
+        return f"(keeps_member({len(members) - 1}) ? void({call}) : void())"
+
+    def guard_call(match):
+        function, arguments = match.group(1), match.group(2)
+        if function == "visit_numbers":
+            names = [name.strip() for name in arguments.split(",")[1:]]
+            return ", ".join(guard(f"visitor.number({name})", name) for name in names)
+        return guard(match.group(0), arguments.split(",")[-1].strip())
+
+    head, body = text.split("template <class Visitor, class Frames>", 1)  # before it stand the visits' own tools
+    visit = r"(?<!void )\b(visit_numbers|visit_points|visit_frames|visit_springs|visit_stable_step|visit_follow|visitor\.number|" \
+            r"visitor\.vector)\(((?:[^()]|\(\))*)\)(?=[;,])"
+    body = re.sub(visit, guard_call, body)
+    switch = """inline bool keeps_member(int member) {
+    const char* left_out = std::getenv("TROCAR_LEFT_OUT");
+    return left_out == nullptr || std::atoi(left_out) != member;
+}
+
+"""
+    return head.replace("namespace trocar::engine {", "#include <cstdlib>\n\nnamespace trocar::engine {\n\n" + switch, 1) + \
+        "template <class Visitor, class Frames>" + body, members
+
+
+def try_members(build, work):
+    """How many members of the state may be left out of its visitor without a test of its bytes failing. One program for all of them."""
+    text, members = guard_visits((ROOT / VISITOR).read_text())
+    code, output, program = FinishedBuild(build, work).mutated(Mutant("members", "", VISITOR, "", "", "engine", "StateBytes.*"), text)
+    if code != 0:
+        sys.exit(output[-3000:])
+    survived = []
+    for member in range(-1, len(members)):
+        done = subprocess.run([str(program), "--gtest_filter=StateBytes.*", "--gtest_brief=1"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              env={**os.environ, "TROCAR_LEFT_OUT": str(member)}, check=False)
+        if member < 0 and done.returncode != 0:
+            sys.exit("StateBytes.* does not pass unchanged")
+        if member >= 0 and done.returncode == 0:
+            survived.append(members[member])
+    print(f"{len(members)} members left out one at a time, {len(survived)} not noticed: {', '.join(survived) or 'none'}")
+    return len(survived)
+
+
 def find_program(build, module):
     return build / "tests" / module / f"test_{module}"
 
@@ -321,10 +374,15 @@ def main():
     parser.add_argument("--only", nargs="*", default=[])
     parser.add_argument("--markdown", type=Path)
     parser.add_argument("--places", action="store_true")
+    parser.add_argument("--members", action="store_true")
     options = parser.parse_args()
     if options.places:
         lost = [message for message in map(find_loss, MUTANTS) if message]
         sys.exit("\n".join(lost) or 0)
+    if options.members:
+        if not options.build:
+            sys.exit("--members needs --build")
+        sys.exit(1 if try_members(options.build, options.work) else 0)
     chosen = [m for m in MUTANTS if not options.only or m.name in options.only]
     if not chosen:
         sys.exit("no such mutant; known: " + ", ".join(m.name for m in MUTANTS))
