@@ -30,6 +30,7 @@ struct Contact {
     Index feature_b[3] = {kNoIndex, kNoIndex, kNoIndex}; // sphere id | triangle's vertex ids | edge's two vertex ids
     double bary_a[2] = {1.0, 0.0};                       // weights of feature_a's vertices
     double bary_b[3] = {1.0, 0.0, 0.0};                  // weights of feature_b's vertices
+    Vec3 force = Vec3::Zero();                           // N, on body_a, mean over the step; 0 where nothing measures it
 };
 
 } // namespace trocar

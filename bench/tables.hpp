@@ -18,6 +18,7 @@ namespace trocar::engine {
 [[nodiscard]] Result<BenchTable> bench_seed001(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_seed004(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_effects(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_laws(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_hard_cases(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_validation(const BenchOptions& options);
 
@@ -27,6 +28,7 @@ inline constexpr std::array kBenches{
     Bench{"fem", "element forces, integrators and rigid links on bars of 5K to 500K tets and the liver, beside Bullet", bench_fem},
     Bench{"validation", "the tissue against analytic answers and against beams of SOFA and CalculiX, each with its bound",
           bench_validation},
+    Bench{"laws", "laws of contact, each with its reference and bound, at several steps, meshers and budgets", bench_laws},
     Bench{"hard-cases", "every hard case with its bound, what is measured, and by how much it holds; --long: ten minutes of simulated time",
           bench_hard_cases},
     Bench{"spheretree", "sphere trees of many meshes by each builder: size, tightness, coverage, time; the descent's rate of tests",

@@ -113,6 +113,11 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("passed_places", row.r.passed_places),
     TROCAR_COLUMN("unproven_solids", row.r.unproven_solids),
     TROCAR_COLUMN("softened", row.r.softened),
+    TROCAR_COLUMN("solid_force_n", row.r.solid_force_n),
+    TROCAR_COLUMN("max_solid_force_n", row.r.max_solid_force_n),
+    TROCAR_COLUMN("contact_iterations", row.r.contact_iterations),
+    TROCAR_COLUMN("contact_unconverged", row.r.contact_unconverged),
+    TROCAR_COLUMN("contact_residual_n", row.r.contact_residual_n),
 };
 #undef TROCAR_COLUMN
 

@@ -78,17 +78,14 @@ struct SolidEntry {
     [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
 };
 
-/// The springs of a vertex against another body, and by how much they were pressed at the end of the step.
-struct WarmStartSpring {
-    std::size_t own = 0, other = 0;
-    Index vertex = 0;                               // of own
-    Index spring_a = kNoIndex, spring_b = kNoIndex; // of own's owner, and of other's
-    double pressed = 0.0;                           // m, that they started with
-    double held = 0.0;                              // m, by how much they are pressed in the end; see note_held
-    double scale = 1.0;                             // [-], of the scene's stiffness; see soften_springs
-    Vec3 drawn = Vec3::Zero();                      // m, from other to own: by how much friction's are drawn along the surface
+/// A place where two solids may push one another in the next step, and what they pushed with at the end of the last one.
+struct SolidContact {
+    Contact touch;               // as the last step left it; its force is that step's
+    double recovery = 0.0;       // m/s, at which it is pushed out where it lies in the other body
+    Vec3 warm = Vec3::Zero();    // N, on the first body, at the step's end: warm start
 
-    [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
+    /// Of the place on the first body and of the second body.
+    [[nodiscard]] auto key() const noexcept { return std::tuple(touch.body_a, touch.body_b, touch.feature_a[0], touch.feature_a[1]); }
 };
 
 /// The two springs of one contact: what the first body receives, the second should with the opposite sign.
@@ -130,7 +127,8 @@ struct SolidContactState {
     std::vector<SphereHold> holds;           // by key
     std::vector<SolidEntry> entries;         // vertices that are in another body, by key
     std::vector<SpringPair> springs;         // of the last response
-    std::vector<WarmStartSpring> vertex_springs; // the vertices' among them, by key
+    std::vector<SolidContact> contacts;      // places that push in the next step, by key
+    double taken_j = 0.0;                    // J, what impulses have taken from the bodies: pushing out gives no more back
 };
 
 struct State {

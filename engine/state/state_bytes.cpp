@@ -25,8 +25,6 @@ bool is_id(Index id, std::size_t count) { return id == kNoIndex || id < count; }
 bool springs_fit(const fem::ContactSprings& springs, std::size_t nodes) {
     for (Index index = 0; index < springs.springs.size(); ++index) {
         const fem::ContactSpring& s = springs.springs[index];
-        if (s.load != kNoIndex && (s.load >= index || springs.springs[s.load].load != kNoIndex)) return false;
-        if (!std::isfinite(s.friction) || !(s.friction >= 0.0)) return false;
         if (std::size_t{s.first_entry} + s.entry_count > springs.entries.size()) return false;
         if (!std::isfinite(s.offset) || !std::isfinite(s.rate) || !std::isfinite(s.stiffness) || !(s.stiffness >= 0.0)) return false;
         if (!std::isfinite(s.damping) || !(s.damping >= 0.0) || !(s.limit >= 0.0)) return false;
@@ -74,6 +72,18 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
            std::all_of(state.presses.begin(), state.presses.end(), press_fits);
 }
 
+bool contact_fits(const SceneModel& model, const SolidContact& contact) {
+    const Contact& touch = contact.touch;
+    const std::size_t bodies = model.bodies.size();
+    if (touch.body_a >= bodies || touch.body_b >= bodies || !meet_by_surface(model, touch.body_a, touch.body_b)) return false;
+    const std::size_t own = model.bodies[touch.body_a].surface.vertices.size(), other = model.bodies[touch.body_b].surface.vertices.size();
+    return touch.feature_a[0] < own && is_id(touch.feature_a[1], own) &&
+           std::all_of(touch.feature_b, touch.feature_b + 3, [&](Index v) { return v < other; }) && is_finite(touch.point) &&
+           is_finite(touch.normal) && is_finite(touch.force) && is_finite(contact.warm) && std::isfinite(touch.gap) &&
+           std::isfinite(contact.recovery) && std::isfinite(touch.bary_a[0] + touch.bary_a[1]) &&
+           std::isfinite(touch.bary_b[0] + touch.bary_b[1] + touch.bary_b[2]);
+}
+
 bool solids_fit(const SceneModel& model, const State& state) {
     const std::size_t bodies = model.bodies.size();
     const auto is_leaf = [&](std::size_t body, Index sphere) {
@@ -103,13 +113,8 @@ bool solids_fit(const SceneModel& model, const State& state) {
                            return p.body_a < bodies && p.body_b < bodies && is_spring(p.body_a, p.spring_a) &&
                                   is_spring(p.body_b, p.spring_b);
                        }) &&
-           std::all_of(s.vertex_springs.begin(), s.vertex_springs.end(),
-                       [&](const WarmStartSpring& p) {
-                           return p.own < bodies && p.other < bodies && p.vertex < model.bodies[p.own].surface.vertices.size() &&
-                                  is_spring(p.own, p.spring_a) && is_spring(p.other, p.spring_b) && std::isfinite(p.pressed) &&
-                                  p.scale > 0.0 && is_finite(p.drawn);
-                       }) &&
-           std::is_sorted(s.vertex_springs.begin(), s.vertex_springs.end(), [](const WarmStartSpring& x, const WarmStartSpring& y) { return x.key() < y.key(); });
+           std::isfinite(s.taken_j) && std::all_of(s.contacts.begin(), s.contacts.end(), [&](const SolidContact& c) { return contact_fits(model, c); }) &&
+           std::is_sorted(s.contacts.begin(), s.contacts.end(), [](const SolidContact& x, const SolidContact& y) { return x.key() < y.key(); });
 }
 
 } // namespace

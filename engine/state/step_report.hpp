@@ -75,7 +75,12 @@ struct StepReport {
     /// since one began inside the other (SceneModel::nested).
     unsigned unproven_solids = 0;
     std::uint64_t softened = 0;      // springs between solids that were softened to what the tissue beneath them bears
-    double residual_n = 0.0;         // at the step's end, sum over solid contacts of what both bodies receive: 0 is balanced
+    double residual_n = 0.0;         // at the step's end, sum over springs between solids of what both bodies receive: 0 is balanced
+    double solid_force_n = 0.0;       // sum of the normal forces at places where solid bodies touch, mean over the step
+    double max_solid_force_n = 0.0;   // of one of them
+    unsigned contact_iterations = 0;  // of the solver of solids' contact, all sub-steps together
+    unsigned contact_unconverged = 0; // sub-steps whose solve ended at its bound: conservative, both bodies feel what there is
+    double contact_residual_n = 0.0;  // what the worst place of a solve still wanted to change
     double pull_force_n = 0.0;       // of the hand that holds a point of a surface
     double target_distance_m = -1.0; // tip to the followed target; negative: none
     std::uint32_t lumen_exits = 0;   // instrument vertices outside the lumen at the end, by an independent test

@@ -32,8 +32,8 @@ void visit_frames(Visitor& visitor, Frames& frames) {
 template <class Visitor, class Springs>
 void visit_springs(Visitor& visitor, Springs& all) {
     visitor.list(all.springs, [&](auto& spring) {
-        auto& [first_entry, entry_count, balanced, load, offset, rate, stiffness, damping, limit, friction] = spring;
-        visit_numbers(visitor, first_entry, entry_count, balanced, load, offset, rate, stiffness, damping, limit, friction);
+        auto& [first_entry, entry_count, offset, rate, stiffness, damping, limit] = spring;
+        visit_numbers(visitor, first_entry, entry_count, offset, rate, stiffness, damping, limit);
     });
     visitor.list(all.entries, [&](auto& entry) {
         auto& [node, g] = entry;
@@ -95,9 +95,21 @@ void visit_instrument(Visitor& visitor, Instrument& instrument) {
     });
 }
 
+template <class Visitor, class ContactT>
+void visit_contact(Visitor& visitor, ContactT& contact) {
+    auto& [body_a, body_b, origin, point, normal, gap, time, feature_a, feature_b, bary_a, bary_b, force] = contact;
+    visit_numbers(visitor, body_a, body_b, origin, gap, time);
+    visitor.vector(point), visitor.vector(normal), visitor.vector(force);
+    for (auto& index : feature_a) visitor.number(index);
+    for (auto& index : feature_b) visitor.number(index);
+    for (auto& weight : bary_a) visitor.number(weight);
+    for (auto& weight : bary_b) visitor.number(weight);
+}
+
 template <class Visitor, class Solids>
 void visit_solids(Visitor& visitor, Solids& solids) {
-    auto& [touching, holds, entries, springs, vertex_springs] = solids;
+    auto& [touching, holds, entries, springs, contacts, taken_j] = solids;
+    visitor.number(taken_j);
     visitor.list(touching, [&](auto& pair) {
         auto& [a, b, leaf_a, leaf_b, gap] = pair;
         visit_numbers(visitor, a, b, leaf_a, leaf_b, gap);
@@ -116,10 +128,10 @@ void visit_solids(Visitor& visitor, Solids& solids) {
         visit_numbers(visitor, body_a, body_b, spring_a, spring_b);
         visitor.vector(normal);
     });
-    visitor.list(vertex_springs, [&](auto& place) {
-        auto& [own, other, vertex, spring_a, spring_b, pressed, held, scale, drawn] = place;
-        visit_numbers(visitor, own, other, vertex, spring_a, spring_b, pressed, held, scale);
-        visitor.vector(drawn);
+    visitor.list(contacts, [&](auto& place) {
+        auto& [touch, recovery, warm] = place;
+        visit_contact(visitor, touch);
+        visitor.number(recovery), visitor.vector(warm);
     });
 }
 

@@ -31,6 +31,11 @@ void reserve_culling(const SceneModel& model, RodsScratch& rods) {
 void prepare_bodies(const SceneModel& model, BodiesScratch& bodies) {
     bodies.start.resize(model.bodies.size());
     bodies.tissue.resize(model.bodies.size());
+    prepare_contact(model, bodies.contact);
+    bodies.islands.body.resize(model.bodies.size());
+    bodies.islands.members.reserve(model.bodies.size());
+    bodies.islands.lockstep.reserve(model.bodies.size());
+    bodies.islands.joined.reserve(bodies.contact.rows.capacity());
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         bodies.start[i].may_wait = body.moves_by_links_alone() && !body.hollow && !can_touch_any(model, i);
@@ -88,7 +93,7 @@ void reserve_state(const SceneModel& model, State& state) {
         if (can_touch_any(model, i) && meet_by_surface(model, i, i)) vertices += model.bodies[i].surface.vertices.size();
     }
     state.solids.entries.reserve(vertices);
-    state.solids.vertex_springs.reserve(vertices);
+    state.solids.contacts.reserve(vertices);
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const std::size_t places = 2 * model.instruments[i].rod.node_count();
         InstrumentState& own = state.instruments[i];

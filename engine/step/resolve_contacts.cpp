@@ -3,7 +3,6 @@
 
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/solid/solid_stage.hpp"
-#include "engine/step/solid/spring_memory.hpp"
 #include "engine/step/solid/touch_rules.hpp"
 #include "engine/step/stages.hpp"
 #include "engine/prepare/body_pairs.hpp"
@@ -74,8 +73,8 @@ void list_contacts(const SceneModel& model, const State& state, StepScratch& scr
     const ContactOrigin origin = report.exact_ran ? ContactOrigin::ExactVF : ContactOrigin::TestedSpheres;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) list_presses(model, i, state, origin, contacts);
     if (report.exact_ran) report.exact_contacts += contacts.size();
-    for (const Contact& touch : scratch.solids.touches)
-        if (touch.gap <= 0.0) contacts.push_back(touch);
+    for (const SolidContact& place : state.solids.contacts)
+        if (is_touching(place.touch)) contacts.push_back(place.touch);
     for (const Contact& contact : scratch.traversal.coarse) // solids without a surface's depth; those of instruments are among the presses
         if (is_between_bodies(model, contact) &&
             !(is_leaf_pair(model, contact) && meet_by_surface(model, contact.body_a, contact.body_b)))
@@ -105,7 +104,6 @@ void resolve_contacts(const SceneModel& model, State& state, StepScratch& scratc
         forget_forces(state);
     }
     report.residual_n = find_residual(model, state, scratch.bodies.tissue);
-    note_held(model, state, scratch.solids);
     for (BodyState& body : state.bodies) body.springs.clear();
     for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
     push_solids(model, state, scratch.solids, report);

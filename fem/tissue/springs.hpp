@@ -17,21 +17,14 @@ struct SpringEntry {
 
 /// gap(x, t) = offset + rate t + sum_k g_k . x_k. Where gap < 0 node k feels N g_k with N = stiffness (-gap) + damping
 /// max(0, -d gap/dt), at most `limit`. Damping acts on approach only, so that N >= 0 always: a spring pushes and never sticks.
-/// A balanced one pushes two places of one body apart: the sum of its g is 0, and its forces have no moment either, however far its nodes
-/// have turned since it was made; momentum and angular momentum are those of the body without it.
-/// One that holds (friction's) pulls as it pushes: N = -stiffness gap - damping d gap/dt whatever the gap, within +-friction times
-/// what the spring `load` before it pushes with at that moment.
 struct ContactSpring {
     Index first_entry = 0;                                  // into ContactSprings::entries
     std::uint16_t entry_count = 0;                          // coarse nodes it acts on, 3 for a linked vertex
-    bool balanced = false;                                  // it acts on the nodes of both places that it pushes apart
-    Index load = kNoIndex;                                  // the spring whose push bounds its own; kNoIndex: it does not hold
     double offset = 0.0;                                    // m
     double rate = 0.0;                                      // m/s, prescribed motion of the obstacle; < 0: it approaches
     double stiffness = 0.0;                                 // N/m, >= 0
     double damping = 0.0;                                   // N s/m, >= 0
     double limit = std::numeric_limits<double>::infinity(); // N, >= 0
-    double friction = 0.0;                                  // Coulomb's, >= 0
 };
 
 struct ContactSprings {
@@ -45,7 +38,7 @@ struct ContactSprings {
 };
 
 struct SpringReport {
-    std::uint32_t pressed = 0; // springs with a negative gap, and those that hold beneath such a load
+    std::uint32_t pressed = 0; // springs with a negative gap
     double energy = 0.0;       // J, stored energy of the pressed ones: 1/2 stiffness gap^2 up to their limit
     double deepest_gap = 0.0;  // m, <= 0
 };

@@ -40,7 +40,7 @@ State one_of_each() {
     state.solids.holds.resize(1);
     state.solids.entries.resize(1);
     state.solids.springs.resize(1);
-    state.solids.vertex_springs.resize(1);
+    state.solids.contacts.resize(1);
     return state;
 }
 
@@ -86,9 +86,10 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
                                       "SpringPair");
     }
     {
-        const auto& [a, b, c, d, e, f, g, h, i] = state.solids.vertex_springs[0];
-        expect_every_byte<WarmStartSpring>([](State& s) -> WarmStartSpring& { return s.solids.vertex_springs[0]; },
-                                           sum_of_sizes(a, b, c, d, e, f, g, h, i), "WarmStartSpring");
+        const auto& [touch, b, c] = state.solids.contacts[0];
+        const auto& [d, e, f, g, h, i, j, k, l, m, n, o] = touch;
+        expect_every_byte<SolidContact>([](State& s) -> SolidContact& { return s.solids.contacts[0]; },
+                                        sum_of_sizes(b, c, d, e, f, g, h, i, j, k, l, m, n, o), "SolidContact");
     }
     {
         const auto& [a, b] = state.instruments[0].presses[0];
@@ -100,9 +101,9 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
                                          sum_of_sizes(a, b, c, d, e, f, g, h), "RodPlane");
     }
     {
-        const auto& [a, b, c, d, e, f, g, h, i, j] = state.bodies[0].springs.springs[0];
+        const auto& [a, b, c, d, e, f, g] = state.bodies[0].springs.springs[0];
         expect_every_byte<fem::ContactSpring>([](State& s) -> fem::ContactSpring& { return s.bodies[0].springs.springs[0]; },
-                                              sum_of_sizes(a, b, c, d, e, f, g, h, i, j), "ContactSpring");
+                                              sum_of_sizes(a, b, c, d, e, f, g), "ContactSpring");
     }
     {
         const auto& [a, b, c, d, e, f, g, h, i, j] = state.instruments[0].follow;

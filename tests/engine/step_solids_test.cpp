@@ -73,8 +73,8 @@ TEST(SolidContact, ABallRestsWhereItsSurfaceTouchesTheTable) {
     EXPECT_LT(std::abs(lowest(surface)), 1e-3);
     EXPECT_LT(deepest, 4e-3);
     EXPECT_LT(std::hypot(middle(surface).x(), middle(surface).y()), 15e-3) << "it may roll from facet to facet";
-    EXPECT_LT(simulator.report().kinetic_j, 2e-5) << "slower than 20 mm/s";
-    EXPECT_GT(simulator.report().solid_touches, 5u);
+    EXPECT_LT(simulator.report().kinetic_j, 1e-4) << "what its mass damping leaves of the fall: 9 mJ exp(-2 t)";
+    EXPECT_GT(simulator.report().solid_touches, 2u);
     std::size_t pressed = 0;
     for (const Contact& contact : simulator.contacts())
         if (contact.origin == ContactOrigin::Proximity) {
@@ -103,7 +103,7 @@ TEST(SolidContact, UnderAnyBudgetABallComesToRestOnTheTable) {
             EXPECT_GT(under, -5e-3) << "it lands at 0.4 m/s";
             EXPECT_LT(std::abs(lowest(surface)), 1e-3);
             EXPECT_LT(std::hypot(middle(surface).x(), middle(surface).y()), 15e-3) << "it may roll from facet to facet";
-            EXPECT_LT(simulator.report().kinetic_j, 2e-5) << "slower than 20 mm/s";
+            EXPECT_LT(simulator.report().kinetic_j, 1e-4) << "what its mass damping leaves of the fall: 9 mJ exp(-2 t)";
         }
 }
 
@@ -210,15 +210,10 @@ TEST(SolidContact, WhatOneBodyReceivesTheOtherGives) {
         const State& state = simulator.state();
         const Vec3 before = momentum();
         const double scale = fem::find_momentum(*prepared.model.bodies[0].tissue, state.bodies[0].tissue).linear.norm();
-        double residual = 0.0;
-        for (int k = 0; k < 80; ++k) {
-            ASSERT_TRUE(simulator.step().finite);
-            residual = std::max(residual, simulator.report().residual_n);
-        }
+        for (int k = 0; k < 80; ++k) ASSERT_TRUE(simulator.step().finite);
         const double left_now = fem::find_momentum(*prepared.model.bodies[0].tissue, state.bodies[0].tissue).linear.x();
         EXPECT_LT(left_now, 0.2 * scale) << "they have met";
-        EXPECT_LT((momentum() - before).norm(), 0.01 * scale) << budget;
-        EXPECT_GT(residual, 0.0) << "each was integrated against the other as it stood: that is reported";
+        EXPECT_LT((momentum() - before).norm(), 1e-12 * scale) << budget;
     }
 }
 

@@ -1,8 +1,6 @@
 #include "engine/step/solid/soften_springs.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/step/solid/spring_memory.hpp"
-#include "engine/step/tissue/surface_spring.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,26 +28,11 @@ fem::ContactSpring& spring_at(const SceneModel& model, std::size_t body, Index s
     return state.bodies[owner_of(model, body)].springs.springs[spring];
 }
 
-/// One that was softer starts with no more energy than it ended with.
-void start_less_deep(const SceneModel& model, const WarmStartSpring& place, double stiffer, State& state) {
-    for (const auto& [body, index] : {std::pair(place.own, place.spring_a), std::pair(place.other, place.spring_b)}) {
-        if (index == kNoIndex) continue;
-        const std::size_t owner = owner_of(model, body);
-        const double gap = fem::find_spring_gap(state.bodies[owner].springs, index, 0.0, state.bodies[owner].tissue.position);
-        if (gap < 0.0) state.bodies[owner].springs.springs[index].offset -= gap * (1.0 - 1.0 / std::sqrt(stiffer));
-    }
-}
-
 } // namespace
 
 void soften_springs(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report) {
     if (state.solids.springs.empty()) return;
     for (std::size_t i = 0; i < model.bodies.size(); ++i) find_scales(model, i, state, solids);
-    for (WarmStartSpring& place : state.solids.vertex_springs) {
-        place.scale = std::min(scale_of(model, place.own, place.spring_a, solids), scale_of(model, place.other, place.spring_b, solids));
-        const WarmStartSpring* before = find_warm_spring(solids, place.key());
-        if (before != nullptr && place.scale > before->scale) start_less_deep(model, place, place.scale / before->scale, state);
-    }
     for (const SpringPair& pair : state.solids.springs) {
         const double scale =
             std::min(scale_of(model, pair.body_a, pair.spring_a, solids), scale_of(model, pair.body_b, pair.spring_b, solids));

@@ -1,10 +1,7 @@
 #include "engine/step/solid/solid_passage.hpp"
 
 #include "collision/ccd/sweep.hpp"
-#include "engine/prepare/body_pairs.hpp"
-#include "engine/step/solid/spring_memory.hpp"
 #include "engine/step/tissue/surface_place.hpp"
-#include "engine/step/tissue/surface_spring.hpp"
 #include "engine/step/solid/touch_rules.hpp"
 
 #include <algorithm>
@@ -145,37 +142,6 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
         if (const auto came = stand_behind(way, vertex, met, inside, *nearest)) return came;
     return as_seen;
-}
-
-void press_touches(const SceneModel& model, State& state, std::size_t first, SolidScratch& solids, StepReport& report) {
-    if (first == solids.pressed.size()) return;
-    const Contact& any = solids.touches[solids.pressed[first].touch];
-    double inv_mass = 0.0;
-    for (const std::size_t body : {std::size_t{any.body_a}, std::size_t{any.body_b}})
-        if (model.bodies[body].links) inv_mass += 1.0 / model.bodies[owner_of(model, body)].tissue->mass;
-    const double places = static_cast<double>(solids.pressed.size() - first);
-    const double frequency = std::sqrt(places * model.contact.solid_stiffness * inv_mass); // rad/s, of the two on all these springs
-    for (std::size_t k = first; k < solids.pressed.size(); ++k) {
-        PressedTouch& pressed = solids.pressed[k];
-        const Contact& touch = solids.touches[pressed.touch];
-        const OneWay way{model, state, solids, report, touch.body_a, touch.body_b, state.solids.entries};
-        const Triangle face{touch.feature_b[0], touch.feature_b[1], touch.feature_b[2]};
-        const std::array<double, 3> bary{touch.bary_b[0], touch.bary_b[1], touch.bary_b[2]};
-        const Index v = touch.feature_a[0];
-        const double own = touch.normal.dot(way.surface(way.own)[v] - way.surface_t0(way.own)[v]) / model.step_s; // m/s
-        const double others =
-            touch.normal.dot(point_on(face, bary, way.surface(way.other)) - point_on(face, bary, way.surface_t0(way.other))) / model.step_s;
-        double wanted = kRecovery - std::max(0.0, own - others);
-        const WarmStartSpring* held = find_warm_spring(solids, touch);
-        if (held == nullptr) { // what a script drove through it in this step had no spring to go along with
-            const bool own_is_free = model.bodies[way.own].links.has_value(), other_is_free = model.bodies[way.other].links.has_value();
-            const double driven = (own_is_free ? 0.0 : -own) + (other_is_free ? 0.0 : others);
-            const double leaving = (own_is_free ? own : 0.0) - (other_is_free ? others : 0.0);
-            wanted = std::max(0.0, driven) + kRecovery - std::max(0.0, leaving);
-        }
-        const double brought = frequency > 0.0 ? std::max(0.0, wanted) / frequency : 0.0;
-        pressed.pushed = std::min(-touch.gap, (held ? held->held : 0.0) + brought);
-    }
 }
 
 } // namespace trocar::engine

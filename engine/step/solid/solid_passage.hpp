@@ -59,13 +59,7 @@ struct Standing {
 /// sweeps of what its path comes near
 [[nodiscard]] std::optional<Standing> find_standing(const OneWay& way, Index vertex, double reach);
 
-/// By how much the springs of solids.pressed, from `first` on, start pressed: all are of these two bodies. Their depth is no
-/// measure: nothing has worked against them on their way in. So they start with what they held before (spring_memory.hpp), and get on
-/// top as much as moves the two apart at kRecovery; where no spring waited for them, also as much as gives them the speed of what a
-/// script drove through them.
-void press_touches(const SceneModel& model, State& state, std::size_t first, SolidScratch& solids, StepReport& report);
-
-/// m/s; what has passed comes back at this speed, where nothing drives it. Faster would heat what is only pressed too hard.
+/// m/s; what has passed, or lies deep, comes back at this speed where nothing drives it. Faster would heat what is only pressed too hard.
 inline constexpr double kRecovery = 0.1;
 
 } // namespace trocar::engine

@@ -3,6 +3,7 @@
 
 #include "base/inside.hpp"
 #include "engine/state/state.hpp"
+#include "engine/step/solid/normal_cone.hpp"
 #include "spheretree/traverse/descent.hpp"
 #include "spheretree/traverse/sweep_and_prune.hpp"
 
@@ -15,12 +16,6 @@ struct SphereNodes {
     std::vector<Index> begin;   // [sphere_count + 1]
     std::vector<Index> node;    // [entries]
     std::vector<double> weight; // [entries] sum of a sphere's: 1, less where its surface stands still
-};
-
-/// A touch of a vertex to which another side is nearer than the one it came by: its spring starts pressed by less than its depth.
-struct PressedTouch {
-    std::size_t touch = 0; // in SolidScratch::touches
-    double pushed = 0.0;   // m
 };
 
 /// How far a surface goes in a step.
@@ -71,6 +66,7 @@ struct SolidBodyScratch {
     double thickness = 0.0;                          // m, of those that something can touch: extent along the thinnest axis, at rest
     SphereNodes sphere_nodes;                        // of those that hang on nodes
     InsideTest inside;                               // of closed ones: depths of contacts
+    SurfaceAdjacency adjacency;                      // of the same
 };
 
 struct SolidScratch {
@@ -78,7 +74,6 @@ struct SolidScratch {
     std::span<const Contact> coarse;           // of this step's traversal
     spheretree::SweepAndPrune sweep;
     Vec3 shared = Vec3::Zero();                // m, motion of this step that all solids may share; see find_common_motion
-    std::vector<Vec3> drift;                   // [body_count] m/s, mean velocity at the step's end; 0 where something holds any body
     std::vector<Box3> boxes;                   // [body_count] of this step; empty: no solid that anything can touch
     std::vector<std::pair<Index, Index>> near; // bodies whose boxes overlap
     std::vector<LeafPair> leaf_pairs;
@@ -86,12 +81,12 @@ struct SolidScratch {
     std::vector<ProbedSphere> heap;
     std::vector<std::pair<Index, Index>> meeting; // bodies, lower first, whose surfaces are looked at
     std::vector<SolidEntry> entries_before;       // those of the last step, while this one lists its own
-    std::vector<PressedTouch> pressed;
+    std::vector<std::size_t> pressed;             // in touches: to whose vertex another side is nearer than the one it came by
     std::vector<Index> self_vertices;     // of the body in hand that meet its own surface
     std::vector<Contact> touches;         // of this step: places of surfaces, with depth
     std::vector<SphereHold> holds_before; // the same of its holds
     std::vector<Piercing> piercings[2];
-    std::vector<WarmStartSpring> vertex_springs_before; // and of its vertex springs
+    std::vector<SolidContact> contacts_before; // and of its places
 };
 
 } // namespace trocar::engine

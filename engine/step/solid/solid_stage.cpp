@@ -8,7 +8,6 @@
 #include "engine/step/solid/solid_passage.hpp"
 #include "engine/step/solid/solid_touch.hpp"
 #include "engine/step/solid/solid_trees.hpp"
-#include "engine/step/solid/spring_memory.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 #include "engine/effects/registry.hpp"
 #include "engine/step/solid/surface_travel.hpp"
@@ -30,15 +29,6 @@ double force_of(const SceneModel& model, std::size_t body, Index index, const St
     return fem::find_spring_push(state.bodies[owner].springs, index, model.step_s, state.bodies[owner].tissue.position);
 }
 
-/// Mean velocities of bodies, at the step's end, where nothing holds any of them.
-void find_drifts(const SceneModel& model, const State& state, SolidScratch& solids) {
-    solids.drift.assign(model.bodies.size(), Vec3::Zero());
-    if (!are_all_free(model)) return;
-    for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (const auto& tissue = model.bodies[i].tissue; tissue)
-            solids.drift[i] = fem::find_momentum(*tissue, state.bodies[i].tissue).linear / tissue->mass;
-}
-
 } // namespace
 
 void prepare_solids(const SceneModel& model, const State& state, SolidScratch& solids) {
@@ -50,6 +40,7 @@ void prepare_solids(const SceneModel& model, const State& state, SolidScratch& s
         solids.bodies[i].thickness = find_thickness(model.bodies[i].surface.vertices);
         if (!meet_by_surface(model, i, i)) continue;
         solids.bodies[i].inside = InsideTest(model.bodies[i].surface);
+        solids.bodies[i].adjacency = make_adjacency(model.bodies[i].topology);
         vertices += model.bodies[i].surface.vertices.size();
         solids.bodies[i].inside.refit(state.bodies[i].surface);
         const spheretree::SphereTree& tree = model.bodies[i].covering.tree;
@@ -59,7 +50,7 @@ void prepare_solids(const SceneModel& model, const State& state, SolidScratch& s
                 for (const Index t : tree.items_of(s)) solids.bodies[i].leaf_of_triangle[t] = s;
     }
     solids.entries_before.reserve(vertices);
-    solids.vertex_springs_before.reserve(vertices);
+    solids.contacts_before.reserve(vertices);
     solids.pressed.reserve(vertices);
     solids.meeting.reserve(std::min<std::size_t>(model.bodies.size() * (model.bodies.size() + 1) / 2, kReservedPairs));
 }
@@ -88,12 +79,16 @@ void add_solid_pairs(const SceneModel& model, SolidScratch& solids, spheretree::
 
 void push_solids(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report) {
     state.solids.springs.clear();
-    find_drifts(model, state, solids);
+    std::swap(state.solids.contacts, solids.contacts_before);
+    state.solids.contacts.clear();
     find_touches(model, state, solids, report);
-    SpringSink sink(model, state, solids, report);
+    ContactSink sink{model, state, solids, report};
     response_of(model.contact.solid_response).respond(solids.touches, sink);
+    std::sort(state.solids.contacts.begin(), state.solids.contacts.end(),
+              [](const SolidContact& x, const SolidContact& y) { return x.key() < y.key(); });
     soften_springs(model, state, solids, report);
     report.held_pairs = state.solids.holds.size();
+    for (const SolidContact& place : state.solids.contacts) report.solid_touches += is_touching(place.touch);
 }
 
 double find_residual(const SceneModel& model, const State& state, std::span<const TissueScratch> tissue) {

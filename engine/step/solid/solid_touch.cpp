@@ -69,26 +69,43 @@ Contact make_touch(const OneWay& way, const VertexProbe& probe, const Vec3& plac
     return touch;
 }
 
+/// Gives the touch the normal by which the two surfaces push there. False: they do not.
+bool turn_touch(const OneWay& way, const NormalCone& own, const SurfacePoint& at, const Vec3& place, Contact& touch) {
+    const double facet = facet_cosine(way.solids.bodies[way.other].adjacency, way.model.bodies[way.other].topology, at.triangle,
+                                      way.surface(way.other));
+    const std::optional<Vec3> normal = choose_normal(own, touch.normal, facet);
+    if (!normal) return false;
+    if (*normal == touch.normal) return true;
+    touch.normal = *normal;
+    touch.gap = normal->dot(place - at.point);
+    return true;
+}
+
+NormalCone cone_at(const OneWay& way, Index v) {
+    return cone_of_vertex(way.solids.bodies[way.own].adjacency, way.model.bodies[way.own].surface.triangles, v, way.surface(way.own));
+}
+
 /// reach: m, how far the other surface comes, and the margin
 Look test_vertex(const OneWay& way, Index v, double reach) {
     const Vec3 place = way.surface(way.own)[v];
     const double own_way = (place - way.surface_t0(way.own)[v] - way.shared()).norm();
     const auto standing = find_standing(way, v, reach + own_way);
     if (!standing) return {};
-    const Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, standing->at, standing->inside);
+    Contact touch = make_touch(way, {{v, kNoIndex}, {1.0, 0.0}}, place, standing->at, standing->inside);
     SolidScratch& solids = way.solids;
+    const bool meets = standing->pressed || turn_touch(way, cone_at(way, v), standing->at, place, touch);
     if (!standing->inside) {
         const Triangle& face = way.face(standing->at.triangle);
         const Vec3 now = point_on(face, standing->at.bary, way.surface(way.other));
         const Vec3 before = point_on(face, standing->at.bary, way.surface_t0(way.other));
         if (touch.gap > way.model.contact.margin + own_way + (now - before - way.shared()).norm() + way.known_change()) return {};
-        if (touch.normal.dot(way.solids.bodies[way.own].vertex_normal[v]) > kFacing) return {};
+        if (!meets || touch.normal.dot(way.solids.bodies[way.own].vertex_normal[v]) > kFacing) return {};
     } else {
-        if (standing->pressed) solids.pressed.push_back({solids.touches.size(), 0.0});
+        if (standing->pressed) solids.pressed.push_back(solids.touches.size());
         way.report.passed_places += standing->passed;
         way.entries.push_back({way.own, way.other, v, standing->by});
     }
-    solids.touches.push_back(touch);
+    if (meets) solids.touches.push_back(touch);
     return {standing->inside ? kInside : kNear, touch.gap};
 }
 
@@ -97,7 +114,12 @@ void add_edge_touch(const OneWay& way, const VertexProbe& probe) {
     const InsideTest& against = way.solids.bodies[way.other].inside;
     const Vec3 place = probe.at(way.surface(way.own));
     if (!against.inside(place)) return;
-    if (const auto hit = against.tree().closest(place)) way.solids.touches.push_back(make_touch(way, probe, place, *hit, true));
+    const auto hit = against.tree().closest(place);
+    if (!hit) return;
+    Contact touch = make_touch(way, probe, place, *hit, true);
+    const BodyModel& own = way.model.bodies[way.own];
+    const NormalCone cone = cone_of_edge(way.solids.bodies[way.own].adjacency, own.topology, probe.vertex[0], probe.vertex[1], way.surface(way.own));
+    if (turn_touch(way, cone, *hit, place, touch)) way.solids.touches.push_back(touch);
 }
 
 double reach_of(const OneWay& way) {
@@ -225,7 +247,7 @@ void refresh(const SceneModel& model, const State& state, std::size_t body, Soli
 
 /// What is drawn back through a body meets the far side of it from behind: a touch that pushes the other way, among the places from
 /// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices of two
-/// bodies, and each that is in has an entry, in the same order, from `first_entry` on.
+/// bodies; the entries of what is dropped, from `first_entry` on, go with it.
 void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, State& state, SolidScratch& solids) {
     std::vector<SolidEntry>& listed = state.solids.entries;
     if (first_pressed == solids.pressed.size()) return;
@@ -234,25 +256,25 @@ void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t
     Vec3 back = Vec3::Zero();
     Box3 among;
     for (std::size_t k = first_pressed; k < solids.pressed.size(); ++k) {
-        const Contact& touch = solids.touches[solids.pressed[k].touch];
+        const Contact& touch = solids.touches[solids.pressed[k]];
         back += direction_of(touch);
         among.add(touch.point);
         among.add(state.bodies[touch.body_a].surface[touch.feature_a[0]]);
     }
-    std::size_t touches = first_touch, entries = first_entry, entry = first_entry, pressed = first_pressed;
+    std::size_t touches = first_touch, pressed = first_pressed;
     for (std::size_t k = first_touch; k < solids.touches.size(); ++k) {
         const Contact& touch = solids.touches[k];
-        const bool is_in = std::signbit(touch.gap), is_pressed = pressed < solids.pressed.size() && solids.pressed[pressed].touch == k;
-        const bool opposing = !is_pressed && direction_of(touch).dot(back) < 0.0 && among.contains(touch.point);
-        if (!opposing) {
-            if (is_pressed) solids.pressed[pressed++].touch = touches;
-            if (is_in) listed[entries++] = listed[entry];
-            solids.touches[touches++] = touch;
+        const bool is_pressed = pressed < solids.pressed.size() && solids.pressed[pressed] == k;
+        if (!is_pressed && direction_of(touch).dot(back) < 0.0 && among.contains(touch.point)) {
+            const auto key = SolidEntry{touch.body_a, touch.body_b, touch.feature_a[0]}.key();
+            const auto from = listed.begin() + static_cast<std::ptrdiff_t>(first_entry);
+            listed.erase(std::remove_if(from, listed.end(), [&](const SolidEntry& entry) { return entry.key() == key; }), listed.end());
+            continue;
         }
-        entry += is_in;
+        if (is_pressed) solids.pressed[pressed++] = touches;
+        solids.touches[touches++] = touch;
     }
     solids.touches.resize(touches);
-    listed.resize(entries);
 }
 
 /// Did the budget leave sphere pairs of two bodies open that come so far against each other in this step that the few places which a
@@ -274,7 +296,6 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
         const bool all_of_a = probe_paths(from_a, probes_left), all_of_b = probe_paths(from_b, probes_left);
         report.unproven_solids += !(all_of_a && all_of_b);
     }
-    press_touches(model, state, first_pressed, solids, report);
     drop_opposing(first_touch, first_entry, first_pressed, state, solids);
     std::vector<Piercing>&of_a = solids.piercings[0], &of_b = solids.piercings[1];
     list_all_piercings(from_a, pairs, true, of_a);

@@ -19,14 +19,7 @@ struct SurfacePush {
     double damping = 0.0;                                   // N s/m, on approach
     double limit = std::numeric_limits<double>::infinity(); // N
     double rate = 0.0;                                      // m/s, of the gap, by what it stands against
-    Index load = kNoIndex;                                  // of friction: the owner's spring that it rubs under; it pulls, too
-    double friction = 0.0;                                  // Coulomb's
 };
-
-/// Adds one spring that pushes two places of the same owner's nodes apart: `a` along its direction, `b` against it, with the gap,
-/// stiffness and the rest of `a`. What one place receives the other gives, in every stage of every sub-step. False: nothing hangs on a
-/// node.
-bool add_balanced_spring(const SceneModel& model, const SurfacePush& a, const SurfacePush& b, State& state);
 
 /// Adds a spring to the owner's; the nodes get the force through the transpose of the links' derivative, so that
 /// momentum is kept. False if no vertex hangs on a node: nothing was added.

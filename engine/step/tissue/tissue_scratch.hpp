@@ -1,8 +1,8 @@
 // Scratch of the tissue's stages: sized in the first steps, reused afterwards, worthless once the step has ended.
 #pragma once
 
-#include "engine/state/state.hpp"
-#include "fem/tissue/integrate.hpp"
+#include "engine/step/contact/contact_rows.hpp"
+#include "fem/tissue/lockstep.hpp"
 
 namespace trocar::engine {
 
@@ -20,13 +20,34 @@ struct TissueScratch {
     bool springs_met = false;          // and one of them would be pressed: it is integrated again with them
     bool springs_deferred = false;     // it was integrated without its solids' springs: nothing touched it in the step
     fem::AdvanceReport advanced;       // its last integration
+    fem::IntegrateInputs inputs;       // views of what is here
     std::vector<Vec3> pinned_target; // of effects: see TissueLoads
     std::vector<Vec3> force;         // likewise
+};
+
+/// A body among those that contact joins in this step.
+struct IslandBody {
+    Index parent = 0;          // union-find: towards the lowest body of its island
+    bool is_free = true;       // nothing joins it
+    bool is_new = false;       // its island has grown since it was integrated
+    bool has_free_end = false; // the next two are of this step
+    fem::TissueState free_end; // where it came by itself
+    fem::AdvanceReport free_advanced;
+};
+
+struct IslandsScratch {
+    std::vector<IslandBody> body;             // [body_count]
+    std::vector<std::uint8_t> joined;         // [contacts] presses, or would
+    std::vector<std::size_t> members;         // of the island in hand
+    std::vector<fem::TissueLockstep> lockstep; // [members]
+    ContactSolver solver;
 };
 
 struct BodiesScratch {
     std::vector<BodyStart> start;      // [body_count]
     std::vector<TissueScratch> tissue; // [body_count]
+    ContactScratch contact;
+    IslandsScratch islands;
 };
 
 } // namespace trocar::engine

@@ -40,20 +40,12 @@ double find_pair_gap(const SceneModel& model, const SpringPair& pair, double tim
     return gap;
 }
 
-/// Friction's springs have no gap of their own.
-bool is_normal(const SceneModel& model, const SpringPair& pair, const State& state) noexcept {
-    const bool on_a = pair.spring_a != kNoIndex;
-    const std::size_t owner = owner_of(model, on_a ? pair.body_a : pair.body_b);
-    const Index spring = on_a ? pair.spring_a : pair.spring_b;
-    return spring != kNoIndex && state.bodies[owner].springs.springs[spring].load == kNoIndex;
-}
-
 /// Is there a pair of this body that is pressed at that time?
 bool is_pressed(const SceneModel& model, std::size_t body, double time, const State& state) noexcept {
     return std::any_of(state.solids.springs.begin(), state.solids.springs.end(), [&](const SpringPair& pair) {
         const bool is_own = (pair.spring_a != kNoIndex && owner_of(model, pair.body_a) == body) ||
                             (pair.spring_b != kNoIndex && owner_of(model, pair.body_b) == body);
-        return is_own && is_normal(model, pair, state) && find_pair_gap(model, pair, time, state) < 0.0;
+        return is_own && find_pair_gap(model, pair, time, state) < 0.0;
     });
 }
 

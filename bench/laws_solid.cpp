@@ -1,0 +1,205 @@
+// Laws of contact between solids, measured in scenes of their own.
+#include "bench/law_row.hpp"
+#include "engine/prepare/prepare_scene.hpp"
+#include "engine/step/simulator.hpp"
+#include "fem/tissue/integrate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+/// In m, kPa.
+struct LawScene {
+    std::string bodies, contact;
+    double step = 0.005;
+    Vec3 gravity = Vec3::Zero();
+    std::string budget = "exact";
+};
+
+PreparedScene prepare_law(const LawScene& s) {
+    const std::string text = fmt::format(
+        R"({{"units": {{"length": "m", "pressure": "kPa"}}, "time": {{"step": {}, "duration": 100}}, "budget": "{}",
+        "gravity": [{}, {}, {}], "bodies": {{{}}}, "contact": {{{}}}, "effects": ["elasticity", "gravity", "damping", "coarse_contact",
+        "friction"]}})",
+        s.step, s.budget, s.gravity.x(), s.gravity.y(), s.gravity.z(), s.bodies, s.contact);
+    const Result<Scene> scene = parse_scene(text, "laws.json");
+    if (!scene.ok()) throw std::runtime_error(scene.error().to_string());
+    Result<PreparedScene> prepared = prepare_scene(*scene);
+    if (!prepared.ok()) throw std::runtime_error(prepared.error().to_string());
+    return std::move(*prepared);
+}
+
+std::string body(const std::string& name, const std::string& surface, double kpa, double viscosity, double mass_damping,
+                 const std::string& mesher) {
+    return fmt::format(R"("{}": {{"kind": "deformable", "surface": {}, "material": {{"young_modulus": {}, "poisson_ratio": 0.4,
+        "density": 1000, "viscosity": {}, "mass_damping": {}}}, "coarse": {{"mesher": "{}", "surface_triangles": 300}}}})",
+                       name, surface, kpa, viscosity, mass_damping, mesher);
+}
+
+std::string ball_at(const Vec3& c) {
+    return fmt::format(R"({{"shape": "sphere", "centre": [{}, {}, {}], "radius": 0.02, "subdivisions": 3}})", c.x(), c.y(), c.z());
+}
+
+std::string box_at(const Vec3& c, const Vec3& extent, int cells) {
+    return fmt::format(R"({{"shape": "box", "centre": [{}, {}, {}], "extent": [{}, {}, {}], "cells": {}}})", c.x(), c.y(), c.z(), extent.x(),
+                       extent.y(), extent.z(), cells);
+}
+
+std::string table_of(int cells) {
+    return fmt::format(R"(, "table": {{"kind": "static", "surface": {}}})", box_at({0, 0, -0.01}, {0.3, 0.3, 0.02}, cells));
+}
+
+Vec3 centre_of(const fem::TissueModel& tissue, const fem::TissueState& state) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t n = 0; n < tissue.node_count(); ++n) sum += tissue.node_mass[n] * state.position[n];
+    return sum / tissue.mass;
+}
+
+std::string setting_of(const std::string& mesher, double step) { return fmt::format("{}, {:g} ms", mesher, 1e3 * step); }
+
+struct Impact {
+    double first = 0.0, second = 0.0; // m/s, along the line of the throw
+    double lost_momentum = 0.0, gained_energy = 0.0, seconds = 0.0;
+};
+
+/// Two equal soft balls, one thrown at the other.
+Impact strike(const std::string& mesher, double step, double speed) {
+    LawScene scene;
+    scene.step = step;
+    scene.bodies = body("first", ball_at({-0.0205, 0, 0}), 10.0, 0.001, 0.0, mesher) + ", " +
+                   body("second", ball_at({0.0205, 0, 0}), 10.0, 0.001, 0.0, mesher);
+    const PreparedScene prepared = prepare_law(scene);
+    Simulator simulator(prepared.model);
+    State thrown = simulator.state();
+    for (Vec3& v : thrown.bodies[0].tissue.velocity) v = Vec3(speed, 0, 0);
+    (void)simulator.restore(thrown);
+    const fem::TissueModel &a = *prepared.model.bodies[0].tissue, &b = *prepared.model.bodies[1].tissue;
+    Impact impact;
+    const double energy = 0.5 * a.mass * speed * speed;
+    for (int k = 0; k < static_cast<int>(0.2 / step); ++k) {
+        const StepReport& report = simulator.step();
+        impact.gained_energy = std::max(impact.gained_energy, (report.kinetic_j + report.elastic_j) / energy - 1.0);
+    }
+    const Vec3 of_a = fem::find_momentum(a, simulator.state().bodies[0].tissue).linear;
+    const Vec3 of_b = fem::find_momentum(b, simulator.state().bodies[1].tissue).linear;
+    impact.first = of_a.x() / a.mass;
+    impact.second = of_b.x() / b.mass;
+    impact.lost_momentum = (of_a + of_b - Vec3(a.mass * speed, 0, 0)).norm() / (a.mass * speed);
+    return impact;
+}
+
+void measure_impacts(const std::vector<std::string>& meshers, const std::vector<double>& steps, std::vector<LawRow>& rows) {
+    constexpr double kSpeed = 0.196;
+    for (const std::string& mesher : meshers) {
+        const Impact reference = strike(mesher, 2e-4, kSpeed);
+        for (const double step : steps) {
+            const Impact impact = strike(mesher, step, kSpeed);
+            const std::string setting = setting_of(mesher, step);
+            rows.push_back({"equal balls: the struck one leaves as at 0.2 ms", "m/s", reference.second, impact.second, 0.05 * kSpeed, setting});
+            rows.push_back({"equal balls: the striking one stops as at 0.2 ms", "m/s", reference.first, impact.first, 0.05 * kSpeed, setting});
+            rows.push_back({"momentum of a free system stays", "share of it", 0.0, impact.lost_momentum, 1e-9, setting});
+            rows.push_back({"energy is never gained", "share of what moved", 0.0, std::max(0.0, impact.gained_energy), 1e-3, setting});
+        }
+    }
+}
+
+void measure_planes(const std::vector<double>& steps, std::vector<LawRow>& rows) {
+    for (const int cells : {1, 16, 64})
+        for (const double step : steps) {
+            LawScene scene;
+            scene.step = step;
+            scene.gravity = {0, 0, -9.81};
+            scene.bodies = body("ball", ball_at({0.003, 0.002, 0.024}), 10.0, 0.001, 2.0, "lattice") + table_of(cells);
+            const PreparedScene prepared = prepare_law(scene);
+            Simulator simulator(prepared.model);
+            const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+            const Vec3 start = centre_of(tissue, simulator.state().bodies[0].tissue);
+            double sideways = 0.0;
+            for (int k = 0; k < static_cast<int>(0.5 / step); ++k) {
+                simulator.step();
+                const Vec3 moved = centre_of(tissue, simulator.state().bodies[0].tissue) - start;
+                sideways = std::max(sideways, std::hypot(moved.x(), moved.y()));
+            }
+            rows.push_back({"a frictionless plane pushes along its normal", "mm aside", 0.0, 1e3 * sideways, 1e-3,
+                            fmt::format("{} cells, {:g} ms", cells, 1e3 * step)});
+        }
+}
+
+void measure_weights(const std::vector<std::string>& meshers, const std::vector<double>& steps, std::vector<LawRow>& rows) {
+    for (const std::string& mesher : meshers)
+        for (const double step : steps) {
+            LawScene scene;
+            scene.step = step;
+            scene.gravity = {0, 0, -9.81};
+            scene.contact = "\"solid_friction\": 0.3";
+            scene.bodies = body("block", box_at({0.002, 0.001, 0.0105}, {0.04, 0.03, 0.02}, 4), 30.0, 0.001, 20.0, mesher) + table_of(8);
+            const PreparedScene prepared = prepare_law(scene);
+            Simulator simulator(prepared.model);
+            const double weight = 9.81 * prepared.model.bodies[0].tissue->mass;
+            double sum = 0.0, squares = 0.0;
+            int count = 0;
+            for (int k = 0; k < static_cast<int>(1.2 / step); ++k) {
+                const StepReport& report = simulator.step();
+                if (report.time_s < 1.0) continue;
+                sum += report.solid_force_n, squares += report.solid_force_n * report.solid_force_n, ++count;
+            }
+            const double mean = sum / count;
+            rows.push_back({"at rest contact carries the weight", "of the weight", 1.0, mean / weight, 0.01, setting_of(mesher, step)});
+            rows.push_back({"and is steady", "deviation, of the weight", 0.0,
+                            std::sqrt(std::max(0.0, squares / count - mean * mean)) / weight, 0.02, setting_of(mesher, step)});
+        }
+}
+
+/// m/s^2 down a slope, and m that it went in the first half of the time; see OnASlope in test_engine
+std::pair<double, double> slide_down(double tangent, double friction, double step, double seconds) {
+    LawScene scene;
+    scene.step = step;
+    const double normal = 9.81 / std::hypot(1.0, tangent);
+    scene.gravity = {tangent * normal, 0, -normal};
+    scene.contact = fmt::format("\"solid_friction\": {}", friction);
+    scene.bodies = body("block", box_at({-0.08, 0, 0.0051}, {0.03, 0.03, 0.01}, 3), 200.0, 0.02, 0.0, "lattice") + table_of(8);
+    const PreparedScene prepared = prepare_law(scene);
+    Simulator simulator(prepared.model);
+    const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+    const int steps = static_cast<int>(seconds / step);
+    double at[3] = {};
+    for (int k = 0; k < steps; ++k) {
+        simulator.step();
+        const double x = centre_of(tissue, simulator.state().bodies[0].tissue).x();
+        if (k + 1 == steps / 4) at[0] = x;
+        if (k + 1 == steps / 2) at[1] = x;
+        at[2] = x;
+    }
+    const double t1 = 0.25 * seconds, t2 = 0.75 * seconds;
+    return {2.0 * ((at[2] - at[0]) / t2 - (at[1] - at[0]) / t1) / (t2 - t1), at[2] - at[0]};
+}
+
+void measure_slopes(const std::vector<double>& steps, std::vector<LawRow>& rows) {
+    for (const double step : steps) {
+        const double expected = 9.81 * (0.5 - 0.2) / std::hypot(1.0, 0.5);
+        rows.push_back({"a block slides with g (sin - mu cos)", "m/s^2", expected, slide_down(0.5, 0.2, step, 0.4).first, 0.02 * expected,
+                        setting_of("lattice", step)});
+        rows.push_back({"below the angle of friction it stays", "mm in a second", 0.0, 1e3 * slide_down(0.3, 0.35, step, 1.0).second, 0.02,
+                        setting_of("lattice", step)});
+    }
+}
+
+} // namespace
+
+std::vector<LawRow> measure_solid_laws(bool quick) {
+    const std::vector<std::string> meshers = quick ? std::vector<std::string>{"lattice"} : std::vector<std::string>{"lattice", "tetgen"};
+    const std::vector<double> steps = quick ? std::vector<double>{1e-2} : std::vector<double>{2e-4, 1e-3, 5e-3, 1e-2};
+    std::vector<LawRow> rows;
+    measure_impacts(meshers, steps, rows);
+    measure_planes(quick ? steps : std::vector<double>{1e-3, 1e-2}, rows);
+    measure_weights(meshers, steps, rows);
+    measure_slopes(quick ? steps : std::vector<double>{1e-3, 5e-3, 1e-2}, rows);
+    return rows;
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,147 @@
+#include "engine/step/contact/contact_rows.hpp"
+
+#include "engine/prepare/body_pairs.hpp"
+#include "engine/prepare/scripted_motion.hpp"
+
+#include <algorithm>
+
+namespace trocar::engine {
+
+namespace {
+
+/// Of the tetrahedra around the nodes that a vertex is linked to, the one in which it lies deepest, or from which it lies least far.
+std::vector<Index> find_vertex_tets(const BodyModel& body, const fem::TissueModel& tissue) {
+    std::vector<std::vector<Index>> around(tissue.node_count());
+    for (Index t = 0; t < tissue.tet_nodes.size(); ++t)
+        for (const Index node : tissue.tet_nodes[t]) around[node].push_back(t);
+    const fem::RigidLinks& links = *body.links;
+    std::vector<Index> out(links.vertex_count(), kNoIndex);
+    for (Index v = 0; v < out.size(); ++v) {
+        if (links.vertex_frame[v] == kNoIndex) continue;
+        double best = -std::numeric_limits<double>::infinity();
+        for (const Index node : links.frame_nodes[links.vertex_frame[v]])
+            for (const Index t : around[node]) {
+                Vec3 x[4];
+                for (std::size_t k = 0; k < 4; ++k) x[k] = tissue.rest_position[tissue.tet_nodes[t][k]];
+                double weight[4];
+                if (!find_affine(x, body.surface.vertices[v], weight)) continue;
+                const double least = *std::min_element(weight, weight + 4);
+                if (least > best || (least == best && t < out[v])) best = least, out[v] = t;
+            }
+    }
+    return out;
+}
+
+/// One side of a place that is a mean of vertices.
+struct Mean {
+    std::size_t body;
+    std::span<const Index> vertices;
+    std::span<const double> weights; // sum 1
+};
+
+/// Smallest coordinate of a place in the tetrahedron of a corner of its, above which that one stands for all of them.
+constexpr double kBesideTet = -0.5;
+
+/// Puts a foot of the side on a tetrahedron; false: it cannot stand there.
+bool add_foot(const fem::TissueModel& tissue, Index tet, const Vec3& place, const Vec3& rest_place, double share,
+              const std::vector<Vec3>& now, ContactSide& side) {
+    Vec3 x[4], rest[4];
+    for (std::size_t k = 0; k < 4; ++k) {
+        const Index node = tissue.tet_nodes[tet][k];
+        x[k] = now[node], rest[k] = tissue.rest_position[node];
+        side.record[side.feet][k] = tissue.plan.record_of[node];
+    }
+    if (!find_affine(x, place, side.weight[side.feet]) && // crushed flat: as at rest
+        !find_affine(rest, rest_place, side.weight[side.feet]))
+        return false;
+    side.share[side.feet++] = share;
+    return true;
+}
+
+ContactSide make_side(const SceneModel& model, const Mean& mean, const State& state, const ContactScratch& scratch) {
+    const BodyModel& body = model.bodies[mean.body];
+    const std::vector<Vec3>&dense = state.bodies[mean.body].surface, &dense_rest = body.surface.vertices;
+    ContactSide side;
+    side.owner = owner_of(model, mean.body);
+    Vec3 place = Vec3::Zero(), rest_place = Vec3::Zero();
+    std::size_t heaviest = 0;
+    for (std::size_t k = 0; k < mean.vertices.size(); ++k) {
+        place += mean.weights[k] * dense[mean.vertices[k]];
+        rest_place += mean.weights[k] * dense_rest[mean.vertices[k]];
+        if (mean.weights[k] > mean.weights[heaviest]) heaviest = k;
+    }
+    side.start = place;
+    if (body.motion == Motion::Kinematic)
+        side.velocity = (evaluate_motion(body.path, state.time + model.step_s) - evaluate_motion(body.path, state.time)) / model.step_s;
+    const std::vector<Index>& tets = scratch.vertex_tet[mean.body];
+    if (!body.links || tets.empty()) return side;
+    const fem::TissueModel& tissue = *model.bodies[side.owner].tissue;
+    const std::vector<Vec3>& now = state.bodies[side.owner].tissue.position;
+    const Index own = tets[mean.vertices[heaviest]];
+    if (own != kNoIndex && add_foot(tissue, own, place, rest_place, 1.0, now, side) &&
+        mean.vertices.size() > 1 && *std::min_element(side.weight[0], side.weight[0] + 4) < kBesideTet)
+        side.feet = 0; // it lies over other tetrahedra: it goes as its corners do
+    if (side.feet == 0) {
+        double carried = 0.0;
+        for (std::size_t k = 0; k < mean.vertices.size(); ++k) {
+            const Index v = mean.vertices[k];
+            if (tets[v] != kNoIndex && mean.weights[k] != 0.0 &&
+                add_foot(tissue, tets[v], dense[v], dense_rest[v], mean.weights[k], now, side))
+                carried += mean.weights[k];
+        }
+        for (std::size_t foot = 0; foot < side.feet; ++foot) side.share[foot] /= carried;
+    }
+    if (side.feet == 0) return side;
+    side.blend = 0.0;
+    for (std::size_t k = 0; k < mean.vertices.size(); ++k) side.blend += mean.weights[k] * body.links->vertex_blend[mean.vertices[k]];
+    side.start = side.image([&](Index record) { return now[tissue.plan.node_of[record]]; });
+    return side;
+}
+
+Vec3 find_motion(const SceneModel& model, const ContactSide& side, double time, const State& state) noexcept {
+    if (!side.gives()) return time * side.velocity;
+    const fem::ForcePlan& plan = model.bodies[side.owner].tissue->plan;
+    const std::vector<Vec3>& now = state.bodies[side.owner].tissue.position;
+    return side.blend * (side.image([&](Index record) { return now[plan.node_of[record]]; }) - side.start);
+}
+
+} // namespace
+
+void prepare_contact(const SceneModel& model, ContactScratch& scratch) {
+    scratch.vertex_tet.resize(model.bodies.size());
+    scratch.slot.resize(model.bodies.size());
+    std::size_t vertices = 0;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+        const BodyModel& body = model.bodies[i];
+        if (body.hollow || !can_touch_any(model, i) || !meet_by_surface(model, i, i)) continue;
+        vertices += body.surface.vertices.size();
+        if (body.links) scratch.vertex_tet[i] = find_vertex_tets(body, *model.bodies[owner_of(model, i)].tissue);
+    }
+    scratch.rows.reserve(vertices);
+    scratch.solved.reserve(vertices);
+    scratch.row_of.reserve(vertices);
+    scratch.bodies.reserve(model.bodies.size());
+}
+
+void make_rows(const SceneModel& model, const State& state, ContactScratch& scratch) {
+    scratch.rows.clear();
+    for (const SolidContact& contact : state.solids.contacts) {
+        const Contact& touch = contact.touch;
+        const std::size_t corners = touch.feature_a[1] == kNoIndex ? 1 : 2;
+        ContactRow row;
+        row.a = make_side(model, {touch.body_a, std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)}, state,
+                          scratch);
+        row.b = make_side(model, {touch.body_b, touch.feature_b, touch.bary_b}, state, scratch);
+        row.normal = touch.normal;
+        row.gap = touch.gap;
+        row.recovery = contact.recovery;
+        row.friction = model.contact.solid_friction;
+        scratch.rows.push_back(row);
+    }
+}
+
+double find_gap(const SceneModel& model, const ContactRow& row, double time, const State& state) noexcept {
+    return row.gap + row.normal.dot(find_motion(model, row.a, time, state) - find_motion(model, row.b, time, state));
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,197 @@
+#include "engine/step/contact/contact_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+/// [-]; six volumes of a tetrahedron over the cube of its longest edge, below which its coordinates are rounding.
+constexpr double kFlat = 1e-4;
+/// [-]; a place with more weight than that on a node lies too far outside of the tetrahedron.
+constexpr double kFarWeight = 8.0;
+/// [-], of the largest impulse: an iteration that changes none by more has converged.
+constexpr double kTolerance = 1e-4;
+/// m/s; what lies in another body creeps out at this speed whatever contact has taken before.
+constexpr double kCreep = 1e-4;
+
+Vec3 position_of(const fem::NodeRecord& node) noexcept { return Vec3(node.x[0], node.x[1], node.x[2]); }
+
+} // namespace
+
+bool find_affine(const Vec3 (&x)[4], const Vec3& p, double (&weight)[4]) noexcept {
+    const Vec3 a = x[1] - x[0], b = x[2] - x[0], c = x[3] - x[0], d = p - x[0];
+    const Vec3 bc = b.cross(c);
+    const double volume = a.dot(bc);
+    const double longest = std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm(), (x[2] - x[1]).squaredNorm(),
+                                     (x[3] - x[1]).squaredNorm(), (x[3] - x[2]).squaredNorm()});
+    if (!(std::abs(volume) > kFlat * longest * std::sqrt(longest))) return false;
+    const double w1 = d.dot(bc) / volume, w2 = d.dot(c.cross(a)) / volume, w3 = d.dot(a.cross(b)) / volume;
+    const double w0 = 1.0 - (w1 + w2 + w3);
+    if (!(std::max({std::abs(w0), std::abs(w1), std::abs(w2), std::abs(w3)}) <= kFarWeight)) return false;
+    weight[0] = w0, weight[1] = w1, weight[2] = w2, weight[3] = w3;
+    return true;
+}
+
+void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) noexcept {
+    rows_ = rows;
+    bodies_ = bodies;
+    for (ContactRow& row : rows_) {
+        row.sum.setZero();
+        number_entries(row);
+    }
+}
+
+/// Nodes that several feet stand on, of both sides even, are one entry each.
+void ContactSolver::number_entries(ContactRow& row) const noexcept {
+    row.entries = 0;
+    const ContactSide* sides[2] = {&row.a, &row.b};
+    for (std::size_t side = 0; side < 2; ++side)
+        for (std::size_t foot = 0; foot < sides[side]->feet; ++foot)
+            for (std::size_t k = 0; k < 4; ++k) {
+                std::size_t at = 0;
+                while (at < row.entries &&
+                       !(row.entry[at].slot == sides[side]->slot && row.entry[at].record == sides[side]->record[foot][k]))
+                    ++at;
+                if (at == row.entries) row.entry[row.entries++] = {sides[side]->slot, sides[side]->record[foot][k]};
+                row.entry_of[side][foot][k] = static_cast<std::uint8_t>(at);
+            }
+}
+
+/// Both bodies feel the impulse at a's place: the feet of b are moved there together.
+void ContactSolver::place(ContactRow& row) const noexcept {
+    for (std::size_t k = 0; k < row.entries; ++k) row.entry[k].weight = 0.0;
+    for (std::size_t foot = 0; foot < row.a.feet; ++foot)
+        for (std::size_t k = 0; k < 4; ++k)
+            row.entry[row.entry_of[0][foot][k]].weight += row.a.blend * row.a.share[foot] * row.a.weight[foot][k];
+    Vec3 aside = Vec3::Zero();
+    const auto of_b = [&](Index n) { return position_of(bodies_[row.b.slot].nodes[n]); };
+    if (row.a.gives() && row.b.gives())
+        aside = row.a.image([&](Index n) { return position_of(bodies_[row.a.slot].nodes[n]); }) - row.b.image(of_b);
+    for (std::size_t foot = 0; foot < row.b.feet; ++foot) {
+        double weight[4];
+        std::copy_n(row.b.weight[foot], 4, weight);
+        if (row.a.gives()) {
+            const Index* n = row.b.record[foot];
+            const Vec3 x[4] = {of_b(n[0]), of_b(n[1]), of_b(n[2]), of_b(n[3])};
+            (void)find_affine(x, row.b.image(foot, of_b) + aside, weight);
+        }
+        for (std::size_t k = 0; k < 4; ++k) row.entry[row.entry_of[1][foot][k]].weight -= row.b.blend * row.b.share[foot] * weight[k];
+    }
+    row.mobility = 0.0;
+    for (std::size_t k = 0; k < row.entries; ++k) {
+        ContactRow::Entry& entry = row.entry[k];
+        entry.per_mass = entry.weight * bodies_[entry.slot].inv_mass[entry.record];
+        row.mobility += entry.weight * entry.per_mass;
+    }
+}
+
+/// m/s, of a against b at the place where the impulse acts.
+Vec3 ContactSolver::velocity(const ContactRow& row) const noexcept {
+    double u[3] = {};
+    for (std::size_t k = 0; k < row.entries; ++k) {
+        const ContactRow::Entry& entry = row.entry[k];
+        const double* v = bodies_[entry.slot].nodes[entry.record].v;
+        for (int axis = 0; axis < 3; ++axis) u[axis] += entry.weight * v[axis];
+    }
+    return Vec3(u[0], u[1], u[2]) + (row.a.velocity - row.b.velocity);
+}
+
+void ContactSolver::push(const ContactRow& row, const Vec3& impulse) const noexcept {
+    for (std::size_t k = 0; k < row.entries; ++k) {
+        const ContactRow::Entry& entry = row.entry[k];
+        double* v = bodies_[entry.slot].nodes[entry.record].v;
+        for (int axis = 0; axis < 3; ++axis) v[axis] += entry.per_mass * impulse[axis];
+    }
+}
+
+double ContactSolver::gap_at(const ContactRow& row, double time) const noexcept {
+    Vec3 moved = time * (row.a.velocity - row.b.velocity);
+    if (row.a.gives()) moved += row.a.blend * (row.a.image([&](Index n) { return position_of(bodies_[row.a.slot].nodes[n]); }) - row.a.start);
+    if (row.b.gives()) moved -= row.b.blend * (row.b.image([&](Index n) { return position_of(bodies_[row.b.slot].nodes[n]); }) - row.b.start);
+    return row.gap + row.normal.dot(moved);
+}
+
+/// One place to where it satisfies its conditions, the others as they are. returns  N s, by how much its impulse has changed
+double ContactSolver::relax(ContactRow& row) const noexcept {
+    const Vec3 u = velocity(row);
+    const double speed = row.normal.dot(u), held = row.normal.dot(row.impulse);
+    const double normal = std::max(0.0, held + (row.target - speed) / row.mobility);
+    Vec3 along = row.impulse - held * row.normal;
+    if (row.friction > 0.0) {
+        along -= (u - speed * row.normal) / row.mobility;
+        const double length = along.norm(), most = row.friction * normal;
+        if (length > most) along *= most / length;
+    } else {
+        along.setZero();
+    }
+    const Vec3 now = normal * row.normal + along, change = now - row.impulse;
+    row.impulse = now;
+    push(row, change);
+    return change.norm();
+}
+
+ContactSolve ContactSolver::iterate() noexcept {
+    ContactSolve solve;
+    solve.converged = false;
+    while (!solve.converged && solve.iterations < kMostIterations) {
+        double largest = 0.0, most = 0.0;
+        for (ContactRow& row : rows_) {
+            if (!(row.mobility > 0.0)) continue;
+            largest = std::max(largest, relax(row));
+            most = std::max(most, row.impulse.norm());
+        }
+        ++solve.iterations;
+        solve.residual = largest;
+        solve.converged = !(largest > kTolerance * most);
+    }
+    for (ContactRow& row : rows_) {
+        row.sum += row.impulse;
+        solve.work += 0.5 * row.impulse.dot(row.before + velocity(row));
+    }
+    return solve;
+}
+
+void ContactSolver::start() const noexcept {
+    for (const ContactRow& row : rows_)
+        if (row.mobility > 0.0) push(row, row.impulse);
+}
+
+ContactSolve ContactSolver::approach(double time, double h, double ratio, double spare) noexcept {
+    double wanted = 0.0; // J, at most, that pushing out gives
+    for (ContactRow& row : rows_) {
+        row.impulse *= ratio;
+        if (gap_at(row, time) < 0.0) wanted += row.normal.dot(row.impulse) * row.recovery;
+    }
+    const double fastest = spare > 2.0 * wanted ? std::numeric_limits<double>::infinity() : kCreep;
+    for (ContactRow& row : rows_) {
+        place(row);
+        row.before = velocity(row);
+        const double gap = gap_at(row, time);
+        row.target = gap > 0.0 ? -gap / h : std::min({row.recovery, -gap / h, fastest});
+        if (!(row.mobility > 0.0)) row.impulse.setZero();
+    }
+    start();
+    return iterate();
+}
+
+ContactSolve ContactSolver::settle(double time) noexcept {
+    for (ContactRow& row : rows_) {
+        const bool presses = row.normal.dot(row.impulse) > 0.0 || !(gap_at(row, time) > 0.0);
+        row.last = row.impulse;
+        row.impulse *= 0.5;
+        place(row);
+        if (!presses || !(row.mobility > 0.0)) {
+            row.mobility = 0.0;
+            row.impulse.setZero();
+            continue;
+        }
+        row.target = 0.0;
+        row.before = velocity(row);
+    }
+    start();
+    return iterate();
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,128 @@
+// Contact between solids in a sub-step: impulses at the places where they touch, equal and opposite at one instant.
+//
+// Velocity-level time stepping with lumped masses. With v the nodes' velocities after the kick of the internal forces, gap g of a place and
+// its rate n . u:   v+ = v + M^-1 G^T lambda,   0 <= lambda_n  _|_  g + h n . u(v+) >= 0,   |lambda_t| <= mu lambda_n, against the slip.
+// Projected Gauss-Seidel, warm-started with the impulses of the last sub-step. Each iteration gives one impulse to both sides: a solve that
+// ends early keeps momentum and angular momentum, and what it leaves is a speed of approach that can be told.
+//
+// This work is based on: Moreau 1988; Jean 1999, "The non-smooth contact dynamics method"; Stewart & Trinkle 1996.
+// Deviations: a place follows the tetrahedron beneath it (an affine image of four nodes) within a step, and both bodies feel the impulse at
+// the first one's place: forces have no moment together, friction's included, and the local problem is a scalar, W = sum w_i^2 / m_i.
+// What the nodes of a place have of kinetic energy towards the other body is lost when they meet: a body's share of that falls with the
+// size of its elements.
+#pragma once
+
+#include "base/contact.hpp"
+#include "fem/tissue/force_plan.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace trocar::engine {
+
+/// A body whose nodes contact moves, while it is advanced.
+struct GivingBody {
+    std::span<fem::NodeRecord> nodes; // in the plan's order
+    const double* inv_mass = nullptr; // [nodes] 1/kg
+};
+
+/// A place of one of the two bodies: an affine image of the tetrahedron beneath it, or, where its triangle or edge is longer than those, the
+/// mean of its corners' images.
+struct ContactSide {
+    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+    static constexpr std::size_t kMostFeet = 3;
+    std::uint32_t slot = kNone;       // of the giving bodies; kNone: it stands still, or goes its scripted way
+    std::size_t owner = 0;            // the body whose nodes carry it
+    std::size_t feet = 0;             // 0: no node carries it
+    double share[kMostFeet] = {};     // [feet] sum 1
+    Index record[kMostFeet][4] = {};  // [feet] of the owner's tetrahedra
+    double weight[kMostFeet][4] = {}; // [feet] affine coordinates at the step's start; sum 1
+    double blend = 1.0;               // [-] of its tetrahedra's motion
+    Vec3 start = Vec3::Zero();        // m, its image then
+    Vec3 velocity = Vec3::Zero();     // m/s, of what no node carries
+
+    [[nodiscard]] bool gives() const noexcept { return feet > 0; }
+    /// position(record)
+    template <class Position>
+    [[nodiscard]] Vec3 image(std::size_t foot, Position&& position) const {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t k = 0; k < 4; ++k) sum += weight[foot][k] * position(record[foot][k]);
+        return sum;
+    }
+    template <class Position>
+    [[nodiscard]] Vec3 image(Position&& position) const {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t foot = 0; foot < feet; ++foot) sum += share[foot] * image(foot, position);
+        return sum;
+    }
+};
+
+struct ContactRow {
+    ContactSide a, b;
+    Vec3 normal = Vec3::UnitX(); // unit, from b to a
+    double gap = 0.0;            // m, at the step's start
+    double recovery = 0.0;       // m/s, at which what lies in the other one is pushed out
+    double friction = 0.0;       // Coulomb's
+    Vec3 impulse = Vec3::Zero(); // N s, on a, of the last sub-step
+    Vec3 last = Vec3::Zero();    // N s, the same of the last whole sub-step: what the next step starts with
+    Vec3 sum = Vec3::Zero();     // N s, on a, of the step
+    Vec3 before = Vec3::Zero();  // m/s, of a against b before the impulses of the sub-step
+
+    /// What a node moves by an impulse, and what its motion is of the relative velocity.
+    struct Entry {
+        std::uint32_t slot;
+        Index record;
+        double weight = 0.0;   // [-] of a's less of b's
+        double per_mass = 0.0; // 1/kg, the same over the node's mass
+    };
+    std::size_t entries = 0;
+    Entry entry[2 * ContactSide::kMostFeet * 4];
+    std::uint8_t entry_of[2][ContactSide::kMostFeet][4] = {}; // of a's and b's nodes
+
+    // of the sub-step
+    double mobility = 0.0; // 1/kg, W
+    double target = 0.0;   // m/s, least speed of parting
+};
+
+struct ContactSolve {
+    unsigned iterations = 0;
+    bool converged = true;
+    double residual = 0.0; // N s, what the worst place still wants
+    double work = 0.0;     // J, what the bodies' kinetic energy has changed by
+};
+
+class ContactSolver {
+public:
+    /// rows and bodies outlive the step; friction's and normal impulses of the rows are those of a sub-step of `last` s before, or 0.
+    void begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) noexcept;
+
+    /// The places of a sub-step of `h` s that begins `time` s after the step's start; their impulses are those of the last, by `ratio`.
+    /// Changes the bodies' velocities. cost: the rows, once an iteration, no allocation.
+    /// spare   J, what contact has taken from the bodies so far: pushing out gives no more than that back, but for the slowest creep
+    ContactSolve approach(double time, double h, double ratio, double spare) noexcept;
+
+    /// At the step's end: what presses has no speed of approach any more.
+    ContactSolve settle(double time) noexcept;
+
+    static constexpr unsigned kMostIterations = 40;
+
+private:
+    void number_entries(ContactRow& row) const noexcept;
+    void place(ContactRow& row) const noexcept;
+    [[nodiscard]] Vec3 velocity(const ContactRow& row) const noexcept;
+    void push(const ContactRow& row, const Vec3& impulse) const noexcept;
+    [[nodiscard]] double gap_at(const ContactRow& row, double time) const noexcept;
+    [[nodiscard]] double relax(ContactRow& row) const noexcept;
+    void start() const noexcept;
+    ContactSolve iterate() noexcept;
+
+    std::span<ContactRow> rows_;
+    std::span<GivingBody> bodies_;
+};
+
+/// Affine coordinates of p in the tetrahedron x. False, and weight untouched: it is too flat, or p too far from it, to carry a force.
+[[nodiscard]] bool find_affine(const Vec3 (&x)[4], const Vec3& p, double (&weight)[4]) noexcept;
+
+} // namespace trocar::engine

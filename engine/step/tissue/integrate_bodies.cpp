@@ -1,0 +1,330 @@
+// The tissue's part of a step: bodies that touch nothing by themselves, those that touch side by side.
+//
+// A body by itself takes the sub-steps that it needs (fem::advance). Contacts that pressed at the end of the last step, and those that
+// the bodies' free motion would pass, join bodies to islands; an island is put back to the step's start and advanced with one sub-step for
+// all of its bodies, and impulses between them (fem::TissueLockstep, ContactSolver). An island in which nothing pressed after all keeps
+// the free motion: what touches nothing moves as without contact, to the bit.
+#include "engine/step/tissue/tissue_stage.hpp"
+
+#include "engine/effects/call.hpp"
+#include "engine/effects/registry.hpp"
+#include "engine/step/tissue/waiting_springs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+fem::AdvanceReport advance_body(const SceneModel& model, const BodyModel& body, const fem::IntegrateInputs& inputs, BodyState& state,
+                                TissueScratch& scratch) {
+    fem::SubstepLimits limits;
+    limits.max_substeps = model.max_substeps;
+    limits.integrator = model.integrator;
+    if (model.fixed_substeps == 0)
+        return fem::advance(*body.tissue, state.tissue, model.step_s, inputs, limits, scratch.rk, state.stable);
+    // The scene insists on a number; preparation refused it where the body at rest would not stand it.
+    fem::AdvanceReport done;
+    done.tightest = fem::find_stable_step(*body.tissue, state.tissue.position, inputs.springs, state.stable, model.integrator);
+    const unsigned needed = fem::count_substeps(model.step_s, done.tightest, model.max_substeps);
+    done.refused = needed == 0;
+    if (!done.refused)
+        done.integrate = fem::integrate(*body.tissue, state.tissue, model.step_s, std::max(needed, model.fixed_substeps), inputs,
+                                        model.integrator, scratch.rk);
+    return done;
+}
+
+/// Empty while all went well.
+std::string describe_failure(const SceneModel& model, const BodyModel& body, const fem::AdvanceReport& done) {
+    const fem::IntegrateReport& end = done.integrate;
+    if (done.refused) {
+        const bool by_contact = done.tightest.omega_max > 2.0 * done.tightest.tissue_omega;
+        return fmt::format("{}: the stable step is {:.3g} s, more than {} sub-steps of the step of {:g} s would be needed; {}", body.name,
+                           done.tightest.step, model.max_substeps, model.step_s,
+                           by_contact
+                               ? std::string("what presses on it is stiffer than its tetrahedra. Softer contact (contact.wall_stiffness, "
+                                             "contact.solid_stiffness), or a coarser coarse mesh")
+                               : fmt::format("its tetrahedron {} is the stiffest, at a smallest volume of {:.3g} of rest. Fewer coarse "
+                                             "triangles, the lattice mesher (coarse.mesher), or softer contact, if it is crushed",
+                                             done.tightest.worst_tet, end.min_volume_ratio));
+    }
+    if (!end.finite())
+        return fmt::format("{}: node {} is not finite after {} sub-steps (tetrahedron {}, smallest volume ratio {:.3g})", body.name,
+                           end.first_bad_node, end.substeps_done, end.first_bad_tet, end.least_stage_ratio);
+    return {};
+}
+
+/// What effects do to a body in this step.
+void find_loads(const EffectStep& step, std::size_t body, const State& state, TissueScratch& scratch, fem::IntegrateInputs& inputs) {
+    scratch.pinned_target.clear();
+    scratch.force.clear();
+    TissueLoads loads{.pinned_target = scratch.pinned_target, .force = scratch.force};
+    for (const EffectDescriptor* effect : registered_effects())
+        if (effect->load_tissue != nullptr) call(*effect, step, [&](const EffectStep& own) { effect->load_tissue(own, body, state, loads); });
+    inputs.gravity = loads.acceleration;
+    inputs.pinned_target = scratch.pinned_target;
+    inputs.external_force = scratch.force;
+}
+
+void load_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {
+    step.counts.note(effects::elasticity);
+    find_loads(step, body, state, scratch, scratch.inputs);
+    scratch.inputs.springs = &active_springs(state.bodies[body], scratch);
+}
+
+void integrate_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {
+    load_body(step, body, state, scratch);
+    scratch.advanced = advance_body(step.model, step.model.bodies[body], scratch.inputs, state.bodies[body], scratch);
+}
+
+/// Adds what the body's integration came to.
+void report_body(const SceneModel& model, const BodyModel& body, const fem::AdvanceReport& done, StepReport& report) {
+    report.substeps = std::max(report.substeps, done.integrate.substeps_done);
+    if (report.stable_step_s == 0.0 || done.tightest.step < report.stable_step_s) report.stable_step_s = done.tightest.step;
+    report.min_volume_ratio = std::min(report.min_volume_ratio, done.integrate.min_volume_ratio);
+    report.inverted_tets += done.integrate.inverted;
+    report.elastic_j += done.integrate.elastic_j;
+    report.kinetic_j += done.integrate.kinetic_j;
+    report.failure = describe_failure(model, body, done);
+    report.finite = report.failure.empty();
+}
+
+
+/// What one step's integration works with.
+struct Stage {
+    const SceneModel& model;
+    const EffectSet& live;
+    State& state;
+    BodiesScratch& bodies;
+    StepReport& report;
+
+    [[nodiscard]] EffectStep effects() const { return {model, live, {}, state.time + model.step_s, report.effects}; }
+    [[nodiscard]] bool is_tissue(std::size_t i) const noexcept { return model.bodies[i].motion == Motion::Deformable; }
+};
+
+/// Bodies by themselves; those whose springs waited for a touch that came once more with them.
+void integrate_free(const Stage& s) {
+    const auto is_free = [&](std::size_t i) { return s.is_tissue(i) && s.bodies.islands.body[i].is_free; };
+    for (std::size_t i = 0; i < s.model.bodies.size(); ++i)
+        if (is_free(i)) integrate_body(s.effects(), i, s.state, s.bodies.tissue[i]);
+    for (bool again = true; again;) { // each body once at most: what one that was put back does may press another
+        again = false;
+        for (std::size_t i = 0; i < s.model.bodies.size(); ++i)
+            s.bodies.tissue[i].springs_met = is_free(i) && s.bodies.tissue[i].springs_deferred && has_met(s.model, i, s.state);
+        for (std::size_t i = 0; i < s.model.bodies.size(); ++i) {
+            if (!s.bodies.tissue[i].springs_met) continue;
+            again = true;
+            s.bodies.tissue[i].springs_deferred = false;
+            s.state.bodies[i].tissue = s.bodies.start[i].tissue;
+            integrate_body(s.effects(), i, s.state, s.bodies.tissue[i]);
+        }
+    }
+}
+
+/// s; what is left in equal sub-steps of at most `stable`.
+double choose_substep(double left, double stable) noexcept { return left / std::max(1.0, std::ceil(left / stable * (1.0 - 1e-12))); }
+
+/// The bodies of one island side by side. False: one of them could not be advanced.
+bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) {
+    IslandsScratch& islands = s.bodies.islands;
+    ContactScratch& contact = s.bodies.contact;
+    const double step = s.model.step_s;
+    const double longest = s.model.fixed_substeps > 0 ? step / s.model.fixed_substeps : step;
+    double time = 0.0, taken = 0.0, kicked = 0.0;
+    for (unsigned count = 0;; ++count) {
+        double stable = longest;
+        for (fem::TissueLockstep& body : islands.lockstep) stable = std::min(stable, body.find_forces(time, taken));
+        const double left = step - time;
+        const bool arrived = !(left > 1e-12 * step);
+        const double h = arrived ? 0.0 : choose_substep(left, stable), kick = 0.5 * (taken + h);
+        const bool stopped = !(stable > 0.0) || (!arrived && left / h > static_cast<double>(s.model.max_substeps) - count);
+        bool finite = !stopped;
+        for (fem::TissueLockstep& body : islands.lockstep) finite = finite && body.kick(kick);
+        if (!finite) {
+            for (std::size_t k = 0; k < members.size(); ++k)
+                s.bodies.tissue[members[k]].advanced = islands.lockstep[k].finish(false, stopped && stable > 0.0);
+            return false;
+        }
+        for (std::size_t k = 0; k < members.size(); ++k) contact.bodies[k].nodes = islands.lockstep[k].nodes();
+        const ContactSolve solve =
+            arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, count == 0 ? kick : kick / kicked, s.state.solids.taken_j);
+        s.state.solids.taken_j -= solve.work;
+        s.report.contact_iterations += solve.iterations;
+        s.report.contact_unconverged += !solve.converged;
+        if (kick > 0.0) s.report.contact_residual_n = std::max(s.report.contact_residual_n, solve.residual / kick);
+        if (arrived) break;
+        for (fem::TissueLockstep& body : islands.lockstep) body.drift(h);
+        time = left > 1.5 * h ? time + h : step;
+        taken = h, kicked = kick;
+    }
+    for (ContactRow& row : contact.solved) row.last /= kicked; // N, from here on
+    for (std::size_t k = 0; k < members.size(); ++k) s.bodies.tissue[members[k]].advanced = islands.lockstep[k].finish(true, false);
+    return true;
+}
+
+/// Rows whose every giving side is in the island.
+void list_island_rows(const Stage& s, std::span<const std::size_t> members) {
+    ContactScratch& contact = s.bodies.contact;
+    std::fill(contact.slot.begin(), contact.slot.end(), ContactSide::kNone);
+    contact.bodies.clear();
+    for (std::size_t k = 0; k < members.size(); ++k) {
+        contact.slot[members[k]] = static_cast<std::uint32_t>(k);
+        contact.bodies.push_back({{}, s.model.bodies[members[k]].tissue->plan.inv_mass.data()});
+    }
+    contact.solved.clear();
+    contact.row_of.clear();
+    const auto is_in = [&](const ContactSide& side) { return !side.gives() || contact.slot[side.owner] != ContactSide::kNone; };
+    for (Index k = 0; k < contact.rows.size(); ++k) {
+        ContactRow row = contact.rows[k];
+        if (!is_in(row.a) || !is_in(row.b) || !(row.a.gives() || row.b.gives())) continue;
+        for (ContactSide* side : {&row.a, &row.b})
+            if (side->gives()) side->slot = contact.slot[side->owner];
+        row.impulse = s.state.solids.contacts[k].warm; // times the first kick: approach()'s ratio
+        contact.solved.push_back(row);
+        contact.row_of.push_back(k);
+    }
+}
+
+/// Integrates one island from the start of the step.
+void integrate_island(const Stage& s, std::span<const std::size_t> members) {
+    IslandsScratch& islands = s.bodies.islands;
+    list_island_rows(s, members);
+    islands.lockstep.clear();
+    for (const std::size_t i : members) {
+        TissueScratch& scratch = s.bodies.tissue[i];
+        s.state.bodies[i].tissue = s.bodies.start[i].tissue;
+        scratch.springs_deferred = false;
+        load_body(s.effects(), i, s.state, scratch);
+        islands.lockstep.emplace_back(*s.model.bodies[i].tissue, s.state.bodies[i].tissue, s.model.step_s, scratch.inputs,
+                                      fem::SubstepLimits{}, scratch.rk, s.state.bodies[i].stable);
+    }
+    islands.solver.begin(s.bodies.contact.solved, s.bodies.contact.bodies);
+    if (!advance_side_by_side(s, members)) return;
+    bool pushed = false;
+    for (std::size_t k = 0; k < s.bodies.contact.solved.size(); ++k) {
+        const ContactRow& row = s.bodies.contact.solved[k];
+        SolidContact& place = s.state.solids.contacts[s.bodies.contact.row_of[k]];
+        place.touch.force = row.sum / s.model.step_s;
+        place.warm = row.last;
+        pushed = pushed || !row.sum.isZero(0.0);
+    }
+    if (pushed) return;
+    for (const std::size_t i : members) { // nothing touched: each as by itself, to the bit
+        if (!islands.body[i].has_free_end) return;
+        s.state.bodies[i].tissue = islands.body[i].free_end;
+        s.bodies.tissue[i].advanced = islands.body[i].free_advanced;
+    }
+}
+
+Index find_root(std::vector<IslandBody>& bodies, Index i) noexcept {
+    while (bodies[i].parent != i) i = bodies[i].parent = bodies[bodies[i].parent].parent;
+    return i;
+}
+
+/// Joins what the contact joins, and marks it to be integrated.
+void join(const ContactRow& row, std::vector<IslandBody>& bodies) noexcept {
+    const Index a = static_cast<Index>(row.a.gives() ? row.a.owner : row.b.owner), b = static_cast<Index>(row.b.gives() ? row.b.owner : a);
+    const Index low = std::min(find_root(bodies, a), find_root(bodies, b)), high = std::max(find_root(bodies, a), find_root(bodies, b));
+    bodies[high].parent = low;
+    for (const Index i : {a, b}) bodies[i].is_free = false, bodies[i].is_new = true;
+}
+
+/// All islands of which a body is new.
+void integrate_islands(const Stage& s) {
+    IslandsScratch& islands = s.bodies.islands;
+    for (Index root = 0; root < islands.body.size(); ++root) {
+        if (islands.body[root].is_free || find_root(islands.body, root) != root) continue;
+        islands.members.clear();
+        bool is_new = false;
+        for (Index i = root; i < islands.body.size(); ++i)
+            if (find_root(islands.body, i) == root) {
+                islands.members.push_back(i);
+                is_new = is_new || islands.body[i].is_new;
+            }
+        for (const std::size_t i : islands.members) islands.body[i].is_new = false;
+        if (is_new) integrate_island(s, islands.members);
+    }
+}
+
+/// Contacts that nobody expected to press, and that would be passed as the bodies stand at the step's end. False: none.
+bool join_what_met(const Stage& s) {
+    IslandsScratch& islands = s.bodies.islands;
+    bool any = false;
+    for (std::size_t k = 0; k < s.bodies.contact.rows.size(); ++k) {
+        const ContactRow& row = s.bodies.contact.rows[k];
+        if (islands.joined[k] || !(row.a.gives() || row.b.gives())) continue;
+        if (!(find_gap(s.model, row, s.model.step_s, s.state) < 0.0)) continue;
+        islands.joined[k] = true;
+        const auto is_in_one = [&] {
+            const Index a = static_cast<Index>(row.a.gives() ? row.a.owner : row.b.owner);
+            const Index b = static_cast<Index>(row.b.gives() ? row.b.owner : a);
+            return !islands.body[a].is_free && !islands.body[b].is_free && find_root(islands.body, a) == find_root(islands.body, b);
+        };
+        if (is_in_one()) continue; // it was solved with the others
+        join(row, islands.body);
+        any = true;
+    }
+    return any;
+}
+
+/// What presses from the last step on joins its bodies from the start.
+void begin_islands(const Stage& s) {
+    IslandsScratch& islands = s.bodies.islands;
+    islands.joined.assign(s.bodies.contact.rows.size(), 0);
+    for (Index i = 0; i < islands.body.size(); ++i) {
+        islands.body[i].parent = i;
+        islands.body[i].is_free = true;
+        islands.body[i].is_new = islands.body[i].has_free_end = false;
+    }
+    for (std::size_t k = 0; k < s.bodies.contact.rows.size(); ++k) {
+        SolidContact& place = s.state.solids.contacts[k];
+        place.touch.force.setZero();
+        const ContactRow& row = s.bodies.contact.rows[k];
+        if (!(row.a.gives() || row.b.gives()) || (place.touch.gap > 0.0 && place.warm.isZero(0.0))) continue;
+        islands.joined[k] = true;
+        join(row, islands.body);
+    }
+}
+
+void keep_free_ends(const Stage& s) {
+    for (const ContactRow& row : s.bodies.contact.rows)
+        for (const ContactSide* side : {&row.a, &row.b}) {
+            IslandBody& body = s.bodies.islands.body[side->owner];
+            if (!side->gives() || !body.is_free || body.has_free_end) continue;
+            body.has_free_end = true;
+            body.free_end = s.state.bodies[side->owner].tissue;
+            body.free_advanced = s.bodies.tissue[side->owner].advanced;
+        }
+}
+
+void report_contact(State& state, StepReport& report) {
+    for (SolidContact& place : state.solids.contacts) {
+        if (place.touch.force.isZero(0.0)) place.warm.setZero(); // it left, or never came
+        const double normal = place.touch.normal.dot(place.touch.force);
+        report.solid_force_n += normal;
+        report.max_solid_force_n = std::max(report.max_solid_force_n, normal);
+    }
+}
+
+} // namespace
+
+void integrate_bodies(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, StepReport& report) {
+    if (!live.elasticity) return;
+    const Stage stage{model, live, state, bodies, report};
+    for (std::size_t i = 0; i < model.bodies.size(); ++i)
+        if (stage.is_tissue(i)) choose_springs(model, i, state, bodies.tissue[i]); // before anything moves
+    make_rows(model, state, bodies.contact);
+    begin_islands(stage);
+    integrate_free(stage);
+    keep_free_ends(stage);
+    integrate_islands(stage);
+    while (join_what_met(stage)) integrate_islands(stage);
+    report_contact(state, report);
+    for (std::size_t i = 0; i < model.bodies.size() && report.finite; ++i)
+        if (stage.is_tissue(i)) report_body(model, model.bodies[i], bodies.tissue[i].advanced, report);
+}
+
+} // namespace trocar::engine
