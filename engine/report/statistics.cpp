@@ -129,6 +129,8 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
     passed_steps += report.passed_places > 0;
     softened += report.softened;
     softened_steps += report.softened > 0;
+    unconverged_solves += report.contact_unconverged;
+    unconverged_steps += report.contact_unconverged > 0;
     unproven_solids += report.unproven_solids;
     unproven_solid_steps += report.unproven_solids > 0;
     unproven_steps += report.unproven_links > 0;

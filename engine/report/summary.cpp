@@ -128,6 +128,7 @@ void add_losses(const RunRecord& record, Json& json) {
     json["deepest_touch_m"] = t.deepest_touch_m;
     json["passed_places_total"] = t.passed_places;
     json["softened_total"] = t.softened;
+    json["contact_unconverged_total"] = t.unconverged_solves;
     json["unproven_solids_total"] = t.unproven_solids;
     json["steps_with_open_pairs"] = t.open_steps;
     json["coarsest_level"] = t.coarsest_level;

@@ -94,6 +94,11 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Open sphere pairs", t.open_steps,
                                    fmt::format("in {}, as coarse as level {}", of_steps(t.open_steps, record), t.coarsest_level),
                                    Mark::Note, "The descent ended there, with the answer it had."));
+    if (effects.coarse_contact && t.unconverged_solves > 0)
+        losses.push_back(make_loss("Contact solves that ended at their bound", t.unconverged_steps,
+                                   fmt::format("{} sub-steps in {}", t.unconverged_solves, of_steps(t.unconverged_steps, record)), Mark::Note,
+                                   "Both bodies felt the same impulses, momentum is kept; what was left to change is contact_residual_n in "
+                                   "steps.csv."));
     if (effects.coarse_contact && t.softened > 0)
         losses.push_back(make_loss("Softened contact", t.softened_steps,
                                    fmt::format("{} springs in {}", t.softened, of_steps(t.softened_steps, record)), Mark::Note,
@@ -104,12 +109,12 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
             loud(make_loss("Solids deep in one another", t.deep_steps,
                            fmt::format("by up to {} mm, up to {:.0f} % of the thinner one, in {}", number_text(1e3 * t.deepest_touch_m),
                                        100.0 * t.deepest_share, of_steps(t.deep_steps, record)),
-                           Mark::Note, "The springs of contact give way: a larger solid_stiffness, or a gentler press.")));
+                           Mark::Note, "What lies so deep came unseen, or is pressed harder than the flesh beneath it bears: a shorter step, or a gentler press.")));
     if (effects.coarse_contact && t.passed_steps + t.unproven_solid_steps > 0) { // only where solids press that hard, or go that fast
         losses.push_back(make_loss("Solids deeper than the middle", t.passed_steps, fmt::format("in {}", of_steps(t.passed_steps, record)),
                                    Mark::Note,
                                    "Places beyond the middle of another body, or through it, were pushed back to where they came from. A "
-                                   "shorter step, or a larger solid_stiffness."));
+                                   "shorter step may spare them."));
         losses.push_back(loud(make_loss(
             "Solids that may have passed through", t.unproven_solid_steps,
             fmt::format("{} in {}", count_text(t.unproven_solids, "pair", "pairs"), of_steps(t.unproven_solid_steps, record)), Mark::Bad,

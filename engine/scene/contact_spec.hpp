@@ -9,7 +9,7 @@ namespace trocar::engine {
 
 /// How tested pairs of solid bodies push. The order of each of these enums is that of the scene's words for it.
 enum class SolidResponse : std::uint8_t {
-    Surface, // by the depth of the surfaces beneath the leaves; open surfaces as Spheres
+    Surface, // by impulses at places of the surfaces beneath the leaves; open surfaces as Spheres
     Spheres, // by the overlap of the spheres, as in the sphere-tree paper
 };
 
@@ -38,8 +38,8 @@ struct ContactSpec {
     double rod_stiffness = 2.0e4;   // N/m, of the wall in the rod's solve: 1 N presses 0.05 mm
     double wall_stiffness = 2000.0; // N/m, of the instrument in the tissue's integration: its push has faded when the wall has yielded
                                     // by force / wall_stiffness. Softer lets a tap throw the wall by millimetres in a step
-    double solid_stiffness = 200.0; // N/m per place where solid bodies touch
-    double solid_damping = 0.0;     // N s/m per such place, on approach
+    double solid_stiffness = 200.0; // N/m of a pair of spheres of solid bodies, where those push
+    double solid_damping = 0.0;     // N s/m of such a pair, on approach
     double solid_friction = 0.0;    // Coulomb mu between solid bodies, with the effect friction
     SolidResponse solid_response = SolidResponse::Surface;
     SphereTrees sphere_trees = SphereTrees::Covering; // of solid bodies

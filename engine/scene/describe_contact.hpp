@@ -22,18 +22,18 @@ struct ContactKeys {
             key(s.wall_stiffness,
                 number_field("wall_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of an instrument as the tissue feels it.")),
             key(s.solid_stiffness,
-                number_field("solid_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of a place where two solid bodies touch.")),
+                number_field("solid_stiffness", Dimension::Stiffness, above(0.0, 1e9), "Of a pair of spheres of two solid bodies, where they push: open surfaces, and the response \"spheres\".")),
             key(s.assumed_depth, number_field("assumed_depth", Dimension::Length, between(0.0, kLargest),
                                               "Deepest that a pair the budget left untested may count.")),
             key(s.solid_damping, number_field("solid_damping", Dimension::None, between(0.0, 1e6),
-                                              "Of a contact between two solid bodies while they approach, N s/m.")),
+                                              "Of such a pair while it approaches, N s/m.")),
             key(s.solid_friction, number_field("solid_friction", Dimension::None, between(0.0, 2.0),
                                                "Coulomb's coefficient between two solid bodies, with the effect friction.")),
             key(s.solid_response,
                 choice_field(
                     "solid_response", {"surface", "spheres"},
-                    "Solid bodies push by the depth of their surfaces beneath the leaf spheres that meet, or by the overlap of the "
-                    "spheres.")),
+                    "Solid bodies push by impulses at places of their surfaces beneath the leaf spheres that meet, or by springs and the "
+                    "overlap of the spheres.")),
             key(s.sphere_trees,
                 choice_field(
                     "sphere_trees", {kSphereTreeWords.begin(), kSphereTreeWords.end()},
