@@ -116,7 +116,7 @@ TEST(SurfaceRule, APolygonOfTwoHundredThousandCornersIsNotTriedForEver) {
     EXPECT_THAT(defect->what, HasSubstr("200000 border edges"));
     const RepairAdvice advice = propose_repairs(polygon, {}, kLumen, {});
     EXPECT_FALSE(advice.proposal);
-    EXPECT_THAT(advice.obstacle, HasSubstr("here 199998 do"));
+    EXPECT_THAT(advice.obstacle, HasSubstr("199998 triangles share vertex 0"));
 }
 
 class SurfaceFile : public testing::Test {
