@@ -27,7 +27,7 @@ namespace trocar {
 
 /// In the order given. On an Error the mesh is left as it was. BadMesh as well, with what it would have removed, where a repair
 /// takes more than options.may_remove of the area or of the volume, or leaves more components than it found. Left out of the
-/// count: copies (drop_duplicates), what lies inside what stays (drop_inner_shells), and components cut apart by drop_non_manifold.
+/// count: copies (drop_duplicates) and what lies inside what stays (drop_inner_shells).
 [[nodiscard]] Result<RepairReport> apply_repairs(TriMesh& mesh, std::span<const Repair> repairs, const RepairOptions& options = {});
 
 [[nodiscard]] Result<RepairStep> apply_repair(TriMesh& mesh, Repair repair, const RepairOptions& options = {});

@@ -80,7 +80,7 @@ Result<void> check_removal(const RepairStep& step, const RepairOptions& options)
     }
     const double worst = std::max(area, volume);
     const bool removes = worst > options.may_remove + kRounding;
-    const bool splits = step.repair != Repair::DropNonManifold && after.components > before.components && !options.may_split;
+    const bool splits = after.components > before.components && !options.may_split;
     if (!removes && !splits) return {};
     std::string message = std::string(repair_name(step.repair)) + " would remove " + percent(area) + " of the area" +
                           (before.volume && after.volume ? " and " + percent(volume) + " of the volume" : std::string()) +

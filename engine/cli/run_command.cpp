@@ -70,6 +70,20 @@ Result<void> apply_overrides(const RunOptions& options, Scene& scene) {
     return {};
 }
 
+/// A replayed path that nobody named a target for is measured against the scene's only one, where that can be reached.
+/// progress  as of prepare_scene
+Result<PreparedScene> prepare_to_run(const RunOptions& options, Scene& scene, const Progress& progress) {
+    const bool guess = !options.path.empty() && options.target.empty() && scene.targets.size() == 1 && !scene.instruments.front().follow;
+    if (!guess || !aim_first_instrument(scene, scene.targets.front().name).ok()) return prepare_scene(scene, progress);
+    auto prepared = prepare_scene(scene, progress);
+    if (!prepared.ok()) {
+        scene.instruments.front().follow.reset();
+        return prepare_scene(scene, progress);
+    }
+    std::erase_if(prepared->notices, [](const std::string& notice) { return notice.starts_with("targets."); }); // of following it
+    return prepared;
+}
+
 void print_summary(const RunSummary& summary, const PreparedScene& prepared, const std::filesystem::path& out) {
     fmt::print("{} steps in {:.3g} s, real-time factor {:.3g}, step p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, "
                "budget kept in {:.2f} %\n",
@@ -82,8 +96,9 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
                    ? "; the budget is for collision detection alone"
                    : "");
     if (!prepared.model.instruments.empty())
-        fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} scaled to the safe fraction, {} unresolved, {} assumed\n",
-               summary.lumen_exits, summary.exact_steps, summary.steps, summary.scaled_steps, summary.unresolved, summary.assumed);
+        fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} scaled to the safe fraction, {} unresolved, {} assumed{}\n",
+                   summary.lumen_exits, summary.exact_steps, summary.steps, summary.scaled_steps, summary.unresolved, summary.assumed,
+                   summary.unproven_steps > 0 ? fmt::format(", not proven free in {} steps", summary.unproven_steps) : "");
     if (summary.passed_places + summary.unproven_solids > 0)
         fmt::print(
             "{} places of solids beyond the middle of another, pushed back to where they came from; {} pairs of solids may have passed "
@@ -96,7 +111,9 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
     if (summary.target_distance_m >= 0.0)
         fmt::print("tip to target {:.2f} mm{}\n", 1e3 * summary.target_distance_m,
                    prepared.model.instruments.front().path.empty() ? "" : ", at the end of the replayed path");
-    fmt::print("state {}   report {}\n", summary.state_hash, (out / "report.html").string());
+    const bool lost = std::any_of(summary.missing_outputs.begin(), summary.missing_outputs.end(),
+                                  [](const std::string& sentence) { return sentence.starts_with(output_name::kReport); });
+    fmt::print("state {}{}\n", summary.state_hash, lost ? "" : "   report " + (out / output_name::kReport).string());
 }
 
 /// How the steps ended, when nothing went wrong with the output.
@@ -347,7 +364,7 @@ int run(const RunOptions& options) {
     const Result<Given> given = read_given(options, *scene);
     if (!given.ok()) return report_error(given.error());
     ProgressLine progress(!options.quiet);
-    const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
+    const auto prepared = prepare_to_run(options, *scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
     if (given->replay)

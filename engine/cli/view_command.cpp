@@ -60,6 +60,7 @@ int serve(const ViewOptions& options, const Scene& scene, const PreparedScene& p
     std::string culler;
     viewer::Session session(scene, prepared, [&culler](Simulator& simulator) { culler = attach_culler(simulator); });
     if (!culler.empty() && !options.quiet) fmt::print(stderr, "notice: {}\n", culler);
+    for (const std::string& notice : prepared.notices) fmt::print(stderr, "notice: {}\n", notice);
     viewer::Exchange exchange;
     viewer::open_exchange(session, exchange);
     session.apply(viewer::Pause{options.paused});

@@ -27,8 +27,9 @@ struct GroupedSurface {
 [[nodiscard]] Result<TriMesh> parse_ply(std::string_view bytes, const std::string& name);
 [[nodiscard]] Result<TriMesh> parse_stl(std::string_view bytes, const std::string& name);
 
-[[nodiscard]] Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name);
-[[nodiscard]] Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name);
+/// faces  where given: the triangles that the file lists beside its tetrahedra, in the mesh's vertices
+[[nodiscard]] Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces = nullptr);
+[[nodiscard]] Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces = nullptr);
 [[nodiscard]] Result<TetMesh> parse_veg(std::string_view bytes, const std::string& name);
 [[nodiscard]] Result<TetMesh> parse_tetgen(std::string_view node_bytes, const std::string& node_name, std::string_view ele_bytes,
                                            const std::string& ele_name);

@@ -10,7 +10,8 @@
 namespace trocar::engine {
 namespace {
 
-/// Sections whose rows are numbers only, and how many of them a row has; all but two are passed over.
+/// Sections whose rows are numbers only, and how many of them a row has; all but two, and triangles where they are asked for, are
+/// passed over.
 struct Section {
     std::string_view name;
     std::size_t numbers;
@@ -24,7 +25,9 @@ constexpr std::array kSections = {
 
 class MeditReader {
 public:
-    MeditReader(std::string_view bytes, const std::string& name) : in_(bytes, name), name_(name) { in_.set_comment('#'); }
+    MeditReader(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces) : in_(bytes, name), name_(name), faces_(faces) {
+        in_.set_comment('#');
+    }
 
     Result<TetMesh> read() {
         bool more = true;
@@ -60,7 +63,10 @@ private:
         if (!in_.count(count, "the number of rows", 2 * section.numbers - 1)) return false;
         if (count >= kNoIndex) return in_.fail(ErrorCode::BadMesh, "more rows than indices");
         for (std::size_t i = 0; i < count; ++i) {
-            const bool good = section.name == "Vertices" ? read_vertex(i) : section.name == "Tetrahedra" ? read_tet() : pass_over(section);
+            const bool good = section.name == "Vertices"                         ? read_vertex(i)
+                              : section.name == "Tetrahedra"                     ? read_element(mesh_.tets)
+                              : section.name == "Triangles" && faces_ != nullptr ? read_element(*faces_)
+                                                                                 : pass_over(section);
             if (!good) return false;
         }
         return true;
@@ -74,10 +80,11 @@ private:
         return true;
     }
 
-    bool read_tet() {
-        Tet tet{};
+    template <class Element>
+    bool read_element(std::vector<Element>& elements) {
+        Element element{};
         std::int64_t id = 0;
-        for (Index& corner : tet) {
+        for (Index& corner : element) {
             if (!in_.integer(id, "a vertex number")) return false;
             if (id < 1 || id >= static_cast<std::int64_t>(kNoIndex)) return in_.fail(ErrorCode::BadMesh, fmt::format("vertex {}", id));
             corner = static_cast<Index>(id - 1);
@@ -86,7 +93,7 @@ private:
                 largest_position_ = in_.token_position();
             }
         }
-        mesh_.tets.push_back(tet);
+        elements.push_back(element);
         return in_.integer(id, "a reference");
     }
 
@@ -99,6 +106,7 @@ private:
 
     Scanner in_;
     const std::string& name_;
+    std::vector<Triangle>* faces_; // null: not asked for
     TetMesh mesh_;
     std::int64_t largest_ = 0; // vertex number in use
     std::size_t largest_position_ = 0;
@@ -106,6 +114,8 @@ private:
 
 } // namespace
 
-Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name) { return MeditReader(bytes, name).read(); }
+Result<TetMesh> parse_medit(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces) {
+    return MeditReader(bytes, name, faces).read();
+}
 
 } // namespace trocar::engine

@@ -11,7 +11,7 @@
 namespace trocar::engine {
 namespace {
 
-constexpr int kTetrahedron = 4; // Gmsh's element type
+constexpr int kTriangle = 2, kTetrahedron = 4; // Gmsh's element types
 
 /// Nodes of each element type, from Gmsh's manual; 0: unknown to us.
 constexpr std::size_t nodes_of_type(std::int64_t type) noexcept {
@@ -22,7 +22,7 @@ constexpr std::size_t nodes_of_type(std::int64_t type) noexcept {
 
 class MshReader {
 public:
-    MshReader(std::string_view bytes, const std::string& name) : in_(bytes, name), name_(name) {}
+    MshReader(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces) : in_(bytes, name), name_(name), faces_(faces) {}
 
     Result<TetMesh> read() {
         while (!in_.at_end())
@@ -190,17 +190,23 @@ private:
         return true;
     }
 
-    /// Four node numbers, each read by read_id.
+    [[nodiscard]] bool takes(std::int64_t type) const { return type == kTetrahedron || (type == kTriangle && faces_ != nullptr); }
+
+    /// Four node numbers of a tetrahedron, or three of a triangle, each read by read_id.
     template <class ReadId>
-    bool read_tet(ReadId&& read_id) {
-        Tet tet{};
-        for (Index& corner : tet) {
+    bool read_element(std::int64_t type, ReadId&& read_id) {
+        return type == kTetrahedron ? read_corners("tetrahedron", mesh_.tets, read_id) : read_corners("triangle", *faces_, read_id);
+    }
+    template <class Element, class ReadId>
+    bool read_corners(const char* what, std::vector<Element>& elements, ReadId&& read_id) {
+        Element element{};
+        for (Index& corner : element) {
             std::int64_t id = 0;
             if (!read_id(id)) return false;
             corner = ids_.find(id);
-            if (corner == kNoIndex) return in_.fail(ErrorCode::BadMesh, fmt::format("a tetrahedron uses node {}, which is not given", id));
+            if (corner == kNoIndex) return in_.fail(ErrorCode::BadMesh, fmt::format("a {} uses node {}, which is not given", what, id));
         }
-        mesh_.tets.push_back(tet);
+        elements.push_back(element);
         return true;
     }
 
@@ -234,12 +240,12 @@ private:
     }
 
     bool read_element_line(std::int64_t type) {
-        if (type != kTetrahedron) {
-            ++others_;
+        others_ += type != kTetrahedron;
+        if (!takes(type)) {
             in_.skip_line();
             return true;
         }
-        return read_tet([&](std::int64_t& node) { return in_.integer(node, "a node number"); });
+        return read_element(type, [&](std::int64_t& node) { return in_.integer(node, "a node number"); });
     }
 
     /// Blocks of: type, how many, tag_count, then rows of id, tags, nodes; all 32-bit.
@@ -268,12 +274,10 @@ private:
         std::string_view row;
         const std::size_t width = size_of(id_type);
         if (!in_.raw(row, head + width * nodes, "an element")) return false;
-        if (type != kTetrahedron) {
-            ++others_;
-            return true;
-        }
+        others_ += type != kTetrahedron;
+        if (!takes(type)) return true;
         const char* at = row.data() + head;
-        return read_tet([&](std::int64_t& node) {
+        return read_element(type, [&](std::int64_t& node) {
             node = load_integer(at, id_type, big_);
             at += width;
             return true;
@@ -312,6 +316,7 @@ private:
 
     Scanner in_;
     const std::string& name_;
+    std::vector<Triangle>* faces_; // null: not asked for
     TetMesh mesh_;
     NodeIds ids_;
     std::size_t others_ = 0; // elements that are no linear tetrahedra
@@ -320,6 +325,8 @@ private:
 
 } // namespace
 
-Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name) { return MshReader(bytes, name).read(); }
+Result<TetMesh> parse_msh(std::string_view bytes, const std::string& name, std::vector<Triangle>* faces) {
+    return MshReader(bytes, name, faces).read();
+}
 
 } // namespace trocar::engine

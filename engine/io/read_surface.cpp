@@ -11,6 +11,8 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <utility>
 
 namespace trocar::engine {
 namespace {
@@ -44,17 +46,46 @@ bool holds_tets_alone(const std::string& extension) {
     return std::find(kFormats.begin(), kFormats.end(), extension) != kFormats.end();
 }
 
-/// The faces of one tetrahedron alone.
+/// Corners in ascending order, triangles too.
+std::vector<Triangle> sorted_corners(std::vector<Triangle> triangles) {
+    for (Triangle& t : triangles) std::sort(t.begin(), t.end());
+    std::sort(triangles.begin(), triangles.end());
+    return triangles;
+}
+
+/// Triangles that a file lists beside its tetrahedra, outward, where they are a closed surface.
+std::optional<TriMesh> find_closed(const TetMesh& tets, std::vector<Triangle> faces) {
+    TriMesh mesh{tets.vertices, std::move(faces)};
+    const SurfaceReport report = inspect_surface(mesh);
+    if (!report.closed() || !report.manifold() || !report.oriented() || report.signed_volume == 0.0) return std::nullopt;
+    if (report.signed_volume < 0.0)
+        for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+    return mesh;
+}
+
+/// The surface of a file of tetrahedra: the triangles that it lists beside them, where those are closed and another surface than
+/// the boundary (a mesh of the hull around an organ); else the faces of one tetrahedron alone.
 Result<TriMesh> read_boundary(const std::filesystem::path& path, std::string* note) {
-    const Result<TetMesh> tets = read_tets(path);
+    std::vector<Triangle> faces;
+    const Result<TetMesh> tets = read_tets(path, &faces);
     if (!tets) return tets.error();
-    TriMesh boundary = boundary_surface(*tets);
-    drop_unreferenced_vertices(boundary);
-    if (note != nullptr)
-        *note = fmt::format("the boundary of {} tetrahedra; the tetrahedra themselves are taken by a body's \"coarse\": {{\"file\": ...}}",
-                            tets->tets.size());
-    if (boundary.triangles.empty()) return Error{ErrorCode::BadMesh, "holds tetrahedra without a boundary", path.string()};
-    return boundary;
+    TriMesh surface = boundary_surface(*tets);
+    const std::size_t listed = faces.size();
+    const auto boundary = sorted_corners(surface.triangles), own = sorted_corners(faces);
+    const bool others = !std::includes(boundary.begin(), boundary.end(), own.begin(), own.end());
+    auto closed = others ? find_closed(*tets, std::move(faces)) : std::nullopt;
+    std::string what = fmt::format("the boundary of {} tetrahedra{}", tets->tets.size(),
+                                   others ? fmt::format(" (the file's own {} triangles were left aside: they are no closed surface)", listed)
+                                          : std::string());
+    if (closed) {
+        what = fmt::format("the file's own {} triangles, a closed surface, and not the boundary of its {} tetrahedra ({} triangles)", listed,
+                           tets->tets.size(), surface.triangles.size());
+        surface = std::move(*closed);
+    }
+    drop_unreferenced_vertices(surface);
+    if (note != nullptr) *note = what + "; the tetrahedra themselves are taken by a body's \"coarse\": {\"file\": ...}";
+    if (surface.triangles.empty()) return Error{ErrorCode::BadMesh, "holds tetrahedra without a boundary", path.string()};
+    return surface;
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// Surface files: OBJ, PLY, STL, OFF, VTK legacy PolyData and VTP; the boundary of tetrahedra files; plain or .gz.
+// Surface files: OBJ, PLY, STL, OFF, VTK legacy PolyData and VTP; of tetrahedra files the boundary, or their own closed triangles; plain or .gz.
 #pragma once
 
 #include "base/mesh.hpp"
@@ -21,7 +21,8 @@ struct ReadOptions {
 
 /// Reads a surface; coordinates are in the file's own unit. Polygons are split into fans from their first corner;
 /// faces with fewer than three corners bound no area and are dropped. Normals, colours and textures are passed over.
-/// Of a file that holds tetrahedra and no polygon (see read_tets.hpp) the boundary is taken, and *note says so.
+/// Of a file that holds tetrahedra (see read_tets.hpp) the boundary is taken, or triangles that it lists beside them where those are a
+/// closed surface of their own; *note says which.
 /// No topology is checked (see inspect_surface), but every index is in range and every coordinate finite.
 /// fails     with file and line (binary formats: byte offset): unknown extension, broken syntax, index out of range,
 ///           NaN or infinite coordinate, truncated, no triangle at all, unknown group (the known ones are listed)

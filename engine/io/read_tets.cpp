@@ -47,13 +47,13 @@ Result<TetMesh> read_pair(const std::filesystem::path& node_path, const std::fil
     return parse_tetgen(*nodes, node_path.string(), *elements, ele_path.string());
 }
 
-Result<TetMesh> parse(const std::filesystem::path& path, const std::string& extension) {
+Result<TetMesh> parse(const std::filesystem::path& path, const std::string& extension, std::vector<Triangle>* faces) {
     const std::string name = path.string();
     const Result<std::string> bytes = read_file_bytes(path);
     if (!bytes) return bytes.error();
     if (bytes->empty()) return Error{ErrorCode::BadSyntax, "is empty", name};
-    if (extension == ".msh") return parse_msh(*bytes, name);
-    if (extension == ".mesh") return parse_medit(*bytes, name);
+    if (extension == ".msh") return parse_msh(*bytes, name, faces);
+    if (extension == ".mesh") return parse_medit(*bytes, name, faces);
     if (extension == ".veg") return parse_veg(*bytes, name);
     if (extension == ".vtk" || extension == ".vtu") {
         Result<VtkMesh> vtk = extension == ".vtk" ? parse_vtk_legacy(*bytes, name) : parse_vtk_xml(*bytes, name);
@@ -68,11 +68,11 @@ Result<TetMesh> parse(const std::filesystem::path& path, const std::string& exte
 
 } // namespace
 
-Result<TetMesh> read_tets(const std::filesystem::path& path) {
+Result<TetMesh> read_tets(const std::filesystem::path& path, std::vector<Triangle>* faces) {
     const std::string extension = mesh_extension(path);
     Result<TetMesh> mesh = extension == ".node"  ? read_pair(path, partner(path, ".ele"))
                            : extension == ".ele" ? read_pair(partner(path, ".node"), path)
-                                                 : parse(path, extension);
+                                                 : parse(path, extension, faces);
     if (mesh) follow_convention(*mesh);
     return mesh;
 }

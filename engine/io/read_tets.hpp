@@ -5,6 +5,7 @@
 #include "base/result.hpp"
 
 #include <filesystem>
+#include <vector>
 
 namespace trocar::engine {
 
@@ -15,7 +16,8 @@ namespace trocar::engine {
 /// single inverted or flat tetrahedra are kept as they are for inspect_tets to name.
 /// fails     with file and line (binary formats: byte offset): unknown extension or version, broken syntax, index out
 ///           of range, NaN or infinite coordinate, truncated, no tetrahedron at all (what it holds instead is named)
+/// faces     where given: the triangles that an MSH or MEDIT file lists beside them
 /// cost      O(file size); memory is bounded by the file's size, whatever counts it claims
-[[nodiscard]] Result<TetMesh> read_tets(const std::filesystem::path& path);
+[[nodiscard]] Result<TetMesh> read_tets(const std::filesystem::path& path, std::vector<Triangle>* faces = nullptr);
 
 } // namespace trocar::engine

@@ -75,17 +75,20 @@ SurfaceNeeds needs_of(const SceneBody& body) {
 /// The repairs that the scene asks for, then the rule; the error names the whole chain of repairs that would do.
 Result<void> repair_and_check(const SceneBody& body, LoadedSurface& loaded) {
     const SurfaceSpec& spec = body.surface;
+    if (Result<void> fans = check_fans(loaded.mesh); !fans.ok()) return fans;
     const TriMesh raw = loaded.mesh;
     const SurfaceNeeds needs = needs_of(body);
     const auto refuse = [&](const std::string& what, ErrorCode code) {
         const RepairAdvice advice = propose_repairs(raw, spec.repair, needs, spec.repairing);
-        const std::string help = spec.source == SurfaceSource::File ? describe_advice(advice, RepairWriting::SceneKey) : "";
+        const std::string help = spec.source == SurfaceSource::File ? describe_advice(advice, RepairWriting::SceneKey, what) : "";
         return Error{code, what + help};
     };
     const Result<RepairReport> repaired = apply_repairs(loaded.mesh, spec.repair, spec.repairing);
     if (!repaired.ok()) return refuse(repaired.error().message, repaired.error().code);
     for (const RepairStep& step : repaired->steps) loaded.notes.push_back("repair " + step.to_string());
     drop_unreferenced_vertices(loaded.mesh);
+    if (const Result<void> fans = check_fans(loaded.mesh); !fans.ok())
+        return Error{fans.error().code, "after the repairs " + fans.error().message};
     loaded.report = inspect_surface(loaded.mesh);
     const auto defect = find_defect(loaded.mesh, loaded.report, needs);
     if (!defect) return {};

@@ -31,7 +31,42 @@ Motion motion_of(BodyKind kind) {
     return Motion::Static;
 }
 
-Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, std::vector<std::string>& notes) {
+/// What preparation says of a body: in its summary, and to whoever runs the scene.
+struct Remarks {
+    std::vector<std::string>& notes;
+    std::vector<std::string>& notices;
+};
+
+/// A body's mesh is one piece. Parts apart from the largest one are left out: a few tetrahedra with a notice, more of them not unasked.
+/// share  [-] of the mesh's volume
+Result<void> check_loose_parts(const SceneBody& body, std::size_t tets, double share, const Remarks& remarks) {
+    if (tets == 0) return {};
+    if (share > body.coarse.may_drop)
+        return Error{ErrorCode::BadMesh,
+                     fmt::format("parts of the coarse mesh apart from its largest one, {} tetrahedra with {:.3g} % of its volume, would be "
+                                 "left out: a body is one piece; expected at most {:.3g} %; what helps: a body of its own for each part, "
+                                 "\"repair\": [\"keep_largest\"], more \"surface_triangles\" than {} where a thin neck came apart, or "
+                                 "\"may_drop\": {:.3g}",
+                                 tets, 100.0 * share, 100.0 * body.coarse.may_drop, body.coarse.surface_triangles,
+                                 std::min(1.0, std::ceil(100.0 * share) / 100.0))};
+    const std::string what = fmt::format("{} tetrahedra of the coarse mesh, {:.3g} % of its volume, were left out: parts apart from the "
+                                         "largest one, to which their surface is fixed now",
+                                         tets, 100.0 * share);
+    remarks.notices.push_back(fmt::format("bodies.{}: {}", body.name, what));
+    remarks.notes.push_back(what);
+    return {};
+}
+
+double volume_of(const TetMesh& mesh) {
+    double six = 0.0;
+    for (const Tet& t : mesh.tets) {
+        const Vec3& o = mesh.vertices[t[0]];
+        six += (mesh.vertices[t[1]] - o).dot((mesh.vertices[t[2]] - o).cross(mesh.vertices[t[3]] - o));
+    }
+    return six / 6.0;
+}
+
+Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, const Remarks& remarks) {
     fem::LatticeOptions options;
     options.cell = fem::find_lattice_cell(surface, body.coarse.surface_triangles);
     Result<fem::LatticeMesh> lattice = fem::make_lattice_mesh(surface, options);
@@ -43,11 +78,12 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, std:
                                          body.coarse.surface_triangles);
         return error;
     }
-    notes.push_back(fmt::format("coarse mesh by lattice of {:.3g} m: {:.4f} of the surface's volume, {:.0f} % of its boundary nodes on the "
-                                "surface, the farthest {:.3g} m off",
-                                options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, lattice->farthest));
-    if (lattice->islands > 0)
-        notes.push_back(fmt::format("{} loose parts of the lattice ({} tetrahedra) were dropped", lattice->islands, lattice->island_tets));
+    remarks.notes.push_back(fmt::format("coarse mesh by lattice of {:.3g} m: {:.4f} of the surface's volume, {:.0f} % of its boundary nodes "
+                                        "on the surface, the farthest {:.3g} m off",
+                                        options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, lattice->farthest));
+    const auto loose = static_cast<double>(lattice->island_tets), kept = static_cast<double>(lattice->tets.tets.size());
+    const Result<void> whole = check_loose_parts(body, lattice->island_tets, loose / (loose + kept), remarks); // congruent before they are fitted
+    if (!whole.ok()) return whole.error();
     return std::move(lattice->tets);
 }
 
@@ -66,19 +102,21 @@ void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& 
                                 asked, capped, stable.step, slow));
 }
 
-Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, std::vector<std::string>& notes) {
-    if (body.coarse.file.empty() && body.coarse.lattice) return make_lattice(body, surface, notes);
+Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, const Remarks& remarks) {
+    if (body.coarse.file.empty() && body.coarse.lattice) return make_lattice(body, surface, remarks);
     if (body.coarse.file.empty()) {
         CoarseOptions options;
         options.surface_triangles = body.coarse.surface_triangles;
         options.tetgen.max_volume = body.coarse.max_volume;
         Result<CoarseMesh> coarse = make_coarse_mesh(surface, options);
         if (!coarse.ok()) return coarse.error();
-        notes.push_back(fmt::format("coarse mesh by TetGen from {} surface triangles{}", coarse->surface_triangles,
-                                    coarse->from_cache ? ", from the cache" : ""));
+        remarks.notes.push_back(fmt::format("coarse mesh by TetGen from {} surface triangles{}", coarse->surface_triangles,
+                                            coarse->from_cache ? ", from the cache" : ""));
+        const double whole = volume_of(coarse->tets);
         if (const std::size_t loose = fem::drop_loose_parts(coarse->tets); loose > 0) {
+            const Result<void> checked = check_loose_parts(body, loose, 1.0 - volume_of(coarse->tets) / whole, remarks);
+            if (!checked.ok()) return checked.error();
             drop_unused_nodes(coarse->tets);
-            notes.push_back(fmt::format("{} tetrahedra in parts apart from the largest one were dropped", loose));
         }
         return std::move(coarse->tets);
     }
@@ -86,7 +124,7 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, std::
     if (!mesh.ok()) return mesh;
     for (Vec3& v : mesh->vertices) v = body.scale * (body.coarse.unit * v) + body.translate;
     if (const std::size_t dropped = drop_unused_nodes(*mesh); dropped > 0)
-        notes.push_back(fmt::format("{} nodes of the coarse mesh belong to no tetrahedron and were dropped", dropped));
+        remarks.notes.push_back(fmt::format("{} nodes of the coarse mesh belong to no tetrahedron and were dropped", dropped));
     return mesh;
 }
 
@@ -198,10 +236,10 @@ Result<void> check_max_volume(const Scene& scene, const SceneBody& body, const T
 }
 
 Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const SceneAllowance& allowance, BodyModel& model, TetMesh& coarse,
-                            BodySummary& summary) {
+                            BodySummary& summary, std::vector<std::string>& notices) {
     const std::string key = "bodies." + body.name;
     if (const Result<void> sized = check_max_volume(scene, body, model.surface, allowance); !sized.ok()) return sized;
-    Result<TetMesh> mesh = make_coarse(body, model.surface, summary.notes);
+    Result<TetMesh> mesh = make_coarse(body, model.surface, {summary.notes, notices});
     if (!mesh.ok()) return scene_error(scene, key + ".coarse", mesh.error().to_string(), mesh.error().code);
     if (mesh->tets.size() > allowance.tets)
         return scene_error(scene, key + ".coarse",
@@ -272,7 +310,7 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     for (const KeyFrame& frame : body.motion) model.path.push_back({frame.time, frame.displacement});
     coarse.meshes.emplace_back();
     if (model.motion == Motion::Deformable) {
-        const Result<void> done = prepare_tissue(scene, body, allowance, model, coarse.meshes.back(), summary);
+        const Result<void> done = prepare_tissue(scene, body, allowance, model, coarse.meshes.back(), summary, prepared.notices);
         if (!done.ok()) return done;
         summarise_links(*model.links, summary);
     }

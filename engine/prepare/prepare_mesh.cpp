@@ -99,18 +99,20 @@ Result<void> load(const std::filesystem::path& file, const PrepareOptions& optio
             return bad(fmt::format("vertex {} lies {:.6g} m from the origin (unit {:g} m); expected at most {:g} m", i, largest,
                                    options.unit, spheretree::kLargestCoordinate));
     }
+    if (const Result<void> fans = check_fans(*mesh); !fans.ok()) return bad(fans.error().message);
     const TriMesh raw = *mesh;
     const bool closed = spheretree::needs_closed(options.spheres.builder);
     const std::string builder(spheretree::builder_name(options.spheres.builder));
     const SurfaceNeeds needs{fmt::format("the {} builder", builder), closed, closed};
     const auto refuse = [&](const std::string& what) {
-        const std::string help = describe_advice(propose_repairs(raw, options.repairs, needs, options.repairing), RepairWriting::Option);
+        const std::string help = describe_advice(propose_repairs(raw, options.repairs, needs, options.repairing), RepairWriting::Option, what);
         return bad(what + help + (closed ? "; builder \"shell\" takes any surface" : ""));
     };
     const Result<RepairReport> repaired = apply_repairs(*mesh, options.repairs, options.repairing);
     if (!repaired.ok()) return refuse(repaired.error().message);
     for (const RepairStep& step : repaired->steps) made.notes.push_back("repair " + step.to_string());
     drop_unreferenced_vertices(*mesh);
+    if (const Result<void> fans = check_fans(*mesh); !fans.ok()) return bad("after the repairs " + fans.error().message);
     made.surface = std::move(*mesh);
     made.dense = inspect_surface(made.surface);
     if (std::string crowd = find_crowd(made.surface); !crowd.empty()) return bad(std::move(crowd));
@@ -163,9 +165,12 @@ void make_coarse_model(const PrepareOptions& options, MeshPreparation& made) {
     }
     const std::size_t nodes = made.coarse ? made.coarse->nodes : options.coarse_triangles / 2;
     const Result<fem::LatticeMesh> lattice = fem::make_lattice_of_nodes(made.surface, nodes);
-    if (lattice.ok())
+    if (lattice.ok()) {
         made.lattice = rate_coarse(lattice->tets, "lattice", options, made);
-    else
+        if (lattice->island_tets > 0)
+            made.notes.push_back(fmt::format("a lattice leaves {} of its {} tetrahedra out: parts apart from the largest one",
+                                             lattice->island_tets, lattice->island_tets + lattice->tets.tets.size()));
+    } else
         made.notes.push_back("no coarse model by lattice: " + lattice.error().message);
 }
 

@@ -40,7 +40,10 @@ Result<void> prepare_route(const Scene& scene, const SceneInstrument& spec, cons
     if (!path.ok())
         return scene_error(scene, "instruments." + spec.name + ".follow",
                            fmt::format("no way from the entry to {}: {}", target.name, path.error().message));
-    for (std::string& note : note_target(scene, spec, model, lumen, end)) prepared.bodies[model.lumen].notes.push_back(std::move(note));
+    for (std::string& note : note_target(scene, spec, model, lumen, end)) {
+        prepared.notices.push_back(note);
+        prepared.bodies[model.lumen].notes.push_back(std::move(note));
+    }
     std::vector<Vec3> points;
     std::vector<double> radii;
     for (const auto& point : *path) {

@@ -25,6 +25,7 @@ struct PreparedScene {
     SceneModel model;
     std::vector<BodySummary> bodies; // as SceneModel::bodies
     std::vector<Place> targets;      // as Scene::targets
+    std::vector<std::string> notices; // what preparing changed or found unreachable in what the scene asks: a run tells it
     double seconds = 0.0;            // wall time of preparation
 };
 

@@ -13,7 +13,6 @@ namespace trocar::engine {
 namespace {
 
 constexpr std::size_t kMostTried = 400'000;    // triangles
-constexpr std::size_t kLargestValence = 5'000; // triangles round a vertex
 constexpr std::size_t kLongestChain = 12;      // repairs
 constexpr int kMostSame = 2;                   // times the same repair
 constexpr int kTriedRounds = 12;               // of cutting out crossings: beyond that the repair costs too much of the surface
@@ -23,14 +22,19 @@ struct Attempt {
     TriMesh mesh;
     std::vector<Repair> done;
     std::string failure;
+    bool splits = false; // what was done leaves more parts than there were
 
-    bool apply(Repair repair, const RepairOptions& options) {
+    /// To cut at edges of three or more triangles leaves what hung together there as parts: proposed with the key that allows it.
+    bool apply(Repair repair, RepairOptions options) {
+        const bool allowed = options.may_split;
+        options.may_split = allowed || repair == Repair::DropNonManifold;
         const Result<RepairStep> step = apply_repair(mesh, repair, options);
         if (!step.ok()) {
             failure = step.error().message;
             return false;
         }
         done.push_back(repair);
+        splits = splits || (!allowed && step->after.components > step->before.components);
         return true;
     }
     [[nodiscard]] bool has(Repair repair) const { return std::find(done.begin(), done.end(), repair) != done.end(); }
@@ -69,14 +73,6 @@ bool mend(Attempt& attempt, const SurfaceNeeds& needs, const RepairOptions& opti
     return false;
 }
 
-/// A repair that changes such a surface has to compare nearly all of its triangles with each other.
-std::size_t find_largest_valence(const TriMesh& mesh) {
-    std::vector<std::size_t> valence(mesh.vertices.size(), 0);
-    for (const Triangle& t : mesh.triangles)
-        for (const Index v : t) ++valence[v];
-    return valence.empty() ? 0 : *std::max_element(valence.begin(), valence.end());
-}
-
 std::string join_names(std::span<const Repair> repairs, std::string_view around, std::string_view between) {
     std::vector<std::string> names;
     for (const Repair repair : repairs) names.push_back(fmt::format("{0}{1}{0}", around, repair_name(repair)));
@@ -88,25 +84,21 @@ std::string join_names(std::span<const Repair> repairs, std::string_view around,
 RepairAdvice propose_repairs(const TriMesh& raw, std::span<const Repair> asked, const SurfaceNeeds& needs, const RepairOptions& options) {
     if (raw.triangles.size() > kMostTried)
         return {std::nullopt, fmt::format("chains of repairs are tried on at most {} triangles", kMostTried)};
-    if (const std::size_t valence = find_largest_valence(raw); valence > kLargestValence)
-        return {std::nullopt,
-                fmt::format("chains of repairs are tried where at most {} triangles share a vertex, here {} do; expected polygons "
-                            "with fewer corners",
-                            kLargestValence, valence)};
+    if (const Result<void> fans = check_fans(raw); !fans.ok()) return {std::nullopt, fans.error().message};
     RepairOptions trying = options;
     trying.most_rounds = std::min(options.most_rounds, kTriedRounds);
     RepairAdvice advice;
-    Attempt begun{raw, {}, {}};
+    Attempt begun{raw, {}, {}, false};
     const bool asked_works = std::all_of(asked.begin(), asked.end(), [&](Repair repair) { return begun.apply(repair, options); });
     std::vector<Attempt> starts;
     if (asked_works && !asked.empty()) starts.push_back(begun);
-    starts.push_back({raw, {}, {}});
+    starts.push_back({raw, {}, {}, false});
     for (const Attempt& start : starts)
         for (const std::optional<Repair> before_cuts :
              {std::optional<Repair>(), std::optional(Repair::DropInnerShells), std::optional(Repair::KeepLargest)}) {
             Attempt attempt = start;
             if (mend(attempt, needs, trying, before_cuts)) {
-                advice.proposal = RepairProposal{attempt.done, measure_surface(raw), measure_surface(attempt.mesh)};
+                advice.proposal = RepairProposal{attempt.done, attempt.splits, measure_surface(raw), measure_surface(attempt.mesh)};
                 return advice;
             }
             if (advice.obstacle.empty()) advice.obstacle = attempt.failure;
@@ -117,13 +109,16 @@ RepairAdvice propose_repairs(const TriMesh& raw, std::span<const Repair> asked, 
     return advice;
 }
 
-std::string describe_advice(const RepairAdvice& advice, RepairWriting writing) {
+std::string describe_advice(const RepairAdvice& advice, RepairWriting writing, std::string_view told) {
+    if (!advice.proposal && advice.obstacle.empty()) return "; no chain of repairs mends it";
     if (!advice.proposal)
-        return advice.obstacle.empty() ? std::string("; no chain of repairs mends it")
-                                       : fmt::format("; no chain of repairs was found that mends all of it: {}", advice.obstacle);
+        return "; no chain of repairs was found that mends all of it" + (advice.obstacle == told ? std::string() : ": " + advice.obstacle);
     const RepairProposal& p = *advice.proposal;
-    const std::string chain = writing == RepairWriting::SceneKey ? fmt::format("\"repair\": [{}]", join_names(p.repairs, "\"", ", "))
-                                                                 : fmt::format("--repair {}", join_names(p.repairs, "", ","));
+    if (p.repairs.empty()) return "; nothing else is wrong with it: none of these repairs is needed";
+    const bool is_key = writing == RepairWriting::SceneKey;
+    const std::string chain =
+        is_key ? fmt::format("\"repair\": [{}]{}", join_names(p.repairs, "\"", ", "), p.splits ? ", \"may_split\": true" : "")
+               : fmt::format("--repair {}{}", join_names(p.repairs, "", ","), p.splits ? " --may-split" : "");
     return fmt::format("; {} mends all of it: {}, triangles {} to {}", chain, describe_change(p.before, p.after), p.before.triangles,
                        p.after.triangles);
 }

@@ -5,11 +5,34 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <utility>
+
 namespace trocar::engine {
 
 namespace {
 
 constexpr std::size_t kShownPairs = 4;
+constexpr std::size_t kLargestFan = 5'000; // triangles round a vertex
+
+/// The vertex with the most triangles, and how many.
+std::pair<std::size_t, std::size_t> find_largest_fan(std::span<const Triangle> triangles, std::size_t vertices) {
+    std::vector<std::size_t> count(vertices, 0);
+    for (const Triangle& t : triangles)
+        for (const Index v : t) ++count[v];
+    const auto most = std::max_element(count.begin(), count.end());
+    return most == count.end() ? std::pair<std::size_t, std::size_t>{} : std::pair(static_cast<std::size_t>(most - count.begin()), *most);
+}
+
+/// Without copies and without those that repeat a vertex.
+std::vector<Triangle> list_distinct(std::span<const Triangle> triangles) {
+    std::vector<Triangle> distinct(triangles.begin(), triangles.end());
+    for (Triangle& t : distinct) std::sort(t.begin(), t.end());
+    std::erase_if(distinct, [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2]; });
+    std::sort(distinct.begin(), distinct.end());
+    distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+    return distinct;
+}
 
 std::string list_triangles(const SurfaceReport& report) {
     if (report.bad_triangles.empty()) return "";
@@ -73,6 +96,17 @@ std::optional<SurfaceDefect> find_defect(const TriMesh& mesh, const SurfaceRepor
     if (auto defect = find_open_defect(r, needs.wanted)) return defect;
     if (auto defect = find_turned_shells(mesh, r)) return defect;
     return needs.uncrossed ? find_crossings(mesh, needs.wanted) : std::nullopt;
+}
+
+Result<void> check_fans(const TriMesh& mesh) {
+    if (find_largest_fan(mesh.triangles, mesh.vertices.size()).second <= kLargestFan) return {};
+    const auto [vertex, count] = find_largest_fan(list_distinct(mesh.triangles), mesh.vertices.size());
+    if (count <= kLargestFan) return {};
+    const Vec3& p = mesh.vertices[vertex];
+    return Error{ErrorCode::BadMesh,
+                 fmt::format("{} triangles share vertex {} at ({:.6g}, {:.6g}, {:.6g}) m; expected at most {}, as of polygons with fewer "
+                             "corners: triangulate the surface evenly (\"remesh\" in mesh programs)",
+                             count, vertex, p.x(), p.y(), p.z(), kLargestFan)};
 }
 
 std::vector<std::string> list_leniencies(const SurfaceReport& r) {

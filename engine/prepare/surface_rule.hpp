@@ -24,12 +24,18 @@ struct SurfaceDefect {
 };
 [[nodiscard]] std::optional<SurfaceDefect> find_defect(const TriMesh& mesh, const SurfaceReport& report, const SurfaceNeeds& needs);
 
+/// A vertex with very many triangles round it, such as a polygon of that many corners makes: their boxes all overlap, and to repair
+/// them, to search them for crossings or to cover them with spheres is to compare each with each. Copies, and triangles that
+/// repeat a vertex, do not count: repairs take them away.
+[[nodiscard]] Result<void> check_fans(const TriMesh& mesh);
+
 /// Accepted defects, a note each.
 [[nodiscard]] std::vector<std::string> list_leniencies(const SurfaceReport& report);
 
 /// Repairs after which nothing is wrong any more, found by trying them.
 struct RepairProposal {
     std::vector<Repair> repairs; // the whole chain, those that were asked for included where they help
+    bool splits = false;         // one of them leaves more parts than it found, which has to be allowed
     SurfaceMeasure before, after;
 };
 
@@ -46,6 +52,7 @@ struct RepairAdvice {
 /// How a place asks for repairs: a scene's key, or `prepare`'s option.
 enum class RepairWriting : std::uint8_t { SceneKey, Option };
 /// "; \"repair\": [\"weld\", \"fill_holes\"] mends all of it: area ...", or why nothing does.
-[[nodiscard]] std::string describe_advice(const RepairAdvice& advice, RepairWriting writing);
+/// told  the sentence before it: an obstacle that says the same is not said twice
+[[nodiscard]] std::string describe_advice(const RepairAdvice& advice, RepairWriting writing, std::string_view told = {});
 
 } // namespace trocar::engine

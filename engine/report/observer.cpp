@@ -111,7 +111,7 @@ void RunObserver::Parts::take_pictures(const Moment& now, double time, bool rest
 
 void RunObserver::Parts::observe(Simulator& simulator, const StepReport& report) {
     if (!report.finite) return stop(simulator, report);
-    statistics.add(report, budget_ms);
+    statistics.add(report, budget_ms, simulator.contacts().size());
     note(output_name::kSteps, table.add(report));
     if (options.pictures && photographer.anything_due(report.time_s)) take_pictures(moment(simulator), report.time_s, false);
     if (options.checkpoint_every > 0 && report.step % options.checkpoint_every == 0) save(simulator);
@@ -207,6 +207,7 @@ RunSummary RunObserver::finish(Simulator& simulator, double wall_s, bool interru
     make_run_summary(record, static_cast<double>(parts.statistics.steps) * parts.scene.time.step, std::max(wall_s - record.observe_s, 0.0),
                      hash_state(state));
     append(parts.scene.questions, parts.notices);
+    append(parts.prepared.notices, parts.notices);
     parts.write_pages(record);
     return record.summary;
 }

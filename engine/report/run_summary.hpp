@@ -27,6 +27,7 @@ struct RunSummary {
     double worst_overrun_ms = 0.0;
     std::uint64_t overruns = 0, realtime_overruns = 0; // steps that did not, of either kind
     std::uint64_t lumen_exits = 0, unresolved = 0, assumed = 0, contacts = 0, exact_steps = 0, scaled_steps = 0;
+    std::uint64_t unproven_steps = 0; // in which nothing proved an instrument free of its wall
     std::uint64_t passed_places = 0, unproven_solids = 0; // sums of the steps'
     double target_distance_m = -1.0;
     std::string state_hash; // hex

@@ -88,7 +88,7 @@ void RunStatistics::reserve(std::uint64_t step_count) {
     for (std::vector<double>& stage : stage_ms) stage.reserve(count);
 }
 
-void RunStatistics::add(const StepReport& report, double budget_ms) {
+void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t pushed) {
     effects += report.effects;
     within_distance += report.within_distance;
     total_ms.push_back(report.ms.total);
@@ -116,7 +116,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms) {
 
     exact_steps += report.exact_ran;
     exact_abandoned += report.exact_abandoned;
-    contacts += report.exact_ran ? report.exact_contacts : report.leaf_contacts;
+    contacts += pushed;
     unresolved += report.unresolved;
     assumed += report.assumed;
     open_steps += report.pairs_open > 0;

@@ -79,7 +79,8 @@ struct RunStatistics {
 
     void reserve(std::uint64_t step_count);
     /// budget_ms  limit of a step, infinity where the budget is no time
-    void add(const StepReport& report, double budget_ms);
+    /// pushed     places that the step's response pushed against (Simulator::contacts)
+    void add(const StepReport& report, double budget_ms, std::size_t pushed);
     /// Whole steps that took longer than the time they simulate, whatever the budget covers.   step_s  s, what a step simulates
     [[nodiscard]] std::uint64_t count_slower_than_real_time(double step_s) const noexcept;
 };

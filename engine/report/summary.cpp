@@ -175,6 +175,7 @@ void make_run_summary(RunRecord& record, double simulated_s, double wall_s, std:
     s.contacts = t.contacts;
     s.exact_steps = t.exact_steps;
     s.scaled_steps = t.scaled_step_count;
+    s.unproven_steps = t.unproven_steps;
     s.passed_places = t.passed_places;
     s.unproven_solids = t.unproven_solids;
     s.target_distance_m = t.target_distance_m;

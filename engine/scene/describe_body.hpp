@@ -66,7 +66,7 @@ struct FileSurfaceKeys {
         const auto repairs = repair_names();
         return described(
             {"file surface",
-             "A mesh from a file: OBJ, PLY, STL, OFF, VTK, VTP, plain or .gz; of a file of tetrahedra (MSH, VTU, MEDIT, ...) the boundary.",
+             "A mesh from a file: OBJ, PLY, STL, OFF, VTK, VTP, plain or .gz; of a file of tetrahedra (MSH, VTU, MEDIT, ...) its closed triangles, or else the boundary.",
              "file"},
             key(s.file,
                 path_field("file", "Relative to the scene's folder; ${TROCAR_TEST_DATA} stands for that environment variable.").required()),
@@ -156,7 +156,10 @@ struct MeshedCoarseKeys {
             key(s.surface_triangles,
                 count_field("surface_triangles", 20, 1e6, "Of the simplified surface; of a lattice's boundary, about.")),
             key(s.max_volume, number_field("max_volume", Dimension::Volume, above(0.0, 1.0),
-                                           "Of a tetrahedron, TetGen's; follows from the surface's triangles when absent.")));
+                                           "Of a tetrahedron, TetGen's; follows from the surface's triangles when absent.")),
+            key(s.may_drop, number_field("may_drop", Dimension::None, between(0.0, 1.0),
+                                         "Share of the mesh's volume that may be left out as parts apart from the largest one; more is an "
+                                         "error that says how much.")));
     }
 };
 

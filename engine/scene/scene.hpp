@@ -71,6 +71,7 @@ struct CoarseSpec {
     double unit = 1.0;                   // m per unit of the file
     std::size_t surface_triangles = 800; // TetGen: of the simplified surface; lattice: of its boundary, about
     double max_volume = 0.0;             // m^3, TetGen; 0: derived from the surface's triangles
+    double may_drop = kUsualRemoval;     // [-] share of its volume that may be left out as parts apart from the largest one
 };
 
 enum class RegionKind : std::uint8_t { Direction, Box, Sphere };

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <initializer_list>
 
 namespace trocar::engine {
@@ -21,6 +23,7 @@ public:
     }
 
     void learn(double seconds) noexcept {
+        last_[learned_++ % last_.size()] = seconds;
         if (!known_) {
             known_ = true;
             mean_ = seconds;
@@ -49,14 +52,27 @@ public:
     }
     /// Few cost more: what is set aside.
     [[nodiscard]] double reserve_s() const noexcept { return mean_ + kSpread * deviation_; }
+    /// The largest of the last few measurements, where that is less than the reserve. Rare long ones, such as of a program that shares
+    /// its processor, keep the reserve large between them; this forgets each after kLast others.
+    [[nodiscard]] double recent_s() const noexcept {
+        return learned_ < last_.size() ? reserve_s() : std::min(reserve_s(), *std::max_element(last_.begin(), last_.end()));
+    }
+    /// Of two in turn, of which only one is held up.
+    [[nodiscard]] static double recent_of_both_s(const CostForecast& a, const CostForecast& b) noexcept {
+        const double long_a = a.recent_s(), long_b = b.recent_s();
+        return std::max(long_a + std::min(b.mean_, long_b), std::min(a.mean_, long_a) + long_b);
+    }
 
 private:
     static constexpr double kMeanGain = 0.125, kWidenGain = 0.25, kNarrowGain = 0.05;
     static constexpr double kSpread = 3.0, kFirstSpread = 0.2;
     static constexpr double kFade = 0.98;
+    static constexpr std::size_t kLast = 4;
     /// Of the reserve: a measurement beyond it is clamped to it, for it is not this work's cost (the program was suspended).
     double largest_lesson_ = 10.0;
     double mean_ = 0.0, deviation_ = 0.0;
+    std::array<double, kLast> last_{}; // s, as they were measured
+    std::size_t learned_ = 0;
     bool known_ = false;
 };
 

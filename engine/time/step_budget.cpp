@@ -34,6 +34,10 @@ constexpr double kForget = 0.98;
 /// Per exact stage that was given up before any test, of what tests are thought to cost.
 constexpr double kDoubt = 0.9;
 
+/// Steps in a row without the exact stage, after which it is tried by what its parts cost lately (CostForecast::recent_s) instead of by
+/// their reserves, until it is given up or late once: reserves that rare long measurements keep above the budget would refuse it for ever.
+constexpr unsigned kRefusalsUntilRetry = 10;
+
 /// As CostForecast: a program that was suspended has not become a thousand times slower.
 constexpr double kLargestLesson = 10.0;
 
@@ -61,6 +65,8 @@ void StepBudget::begin(bool covers_step) noexcept {
         leave_out(StepPart::Skin);
         if (!solve_seen_) solve_.fade();
     }
+    if (steady_s_ > 0.0) steady_.learn(steady_s_);
+    steady_s_ = 0.0;
     exact_tried_ = solve_seen_ = false;
     running_ = false;
     if (covers_step) resume();
@@ -104,11 +110,15 @@ std::uint64_t StepBudget::units_left() const noexcept {
 
 void StepBudget::end_part(StepPart part) noexcept {
     const auto index = static_cast<std::size_t>(part);
-    parts_[index].learn(seconds_between(part_start_ns_[index], clock_->now_ns()));
+    const double seconds = seconds_between(part_start_ns_[index], clock_->now_ns());
+    parts_[index].learn(seconds);
+    if (part == StepPart::Refit || part == StepPart::Planes) steady_s_ += seconds;
 }
 
 void StepBudget::end_solve() noexcept {
-    solve_.learn(seconds_between(round_start_ns_, clock_->now_ns()));
+    const double seconds = seconds_between(round_start_ns_, clock_->now_ns());
+    solve_.learn(seconds);
+    steady_s_ += seconds;
     solve_seen_ = true;
 }
 
@@ -159,6 +169,8 @@ void StepBudget::settle_descent(const WorkBudget& grant) noexcept {
         learn(descent_s_per_unit_, measured, kFallingDescent, 1.0);
 }
 
+bool StepBudget::retries() const noexcept { return refusals_ >= kRefusalsUntilRetry; }
+
 double StepBudget::tests_seconds(std::uint64_t candidates) const noexcept {
     return kTestsReserve * static_cast<double>(candidates) * tests_s_per_candidate_;
 }
@@ -169,12 +181,15 @@ bool StepBudget::exact_fits(const ExactForecast& last) {
         if (limits_.mode == BudgetMode::Work) return units_of(last) <= units_left();
         // What no grant interrupts is known from every step. The forecast of whole stages fades, and so does that of how many candidates
         // the last one had: a stage that is begun for too few of them is given up in time.
-        const double parts =
-            CostForecast::reserve_of_all_s({forecast(StepPart::Refit), forecast(StepPart::Planes), solve_, forecast(StepPart::Skin)}) +
-            trust_ * tests_seconds(last.candidates);
-        return std::max(exact_.reserve_s(), parts) <= left_s();
+        const CostForecast& skin = forecast(StepPart::Skin);
+        const double tests = trust_ * tests_seconds(last.candidates);
+        if (retries()) return std::max(exact_.recent_s(), CostForecast::recent_of_both_s(steady_, skin) + tests) <= left_s();
+        const double parts = CostForecast::reserve_of_all_s({forecast(StepPart::Refit), forecast(StepPart::Planes), solve_, skin});
+        return std::max(exact_.reserve_s(), parts + tests) <= left_s();
     }) != 0;
+    if (!fits && !retries()) ++refusals_;
     if (!fits) return false;
+    if (!retries()) refusals_ = 0;
     exact_tried_ = true;
     trust_ = 1.0;
     learned_ = false;
@@ -189,7 +204,8 @@ void StepBudget::charge_refit(std::uint64_t triangles) noexcept {
 bool StepBudget::round_fits() {
     const bool fits = tape_.decide(DecisionKind::Round, [&]() -> std::uint64_t {
         if (limits_.mode != BudgetMode::Wall) return 1; // work is charged where the tests are granted
-        return solve_.reserve_s() + forecast(StepPart::Skin).reserve_s() <= left_s();
+        const CostForecast& skin = forecast(StepPart::Skin);
+        return (retries() ? CostForecast::recent_of_both_s(solve_, skin) : solve_.reserve_s() + skin.reserve_s()) <= left_s();
     }) != 0;
     round_start_ns_ = clock_->now_ns();
     return fits;
@@ -229,6 +245,7 @@ bool StepBudget::choose_cull(double culling_s, bool pays) {
 void StepBudget::end_exact(bool finished) noexcept {
     if (limits_.mode != BudgetMode::Wall) return;
     const double spent = seconds_between(exact_start_ns_, clock_->now_ns());
+    if (!finished || overrun()) refusals_ = 0;
     if (finished)
         exact_.learn(spent);
     else

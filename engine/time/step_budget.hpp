@@ -116,6 +116,7 @@ public:
 
 private:
     [[nodiscard]] double left_s() const noexcept;
+    [[nodiscard]] bool retries() const noexcept; // the exact stage, by what its parts cost lately
     [[nodiscard]] std::uint64_t units_left() const noexcept;
     [[nodiscard]] double tests_seconds(std::uint64_t candidates) const noexcept;
     [[nodiscard]] std::uint64_t affordable_tests(const ExactForecast& forecast) const noexcept;
@@ -139,11 +140,14 @@ private:
     double tests_cheapest_ = 0.0;           // s, the lowest that was measured so far; 0: none was
     double trust_ = 1.0;                    // in the number of candidates of the last exact stage
     bool learned_ = false;                  // what tests cost, in this stage
+    unsigned refusals_ = 0;                 // steps in a row without an exact stage for want of time; retries() stays until one fails
     std::array<CostForecast, kStepPartCount> parts_{CostForecast{},       CostForecast{},      CostForecast::of_steady(),
                                                     CostForecast{0.1e-3}, CostForecast{},      CostForecast{},
                                                     CostForecast{},       CostForecast{0.1e-3}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
+    CostForecast steady_;   // Refit, Planes and solves of a step together: that one of them is held up says nothing of the others
+    double steady_s_ = 0.0; // of the step that goes on
 };
 
 /// Detection, and what stands in for it, for as long as this lives: charged whatever the budget covers.

@@ -109,7 +109,7 @@ private:
     void note(const StepReport& report) {
         const double limit = limit_ms(session_.status().budget);
         meter_.add(session_.model().step_s, monotonic_ns());
-        if (tally_.steps < kTallySteps) tally_.add(report, limit);
+        if (tally_.steps < kTallySteps) tally_.add(report, limit, session_.simulator().contacts().size());
         const PlotPoint point{report.step,
                               static_cast<float>(report.ms.total),
                               static_cast<float>(report.ms.budget),

@@ -146,8 +146,21 @@ TEST(DropNonManifold, CutsFinsAndBowtiesApart) {
         ASSERT_FALSE(refused.ok());
         EXPECT_NE(refused.error().message.find("drop_non_manifold"), std::string::npos) << refused.error().message;
     }
-    ASSERT_TRUE(apply_repairs(fin, std::array{Repair::DropNonManifold, Repair::FillHoles, Repair::Orient}, {.may_remove = 0.2}).ok());
+    ASSERT_TRUE(
+        apply_repairs(fin, std::array{Repair::DropNonManifold, Repair::FillHoles, Repair::Orient}, {.may_remove = 0.2, .may_split = true}).ok());
     expect_closed(fin);
+}
+
+TEST(DropNonManifold, OfTwoCubesThatShareAnEdgeMakesTwoPartsOnlyWhereThatIsAllowed) {
+    TriMesh pair = join(make_cube(), make_cube(1.0, Vec3(1, 1, 0)));
+    ASSERT_TRUE(apply_repair(pair, Repair::Weld).ok());
+    ASSERT_EQ(measure_surface(pair).components, 1u);
+    const Result<RepairStep> refused = apply_repair(pair, Repair::DropNonManifold);
+    ASSERT_FALSE(refused.ok());
+    for (const char* piece : {"leave more parts than there were", "components 1 to 2", "\"may_split\": true allows it"})
+        EXPECT_NE(refused.error().message.find(piece), std::string::npos) << piece << " in " << refused.error().message;
+    ASSERT_TRUE(apply_repair(pair, Repair::DropNonManifold, {.may_split = true}).ok());
+    expect_closed(pair);
 }
 
 TEST(FillHoles, ClosesFlatAndBentHolesWithTheirArea) {

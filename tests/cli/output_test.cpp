@@ -291,6 +291,7 @@ TEST_F(Missing, SeveralAreNamedOneByOne) {
     ASSERT_TRUE(ended_with(ended, 2));
     EXPECT_EQ(summary()["missing_outputs"].size(), 2u);
     EXPECT_TRUE(ended.says("error: report.html is missing: ") && ended.says("error: trace.json is missing: ")) << ended;
+    EXPECT_EQ(ended.out.find("report.html"), std::string::npos) << "no pointer to what is not there: " << ended;
 }
 
 /// The figures of `prepare`, `plan` and `contacts` likewise: each file by itself.

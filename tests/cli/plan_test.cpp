@@ -104,6 +104,24 @@ TEST_F(PlanCommand, StatesTheDistanceThatARunOfItsPathThenShowsWhileTheOrganBrea
     EXPECT_TRUE(ran.says("tip to target " + std::string(said))) << ran;
 }
 
+TEST_F(PlanCommand, AReplayedPathIsMeasuredAgainstTheOnlyTargetUnasked) {
+    const fs::path csv = write("path.csv", "t,insertion,rotation\n0,10,0\n0.2,14,0\n");
+    const std::string all = R"("targets": {"end": {"position": [50, 0, 60]}, "near": {"position": [0, 0, 35]}},)";
+    const auto scene = [&](const char* targets) { return write("bend.json", with(kBend, all, targets)); };
+    const Ended named = run(scene(R"("targets": {"near": {"position": [0, 0, 35]}},)"), {"--path", csv.string(), "--to", "near"});
+    ASSERT_TRUE(ended_with(named, 0));
+    ASSERT_TRUE(named.says("tip to target ")) << named;
+    const double there = summary()["target_distance_m"]["last"];
+    const Ended guessed = run(scene(R"("targets": {"near": {"position": [0, 0, 35]}},)"), {"--path", csv.string(), "--force"});
+    ASSERT_TRUE(ended_with(guessed, 0));
+    EXPECT_TRUE(guessed.says("tip to target ")) << guessed;
+    EXPECT_NEAR(summary()["target_distance_m"]["last"].get<double>(), there, 1e-9);
+    const Ended outside = run(scene(R"("targets": {"far": {"position": [500, 0, 0]}},)"), {"--path", csv.string(), "--force"});
+    EXPECT_TRUE(ended_with(outside, 0) && !outside.says("tip to target")) << "not one that the wire can come to: " << outside;
+    const Ended several = run(scene(all.c_str()), {"--path", csv.string(), "--force"});
+    EXPECT_TRUE(ended_with(several, 0) && !several.says("tip to target")) << several;
+}
+
 TEST_F(PlanCommand, LeadsTheCentrelineFromTheEntryToTheTarget) {
     ASSERT_TRUE(ended_with(plan(write("bend.json", kBend), "end", {"--time", "0.02"}), 2)) << "too short a trial to arrive";
     EXPECT_EQ(plan_json()["arrived"], false);

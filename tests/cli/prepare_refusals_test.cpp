@@ -1,6 +1,8 @@
 // Surfaces that `prepare` refuses, with numbers and what was expected, and thin ones whose work is bounded.
 #include "program.hpp"
 
+#include <cmath>
+
 namespace trocar::cli_test {
 namespace {
 
@@ -70,6 +72,79 @@ TEST_F(Preparation, OfManyTrianglesUponEachOtherIsRefusedBeforeTheyAreCompared) 
     for (int k = 0; k < 100'000; ++k) polygon.append(" ").append(std::to_string(1 + k % 8));
     const Ended ended = prepare(write("polygon.obj", polygon + "\n"), {"--builder", "shell"});
     EXPECT_TRUE(refuses(ended, "99998 triangles share 8 vertices") && refuses(ended, "drop_degenerate,drop_duplicates"));
+}
+
+/// Two polygons of so many corners, joined by squares; open: one of them alone.
+std::string polygon_file(int corners, bool open) {
+    std::ostringstream text;
+    text.precision(12);
+    for (const double z : {0.0, 0.01})
+        for (int i = 0; i < corners; ++i)
+            text << "v " << 0.05 * std::cos(6.283185307179586 * i / corners) << " " << 0.05 * std::sin(6.283185307179586 * i / corners) << " " << z << "\n";
+    text << "f";
+    for (int i = corners; i > 0; --i) text << " " << i;
+    for (int i = 0; i < corners && !open; ++i) {
+        const int next = (i + 1) % corners;
+        text << "\nf " << 1 + i << " " << 1 + next << " " << 1 + corners + next << " " << 1 + corners + i;
+    }
+    text << (open ? "\n" : "\nf");
+    for (int i = 0; i < corners && !open; ++i) text << " " << 1 + corners + i;
+    text << "\n";
+    return text.str();
+}
+
+TEST_F(Preparation, OfPolygonsWithVeryManyCornersIsRefusedAtOnceWhateverIsAsked) {
+    constexpr double kSoon = 60.0; // s; a second on an idle machine
+    const fs::path open = write("open.obj", polygon_file(200'000, true)), closed = write("closed.obj", polygon_file(100'000, false));
+    for (const fs::path& mesh : {open, closed})
+        for (const std::vector<std::string>& more :
+             {std::vector<std::string>{}, {"--repair", "fill_holes"}, {"--builder", "shell"}, {"--repair", "drop_self_intersections"}}) {
+            std::vector<std::string> arguments = {"prepare", mesh.string(), "--out", out().string(), "--no-cache", "--quiet", "--force"};
+            arguments.insert(arguments.end(), more.begin(), more.end());
+            const Ended ended = call(arguments, kSoon);
+            EXPECT_TRUE(refuses(ended, " triangles share vertex ") && ended.says(" m; expected at most 5000, as of polygons")) << mesh;
+            EXPECT_FALSE(ended.says("takes any surface")) << ended;
+        }
+    for (const char* body : {R"("kind": "static")", R"("kind": "static", "hollow": true)", R"("kind": "deformable", "material": {})"}) {
+        const fs::path scene = write("prism.json", R"({"units": {"length": "m", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 0.1},
+            "bodies": {"prism": {"surface": {"file": "closed.obj"}, )" + std::string(body) + R"(}}, "effects": []})");
+        const Ended ended = call({"explain", scene.string()}, kSoon);
+        EXPECT_TRUE(refuses(ended, " triangles share vertex ") && ended.says("prism.json:")) << body;
+    }
+    EXPECT_TRUE(ended_with(prepare(write("few.obj", polygon_file(500, false)), {"--depth", "1"}), 0));
+}
+
+TEST_F(Preparation, OfCubesThatShareAnEdgeNamesTheKeyThatLetsThemComeApart) {
+    const fs::path pair = write("pair.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+                                            "v 2 1 0\nv 2 2 0\nv 1 2 0\nv 2 1 1\nv 2 2 1\nv 1 2 1\n" +
+                                                kCubeFaces +
+                                                "f 3 10 9\nf 3 11 10\nf 7 12 13\nf 7 13 14\nf 3 9 12\nf 3 12 7\nf 9 10 13\nf 9 13 12\n"
+                                                "f 10 11 14\nf 10 14 13\nf 11 3 7\nf 11 7 14\n");
+    for (const std::vector<std::string>& more : {std::vector<std::string>{"--depth", "1"}, {"--depth", "1", "--repair", "drop_non_manifold"}})
+        EXPECT_TRUE(refuses(prepare(pair, more), "--repair drop_non_manifold --may-split mends all of it"));
+    const Ended mended = prepare(pair, {"--depth", "1", "--repair", "drop_non_manifold", "--may-split"});
+    EXPECT_TRUE(ended_with(mended, 0) && mended.says("components 1 to 2")) << mended;
+}
+
+TEST_F(Preparation, SaysAnObstacleOnce) {
+    const auto count = [](const std::string& text, const std::string& piece) {
+        std::size_t found = 0;
+        for (std::size_t at = text.find(piece); at != std::string::npos; at = text.find(piece, at + 1)) ++found;
+        return found;
+    };
+    std::string crossing = cube_with_corner("1"), other = kCubeFaces; // a cube, and another across its corner
+    std::string vertices = crossing.substr(0, crossing.find('f'));
+    for (int i = 0; i < 8; ++i)
+        vertices += "v " + std::to_string(0.5 + ((i & 1) != (i >> 1 & 1) ? 1.0 : 0.0)) + " " + std::to_string(0.45 + (i >> 1 & 1)) + " " +
+                    std::to_string(0.4 + (i >> 2)) + "\n";
+    std::istringstream faces(kCubeFaces);
+    char letter = 0;
+    int a = 0, b = 0, c = 0;
+    while (faces >> letter >> a >> b >> c)
+        other += "f " + std::to_string(a + 8) + " " + std::to_string(b + 8) + " " + std::to_string(c + 8) + "\n";
+    const Ended ended = prepare(write("two.obj", vertices + other), {"--repair", "drop_self_intersections"});
+    EXPECT_TRUE(refuses(ended, "no chain of repairs was found that mends all of it"));
+    EXPECT_EQ(count(ended.err, "drop_self_intersections"), 1u) << ended;
 }
 
 TEST_F(Preparation, OfANeedleEndsAndSaysThatItsSpheresAreCoarser) {

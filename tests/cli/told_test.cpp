@@ -2,6 +2,8 @@
 // what is refused before it costs anything.
 #include "program.hpp"
 
+#include <cmath>
+
 namespace trocar::cli_test {
 namespace {
 
@@ -74,6 +76,76 @@ TEST_F(Told, ARunThatKeepsWhatItsSceneAsksSaysNothing) {
     ASSERT_TRUE(ended_with(ended, 0));
     EXPECT_EQ(summary()["notices"], Json::array());
     EXPECT_EQ(ended.err, "");
+}
+
+/// The wire of kTube on its way to a target.
+std::string led_to(const std::string& target, const std::string& more = "") {
+    return with(with(kTube, R"("path": [[0, 20, 0], [0.2, 26, 0.4]])", R"("follow": {"target": "t")" + more + "}"), R"("effects":)",
+                R"("targets": {"t": {"position": )" + target + R"(}}, "effects":)");
+}
+
+TEST_F(Told, ATargetThatIsNotReachedAsItStandsIsOnTheTerminalAndInTheSummary) {
+    const std::pair<std::string, const char*> scenes[] = {{led_to("[3.6, 0, 60]"), "its tip comes no nearer than"},
+                                                          {led_to("[5, 0, 60]"), "lies 1"},
+                                                          {led_to("[0, 0, 60]", R"(, "tolerance": 9)"), "is wider than the lumen there"}};
+    for (const auto& [scene, piece] : scenes) {
+        const Ended ended = run(write("tube.json", scene), {"--force"});
+        ASSERT_TRUE(ended_with(ended, 0));
+        EXPECT_NE(ended.err.find("notice: targets.t"), std::string::npos) << ended;
+        EXPECT_NE(ended.err.find(piece), std::string::npos) << piece << ended;
+        EXPECT_TRUE(notices("targets.t") && notices(piece)) << summary()["notices"];
+    }
+    const Ended plain = run(write("tube.json", led_to("[0, 0, 60]")), {"--force"});
+    EXPECT_TRUE(ended_with(plain, 0) && !plain.says("targets.t")) << plain;
+}
+
+/// Two cubes apart, of 20 mm and of `size`.
+std::string two_cubes(double size) {
+    std::string text = "OFF\n16 24 0\n";
+    for (const auto& [at, edge] : {std::pair(0.0, 20.0), {40.0, size}})
+        for (int i = 0; i < 8; ++i)
+            text += std::to_string(at + (i & 1) * edge) + " " + std::to_string((i >> 1 & 1) * edge) + " " + std::to_string((i >> 2) * edge) + "\n";
+    constexpr int kFaces[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                                   {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+    for (const int first : {0, 8})
+        for (const auto& face : kFaces)
+            text += "3 " + std::to_string(first + face[0]) + " " + std::to_string(first + face[1]) + " " + std::to_string(first + face[2]) + "\n";
+    return text;
+}
+
+TEST_F(Told, OfTwoShellsInOneBodyTheSmallerIsNotLostWithoutAWord) {
+    const auto scene = [](const std::string& coarse) {
+        return R"({"units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.005, "duration": 0.01}, "bodies": {"organ": {"kind":
+            "deformable", "surface": {"file": "two.off"}, "material": {}, "coarse": {)" +
+               coarse + R"(}}}, "effects": ["elasticity"]})";
+    };
+    write("two.off", two_cubes(12));
+    for (const std::string mesher : {R"("mesher": "lattice")", R"("mesher": "tetgen", "surface_triangles": 100)"}) {
+        const Ended refused = run(write("two.json", scene(mesher)), {"--force"});
+        EXPECT_TRUE(refuses(refused, "parts of the coarse mesh apart from its largest one") && refused.says("\"may_drop\": 0."))
+            << mesher << refused;
+        EXPECT_TRUE(refused.says("two.json:")) << refused;
+        const Ended allowed = run(write("two.json", scene(mesher + R"(, "may_drop": 0.4)")), {"--force"});
+        ASSERT_TRUE(ended_with(allowed, 0)) << mesher;
+        EXPECT_NE(allowed.err.find("notice: bodies.organ: "), std::string::npos) << allowed;
+        EXPECT_TRUE(notices("of the coarse mesh, ") && notices("were left out")) << summary()["notices"];
+    }
+}
+
+TEST_F(Told, ABodyThatTouchesNothingHasNoContacts) {
+    std::string axis;
+    for (int i = 0; i <= 10; ++i) axis += "[-5.6, 0, " + std::to_string(3 * (10 - i)) + ", 5], ";
+    for (int i = 1; i < 16; ++i)
+        axis += "[" + std::to_string(-5.6 * std::cos(3.14159265 * i / 16)) + ", 0, " + std::to_string(-5.6 * std::sin(3.14159265 * i / 16)) + ", 5], ";
+    for (int i = 0; i <= 10; ++i) axis += "[5.6, 0, " + std::to_string(3 * i) + ", 5]" + (i < 10 ? ", " : "");
+    const Ended ended = run(write("u.json", R"({"units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.005, "duration": 0.05},
+        "gravity": [-9810, 0, 0], "bodies": {"u": {"kind": "deformable", "surface": {"shape": "tube", "axis": [)" +
+                                               axis + R"(]}, "material": {"young_modulus": 8}, "coarse": {"surface_triangles": 800}}},
+        "effects": ["elasticity", "gravity", "coarse_contact", "self_contact"]})"));
+    ASSERT_TRUE(ended_with(ended, 0));
+    EXPECT_EQ(summary()["contacts_total"], 0);
+    ASSERT_TRUE(ended_with(run(write("press.json", kPress), {"--force"}), 0));
+    EXPECT_GT(summary()["contacts_total"], 0) << "and one that is pressed has";
 }
 
 TEST_F(Told, SettingsThatNothingReadsAreNamed) {

@@ -2,6 +2,7 @@
 #include "assets/anatomy/shapes.hpp"
 #include "base/self_intersection.hpp"
 #include "engine/io/read_surface.hpp"
+#include "engine/io/read_tets.hpp"
 #include "engine/io/write_mesh.hpp"
 #include "engine/prepare/prepare_mesh.hpp"
 #include "engine/prepare/prepare_scene.hpp"
@@ -116,7 +117,7 @@ TEST(SurfaceRule, APolygonOfTwoHundredThousandCornersIsNotTriedForEver) {
     EXPECT_THAT(defect->what, HasSubstr("200000 border edges"));
     const RepairAdvice advice = propose_repairs(polygon, {}, kLumen, {});
     EXPECT_FALSE(advice.proposal);
-    EXPECT_THAT(advice.obstacle, HasSubstr("here 199998 do"));
+    EXPECT_THAT(advice.obstacle, HasSubstr("199998 triangles share vertex 0"));
 }
 
 class SurfaceFile : public testing::Test {
@@ -233,6 +234,61 @@ TEST_F(SurfaceFile, OfTetrahedraGivesTheirBoundary) {
                   R"("kind": "deformable", "material": {"young_modulus": 5}, "coarse": {"mesher": "lattice", "surface_triangles": 100})"));
         ASSERT_TRUE(body.ok()) << body.error().to_string();
         EXPECT_THAT(body->bodies[0].notes, Contains(HasSubstr("boundary of")));
+    }
+}
+
+/// Tetrahedra of a block, and the surface of a smaller block within it, as meshers of a hull around an organ write them.
+TEST_F(SurfaceFile, OfTetrahedraWithClosedTrianglesOfTheirOwnGivesThose) {
+    const TetMesh bar = fem::make_bar_mesh({4, 3, 3}, 0.01, 0.0);
+    TetMesh part = bar; // its lowest layer
+    part.tets.resize(bar.tets.size() / 3);
+    const std::vector<Triangle> inner = boundary_surface(part).triangles;
+    const auto write_both = [&](std::vector<Triangle> faces, bool inward) {
+        if (inward)
+            for (Triangle& t : faces) std::swap(t[1], t[2]);
+        std::string medit = fmt::format("MeshVersionFormatted 1\nDimension 3\nVertices\n{}\n", bar.vertices.size());
+        std::string msh = fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", bar.vertices.size());
+        for (std::size_t i = 0; i < bar.vertices.size(); ++i) {
+            const std::string place = fmt::format("{} {} {}", bar.vertices[i][0], bar.vertices[i][1], bar.vertices[i][2]);
+            medit += place + " 0\n";
+            msh += fmt::format("{} {}\n", i + 1, place);
+        }
+        medit += fmt::format("Triangles\n{}\n", faces.size());
+        msh += fmt::format("$EndNodes\n$Elements\n{}\n", faces.size() + bar.tets.size());
+        std::size_t id = 0;
+        for (const Triangle& t : faces) {
+            medit += fmt::format("{} {} {} 1\n", t[0] + 1, t[1] + 1, t[2] + 1);
+            msh += fmt::format("{} 2 2 0 1 {} {} {}\n", ++id, t[0] + 1, t[1] + 1, t[2] + 1);
+        }
+        medit += fmt::format("Tetrahedra\n{}\n", bar.tets.size());
+        for (const Tet& t : bar.tets) {
+            medit += fmt::format("{} {} {} {} 1\n", t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
+            msh += fmt::format("{} 4 2 0 1 {} {} {} {}\n", ++id, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
+        }
+        std::ofstream(folder / "both.mesh") << medit << "End\n";
+        std::ofstream(folder / "both.msh") << msh << "$EndElements\n";
+    };
+    const auto read = [&](const char* name, std::size_t triangles, const std::string& said) {
+        SCOPED_TRACE(name);
+        std::string note;
+        const auto surface = read_surface(folder / name, {}, &note);
+        ASSERT_TRUE(surface.ok()) << surface.error().to_string();
+        EXPECT_EQ(surface->triangles.size(), triangles);
+        EXPECT_TRUE(check_closed_surface(*surface).ok());
+        EXPECT_GT(signed_volume(*surface), 0.0);
+        EXPECT_THAT(note, HasSubstr(said));
+        EXPECT_EQ(read_tets(folder / name)->tets.size(), bar.tets.size());
+    };
+    const std::size_t outer = boundary_surface(bar).triangles.size();
+    for (const char* name : {"both.mesh", "both.msh"}) {
+        for (const bool inward : {false, true}) {
+            write_both(inner, inward);
+            read(name, inner.size(), fmt::format("the file's own {} triangles, a closed surface", inner.size()));
+        }
+        write_both({inner.begin() + 1, inner.end()}, false);
+        read(name, outer, fmt::format("the boundary of {} tetrahedra (the file's own {} triangles were left aside", bar.tets.size(), inner.size() - 1));
+        write_both(boundary_surface(bar).triangles, false);
+        read(name, outer, fmt::format("the boundary of {} tetrahedra; ", bar.tets.size()));
     }
 }
 

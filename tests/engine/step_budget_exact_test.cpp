@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+
 namespace trocar::engine {
 namespace {
 
@@ -176,6 +179,85 @@ TEST(StepBudget, ASolveThatIsTooLongIsNotForgottenAsLongAsItIsSeen) {
     StepBudget budget(clock, wall(1e-3));
     const auto solve = [&](const auto& work) { budget.begin_solve(), work(), budget.end_solve(); };
     EXPECT_EQ(count_begun(clock, budget, 1000, solve, [](int) { return 2e-3; }), 0);
+}
+
+/// A step as an instrument's: boxes and planes are found, and the rod is solved, with an exact stage or without one.
+struct Parts {
+    double refit_s = 0.3e-3, planes_s = 0.3e-3, solve_s = 0.4e-3, skin_s = 0.1e-3, candidate_s = 90e-9;
+};
+
+/// True when the exact stage was begun.
+bool run_step(StepBudget& budget, ManualClock& clock, const ExactForecast& forecast, const Parts& parts) {
+    const auto pass_part = [&](StepPart part, double seconds) { budget.begin_part(part), clock.pass(seconds), budget.end_part(part); };
+    budget.begin();
+    const bool begun = budget.exact_fits(forecast);
+    pass_part(StepPart::Refit, parts.refit_s);
+    pass_part(StepPart::Planes, parts.planes_s);
+    if (begun && !budget.round_fits()) {
+        budget.end_exact(false);
+        return true;
+    }
+    if (!begun) budget.begin_solve();
+    clock.pass(parts.solve_s);
+    budget.end_solve();
+    if (!begun) return false;
+    pass_part(StepPart::Skin, parts.skin_s);
+    WorkBudget grant = budget.grant_tests(forecast);
+    bool enough = true;
+    for (std::uint64_t k = 0; k < forecast.candidates && enough; ++k) enough = grant.spend(1);
+    clock.pass(parts.candidate_s * static_cast<double>(grant.spent()));
+    budget.settle_tests(forecast, grant);
+    budget.end_exact(enough);
+    return true;
+}
+
+/// One part of a step is held up, by what else the machine does.
+Parts hold_up(Parts parts, unsigned which, double seconds) {
+    double* const all[] = {&parts.refit_s, &parts.planes_s, &parts.solve_s, &parts.skin_s};
+    *all[which % 4] += seconds;
+    return parts;
+}
+
+TEST(StepBudget, WhateverWasHeldUpBeforeAStageThatFitsIsBegunAgainWithinSixtySteps) {
+    const ExactForecast forecast{1000, 0};
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+        std::mt19937 dice(seed);
+        ManualClock clock;
+        StepBudget budget(clock, wall(8e-3));
+        const unsigned every = 1 + dice() % 12;
+        for (int step = 0; step < 400; ++step) { // any history
+            const double late_s = dice() % every == 0 ? 1e-3 * (1 + dice() % (seed % 4 == 0 ? 40 : 6)) : 0.0;
+            run_step(budget, clock, forecast, hold_up({}, dice(), late_s));
+        }
+        int refused = 0;
+        while (refused < 1000 && !run_step(budget, clock, forecast, {})) ++refused;
+        EXPECT_LE(refused, 60) << "seed " << seed;
+        int begun = 0;
+        for (int step = 0; step < 100; ++step) begun += run_step(budget, clock, forecast, {});
+        EXPECT_GE(begun, 85) << "seed " << seed;
+    }
+}
+
+/// Steps of 1.2 ms under 8 ms, of which up to every second is held up by 4 ms to 5 ms: they fit, held up or not.
+TEST(StepBudget, AStageThatFitsAlsoWhenItIsHeldUpIsNotLockedOutByThat) {
+    const ExactForecast forecast{1000, 0};
+    for (const unsigned every : {2u, 3u, 5u, 8u}) {
+        std::mt19937 dice(5);
+        ManualClock clock;
+        StepBudget budget(clock, wall(8e-3));
+        int begun = 0, late = 0, locked_out = 0, longest = 0;
+        for (int step = 0; step < 3000; ++step) {
+            const double late_s = dice() % every == 0 ? 1e-3 * (4.0 + 0x1p-32 * dice()) : 0.0;
+            const bool was_begun = run_step(budget, clock, forecast, hold_up({}, dice(), late_s));
+            begun += was_begun;
+            late += budget.overrun();
+            locked_out = was_begun ? 0 : locked_out + 1;
+            longest = std::max(longest, locked_out);
+        }
+        EXPECT_GE(begun, every > 5 ? 2400 : 750) << "every " << every;
+        EXPECT_LE(longest, 35) << "every " << every;
+        EXPECT_LE(late, 30) << "every " << every;
+    }
 }
 
 /// What is granted for the tests of a round is what the stage was begun for: the same parts, the same reserve. Only where the number of
