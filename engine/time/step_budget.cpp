@@ -37,6 +37,8 @@ constexpr double kDoubt = 0.9;
 /// Steps in a row without the exact stage, after which it is tried by what its parts cost lately (CostForecast::recent_s) instead of by
 /// their reserves, until it is given up or late once: reserves that rare long measurements keep above the budget would refuse it for ever.
 constexpr unsigned kRefusalsUntilRetry = 10;
+/// From then on the cost of whole stages, which no step without one measures, is forgotten so many times as fast.
+constexpr int kFadesOfRetry = 3;
 
 /// As CostForecast: a program that was suspended has not become a thousand times slower.
 constexpr double kLargestLesson = 10.0;
@@ -61,7 +63,7 @@ void StepBudget::begin(bool covers_step) noexcept {
     kept_back_s_ = 0.0;
     if (!exact_tried_) {
         trust_ *= kForget;
-        exact_.fade();
+        for (int times = retries() ? kFadesOfRetry : 1; times > 0; --times) exact_.fade();
         leave_out(StepPart::Skin);
         if (!solve_seen_) solve_.fade();
     }
