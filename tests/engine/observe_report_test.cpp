@@ -124,7 +124,7 @@ TEST(Verdicts, TellMissedDeadlinesAndWhatEachLossMeans) {
         report.exact_ran = k % 10 != 0;
         report.assumed = k % 10 == 0 ? 4 : 0;
         report.lumen_exits = 0;
-        statistics.add(report, 2.0);
+        statistics.add(report, 2.0, 0);
     }
     RunRecord record = record_of(run, statistics);
     make_run_summary(record, 10.0, 5.0, 0);
@@ -146,7 +146,7 @@ RunStatistics steps_of_which_are_slow(int slow, int count) {
     for (int k = 0; k < count; ++k) {
         report.ms.budget = 1.0;
         report.ms.total = k < slow ? 12.5 : 10.0;
-        statistics.add(report, 33.0);
+        statistics.add(report, 33.0, 0);
     }
     return statistics;
 }
@@ -181,7 +181,7 @@ TEST(Verdicts, AreBadWhenTheInstrumentLeftTheLumen) {
     RunStatistics statistics;
     StepReport report;
     report.lumen_exits = 3;
-    statistics.add(report, 1e9);
+    statistics.add(report, 1e9, 0);
     RunRecord record = record_of(tube_run(), statistics);
     make_run_summary(record, 0.01, 0.01, 0);
     EXPECT_EQ(make_verdict(record).mark, Mark::Bad);

@@ -280,7 +280,7 @@ TEST(Statistics, CountOverrunsAndWhatTheyCost) {
     for (const double charged : {1.0, 2.5, 1.5, 4.0}) {
         report.ms.budget = charged;
         report.budget_kept = charged <= 2.0;
-        statistics.add(report, 2.0);
+        statistics.add(report, 2.0, 0);
     }
     EXPECT_EQ(statistics.overruns, 2u);
     EXPECT_EQ(statistics.worst_overrun_ms, 2.0);
@@ -296,7 +296,7 @@ TEST(Statistics, CountStepsSlowerThanRealTimeWhateverTheBudgetSays) {
         seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
         report.ms.total = static_cast<double>(seed >> 60); // 0..15 ms, many of them just 10
         report.budget_kept = k % 3 != 0;
-        statistics.add(report, 1.0);
+        statistics.add(report, 1.0, 0);
         slower += report.ms.total > 10.0;
     }
     EXPECT_EQ(statistics.count_slower_than_real_time(0.01), slower);
