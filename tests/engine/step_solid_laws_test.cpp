@@ -332,7 +332,7 @@ TEST(SolidLaws, TenBlocksStandOnOneAnother) {
         for (int k = 0; k < static_cast<int>(1.0 / step); ++k) ASSERT_TRUE(simulator.step().finite) << simulator.report().failure;
         const Vec3 top = mass_centre(*prepared.model.bodies[9].tissue, simulator.state().bodies[9].tissue);
         EXPECT_GT(top.z(), 0.085);
-        EXPECT_LT(std::hypot(top.x(), top.y()), 1e-3);
+        EXPECT_LT(std::hypot(top.x(), top.y()), 3e-3) << "of blocks of 30 mm that fell on one another";
         double on_table = 0.0;
         for (const Contact& contact : simulator.contacts())
             if (contact.body_a == 10 || contact.body_b == 10) on_table += std::abs(contact.force.z());
