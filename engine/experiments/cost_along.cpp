@@ -1,3 +1,4 @@
+#include "engine/prepare/body_pairs.hpp"
 #include "engine/prepare/thing.hpp"
 #include "engine/experiments/cost_along.hpp"
 
@@ -8,17 +9,24 @@ namespace trocar::engine {
 
 namespace {
 
-/// Resultant contact force on every deformable body and on every instrument, N.
-void find_forces(const Simulator& simulator, std::vector<Vec3>& forces, std::vector<Vec3>& nodal, std::vector<Vec3>& rest) {
+/// Resultant contact force on every deformable body and on every instrument, N: of springs as the answer leaves them, of places where
+/// solids touch as the next step has them.
+void find_forces(LookAhead& ahead, Simulator& simulator, std::vector<Vec3>& forces, std::vector<Vec3>& nodal, std::vector<Vec3>& rest) {
     const SceneModel& model = simulator.model();
     forces.clear();
+    std::vector<Vec3> on(model.bodies.size(), Vec3::Zero());
+    if (!simulator.raw_state().solids.contacts.empty())
+        for (const SolidContact& place : ahead.step_after(simulator).solids.contacts) {
+            on[owner_of(model, place.touch.body_a)] += place.touch.force;
+            on[owner_of(model, place.touch.body_b)] -= place.touch.force;
+        }
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].tissue) continue;
         const std::vector<Vec3>& position = simulator.raw_state().bodies[i].tissue.position;
         nodal.assign(position.size(), Vec3::Zero());
         rest.assign(position.size(), Vec3::Zero());
         fem::add_spring_forces(simulator.raw_state().bodies[i].springs, 0.0, position, rest, nodal);
-        Vec3 sum = Vec3::Zero();
+        Vec3 sum = on[i];
         for (const Vec3& f : nodal) sum += f;
         forces.push_back(sum);
     }
@@ -33,10 +41,15 @@ void find_forces(const Simulator& simulator, std::vector<Vec3>& forces, std::vec
 
 void LookAhead::set_exact(Simulator& exact) { exact_ = follow(exact); }
 
-/// The next step's tissue feels the answer's springs: nothing else of that step is asked.
-Shape LookAhead::follow(Simulator& answered) {
+/// The next step's tissue feels the answer: nothing else of that step is asked.
+const State& LookAhead::step_after(Simulator& answered) {
     [[maybe_unused]] const bool fits = simulator_.restore(answered.state()).ok(); // of a model of the same sizes
     simulator_.begin_step();
+    return simulator_.raw_state();
+}
+
+Shape LookAhead::follow(Simulator& answered) {
+    (void)step_after(answered);
     Shape shape = shape_of(simulator_.model(), simulator_.state());
     shape.skins = shape_of(answered.model(), answered.state()).skins;
     return shape;
@@ -98,7 +111,7 @@ bool AlongExactStates::step(const std::function<void(const CostRow&, Simulator&)
     const PatchContacts near = finder_.find_near(exact_.state());
     const PatchContacts reference = finder_.find_answer(exact_);
     count_uncovered(near, reference);
-    find_forces(exact_, exact_forces_, nodal_, rest_);
+    find_forces(ahead_, exact_, exact_forces_, nodal_, rest_);
     for (const Vec3& f : exact_forces_) exact_force_sq_ += f.squaredNorm();
     ++steps_;
     const PatchContacts truth = solids_of(near, reference);
@@ -147,7 +160,7 @@ void AlongExactStates::compare(Along& along, const PatchContacts& reference, Cos
     row.contacts += compare_patches(reference, answer);
     for (const PatchContacts* list : {&reference, &answer})
         for (const PatchContact& contact : *list) named_.push_back(contact.patch);
-    find_forces(*along.simulator, forces_, nodal_, rest_);
+    find_forces(ahead_, *along.simulator, forces_, nodal_, rest_);
     for (std::size_t k = 0; k < forces_.size(); ++k) along.force_sq += (forces_[k] - exact_forces_[k]).squaredNorm();
     along.open += static_cast<double>(report.pairs_open);
     along.leaves += static_cast<double>(report.leaf_contacts);

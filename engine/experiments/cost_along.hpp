@@ -16,6 +16,8 @@ public:
     void set_exact(Simulator& exact);
     /// answered  has taken the exact run's last step from the same state
     [[nodiscard]] SurfaceDistance compare(Simulator& answered);
+    /// The tissue's next step after the answer, with the forces of contact between solids that it leads to.
+    [[nodiscard]] const State& step_after(Simulator& answered);
 
 private:
     [[nodiscard]] Shape follow(Simulator& answered);

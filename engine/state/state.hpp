@@ -128,7 +128,7 @@ struct SolidContactState {
     std::vector<SolidEntry> entries;         // vertices that are in another body, by key
     std::vector<SpringPair> springs;         // of the last response
     std::vector<SolidContact> contacts;      // places that push in the next step, by key
-    double taken_j = 0.0;                    // J, what impulses have taken from the bodies: pushing out gives no more back
+    double taken_j = 0.0;                    // J, what impulses have taken from the bodies of late: pushing out gives no more back
 };
 
 struct State {

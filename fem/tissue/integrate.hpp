@@ -3,44 +3,9 @@
 // to their target.
 #pragma once
 
-#include "fem/tissue/forces.hpp"
-#include "fem/tissue/springs.hpp"
-#include "fem/tissue/stable_step.hpp"
+#include "fem/tissue/integration.hpp"
 
 namespace trocar::fem {
-
-struct IntegrateInputs {
-    Vec3 gravity = Vec3::Zero(); // m/s^2
-    const ContactSprings* springs = nullptr;
-    std::span<const Vec3> pinned_target = {};  // [pinned.size()] m, where the pinned nodes are at the end; empty: they stay
-    std::span<const Vec3> external_force = {}; // [node_count] N, constant over the step; empty: none
-};
-
-struct IntegrateReport {
-    // of the state at the end, which the caller gets: min_volume_ratio <= 0 if and only if inverted > 0
-    double min_volume_ratio = 1.0; // [-] det F of the most compressed tet
-    Index min_volume_tet = kNoIndex;
-    std::uint32_t inverted = 0; // tets with det F <= 0
-    double elastic_j = 0.0;     // J
-    double kinetic_j = 0.0;     // J
-    unsigned substeps_done = 0;
-    Index first_bad_node = kNoIndex; // kNoIndex: every state was finite
-    Index first_bad_tet = kNoIndex;  // the first tet whose force was not finite, when that was the cause
-    /// [-] smallest det F at which a force was evaluated: stages within sub-steps too, also of sub-steps that were not taken. No state has
-    /// it; where the integration fails it says what led there.
-    double least_stage_ratio = 1.0;
-
-    [[nodiscard]] bool finite() const noexcept { return first_bad_node == kNoIndex; }
-};
-
-/// All in the plan's order.
-struct RkWorkspace {
-    std::vector<NodeRecord> start, stage, slope; // [node_count] state, where forces are evaluated, weighted sum of slopes
-    std::vector<PartialForce> partial;           // [slots]
-    std::vector<PartialForce> extra;             // [node_count] N, springs and external forces
-    std::vector<TetSum> sums;                    // [chunks]
-    unsigned threads = 1;                        // the bits are the same for any number
-};
 
 /// Advances by `step` seconds in `substeps` > 0 equal parts. Allocates on the first call only.
 /// A sub-step that would produce a value that is not finite is not taken: the state stays at the last finite sub-step and
@@ -54,23 +19,6 @@ IntegrateReport integrate_rk4(const TissueModel& model, TissueState& state, doub
 /// not affected.
 IntegrateReport integrate_leapfrog(const TissueModel& model, TissueState& state, double step, unsigned substeps,
                                    const IntegrateInputs& inputs, RkWorkspace& workspace) noexcept;
-
-/// How far the derived sub-steps may go.
-struct SubstepLimits {
-    Integrator integrator = Integrator::Rk4;
-    unsigned max_substeps = 2000;        // per call; more are needed: refused, the state stays where it got to
-    unsigned substeps_per_estimate = 64; // >= 1; the stable step is derived again after so many, and whenever a tet stiffens
-};
-
-struct AdvanceReport {
-    IntegrateReport integrate;
-    StableStep tightest;       // the smallest stable step met
-    unsigned estimates = 0;    // times the stable step was derived; 0: an earlier call's still holds
-    unsigned rejected = 0;     // sub-steps not taken because a tet stiffened within them
-    double time_done = 0.0;    // s, = step when all went well
-    double last_substep = 0.0; // s, length of the last sub-step taken; 0: none was
-    bool refused = false;      // max_substeps was not enough: tightest.step and worst_tet say why
-};
 
 /// Advances by `step` in as many sub-steps as the body's stiffness asks for at the time. A derived step is kept, over calls too,
 /// until some tet has stiffened too much for it (KeptGrowth): every force evaluation checks. A sub-step in which a tet stiffens to

@@ -2,7 +2,7 @@
 // stiffen. Internal to the tissue's integrators (integrate.cpp, lockstep.cpp).
 #pragma once
 
-#include "fem/tissue/integrate.hpp"
+#include "fem/tissue/integration.hpp"
 
 #include <algorithm>
 

@@ -113,7 +113,7 @@ TEST(WireInACatheter, AllocatesNothingOnceWarm) {
 /// User input, a pull at the tissue, a viewer's snapshot: between two steps nothing is allocated either.
 /// Tested contacts of a ball that has settled, and pairs that a small budget leaves open.
 TEST(Solids, AllocateNothingOnceWarm) {
-    for (const auto& [budget, warm] : {std::pair{"exact", 600}, std::pair{"work:200", 50}}) {
+    for (const auto& [budget, warm] : {std::pair{"exact", 600}, std::pair{"work:200", 600}}) {
         SCOPED_TRACE(budget);
         const PreparedScene prepared = test::prepare(fmt::format(R"({{
             "name": "ball", "units": {{"length": "mm", "pressure": "kPa"}}, "time": {{"step": 0.005, "duration": 4}},

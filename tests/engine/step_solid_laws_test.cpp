@@ -1,5 +1,6 @@
 // Laws of contact between solids, over random shapes, orientations, steps, meshers and budgets: what is conserved, what is never gained, and
 // where friction holds.
+#include "fem/tissue/integrate.hpp"
 #include "step_fixture.hpp"
 
 #include <Eigen/Geometry>

@@ -2,6 +2,7 @@
 #include "engine/io/write_mesh.hpp"
 #include "engine/step/solid/solid_stage.hpp"
 #include "engine/step/solid/solid_trees.hpp"
+#include "fem/tissue/integrate.hpp"
 #include "step_fixture.hpp"
 
 #include <algorithm>

@@ -113,7 +113,7 @@ void prepare_contact(const SceneModel& model, ContactScratch& scratch) {
     std::size_t vertices = 0;
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
-        if (body.hollow || !can_touch_any(model, i) || !meet_by_surface(model, i, i)) continue;
+        if (body.hollow || !can_touch_any(model, i)) continue; // a state may hold places that another response found
         vertices += body.surface.vertices.size();
         if (body.links) scratch.vertex_tet[i] = find_vertex_tets(body, *model.bodies[owner_of(model, i)].tissue);
     }

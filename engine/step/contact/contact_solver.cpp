@@ -13,8 +13,10 @@ constexpr double kFlat = 1e-4;
 constexpr double kFarWeight = 8.0;
 /// [-], of the largest impulse: an iteration that changes none by more has converged.
 constexpr double kTolerance = 1e-4;
+/// m/s; slower than this is no motion.
+constexpr double kStill = 1e-9;
 /// m/s; what lies in another body creeps out at this speed whatever contact has taken before.
-constexpr double kCreep = 1e-4;
+constexpr double kCreep = 5e-5;
 
 Vec3 position_of(const fem::NodeRecord& node) noexcept { return Vec3(node.x[0], node.x[1], node.x[2]); }
 
@@ -132,25 +134,40 @@ double ContactSolver::relax(ContactRow& row) const noexcept {
     return change.norm();
 }
 
+/// Places that press or would be passed, until they rest; then all of them once more, until none of the others wants to press.
 ContactSolve ContactSolver::iterate() noexcept {
     ContactSolve solve;
     solve.converged = false;
-    while (!solve.converged && solve.iterations < kMostIterations) {
-        double largest = 0.0, most = 0.0;
+    for (bool all = true; !solve.converged && solve.iterations < kMostIterations;) {
+        double largest = 0.0, fastest = 0.0, most = 0.0;
         for (ContactRow& row : rows_) {
-            if (!(row.mobility > 0.0)) continue;
-            largest = std::max(largest, relax(row));
+            if (!(row.mobility > 0.0) || !(all || row.active)) continue;
+            const double change = relax(row);
+            largest = std::max(largest, change);
+            fastest = std::max(fastest, change * row.mobility);
             most = std::max(most, row.impulse.norm());
+            row.active = !row.impulse.isZero(0.0);
         }
         ++solve.iterations;
         solve.residual = largest;
-        solve.converged = !(largest > kTolerance * most);
+        const bool rests = !(largest > kTolerance * most) || fastest < kStill;
+        solve.converged = rests && all;
+        all = rests;
     }
     for (ContactRow& row : rows_) {
+        const Vec3 after = velocity(row);
         row.sum += row.impulse;
-        solve.work += 0.5 * row.impulse.dot(row.before + velocity(row));
+        solve.work += 0.5 * row.impulse.dot(row.before + after);
+        row.before = after;
     }
     return solve;
+}
+
+void ContactSolver::observe() noexcept {
+    for (ContactRow& row : rows_) {
+        place(row);
+        row.before = velocity(row);
+    }
 }
 
 void ContactSolver::start() const noexcept {
@@ -167,7 +184,6 @@ ContactSolve ContactSolver::approach(double time, double h, double ratio, double
     const double fastest = spare > 2.0 * wanted ? std::numeric_limits<double>::infinity() : kCreep;
     for (ContactRow& row : rows_) {
         place(row);
-        row.before = velocity(row);
         const double gap = gap_at(row, time);
         row.target = gap > 0.0 ? -gap / h : std::min({row.recovery, -gap / h, fastest});
         if (!(row.mobility > 0.0)) row.impulse.setZero();
@@ -188,7 +204,6 @@ ContactSolve ContactSolver::settle(double time) noexcept {
             continue;
         }
         row.target = 0.0;
-        row.before = velocity(row);
     }
     start();
     return iterate();

@@ -68,7 +68,7 @@ struct ContactRow {
     Vec3 impulse = Vec3::Zero(); // N s, on a, of the last sub-step
     Vec3 last = Vec3::Zero();    // N s, the same of the last whole sub-step: what the next step starts with
     Vec3 sum = Vec3::Zero();     // N s, on a, of the step
-    Vec3 before = Vec3::Zero();  // m/s, of a against b before the impulses of the sub-step
+    Vec3 before = Vec3::Zero();  // m/s, of a against b after the last sub-step: before the kick and the impulses of this one
 
     /// What a node moves by an impulse, and what its motion is of the relative velocity.
     struct Entry {
@@ -84,6 +84,7 @@ struct ContactRow {
     // of the sub-step
     double mobility = 0.0; // 1/kg, W
     double target = 0.0;   // m/s, least speed of parting
+    bool active = false;   // it pressed when it was relaxed last
 };
 
 struct ContactSolve {
@@ -97,6 +98,9 @@ class ContactSolver {
 public:
     /// rows and bodies outlive the step; friction's and normal impulses of the rows are those of a sub-step of `last` s before, or 0.
     void begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) noexcept;
+
+    /// Notes how the bodies move before the first kick: what contact takes is counted from there.
+    void observe() noexcept;
 
     /// The places of a sub-step of `h` s that begins `time` s after the step's start; their impulses are those of the last, by `ratio`.
     /// Changes the bodies' velocities. cost: the rows, once an iteration, no allocation.

@@ -99,7 +99,8 @@ bool stays_round_the_corner(const OneWay& way, Index vertex, Index by, Index nea
 }
 
 /// Behind the side by which it came, if it is: the body lies between it and where it came from.
-std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, bool inside, const SurfacePoint& nearest) {
+/// deepest   m; of what lies outside, a longer way back through the body is another part's of it
+std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, bool inside, const SurfacePoint& nearest, double deepest) {
     const double alike = cosine(way, nearest.triangle, by);
     Standing standing;
     standing.inside = true;
@@ -107,7 +108,7 @@ std::optional<Standing> stand_behind(const OneWay& way, Index vertex, Index by, 
     standing.at = nearest;
     if (inside && (alike > kSameSide || (alike > kFarSide && !stays_round_the_corner(way, vertex, by, nearest.triangle)))) return standing;
     const auto out = find_way_out(way, way.surface(way.own)[vertex], unit_normal(way.surface(way.other), way.face(by)));
-    if (!out) return std::nullopt;
+    if (!out || (!inside && out->distance > deepest)) return std::nullopt;
     standing.by = by;
     standing.at = *out;
     standing.passed = !inside || alike < kFarSide;
@@ -135,12 +136,12 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     as_seen.by = nearest->triangle;
     as_seen.at = *nearest;
     if (entry != nullptr) { // its path says nothing: it began on the wrong side
-        const auto kept = stand_behind(way, vertex, entry->by, inside, *nearest);
+        const auto kept = stand_behind(way, vertex, entry->by, inside, *nearest, other.thickness + way_of_both);
         return kept ? kept : as_seen;
     }
     if (inside ? was_before(way, vertex, *nearest) : nearest->distance > way_of_both) return as_seen;
     if (const Index met = find_first_crossing(way, vertex); met != kNoIndex)
-        if (const auto came = stand_behind(way, vertex, met, inside, *nearest)) return came;
+        if (const auto came = stand_behind(way, vertex, met, inside, *nearest, way_of_both + way.model.contact.margin)) return came;
     return as_seen;
 }
 

@@ -9,6 +9,7 @@
 #include "engine/effects/call.hpp"
 #include "engine/effects/registry.hpp"
 #include "engine/step/tissue/waiting_springs.hpp"
+#include "fem/tissue/integrate.hpp"
 
 #include <fmt/format.h>
 
@@ -124,6 +125,12 @@ void integrate_free(const Stage& s) {
     }
 }
 
+/// s; what contact has taken from bodies may be given back for so long: what is crushed and held must not be fed with what crushing took.
+constexpr double kForgotten = 0.02;
+
+/// [-]; of the impulses of a solve that did not converge, so much starts the next: places that contradict one another would add up.
+constexpr double kDistrust = 0.5;
+
 /// s; what is left in equal sub-steps of at most `stable`.
 double choose_substep(double left, double stable) noexcept { return left / std::max(1.0, std::ceil(left / stable * (1.0 - 1e-12))); }
 
@@ -133,7 +140,7 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
     ContactScratch& contact = s.bodies.contact;
     const double step = s.model.step_s;
     const double longest = s.model.fixed_substeps > 0 ? step / s.model.fixed_substeps : step;
-    double time = 0.0, taken = 0.0, kicked = 0.0;
+    double time = 0.0, taken = 0.0, kicked = 0.0, trust = 1.0;
     for (unsigned count = 0;; ++count) {
         double stable = longest;
         for (fem::TissueLockstep& body : islands.lockstep) stable = std::min(stable, body.find_forces(time, taken));
@@ -141,6 +148,10 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
         const bool arrived = !(left > 1e-12 * step);
         const double h = arrived ? 0.0 : choose_substep(left, stable), kick = 0.5 * (taken + h);
         const bool stopped = !(stable > 0.0) || (!arrived && left / h > static_cast<double>(s.model.max_substeps) - count);
+        if (count == 0) {
+            for (std::size_t k = 0; k < members.size(); ++k) contact.bodies[k].nodes = islands.lockstep[k].nodes();
+            islands.solver.observe();
+        }
         bool finite = !stopped;
         for (fem::TissueLockstep& body : islands.lockstep) finite = finite && body.kick(kick);
         if (!finite) {
@@ -150,8 +161,9 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
         }
         for (std::size_t k = 0; k < members.size(); ++k) contact.bodies[k].nodes = islands.lockstep[k].nodes();
         const ContactSolve solve =
-            arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, count == 0 ? kick : kick / kicked, s.state.solids.taken_j);
-        s.state.solids.taken_j -= solve.work;
+            arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, (count == 0 ? kick : kick / kicked) * trust, s.state.solids.taken_j);
+        trust = solve.converged ? 1.0 : kDistrust;
+        s.state.solids.taken_j = (s.state.solids.taken_j - solve.work) * (1.0 - std::min(1.0, kick / kForgotten));
         s.report.contact_iterations += solve.iterations;
         s.report.contact_unconverged += !solve.converged;
         if (kick > 0.0) s.report.contact_residual_n = std::max(s.report.contact_residual_n, solve.residual / kick);
@@ -160,7 +172,7 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
         time = left > 1.5 * h ? time + h : step;
         taken = h, kicked = kick;
     }
-    for (ContactRow& row : contact.solved) row.last /= kicked; // N, from here on
+    for (ContactRow& row : contact.solved) row.last *= trust / kicked; // N, from here on
     for (std::size_t k = 0; k < members.size(); ++k) s.bodies.tissue[members[k]].advanced = islands.lockstep[k].finish(true, false);
     return true;
 }
