@@ -12,9 +12,9 @@ constexpr double kFlat = 1e-4;
 /// [-]; a place with more weight than that on a node lies too far outside of the tetrahedron.
 constexpr double kFarWeight = 8.0;
 /// [-], of the largest impulse: an iteration that changes none by more has converged.
-constexpr double kTolerance = 1e-4;
+constexpr double kTolerance = 1e-3;
 /// m/s; slower than this is no motion.
-constexpr double kStill = 1e-9;
+constexpr double kStill = 1e-7;
 /// m/s; what lies in another body creeps out at this speed whatever contact has taken before.
 constexpr double kCreep = 5e-5;
 
