@@ -105,17 +105,19 @@ TEST(EffectCounts, WhatIsLeftOutFindsNoMemory) {
                         no_self = prepare_without("self_contact"), no_pulse = prepare_without("pulse"),
                         no_elasticity = prepare_without("elasticity"), no_breathing = prepare_without("breathing"),
                         no_blood = prepare_without("blood_drag");
-    for (const SolidBodyScratch& body : ScratchView::of(*stepped(no_coarse)).solids.bodies) {
+    const auto coarse_out = stepped(no_coarse), exact_out = stepped(no_exact), self_out = stepped(no_self), blood_out = stepped(no_blood),
+               elasticity_out = stepped(no_elasticity), breathing_out = stepped(no_breathing);
+    for (const SolidBodyScratch& body : ScratchView::of(*coarse_out).solids.bodies) {
         EXPECT_TRUE(body.spheres.empty());
         EXPECT_TRUE(body.surface_ahead.empty());
     }
-    EXPECT_EQ(ScratchView::of(*stepped(no_exact)).rods.instruments[0].tree.memory(), collision::DopTree().memory());
-    for (const SolidBodyScratch& body : ScratchView::of(*stepped(no_self)).solids.bodies) EXPECT_TRUE(body.self_near.empty());
+    EXPECT_EQ(ScratchView::of(*exact_out).rods.instruments[0].tree.memory(), collision::DopTree().memory());
+    for (const SolidBodyScratch& body : ScratchView::of(*self_out).solids.bodies) EXPECT_TRUE(body.self_near.empty());
     for (const BodyModel& body : no_pulse.model.bodies) EXPECT_TRUE(body.pulse_reach.empty());
     for (const BodyModel& body : no_blood.model.bodies) EXPECT_FALSE(body.blood.has_value());
-    for (const InstrumentScratch& instrument : ScratchView::of(*stepped(no_blood)).rods.instruments) EXPECT_TRUE(instrument.flow.empty());
-    for (const TissueScratch& body : ScratchView::of(*stepped(no_elasticity)).bodies.tissue) EXPECT_TRUE(body.pinned_target.empty());
-    for (const TissueScratch& body : ScratchView::of(*stepped(no_breathing)).bodies.tissue) EXPECT_TRUE(body.pinned_target.empty());
+    for (const InstrumentScratch& instrument : ScratchView::of(*blood_out).rods.instruments) EXPECT_TRUE(instrument.flow.empty());
+    for (const TissueScratch& body : ScratchView::of(*elasticity_out).bodies.tissue) EXPECT_TRUE(body.pinned_target.empty());
+    for (const TissueScratch& body : ScratchView::of(*breathing_out).bodies.tissue) EXPECT_TRUE(body.pinned_target.empty());
 }
 
 TEST(EffectCost, MeasuresEveryEffectOfASceneAndNoOther) {
