@@ -49,8 +49,7 @@ public:
         drive.flow = work_.flow;
         join_forces();
         drive.force = work_.force;
-        RodStep step(work_.model, work_.state, drive, work_.planes, dt_, first_, share(), work_.rod);
-        report.largest_residual = std::max(report.largest_residual, step.solve(report));
+        RodStep<kRodCoordinates>(work_.model, work_.state, drive, work_.planes, dt_, first_, share(), work_.rod).solve(report);
         part();
         end(outer_, outer_twist);
         end(inner_, inner_twist);
@@ -74,9 +73,8 @@ private:
     }
     static void end(const CoaxialRod& rod, RodTwist& twist) noexcept {
         if (rod.state.angle.empty()) return;
-        std::fill(rod.workspace.grip.begin(), rod.workspace.grip.end(), 0.0);
-        std::fill(rod.workspace.push.begin(), rod.workspace.push.end(), 0.0);
-        (void)twist.turn();
+        twist.assemble();
+        twist.solve_rows();
         twist.end();
     }
 
@@ -92,7 +90,7 @@ private:
         for (auto* list : {&work_.state.position, &work_.state.velocity, &work_.rod.start, &work_.rod.rest_bend, &work_.rod.tangent})
             list->resize(count);
         work_.rod.band.resize(3 * count * (kRodBandwidth + 1));
-        work_.rod.rhs.resize(3 * count);
+        for (auto* list : {&work_.rod.rhs, &work_.rod.residual}) list->resize(3 * count);
         for (std::size_t i = 0; i < nodes_; ++i) join_outer(i);
         for (std::size_t k = 0; k < free_count(); ++k) join_inner(k);
         for (std::size_t i = 1; i + 1 < count; ++i) join_bending(i);
@@ -263,7 +261,8 @@ void reserve_coaxial(const RodModel& outer, const RodModel& inner, std::size_t p
     for (auto* list : {&work.state.position, &work.state.velocity, &work.rod.start, &work.rod.rest_bend, &work.rod.tangent})
         list->reserve(most);
     work.rod.band.reserve(3 * most * (kRodBandwidth + 1));
-    work.rod.rhs.reserve(3 * most);
+    for (auto* list : {&work.rod.rhs, &work.rod.residual}) list->reserve(3 * most);
+    work.rod.presses.reserve(plane_count);
     work.planes.reserve(plane_count);
     work.flow.reserve(most);
     work.force.reserve(most);

@@ -14,6 +14,8 @@ namespace {
 constexpr double kSafety = 0.9;
 /// Planes at a node that are thought to press at once: those of three places of a tube, two each.
 constexpr double kPlanesAtANode = 6.0;
+/// m/s; below this sliding speed friction grows linearly instead of jumping, so that a stuck chain creeps by at most this.
+constexpr double kStickSpeed = 1e-3;
 
 /// One semi-implicit Euler step of the nodes from `first` on.
 class MassSpringStep {

@@ -51,9 +51,11 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
         work.start = state.position; // same size: copies, never allocates
         move_behind_port(model, drive.port, state.insertion, dt, first, state);
         for (std::size_t i = first; i < model.node_count(); ++i) state.position[i] += dt * state.velocity[i];
-        RodStep rod_step(model, state, drive, planes, dt, first, inserted_share(model, state.insertion, first), work,
-                         twists ? &twist : nullptr);
-        report.largest_residual = std::max(report.largest_residual, rod_step.solve(report));
+        const double share = inserted_share(model, state.insertion, first);
+        if (twists)
+            RodStep<kTwistedCoordinates>(model, state, drive, planes, dt, first, share, work, &twist).solve(report);
+        else
+            RodStep<kRodCoordinates>(model, state, drive, planes, dt, first, share, work).solve(report);
         for (std::size_t i = first; i < model.node_count(); ++i) state.velocity[i] = (state.position[i] - work.start[i]) / dt;
         if (!twists) continue;
         twist.end();

@@ -105,21 +105,34 @@ struct RodDrive {
     std::span<const Vec3> force = {};  // [node_count] N, constant over the step; empty: none
 };
 
+/// What the solve keeps of a plane while it iterates: see rod_contact.hpp.
+struct RodPress {
+    double force = 0.0;        // N, multipliers: normal and tangential
+    Vec3 drag = Vec3::Zero();
+    double stiffness = 0.0;    // N/m, of the forces as they were evaluated last
+    Mat3 aside = Mat3::Zero();
+    Vec3 start_force = Vec3::Zero();     // N, N/m: where the last correction started
+    Mat3 start_stiffness = Mat3::Zero();
+};
+
 /// Memory of the solve: sized once, no allocation afterwards.
 struct RodWorkspace {
     std::vector<Vec3> start, rest_bend, axis, tangent; // [node_count]
     std::vector<Vec3> force;                           // [node_count] N; of masses and springs
     std::vector<Vec3> binormal;                        // [node_count] with torsion, as are the next: see rod_twist.cpp
     std::vector<double> before, after, writhe;         // [node_count] 1/m, 1/m, rad
-    std::vector<double> start_angle, grip, push;       // [node_count] rad, N m, N m
+    std::vector<double> start_angle;                   // [node_count] rad
     std::vector<double> diagonal, beside, turn;        // [node_count] of the angles' tridiagonal system
-    std::vector<double> band;                          // [3 node_count][kRodBandwidth + 1]
-    std::vector<double> rhs;                           // [3 node_count]
+    std::vector<double> band;                          // [coordinates node_count][bandwidth + 1]
+    std::vector<double> rhs, residual;                 // [coordinates node_count] N, or N m; rhs: the correction once it is solved, m or rad
+    std::vector<RodPress> presses;                     // [planes] at least
 };
 
 struct RodReport {
     unsigned iterations = 0;       // Newton iterations, all sub-steps together
     double largest_residual = 0.0; // m, last Newton correction of the worst sub-step
+    double force_error = 0.0;      // N, by which the worst contact force of the worst sub-step still changed
+    unsigned unconverged = 0;      // sub-steps that ended at kMaxNewton
     double bend_j = 0.0;
     double stretch_j = 0.0;
     double twist_j = 0.0;
