@@ -48,12 +48,23 @@ public:
         const std::size_t whole = size_ > kBandwidth ? size_ - kBandwidth : 0; // columns with all of their band beneath
         for (std::size_t c = 0; c < whole; ++c) eliminate(c, Whole(), x.data());
         for (std::size_t c = whole; c < size_; ++c) eliminate(c, size_ - 1 - c, x.data());
+        substitute_back(x);
+    }
+
+    /// Solves once more with the factors that solve() left. Below `from` x is 0.
+    void solve_again(std::span<double> x, std::size_t from) noexcept {
+        for (std::size_t c = from; c < size_; ++c)
+            for (std::size_t m = std::min(kBandwidth, size_ - 1 - c); m > 0; --m) x[c + m] -= column_of(c)[m] * x[c];
+        substitute_back(x);
+    }
+
+private:
+    void substitute_back(std::span<double> x) noexcept {
         for (std::size_t c = 0; c < size_; ++c) x[c] /= column_of(c)[0];
         for (std::size_t c = size_; c-- > 0;)
             for (std::size_t m = std::min(kBandwidth, size_ - 1 - c); m > 0; --m) x[c] -= column_of(c)[m] * x[c + m];
     }
 
-private:
     using Whole = std::integral_constant<std::size_t, kBandwidth>;
 
     [[nodiscard]] double* column_of(std::size_t column) noexcept { return data_.data() + column * (kBandwidth + 1); }

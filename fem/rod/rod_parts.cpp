@@ -11,7 +11,9 @@ namespace trocar::fem {
 void size_workspace(std::size_t nodes, RodWorkspace& work) {
     if (work.start.size() == nodes) return;
     constexpr std::size_t most = kTwistedCoordinates; // with torsion
-    work.start.resize(nodes);
+    for (auto* list : {&work.start, &work.from, &work.from_velocity, &work.step_start, &work.step_velocity}) list->resize(nodes);
+    work.pace.resize(nodes);
+    work.touched.resize(nodes);
     work.rest_bend.assign(nodes, Vec3::Zero());
     work.axis.resize(nodes);
     work.tangent.resize(nodes);

@@ -26,8 +26,12 @@ inline constexpr double kNewtonTolerance = 1e-7;
 inline constexpr double kForceTolerance = 2e-3, kLeastForce = 1e-6;
 /// m; no node moves further in one Newton iteration: keeps the linearised stretch valid.
 inline constexpr double kTrustRadius = 2e-3;
-inline double kUpdateWithin = 1e-4;
+/// m; multipliers take their forces over only where a correction was at most this large: far from balance those mean nothing.
+inline constexpr double kUpdateWithin = 1e-4;
+/// [-] of a segment, that bends at the clamp at least: keeps the stiffness finite.
+inline constexpr double kLeastBend = 1e-3;
 
+/// kg/s^2
 [[nodiscard]] inline double damped_mass(const RodModel& model, std::size_t i, double dt) noexcept {
     return model.mass[i] / (dt * dt) * (1.0 + model.design.drag * dt);
 }
@@ -69,6 +73,22 @@ public:
         report.force_error = std::max(report.force_error, change);
     }
 
+    /// Forces as they are now, for the report; the planes' hold.
+    void balance(RodReport& report) noexcept {
+        handle_.setZero();
+        body_.setZero();
+        Band band(work_.band, moving());
+        assemble(band);
+        report.handle_force = -handle_;
+        report.body_force = body_;
+        report.contact_force.setZero();
+        for (std::size_t k = 0; k < contact_.planes().size(); ++k) report.contact_force += contact_.force(k);
+        report.handle_torque = handle_torque();
+        if (!drive_.measure_hold || moving() == 0) return;
+        band.solve(std::span(work_.rhs).first(kCoordinates * moving()));
+        for (std::size_t k = 0; k < contact_.planes().size(); ++k) measure_hold(band, contact_.planes()[k], contact_.press(k).stiffness);
+    }
+
 private:
     void solve_band(Band& band) noexcept {
         const auto rhs = std::span(work_.rhs).first(kCoordinates * moving());
@@ -76,6 +96,42 @@ private:
         band.solve(rhs);
         power_ = 0.0;
         for (std::size_t r = 0; r < rhs.size(); ++r) power_ += rhs[r] * work_.residual[r];
+    }
+
+    /// 1 / (J A^-1 J^T) of a plane's normal, less its own augmentation: the rest of the rod and what else holds it.
+    void measure_hold(Band& band, RodPlane& plane, double own) noexcept {
+        plane.hold = 0.0;
+        if (!(plane.force > 0.0) || !moves(plane.node + 1)) return;
+        const auto x = std::span(work_.rhs).first(kCoordinates * moving());
+        std::fill(x.begin(), x.end(), 0.0);
+        const Index low = moves(plane.node) ? plane.node : plane.node + 1;
+        const auto along = [&](Index node) { return kCoordinates * (node - first_); };
+        for (Index node = low; node <= plane.node + 1; ++node)
+            for (int axis = 0; axis < 3; ++axis)
+                x[along(node) + std::size_t(axis)] = (node == plane.node ? 1.0 - plane.weight : plane.weight) * plane.normal[axis];
+        band.solve_again(x, along(low));
+        double gives = 0.0; // m/N
+        for (Index node = low; node <= plane.node + 1; ++node)
+            for (int axis = 0; axis < 3; ++axis)
+                gives += (node == plane.node ? 1.0 - plane.weight : plane.weight) * plane.normal[axis] * x[along(node) + std::size_t(axis)];
+        plane.hold = gives > 0.0 ? std::max(0.0, 1.0 / gives - own) : 0.0;
+    }
+
+    [[nodiscard]] double handle_torque() noexcept {
+        double torque = 0.0;
+        if constexpr (kTwists) {
+            if (first_ == 0 || !moves(first_)) return 0.0;
+            torque = -twist_->torque_behind(first_);
+            for (const RodPlane& plane : contact_.planes())
+                if (!moves(plane.node)) torque -= (1.0 - plane.weight) * contact_.roll(plane).dot(plane.drag);
+        } else {
+            for (std::size_t i = std::max<std::size_t>(first_, 1); i + 1 < model_.node_count(); ++i) {
+                const double share = bend_share(i);
+                const std::array<double, 3> w = bend_stencil(model_, i);
+                torque -= model_.bending_of(i) * unit_change(i, w).dot(work_.tangent[i].cross(work_.rest_bend[i])) / share * share;
+            }
+        }
+        return torque;
     }
 
     [[nodiscard]] std::size_t moving() const noexcept { return model_.node_count() - first_; }
@@ -91,11 +147,24 @@ private:
     }
 
     [[nodiscard]] bool moves(std::size_t node) const noexcept { return node >= first_; }
-    /// Of what node i and the segment after it stand for.
+    /// Of the segment after node i, what is beyond the port.
     [[nodiscard]] double share_of(std::size_t i) const noexcept { return i + 1 == first_ ? share_ : 1.0; }
+    /// Of the length that bends at node i, from the middle of one segment to that of the next, what is beyond the port.
+    [[nodiscard]] double bend_share(std::size_t i) const noexcept {
+        if (first_ == 0 || i > first_) return 1.0;
+        return i == first_ ? std::min(1.0, share_ + 0.5) : std::max(share_ - 0.5, kLeastBend);
+    }
+    /// What pushes a node beside elasticity and contact.
+    void push_body(std::size_t node, const Vec3& force) noexcept {
+        push(node, force);
+        body_ += force;
+    }
 
     void push(std::size_t node, const Vec3& force) noexcept {
-        if (!moves(node)) return;
+        if (!moves(node)) {
+            handle_ += force;
+            return;
+        }
         for (int axis = 0; axis < 3; ++axis) work_.rhs[kCoordinates * (node - first_) + std::size_t(axis)] += force[axis];
     }
     template <class Stiffness>
@@ -105,14 +174,14 @@ private:
 
     void add_inertia(Band& band) noexcept {
         for (std::size_t i = first_; i < model_.node_count(); ++i) {
-            const double mass = damped_mass(model_, i, dt_);
-            const Vec3 moved = state_.position[i] - work_.start[i];
-            push(i, model_.mass[i] * (state_.velocity[i] / dt_ + drive_.gravity) - mass * moved);
-            if (!drive_.force.empty()) push(i, drive_.force[i]);
+            const double pace = work_.pace[i], mass = damped_mass(model_, i, pace);
+            const Vec3 moved = state_.position[i] - work_.from[i];
+            push_body(i, model_.mass[i] * (work_.from_velocity[i] / pace + drive_.gravity) - mass * moved);
+            if (!drive_.force.empty()) push_body(i, drive_.force[i]);
             stiffen(band, i, i, mass);
-            const double whip = model_.design.transverse_drag * model_.segment / dt_;
+            const double whip = model_.design.transverse_drag * length_of(i) / pace;
             const Mat3 across = Mat3::Identity() - work_.tangent[i] * work_.tangent[i].transpose();
-            push(i, -whip * (across * moved));
+            push_body(i, -whip * (across * moved));
             stiffen(band, i, i, Mat3(whip * across));
         }
     }
@@ -141,7 +210,11 @@ private:
     void add_bending(Band& band) noexcept {
         const bool uniform = model_.rest_length.empty();
         for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
-            const double share = share_of(i); // nodes that have not passed the port neither bend nor have a rest curvature
+            const double share = bend_share(i); // nodes that have not passed the port neither bend nor have a rest curvature
+            if (i < first_) {
+                add_clamp(band, i, share);
+                continue;
+            }
             const double k = model_.bending_of(i) / share;
             const std::array<double, 3> weight = bend_stencil(model_, i);
             const Vec3 bend = uniform ? second_difference(state_.position, i) : unit_change(i, weight);
@@ -151,6 +224,18 @@ private:
                 for (std::size_t b = 0; b <= a; ++b) stiffen(band, i - 1 + a, i - 1 + b, k * weight[a] * weight[b]);
             }
         }
+    }
+
+    /// The last node behind the port bends by as much of its length as has passed it, across the port's axis alone: where that is little
+    /// the bending of the next segment is none, its stretch is as it was.
+    void add_clamp(Band& band, std::size_t i, double share) noexcept {
+        const std::array<double, 3> weight = bend_stencil(model_, i);
+        const double k = model_.bending_of(i) / share;
+        const Vec3& axis = drive_.port.direction;
+        const Mat3 across = Mat3::Identity() - axis * axis.transpose();
+        const Vec3 moment = k * (across * (unit_change(i, weight) - share * work_.rest_bend[i]));
+        for (std::size_t a = 0; a < 3; ++a) push(i - 1 + a, -weight[a] * moment);
+        stiffen(band, i + 1, i + 1, Mat3(k * weight[2] * weight[2] * across));
     }
 
     [[nodiscard]] Vec3 unit_change(std::size_t i, const std::array<double, 3>& weight) const noexcept {
@@ -190,11 +275,12 @@ private:
         for (std::size_t i = first_; i < model_.node_count(); ++i) {
             const RodFlow& flow = drive_.flow[i];
             const Vec3& tangent = work_.tangent[i];
-            const Vec3 slip = dt_ * flow.velocity - (state_.position[i] - work_.start[i]);
+            const double pace = work_.pace[i];
+            const Vec3 slip = pace * flow.velocity - (state_.position[i] - work_.from[i]);
             const Vec3 along = slip.dot(tangent) * tangent, across = slip - along;
-            const double share = length_of(i) / dt_;
-            const double k = 2.0 * flow.viscous + flow.form * std::sqrt(across.squaredNorm()) / dt_;
-            push(i, share * (flow.viscous * along + k * across));
+            const double share = length_of(i) / pace;
+            const double k = 2.0 * flow.viscous + flow.form * std::sqrt(across.squaredNorm()) / pace;
+            push_body(i, share * (flow.viscous * along + k * across));
             const Mat3 axial = tangent * tangent.transpose();
             stiffen(band, i, i, Mat3(share * (flow.viscous * axial + k * (Mat3::Identity() - axial))));
         }
@@ -337,6 +423,7 @@ private:
     RodWorkspace& work_;
     RodTwist* twist_; // nullptr: no torsion
     RodContact contact_;
+    Vec3 handle_ = Vec3::Zero(), body_ = Vec3::Zero(); // N, on what does not move; see RodReport
     double power_ = 0.0; // J, of all forces over the correction, at its start
 };
 

@@ -45,6 +45,9 @@ public:
     /// Rates of the angles over the sub-step; then counts them from the frames of the new positions.
     void end() noexcept;
 
+    /// N m, in the segment behind node `first`, which moves: what the node feels of the handle, less that it is of opposite sign.
+    [[nodiscard]] double torque_behind(Index first) const noexcept { return torque(first - 1); }
+
     /// J, of the segments beyond the port
     [[nodiscard]] double energy() const noexcept;
 
