@@ -30,7 +30,8 @@ struct RodDesign {
     double young_modulus = 100e6; // Pa, of the solid circular section
     double density = 1100.0;      // kg/m^3
     double drag = 40.0;           // 1/s, mass-proportional
-    double transverse_drag = kBloodDrag; // N s/m^2, per metre of rod, across its axis only
+    double transverse_drag = 10.0; // N s/m^2, per metre of rod, across its axis only. kBloodDrag is blood's: a rod that snaps free
+                                   // is then too fast for the contacts of steps of 10 ms to settle
     TipShape tip = TipShape::J;
     double tip_length = 15e-3;           // m, of the shaped distal part
     double tip_angle = 0.8;              // rad, total rest bend of the shaped part

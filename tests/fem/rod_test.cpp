@@ -98,7 +98,7 @@ TEST(Rod, APlaneHoldsItAndTellsTheForce) {
     place_rod(model, drive.port, drive.insertion, 0.0, state);
     const Index tip = static_cast<Index>(model.node_count() - 2);
     std::vector<RodPlane> planes{{tip, 1.0, Vec3::UnitZ(), 1e-3, 0.0}}; // lifts the tip by a millimetre
-    come_to_rest(model, state, drive, planes);
+    come_to_rest(model, state, drive, planes, 40.0);
     const double bending = 100e6 * 0.25 * std::numbers::pi * std::pow(0.5e-3, 4);
     const double expected = 3.0 * bending * 1e-3 / std::pow(0.05, 3);
     EXPECT_NEAR(state.position.back().z(), 1e-3, 1e-6);
