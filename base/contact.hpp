@@ -30,6 +30,8 @@ struct Contact {
     Index feature_b[3] = {kNoIndex, kNoIndex, kNoIndex}; // sphere id | triangle's vertex ids | edge's two vertex ids
     double bary_a[2] = {1.0, 0.0};                       // weights of feature_a's vertices
     double bary_b[3] = {1.0, 0.0, 0.0};                  // weights of feature_b's vertices
+    double normal_force = 0.0;                           // N, on body_a along the normal; of what the response knows the force of
+    Vec3 friction_force = Vec3::Zero();                  // N, on body_a, across the normal
 };
 
 } // namespace trocar

@@ -113,6 +113,10 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("passed_places", row.r.passed_places),
     TROCAR_COLUMN("unproven_solids", row.r.unproven_solids),
     TROCAR_COLUMN("softened", row.r.softened),
+    TROCAR_COLUMN("handle_force_n", row.r.handle_force_n),
+    TROCAR_COLUMN("handle_torque_nm", row.r.handle_torque_nm),
+    TROCAR_COLUMN("rod_balance_n", row.r.balance_n),
+    TROCAR_COLUMN("rod_unsettled", row.r.unsettled_rods),
 };
 #undef TROCAR_COLUMN
 
