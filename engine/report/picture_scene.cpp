@@ -61,12 +61,14 @@ void add_instrument(PictureView view, const InstrumentModel& instrument, const I
                                   .attenuation = palette::kInstrumentAttenuation});
 }
 
+constexpr double kMarkerStiffness = 2e4; // N/m, of the depth that a press is coloured by
+
 /// Where walls press on a rod: on the wall, coloured by how deep it is pressed in.
 void add_wall_markers(const SceneModel& model, const InstrumentModel& instrument, const InstrumentState& state, RenderScene& out) {
     for (const fem::RodPlane& plane : state.planes) {
         if (!(plane.force > kMarkerForce) || out.markers.size() >= kMaxMarkers) continue;
         const Vec3 axis = (1.0 - plane.weight) * state.rod.position[plane.node] + plane.weight * state.rod.position[plane.node + 1];
-        out.markers.push_back({axis - instrument.rod.design.radius * plane.normal, plane.force / model.contact.rod_stiffness});
+        out.markers.push_back({axis - instrument.rod.design.radius * plane.normal, plane.force / kMarkerStiffness});
     }
 }
 

@@ -118,6 +118,10 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("contact_iterations", row.r.contact_iterations),
     TROCAR_COLUMN("contact_unconverged", row.r.contact_unconverged),
     TROCAR_COLUMN("contact_residual_n", row.r.contact_residual_n),
+    TROCAR_COLUMN("handle_force_n", row.r.handle_force_n),
+    TROCAR_COLUMN("handle_torque_nm", row.r.handle_torque_nm),
+    TROCAR_COLUMN("rod_balance_n", row.r.balance_n),
+    TROCAR_COLUMN("rod_unsettled", row.r.unsettled_rods),
 };
 #undef TROCAR_COLUMN
 

@@ -35,9 +35,8 @@ struct ContactSpec {
     double clearance = 1.0e-4;      // m, clearance that the response keeps between skin and wall: ten times the exact tests' distance
     double exact_distance = 1.0e-5; // m, closer than this counts as touching in the exact tests
     double margin = 3.0e-4;         // m, coarse contacts are reported from this far
-    double rod_stiffness = 2.0e4;   // N/m, of the wall in the rod's solve: 1 N presses 0.05 mm
-    double wall_stiffness = 2000.0; // N/m, of the instrument in the tissue's integration: its push has faded when the wall has yielded
-                                    // by force / wall_stiffness. Softer lets a tap throw the wall by millimetres in a step
+    double rod_stiffness = 1.0e6;   // N/m, behind the planes of the rod's solve, where those contradict each other: 1 N presses 1 um
+    double wall_stiffness = 2.0e4;  // N/m, at most, of a rod's press as the tissue's integration feels it: stiffer ones shorten its sub-steps
     double solid_stiffness = 200.0; // N/m of a pair of spheres of solid bodies, where those push
     double solid_damping = 0.0;     // N s/m of such a pair, on approach
     double solid_friction = 0.0;    // Coulomb mu between solid bodies, with the effect friction

@@ -121,7 +121,8 @@ struct InstrumentKeys {
             key(s.skin_triangles, count_field("skin_triangles", 100, 1e6, "Of the dense surface, aimed at.")),
             key(rod.drag, number_field("drag", Dimension::Rate, between(0.0, 1e5), "Mass-proportional damping of the rod.")),
             key(rod.transverse_drag,
-                number_field("whip_drag", Dimension::Viscosity, between(0.0, 1e5), "Transverse drag, per length of rod.")),
+                number_field("whip_drag", Dimension::None, between(0.0, 1e5),
+                             "N s/m^2 in any units: transverse drag, per length of rod. 0.03 is blood's.")),
             custom_key(value_field("entry", entry_value(),
                                    "Where it enters the body: a landmark, or a position and a direction. Needed unless it is inside an "
                                    "instrument."),

@@ -49,7 +49,8 @@ struct StepReport {
     unsigned corrections = 0;         // times the rod was solved again because a continuous test still hit
     unsigned drive_limited = 0;        // instruments whose hand moved less than asked for: kDriveReach in a step
     unsigned drive_stops = 0;          // instruments whose hand was stopped in this step because its push met the wall
-    unsigned clamped_forces = 0;      // presses on a wall that were cut to kMaxPress
+    unsigned clamped_forces = 0;      // always 0: forces are cut neither for the rod nor for the wall
+    unsigned unsettled_rods = 0;      // stages of rods whose contact forces had not settled when the iteration ended
     double safe_fraction = 1.0;       // < 1: the motion of this step was held back to this share
     bool within_distance = false; // skin and wall stayed nearer than the exact distance all step: the motion was taken, proven not to touch
     unsigned unproven_links = 0;  // instrument links whose freedom nothing proved in this step
@@ -65,6 +66,9 @@ struct StepReport {
     double contact_force_n = 0.0; // sum of normal forces on the walls
     double max_contact_force_n = 0.0;
     double friction_force_n = 0.0;   // sum of friction forces on the walls
+    double handle_force_n = 0.0;     // of the first instrument: along the port's axis, positive: the hand pushes
+    double handle_torque_nm = 0.0;   // of the first instrument: about the port's axis; without torsion that of the shaped tip alone
+    double balance_n = 0.0;          // over all instruments: handle, contacts, loads and inertia, which should be nothing
     std::uint64_t solid_touches = 0; // places where solid bodies' surfaces touch
     double deepest_touch_m = 0.0;    // of the deepest of them
     double deepest_share = 0.0;      // the most that one has, of the thinner body's thickness (of a body with itself: 0)

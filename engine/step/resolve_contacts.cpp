@@ -63,7 +63,7 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
 /// Forces of a solve whose motion was not taken mean nothing: nothing is pushed in the next step.
 void forget_forces(State& state) {
     for (InstrumentState& instrument : state.instruments)
-        for (fem::RodPlane& plane : instrument.planes) plane.force = 0.0;
+        for (fem::RodPlane& plane : instrument.planes) plane.force = 0.0, plane.drag.setZero();
 }
 
 void list_contacts(const SceneModel& model, const State& state, StepScratch& scratch) {
@@ -106,6 +106,7 @@ void resolve_contacts(const SceneModel& model, State& state, StepScratch& scratc
     report.residual_n = find_residual(model, state, scratch.bodies.tissue);
     for (BodyState& body : state.bodies) body.springs.clear();
     for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
+    report_rods(model, scratch.rods, report);
     push_solids(model, state, scratch.solids, report);
     list_contacts(model, state, scratch);
     if (!coarse_answer || report.exact_forced) phase.forget();

@@ -49,8 +49,9 @@ public:
         drive.flow = work_.flow;
         join_forces();
         drive.force = work_.force;
-        RodStep step(work_.model, work_.state, drive, work_.planes, dt_, first_, share(), work_.rod);
-        report.largest_residual = std::max(report.largest_residual, step.solve(report));
+        RodStep<kRodCoordinates> step(work_.model, work_.state, drive, work_.planes, dt_, first_, share(), work_.rod);
+        step.solve(report);
+        step.balance(report);
         part();
         end(outer_, outer_twist);
         end(inner_, inner_twist);
@@ -74,9 +75,8 @@ private:
     }
     static void end(const CoaxialRod& rod, RodTwist& twist) noexcept {
         if (rod.state.angle.empty()) return;
-        std::fill(rod.workspace.grip.begin(), rod.workspace.grip.end(), 0.0);
-        std::fill(rod.workspace.push.begin(), rod.workspace.push.end(), 0.0);
-        (void)twist.turn();
+        twist.assemble();
+        twist.solve_rows();
         twist.end();
     }
 
@@ -89,10 +89,12 @@ private:
         chain.segment = outer_.model.segment;
         for (auto* list : {&chain.unit_edge_stiffness, &chain.mass}) list->assign(count, 0.0);
         for (auto* list : {&chain.stretch_stiffness, &chain.rest_length}) list->assign(count - 1, 0.0);
-        for (auto* list : {&work_.state.position, &work_.state.velocity, &work_.rod.start, &work_.rod.rest_bend, &work_.rod.tangent})
+        for (auto* list : {&work_.state.position, &work_.state.velocity, &work_.rod.start, &work_.rod.rest_bend, &work_.rod.tangent,
+                           &work_.rod.from, &work_.rod.from_velocity})
             list->resize(count);
+        work_.rod.pace.assign(count, dt_);
         work_.rod.band.resize(3 * count * (kRodBandwidth + 1));
-        work_.rod.rhs.resize(3 * count);
+        for (auto* list : {&work_.rod.rhs, &work_.rod.residual}) list->resize(3 * count);
         for (std::size_t i = 0; i < nodes_; ++i) join_outer(i);
         for (std::size_t k = 0; k < free_count(); ++k) join_inner(k);
         for (std::size_t i = 1; i + 1 < count; ++i) join_bending(i);
@@ -116,7 +118,8 @@ private:
         const bool moves = i >= first_;
         work_.state.velocity[i] = outer_.state.velocity[i];
         work_.rod.tangent[i] = outer_.workspace.tangent[i];
-        work_.rod.start[i] = outer_.state.position[i];
+        work_.rod.start[i] = work_.rod.from[i] = outer_.state.position[i];
+        work_.rod.from_velocity[i] = outer_.state.velocity[i];
         work_.state.position[i] = outer_.state.position[i] + (moves ? dt_ : 0.0) * outer_.state.velocity[i];
     }
 
@@ -129,7 +132,8 @@ private:
         chain.mass[i] = inner_.model.mass[j];
         work_.state.velocity[i] = inner_.state.velocity[j];
         work_.rod.tangent[i] = inner_.workspace.tangent[j];
-        work_.rod.start[i] = inner_.state.position[j];
+        work_.rod.start[i] = work_.rod.from[i] = inner_.state.position[j];
+        work_.rod.from_velocity[i] = inner_.state.velocity[j];
         work_.state.position[i] = inner_.state.position[j] + dt_ * inner_.state.velocity[j];
     }
 
@@ -209,7 +213,8 @@ private:
         for (const CoaxialRod* rod : {&outer_, &inner_})
             for (RodPlane& plane : rod->planes) {
                 plane.force = work_.planes[k].force;
-                plane.drag = work_.planes[k++].drag;
+                plane.drag = work_.planes[k].drag;
+                plane.hold = work_.planes[k++].hold;
             }
     }
 
@@ -260,10 +265,13 @@ void reserve_coaxial(const RodModel& outer, const RodModel& inner, std::size_t p
     const std::size_t most = outer.node_count() + inner.node_count();
     for (auto* list : {&work.model.unit_edge_stiffness, &work.model.mass, &work.model.stretch_stiffness, &work.model.rest_length})
         list->reserve(most);
-    for (auto* list : {&work.state.position, &work.state.velocity, &work.rod.start, &work.rod.rest_bend, &work.rod.tangent})
+    for (auto* list : {&work.state.position, &work.state.velocity, &work.rod.start, &work.rod.rest_bend, &work.rod.tangent, &work.rod.from,
+                       &work.rod.from_velocity})
         list->reserve(most);
+    work.rod.pace.reserve(most);
     work.rod.band.reserve(3 * most * (kRodBandwidth + 1));
-    work.rod.rhs.reserve(3 * most);
+    for (auto* list : {&work.rod.rhs, &work.rod.residual}) list->reserve(3 * most);
+    work.rod.presses.reserve(plane_count);
     work.planes.reserve(plane_count);
     work.flow.reserve(most);
     work.force.reserve(most);

@@ -14,6 +14,10 @@ namespace {
 constexpr double kSafety = 0.9;
 /// Planes at a node that are thought to press at once: those of three places of a tube, two each.
 constexpr double kPlanesAtANode = 6.0;
+/// N/m; a stiffer wall would only shorten the sub-steps.
+constexpr double kStiffestWall = 2e4;
+/// m/s; below this sliding speed friction grows linearly instead of jumping, so that a stuck chain creeps by at most this.
+constexpr double kStickSpeed = 1e-3;
 
 /// One semi-implicit Euler step of the nodes from `first` on.
 class MassSpringStep {
@@ -76,7 +80,7 @@ private:
     void add_wall(RodPlane& plane) noexcept {
         const double w = plane.weight;
         const Vec3 point = (1.0 - w) * state_.position[plane.node] + w * state_.position[plane.node + 1];
-        plane.force = drive_.contact_stiffness * std::max(0.0, plane.offset - plane.normal.dot(point));
+        plane.force = std::min(drive_.contact_stiffness, kStiffestWall) * std::max(0.0, plane.offset - plane.normal.dot(point));
         plane.drag.setZero();
         work_.force[plane.node] += (1.0 - w) * plane.force * plane.normal;
         work_.force[plane.node + 1] += w * plane.force * plane.normal;
@@ -114,7 +118,7 @@ private:
 double mass_spring_substep(const RodModel& model, double contact_stiffness) noexcept {
     double largest = 0.0;
     for (std::size_t i = 0; i < model.node_count(); ++i) {
-        double stiffness = kPlanesAtANode * contact_stiffness;
+        double stiffness = kPlanesAtANode * std::min(contact_stiffness, kStiffestWall);
         if (i > 0) stiffness += 2.0 * model.stretch_stiffness[i - 1];
         if (i + 1 < model.node_count()) stiffness += 2.0 * model.stretch_stiffness[i];
         for (std::size_t j = i > 0 ? i - 1 : 0; j <= std::min(i + 1, model.node_count() - 1); ++j)

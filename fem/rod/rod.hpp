@@ -19,7 +19,7 @@ namespace trocar::fem {
 /// Straight rod on the port's axis, at rest, `insertion` metres in.
 void place_rod(const RodModel& model, const RodPort& port, double insertion, double rotation, RodState& state);
 
-/// Advances by `step` seconds in `substeps` implicit Euler steps. Planes hold for the whole step.
+/// Advances by `step` seconds in `substeps` steps of two stages each. Planes hold for the whole step.
 /// cost      O(node_count) a Newton iteration: banded LDL^T, half bandwidth 8
 /// fails     never; a state that is not finite is reported by node
 RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigned substeps, const RodDrive& drive,

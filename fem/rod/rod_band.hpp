@@ -1,4 +1,4 @@
-// Symmetric positive definite band matrix in three-coordinate blocks, and its LDL^T solve: what the rod's Newton step needs.
+// Symmetric positive definite band matrix in blocks of a node's coordinates, and its LDL^T solve: what the rod's Newton step needs.
 #pragma once
 
 #include "base/vec.hpp"
@@ -9,52 +9,72 @@
 
 namespace trocar::fem {
 
-/// Node i meets i - 2 .. i + 2, three coordinates each: row r reaches back to column r - 8.
-inline constexpr std::size_t kRodBandwidth = 8;
+/// Coordinates of a node: three of its position, and with torsion its angle.
+inline constexpr std::size_t kRodCoordinates = 3, kTwistedCoordinates = 4;
 
-class RodBand {
+/// Node i meets i - 2 .. i + 2: row r reaches back to column r - 8 with three coordinates a node, to r - 11 with four.
+[[nodiscard]] constexpr std::size_t rod_bandwidth(std::size_t coordinates) noexcept { return 3 * coordinates - 1; }
+inline constexpr std::size_t kRodBandwidth = rod_bandwidth(kRodCoordinates);
+
+template <std::size_t kCoordinates>
+class RodBandOf {
 public:
-    /// storage  [3 node_count][kRodBandwidth + 1], the lower band by columns, diagonal first
-    RodBand(std::span<double> storage, std::size_t node_count) noexcept : data_(storage), size_(3 * node_count) {
-        std::fill_n(data_.begin(), size_ * (kRodBandwidth + 1), 0.0);
+    static constexpr std::size_t kBandwidth = rod_bandwidth(kCoordinates);
+
+    /// storage  [kCoordinates node_count][kBandwidth + 1], the lower band by columns, diagonal first
+    RodBandOf(std::span<double> storage, std::size_t node_count) noexcept : data_(storage), size_(kCoordinates * node_count) {
+        std::fill_n(data_.begin(), size_ * (kBandwidth + 1), 0.0);
     }
 
-    /// Adds to the block of nodes (i, j) and by symmetry to (j, i).
+    /// Adds to the block of positions of nodes (i, j) and by symmetry to (j, i).
     void add(std::size_t i, std::size_t j, const Mat3& m) noexcept {
         const bool lower = i >= j;
         for (std::size_t r = 0; r < 3; ++r)
             for (std::size_t c = 0; c < 3; ++c) {
-                const std::size_t row = lower ? 3 * i + r : 3 * j + r;
-                const std::size_t column = lower ? 3 * j + c : 3 * i + c;
+                const std::size_t row = kCoordinates * (lower ? i : j) + r;
+                const std::size_t column = kCoordinates * (lower ? j : i) + c;
                 if (row >= column) column_of(column)[row - column] += lower ? m(int(r), int(c)) : m(int(c), int(r));
             }
     }
     void add(std::size_t i, std::size_t j, double scale) noexcept {
         const std::size_t high = std::max(i, j), low = std::min(i, j);
-        for (std::size_t r = 0; r < 3; ++r) column_of(3 * low + r)[3 * (high - low)] += scale;
+        for (std::size_t r = 0; r < 3; ++r) column_of(kCoordinates * low + r)[kCoordinates * (high - low)] += scale;
     }
+    /// Adds to the entry of coordinates a and b, counted over all nodes, and by symmetry to (b, a).
+    void add_entry(std::size_t a, std::size_t b, double value) noexcept { column_of(std::min(a, b))[a > b ? a - b : b - a] += value; }
 
     /// Factorises in place and solves; x holds the right side before, the solution after. O(size * bandwidth^2).
     void solve(std::span<double> x) noexcept {
-        const std::size_t whole = size_ > kRodBandwidth ? size_ - kRodBandwidth : 0; // columns with all of their band beneath
+        const std::size_t whole = size_ > kBandwidth ? size_ - kBandwidth : 0; // columns with all of their band beneath
         for (std::size_t c = 0; c < whole; ++c) eliminate(c, Whole(), x.data());
         for (std::size_t c = whole; c < size_; ++c) eliminate(c, size_ - 1 - c, x.data());
-        for (std::size_t c = 0; c < size_; ++c) x[c] /= column_of(c)[0];
-        for (std::size_t c = size_; c-- > 0;)
-            for (std::size_t m = std::min(kRodBandwidth, size_ - 1 - c); m > 0; --m) x[c] -= column_of(c)[m] * x[c + m];
+        substitute_back(x);
+    }
+
+    /// Solves once more with the factors that solve() left. Below `from` x is 0.
+    void solve_again(std::span<double> x, std::size_t from) noexcept {
+        for (std::size_t c = from; c < size_; ++c)
+            for (std::size_t m = std::min(kBandwidth, size_ - 1 - c); m > 0; --m) x[c + m] -= column_of(c)[m] * x[c];
+        substitute_back(x);
     }
 
 private:
-    using Whole = std::integral_constant<std::size_t, kRodBandwidth>;
+    void substitute_back(std::span<double> x) noexcept {
+        for (std::size_t c = 0; c < size_; ++c) x[c] /= column_of(c)[0];
+        for (std::size_t c = size_; c-- > 0;)
+            for (std::size_t m = std::min(kBandwidth, size_ - 1 - c); m > 0; --m) x[c] -= column_of(c)[m] * x[c + m];
+    }
 
-    [[nodiscard]] double* column_of(std::size_t column) noexcept { return data_.data() + column * (kRodBandwidth + 1); }
+    using Whole = std::integral_constant<std::size_t, kBandwidth>;
+
+    [[nodiscard]] double* column_of(std::size_t column) noexcept { return data_.data() + column * (kBandwidth + 1); }
 
     /// Leaves D and L in column c, takes what it does to the `reach` columns after it off those, and substitutes forward on the way.
     /// The products of a column depend only on its divisions: entry by entry, each after the one before, it takes five times as long.
     template <class Reach>
     void eliminate(std::size_t c, Reach reach, double* x) noexcept {
         double* own = column_of(c);
-        double before[kRodBandwidth + 1]; // L D
+        double before[kBandwidth + 1]; // L D
         for (std::size_t m = 1; m <= reach; ++m) before[m] = own[m];
         for (std::size_t m = 1; m <= reach; ++m) own[m] = before[m] / own[0];
         for (std::size_t i = 1; i <= reach; ++i) {
@@ -67,5 +87,7 @@ private:
     std::span<double> data_;
     std::size_t size_;
 };
+
+using RodBand = RodBandOf<kRodCoordinates>;
 
 } // namespace trocar::fem

@@ -6,6 +6,7 @@
 #include "fem/rod/rod_flow.hpp"
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct StiffnessRow {
     double factor = 1.0;   // [-] of the Young's modulus, > 0
 };
 
+/// N s/m^2, across a slender rod in blood of 3.5 mPa s whose vessel is four times as wide: twice viscous_resistance.
+inline constexpr double kBloodDrag = 0.03;
+
 struct RodDesign {
     double length = 0.5;          // m
     double radius = 0.5e-3;       // m, outer
@@ -26,8 +30,8 @@ struct RodDesign {
     double young_modulus = 100e6; // Pa, of the solid circular section
     double density = 1100.0;      // kg/m^3
     double drag = 40.0;           // 1/s, mass-proportional
-    double transverse_drag = 10.0;      // N s/m^2, per metre of rod, across its axis only: a rod that snaps free stays
-                                  // slow enough for the contacts of one step; 0 lets it jump
+    double transverse_drag = 10.0; // N s/m^2, per metre of rod, across its axis only. kBloodDrag is blood's: a rod that snaps free
+                                   // is then too fast for the contacts of steps of 10 ms to settle
     TipShape tip = TipShape::J;
     double tip_length = 15e-3;           // m, of the shaped distal part
     double tip_angle = 0.8;              // rad, total rest bend of the shaped part
@@ -82,7 +86,7 @@ struct RodPort {
 };
 
 /// Half-space on a point of the chain: weight[0] x_node + weight[1] x_node+1. The rod stays where
-/// normal . point >= offset; it is pushed with stiffness * (offset - normal . point) below that.
+/// normal . point >= offset. Its forces are those that the last solve ended with, and where the next one starts.
 struct RodPlane {
     Index node = 0;      // 0 .. node_count - 2
     double weight = 0.0; // of node + 1, in [0, 1]
@@ -92,6 +96,7 @@ struct RodPlane {
     Vec3 wall_velocity = Vec3::Zero(); // m/s, of what the rod slides on
     Vec3 drag = Vec3::Zero();          // N, set by the solve: friction that the rod feels; the wall feels the opposite
     double friction_share = 1.0;       // [-] of RodDrive::friction
+    double hold = 0.0;                 // N/m, set by the solve: by how much its force falls where the wall gives way
 };
 
 struct RodDrive {
@@ -99,32 +104,55 @@ struct RodDrive {
     double insertion = 0.0; // m, at the end of the step
     double rotation = 0.0;  // rad, at the end of the step
     Vec3 gravity = Vec3::Zero();
-    double contact_stiffness = 2000.0; // N/m
+    double contact_stiffness = 2000.0; // N/m, of what is behind the planes: a force presses it in by force / contact_stiffness
     double friction = 0.0;             // Coulomb mu
     std::span<const RodFlow> flow;     // [node_count] of the fluid around it; empty: none
     std::span<const Vec3> force = {};  // [node_count] N, constant over the step; empty: none
+    bool measure_hold = false;         // of the planes that press: a substitution each
+};
+
+/// What the solve keeps of a plane while it iterates: see rod_contact.hpp.
+struct RodPress {
+    double force = 0.0;        // N, multipliers: normal and tangential
+    Vec3 drag = Vec3::Zero();
+    double stiffness = 0.0;    // N/m, of the forces as they were evaluated last
+    Mat3 aside = Mat3::Zero();
+    Vec3 start_force = Vec3::Zero();     // N, N/m: where the last correction started
+    Mat3 start_stiffness = Mat3::Zero();
 };
 
 /// Memory of the solve: sized once, no allocation afterwards.
 struct RodWorkspace {
     std::vector<Vec3> start, rest_bend, axis, tangent; // [node_count]
+    std::vector<Vec3> from, from_velocity;             // [node_count] m, m/s; where a stage's motion is counted from: see rod.cpp
+    std::vector<double> pace;                          // [node_count] s, that it lasts
+    std::vector<Vec3> step_start, step_velocity;       // [node_count] m, m/s, at the sub-step's start
+    std::vector<std::uint8_t> touched;                 // [node_count] a plane pressed on it in the last stage
     std::vector<Vec3> force;                           // [node_count] N; of masses and springs
     std::vector<Vec3> binormal;                        // [node_count] with torsion, as are the next: see rod_twist.cpp
     std::vector<double> before, after, writhe;         // [node_count] 1/m, 1/m, rad
-    std::vector<double> start_angle, grip, push;       // [node_count] rad, N m, N m
+    std::vector<double> start_angle;                   // [node_count] rad
     std::vector<double> diagonal, beside, turn;        // [node_count] of the angles' tridiagonal system
-    std::vector<double> band;                          // [3 node_count][kRodBandwidth + 1]
-    std::vector<double> rhs;                           // [3 node_count]
+    std::vector<double> band;                          // [coordinates node_count][bandwidth + 1]
+    std::vector<double> rhs, residual;                 // [coordinates node_count] N, or N m; rhs: the correction once it is solved, m or rad
+    std::vector<RodPress> presses;                     // [planes] at least
 };
 
 struct RodReport {
     unsigned iterations = 0;       // Newton iterations, all sub-steps together
     double largest_residual = 0.0; // m, last Newton correction of the worst sub-step
     double farthest_m = 0.0;       // no node was farther from the step's start where planes were evaluated, in any iteration; a bound
+    double force_error = 0.0;      // N, by which the worst contact force of the worst sub-step still changed
+    unsigned unconverged = 0;      // sub-steps that ended at kMaxNewton
     double bend_j = 0.0;
     double stretch_j = 0.0;
     double twist_j = 0.0;
     double kinetic_j = 0.0;
+    // At the end of the step. Their sum is what the iteration left over.
+    Vec3 handle_force = Vec3::Zero();  // N, of what holds the nodes behind the port
+    Vec3 contact_force = Vec3::Zero(); // N, of all planes
+    Vec3 body_force = Vec3::Zero();    // N, weight, drag and other loads, less mass times acceleration
+    double handle_torque = 0.0;        // N m about the port's axis; without torsion that of the rest curvature alone
     Index first_bad_node = kNoIndex; // not finite
 };
 

@@ -10,12 +10,15 @@ namespace trocar::fem {
 
 void size_workspace(std::size_t nodes, RodWorkspace& work) {
     if (work.start.size() == nodes) return;
-    work.start.resize(nodes);
+    constexpr std::size_t most = kTwistedCoordinates; // with torsion
+    for (auto* list : {&work.start, &work.from, &work.from_velocity, &work.step_start, &work.step_velocity}) list->resize(nodes);
+    work.pace.resize(nodes);
+    work.touched.resize(nodes);
     work.rest_bend.assign(nodes, Vec3::Zero());
     work.axis.resize(nodes);
     work.tangent.resize(nodes);
-    work.band.resize(3 * nodes * (kRodBandwidth + 1));
-    work.rhs.resize(3 * nodes);
+    work.band.resize(most * nodes * (rod_bandwidth(most) + 1));
+    for (auto* list : {&work.rhs, &work.residual}) list->resize(most * nodes);
 }
 
 void find_rest_bend(const RodModel& model, const RodState& state, const RodPort& port, RodWorkspace& work) noexcept {

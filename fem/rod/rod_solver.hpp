@@ -27,7 +27,8 @@ public:
     virtual void solve(std::span<const SolvedRod> rods, double step) noexcept = 0;
 };
 
-/// One rod, implicit (rod.hpp). Sub-steps are no longer than kImplicitSubstep, so that its lagged frames stay close.
+/// One rod, implicit (rod.hpp). Sub-steps, of two stages each, are no longer than twice kImplicitSubstep, so that its lagged frames stay
+/// close.
 [[nodiscard]] std::unique_ptr<RodSolver> make_implicit_solver();
 
 /// A catheter and the wire in its bore, implicit, as one chain (coaxial.hpp).

@@ -1,7 +1,8 @@
-// One implicit Euler step of the rod by Newton's method: inertia, drag, stretch, bending and the planes that hold it.
+// One implicit Euler step of the rod by Newton's method: inertia, drag, stretch, bending, torsion and the planes that hold it.
 #pragma once
 
 #include "fem/rod/rod_band.hpp"
+#include "fem/rod/rod_contact.hpp"
 #include "fem/rod/rod_model.hpp"
 #include "fem/rod/rod_parts.hpp"
 #include "fem/rod/rod_twist.hpp"
@@ -13,60 +14,138 @@
 namespace trocar::fem {
 
 /// Newton iterations of one sub-step at most: contacts that come and go settle in 3 to 8.
-inline constexpr unsigned kMaxNewton = 12;
-/// Damped iterations after those, where they did not end: contacts that open each other in turn converge. Without them the result
-/// is not in equilibrium, and shows contact forces a hundred times those of the neighbouring steps.
-inline constexpr unsigned kMaxDamped = 36;
-inline constexpr double kDamping = 0.5; // [-] of a damped correction
+inline constexpr unsigned kMaxNewton = 48;
+/// Of those, the first make the whole correction: many planes are met at once. The others search along it.
+inline constexpr unsigned kFullSteps = 6;
+/// [-] of the power that a correction starts with: one that ends with more than this against it is shortened, until this much is left.
+inline constexpr double kOvershoot = 0.5, kSearchTolerance = 0.05;
+inline constexpr int kSearchRounds = 12;
 /// m; a Newton correction below this ends the iteration: a thousandth of a skin's clearance.
 inline constexpr double kNewtonTolerance = 1e-7;
+/// Contact forces that change less than this in an iteration end it: of the largest normal force, or N.
+inline constexpr double kForceTolerance = 2e-3, kLeastForce = 1e-6;
 /// m; no node moves further in one Newton iteration: keeps the linearised stretch valid.
 inline constexpr double kTrustRadius = 2e-3;
-/// m/s; below this sliding speed friction grows linearly instead of jumping, so a stuck rod creeps by at most this.
-inline constexpr double kStickSpeed = 1e-3;
-/// m/s; the same with torsion: at a rod's radius the other bound would let it turn by radians a second.
-inline constexpr double kTwistStickSpeed = 1e-4;
+/// m; multipliers take their forces over only where a correction was at most this large: far from balance those mean nothing.
+inline constexpr double kUpdateWithin = 1e-4;
+/// [-] of a segment, that bends at the clamp at least: keeps the stiffness finite.
+inline constexpr double kLeastBend = 1e-3;
 
+/// kg/s^2
 [[nodiscard]] inline double damped_mass(const RodModel& model, std::size_t i, double dt) noexcept {
     return model.mass[i] / (dt * dt) * (1.0 + model.design.drag * dt);
 }
 
-/// One implicit Euler step: the nodes from `first` on move, those before it are where the port put them.
+/// One implicit Euler step: the nodes from `first` on move, those before it are where the port put them. kCoordinates: of a node, its
+/// position, and with torsion its angle.
+template <std::size_t kCoordinates>
 class RodStep {
 public:
+    static constexpr bool kTwists = kCoordinates == kTwistedCoordinates;
+    using Band = RodBandOf<kCoordinates>;
+
     /// share  of the segment behind `first`, see inserted_share
     RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt, Index first, double share,
             RodWorkspace& workspace, RodTwist* twist = nullptr) noexcept
-        : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), share_(share), work_(workspace),
-          twist_(twist) {}
+        : model_(model), state_(state), drive_(drive), dt_(dt), first_(first), share_(share), work_(workspace), twist_(twist),
+          contact_(model, state, drive, planes, dt, first, kTwists, workspace) {}
 
-    /// Returns the largest correction of the last iteration.
-    double solve(RodReport& report) noexcept {
-        double correction = 0.0, farthest_sq = 0.0;
-        for (unsigned iteration = 0; iteration < kMaxNewton + kMaxDamped; ++iteration) {
+    void solve(RodReport& report) noexcept {
+        double correction = 0.0, change = 0.0, farthest_sq = 0.0;
+        bool settled = false;
+        for (unsigned iteration = 0; iteration < kMaxNewton; ++iteration) {
             farthest_sq = std::max(farthest_sq, farthest_from_start_sq());
-            correction = newton_iteration(iteration < kMaxNewton ? 1.0 : kDamping);
-            if (twist_ != nullptr) correction = std::max(correction, twist_->turn());
+            contact_.evaluate();
+            if (iteration > 0 && correction <= kUpdateWithin) {
+                const double largest = contact_.largest_force();
+                change = contact_.update();
+                settled = correction <= kNewtonTolerance && change <= std::max(kForceTolerance * largest, kLeastForce);
+                if (settled) break;
+                contact_.evaluate();
+            }
             ++report.iterations;
-            if (!(correction > kNewtonTolerance)) break;
+            Band band(work_.band, moving());
+            assemble(band);
+            solve_band(band);
+            correction = apply_correction(iteration >= kFullSteps);
         }
-        report.farthest_m += std::sqrt(farthest_sq); // a sub-step's on top of those before it
-        return correction;
+        report.farthest_m += std::sqrt(farthest_sq); // a stage's on top of those before it
+        report.unconverged += !settled;
+        report.largest_residual = std::max(report.largest_residual, correction);
+        report.force_error = std::max(report.force_error, change);
+    }
+
+    /// Forces as they are now, for the report; the planes' hold.
+    void balance(RodReport& report) noexcept {
+        handle_.setZero();
+        body_.setZero();
+        Band band(work_.band, moving());
+        assemble(band);
+        report.handle_force = -handle_;
+        report.body_force = body_;
+        report.contact_force.setZero();
+        for (std::size_t k = 0; k < contact_.planes().size(); ++k) report.contact_force += contact_.force(k);
+        report.handle_torque = handle_torque();
+        if (!drive_.measure_hold || moving() == 0) return;
+        band.solve(std::span(work_.rhs).first(kCoordinates * moving()));
+        for (std::size_t k = 0; k < contact_.planes().size(); ++k) measure_hold(band, contact_.planes()[k], contact_.press(k).stiffness);
     }
 
 private:
-    double newton_iteration(double share) noexcept {
-        const std::size_t moving = model_.node_count() - first_;
-        RodBand band(work_.band, moving);
-        std::fill_n(work_.rhs.begin(), 3 * moving, 0.0);
+    void solve_band(Band& band) noexcept {
+        const auto rhs = std::span(work_.rhs).first(kCoordinates * moving());
+        std::copy(rhs.begin(), rhs.end(), work_.residual.begin());
+        band.solve(rhs);
+        power_ = 0.0;
+        for (std::size_t r = 0; r < rhs.size(); ++r) power_ += rhs[r] * work_.residual[r];
+    }
+
+    /// 1 / (J A^-1 J^T) of a plane's normal, less its own augmentation: the rest of the rod and what else holds it.
+    void measure_hold(Band& band, RodPlane& plane, double own) noexcept {
+        plane.hold = 0.0;
+        if (!(plane.force > 0.0) || !moves(plane.node + 1)) return;
+        const auto x = std::span(work_.rhs).first(kCoordinates * moving());
+        std::fill(x.begin(), x.end(), 0.0);
+        const Index low = moves(plane.node) ? plane.node : plane.node + 1;
+        const auto along = [&](Index node) { return kCoordinates * (node - first_); };
+        for (Index node = low; node <= plane.node + 1; ++node)
+            for (int axis = 0; axis < 3; ++axis)
+                x[along(node) + std::size_t(axis)] = (node == plane.node ? 1.0 - plane.weight : plane.weight) * plane.normal[axis];
+        band.solve_again(x, along(low));
+        double gives = 0.0; // m/N
+        for (Index node = low; node <= plane.node + 1; ++node)
+            for (int axis = 0; axis < 3; ++axis)
+                gives += (node == plane.node ? 1.0 - plane.weight : plane.weight) * plane.normal[axis] * x[along(node) + std::size_t(axis)];
+        plane.hold = gives > 0.0 ? std::max(0.0, 1.0 / gives - own) : 0.0;
+    }
+
+    [[nodiscard]] double handle_torque() noexcept {
+        double torque = 0.0;
+        if constexpr (kTwists) {
+            if (first_ == 0 || !moves(first_)) return 0.0;
+            torque = -twist_->torque_behind(first_);
+            for (const RodPlane& plane : contact_.planes())
+                if (!moves(plane.node)) torque -= (1.0 - plane.weight) * contact_.roll(plane).dot(plane.drag);
+        } else {
+            for (std::size_t i = std::max<std::size_t>(first_, 1); i + 1 < model_.node_count(); ++i) {
+                const double share = bend_share(i);
+                const std::array<double, 3> w = bend_stencil(model_, i);
+                torque -= model_.bending_of(i) * unit_change(i, w).dot(work_.tangent[i].cross(work_.rest_bend[i])) / share * share;
+            }
+        }
+        return torque;
+    }
+
+    [[nodiscard]] std::size_t moving() const noexcept { return model_.node_count() - first_; }
+
+    void assemble(Band& band) noexcept {
+        std::fill_n(work_.rhs.begin(), kCoordinates * moving(), 0.0);
         add_inertia(band);
         add_stretch(band);
         add_bending(band);
-        if (twist_ != nullptr) add_twist(band);
+        if constexpr (kTwists) add_twist(band);
         if (!drive_.flow.empty()) add_flow(band);
-        for (RodPlane& plane : planes_) add_plane(band, plane);
-        band.solve(std::span(work_.rhs).first(3 * moving));
-        return apply_correction(moving, share);
+        add_planes(band);
     }
 
     [[nodiscard]] double farthest_from_start_sq() const noexcept {
@@ -77,33 +156,46 @@ private:
     }
 
     [[nodiscard]] bool moves(std::size_t node) const noexcept { return node >= first_; }
-    /// Of what node i and the segment after it stand for.
+    /// Of the segment after node i, what is beyond the port.
     [[nodiscard]] double share_of(std::size_t i) const noexcept { return i + 1 == first_ ? share_ : 1.0; }
+    /// Of the length that bends at node i, from the middle of one segment to that of the next, what is beyond the port.
+    [[nodiscard]] double bend_share(std::size_t i) const noexcept {
+        if (first_ == 0 || i > first_) return 1.0;
+        return i == first_ ? std::min(1.0, share_ + 0.5) : std::max(share_ - 0.5, kLeastBend);
+    }
+    /// What pushes a node beside elasticity and contact.
+    void push_body(std::size_t node, const Vec3& force) noexcept {
+        push(node, force);
+        body_ += force;
+    }
 
     void push(std::size_t node, const Vec3& force) noexcept {
-        if (!moves(node)) return;
-        for (int axis = 0; axis < 3; ++axis) work_.rhs[3 * (node - first_) + std::size_t(axis)] += force[axis];
+        if (!moves(node)) {
+            handle_ += force;
+            return;
+        }
+        for (int axis = 0; axis < 3; ++axis) work_.rhs[kCoordinates * (node - first_) + std::size_t(axis)] += force[axis];
     }
     template <class Stiffness>
-    void stiffen(RodBand& band, std::size_t i, std::size_t j, const Stiffness& value) noexcept {
+    void stiffen(Band& band, std::size_t i, std::size_t j, const Stiffness& value) noexcept {
         if (moves(i) && moves(j)) band.add(i - first_, j - first_, value);
     }
 
-    void add_inertia(RodBand& band) noexcept {
+    void add_inertia(Band& band) noexcept {
         for (std::size_t i = first_; i < model_.node_count(); ++i) {
-            const double mass = damped_mass(model_, i, dt_);
-            const Vec3 moved = state_.position[i] - work_.start[i];
-            push(i, model_.mass[i] * (state_.velocity[i] / dt_ + drive_.gravity) - mass * moved);
-            if (!drive_.force.empty()) push(i, drive_.force[i]);
+            const double pace = work_.pace[i], mass = damped_mass(model_, i, pace);
+            const Vec3 moved = state_.position[i] - work_.from[i];
+            push_body(i, model_.mass[i] * (work_.from_velocity[i] / pace + drive_.gravity) - mass * moved);
+            if (!drive_.force.empty()) push_body(i, drive_.force[i]);
             stiffen(band, i, i, mass);
-            const double whip = model_.design.transverse_drag * model_.segment / dt_;
+            const double whip = model_.design.transverse_drag * length_of(i) / pace;
             const Mat3 across = Mat3::Identity() - work_.tangent[i] * work_.tangent[i].transpose();
-            push(i, -whip * (across * moved));
+            push_body(i, -whip * (across * moved));
             stiffen(band, i, i, Mat3(whip * across));
         }
     }
 
-    void add_stretch(RodBand& band) noexcept {
+    void add_stretch(Band& band) noexcept {
         for (std::size_t i = first_ > 0 ? first_ - 1 : 0; i + 1 < model_.node_count(); ++i) {
             const Vec3 edge = state_.position[i + 1] - state_.position[i];
             const double length = std::sqrt(edge.squaredNorm());
@@ -124,10 +216,14 @@ private:
         }
     }
 
-    void add_bending(RodBand& band) noexcept {
+    void add_bending(Band& band) noexcept {
         const bool uniform = model_.rest_length.empty();
         for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
-            const double share = share_of(i); // nodes that have not passed the port neither bend nor have a rest curvature
+            const double share = bend_share(i); // nodes that have not passed the port neither bend nor have a rest curvature
+            if (i < first_) {
+                add_clamp(band, i, share);
+                continue;
+            }
             const double k = model_.bending_of(i) / share;
             const std::array<double, 3> weight = bend_stencil(model_, i);
             const Vec3 bend = uniform ? second_difference(state_.position, i) : unit_change(i, weight);
@@ -139,13 +235,25 @@ private:
         }
     }
 
+    /// The last node behind the port bends by as much of its length as has passed it, across the port's axis alone: where that is little
+    /// the bending of the next segment is none, its stretch is as it was.
+    void add_clamp(Band& band, std::size_t i, double share) noexcept {
+        const std::array<double, 3> weight = bend_stencil(model_, i);
+        const double k = model_.bending_of(i) / share;
+        const Vec3& axis = drive_.port.direction;
+        const Mat3 across = Mat3::Identity() - axis * axis.transpose();
+        const Vec3 moment = k * (across * (unit_change(i, weight) - share * work_.rest_bend[i]));
+        for (std::size_t a = 0; a < 3; ++a) push(i - 1 + a, -weight[a] * moment);
+        stiffen(band, i + 1, i + 1, Mat3(k * weight[2] * weight[2] * across));
+    }
+
     [[nodiscard]] Vec3 unit_change(std::size_t i, const std::array<double, 3>& weight) const noexcept {
         return weight[0] * state_.position[i - 1] + weight[1] * state_.position[i] + weight[2] * state_.position[i + 1];
     }
 
     /// Bending twists a rod that is not straight, and a twisted rod bends. The stiffness is no less than the
-    /// true one, of which a node's neighbours have a share. Clears the planes' torques on the angles.
-    void add_twist(RodBand& band) noexcept {
+    /// true one, of which a node's neighbours have a share. Then the angles' own rows.
+    void add_twist(Band& band) noexcept {
         twist_->find_writhe();
         for (std::size_t i = std::max<std::size_t>(first_, 2) - 1; i + 1 < model_.node_count(); ++i) {
             const std::array<Vec3, 3> weight = twist_->gradient(i);
@@ -155,8 +263,15 @@ private:
                 for (std::size_t b = 0; b <= a; ++b) stiffen(band, i - 1 + a, i - 1 + b, Mat3(k * weight[a] * weight[b].transpose()));
             }
         }
-        for (std::size_t i = first_ > 0 ? first_ - 1 : 0; i < model_.node_count(); ++i) work_.grip[i] = work_.push[i] = 0.0;
+        twist_->assemble();
+        for (std::size_t i = first_; i < model_.node_count(); ++i) {
+            const std::size_t row = angle_row(i);
+            work_.rhs[row] += work_.turn[i];
+            band.add_entry(row, row, work_.diagonal[i]);
+            if (i > first_) band.add_entry(row, row - kCoordinates, work_.beside[i]);
+        }
     }
+    [[nodiscard]] std::size_t angle_row(std::size_t node) const noexcept { return kCoordinates * (node - first_) + 3; }
 
     /// m of rod beyond the port that node i stands for.
     [[nodiscard]] double length_of(std::size_t i) const noexcept {
@@ -165,93 +280,160 @@ private:
     }
 
     /// Drag of the fluid; the speed in its square is that of the last iteration.
-    void add_flow(RodBand& band) noexcept {
+    void add_flow(Band& band) noexcept {
         for (std::size_t i = first_; i < model_.node_count(); ++i) {
             const RodFlow& flow = drive_.flow[i];
             const Vec3& tangent = work_.tangent[i];
-            const Vec3 slip = dt_ * flow.velocity - (state_.position[i] - work_.start[i]);
+            const double pace = work_.pace[i];
+            const Vec3 slip = pace * flow.velocity - (state_.position[i] - work_.from[i]);
             const Vec3 along = slip.dot(tangent) * tangent, across = slip - along;
-            const double share = length_of(i) / dt_;
-            const double k = 2.0 * flow.viscous + flow.form * std::sqrt(across.squaredNorm()) / dt_;
-            push(i, share * (flow.viscous * along + k * across));
+            const double share = length_of(i) / pace;
+            const double k = 2.0 * flow.viscous + flow.form * std::sqrt(across.squaredNorm()) / pace;
+            push_body(i, share * (flow.viscous * along + k * across));
             const Mat3 axial = tangent * tangent.transpose();
             stiffen(band, i, i, Mat3(share * (flow.viscous * axial + k * (Mat3::Identity() - axial))));
         }
     }
 
-    /// m; how far the rod's surface at the plane has rolled across it in this sub-step, as the angles are now.
-    [[nodiscard]] Vec3 rolled(const RodPlane& plane) const noexcept {
-        if (twist_ == nullptr) return Vec3::Zero();
-        const double before = (1.0 - plane.weight) * work_.start_angle[plane.node] + plane.weight * work_.start_angle[plane.node + 1];
-        const double now = (1.0 - plane.weight) * state_.angle[plane.node] + plane.weight * state_.angle[plane.node + 1];
-        return (before - now) * model_.design.radius * work_.tangent[plane.node].cross(plane.normal);
-    }
-
-    /// Friction on the surface turns the rod: `grip` resists a change of angle, `push` turns it as the rod slides sideways.
-    void add_grip(const RodPlane& plane, const Vec3& slide, double viscous) noexcept {
-        if (twist_ == nullptr) return;
-        const double radius = model_.design.radius;
-        const double torque = radius * viscous * work_.tangent[plane.node].dot(plane.normal.cross(slide));
-        for (std::size_t a = 0; a < 2; ++a) {
-            const double weight = a == 0 ? 1.0 - plane.weight : plane.weight;
-            work_.grip[plane.node + a] += weight * radius * radius * viscous;
-            work_.push[plane.node + a] += weight * torque;
+    void add_planes(Band& band) noexcept {
+        for (std::size_t k = 0; k < contact_.planes().size(); ++k) {
+            const RodPlane& plane = contact_.planes()[k];
+            RodPress& press = contact_.press(k);
+            const Vec3 force = contact_.force(k);
+            const Mat3 stiffness = press.stiffness * plane.normal * plane.normal.transpose() + press.aside;
+            press.start_force = force;
+            press.start_stiffness = stiffness;
+            if (force.isZero() && stiffness.isZero()) continue;
+            const double weight[2] = {1.0 - plane.weight, plane.weight};
+            for (std::size_t a = 0; a < 2; ++a) {
+                push(plane.node + a, weight[a] * force);
+                for (std::size_t b = 0; b <= a; ++b)
+                    stiffen(band, plane.node + a, plane.node + b, Mat3(weight[a] * weight[b] * stiffness));
+            }
+            if constexpr (kTwists) add_grip(band, plane, press);
         }
     }
 
-    void add_plane(RodBand& band, RodPlane& plane) noexcept {
-        const std::size_t node[2] = {plane.node, plane.node + 1};
+    /// Friction on the surface turns the rod.
+    void add_grip(Band& band, const RodPlane& plane, const RodPress& press) noexcept {
+        const Vec3 roll = contact_.roll(plane), stiff = press.aside * roll;
         const double weight[2] = {1.0 - plane.weight, plane.weight};
-        const Vec3 point = weight[0] * state_.position[node[0]] + weight[1] * state_.position[node[1]];
-        const double depth = plane.offset - plane.normal.dot(point);
-        plane.force = 0.0;
-        plane.drag.setZero();
-        if (!(depth > 0.0)) return;
-        plane.force = drive_.contact_stiffness * depth;
-        Mat3 stiffness = drive_.contact_stiffness * plane.normal * plane.normal.transpose();
-        Vec3 force = plane.force * plane.normal;
-        if (drive_.friction > 0.0) {
-            const Mat3 tangential = Mat3::Identity() - plane.normal * plane.normal.transpose();
-            const Vec3 start = weight[0] * work_.start[node[0]] + weight[1] * work_.start[node[1]];
-            Vec3 slide = tangential * (point - start - dt_ * plane.wall_velocity);
-            const Vec3 moved = slide;
-            if (twist_ != nullptr) slide += rolled(plane);
-            const double speed = std::sqrt(slide.squaredNorm()) / dt_;
-            // Coulomb's force opposes the sliding of this step; its coefficient is lagged by one iteration.
-            const double viscous = drive_.friction * plane.friction_share * plane.force /
-                                   (std::max(speed, twist_ != nullptr ? kTwistStickSpeed : kStickSpeed) * dt_);
-            plane.drag = -viscous * slide;
-            add_grip(plane, moved, viscous);
-            force += plane.drag;
-            stiffness += viscous * tangential;
-        }
-        for (int a = 0; a < 2; ++a) {
-            push(node[a], weight[a] * force);
-            for (int b = 0; b <= a; ++b) stiffen(band, node[a], node[b], Mat3(weight[a] * weight[b] * stiffness));
+        for (std::size_t a = 0; a < 2; ++a) {
+            if (!moves(plane.node + a)) continue;
+            const std::size_t row = angle_row(plane.node + a);
+            work_.rhs[row] += weight[a] * roll.dot(plane.drag);
+            for (std::size_t b = 0; b < 2; ++b) {
+                if (!moves(plane.node + b)) continue;
+                if (b <= a) band.add_entry(row, angle_row(plane.node + b), weight[a] * weight[b] * roll.dot(stiff));
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    band.add_entry(row, kCoordinates * (plane.node + b - first_) + axis, weight[a] * weight[b] * stiff[int(axis)]);
+            }
         }
     }
 
-    double apply_correction(std::size_t moving, double share) noexcept {
-        double largest = 0.0;
-        for (std::size_t i = 0; i < moving; ++i) {
-            const Vec3 delta(work_.rhs[3 * i], work_.rhs[3 * i + 1], work_.rhs[3 * i + 2]);
-            largest = std::max(largest, std::sqrt(delta.squaredNorm()));
+    /// The angles again, where the positions are now: what couples both beside friction is left out of the band.
+    void turn_alone() noexcept {
+        contact_.evaluate();
+        twist_->assemble();
+        for (std::size_t k = 0; k < contact_.planes().size(); ++k) {
+            const RodPlane& plane = contact_.planes()[k];
+            const Vec3 roll = contact_.roll(plane);
+            const double torque = roll.dot(plane.drag), grip = roll.dot(contact_.press(k).aside * roll);
+            const double weight[2] = {1.0 - plane.weight, plane.weight};
+            for (std::size_t a = 0; a < 2; ++a) {
+                work_.turn[plane.node + a] += weight[a] * torque;
+                work_.diagonal[plane.node + a] += weight[a] * weight[a] * grip;
+            }
+            work_.beside[plane.node + 1] += weight[0] * weight[1] * grip;
         }
-        const double scale = share * (largest > kTrustRadius ? kTrustRadius / largest : 1.0);
-        for (std::size_t i = 0; i < moving; ++i)
-            for (int axis = 0; axis < 3; ++axis) state_.position[i + first_][axis] += scale * work_.rhs[3 * i + std::size_t(axis)];
-        return largest;
+        twist_->solve_rows();
+    }
+
+    /// Returns the largest correction, m, before it was shortened.
+    double apply_correction(bool search) noexcept {
+        double largest = 0.0, turned = 0.0;
+        for (std::size_t i = 0; i < moving(); ++i) {
+            const double* delta = work_.rhs.data() + kCoordinates * i;
+            largest = std::max(largest, std::sqrt(delta[0] * delta[0] + delta[1] * delta[1] + delta[2] * delta[2]));
+            if constexpr (kTwists) turned = std::max(turned, std::abs(delta[3]));
+        }
+        const double most = std::min({1.0, kTrustRadius / largest, kTrustAngle / turned}); // by 0: infinite
+        move_by(most);
+        if (search) shorten(most);
+        if constexpr (kTwists) turn_alone();
+        return std::max(largest, turned * model_.design.radius);
+    }
+
+    void move_by(double scale) noexcept {
+        for (std::size_t i = first_; i < model_.node_count(); ++i) {
+            const double* delta = work_.rhs.data() + kCoordinates * (i - first_);
+            for (int axis = 0; axis < 3; ++axis) state_.position[i][axis] += scale * delta[axis];
+            if constexpr (kTwists) twist_->turn_node(i, scale * delta[3]);
+        }
+    }
+
+    /// m; how the correction moves the rod's surface at a plane.
+    [[nodiscard]] Vec3 moved_at(const RodPlane& plane) const noexcept {
+        const double weight[2] = {1.0 - plane.weight, plane.weight};
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t a = 0; a < 2; ++a) {
+            if (!moves(plane.node + a)) continue;
+            const double* delta = work_.rhs.data() + kCoordinates * (plane.node + a - first_);
+            sum += weight[a] * Vec3(delta[0], delta[1], delta[2]);
+            if constexpr (kTwists) sum += weight[a] * delta[3] * contact_.roll(plane);
+        }
+        return sum;
+    }
+
+    /// J; power over the correction of all forces where `part` of it is made: the planes' as they are there, the rest linear.
+    [[nodiscard]] double power_at(double part) noexcept {
+        contact_.evaluate();
+        double power = (1.0 - part) * power_;
+        for (std::size_t k = 0; k < contact_.planes().size(); ++k) {
+            const RodPress& press = contact_.press(k);
+            const Vec3 force = contact_.force(k);
+            if (force.isZero() && press.start_force.isZero()) continue;
+            const Vec3 moved = moved_at(contact_.planes()[k]);
+            power += (force - press.start_force + part * (press.start_stiffness * moved)).dot(moved);
+        }
+        return power;
+    }
+
+    /// A correction that planes which it meets, or leaves, throw back ends where they balance the rest: a line search by regula falsi.
+    /// Planes that open each other in turn settle so.
+    void shorten(double most) noexcept {
+        double low = 0.0, high = most, at_low = power_, at_high = power_at(most);
+        if (!(at_high < -kOvershoot * power_)) return;
+        double part = most;
+        for (int round = 0, side = 0; round < kSearchRounds; ++round) {
+            const double next = low + (high - low) * at_low / (at_low - at_high);
+            move_by(next - part);
+            part = next;
+            const double power = power_at(part);
+            if (std::abs(power) <= kSearchTolerance * power_) return;
+            if (power > 0.0) {
+                low = part, at_low = power;
+                if (side > 0) at_high *= 0.5;
+                side = 1;
+            } else {
+                high = part, at_high = power;
+                if (side < 0) at_low *= 0.5;
+                side = -1;
+            }
+        }
     }
 
     const RodModel& model_;
     RodState& state_;
     const RodDrive& drive_;
-    std::span<RodPlane> planes_;
     double dt_;
     Index first_;
     double share_;
     RodWorkspace& work_;
     RodTwist* twist_; // nullptr: no torsion
+    RodContact contact_;
+    Vec3 handle_ = Vec3::Zero(), body_ = Vec3::Zero(); // N, on what does not move; see RodReport
+    double power_ = 0.0; // J, of all forces over the correction, at its start
 };
 
 } // namespace trocar::fem

@@ -11,9 +11,6 @@ namespace trocar::fem {
 
 namespace {
 
-/// rad; no angle turns further in one Newton iteration: a tip that snaps round goes through all angles on its way.
-constexpr double kTrustAngle = 0.5;
-
 /// rad, of (cos, sin), a few tenths in size: Newton's method on the sine of the difference, whose error is cubed every time.
 double small_angle(double cosine, double sine) noexcept {
     double angle = sine;
@@ -30,7 +27,7 @@ void size_twist_workspace(const RodModel& model, RodWorkspace& work) {
     if (model.twist_stiffness.empty() || work.turn.size() == model.node_count()) return;
     work.binormal.assign(model.node_count(), Vec3::Zero());
     for (auto* list :
-         {&work.before, &work.after, &work.writhe, &work.start_angle, &work.grip, &work.push, &work.diagonal, &work.beside, &work.turn})
+         {&work.before, &work.after, &work.writhe, &work.start_angle, &work.diagonal, &work.beside, &work.turn})
         list->assign(model.node_count(), 0.0);
 }
 
@@ -109,12 +106,12 @@ void RodTwist::begin() noexcept {
 }
 
 /// Row of node i: its torque, and the derivative by its angle; beside[i] couples it to node i - 1.
-void RodTwist::assemble(std::size_t i) noexcept {
+void RodTwist::assemble_row(std::size_t i) noexcept {
     const double inertia = model_.turn_inertia[i] / (dt_ * dt_);
     const double damped = inertia * (1.0 + model_.design.drag * dt_);
     const double turned = state_.angle[i] - work_.start_angle[i];
-    double sum = inertia * dt_ * state_.spin[i] - damped * turned + work_.push[i] - work_.grip[i] * turned;
-    double diagonal = damped + work_.grip[i];
+    double sum = inertia * dt_ * state_.spin[i] - damped * turned;
+    double diagonal = damped;
     work_.beside[i] = 0.0;
     if (i > 0) {
         sum -= torque(i - 1);
@@ -134,10 +131,18 @@ void RodTwist::assemble(std::size_t i) noexcept {
     work_.diagonal[i] = diagonal;
 }
 
-double RodTwist::turn() noexcept {
-    const std::size_t nodes = model_.node_count();
+void RodTwist::assemble() noexcept {
     find_writhe();
-    for (std::size_t i = first_; i < nodes; ++i) assemble(i);
+    for (std::size_t i = first_; i < model_.node_count(); ++i) assemble_row(i);
+}
+
+void RodTwist::turn_node(std::size_t node, double by) noexcept {
+    state_.angle[node] += by;
+    turn_rest_bend(node);
+}
+
+void RodTwist::solve_rows() noexcept {
+    const std::size_t nodes = model_.node_count();
     for (std::size_t i = first_ + 1; i < nodes; ++i) {
         const double factor = work_.beside[i] / work_.diagonal[i - 1];
         work_.diagonal[i] -= factor * work_.beside[i];
@@ -150,11 +155,7 @@ double RodTwist::turn() noexcept {
         largest = std::max(largest, std::abs(work_.turn[i]));
     }
     const double scale = largest > kTrustAngle ? kTrustAngle / largest : 1.0;
-    for (std::size_t i = first_; i < nodes; ++i) {
-        state_.angle[i] += scale * work_.turn[i];
-        turn_rest_bend(i);
-    }
-    return largest * model_.design.radius;
+    for (std::size_t i = first_; i < nodes; ++i) turn_node(i, scale * work_.turn[i]);
 }
 
 /// Frames transported in time are rotated against those transported along the rod now, by the change of its writhe.

@@ -14,6 +14,9 @@
 
 namespace trocar::fem {
 
+/// rad; no angle turns further in one Newton iteration: a tip that snaps round goes through all angles on its way.
+inline constexpr double kTrustAngle = 0.5;
+
 /// The angles' part of one implicit Euler step. Nodes before `first` have the handle's angle: it is turned at the port.
 class RodTwist {
 public:
@@ -32,12 +35,18 @@ public:
     [[nodiscard]] double torque_at(std::size_t i) const noexcept;
     [[nodiscard]] double stiffness_at(std::size_t i) const noexcept;
 
-    /// One Newton iteration of the angles where the positions are now; turns the rest curvature along.
-    /// returns   m, largest correction at the rod's surface
-    double turn() noexcept;
+    /// Rows of the angles' Newton iteration where the rod is now, without contact: work.turn N m, work.diagonal and work.beside N m/rad.
+    void assemble() noexcept;
+    /// Turns one node by `by` rad, with its rest curvature.
+    void turn_node(std::size_t node, double by) noexcept;
+    /// Solves those rows and turns the nodes.
+    void solve_rows() noexcept;
 
     /// Rates of the angles over the sub-step; then counts them from the frames of the new positions.
     void end() noexcept;
+
+    /// N m, in the segment behind node `first`, which moves: what the node feels of the handle, less that it is of opposite sign.
+    [[nodiscard]] double torque_behind(Index first) const noexcept { return torque(first - 1); }
 
     /// J, of the segments beyond the port
     [[nodiscard]] double energy() const noexcept;
@@ -50,7 +59,7 @@ private:
     void turn_rest_bend(std::size_t i) noexcept;
     void find_gradient() noexcept;
     void recount_angles() noexcept;
-    void assemble(std::size_t i) noexcept;
+    void assemble_row(std::size_t i) noexcept;
 
     const RodModel& model_;
     RodState& state_;

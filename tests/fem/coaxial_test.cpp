@@ -96,10 +96,10 @@ TEST(Coaxial, ACatheterWithAWireBeyondItSagsAsASteppedCantilever) {
     const double gravity = 0.5;
     pair.outer_drive.gravity = pair.inner_drive.gravity = Vec3(0, 0, -gravity);
     pair.rest(1500);
-    // Euler-Bernoulli by summing up: moment of the weight beyond, over the stiffness there; the clamp half a segment behind the port.
+    // Euler-Bernoulli by summing up: moment of the weight beyond, over the stiffness there.
     const auto area = [](const RodDesign& d) { return std::numbers::pi * d.radius * d.radius; };
     const double both = bending_stiffness(catheter) + bending_stiffness(wire), alone = bending_stiffness(wire);
-    const double clamp = -0.5 * pair.outer.segment, end = 0.07, seam = 0.04;
+    const double clamp = 0.0, end = 0.07, seam = 0.04;
     const auto load = [&](double s) {
         return gravity * (wire.density * area(wire) + (s < seam ? catheter.density * area(catheter) : 0.0));
     };
@@ -163,7 +163,7 @@ TEST(Coaxial, AWireOfNoStiffnessLeavesTheCatheterAsItIs) {
     RodState alone;
     RodWorkspace workspace;
     place_rod(pair.outer, pair.outer_drive.port, 0.06, 0.0, alone);
-    for (int k = 0; k < 100; ++k) {
+    for (int k = 0; k < 600; ++k) { // until both rest: their methods differ on the way
         pair.step(0.01, 2);
         solve_rod(pair.outer, alone, 0.01, 2, pair.outer_drive, {}, workspace);
     }

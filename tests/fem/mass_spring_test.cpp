@@ -37,7 +37,10 @@ RodState hang(const RodModel& model, bool mass_spring, double& seconds_a_step) {
 }
 
 TEST(MassSpring, HangsLikeTheRodAndCostsSoMuchMore) {
-    const RodModel model = make_rod_model(soft_catheter()).value();
+    RodDesign design = soft_catheter();
+    design.tip = TipShape::Straight;
+    design.tip_stiffness = 1.0;
+    const RodModel model = make_rod_model(design).value();
     double rod_cost = 0.0, chain_cost = 0.0;
     const RodState rod = hang(model, false, rod_cost), chain = hang(model, true, chain_cost);
     double apart = 0.0;
@@ -48,7 +51,8 @@ TEST(MassSpring, HangsLikeTheRodAndCostsSoMuchMore) {
         "%.0f times\n",
         apart, sag, 1e3 * chain_cost, 1e3 * rod_cost, chain_cost / rod_cost);
     EXPECT_GT(sag, 3e-4);
-    EXPECT_LT(apart, 0.01 * sag) << "the same springs at rest: what is left is what has not died down yet";
+    const double expected = std::pow(1.0 + 0.5 * model.segment / 0.05, 4); // the chain's clamp is half a segment behind the port
+    EXPECT_NEAR(-chain.position.back().z() / sag, expected, 0.03 * expected);
 }
 
 /// Largest speed after a tenth of a second that began with random speeds of a millimetre a second.

@@ -189,14 +189,14 @@ TEST(RodTwist, ACurvedTipInACurvedTubeWhipsWhereTheShaftCanNoLongerHoldIt) {
 
 /// Angle at the tip, and where the tip is: a helix of rest curvature and torsion, hanging from the port.
 RodState hang_helix(double curvature, double torsion, double length, int segments, const Vec3& gravity) {
-    const double segment = length / (segments + 0.5);
+    const double segment = length / segments;
     RodDesign design = twisting((segments + 4) * segment, segment);
     design.young_modulus = 1e9;
     design.drag = 200.0;
     Turned rod = straight(design, segments);
     const std::size_t last = rod.model.node_count() - 1;
     for (std::size_t i = last - static_cast<std::size_t>(segments); i < last; ++i) {
-        const double s = (static_cast<double>(i + static_cast<std::size_t>(segments) - last) + 0.5) * segment;
+        const double s = static_cast<double>(i + static_cast<std::size_t>(segments) - last) * segment;
         rod.model.rest_curvature[i] = {curvature * std::cos(torsion * s), curvature * std::sin(torsion * s)};
     }
     rod.drive.gravity = gravity;
@@ -218,7 +218,7 @@ TEST(RodTwist, RestCurvatureThatTurnsWithTheLengthIsAHelix) {
             before = normal;
         }
         axis.normalize();
-        const double h = length / (segments + 0.5);
+        const double h = length / segments;
         const double along = (state.position[tip] - state.position[first]).dot(axis) / (static_cast<double>(tip - first) * h);
         const auto flat = [&](std::size_t i) { return Vec3(state.position[i] - state.position[i].dot(axis) * axis); };
         const Vec3 a = flat(first), b = flat((2 * first + tip) / 3), c = flat((first + 2 * tip) / 3);
@@ -260,7 +260,7 @@ Vec3 castigliano(const RodState& rest, std::size_t first, const RodDesign& desig
 TEST(RodTwist, AHelicalSpringGivesWayUnderItsWeightAsCastiglianoSays) {
     const int segments = 100;
     const double length = 0.1;
-    RodDesign design = twisting(length, length / (segments + 0.5));
+    RodDesign design = twisting(length, length / segments);
     design.young_modulus = 1e9;
     const RodState rest = hang_helix(60.0, 25.0, length, segments, Vec3::Zero());
     const std::size_t tip = rest.position.size() - 1, first = tip - static_cast<std::size_t>(segments);

@@ -1,5 +1,4 @@
 // The rod against analytic elastica: large bending, buckling, rest shapes, and how the error falls with the segments.
-// A node behind the port is free to turn, so the clamp sits half a segment behind it: lengths here count from there.
 #include "rod_rest.hpp"
 
 #include <gtest/gtest.h>
@@ -67,13 +66,13 @@ struct Lifted {
     double sharpest = 0.0; // rad at a node
 };
 
-/// A rod with `segments` and a half segments from the clamp to the tip, `length` metres; a node stands in the port.
+/// A rod with `segments` segments from the clamp to the tip, `length` metres; a node stands in the port.
 struct Clamped {
     RodModel model;
     RodDrive drive;
 };
 Clamped clamp(double length, int segments, double radius = 0.5e-3) {
-    const double segment = length / (segments + 0.5);
+    const double segment = length / segments;
     RodDesign design = bare_design((segments + 4) * segment, segment);
     design.radius = radius;
     Clamped rod{make_rod_model(design).value(), {}};
@@ -93,7 +92,7 @@ Lifted lift_tip(double length, int segments, double height, double radius = 0.5e
         planes[0].offset = height * k / 20;
         settle(model, state, drive, planes, 0.05, k == 20 ? 2000 : 20);
     }
-    Lifted lifted{planes[0].force, state.position.back().x() + 0.5 * model.segment, 0.0};
+    Lifted lifted{planes[0].force, state.position.back().x(), 0.0};
     for (std::size_t i = 1; i + 1 < model.node_count(); ++i) {
         const Vec3 a = (state.position[i] - state.position[i - 1]).normalized(),
                    b = (state.position[i + 1] - state.position[i]).normalized();
@@ -211,7 +210,7 @@ RodState curl(double length, int segments, const Rest& rest) {
     auto [model, drive] = clamp(length, segments);
     const std::size_t last = model.node_count() - 1;
     for (std::size_t i = last - static_cast<std::size_t>(segments); i < last; ++i)
-        model.rest_curvature[i] = rest((static_cast<double>(i + static_cast<std::size_t>(segments) - last) + 0.5) * model.segment);
+        model.rest_curvature[i] = rest(static_cast<double>(i + static_cast<std::size_t>(segments) - last) * model.segment);
     RodState state;
     place_rod(model, drive.port, drive.insertion, 0.0, state);
     settle(model, state, drive, {}, 0.05, 4000);
@@ -223,8 +222,7 @@ TEST(RodValidation, ConstantRestCurvatureClosesToACircle) {
     double last = 0.0;
     for (const int segments : {16, 32, 64}) {
         // Turning nodes share the length out among them: as many segments as turns.
-        const double segment = length / segments;
-        const RodState state = curl(length + 0.5 * segment, segments, [&](double) { return std::array{curvature, 0.0}; });
+        const RodState state = curl(length, segments, [&](double) { return std::array{curvature, 0.0}; });
         const std::size_t tip = state.position.size() - 1;
         const double gap = (state.position[tip] - state.position[tip - static_cast<std::size_t>(segments)]).norm();
         std::printf("margin: circle of %d segments closes to %.3e of its length, ratio %.2f\n", segments, gap / length, last / gap);

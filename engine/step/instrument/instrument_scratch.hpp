@@ -40,6 +40,7 @@ struct InstrumentScratch {
     std::vector<Vec3> axis; // [node_count]
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
+    std::vector<fem::RodPlane> last_planes; // those before the newest, in the order of their places
     DriveCommand command;
     std::vector<fem::RodFlow> flow; // [node_count] of the fluid around it in this step: see RodLoads, as the next three
     std::vector<Vec3> force;

@@ -164,6 +164,7 @@ static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, cons
     drive.friction = scratch.friction;
     drive.flow = scratch.flow;
     drive.force = scratch.force;
+    drive.measure_hold = model.bodies[model.instruments[index].lumen].host_body.has_value();
     return drive;
 }
 
@@ -248,14 +249,13 @@ void push_wall(const SceneModel& model, std::size_t index, State& state, StepRep
     for (std::size_t k = 0; k < now.planes.size(); ++k) {
         const fem::RodPlane& plane = now.planes[k];
         if (!(plane.force > 0.0)) continue;
-        const double force = std::min(plane.force, kMaxPress);
-        const double drag = std::sqrt(plane.drag.squaredNorm()) * (force / plane.force);
-        report.clamped_forces += plane.force > kMaxPress;
+        const double force = plane.force, drag = std::sqrt(plane.drag.squaredNorm());
         report.contact_force_n += force;
         report.friction_force_n += drag;
         report.max_contact_force_n = std::max(report.max_contact_force_n, force);
         if (!wall.host_body || now.presses[k].triangle == kNoIndex) continue;
-        const double stiffness = model.contact.wall_stiffness; // as the tissue gives way the push fades
+        // As the tissue gives way the rod's force falls by its own stiffness: what it came to is the next solve's to find.
+        const double stiffness = std::min(std::max(plane.hold, force / kMostYield), model.contact.wall_stiffness);
         SurfacePush push{instrument.lumen,        wall.surface.triangles[now.presses[k].triangle],
                          now.presses[k].bary, -plane.normal,
                          -force / stiffness,      stiffness};
@@ -265,6 +265,18 @@ void push_wall(const SceneModel& model, std::size_t index, State& state, StepRep
         push.gap = -drag / stiffness;
         add_surface_spring(model, push, state);
     }
+}
+
+void report_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report) {
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const fem::RodReport& rod = rods.instruments[i].rod_report;
+        report.unsettled_rods += rod.unconverged;
+        report.balance_n += std::sqrt((rod.handle_force + rod.contact_force + rod.body_force).squaredNorm());
+    }
+    if (model.instruments.empty()) return;
+    const fem::RodReport& first = rods.instruments.front().rod_report;
+    report.handle_force_n = first.handle_force.dot(model.instruments.front().port.direction);
+    report.handle_torque_nm = first.handle_torque;
 }
 
 void list_presses(const SceneModel& model, std::size_t index, const State& state, ContactOrigin origin, std::vector<Contact>& contacts) {
@@ -280,6 +292,7 @@ void list_presses(const SceneModel& model, std::size_t index, const State& state
         contact.origin = origin;
         contact.normal = plane.normal;
         contact.gap = -plane.force / model.contact.rod_stiffness;
+        contact.force = plane.force * plane.normal + plane.drag;
         contact.point = point_at(state.instruments[index].rod, {plane.node, plane.weight});
         contact.feature_a[0] = plane.node;
         const WallPress& press = now.presses[k];

@@ -129,6 +129,9 @@ void refit_wall(const SceneModel& model, std::size_t body, const State& state, R
 /// Normal forces of the planes become springs on the coarse nodes that carry the wall.
 void push_wall(const SceneModel& model, std::size_t instrument, State& state, StepReport& report);
 
+/// Handle's force and torque, and what is missing of the rods' balance.
+void report_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report);
+
 /// Appends the places where the rod presses on a wall: gap is what is missing of the clearance.
 /// origin   of what is appended: how the motion was tested
 void list_presses(const SceneModel& model, std::size_t instrument, const State& state, ContactOrigin origin, std::vector<Contact>& contacts);
@@ -144,7 +147,7 @@ inline constexpr std::size_t kPlanesPerPlace = 6;
 inline constexpr double kDriveReach = 1.0e-3;
 /// m, beyond the clearance: a little more than the drive moves in a step at most.
 inline constexpr double kPlaneReach = 1.2 * kDriveReach;
-/// N per place on the rod: a vessel perforates at about this; more comes from planes that contradict each other in a jam.
-inline constexpr double kMaxPress = 2.0;
+/// m; no press takes a wall farther than this in a step. What is left of its force acts in the next one.
+inline constexpr double kMostYield = 1e-3;
 
 } // namespace trocar::engine

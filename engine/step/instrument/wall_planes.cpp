@@ -55,15 +55,49 @@ collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, 
     return {motion.topology, motion.t0, motion.t0};
 }
 
+/// The last step's planes, in the order of their places: warm start of the new ones.
+class LastPlanes {
+public:
+    explicit LastPlanes(std::vector<fem::RodPlane>& planes) noexcept : planes_(planes) {}
+
+    /// Those at a place of the rod; places are asked for in ascending order.
+    void seek(Index node, double weight) noexcept {
+        while (at_ < planes_.size() && before(planes_[at_], node, weight)) ++at_;
+        end_ = at_;
+        while (end_ < planes_.size() && planes_[end_].node == node && planes_[end_].weight == weight) ++end_;
+    }
+    /// Forces of the one that pushed most nearly along the new one's normal; each is given once.
+    void warm_start(fem::RodPlane& plane) noexcept {
+        fem::RodPlane* best = nullptr;
+        double nearest = kSameDirection;
+        for (std::size_t k = at_; k < end_; ++k)
+            if (const double along = planes_[k].normal.dot(plane.normal); planes_[k].force > 0.0 && along > nearest)
+                nearest = along, best = &planes_[k];
+        if (best == nullptr) return;
+        plane.force = best->force;
+        plane.drag = best->drag;
+        best->force = 0.0;
+    }
+
+private:
+    static bool before(const fem::RodPlane& plane, Index node, double weight) noexcept {
+        return plane.node < node || (plane.node == node && plane.weight < weight);
+    }
+    std::vector<fem::RodPlane>& planes_;
+    std::size_t at_ = 0, end_ = 0;
+};
+
 /// Planes of one place from the list, nearest first, those that say nothing new left out.
-void add_planes(const NearList& list, Index node, double weight, double room, InstrumentState& now) {
+void add_planes(const NearList& list, Index node, double weight, double room, LastPlanes& last, InstrumentState& now) {
     const std::size_t first = now.planes.size();
+    last.seek(node, weight);
     for (const NearTriangle& near : list.entries()) {
         bool known = false;
         for (std::size_t k = first; k < now.planes.size() && !known; ++k)
             known = now.planes[k].normal.dot(near.normal) > kSameDirection;
         if (known) continue;
         now.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0, near.velocity});
+        last.warm_start(now.planes.back());
         now.presses.push_back({near.triangle, near.bary});
         if (now.planes.size() - first == kPlanesPerPlace) return;
     }
@@ -129,6 +163,8 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
     if (is_coaxial_inner(model, index)) // what is in the bore meets no wall
         first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
                                                      rods.instruments[*instrument.inside].command.insertion));
+    std::swap(own.planes, scratch.last_planes);
+    LastPlanes last(scratch.last_planes);
     own.planes.clear();
     own.presses.clear();
     scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
@@ -151,7 +187,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
                     list.add({id, distance, (p - on.point) / distance, now, (now - on.point) / model.step_s, on.bary});
                 },
                 rods.walls[instrument.lumen].age.drift);
-            add_planes(list, node, weight, room, own);
+            add_planes(list, node, weight, room, last, own);
             scratch.wall_distance[slot_of(node, weight)] = nearest;
         }
 }
