@@ -11,6 +11,8 @@ Result<BenchTable> bench_laws(const BenchOptions& options) {
     table.quick = options.quick;
     options.progress("solids");
     std::vector<LawRow> laws = measure_solid_laws(options.quick);
+    options.progress("rods");
+    for (LawRow& row : measure_rod_laws(options.quick)) laws.push_back(std::move(row));
     std::size_t beyond = 0;
     for (const LawRow& row : laws) {
         const double off = std::abs(row.measured - row.reference);

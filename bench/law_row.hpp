@@ -16,4 +16,7 @@ struct LawRow {
 /// quick   fewer steps, one mesher
 [[nodiscard]] std::vector<LawRow> measure_solid_laws(bool quick);
 
+/// A rod alone with planes: weight, stick, capstan, hysteresis, blocked tip, buckling in a tube, clamp, ringing, balance, inner forces.
+[[nodiscard]] std::vector<LawRow> measure_rod_laws(bool quick);
+
 } // namespace trocar::engine

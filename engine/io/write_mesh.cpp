@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -134,6 +135,20 @@ Result<void> write_vtp(const std::filesystem::path& path, const SurfaceView& sur
     writer.text("<Polys>\n");
     writer.connectivity(surface.triangles);
     writer.text("</Polys>\n");
+    return write_file_atomically(path, std::move(writer).finish());
+}
+
+Result<void> write_vtp_line(const std::filesystem::path& path, std::span<const Vec3> line, std::span<const DataArray> points) {
+    if (Result<void> good = check(points, line.size(), path); !good) return good;
+    std::array<std::vector<Index>, 1> whole;
+    for (std::size_t i = 0; i < line.size(); ++i) whole[0].push_back(static_cast<Index>(i));
+    VtkWriter writer("PolyData");
+    writer.text(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfLines=\"1\">\n", line.size()));
+    writer.data("PointData", points);
+    writer.points(line);
+    writer.text("<Lines>\n");
+    writer.connectivity(std::span<const std::vector<Index>>(whole));
+    writer.text("</Lines>\n");
     return write_file_atomically(path, std::move(writer).finish());
 }
 

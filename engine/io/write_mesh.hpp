@@ -44,6 +44,8 @@ struct MeshData {
 /// write_file_atomically
 [[nodiscard]] Result<void> write_obj(const std::filesystem::path& path, const SurfaceView& surface);
 [[nodiscard]] Result<void> write_vtp(const std::filesystem::path& path, const SurfaceView& surface, const MeshData& data = {});
+/// One line through all points, in their order; no cell data.
+[[nodiscard]] Result<void> write_vtp_line(const std::filesystem::path& path, std::span<const Vec3> line, std::span<const DataArray> points);
 [[nodiscard]] Result<void> write_vtu(const std::filesystem::path& path, const TetView& mesh, const MeshData& data = {});
 
 /// A time series for ParaView: files with the time they show. Written anew at every write(), so that a run that is

@@ -64,7 +64,7 @@ void add_instrument(PictureView view, const InstrumentModel& instrument, const I
 constexpr double kMarkerStiffness = 2e4; // N/m, of the depth that a press is coloured by
 
 /// Where walls press on a rod: on the wall, coloured by how deep it is pressed in.
-void add_wall_markers(const SceneModel& model, const InstrumentModel& instrument, const InstrumentState& state, RenderScene& out) {
+void add_wall_markers(const InstrumentModel& instrument, const InstrumentState& state, RenderScene& out) {
     for (const fem::RodPlane& plane : state.planes) {
         if (!(plane.force > kMarkerForce) || out.markers.size() >= kMaxMarkers) continue;
         const Vec3 axis = (1.0 - plane.weight) * state.rod.position[plane.node] + plane.weight * state.rod.position[plane.node + 1];
@@ -76,7 +76,7 @@ void add_markers(const Moment& moment, RenderScene& out) {
     if (!moment.markers || moment.state.step == 0) return;
     const SceneModel& model = moment.prepared.model;
     for (std::size_t i = 0; i < model.instruments.size(); ++i)
-        add_wall_markers(model, model.instruments[i], moment.state.instruments[i], out);
+        add_wall_markers(model.instruments[i], moment.state.instruments[i], out);
     for (const Contact& contact : moment.contacts)
         if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() && out.markers.size() < kMaxMarkers)
             out.markers.push_back({contact.point, -contact.gap});

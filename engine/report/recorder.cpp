@@ -1,7 +1,11 @@
 #include "engine/report/recorder.hpp"
 
+#include "fem/rod/rod.hpp"
+#include "fem/rod/rod_internal.hpp"
+
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -45,6 +49,29 @@ Result<void> write_coarse(const std::filesystem::path& path, const fem::TissueMo
     return write_vtu(path, {state.position, tissue.tet_nodes}, {points, cells});
 }
 
+/// The line of an instrument's nodes beyond its port, with what it carries inside and what presses on it: N, N m.
+Result<void> write_axis(const std::filesystem::path& path, const InstrumentModel& instrument, const InstrumentState& state) {
+    const fem::RodState& rod = state.rod;
+    const std::size_t nodes = rod.position.size();
+    const fem::RodInternalForces inside = fem::find_internal_forces(instrument.rod, rod, instrument.port);
+    std::vector<Vec3> pressed(nodes, Vec3::Zero());
+    for (const fem::RodPlane& plane : state.planes) {
+        const Vec3 force = plane.force * plane.normal + plane.drag;
+        pressed[plane.node] += (1.0 - plane.weight) * force;
+        pressed[plane.node + 1] += plane.weight * force;
+    }
+    const std::size_t first = std::min<std::size_t>(fem::first_inserted_node(instrument.rod, rod.insertion), nodes - 1);
+    std::vector<double> tension, torque;
+    for (std::size_t i = first; i < nodes; ++i) { // of the segment behind a node
+        tension.push_back(inside.tension[std::max<std::size_t>(i, 1) - 1]);
+        torque.push_back(inside.torque[std::max<std::size_t>(i, 1) - 1]);
+    }
+    const auto beyond = [&](const std::vector<Vec3>& list) { return std::vector<Vec3>(list.begin() + static_cast<std::ptrdiff_t>(first), list.end()); };
+    const std::vector<double> moment = flatten(beyond(inside.moment)), contact = flatten(beyond(pressed));
+    const std::array<DataArray, 4> points{{{"tension_n", 1, tension}, {"torque_nm", 1, torque}, {"moment_nm", 3, moment}, {"contact_force_n", 3, contact}}};
+    return write_vtp_line(path, beyond(rod.position), points);
+}
+
 } // namespace
 
 Result<std::vector<std::string>> write_state(const std::filesystem::path& folder, const SceneModel& model, const State& state,
@@ -66,6 +93,8 @@ Result<std::vector<std::string>> write_state(const std::filesystem::path& folder
         const std::string file = name(model.bodies.size() + i, model.instruments[i].name, ".vtp");
         if (auto written = write_vtp(folder / file, {state.instruments[i].skin, model.instruments[i].skin.triangles}); !written)
             return written.error();
+        const std::string axis = name(model.bodies.size() + i, model.instruments[i].name + "_axis", ".vtp");
+        if (auto written = write_axis(folder / axis, model.instruments[i], state.instruments[i]); !written) return written.error();
     }
     return files;
 }

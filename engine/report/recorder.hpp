@@ -8,7 +8,8 @@
 
 namespace trocar::engine {
 
-/// Writes the surfaces, instrument skins (VTP) and coarse meshes (VTU, with velocities and volume ratios) of one state.
+/// Writes the surfaces, instrument skins and axes (VTP, these with tension, bending moment, torque and contact forces) and coarse meshes
+/// (VTU, with velocities and volume ratios) of one state.
 /// only_moving  bodies that never move are left out
 /// returns      the files' names, part by part
 [[nodiscard]] Result<std::vector<std::string>> write_state(const std::filesystem::path& folder, const SceneModel& model, const State& state,

@@ -144,6 +144,11 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     clamped_steps += report.clamped_forces > 0;
 
     largest_force_n = std::max(largest_force_n, report.contact_force_n);
+    largest_handle_n = std::max(largest_handle_n, std::abs(report.handle_force_n));
+    largest_torque_nm = std::max(largest_torque_nm, std::abs(report.handle_torque_nm));
+    largest_imbalance_n = std::max(largest_imbalance_n, report.balance_n);
+    unsettled_rods += report.unsettled_rods;
+    unsettled_steps += report.unsettled_rods > 0;
     target_distance_m = report.target_distance_m;
     if (report.target_distance_m >= 0.0)
         closest_target_m = closest_target_m < 0.0 ? report.target_distance_m : std::min(closest_target_m, report.target_distance_m);

@@ -99,6 +99,11 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    fmt::format("{} sub-steps in {}", t.unconverged_solves, of_steps(t.unconverged_steps, record)), Mark::Note,
                                    "Both bodies felt the same impulses, momentum is kept; what was left to change is contact_residual_n in "
                                    "steps.csv."));
+    if (t.unsettled_rods > 0)
+        losses.push_back(make_loss("Rod solves that ended at their bound", t.unsettled_steps,
+                                   fmt::format("{} stages in {}", t.unsettled_rods, of_steps(t.unsettled_steps, record)), Mark::Note,
+                                   "Contact forces of these steps had not settled; what is missing of the rods' balance is rod_balance_n in "
+                                   "steps.csv."));
     if (effects.coarse_contact && t.softened > 0)
         losses.push_back(make_loss("Softened contact", t.softened_steps,
                                    fmt::format("{} springs in {}", t.softened, of_steps(t.softened_steps, record)), Mark::Note,

@@ -66,6 +66,7 @@ void prepare_instruments(const SceneModel& model, const State& state, RodsScratc
         own.links_t1.reserve(places);
         own.wall_distance.reserve(places);
         own.last_planes.reserve(state.instruments[i].planes.capacity());
+        own.taken.reserve(state.instruments[i].planes.capacity());
         own.rod.presses.reserve(state.instruments[i].planes.capacity());
         std::size_t planes = 0; // of a coaxial pair
         for (const std::size_t one : coaxial(model, i)) planes += state.instruments[one].planes.capacity();

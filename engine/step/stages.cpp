@@ -36,7 +36,7 @@ unsigned choose_drops(const SceneModel& model, StepBudget& budget, StepReport& r
     return report.dropped;
 }
 
-void keep_start(const SceneModel& model, const State& state, BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods) {
+void keep_start(const SceneModel& model, State& state, BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods) {
     keep_bodies(model, state, bodies);
     keep_turns(model, state, solids);
     keep_instruments(model, state, rods);

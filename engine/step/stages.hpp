@@ -35,7 +35,7 @@ StepReport& start_report(const SceneModel& model, const State& state, StepReport
 [[nodiscard]] unsigned choose_drops(const SceneModel& model, StepBudget& budget, StepReport& report);
 
 /// Notes where everything is before the step moves it.
-void keep_start(const SceneModel& model, const State& state, BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods);
+void keep_start(const SceneModel& model, State& state, BodiesScratch& bodies, SolidScratch& solids, RodsScratch& rods);
 
 /// Puts everything back there.
 void restore_start(const SceneModel& model, State& state, const BodiesScratch& bodies, const RodsScratch& rods);

@@ -68,6 +68,20 @@ void end_stage(double dt, Index first, Index free_from, std::span<const RodPlane
                                                  : Vec3((state.position[i] - work.from[i]) / work.pace[i]);
 }
 
+double kinetic_energy(const RodModel& model, const RodState& state, Index first) noexcept {
+    double sum = 0.0;
+    for (std::size_t i = first; i < state.velocity.size(); ++i) sum += 0.5 * model.mass[i] * state.velocity[i].squaredNorm();
+    return sum;
+}
+
+/// What an iteration that did not settle moved may be no motion at all: it must not drive the rod.
+void hold_back(const RodModel& model, double most_j, Index first, RodState& state) noexcept {
+    const double energy = kinetic_energy(model, state, first);
+    if (!(energy > most_j)) return;
+    const double share = std::sqrt(most_j / energy);
+    for (std::size_t i = first; i < state.velocity.size(); ++i) state.velocity[i] *= share;
+}
+
 } // namespace
 
 RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigned substeps, const RodDrive& drive,
@@ -95,15 +109,18 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
         move_behind_port(model, drive.port, state.insertion, dt, first, state);
         for (std::size_t i = first; i < model.node_count(); ++i) state.position[i] = work.from[i] + work.pace[i] * work.from_velocity[i];
         const double share = inserted_share(model, state.insertion, first);
+        bool settled = true;
         const auto advance = [&](auto&& rod_step) {
-            rod_step.solve(report);
+            settled = rod_step.solve(report);
             if (k + 1 == 2 * substeps) rod_step.balance(report);
         };
         if (twists)
             advance(RodStep<kTwistedCoordinates>(model, state, drive, planes, dt, first, share, work, &twist));
         else
             advance(RodStep<kRodCoordinates>(model, state, drive, planes, dt, first, share, work));
+        const double energy = settled ? 0.0 : kinetic_energy(model, state, first);
         end_stage(dt, first, std::max(first, before), planes, state, work);
+        if (!settled) hold_back(model, energy, first, state);
         before = first;
         if (!twists) continue;
         twist.end();

@@ -1,15 +1,19 @@
-// Contact of a rod with planes as constraints: 0 <= force, gap >= 0, one of them zero, and Coulomb's cone for what slides.
+// Contact of a rod with planes, as its Newton iteration sees it.
 //
-// This work is based on:
-//   Alart & Curnier 1991, "A mixed formulation for frictional contact problems prone to Newton like solution methods" (augmented
-//   Lagrangian, semi-smooth Newton).
-//   Simo & Laursen 1992, "An augmented Lagrangian treatment of contact problems involving friction" (friction as return mapping).
-// Each plane keeps a multiplier, the force that it was left with: force = max(0, multiplier + k depth), friction = multiplier - k slide,
-// cut to the cone. The multipliers take over these forces between Newton iterations, so that depth and slide of what holds go to zero
-// whatever k is: a held place does not creep. A plane touches two neighbouring nodes: the matrix stays a band, O(n) for any number of
-// planes. With torsion the place that slides is on the rod's surface: one cone for what slides along it and around it.
-// Deviations: the cone's size is the normal multiplier, lagged by an iteration (Tresca's friction, iterated), so that the matrix is
-// symmetric; the rod's tangent and the plane's normal are those of the sub-step's start.
+//   normal     force = max(0, multiplier + k depth)
+//   friction   -bound / reach times the way s of the rod's surface from where it is anchored; |s| at most the reach: beyond it the
+//              anchor is dragged along
+//
+// The multiplier is the force that the last stage ended with: one step of an augmented Lagrangian a stage (Hestenes 1969, Powell 1969;
+// of contact: Simo & Laursen 1992). Forces balance the rod to the iteration's tolerance whatever k is; what k leaves is a depth of
+// (force - multiplier) / k, which is nothing where forces are steady. Friction is Coulomb's by return mapping (Michalowski & Mroz 1978;
+// Simo & Laursen 1992): the way to the cone's edge is the same for every force, some micrometres, so that what holds by micronewtons and
+// what holds by newtons leave the cone alike; a held place does not creep, since its anchor stays. The bound follows the normal force only
+// where the iteration has nearly settled: normal forces far from balance would let friction throw the rod about. A plane touches two
+// neighbouring nodes: the matrix stays a band, O(n) for any number of planes. With torsion the place that slides is on the rod's surface:
+// one cone for what slides along it and around it.
+// Deviations: the bound is lagged by an iteration (Tresca's friction, iterated), so that the matrix is symmetric; the rod's tangent and the
+// plane's normal are those of the stage's start.
 #pragma once
 
 #include "fem/rod/rod_model.hpp"
@@ -20,9 +24,10 @@
 
 namespace trocar::fem {
 
-/// [-] augmentation, of the rod's own stiffness against what is pressed across it, and of a segment against what drags along it: fewer
-/// iterations when larger, until what opens and closes by turns does not settle. The answer does not depend on it.
-inline constexpr double kPressAugmentation = 30.0, kHoldAugmentation = 3.0;
+/// [-] k, of the rod's own stiffness against what is pressed across it.
+inline constexpr double kPressAugmentation = 30.0;
+/// m; a place holds until it has moved by this from where it was fixed, with a friction that grows along the way to the cone's edge.
+inline constexpr double kStickReach = 2e-6;
 
 class RodContact {
 public:
@@ -41,17 +46,28 @@ public:
         for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], work_.presses[k]);
     }
 
-    /// The multipliers become the forces. Returns how far the worst of them was off, N.
-    double update() noexcept {
+    /// Takes note of the normal forces; with `bounds` friction's bounds become those of now. Returns by how much the worst of either
+    /// changed, N.
+    double update(bool bounds) noexcept {
         double change = 0.0;
         for (std::size_t k = 0; k < planes_.size(); ++k) {
             RodPress& press = work_.presses[k];
-            const Vec3 aside = planes_[k].drag - press.drag;
-            change = std::max({change, std::abs(planes_[k].force - press.force), std::sqrt(aside.squaredNorm())});
-            press.force = planes_[k].force;
-            press.drag = planes_[k].drag;
+            const double force = planes_[k].force;
+            change = std::max(change, std::abs(force - press.last));
+            press.last = force;
+            if (!bounds) continue;
+            change = std::max(change, std::abs(force - press.bounding));
+            press.bounding = force;
         }
         return change;
+    }
+
+    /// Friction that the last normal forces allow: bounds were those of the iteration before.
+    void stay_in_cone() noexcept {
+        for (RodPlane& plane : planes_) {
+            const double most = bound_of(plane, plane.force), drag = std::sqrt(plane.drag.squaredNorm());
+            if (drag > most) plane.drag *= most / drag;
+        }
     }
 
     /// N, of the normal forces.
@@ -67,21 +83,27 @@ public:
         return -model_.design.radius * work_.tangent[plane.node].cross(plane.normal);
     }
 
+
 private:
     void begin() noexcept {
         if (work_.presses.size() < planes_.size()) work_.presses.resize(planes_.size()); // never shrinks
-        double across = 0.0, along = 0.0;
+        double across = 0.0;
         for (std::size_t i = std::max<std::size_t>(first_, 1); i < model_.node_count(); ++i) {
-            along = std::max(along, model_.stretch_stiffness[i - 1]);
             if (i + 1 == model_.node_count()) continue;
             const double turn = bend_stencil(model_, i)[1];
             across = std::max(across, 1.5 * model_.bending_of(i) * turn * turn + model_.mass[i] / (dt_ * dt_));
         }
         across_ = kPressAugmentation * across;
-        along_ = kHoldAugmentation * along;
         for (std::size_t k = 0; k < planes_.size(); ++k) {
             const RodPlane& plane = planes_[k];
-            work_.presses[k] = {plane.force, plane.drag - plane.normal.dot(plane.drag) * plane.normal};
+            RodPress& press = work_.presses[k];
+            press = RodPress();
+            press.force = press.last = press.bounding = plane.force;
+            const double bound = bound_of(plane, plane.force);
+            if (!(bound > 0.0)) continue;
+            press.anchor = -kStickReach / bound * (plane.drag - plane.normal.dot(plane.drag) * plane.normal);
+            const double length = std::sqrt(press.anchor.squaredNorm());
+            if (length > kStickReach) press.anchor *= kStickReach / length;
         }
     }
 
@@ -107,15 +129,22 @@ private:
         press.stiffness = plane.force > 0.0 ? across_ / yields : 0.0;
         plane.drag.setZero();
         press.aside.setZero();
-        const double bound = drive_.friction * plane.friction_share * press.force;
+        const double bound = bound_of(plane, press.bounding);
         if (!(bound > 0.0)) return;
-        plane.drag = press.drag - along_ * slide(plane);
-        const double trial = std::sqrt(plane.drag.squaredNorm());
-        press.aside = along_ * (Mat3::Identity() - plane.normal * plane.normal.transpose());
-        if (trial <= bound) return; // it holds
-        plane.drag *= bound / trial;
-        press.aside = bound / trial * (press.aside - along_ / (bound * bound) * plane.drag * plane.drag.transpose());
+        const Vec3 trial = press.anchor + slide(plane);
+        const double length = std::sqrt(trial.squaredNorm());
+        const Mat3 across = Mat3::Identity() - plane.normal * plane.normal.transpose();
+        if (length <= kStickReach) { // it holds
+            plane.drag = -bound / kStickReach * trial;
+            press.aside = bound / kStickReach * across;
+            return;
+        }
+        const Vec3 way = trial / length;
+        plane.drag = -bound * way;
+        press.aside = bound / length * (across - way * way.transpose());
     }
+
+    [[nodiscard]] double bound_of(const RodPlane& plane, double force) const noexcept { return drive_.friction * plane.friction_share * force; }
 
     const RodModel& model_;
     const RodState& state_;
@@ -125,7 +154,7 @@ private:
     Index first_;
     bool twists_;
     RodWorkspace& work_;
-    double across_ = 0.0, along_ = 0.0; // N/m, augmentation
+    double across_ = 0.0; // N/m, augmentation
 };
 
 } // namespace trocar::fem

@@ -30,8 +30,7 @@ struct RodDesign {
     double young_modulus = 100e6; // Pa, of the solid circular section
     double density = 1100.0;      // kg/m^3
     double drag = 40.0;           // 1/s, mass-proportional
-    double transverse_drag = 10.0; // N s/m^2, per metre of rod, across its axis only. kBloodDrag is blood's: a rod that snaps free
-                                   // is then too fast for the contacts of steps of 10 ms to settle
+    double transverse_drag = kBloodDrag; // N s/m^2, per metre of rod, across its axis only: of a fluid that is at rest
     TipShape tip = TipShape::J;
     double tip_length = 15e-3;           // m, of the shaped distal part
     double tip_angle = 0.8;              // rad, total rest bend of the shaped part
@@ -97,6 +96,8 @@ struct RodPlane {
     Vec3 drag = Vec3::Zero();          // N, set by the solve: friction that the rod feels; the wall feels the opposite
     double friction_share = 1.0;       // [-] of RodDrive::friction
     double hold = 0.0;                 // N/m, set by the solve: by how much its force falls where the wall gives way
+    double start_force = 0.0;          // N, what the step began with: every solve of the step begins with it, by what drives the solver
+    Vec3 start_drag = Vec3::Zero();    // N
 };
 
 struct RodDrive {
@@ -113,8 +114,10 @@ struct RodDrive {
 
 /// What the solve keeps of a plane while it iterates: see rod_contact.hpp.
 struct RodPress {
-    double force = 0.0;        // N, multipliers: normal and tangential
-    Vec3 drag = Vec3::Zero();
+    double force = 0.0;         // N, multiplier: the normal force that the last stage ended with
+    double last = 0.0;          // N, normal force of the last iteration
+    double bounding = 0.0;      // N, normal force that bounds friction
+    Vec3 anchor = Vec3::Zero(); // m, from where it is anchored to where it was at the stage's start
     double stiffness = 0.0;    // N/m, of the forces as they were evaluated last
     Mat3 aside = Mat3::Zero();
     Vec3 start_force = Vec3::Zero();     // N, N/m: where the last correction started

@@ -26,8 +26,8 @@ inline constexpr double kNewtonTolerance = 1e-7;
 inline constexpr double kForceTolerance = 2e-3, kLeastForce = 1e-6;
 /// m; no node moves further in one Newton iteration: keeps the linearised stretch valid.
 inline constexpr double kTrustRadius = 2e-3;
-/// m; multipliers take their forces over only where a correction was at most this large: far from balance those mean nothing.
-inline constexpr double kUpdateWithin = 1e-4;
+/// m; bounds of friction follow normal forces only where a correction was at most this large: far from balance those mean nothing.
+inline constexpr double kBoundWithin = 1e-6;
 /// [-] of a segment, that bends at the clamp at least: keeps the stiffness finite.
 inline constexpr double kLeastBend = 1e-3;
 
@@ -50,15 +50,16 @@ public:
         : model_(model), state_(state), drive_(drive), dt_(dt), first_(first), share_(share), work_(workspace), twist_(twist),
           contact_(model, state, drive, planes, dt, first, kTwists, workspace) {}
 
-    void solve(RodReport& report) noexcept {
+    /// Returns whether positions and contact forces settled.
+    bool solve(RodReport& report) noexcept {
         double correction = 0.0, change = 0.0, farthest_sq = 0.0;
         bool settled = false;
         for (unsigned iteration = 0; iteration < kMaxNewton; ++iteration) {
             farthest_sq = std::max(farthest_sq, farthest_from_start_sq());
             contact_.evaluate();
-            if (iteration > 0 && correction <= kUpdateWithin) {
+            if (iteration > 0) {
                 const double largest = contact_.largest_force();
-                change = contact_.update();
+                change = contact_.update(correction <= kBoundWithin);
                 settled = correction <= kNewtonTolerance && change <= std::max(kForceTolerance * largest, kLeastForce);
                 if (settled) break;
                 contact_.evaluate();
@@ -69,10 +70,12 @@ public:
             solve_band(band);
             correction = apply_correction(iteration >= kFullSteps);
         }
+        contact_.stay_in_cone();
         report.farthest_m += std::sqrt(farthest_sq); // a stage's on top of those before it
         report.unconverged += !settled;
         report.largest_residual = std::max(report.largest_residual, correction);
         report.force_error = std::max(report.force_error, change);
+        return settled;
     }
 
     /// Forces as they are now, for the report; the planes' hold.
@@ -188,6 +191,7 @@ private:
             push_body(i, model_.mass[i] * (work_.from_velocity[i] / pace + drive_.gravity) - mass * moved);
             if (!drive_.force.empty()) push_body(i, drive_.force[i]);
             stiffen(band, i, i, mass);
+            if (!drive_.flow.empty()) continue; // the flow's own drag stands for that of a fluid at rest
             const double whip = model_.design.transverse_drag * length_of(i) / pace;
             const Mat3 across = Mat3::Identity() - work_.tangent[i] * work_.tangent[i].transpose();
             push_body(i, -whip * (across * moved));

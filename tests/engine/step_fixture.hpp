@@ -122,7 +122,7 @@ inline Tally run_steps(Simulator& simulator, std::uint64_t steps) {
 }
 
 /// The start of a step for tests that move the surfaces themselves.
-inline void keep_whole_start(const SceneModel& model, const State& state, StepScratch& scratch) {
+inline void keep_whole_start(const SceneModel& model, State& state, StepScratch& scratch) {
     keep_start(model, state, scratch.bodies, scratch.solids, scratch.rods);
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (model.bodies[i].moves()) scratch.bodies.start[i].surface = state.bodies[i].surface;

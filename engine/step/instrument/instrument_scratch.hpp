@@ -40,7 +40,8 @@ struct InstrumentScratch {
     std::vector<Vec3> axis; // [node_count]
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
-    std::vector<fem::RodPlane> last_planes; // those before the newest, in the order of their places
+    std::vector<fem::RodPlane> last_planes; // those of the last step, in the order of their places but for those of corrections at the end
+    std::vector<std::uint8_t> taken;        // [last_planes] a newer plane goes on with its forces
     DriveCommand command;
     std::vector<fem::RodFlow> flow; // [node_count] of the fluid around it in this step: see RodLoads, as the next three
     std::vector<Vec3> force;

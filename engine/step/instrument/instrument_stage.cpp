@@ -97,9 +97,11 @@ DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State
     return follow_route(route, instrument.follow, instrument.limits, view, {now.rod.insertion, now.rod.rotation}, model.step_s, now.follow);
 }
 
-void keep_instruments(const SceneModel& model, const State& state, RodsScratch& rods) {
+void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         rods.instruments[i].rod_t0 = state.instruments[i].rod;
+        for (fem::RodPlane& plane : state.instruments[i].planes) plane.start_force = plane.force, plane.start_drag = plane.drag;
+        rods.instruments[i].last_planes = state.instruments[i].planes; // reserved
         rods.instruments[i].skin_t0 = state.instruments[i].skin;
         rods.instruments[i].wall_distance.clear();
         rods.instruments[i].proven = {};
@@ -184,8 +186,10 @@ std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t
 
 void solve_instrument(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
     if (is_coaxial_inner(model, index)) return;
-    for (const std::size_t one : coaxial(model, index))
+    for (const std::size_t one : coaxial(model, index)) {
         state.instruments[one].rod = rods.instruments[one].rod_t0; // same sizes: copies, never allocates
+        for (fem::RodPlane& plane : state.instruments[one].planes) plane.force = plane.start_force, plane.drag = plane.start_drag;
+    }
     const fem::RodDrive drive = make_drive(model, index, rods);
     const fem::SolvedRod own = make_solved(model, index, drive, state, rods);
     if (const auto wire = model.instruments[index].wire) {

@@ -26,7 +26,7 @@ struct Coaxial {
 }
 
 /// Notes where the instruments are before the step moves them, and puts them back there.
-void keep_instruments(const SceneModel& model, const State& state, RodsScratch& rods);
+void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods);
 void restore_instruments(const SceneModel& model, State& state, const RodsScratch& rods);
 
 /// Decides insertion and rotation at the end of the step.

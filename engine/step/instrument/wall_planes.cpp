@@ -58,6 +58,46 @@ collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, 
 /// The last step's planes, in the order of their places: warm start of the new ones.
 class LastPlanes {
 public:
+    LastPlanes(std::span<const fem::RodPlane> planes, std::vector<std::uint8_t>& taken) noexcept : planes_(planes), taken_(taken) {
+        taken_.assign(planes_.size(), 0); // reserved
+    }
+
+    /// Those at a place of the rod; places are asked for in ascending order.
+    void seek(Index node, double weight) noexcept {
+        while (at_ < planes_.size() && before(planes_[at_], node, weight)) ++at_;
+        end_ = at_;
+        while (end_ < planes_.size() && planes_[end_].node == node && planes_[end_].weight == weight) ++end_;
+    }
+    /// Forces of the one that pushed most nearly along the new one's normal; each is given once.
+    void warm_start(fem::RodPlane& plane) noexcept {
+        std::size_t best = end_;
+        double nearest = kSameDirection;
+        for (std::size_t k = at_; k < end_; ++k)
+            if (const double along = planes_[k].normal.dot(plane.normal); taken_[k] == 0 && planes_[k].force > 0.0 && along > nearest)
+                nearest = along, best = k;
+        if (best == end_) return;
+        plane.start_force = planes_[best].force;
+        plane.start_drag = planes_[best].drag;
+        taken_[best] = 1;
+    }
+
+private:
+    static bool before(const NearTriangle& a, const NearTriangle& b) noexcept {
+        return a.distance < b.distance || (a.distance == b.distance && a.triangle < b.triangle);
+    }
+    std::array<NearTriangle, kNearTriangles> entries_;
+    std::size_t size_ = 0;
+};
+
+/// The wall where it stood at the start of the step: what the rod was inside of.
+collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, const State& state, const RodsScratch& rods) {
+    const collision::SurfaceMotion motion = wall_motion(model, body, state, rods);
+    return {motion.topology, motion.t0, motion.t0};
+}
+
+/// The last step's planes, in the order of their places: warm start of the new ones.
+class LastPlanes {
+public:
     explicit LastPlanes(std::vector<fem::RodPlane>& planes) noexcept : planes_(planes) {}
 
     /// Those at a place of the rod; places are asked for in ascending order.
@@ -83,7 +123,8 @@ private:
     static bool before(const fem::RodPlane& plane, Index node, double weight) noexcept {
         return plane.node < node || (plane.node == node && plane.weight < weight);
     }
-    std::vector<fem::RodPlane>& planes_;
+    std::span<const fem::RodPlane> planes_;
+    std::vector<std::uint8_t>& taken_;
     std::size_t at_ = 0, end_ = 0;
 };
 
@@ -163,8 +204,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
     if (is_coaxial_inner(model, index)) // what is in the bore meets no wall
         first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
                                                      rods.instruments[*instrument.inside].command.insertion));
-    std::swap(own.planes, scratch.last_planes);
-    LastPlanes last(scratch.last_planes);
+    LastPlanes last(scratch.last_planes, scratch.taken);
     own.planes.clear();
     own.presses.clear();
     scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
