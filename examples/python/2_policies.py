@@ -2,7 +2,7 @@
 
     python examples/python/2_policies.py [--quick]
 
-The follower turns the bent tip towards the centreline ahead and pushes; it sees the catheter's true position.
+Where the way bends, the follower turns the bent tip to that side; elsewhere it pushes. It sees the catheter's true position.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ class Follower:
         self.back = np.zeros(num_envs, dtype=int)  # actions of drawing back that are left
         self.best = np.full(num_envs, np.inf)
         self.stuck = np.zeros(num_envs, dtype=int)
+        self.turn = np.zeros(num_envs)  # rad/s while drawing back
         self.random = np.random.default_rng(0)
 
     def ahead(self, target: str, nearest: int, way: float) -> Floats:
@@ -48,19 +49,22 @@ class Follower:
             self.best[i] = min(self.best[i], left)
             if self.stuck[i] > 12:  # the wrong branch, or a fold: back, and turned otherwise
                 self.back[i], self.stuck[i], self.best[i] = self.random.integers(6, 16), 0, np.inf
-                self.turn = self.random.uniform(-3.0, 3.0)
+                self.turn[i] = self.random.uniform(-3.0, 3.0)
             if self.back[i] > 0:
                 self.back[i] -= 1
-                actions[i, 0] = -30.0, self.turn
+                actions[i, 0] = -30.0, self.turn[i]
                 continue
-            along = tip - farther
-            along /= np.linalg.norm(along)
-            way = self.ahead(target, nearest, 12.0) - tip
-            bend = (tip - behind) - (behind - farther)  # to where the bent tip points
-            side = way - along * (way @ along)
-            bend -= along * (bend @ along)
+            along = (behind - farther) / np.linalg.norm(behind - farther)  # the shaft, behind the bent tip
+            bend = tip - behind - along * ((tip - behind) @ along)
+            here, near, far = (self.ahead(target, nearest, way) for way in (0.0, 5.0, 20.0))
+            straight = (near - here) / max(float(np.linalg.norm(near - here)), 1e-9)
+            side = far - here - straight * ((far - here) @ straight)  # to where the way bends
+            if np.linalg.norm(side) < 3.0:
+                actions[i, 0] = 30.0, 0.0
+                continue
+            side -= along * (side @ along)
             angle = np.arctan2(np.cross(bend, side) @ along, bend @ side)
-            actions[i, 0] = 30.0 if abs(angle) < 0.8 or np.linalg.norm(side) < 2.0 else 6.0, np.clip(4.0 * angle, -3.0, 3.0)
+            actions[i, 0] = 30.0 if abs(angle) < 0.9 else 0.0, np.clip(6.0 * angle, -3.0, 3.0)
         return actions
 
 
@@ -88,7 +92,7 @@ RANDOM = np.random.default_rng(1)
 if __name__ == "__main__":
     quick = "--quick" in sys.argv
     count = 4 if quick else 24
-    task = trocar.Task("aortic_arch", trocar.Options(time_limit=10.0 if quick else 0.0))
+    task = trocar.Task("aortic_arch", trocar.Options(spacing=8.0, time_limit=10.0 if quick else 0.0))
     print(f"{'policy':10} {'target':16} arrived   largest force")
     policies: dict[str, Policy] = {"random": random_policy, "follower": Follower(task, count)}
     for name, policy in policies.items():

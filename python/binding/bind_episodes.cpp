@@ -1,5 +1,6 @@
 #include "engine/episodes/environment_batch.hpp"
 #include "engine/episodes/rollout.hpp"
+#include "engine/episodes/score.hpp"
 #include "python/binding/arrays.hpp"
 #include "python/binding/bindings.hpp"
 #include "python/binding/errors.hpp"
@@ -270,6 +271,7 @@ void bind_episodes(py::module_& module) {
         .def_property_readonly("outcome", &PyBatch::outcome)
         .def_property_readonly("devices", &PyBatch::devices)
         .def("__len__", &PyBatch::count);
+    module.def("hash_bytes", [](const py::bytes& bytes) { return fmt::format("{:016x}", engine::hash_file_bytes(std::string_view(bytes))); });
     py::class_<PyRollout>(module, "Rollout", "Sequences of drive commands from many states, on a pool of threads.")
         .def(py::init<const std::shared_ptr<LoadedScene>&, unsigned>())
         .def("run", &PyRollout::run);

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copyreg
-from typing import Any
+from typing import Any, Callable
 
 from . import _engine
 from ._build import build_id, require_same_build
@@ -24,15 +24,15 @@ def _restore_state(build: str, parts: tuple[bytes, list[Any]]) -> _engine.SavedS
     return _engine.saved_state_from(*parts)
 
 
-def _reduce_scene(scene: _engine.Scene) -> tuple[Any, ...]:
+def _reduce_scene(scene: _engine.Scene) -> tuple[Callable[..., _engine.Scene], tuple[Any, ...]]:
     return _restore_scene, (build_id(), scene._source(), scene.hash)
 
 
-def _reduce_state(state: _engine.SavedState) -> tuple[Any, ...]:
+def _reduce_state(state: _engine.SavedState) -> tuple[Callable[..., _engine.SavedState], tuple[Any, ...]]:
     return _restore_state, (build_id(), state._parts())
 
 
-def _refuse_simulator(_: _engine.Simulator) -> tuple[Any, ...]:
+def _refuse_simulator(_: _engine.Simulator) -> str:
     raise TypeError("a Simulator is not pickled; expected its scene and what its save() returns")
 
 

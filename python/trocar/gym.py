@@ -8,6 +8,7 @@ last action (devices, 2); insertion and rotation (devices, 2), the rotation with
 from __future__ import annotations
 
 import dataclasses
+import os
 from typing import Any, Optional, Sequence, Union
 
 import numpy as np
@@ -22,6 +23,7 @@ except ImportError as error:
     raise ImportError("trocar.gym needs Gymnasium 1.1 or later, which is not installed here; everything else of trocar works without it "
                       "(trocar.environments has the same environments)") from error
 
+from ._recording import Recording
 from .environments import Environments, Options, SceneLike, Task
 
 #: Identifier and scene of each environment.
@@ -65,11 +67,30 @@ class Navigation(gymnasium.Env):  # type: ignore[misc]
         self.environments = Environments(scene, options=_options(options, changes), autoreset="disabled", draw_scene=True)
         self.observation_space, self.action_space = _spaces(self.environments)
         self._over = True
+        self._recording: Optional[Recording] = None
+
+    def record(self, folder: Union[str, "os.PathLike[str]"]) -> None:
+        """The next episode, from the next reset to its end or to close(), is written into this folder: `trocar score` simulates it again."""
+        if len(self.environments.tasks) > 1:
+            raise ValueError("record: found an environment that draws its scene, expected one of one scene")
+        self._recording = Recording(folder, self.environments.tasks[0])
+
+    def _write_recording(self) -> None:
+        if self._recording is not None and self._recording.seed is not None:
+            self._recording.write()
+            self._recording = None
+
+    def close(self) -> None:
+        self._write_recording()
 
     def reset(self, *, seed: Optional[int] = None, options: Optional[dict[str, Any]] = None) -> tuple[NDArray[np.float32], dict[str, Any]]:
         super().reset(seed=seed)
-        observation, infos = self.environments.reset([int(self.np_random.integers(_SEEDS))])
+        self._write_recording()
+        drawn = int(self.np_random.integers(_SEEDS))
+        observation, infos = self.environments.reset([drawn])
         self._over = False
+        if self._recording is not None:
+            self._recording.begin(drawn, observation[0])
         return observation[0], self._info(infos)
 
     def step(self, action: ArrayLike) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -77,7 +98,12 @@ class Navigation(gymnasium.Env):  # type: ignore[misc]
             raise RuntimeError("the episode is over; expected reset() before another step()")
         observation, reward, terminated, truncated, infos = self.environments.step(np.asarray(action)[None])
         self._over = bool(terminated[0] or truncated[0])
-        return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), self._info(infos)
+        info = self._info(infos)
+        if self._recording is not None:
+            self._recording.add(np.asarray(action, dtype=np.float64), info["hash"], observation[0])
+            if self._over:
+                self._write_recording()
+        return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), info
 
     def _info(self, infos: dict[str, Any]) -> dict[str, Any]:
         info: dict[str, Any] = {key: infos[key][0].item() for key in Environments._KEYS if key not in ("hash", "task", "target")}

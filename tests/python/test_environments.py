@@ -15,7 +15,7 @@ import gymnasium
 import trocar
 import trocar.anatomy
 import trocar.gym
-from conftest import box_vessel
+from conftest import PROGRAM, box_vessel
 from gymnasium.utils.env_checker import check_env
 
 QUICK = trocar.Options(start_poses=3)
@@ -319,3 +319,42 @@ def test_environments_of_organs_that_move_follow_their_targets(hepatic):
     assert np.isfinite(later).all() and (later >= task.low).all() and (later <= task.high).all()
     assert 0.1 < np.linalg.norm(later[0, 18:21] - first[0, 18:21]) < 20.0  # it breathes
     assert environments.save(0).step == 39
+
+
+def test_a_recorded_episode_is_scored_and_an_edited_byte_is_found(tube_task, tmp_path):
+    if not PROGRAM:
+        pytest.skip("TROCAR_PROGRAM does not name the program")
+
+    def score(folder, *more):
+        return subprocess.run([PROGRAM, "score", folder, *more], capture_output=True, text=True)
+
+    env = trocar.gym.Navigation(tube_task)
+    env.record(tmp_path / "ep")
+    env.reset(seed=4)
+    generator = np.random.default_rng(4)
+    while True:
+        *_, terminated, truncated, info = env.step(np.array([[30.0, generator.uniform(-2, 2)]], dtype=np.float32))
+        if terminated or truncated:
+            break
+    said = score(tmp_path / "ep")
+    assert said.returncode == 0, said.stderr
+    assert "success yes, safe success yes" in said.stdout and f"state {info['hash']}" in said.stdout and "exits 0" in said.stdout
+    assert "safe success no" in score(tmp_path / "ep", "--force-limit", "0").stdout or info["force"] == 0.0
+    for file in sorted((tmp_path / "ep").iterdir()):
+        data = file.read_bytes()
+        for place in (0, len(data) // 2, len(data) - 1):
+            file.write_bytes(data[:place] + bytes([data[place] ^ 1]) + data[place + 1:])
+            assert score(tmp_path / "ep").returncode == 5, (file.name, place)
+        file.write_bytes(data)
+    # an action that was changed together with all hashes of files is found by simulating it
+    csv, manifest = tmp_path / "ep" / "actions.csv", tmp_path / "ep" / "manifest.json"
+    was = trocar._engine.hash_bytes(csv.read_bytes())
+    csv.write_text(csv.read_text().replace("30.0,", "31.0,", 1))
+    manifest.write_text(manifest.read_text().replace(was, trocar._engine.hash_bytes(csv.read_bytes())))
+    (tmp_path / "ep" / "manifest.hash").write_text(trocar._engine.hash_bytes(manifest.read_bytes()) + "\n")
+    said = score(tmp_path / "ep")
+    assert said.returncode == 5 and "actions.csv:2" in said.stderr
+    with pytest.raises(FileExistsError):
+        env.record(tmp_path / "ep")
+    with pytest.raises(ValueError, match="clock"):
+        trocar.gym.Navigation(box_vessel(), budget="5ms", start_poses=1).record(tmp_path / "other")
