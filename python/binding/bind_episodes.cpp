@@ -1,6 +1,7 @@
 #include "engine/episodes/environment_batch.hpp"
 #include "engine/episodes/rollout.hpp"
 #include "engine/episodes/score.hpp"
+#include "engine/time/clock.hpp"
 #include "python/binding/arrays.hpp"
 #include "python/binding/bindings.hpp"
 #include "python/binding/errors.hpp"
@@ -97,7 +98,9 @@ public:
         check_finite(actions.data(), count, 2 * batch_->devices());
         const double* first = actions.data();
         const py::gil_scoped_release released;
+        const engine::StopWatch watch;
         batch_->step({first, count}, check_signals);
+        engine_ms_ = watch.elapsed_ms();
     }
 
     [[nodiscard]] SavedState save(std::size_t i) {
@@ -140,6 +143,8 @@ public:
     [[nodiscard]] py::array truncated() const { return read_only(truncated_); }
     [[nodiscard]] py::array outcome() const { return read_only(outcome_); }
     [[nodiscard]] std::size_t devices() const { return batch_->devices(); }
+    /// ms, of the last step without the interpreter's lock.
+    [[nodiscard]] double engine_ms() const noexcept { return engine_ms_; }
     [[nodiscard]] py::ssize_t count() const noexcept { return count_; }
 
 private:
@@ -167,6 +172,7 @@ private:
     py::array_t<bool> terminated_, truncated_;
     py::array outcome_;
     std::unique_ptr<engine::EnvironmentBatch> batch_;
+    double engine_ms_ = 0.0;
     std::mutex mutex_;
 };
 
@@ -270,6 +276,7 @@ void bind_episodes(py::module_& module) {
         .def_property_readonly("truncated", &PyBatch::truncated)
         .def_property_readonly("outcome", &PyBatch::outcome)
         .def_property_readonly("devices", &PyBatch::devices)
+        .def_property_readonly("engine_ms", &PyBatch::engine_ms)
         .def("__len__", &PyBatch::count);
     module.def("hash_bytes", [](const py::bytes& bytes) { return fmt::format("{:016x}", engine::hash_file_bytes(std::string_view(bytes))); });
     py::class_<PyRollout>(module, "Rollout", "Sequences of drive commands from many states, on a pool of threads.")

@@ -2,6 +2,7 @@
 #include "engine/experiments/contact_record.hpp"
 #include "engine/experiments/plan_files.hpp"
 #include "engine/experiments/plan_scene.hpp"
+#include "fem/tissue/kernels.hpp"
 #include "python/binding/arrays.hpp"
 #include "python/binding/bindings.hpp"
 #include "python/binding/errors.hpp"
@@ -182,6 +183,7 @@ py::array_t<double> centreline(const LoadedScene& scene, const std::string& targ
 void bind_functions(py::module_& module) {
     module.def("plan", &plan);
     module.def("contacts", &contacts);
+    module.def("choose_isa", &fem::choose_isa);
     module.def("centreline", [](const std::shared_ptr<LoadedScene>& s, const std::string& t, std::size_t i) { return centreline(*s, t, i); });
 }
 

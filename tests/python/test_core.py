@@ -84,6 +84,19 @@ def test_launches_and_threads_give_the_same_bits(arch):
     assert len({*hashes.values(), *launched}) == 1 and len(hashes) == 4
 
 
+def test_instruction_sets_give_the_same_bits(hepatic):
+    hashes = {}
+    try:
+        for isa in ("avx2", "avx512"):
+            if trocar._engine.choose_isa(isa):
+                sim = hepatic.simulator()
+                sim.step(8)
+                hashes[isa] = sim.hash
+    finally:
+        trocar._engine.choose_isa("")
+    assert len(set(hashes.values())) <= 1
+
+
 def test_views_show_the_simulator_in_place_and_cannot_be_written(arch):
     sim = arch.simulator()
     rod, skin, wall = sim.rod(0), sim.skin("catheter"), sim.surface("vessel")
