@@ -9,7 +9,8 @@ from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 ROOT = pathlib.Path(__file__).resolve().parent
-BUILD = ROOT / "build" / "release"
+RELEASE = ROOT / "build" / "release"
+BUILD = RELEASE if (RELEASE / "build.ninja").is_file() else ROOT / "build" / "python"  # the engine's own, where it is there
 
 
 class CMakeBuild(build_ext):
@@ -17,7 +18,7 @@ class CMakeBuild(build_ext):
 
     def run(self):
         if not (BUILD / "build.ninja").is_file():
-            self.call("cmake", "--preset", "release", "-DTROCAR_TESTS=OFF")
+            self.call("cmake", "-S", str(ROOT), "-B", str(BUILD), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DTROCAR_TESTS=OFF")
         jobs = os.environ.get("TROCAR_JOBS", str(os.cpu_count() or 1))
         self.call("cmake", "--build", str(BUILD), "-j", jobs, "--target", "trocar_python_package")
         self.copy_extensions_to_build()

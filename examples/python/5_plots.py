@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import pathlib
 import sys
 
 import matplotlib
@@ -17,7 +18,8 @@ import trocar  # noqa: E402
 
 quick = "--quick" in sys.argv
 names = [argument for argument in sys.argv[1:] if not argument.startswith("-")]
-picture = names[0] if names else "trocar_run.png"
+picture = pathlib.Path(names[0] if names else "out/python_run.png")
+picture.parent.mkdir(parents=True, exist_ok=True)
 
 scene = trocar.load(trocar.scene_path("aortic_arch"), budget="exact")
 sim = scene.simulator()  # its script follows the centreline to the left carotid artery

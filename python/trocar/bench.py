@@ -11,6 +11,7 @@ from typing import Any, Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ._functions import plan
 from .environments import Environments, Options, Task, as_scene
 
 
@@ -30,16 +31,27 @@ def _wall_and_cpu(work: Callable[[], Any]) -> tuple[float, float]:
     return time.perf_counter() - wall, time.process_time() - cpu
 
 
-def steps_per_second(name: str, seconds: float) -> dict[str, float]:
-    """Environment steps of one environment on one thread, exact contacts on."""
-    task = Task(name, Options(start_poses=4))
-    environments = Environments(task, 1, 1)
+def _plan_actions(task: Task, target: str) -> NDArray[np.float64]:
+    """(N, 1, 1, 2) mm/s, rad/s: what `trocar plan` found to go to the target."""
+    rows = plan(task.scene, target).path[:: task.steps_per_action]
+    speeds = np.diff(rows[:, 1:], axis=0) / np.diff(rows[:, :1], axis=0)
+    return np.asarray((speeds * [1e3, 1.0])[:, None, None, :])
+
+
+def steps_per_second(name: str, seconds: float, target: str = "") -> dict[str, float]:
+    """Environment steps of one environment on one thread, exact contacts on: along a plan to the target, or with random pushes and turns."""
+    task = Task(name, Options(start_poses=1 if target else 4, tolerance=0.1))
+    environments = Environments(task, 1, 1, autoreset="disabled")
     environments.reset(0)
     generators = [np.random.default_rng(0)]
+    planned = iter(_plan_actions(task, target)) if target else None
+    still = np.zeros((1, task.devices, 2))
     count, contacts, exits, exact, wall, cpu, force = 0, 0, 0, 0, 0.0, 0.0, 0.0
     slowest = 0.0
-    while wall < seconds:
-        actions = _actions(generators, task.devices)
+    while planned is not None or wall < seconds:
+        actions = _actions(generators, task.devices) if planned is None else next(planned, still)
+        if actions is still:
+            break
         took, used = _wall_and_cpu(lambda: environments.step(actions))
         outcome = environments._outcome[0]
         contacts, exits, exact = contacts + int(outcome["contacts"]), exits + int(outcome["exits"]), exact + int(outcome["exact_steps"])
@@ -71,19 +83,17 @@ def _tube() -> dict[str, Any]:
     return scene
 
 
-def scaling(seconds: float, num_envs: int = 16) -> dict[int, float]:
-    """Environment steps a second on the arch by threads."""
+def scaling(seconds: float, num_envs: int = 16) -> dict[int, tuple[float, float]]:
+    """Environment steps on the arch, by threads: a second, and a second of processor time."""
     task = Task("aortic_arch", Options(start_poses=2))
     found = {}
     for threads in sorted({1, 2, os.cpu_count() or 1}):
         environments = Environments(task, num_envs, threads)
         environments.reset(0)
         generators = [np.random.default_rng(i) for i in range(num_envs)]
-        count, start = 0, time.perf_counter()
-        while time.perf_counter() - start < seconds:
-            environments.step(_actions(generators, task.devices))
-            count += num_envs
-        found[threads] = count / (time.perf_counter() - start)
+        rounds = max(2, int(4 * seconds))  # the same episodes for all
+        wall, cpu = _wall_and_cpu(lambda: [environments.step(_actions(generators, task.devices)) for _ in range(rounds)])
+        found[threads] = rounds * num_envs / wall, rounds * num_envs / cpu
     return found
 
 
@@ -126,7 +136,7 @@ def memory(name: str, num_envs: int) -> float:
 
 
 def _say(what: str, value: str, target: str = "") -> None:
-    print(f"{what:66} {value:>26}   {target}", flush=True)
+    print(f"{what:78} {value:>26}   {target}", flush=True)
 
 
 def main() -> None:
@@ -136,17 +146,21 @@ def main() -> None:
     arguments = parser.parse_args()
     seconds = 0.5 if arguments.quick else 6.0
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, numpy {np.__version__}\n")
-    for name, target in (("aortic_arch", "target: 150 of 0.13 s on an idle core"), ("u_bend", ""), ("hepatic", "")):
-        found = steps_per_second(name, seconds)
-        _say(f"{name}: environment steps of {found['simulated']:.2f} s a second, one thread", f"{found['per_second']:.1f}", target)
+    ways = (("aortic_arch", "left_carotid", "target: 150 of 0.13 s on an idle core"), ("aortic_arch", "", ""), ("u_bend", "end", ""), ("u_bend", "", ""),
+            ("hepatic", "", ""))
+    for name, way, target in ways:
+        found = steps_per_second(name, seconds, way)
+        _say(f"{name}, {'a plan to ' + way if way else 'random pushes and turns'}: environment steps of {found['simulated']:.2f} s a second", f"{found['per_second']:.1f}", target)
         _say("    a second of processor time", f"{found['per_cpu_second']:.1f}")
-        _say(f"    in {found['steps']:.0f} of them, random pushes and turns: contacts a step of 10 ms", f"{found['contacts']:.2f}")
+        _say(f"    {found['steps']:.0f} actions: contacts in each step of 10 ms", f"{found['contacts']:.2f}")
         _say("    share of steps with an exact answer; exits; largest force", f"{found['exact']:.3f}; {found['exits']:.0f}; {found['force']:.3f} N")
-    _say("binding: of a step of a batch of 64 environments", f"{batch_overhead():.1f} us", "target: below 20 us")
+    _say("binding: of a step of a batch of 1 / 64 environments (whose work empties the caches)",
+         f"{batch_overhead(1):.1f} / {batch_overhead(64):.1f} us", "target: below 20 us")
     by_threads = scaling(seconds)
-    for threads, rate in by_threads.items():
-        _say(f"aortic_arch, 16 environments, {threads} threads: environment steps a second", f"{rate:.1f} ({rate / by_threads[1]:.2f} times one)",
+    for threads, (rate, cpu_rate) in by_threads.items():
+        _say(f"aortic_arch, 16 environments, {threads} threads: environment steps a second", f"{rate:.1f} ({rate / by_threads[1][0]:.2f} times one)",
              "target: 1.8 times one" if threads == 2 else "")
+        _say("    a second of processor time of all threads", f"{cpu_rate:.1f}")
     for name in ("aortic_arch", "hepatic"):
         costs = reset_and_fork(name)
         _say(f"{name}: a fork where one was given back before / a first one", f"{costs['fork']:.2f} / {costs['fork_kept']:.1f} ms",

@@ -133,7 +133,13 @@ class Environments:
         self.limits = np.max([task.limits for task in self.tasks], axis=0)  #: (devices, 2) mm/s, rad/s
         self._all = np.ones(num_envs, dtype=bool)
         self._all.flags.writeable = False
-        self._outcome = self._batch.outcome
+        batch = self._batch  # views of what each step writes, made once
+        self._outcome, self._observations, self._final = batch.outcome, batch.observation, batch.final_observation
+        self._rewards, self._terminated, self._truncated = batch.reward, batch.terminated, batch.truncated
+        self._failed, self._began = self._outcome["failed"], self._outcome["began"]
+        self._shown = {key: self._outcome[key] for key in self._KEYS}
+        self._shown["reward_terms"] = self._outcome["terms"]
+        self._masks: dict[str, Any] = {"_" + key: self._all for key in (*self._shown, "success")}
 
     def reset(self, seeds: Union[None, int, Sequence[Optional[int]]] = None, mask: Optional[ArrayLike] = None
               ) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -169,36 +175,34 @@ class Environments:
             raise TypeError(f"actions: found dtype {given.dtype}, expected real numbers, ({self.num_envs}, {self.devices}, 2)")
         if given.shape != (self.num_envs, self.devices, 2):
             raise ValueError(f"actions: found shape {given.shape}, expected ({self.num_envs}, {self.devices}, 2)")
-        batch = self._batch
-        batch.step(np.ascontiguousarray(given, dtype=np.float64))
+        self._batch.step(np.ascontiguousarray(given, dtype=np.float64))
         infos = self._infos()
         if self.copy:
-            return batch.observation.copy(), batch.reward.copy(), batch.terminated.copy(), batch.truncated.copy(), infos
-        return batch.observation, batch.reward, batch.terminated, batch.truncated, infos
+            return self._observations.copy(), self._rewards.copy(), self._terminated.copy(), self._truncated.copy(), infos
+        return self._observations, self._rewards, self._terminated, self._truncated, infos
 
     def _observation(self) -> NDArray[np.float32]:
-        observation: NDArray[np.float32] = self._batch.observation
-        return observation.copy() if self.copy else observation
+        return self._observations.copy() if self.copy else self._observations
 
     _KEYS = ("remaining", "distance", "force", "exits", "unresolved", "assumed", "overruns", "exact_steps", "contacts", "hash", "task", "target",
              "start")
 
     def _infos(self) -> dict[str, Any]:
-        outcome = self._outcome.copy() if self.copy else self._outcome
-        infos: dict[str, Any] = {}
-        for key in self._KEYS:
-            infos[key] = outcome[key]
-            infos["_" + key] = self._all
-        infos["reward_terms"], infos["_reward_terms"] = outcome["terms"], self._all
-        infos["success"], infos["_success"] = self._batch.terminated.copy(), self._all
-        if outcome["failed"].any():
-            failed = outcome["failed"].astype(bool)
+        if self.copy:
+            outcome = self._outcome.copy()
+            infos: dict[str, Any] = {key: outcome[key] for key in self._KEYS}
+            infos["reward_terms"], infos["success"] = outcome["terms"], self._terminated.copy()
+        else:
+            infos = {**self._shown, "success": self._terminated}
+        infos.update(self._masks)
+        if self._failed.any():
+            failed = self._failed.astype(bool)
             infos["failure"] = np.array([self._batch.failure(i) if failed[i] else None for i in range(self.num_envs)], dtype=object)
             infos["_failure"] = failed
-        if self.autoreset == "same_step" and outcome["began"].any():
-            ended = outcome["began"].astype(bool) & (outcome["action"] > 0)
+        if self.autoreset == "same_step" and self._began.any():
+            ended = self._began.astype(bool) & (self._outcome["action"] > 0)
             if ended.any():
-                last = self._batch.final_observation
+                last = self._final
                 final = np.full(self.num_envs, None, dtype=object)
                 for i in np.flatnonzero(ended):
                     final[i] = last[i].copy()
