@@ -20,16 +20,23 @@ import trocar
 from conftest import PROGRAM, SOURCE
 
 
-def test_a_run_ends_in_the_command_lines_bits(tmp_path):
+@pytest.mark.parametrize("name, steps", [("u_bend", 150), ("hepatic", 40), ("guidewire", 60)])
+def test_a_run_ends_in_the_command_lines_bits(name, steps, tmp_path):
     if not PROGRAM:
         pytest.skip("TROCAR_PROGRAM does not name the program")
-    scene = SOURCE / "assets" / "scenes" / "u_bend.json"
-    subprocess.run([PROGRAM, "run", scene, "-n", "150", "--budget", "work:20000", "--no-pictures", "--quiet", "--out", tmp_path / "out"],
+    scene = SOURCE / "assets" / "scenes" / f"{name}.json"
+    subprocess.run([PROGRAM, "run", scene, "-n", str(steps), "--budget", "work:20000", "--no-pictures", "--quiet", "--out", tmp_path / "out"],
                    check=True, capture_output=True)
     said = json.loads((tmp_path / "out" / "summary.json").read_text())["state_hash"]
     sim = trocar.load(scene, budget="work:20000").simulator()
-    sim.step(150)
+    sim.step(steps)
     assert sim.hash == said
+    again = sim.scene.simulator()  # the scene keeps those that were given back
+    again.step(steps)
+    del again
+    recycled = sim.scene.simulator()
+    recycled.step(steps)
+    assert recycled.hash == said
 
 
 def test_a_step_tells_what_it_did(arch):
