@@ -28,6 +28,7 @@ struct Command {
 [[nodiscard]] Command add_cost_command(CLI::App& app);
 [[nodiscard]] Command add_verify_command(CLI::App& app);
 [[nodiscard]] Command add_explain_command(CLI::App& app);
+[[nodiscard]] Command add_score_command(CLI::App& app);
 [[nodiscard]] Command add_schema_command(CLI::App& app);
 [[nodiscard]] Command add_prepare_command(CLI::App& app);
 [[nodiscard]] Command add_bench_command(CLI::App& app);

@@ -8,6 +8,7 @@
 #include "engine/cli/contacts_report.hpp"
 #include "engine/cli/image_space_contacts.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/experiments/contact_record.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/contact_rows.hpp"
 #include "engine/io/frames.hpp"
@@ -45,28 +46,6 @@ double pair_count(const ContactsInput& input, const collision::SearchOptions& op
             if (a != b) pairs += size(y.vertex_owner) * size(x.triangles);
         }
     return pairs;
-}
-
-ContactRow row_of(const SearchContact& found, std::span<const std::int32_t> objects) {
-    const Contact& c = found.contact;
-    const bool vertex_face = c.origin == ContactOrigin::ExactVF;
-    ContactRow row;
-    row.kind = vertex_face ? ContactKind::VF : ContactKind::EE;
-    row.body_a = objects.empty() ? c.body_a : objects[c.feature_a[0]];
-    row.body_b = objects.empty() ? c.body_b : objects[c.feature_b[0]];
-    row.feature_a0 = c.feature_a[0];
-    row.feature_b0 = c.feature_b[0];
-    row.feature_b1 = c.feature_b[1];
-    if (vertex_face)
-        row.feature_b2 = c.feature_b[2];
-    else
-        row.feature_a1 = c.feature_a[1];
-    row.time = c.time;
-    row.bary_a = vertex_face ? 0.0 : c.bary_a[1];
-    row.bary_b0 = c.bary_b[0];
-    row.bary_b1 = c.bary_b[1];
-    row.normal = c.normal;
-    return row;
 }
 
 class Run {
@@ -223,7 +202,7 @@ private:
         report_.rows.push_back(row);
         if (!request_.out.empty()) {
             ContactStep contacts{k, {}};
-            for (const SearchContact& found : found_) contacts.rows.push_back(row_of(found, input_.sequence.objects));
+            for (const SearchContact& found : found_) contacts.rows.push_back(record_of(found, input_.sequence.objects));
             contacts_.push_back(std::move(contacts));
         }
         if (request_.dump.empty()) return {};

@@ -1,211 +1,18 @@
 // `explain`: what a scene will simulate and why, what it will not, how many sub-steps, how much memory, what it will cost.
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
-#include "engine/render/describe_graphics.hpp"
-#include "engine/experiments/effect_cost.hpp"
-#include "engine/experiments/laid_out.hpp"
+#include "engine/experiments/explain.hpp"
 #include "engine/prepare/prepare_scene.hpp"
-#include "engine/step/instrument/instrument_stage.hpp"
-#include "engine/step/simulator.hpp"
-#include "engine/time/clock.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <sys/resource.h>
-
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 
 namespace trocar::engine {
 
 namespace {
-
-/// Steps that are tried out for the predicted cost: enough to pass the first steps' allocations.
-constexpr std::uint64_t kTrialSteps = 30;
-/// Steps before that of a trial whose instruments were laid along their routes: until they lean on the walls.
-constexpr std::uint64_t kSettlingSteps = 30;
-/// A heavy scene's trial ends after so long, and the cost of its effects is measured in about as long; fewer steps tell nothing.
-constexpr double kTrialTime = 5e3, kEffectsTime = 20e3; // ms
-constexpr std::uint64_t kFewestSteps = 3;
-/// [-]; a step that exceeds the drive's limit by no more than this share is within it.
-constexpr double kRounding = 1e-9;
-
-void print_effects(const Scene& scene, const PreparedScene& prepared) {
-    for (const bool runs : {true, false}) {
-        fmt::print("\n{}\n", runs ? "simulated" : "not simulated");
-        for (const EffectDescriptor* effect : registered_effects()) {
-            EffectLine line{has_effect(prepared.model, *effect), std::string(effect->doc)};
-            if (effect->explain != nullptr) line = effect->explain(scene, prepared.model);
-            if (line.runs == runs) fmt::print("  {:<15} {}\n", effect->name, line.why);
-        }
-    }
-}
-
-void print_bodies(const PreparedScene& prepared) {
-    fmt::print("\nbodies\n");
-    for (std::size_t i = 0; i < prepared.bodies.size(); ++i) {
-        const BodySummary& b = prepared.bodies[i];
-        const BodyModel& model = prepared.model.bodies[i];
-        const char* motion = model.motion == Motion::Deformable ? "deformable" : model.motion == Motion::Kinematic ? "kinematic" : "static";
-        fmt::print("  {:<15} {}{}, {} triangles, {} spheres", b.name, motion, model.hollow ? ", hollow" : "", b.triangles, b.tree_spheres);
-        if (b.coarse_tets > 0)
-            fmt::print(", {} tetrahedra on {} nodes ({} fixed), stable step {:.3g} ms", b.coarse_tets, b.coarse_nodes, b.pinned_nodes,
-                       1e3 * b.stable_step_s);
-        fmt::print("\n");
-        if (b.links > 0)
-            fmt::print("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,
-                       model.host_body ? prepared.bodies[*model.host_body].name : std::string("its own coarse mesh"), b.static_links,
-                       b.degenerate_links, 1e3 * b.longest_link_m);
-        for (const std::string& note : b.notes) fmt::print("  {:<15} {}\n", "", note);
-    }
-}
-
-/// m/s; the fastest drive command of its script or its route.
-double fastest_drive_speed(const InstrumentModel& m) {
-    if (m.route) return m.follow.speed;
-    double fastest = 0.0;
-    for (std::size_t k = 1; k < m.path.size(); ++k)
-        fastest = std::max(fastest, std::abs(m.path[k].insertion - m.path[k - 1].insertion) / (m.path[k].time - m.path[k - 1].time));
-    return fastest;
-}
-
-void print_instruments(const Scene& scene, const PreparedScene& prepared) {
-    if (prepared.model.instruments.empty()) return;
-    fmt::print("\ninstruments\n");
-    for (std::size_t i = 0; i < prepared.model.instruments.size(); ++i) {
-        const InstrumentModel& m = prepared.model.instruments[i];
-        fmt::print("  {:<15} rod of {} nodes, {:g} mm long, radius {:g} mm, skin of {} triangles, in {}\n", m.name, m.rod.node_count(),
-                   1e3 * m.rod.design.length, 1e3 * m.rod.design.radius, m.skin.triangles.size(), prepared.bodies[m.lumen].name);
-        if (m.mass_spring_substeps > 0)
-            fmt::print("  {:<15} masses and springs, {} explicit sub-steps in a step\n", "", m.mass_spring_substeps);
-        if (m.inside)
-            fmt::print("  {:<15} in the bore of {}: one axis and both stiffnesses where they overlap\n", "",
-                       prepared.model.instruments[*m.inside].name);
-        if (m.route)
-            fmt::print("  {:<15} driven to {}, {:.0f} mm away along the lumen, narrowest radius {:.2f} mm\n", "",
-                       scene.targets[scene.instruments[i].follow->target].name, 1e3 * m.route->length.back(),
-                       1e3 * *std::min_element(m.route->radii.begin(), m.route->radii.end()));
-        else
-            fmt::print("  {:<15} script of {} rows\n", "", m.path.size());
-        if (const double way = fastest_drive_speed(m) * prepared.model.step_s; way > kDriveReach * (1.0 + kRounding))
-            fmt::print("  {:<15} its drive would go {:.3g} mm in a step; {:g} mm are taken, expected a step of at most {:.3g} ms\n", "",
-                       1e3 * way, 1e3 * kDriveReach, 1e3 * prepared.model.step_s * kDriveReach / way);
-    }
-}
-
-/// Median step of a trial, ms.
-struct Trial {
-    std::vector<double> total, collision;
-    StepReport last;
-
-    [[nodiscard]] static double middle(std::vector<double>& values) {
-        std::sort(values.begin(), values.end());
-        return values.empty() ? 0.0 : values[values.size() / 2];
-    }
-};
-
-/// from      a state to go on from; none: the start
-/// settling  steps that do not count, as far as there is time for them
-Trial try_steps(const SceneModel& model, const std::optional<State>& from, std::uint64_t settling, std::uint64_t steps) {
-    Simulator simulator(model);
-    Trial trial;
-    if (from)
-        if (const Result<void> restored = simulator.restore(*from); !restored) {
-            trial.last.failure = restored.error().message;
-            return trial;
-        }
-    const StopWatch watch;
-    const auto step = [&] { return (trial.last = simulator.step()).finite; };
-    for (std::uint64_t k = 0; k < settling && watch.elapsed_ms() < kTrialTime; ++k)
-        if (!step()) return trial;
-    while (trial.total.size() < steps && (trial.total.size() < kFewestSteps || watch.elapsed_ms() < kTrialTime)) {
-        if (!step()) return trial;
-        trial.total.push_back(trial.last.ms.total);
-        trial.collision.push_back(trial.last.ms.descend + trial.last.ms.exact);
-    }
-    return trial;
-}
-
-/// s until the slowest of the instruments that follow a route has gone along it, at best.
-double arrival_time(const SceneModel& model) {
-    double time = 0.0;
-    for (const InstrumentModel& instrument : model.instruments)
-        if (instrument.route) time = std::max(time, (instrument.route->length.back() - instrument.inserted) / instrument.follow.speed);
-    return time;
-}
-
-/// What the trials represent, and the predicted run.
-void print_prediction(const SceneModel& model, Trial& first, Trial& late) {
-    const double middle = Trial::middle(first.total), run_s = static_cast<double>(model.step_count) * model.step_s;
-    const auto run_time = [&](double mean_ms) { return 1e-3 * mean_ms * static_cast<double>(model.step_count); };
-    if (late.total.empty()) {
-        fmt::print(
-            "  predicted       {:.3g} ms a step (collision {:.3g} ms), from a trial of the first {} steps; whole run about {:.3g} s\n",
-            middle, Trial::middle(first.collision), first.total.size(), run_time(middle));
-        if (!model.instruments.empty()) fmt::print("  {:<15} steps with more of an instrument inside cost more\n", "");
-        return;
-    }
-    const double end = Trial::middle(late.total);
-    const double share = run_s > 0.0 ? std::min(1.0, arrival_time(model) / run_s) : 1.0; // of the run that is spent on the way
-    fmt::print("  predicted       {:.3g} ms a step at the start (collision {:.3g} ms), {:.3g} ms with instruments laid along their routes "
-               "(collision {:.3g} ms), from trials of {} steps; whole run about {:.3g} s\n",
-               middle, Trial::middle(first.collision), end, Trial::middle(late.collision), first.total.size(),
-               run_time(share * 0.5 * (middle + end) + (1.0 - share) * end));
-}
-
-/// returns   ms of a step where it is dearest, as far as was tried
-double print_cost(const Scene& scene, const PreparedScene& prepared, ProgressLine& progress) {
-    const SceneModel& model = prepared.model;
-    const std::uint64_t steps = std::min(kTrialSteps, model.step_count);
-    progress.show("trying the first steps");
-    Trial first = try_steps(model, {}, 0, steps);
-    progress.clear();
-    fmt::print("\ntime and cost\n  step            {:g} ms, {} steps, {} sub-steps of the tissue (stable step {:.3g} ms)\n",
-               1e3 * scene.time.step, model.step_count, first.last.substeps, 1e3 * first.last.stable_step_s);
-    fmt::print("  budget          {} per step over {}\n", scene.budget.to_string(),
-               model.budget_covers_step ? "the whole step" : "collision");
-    if (!first.last.finite) fmt::print("  trial           stopped: {}\n", first.last.failure);
-    if (first.total.empty()) return 0.0;
-    Trial late;
-    if (const std::optional<State> inside = lay_along_routes(model)) late = try_steps(model, inside, kSettlingSteps, steps);
-    print_prediction(model, first, late);
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    fmt::print("  memory          {:.0f} MB at most so far\n  preparation     {:.2f} s\n", static_cast<double>(usage.ru_maxrss) / 1024.0,
-               prepared.seconds);
-    return std::max(Trial::middle(first.total), Trial::middle(late.total));
-}
-
-/// Each effect left out alone, beside the whole scene.
-/// step_ms   what a step takes, about
-void print_effect_costs(const PreparedScene& prepared, double step_ms, ProgressLine& progress) {
-    std::uint64_t runs = 0;
-    for (const EffectDescriptor* effect : registered_effects()) runs += 2 * has_effect(prepared.model, *effect);
-    const double round_ms = static_cast<double>(runs) * step_ms;
-    if (static_cast<double>(kFewestSteps) * round_ms > kEffectsTime) {
-        fmt::print("\ncost of each effect: not tried, for a step with and without each takes {:.3g} s\n", 1e-3 * round_ms);
-        return;
-    }
-    std::uint64_t steps = std::min(kTrialSteps, prepared.model.step_count);
-    while (steps > kFewestSteps && static_cast<double>(steps) * round_ms > kEffectsTime) --steps;
-    const std::vector<EffectCost> costs =
-        measure_effects(prepared.model, steps, [&](const std::string& what) { progress.show("trying the scene " + what); });
-    progress.clear();
-    fmt::print("\ncost of each effect, from a trial of {} steps (processor time of a step with it, without it)\n", steps);
-    for (const EffectCost& cost : costs) {
-        const std::string saved = cost.is_lost_in_noise() ? fmt::format("below what can be measured ({:.2g} ms)", cost.noise_ms)
-                                                          : fmt::format("{:.3g} ms", cost.saved_ms());
-        fmt::print("  {:<15} {}  ({:.3g}, {:.3g})\n", cost.effect->name, saved, cost.with_ms, cost.without_ms);
-    }
-}
-
-void print_graphics() {
-    fmt::print("\ngraphics\n");
-    for (const GraphicsLine& line : describe_graphics()) fmt::print("  {:<15} {}\n", line.what, line.how);
-}
 
 int explain(const std::filesystem::path& file) {
     const Result<Scene> scene = read_scene(file);
@@ -214,16 +21,12 @@ int explain(const std::filesystem::path& file) {
     const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
-    fmt::print("{}   {}\n", scene->name, scene->file.string());
-    for (const std::string& question : scene->questions) fmt::print("  question: {}\n", question);
-    print_effects(*scene, *prepared);
-    print_bodies(*prepared);
-    print_instruments(*scene, *prepared);
-    print_graphics();
-    std::fflush(stdout); // what is tried from here on may take a while
-    const double step_ms = print_cost(*scene, *prepared, progress);
-    std::fflush(stdout);
-    print_effect_costs(*prepared, step_ms, progress);
+    const auto tell = [&](const std::string& text) {
+        progress.clear();
+        fmt::print("{}", text);
+        std::fflush(stdout);
+    };
+    explain_scene(*scene, *prepared, tell, [&](const std::string& what) { progress.show(what); });
     return kExitFine;
 }
 

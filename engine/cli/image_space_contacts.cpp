@@ -100,7 +100,7 @@ CrossingAnswer find_crossing_triangles(std::span<const collision::SurfaceTopolog
     for (const auto& [a, b] : collision::find_crossings(all.triangles, all.positions, ids)) {
         const bool same = (a < first) == (b < first);
         if (!(same ? options.within : options.between)) continue;
-        ContactRow row;
+        ContactRecord row;
         row.kind = ContactKind::TT;
         row.body_a = a < first ? 0 : 1;
         row.body_b = b < first ? 0 : 1;

@@ -16,7 +16,7 @@ struct CrossingOptions {
 };
 
 struct CrossingAnswer {
-    std::vector<ContactRow> rows;        // kind TT, sorted
+    std::vector<ContactRecord> rows;        // kind TT, sorted
     std::size_t triangles = 0, left = 0; // of all meshes; left for the exact tests
     std::vector<collision::ImageSpacePass> passes;
     std::string culler;

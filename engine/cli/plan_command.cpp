@@ -1,10 +1,10 @@
-#include "engine/cli/aim.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/experiments/plan_files.hpp"
+#include "engine/experiments/plan_scene.hpp"
 #include "engine/prepare/standing_room.hpp"
 #include "engine/scene/scene.hpp"
 
@@ -18,37 +18,12 @@ namespace trocar::engine {
 
 namespace {
 
-/// Multiple of the way's time at drive speed that a trial may take: forks cost several attempts.
-constexpr double kPatience = 6.0;
-/// s that every trial may take.
-constexpr double kShortestTrial = 10.0;
-
 struct PlanOptions {
     std::filesystem::path scene, out;
     std::string target;
     double time_limit = 0.0; // s; 0: from the length of the way
     bool force = false, quiet = false;
 };
-
-/// The scene as it is planned in: its first instrument driven to the target, whatever script it has, and no clock, so that a plan does not
-/// depend on the machine. What a wall budget leaves out when it is not kept is not planned for.
-Result<void> prepare_to_plan(const PlanOptions& options, Scene& scene) {
-    if (auto aimed = aim_first_instrument(scene, options.target); !aimed.ok()) return aimed;
-    scene.instruments.front().path.clear();
-    if (scene.budget.limits.mode == BudgetMode::Wall) scene.budget.limits = {};
-    return {};
-}
-
-/// Too sharp a bend is a reason that there is no way, where the scene says how far the instrument bends.
-Result<void> check_bends(const Scene& scene, const RouteReport& route, const std::string& target) {
-    const SceneInstrument& instrument = scene.instruments.front();
-    if (!(route.sharpest_curvature * instrument.min_bend_radius > 1.0)) return {};
-    return scene_error(scene, "instruments." + instrument.name + ".min_bend_radius",
-                       fmt::format("no way from the entry to {}: {:.3g} mm along it the lumen bends to a radius of {:.3g} mm, "
-                                   "the instrument bends to {:.3g} mm",
-                                   target, 1e3 * route.sharpest_curvature_at, 1e3 / route.sharpest_curvature,
-                                   1e3 * instrument.min_bend_radius));
-}
 
 /// What the tip does when the path is replayed, with the cause of what it swings by.
 std::string describe_replay(const PlanRecord& record) {
@@ -89,7 +64,7 @@ void warn_of_replay(const PlanRecord& record) {
 int plan(const PlanOptions& options) {
     Result<Scene> scene = read_scene(options.scene);
     if (!scene.ok()) return report_error(scene.error());
-    if (const auto aimed = prepare_to_plan(options, *scene); !aimed.ok()) return report_error(aimed.error());
+    if (const auto aimed = aim_to_plan(*scene, options.target); !aimed.ok()) return report_error(aimed.error());
     const std::filesystem::path out =
         options.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene->name) + "-to-" + options.target) : options.out;
     if (const auto free = OutputFolder::check(out, options.force); !free.ok()) return report_error(free.error());
@@ -103,8 +78,7 @@ int plan(const PlanOptions& options) {
     if (const auto bends = check_bends(*scene, record.route, options.target); !bends.ok()) return report_error(bends.error());
     const auto folder = OutputFolder::open(out, options.force);
     if (!folder.ok()) return report_error(folder.error());
-    const double time_limit =
-        options.time_limit > 0.0 ? options.time_limit : std::max(kShortestTrial, kPatience * record.route.length / instrument.follow.speed);
+    const double time_limit = options.time_limit > 0.0 ? options.time_limit : usual_trial_time(record.route, instrument);
     record.plan = find_motion(prepared->model, time_limit, [&](double share) {
         progress.show(fmt::format("driving to {}: {:.0f} % of the time that it may take", options.target, 100.0 * share));
         return false;

@@ -63,12 +63,13 @@ int run_program(int argc, char** argv) {
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 fine, 2 bad usage, bad input, or an output that cannot be written, 3 a state left its bounds, 4 budget missed, "
-        "5 an answer differs from its reference (verify, --replay, ccd), "
+        "5 an answer differs from its reference (verify, --replay, ccd, score), "
         "130 interrupted.");
     const Command commands[] = {
         add_run_command(app),    add_view_command(app),     add_plan_command(app),    add_cost_command(app),
         add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app),
         add_ccd_command(app),    add_contacts_command(app), add_schema_command(app),
+        add_score_command(app),
     };
     if (const auto unknown = check_command(app, argc, argv)) return report_error(*unknown);
     try {

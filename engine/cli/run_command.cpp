@@ -1,4 +1,3 @@
-#include "engine/cli/aim.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
@@ -9,6 +8,7 @@
 #include "engine/report/grant_record.hpp"
 #include "engine/report/observer.hpp"
 #include "engine/report/output_folder.hpp"
+#include "engine/experiments/plan_scene.hpp"
 #include "engine/experiments/trace.hpp"
 #include "engine/step/checkpoint.hpp"
 #include "engine/step/model_hash.hpp"

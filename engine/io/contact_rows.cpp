@@ -16,11 +16,11 @@ constexpr std::string_view kHeader =
 const char* name_of(ContactKind kind) noexcept { return kind == ContactKind::EE ? "EE" : kind == ContactKind::TT ? "TT" : "VF"; }
 
 void append_id(std::string& text, std::int64_t id) {
-    if (id != ContactRow::kNone) fmt::format_to(std::back_inserter(text), "{}", id);
+    if (id != ContactRecord::kNone) fmt::format_to(std::back_inserter(text), "{}", id);
     text += ',';
 }
 
-void append_row(std::string& text, const ContactRow& row) {
+void append_row(std::string& text, const ContactRecord& row) {
     text += name_of(row.kind);
     text += ',';
     for (const std::int64_t id : {row.body_a, row.feature_a0, row.feature_a1, row.body_b, row.feature_b0, row.feature_b1, row.feature_b2})
@@ -34,8 +34,8 @@ void append_row(std::string& text, const ContactRow& row) {
 
 } // namespace
 
-std::strong_ordering ContactRow::compare_ids(const ContactRow& other) const noexcept {
-    const auto key = [](const ContactRow& r) {
+std::strong_ordering ContactRecord::compare_ids(const ContactRecord& other) const noexcept {
+    const auto key = [](const ContactRecord& r) {
         return std::array<std::int64_t, 8>{
             static_cast<std::int64_t>(r.kind), r.body_a, r.feature_a0, r.feature_a1, r.body_b, r.feature_b0, r.feature_b1, r.feature_b2};
     };
@@ -46,10 +46,10 @@ std::string contact_csv(std::span<const ContactStep> steps, bool with_frame) {
     std::string text(kHeader);
     text += with_frame ? ",frame\n" : "\n";
     for (const ContactStep& step : steps) {
-        std::vector<const ContactRow*> order;
-        for (const ContactRow& row : step.rows) order.push_back(&row);
-        std::stable_sort(order.begin(), order.end(), [](const ContactRow* a, const ContactRow* b) { return a->compare_ids(*b) < 0; });
-        for (const ContactRow* row : order) {
+        std::vector<const ContactRecord*> order;
+        for (const ContactRecord& row : step.rows) order.push_back(&row);
+        std::stable_sort(order.begin(), order.end(), [](const ContactRecord* a, const ContactRecord* b) { return a->compare_ids(*b) < 0; });
+        for (const ContactRecord* row : order) {
             append_row(text, *row);
             if (with_frame) fmt::format_to(std::back_inserter(text), ",{}", step.frame);
             text += '\n';

@@ -15,7 +15,7 @@ namespace trocar::engine {
 enum class ContactKind : std::uint8_t { EE, TT, VF }; // in alphabetical order, as rows are sorted
 
 /// One row. Ids that a kind does not have are kNone and stay empty in the file.
-struct ContactRow {
+struct ContactRecord {
     static constexpr std::int64_t kNone = -1;
 
     ContactKind kind = ContactKind::VF;
@@ -27,13 +27,13 @@ struct ContactRow {
     Vec3 normal = Vec3::Zero();          // unit, from b to a
 
     /// By kind, then by all ids in the order of the columns; empty before any number.
-    [[nodiscard]] std::strong_ordering compare_ids(const ContactRow& other) const noexcept;
+    [[nodiscard]] std::strong_ordering compare_ids(const ContactRecord& other) const noexcept;
 };
 
 /// Rows of a step; `frame` is the number of the step's first frame.
 struct ContactStep {
     std::size_t frame = 0;
-    std::vector<ContactRow> rows;
+    std::vector<ContactRecord> rows;
 };
 
 /// Header and rows, sorted by compare_ids. with_frame adds a last column `frame`.

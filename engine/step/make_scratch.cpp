@@ -43,16 +43,22 @@ void prepare_bodies(const SceneModel& model, BodiesScratch& bodies) {
     }
 }
 
-void prepare_walls(const SceneModel& model, const State& state, RodsScratch& rods) {
+void prepare_walls(const SceneModel& model, const State& state, const RodsScratch* like, RodsScratch& rods) {
     rods.walls.resize(model.bodies.size());
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].hollow) continue;
+        if (like != nullptr) {
+            rods.walls[i].tree = like->walls[i].tree;
+            rods.walls[i].inside = like->walls[i].inside;
+            if (model.bodies[i].moves()) rods.walls[i].inside.start_following(state.bodies[i].surface);
+            continue;
+        }
         rods.walls[i].inside = InsideTest(model.bodies[i].surface);
         if (model.bodies[i].moves()) rods.walls[i].inside.start_following(state.bodies[i].surface);
     }
 }
 
-void prepare_instruments(const SceneModel& model, const State& state, RodsScratch& rods) {
+void prepare_instruments(const SceneModel& model, const State& state, const RodsScratch* like, RodsScratch& rods) {
     rods.instruments.resize(model.instruments.size());
     rods.hits.reserve(kReservedContacts);
     if (!model.instruments.empty()) rods.cull = std::make_unique<CullStage>(model.contact.culling);
@@ -60,6 +66,7 @@ void prepare_instruments(const SceneModel& model, const State& state, RodsScratc
         InstrumentScratch& own = rods.instruments[i];
         own.axis.resize(model.instruments[i].rod.node_count());
         own.rod_t0 = state.instruments[i].rod;
+        if (like != nullptr) own.tree = like->instruments[i].tree;
         build_exact_trees(model, i, state, rods);
         const std::size_t places = 2 * model.instruments[i].rod.node_count();
         own.links_t0.reserve(places);
@@ -77,15 +84,16 @@ void prepare_instruments(const SceneModel& model, const State& state, RodsScratc
 
 } // namespace
 
-StepScratch make_scratch(const SceneModel& model, State& state) {
+StepScratch make_scratch(const SceneModel& model, State& state, const StepScratch* like) {
     StepScratch scratch;
     prepare_solids(model, state, scratch.solids);
     prepare_bodies(model, scratch.bodies);
     scratch.traversal.coarse.reserve(kReservedContacts);
     scratch.contacts.reserve(kReservedContacts);
     reserve_state(model, state);
-    prepare_walls(model, state, scratch.rods);
-    prepare_instruments(model, state, scratch.rods);
+    const RodsScratch* const rods_like = like != nullptr ? &like->rods : nullptr;
+    prepare_walls(model, state, rods_like, scratch.rods);
+    prepare_instruments(model, state, rods_like, scratch.rods);
     return scratch;
 }
 

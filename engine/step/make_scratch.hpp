@@ -6,7 +6,9 @@
 namespace trocar::engine {
 
 /// Reserves what the state's lists need, too.
-[[nodiscard]] StepScratch make_scratch(const SceneModel& model, State& state);
+/// like   of the same model: its trees and inside tests are copied instead of built; null: none. What they hold of the state that it has
+///        seen must be forgotten
+[[nodiscard]] StepScratch make_scratch(const SceneModel& model, State& state, const StepScratch* like = nullptr);
 
 /// Room in the lists of a state that was put in place of another.
 void reserve_state(const SceneModel& model, State& state);

@@ -17,9 +17,14 @@ Simulator::Simulator(const SceneModel& model, const Clock& clock) : Simulator(mo
 
 Simulator::Simulator(const SceneModel& model, const BudgetLimits& limits) : Simulator(model, own_clock_, limits) {}
 
-Simulator::Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits)
+Simulator::Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits) : Simulator(model, clock, limits, nullptr) {}
+
+Simulator::Simulator(const Simulator& like, const BudgetLimits& limits) : Simulator(like.model_, own_clock_, limits, like.scratch_.get()) {}
+
+Simulator::Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits, const StepScratch* like)
     : model_(model), limits_(limits), budget_(clock, limits), state_(make_initial_state(model)),
-      scratch_(std::make_unique<StepScratch>(make_scratch(model, state_))) {
+      scratch_(std::make_unique<StepScratch>(make_scratch(model, state_, like))) {
+    if (like != nullptr) forget_scratch(*scratch_);
     report_first_instrument(model_, state_, scratch_->report);
     refuse(check_limits(limits));
     refuse(check_settings(model));

@@ -32,6 +32,8 @@ public:
     /// Under another budget than the scene's.
     Simulator(const SceneModel& model, const BudgetLimits& limits);
     Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits);
+    /// Another one of the same model, at the scene's start: what both would build alike is copied instead, some 20 times as fast.
+    Simulator(const Simulator& like, const BudgetLimits& limits);
     ~Simulator();
     Simulator(const Simulator&) = delete;
     Simulator& operator=(const Simulator&) = delete;
@@ -92,6 +94,7 @@ public:
 
 private:
     friend struct ScratchView; // of tests that look at one stage
+    Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits, const StepScratch* like);
     void refuse(const Result<void>& settings);
 
     const SceneModel& model_;

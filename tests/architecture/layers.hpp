@@ -16,7 +16,7 @@
 namespace trocar::layers {
 
 /// Top-level folders that hold sources of the product.
-inline constexpr std::array<std::string_view, 7> kModules{"base", "fem", "spheretree", "collision", "assets", "engine", "bench"};
+inline constexpr std::array<std::string_view, 8> kModules{"base", "fem", "spheretree", "collision", "assets", "engine", "bench", "python"};
 
 struct Folder {
     std::string_view name;
@@ -70,7 +70,9 @@ inline constexpr std::array kFolders{
     Folder{"engine/render", 5, 0},
     Folder{"engine/report", 6, 0},
     Folder{"engine/experiments", 7, 0},
+    Folder{"engine/episodes", 7, 1},
     Folder{"engine/viewer", 8, 0},
+    Folder{"python/binding", 8, 0},
     Folder{"bench", 8, 0},
     Folder{"engine/cli", 9, 0},
 };

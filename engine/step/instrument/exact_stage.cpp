@@ -148,7 +148,7 @@ void build_exact_trees(const SceneModel& model, std::size_t index, const State& 
         wall_tree.build(model.bodies[instrument.lumen].topology, wall, kExactTree);
         wall_tree.refit({&model.bodies[instrument.lumen].topology, wall, wall});
     }
-    if (model.effects.exact_contact) rods.instruments[index].tree.build(instrument.topology, lay_out_skin(instrument), kExactTree);
+    if (model.effects.exact_contact && rods.instruments[index].tree.empty()) rods.instruments[index].tree.build(instrument.topology, lay_out_skin(instrument), kExactTree);
 }
 
 static void refit_skin(const SceneModel& model, std::size_t index, const State& state, RodsScratch& rods) {

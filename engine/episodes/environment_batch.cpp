@@ -1,0 +1,76 @@
+#include "engine/episodes/environment_batch.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace trocar::engine {
+
+EnvironmentBatch::EnvironmentBatch(const std::vector<std::vector<std::shared_ptr<const Task>>>& tasks, unsigned threads, Autoreset autoreset,
+                                   const BatchArrays& arrays)
+    : observation_size_(tasks.front().front()->observation_size()), autoreset_(autoreset), arrays_(arrays), failures_(tasks.size()),
+      ended_(tasks.size(), 0), pool_(threads) {
+    environments_.reserve(tasks.size());
+    for (const auto& each : tasks) environments_.emplace_back(each);
+}
+
+void EnvironmentBatch::begin_episode(std::size_t i) {
+    if (const auto begun = environments_[i].reset(); !begun.ok()) throw std::runtime_error(begun.error().to_string());
+    environments_[i].observe({arrays_.observation + i * observation_size_, observation_size_});
+    ended_[i] = 0;
+}
+
+void EnvironmentBatch::write_outcome(std::size_t i) {
+    const Environment& environment = environments_[i];
+    const ActionOutcome& o = environment.outcome();
+    arrays_.reward[i] = o.reward;
+    arrays_.terminated[i] = o.terminated;
+    arrays_.truncated[i] = o.truncated;
+    arrays_.outcome[i] = {o.remaining, o.distance, o.force, o.terms, o.exits, o.unresolved, o.assumed, o.overruns, o.exact_steps, o.contacts,
+                          o.action, o.hash, environment.task_index(), environment.target(), environment.start(), !o.failure.empty(), o.action == 0};
+    failures_[i] = o.failure;
+}
+
+void EnvironmentBatch::reset(std::span<const std::optional<std::uint64_t>> seeds, std::span<const std::uint8_t> mask,
+                             const std::function<void()>& between) {
+    const bool all = mask.empty();
+    if (all) ready_ = false;
+    pool_.for_each(
+        count(),
+        [&](std::size_t i, unsigned) {
+            arrays_.outcome[i].began = 0;
+            if (!seeds.empty() && seeds[i] && (all || mask[i] != 0)) environments_[i].seed(*seeds[i]);
+            if (!all && mask[i] == 0) return;
+            begin_episode(i);
+            write_outcome(i);
+        },
+        between);
+    if (all) ready_ = true;
+}
+
+void EnvironmentBatch::step_one(std::size_t i, std::span<const double> action) {
+    Environment& environment = environments_[i];
+    float* const observation = arrays_.observation + i * observation_size_;
+    if (ended_[i] != 0 && autoreset_ == Autoreset::NextStep) {
+        begin_episode(i);
+        write_outcome(i);
+        return;
+    }
+    environment.step(action);
+    environment.observe({observation, observation_size_});
+    write_outcome(i);
+    if (!arrays_.terminated[i] && !arrays_.truncated[i]) return;
+    ended_[i] = 1;
+    if (autoreset_ != Autoreset::SameStep) return;
+    std::copy_n(observation, observation_size_, arrays_.final_observation + i * observation_size_);
+    begin_episode(i);
+    arrays_.outcome[i].began = 1;
+}
+
+void EnvironmentBatch::step(std::span<const double> actions, const std::function<void()>& between) {
+    ready_ = false; // until all are done: after an exception some are
+    const std::size_t size = 2 * devices();
+    pool_.for_each(count(), [&](std::size_t i, unsigned) { step_one(i, actions.subspan(i * size, size)); }, between);
+    ready_ = true;
+}
+
+} // namespace trocar::engine

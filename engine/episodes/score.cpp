@@ -1,0 +1,199 @@
+#include "engine/episodes/score.hpp"
+
+#include "engine/episodes/environment.hpp"
+#include "engine/io/file_bytes.hpp"
+#include "engine/state/bit_hash.hpp"
+#include "engine/step/model_hash.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <vector>
+
+namespace trocar::engine {
+
+namespace {
+
+constexpr int kVersion = 1;
+constexpr const char* kKind = "trocar-episode";
+
+struct ActionRow {
+    std::vector<double> action; // [devices][2] mm/s, rad/s
+    std::string hash;
+};
+
+Error wrong(const std::filesystem::path& file, std::string message, std::size_t line = 0) {
+    return {ErrorCode::BadSyntax, std::move(message), file.string(), line};
+}
+
+std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+/// A file whose bytes have this hash.
+Result<std::string> read_checked(const std::filesystem::path& file, const std::string& hash) {
+    auto bytes = read_file_bytes(file);
+    if (!bytes.ok()) return bytes.error();
+    std::string text(bytes->begin(), bytes->end());
+    if (hex(hash_file_bytes(text)) != hash) return wrong(file, fmt::format("was changed after it was written: its hash is {}, expected {}", hex(hash_file_bytes(text)), hash));
+    return text;
+}
+
+Result<nlohmann::json> read_manifest(const std::filesystem::path& folder) {
+    const auto hash = read_file_bytes(folder / "manifest.hash");
+    if (!hash.ok()) return hash.error();
+    const auto text = read_checked(folder / "manifest.json", std::string(hash->begin(), hash->end()).substr(0, 16));
+    if (!text.ok()) return text.error();
+    if (hash->size() != 17 || hash->back() != '\n') return wrong(folder / "manifest.hash", "was changed after it was written; expected 16 hex digits and a line break");
+    auto json = nlohmann::json::parse(*text, nullptr, false);
+    if (!json.is_object() || json.value("kind", "") != kKind) return wrong(folder / "manifest.json", "is no manifest of an episode");
+    if (json.value("version", 0) != kVersion)
+        return wrong(folder / "manifest.json", fmt::format("is of version {}; this program reads version {}", json.value("version", 0), kVersion));
+    return json;
+}
+
+Result<std::vector<ActionRow>> parse_actions(const std::string& text, const std::filesystem::path& file) {
+    std::vector<ActionRow> rows;
+    std::size_t line = 0;
+    for (std::size_t at = 0; at < text.size(); ++line) {
+        const std::size_t end = text.find('\n', at);
+        if (end == std::string::npos) return wrong(file, "the last line has no end", line + 1);
+        const std::string_view row = std::string_view(text).substr(at, end - at);
+        at = end + 1;
+        if (line == 0) continue; // the header
+        ActionRow& out = rows.emplace_back();
+        std::size_t from = 0;
+        for (std::size_t comma; (comma = row.find(',', from)) != std::string_view::npos; from = comma + 1) {
+            double value = 0.0;
+            const auto [rest, failed] = std::from_chars(row.data() + from, row.data() + comma, value);
+            if (failed != std::errc{} || rest != row.data() + comma || !std::isfinite(value)) return wrong(file, "expected finite numbers and a hash", line + 1);
+            out.action.push_back(value);
+        }
+        out.hash = row.substr(from);
+    }
+    return rows;
+}
+
+Result<TaskOptions> read_options(const nlohmann::json& json, const std::filesystem::path& file) {
+    TaskOptions options;
+    try {
+        const auto& o = json.at("options");
+        options.hold_s = o.at("hold"), options.points = o.at("points"), options.spacing = o.at("spacing"), options.memory = o.at("memory");
+        options.targets = o.at("targets").get<std::vector<std::string>>();
+        options.tolerance = o.at("tolerance"), options.time_limit_s = o.at("time_limit");
+        options.reward = o.at("reward").get<std::array<double, kRewardTerms>>();
+        options.start_poses = o.at("start_poses"), options.start_spread = o.at("start_spread");
+        const auto budget = parse_budget(json.at("budget").get<std::string>());
+        if (!budget.ok()) return budget.error();
+        options.budget = budget->limits;
+    } catch (const nlohmann::json::exception& error) {
+        return wrong(file, fmt::format("options: {}", error.what()));
+    }
+    return options;
+}
+
+struct Course {
+    std::string program, model, file, text;
+    std::uint64_t seed = 0;
+    std::optional<std::uint32_t> anatomy_seed;
+    TaskOptions options;
+    std::vector<ActionRow> rows;
+};
+
+Result<Course> read_course(const std::filesystem::path& folder) {
+    const std::filesystem::path manifest = folder / "manifest.json";
+    const auto json = read_manifest(folder);
+    if (!json.ok()) return json.error();
+    Course course;
+    try {
+        course.program = json->at("program"), course.model = json->at("model");
+        const auto& scene = json->at("scene");
+        course.file = scene.at("file"), course.text = scene.at("text");
+        if (!scene.at("anatomy_seed").is_null()) course.anatomy_seed = scene.at("anatomy_seed").get<std::uint32_t>();
+        course.seed = std::stoull(json->at("seed").get<std::string>());
+        for (const auto& [name, hash] : json->at("files").items()) {
+            auto text = read_checked(folder / std::filesystem::path(name).filename(), hash.get<std::string>());
+            if (!text.ok()) return text.error();
+            if (name != "actions.csv") continue;
+            auto rows = parse_actions(*text, folder / name);
+            if (!rows.ok()) return rows.error();
+            course.rows = std::move(*rows);
+        }
+    } catch (const std::exception& error) {
+        return wrong(manifest, error.what());
+    }
+    auto options = read_options(*json, manifest);
+    if (!options.ok()) return options.error();
+    course.options = std::move(*options);
+    return course;
+}
+
+Result<Scene> read_scene_of(const Course& course, const std::filesystem::path& replacement) {
+    auto scene = !replacement.empty() ? read_scene(replacement) : course.text.empty() ? read_scene(course.file) : parse_scene(course.text, course.file);
+    if (!scene.ok()) return scene;
+    scene->budget.limits = *course.options.budget;
+    if (course.anatomy_seed)
+        for (SceneBody& body : scene->bodies)
+            if (body.surface.source == SurfaceSource::Recipe) body.surface.recipe.seed = *course.anatomy_seed;
+    return scene;
+}
+
+} // namespace
+
+std::uint64_t hash_file_bytes(std::string_view bytes) noexcept {
+    BitHash hash;
+    hash.add_bytes(bytes);
+    return hash.value();
+}
+
+Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double force_limit, const std::filesystem::path& replacement,
+                                   bool& differs, const Progress& progress) {
+    differs = false;
+    const auto course = read_course(folder);
+    if (!course.ok()) {
+        differs = course.error().code == ErrorCode::BadSyntax;
+        return course.error();
+    }
+    const auto scene = read_scene_of(*course, replacement);
+    if (!scene.ok()) return scene.error();
+    auto prepared = prepare_scene(*scene, progress);
+    if (!prepared.ok()) return prepared.error();
+    if (const std::string model = hex(hash_model(prepared->model)); model != course->model) {
+        differs = true;
+        return wrong(folder / "manifest.json", fmt::format("is of another scene: its model is {}, that of {} is now {}", course->model, scene->file.string(), model));
+    }
+    auto task = make_task(*scene, std::make_shared<const PreparedScene>(std::move(*prepared)), course->options, progress);
+    if (!task.ok()) return task.error();
+    Environment environment({*task});
+    environment.seed(course->seed);
+    if (const auto begun = environment.reset(); !begun.ok()) return begun.error();
+    EpisodeScore score{.scene = scene->name, .target = (*task)->targets[environment.target()].name, .program = course->program, .failure = {}};
+    for (std::size_t k = 0; k < course->rows.size(); ++k) {
+        const ActionRow& row = course->rows[k];
+        if (row.action.size() != 2 * (*task)->devices())
+            return wrong(folder / "actions.csv", fmt::format("found {} numbers, expected {}", row.action.size(), 2 * (*task)->devices()), k + 2);
+        if (score.success || !score.failure.empty()) {
+            differs = true;
+            return wrong(folder / "actions.csv", "an action after the episode's end", k + 2);
+        }
+        environment.step(row.action);
+        const ActionOutcome& outcome = environment.outcome();
+        if (hex(outcome.hash) != row.hash) {
+            differs = true;
+            return wrong(folder / "actions.csv", fmt::format("is not what was simulated: the state after this action is {}, expected {}; another action, or another build", hex(outcome.hash), row.hash), k + 2);
+        }
+        ++score.actions;
+        score.success = outcome.terminated;
+        score.failure = outcome.failure;
+        score.peak_force_n = std::max(score.peak_force_n, outcome.force);
+        score.remaining_m = outcome.remaining, score.reward += outcome.reward;
+        score.exits += outcome.exits, score.unresolved += outcome.unresolved, score.assumed += outcome.assumed, score.overruns += outcome.overruns;
+        score.state_hash = outcome.hash;
+        if (progress) progress(fmt::format("action {} of {}", k + 1, course->rows.size()));
+    }
+    score.safe = score.success && score.exits == 0 && score.peak_force_n <= force_limit && score.failure.empty();
+    return score;
+}
+
+} // namespace trocar::engine

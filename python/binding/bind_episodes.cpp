@@ -1,0 +1,287 @@
+#include "engine/episodes/environment_batch.hpp"
+#include "engine/episodes/rollout.hpp"
+#include "engine/episodes/score.hpp"
+#include "engine/time/clock.hpp"
+#include "python/binding/arrays.hpp"
+#include "python/binding/bindings.hpp"
+#include "python/binding/errors.hpp"
+#include "python/binding/long_call.hpp"
+#include "python/binding/loaded_scene.hpp"
+#include "python/binding/simulator.hpp"
+
+#include <pybind11/stl.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <mutex>
+
+namespace trocar::python {
+
+namespace {
+
+using TaskPtr = std::shared_ptr<const engine::Task>;
+
+/// A task with the scene that it is of.
+struct PyTask {
+    ScenePtr scene;
+    TaskPtr task;
+};
+
+void check_signals() {
+    const py::gil_scoped_acquire held;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+/// One thread of Python at a time, in the process that made the pool's threads.
+std::unique_lock<std::mutex> enter(std::mutex& mutex, const engine::ThreadPool& pool, const char* what) {
+    if (pool.size() > 1 && !pool.is_of_this_process())
+        bad_usage(fmt::format("this process was forked after the {} had started its threads, which it does not have; expected processes that "
+                              "are spawned (multiprocessing.get_context(\"spawn\")), or a {} made after the fork",
+                              what, what));
+    std::unique_lock lock(mutex, std::try_to_lock);
+    if (!lock) bad_usage(fmt::format("the {} is in use by another thread; expected one at a time", what));
+    return lock;
+}
+
+void check_finite(const double* values, std::size_t count, std::size_t per_row) {
+    for (std::size_t k = 0; k < count; ++k)
+        if (!std::isfinite(values[k]))
+            throw EngineError({ErrorCode::BadValue,
+                               fmt::format("found {:g} in row {}, expected finite numbers; nothing was done", values[k], k / per_row), {}, 0, 0, "actions"});
+}
+
+PyTask make_task(const std::shared_ptr<LoadedScene>& scene, const py::dict& options) {
+    engine::TaskOptions o;
+    const auto take = [&](const char* key, auto& value) { value = options[key].cast<std::remove_reference_t<decltype(value)>>(); };
+    take("hold", o.hold_s), take("points", o.points), take("spacing", o.spacing), take("memory", o.memory), take("targets", o.targets);
+    take("tolerance", o.tolerance), take("time_limit", o.time_limit_s), take("reward", o.reward);
+    take("start_poses", o.start_poses), take("start_spread", o.start_spread);
+    if (!options["budget"].is_none()) o.budget = value_of(engine::parse_budget(options["budget"].cast<std::string>())).limits;
+    const auto made = std::make_shared<Result<TaskPtr>>(TaskPtr{});
+    const ScenePtr kept = scene;
+    run_long([=](const StopCheck& check_stop) {
+        *made = engine::make_task(kept->scene(), {kept, &kept->prepared()}, o, [&](const std::string&) { check_stop(); });
+    });
+    return {kept, value_of(std::move(*made))};
+}
+
+class PyBatch {
+public:
+    PyBatch(std::vector<std::vector<PyTask>> tasks, unsigned threads, engine::Autoreset autoreset)
+        : tasks_(std::move(tasks)), count_(static_cast<py::ssize_t>(tasks_.size())),
+          size_(static_cast<py::ssize_t>(tasks_.front().front().task->observation_size())), observation_({count_, size_}),
+          final_observation_({count_, size_}), reward_(count_), terminated_(count_), truncated_(count_),
+          outcome_(outcome_dtype(), std::vector<py::ssize_t>{count_}),
+          batch_(std::make_unique<engine::EnvironmentBatch>(tasks_of(tasks_), threads, autoreset, arrays())) {
+        std::fill_n(observation_.mutable_data(), observation_.size(), 0.0f);
+        std::fill_n(final_observation_.mutable_data(), final_observation_.size(), 0.0f);
+    }
+    ~PyBatch() {
+        const py::gil_scoped_release released; // the pool's threads are joined
+        batch_.reset();
+    }
+    PyBatch(const PyBatch&) = delete;
+    PyBatch& operator=(const PyBatch&) = delete;
+
+    void reset(const std::vector<std::optional<std::uint64_t>>& seeds, const std::vector<std::uint8_t>& mask) {
+        const auto lock = enter(mutex_, batch_->pool(), "environments");
+        const py::gil_scoped_release released;
+        batch_->reset(seeds, mask, check_signals);
+    }
+
+    void step(const py::array_t<double, py::array::c_style>& actions) {
+        const auto lock = enter(mutex_, batch_->pool(), "environments");
+        if (!batch_->ready()) bad_usage("the environments have no episode, or their last step was interrupted; expected reset() first");
+        const auto count = static_cast<std::size_t>(actions.size());
+        check_finite(actions.data(), count, 2 * batch_->devices());
+        const double* first = actions.data();
+        const py::gil_scoped_release released;
+        const engine::StopWatch watch;
+        batch_->step({first, count}, check_signals);
+        engine_ms_ = watch.elapsed_ms();
+    }
+
+    [[nodiscard]] SavedState save(std::size_t i) {
+        const auto lock = enter(mutex_, batch_->pool(), "environments");
+        const engine::Environment& environment = batch_->at(check_index(i));
+        return {tasks_[i][environment.task_index()].scene, std::make_shared<const engine::State>(environment.simulator()->state()),
+                DriveRates(environment.task().devices()), {}};
+    }
+    [[nodiscard]] py::list rods(std::size_t i) {
+        const auto lock = enter(mutex_, batch_->pool(), "environments");
+        py::list out;
+        for (const auto& instrument : batch_->at(check_index(i)).simulator()->raw_state().instruments) out.append(copy_points(instrument.rod.position));
+        return out;
+    }
+    [[nodiscard]] std::string failure(std::size_t i) const { return batch_->failure(check_index(i)); }
+    [[nodiscard]] std::pair<std::string, std::string> episode(std::size_t i) {
+        const engine::Environment& environment = batch_->at(check_index(i));
+        return {tasks_[i][environment.task_index()].scene->scene().name, environment.task().targets[environment.target()].name};
+    }
+
+    static py::dtype outcome_dtype() {
+        py::list fields;
+        const auto add = [&](const char* name, const char* type) { fields.append(py::make_tuple(name, type)); };
+        for (const char* name : {"remaining", "distance", "force"}) add(name, "<f8");
+        fields.append(py::make_tuple("terms", "<f8", py::make_tuple(engine::kRewardTerms)));
+        for (const char* name : {"exits", "unresolved", "assumed", "overruns", "exact_steps", "contacts", "action", "hash", "task", "target", "start", "failed", "began"})
+            add(name, "<u8");
+        return py::dtype::from_args(fields);
+    }
+    static py::array read_only(const py::array& array) {
+        py::array view = array[py::ellipsis()];
+        view.attr("setflags")(py::arg("write") = false);
+        return view;
+    }
+
+    [[nodiscard]] py::array observation() const { return read_only(observation_); }
+    [[nodiscard]] py::array final_observation() const { return read_only(final_observation_); }
+    [[nodiscard]] py::array reward() const { return read_only(reward_); }
+    [[nodiscard]] py::array terminated() const { return read_only(terminated_); }
+    [[nodiscard]] py::array truncated() const { return read_only(truncated_); }
+    [[nodiscard]] py::array outcome() const { return read_only(outcome_); }
+    [[nodiscard]] std::size_t devices() const { return batch_->devices(); }
+    /// ms, of the last step without the interpreter's lock.
+    [[nodiscard]] double engine_ms() const noexcept { return engine_ms_; }
+    [[nodiscard]] py::ssize_t count() const noexcept { return count_; }
+
+private:
+    static std::vector<std::vector<TaskPtr>> tasks_of(const std::vector<std::vector<PyTask>>& tasks) {
+        std::vector<std::vector<TaskPtr>> out;
+        for (const auto& each : tasks) {
+            out.emplace_back();
+            for (const PyTask& one : each) out.back().push_back(one.task);
+        }
+        return out;
+    }
+    engine::BatchArrays arrays() {
+        return {observation_.mutable_data(), final_observation_.mutable_data(), reward_.mutable_data(), terminated_.mutable_data(),
+                truncated_.mutable_data(), static_cast<engine::OutcomeRow*>(outcome_.mutable_data())};
+    }
+    [[nodiscard]] std::size_t check_index(std::size_t i) const {
+        if (i >= static_cast<std::size_t>(count_)) bad_usage(fmt::format("found environment {}, expected one from 0 to {}", i, count_ - 1), "index");
+        return i;
+    }
+
+    std::vector<std::vector<PyTask>> tasks_;
+    py::ssize_t count_, size_;
+    py::array_t<float> observation_, final_observation_;
+    py::array_t<double> reward_;
+    py::array_t<bool> terminated_, truncated_;
+    py::array outcome_;
+    std::unique_ptr<engine::EnvironmentBatch> batch_;
+    double engine_ms_ = 0.0;
+    std::mutex mutex_;
+};
+
+static_assert(sizeof(engine::OutcomeRow) == 8 * (3 + engine::kRewardTerms + 13));
+
+class PyRollout {
+public:
+    PyRollout(const std::shared_ptr<LoadedScene>& scene, unsigned threads)
+        : scene_(scene), rollout_(std::make_unique<engine::Rollout>(scene->model(), scene->model().budget, threads)) {}
+    ~PyRollout() {
+        const py::gil_scoped_release released;
+        rollout_.reset();
+    }
+
+    py::dict run(const std::vector<const SavedState*>& saved, const py::array_t<double, py::array::c_style>& actions, std::uint64_t steps, bool keep) {
+        const auto lock = enter(mutex_, rollout_->pool(), "rollout");
+        std::vector<const engine::State*> states;
+        for (const SavedState* one : saved) {
+            if (!one->state) bad_usage("a state that came from another process is known once a simulator has loaded it; expected load() first");
+            if (one->scene != scene_ && one->scene->hash() != scene_->hash()) bad_usage("a state is of another scene than the rollout", "states");
+            states.push_back(one->state.get());
+        }
+        check_finite(actions.data(), static_cast<std::size_t>(actions.size()), static_cast<std::size_t>(actions.shape(1) * actions.shape(2) * 2));
+        const py::ssize_t n = actions.shape(0), t = actions.shape(1), d = actions.shape(2);
+        py::array_t<double> tip({n, t, d, py::ssize_t{3}}), insertion({n, t, d}), rotation({n, t, d}), force({n, t});
+        py::array_t<std::uint32_t> exits({n, t});
+        py::array_t<std::uint64_t> hash(n), done(n);
+        std::vector<std::shared_ptr<const engine::State>> final(keep ? states.size() : 0);
+        const engine::RolloutArrays arrays{tip.mutable_data(), insertion.mutable_data(), rotation.mutable_data(), force.mutable_data(),
+                                           exits.mutable_data(), hash.mutable_data(), done.mutable_data()};
+        const std::span<const double> values(actions.data(), static_cast<std::size_t>(actions.size()));
+        {
+            const py::gil_scoped_release released;
+            rollout_->run(states, values, static_cast<std::size_t>(t), steps, arrays, final, check_signals);
+        }
+        py::list final_states;
+        for (const auto& state : final) final_states.append(SavedState{scene_, state, DriveRates(static_cast<std::size_t>(d)), {}});
+        py::dict out;
+        out["tip"] = tip, out["insertion"] = insertion, out["rotation"] = rotation, out["force"] = force, out["exits"] = exits;
+        out["hash"] = hash, out["done"] = done, out["states"] = final_states;
+        return out;
+    }
+
+private:
+    ScenePtr scene_;
+    std::unique_ptr<engine::Rollout> rollout_;
+    std::mutex mutex_;
+};
+
+py::dict describe_task(const PyTask& task) {
+    const engine::Task& t = *task.task;
+    py::dict out;
+    const auto size = static_cast<py::ssize_t>(t.observation_size());
+    py::array_t<float> low(size), high(size);
+    engine::find_observation_bounds(t, {low.mutable_data(), t.observation_size()}, {high.mutable_data(), t.observation_size()});
+    py::list targets, limits;
+    for (const auto& target : t.targets) targets.append(target.name);
+    for (const auto& instrument : t.model().instruments) limits.append(py::make_tuple(instrument.limits.speed, instrument.limits.rotation));
+    out["low"] = low, out["high"] = high, out["devices"] = t.devices(), out["targets"] = targets, out["limits"] = limits;
+    out["steps_per_action"] = t.steps_per_action, out["action_limit"] = t.action_limit, out["step"] = t.model().step_s;
+    out["budget"] = engine::BudgetSpec{t.budget}.to_string(), out["start_poses"] = t.starts.size();
+    return out;
+}
+
+/// The centreline tree of the task's lumen.
+py::dict tree_of(const PyTask& task) {
+    const auto& tree = task.task->tree;
+    py::array_t<std::int64_t> parents(static_cast<py::ssize_t>(tree.parents.size()));
+    for (std::size_t i = 0; i < tree.parents.size(); ++i)
+        parents.mutable_data()[i] = tree.parents[i] == kNoIndex ? -1 : static_cast<std::int64_t>(tree.parents[i]);
+    py::dict out, remaining;
+    for (const auto& target : task.task->targets)
+        remaining[py::str(target.name)] = py::array_t<double>(static_cast<py::ssize_t>(target.remaining.size()), target.remaining.data());
+    out["points"] = copy_points(tree.points), out["radii"] = py::array_t<double>(static_cast<py::ssize_t>(tree.radii.size()), tree.radii.data());
+    out["parents"] = parents, out["remaining"] = remaining;
+    return out;
+}
+
+} // namespace
+
+void bind_episodes(py::module_& module) {
+    py::class_<PyTask>(module, "Task", "Navigation in one scene: what its episodes share.")
+        .def(py::init(&make_task))
+        .def_property_readonly("scene", [](const PyTask& t) { return std::const_pointer_cast<LoadedScene>(t.scene); })
+        .def("describe", &describe_task)
+        .def("tree", &tree_of);
+    py::class_<PyBatch>(module, "Batch", "Environments side by side on a pool of threads.")
+        .def(py::init([](const std::vector<std::vector<PyTask>>& tasks, unsigned threads, int autoreset) {
+            return std::make_unique<PyBatch>(tasks, threads, static_cast<engine::Autoreset>(autoreset));
+        }))
+        .def("reset", &PyBatch::reset)
+        .def("step", &PyBatch::step, py::arg("actions").noconvert())
+        .def("save", &PyBatch::save)
+        .def("rods", &PyBatch::rods)
+        .def("failure", &PyBatch::failure)
+        .def("episode", &PyBatch::episode)
+        .def_property_readonly("observation", &PyBatch::observation)
+        .def_property_readonly("final_observation", &PyBatch::final_observation)
+        .def_property_readonly("reward", &PyBatch::reward)
+        .def_property_readonly("terminated", &PyBatch::terminated)
+        .def_property_readonly("truncated", &PyBatch::truncated)
+        .def_property_readonly("outcome", &PyBatch::outcome)
+        .def_property_readonly("devices", &PyBatch::devices)
+        .def_property_readonly("engine_ms", &PyBatch::engine_ms)
+        .def("__len__", &PyBatch::count);
+    module.def("hash_bytes", [](const py::bytes& bytes) { return fmt::format("{:016x}", engine::hash_file_bytes(std::string_view(bytes))); });
+    py::class_<PyRollout>(module, "Rollout", "Sequences of drive commands from many states, on a pool of threads.")
+        .def(py::init<const std::shared_ptr<LoadedScene>&, unsigned>())
+        .def("run", &PyRollout::run);
+}
+
+} // namespace trocar::python

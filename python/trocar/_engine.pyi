@@ -1,0 +1,202 @@
+"""The compiled part of trocar."""
+
+from typing import Any, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+class Scene:
+    """A prepared scene: immutable, shared by its simulators."""
+    @property
+    def name(self) -> str: ...
+    @property
+    def file(self) -> str: ...
+    @property
+    def step(self) -> float:
+        """s, simulated by one step."""
+    @property
+    def step_count(self) -> int: ...
+    @property
+    def budget(self) -> str: ...
+    @property
+    def bodies(self) -> list[str]: ...
+    @property
+    def instruments(self) -> list[str]: ...
+    @property
+    def targets(self) -> dict[str, NDArray[np.float64]]:
+        """(3,) m, at rest."""
+    @property
+    def notices(self) -> list[str]: ...
+    @property
+    def seconds(self) -> float:
+        """s, that preparing took."""
+    @property
+    def hash(self) -> str:
+        """Of the prepared model, 16 hex digits."""
+    @property
+    def drive_limits(self) -> list[tuple[float, float]]:
+        """(m/s, rad/s) of each instrument."""
+    def triangles(self, body: str) -> NDArray[np.uint32]:
+        """(M, 3) vertices of the triangles of a body's surface."""
+    def explain(self) -> str:
+        """The text of `trocar explain`."""
+    def simulator(self, budget: Optional[str] = None) -> Simulator:
+        """A simulator at the scene's start."""
+    def _source(self) -> tuple[str, str, str, Optional[int]]: ...
+
+class StepReport:
+    """What one step did: a copy of its own."""
+    @property
+    def step(self) -> int: ...
+    @property
+    def time(self) -> float:
+        """s, at the end of the step."""
+    @property
+    def tip(self) -> NDArray[np.float64]:
+        """(3,) m: tip of the first instrument."""
+    @property
+    def insertion(self) -> float:
+        """m"""
+    @property
+    def rotation(self) -> float:
+        """rad"""
+    @property
+    def contact_force(self) -> float:
+        """N, sum of the normal forces on walls."""
+    @property
+    def max_contact_force(self) -> float:
+        """N, at one place."""
+    @property
+    def friction_force(self) -> float:
+        """N"""
+    @property
+    def exact(self) -> bool: ...
+    @property
+    def contacts(self) -> int: ...
+    @property
+    def exits(self) -> int: ...
+    @property
+    def unresolved(self) -> int: ...
+    @property
+    def assumed(self) -> int: ...
+    @property
+    def unproven(self) -> int: ...
+    @property
+    def safe_fraction(self) -> float: ...
+    @property
+    def target_distance(self) -> float:
+        """m; negative: none."""
+    @property
+    def kinetic(self) -> float:
+        """J"""
+    @property
+    def elastic(self) -> float:
+        """J"""
+    @property
+    def min_volume_ratio(self) -> float: ...
+    @property
+    def inverted_tets(self) -> int: ...
+    @property
+    def substeps(self) -> int: ...
+    @property
+    def budget_kept(self) -> bool: ...
+    @property
+    def work_units(self) -> int: ...
+    @property
+    def finite(self) -> bool: ...
+    @property
+    def failure(self) -> str: ...
+    @property
+    def ms(self) -> dict[str, float]:
+        """Wall time of the stages, ms."""
+
+class SavedState:
+    """All that a simulator needs to go on to the same bits."""
+    @property
+    def step(self) -> int: ...
+    @property
+    def time(self) -> float:
+        """s"""
+    @property
+    def hash(self) -> str:
+        """16 hex digits, as Simulator.hash."""
+    def _parts(self) -> tuple[bytes, list[Any]]: ...
+
+class Simulator:
+    """One run of a scene. Calls from several threads follow one another."""
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def budget(self) -> str: ...
+    @property
+    def report(self) -> StepReport: ...
+    @property
+    def hash(self) -> str:
+        """Of the state, 16 hex digits: the `state_hash` of `trocar run`."""
+    def drive(self, instrument: Union[int, str], speed: float = 0.0, turn: float = 0.0) -> None:
+        """From now on the handle is pushed at `speed` (m/s) and turned at `turn` (rad/s), within its limits."""
+    def release(self, instrument: Union[int, str]) -> None:
+        """From now on the scene's own script drives the instrument."""
+    def step(self, count: int = 1) -> StepReport:
+        """Takes steps, and returns the last one's report."""
+    def save(self) -> SavedState: ...
+    def load(self, state: SavedState) -> None: ...
+    def fork(self) -> Simulator: ...
+    def rod(self, instrument: Union[int, str] = 0) -> NDArray[np.float64]:
+        """(N, 3) m, read-only view: nodes of the rod, the tip last."""
+    def skin(self, instrument: Union[int, str] = 0) -> NDArray[np.float64]:
+        """(N, 3) m, read-only view: vertices of the instrument's surface."""
+    def surface(self, body: Union[int, str]) -> NDArray[np.float64]:
+        """(N, 3) m, read-only view: vertices of a body's surface."""
+    def contacts(self) -> NDArray[Any]:
+        """Structured array, of its own: body_a, body_b, origin, point (3) m, normal (3), gap m, time, force (3) N."""
+
+class Task:
+    """Navigation in one scene: what its episodes share."""
+    def __init__(self, scene: Scene, options: dict[str, Any]) -> None: ...
+    @property
+    def scene(self) -> Scene: ...
+    def describe(self) -> dict[str, Any]: ...
+    def tree(self) -> dict[str, Any]: ...
+
+class Batch:
+    """Environments side by side on a pool of threads."""
+    def __init__(self, tasks: list[list[Task]], threads: int, autoreset: int) -> None: ...
+    def reset(self, seeds: list[Optional[int]], mask: list[int]) -> None: ...
+    def step(self, actions: NDArray[np.float64]) -> None: ...
+    def save(self, index: int) -> SavedState: ...
+    def rods(self, index: int) -> list[NDArray[np.float64]]: ...
+    def failure(self, index: int) -> str: ...
+    def episode(self, index: int) -> tuple[str, str]: ...
+    def __len__(self) -> int: ...
+    @property
+    def observation(self) -> NDArray[np.float32]: ...
+    @property
+    def final_observation(self) -> NDArray[np.float32]: ...
+    @property
+    def reward(self) -> NDArray[np.float64]: ...
+    @property
+    def terminated(self) -> NDArray[np.bool_]: ...
+    @property
+    def truncated(self) -> NDArray[np.bool_]: ...
+    @property
+    def outcome(self) -> NDArray[Any]: ...
+    @property
+    def devices(self) -> int: ...
+    @property
+    def engine_ms(self) -> float: ...
+
+class Rollout:
+    """Sequences of drive commands from many states, on a pool of threads."""
+    def __init__(self, scene: Scene, threads: int) -> None: ...
+    def run(self, states: list[SavedState], actions: NDArray[np.float64], steps: int, keep: bool) -> dict[str, Any]: ...
+
+def choose_isa(isa: str) -> bool:
+    """avx512, "avx2", "portable", or empty for the best: of the tissue's kernels, in the whole process. False: this processor has it not."""
+
+def hash_bytes(bytes: bytes) -> str: ...
+def load_scene(file: str, text: str, budget: str, anatomy_seed: Optional[int]) -> Scene: ...
+def saved_state_from(bytes: bytes, drives: list[Any]) -> SavedState: ...
+def plan(scene: Scene, target: str, time_limit: float) -> dict[str, Any]: ...
+def contacts(surfaces: list[Any], within: bool, distance: float, threads: int) -> NDArray[Any]: ...
+def centreline(scene: Scene, target: str, instrument: int) -> NDArray[np.float64]: ...

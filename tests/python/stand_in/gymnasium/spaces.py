@@ -1,0 +1,25 @@
+from __future__ import annotations
+
+import numpy as np
+
+from .utils import seeding
+
+
+class Box:
+    def __init__(self, low, high, shape=None, dtype=np.float32):
+        self.dtype = np.dtype(dtype)
+        self.low, self.high = np.array(low, dtype=self.dtype), np.array(high, dtype=self.dtype)
+        assert self.low.shape == self.high.shape and (self.low <= self.high).all()
+        self.shape = self.low.shape
+        self._random, _ = seeding.np_random(0)
+
+    def seed(self, seed):
+        self._random, _ = seeding.np_random(seed)
+
+    def sample(self):
+        return self._random.uniform(self.low, self.high).astype(self.dtype)
+
+    def contains(self, x):
+        return isinstance(x, np.ndarray) and x.dtype == self.dtype and x.shape == self.shape and bool((x >= self.low).all() and (x <= self.high).all())
+
+    __contains__ = contains
