@@ -147,6 +147,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     largest_handle_n = std::max(largest_handle_n, std::abs(report.handle_force_n));
     largest_torque_nm = std::max(largest_torque_nm, std::abs(report.handle_torque_nm));
     largest_imbalance_n = std::max(largest_imbalance_n, report.balance_n);
+    slowed_steps += report.slowed_rods > 0;
     unsettled_rods += report.unsettled_rods;
     unsettled_steps += report.unsettled_rods > 0;
     target_distance_m = report.target_distance_m;

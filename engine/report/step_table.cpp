@@ -122,6 +122,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("handle_torque_nm", row.r.handle_torque_nm),
     TROCAR_COLUMN("rod_balance_n", row.r.balance_n),
     TROCAR_COLUMN("rod_unsettled", row.r.unsettled_rods),
+    TROCAR_COLUMN("rod_slowed", row.r.slowed_rods),
 };
 #undef TROCAR_COLUMN
 

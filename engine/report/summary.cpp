@@ -194,6 +194,7 @@ std::string summary_text(const RunRecord& record) {
         json["largest_handle_force_n"] = t.largest_handle_n;
         json["largest_handle_torque_nm"] = t.largest_torque_nm;
         json["largest_rod_imbalance_n"] = t.largest_imbalance_n;
+        json["rod_slowed_steps"] = t.slowed_steps;
         json["rod_unsettled_total"] = t.unsettled_rods;
         if (t.target_distance_m >= 0.0) json["target_distance_m"] = {{"last", t.target_distance_m}, {"min", t.closest_target_m}};
     }

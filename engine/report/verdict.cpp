@@ -99,6 +99,10 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    fmt::format("{} sub-steps in {}", t.unconverged_solves, of_steps(t.unconverged_steps, record)), Mark::Note,
                                    "Both bodies felt the same impulses, momentum is kept; what was left to change is contact_residual_n in "
                                    "steps.csv."));
+    if (t.slowed_steps > 0)
+        losses.push_back(make_loss("Rods slowed", t.slowed_steps, fmt::format("in {}", of_steps(t.slowed_steps, record)), Mark::Note,
+                                   "They would have moved by more than 1.2 mm in a step, farther than the wall near them was known. Shorter "
+                                   "steps show such snaps."));
     if (t.unsettled_rods > 0)
         losses.push_back(make_loss("Rod solves that ended at their bound", t.unsettled_steps,
                                    fmt::format("{} stages in {}", t.unsettled_rods, of_steps(t.unsettled_steps, record)), Mark::Note,

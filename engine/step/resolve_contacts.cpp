@@ -16,6 +16,9 @@ namespace trocar::engine {
 
 namespace {
 
+/// Solves with planes of where the last one has left the rod.
+constexpr unsigned kMostPlaneRounds = 3;
+
 /// The planes alone did not keep the rod inside: the exact stage runs whatever it costs, and the budget is charged for it.
 void force_exact_stage(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report,
                        StepBudget& budget) {
@@ -46,7 +49,11 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
         else
             follow_wall(model, model.instruments[i].lumen, state, rods);
         solve_between_walls(model, i, state, rods, budget);
-        const bool penetrates = penetrates_wall(model, i, state, rods);
+        bool penetrates = penetrates_wall(model, i, state, rods);
+        for (unsigned round = 0; penetrates && round < kMostPlaneRounds; ++round) {
+            solve_where_it_stands(model, i, state, rods, budget);
+            penetrates = penetrates_wall(model, i, state, rods);
+        }
         for (const std::size_t one : coaxial(model, i)) state.instruments[one].kept_inside = !penetrates;
         if (!penetrates) continue;
         if (live.exact_contact)

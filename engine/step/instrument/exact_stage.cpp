@@ -195,6 +195,7 @@ static collision::ExactStats solve_and_test(const SceneModel& model, std::size_t
         make_planes(model, index, state, rods, kPlaneReach, budget);
         solve_instrument(model, index, state, rods);
     }
+    if (reach) keep_within_reach(model, index, state, rods);
     if (budget != nullptr) budget->end_solve();
     Phase phase(budget, StepPart::Skin);
     for (const std::size_t one : coaxial(model, index)) refit_skin(model, one, state, rods);

@@ -101,6 +101,7 @@ void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods) 
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         rods.instruments[i].rod_t0 = state.instruments[i].rod;
         for (fem::RodPlane& plane : state.instruments[i].planes) plane.start_force = plane.force, plane.start_drag = plane.drag;
+        rods.instruments[i].slowed = false;
         rods.instruments[i].last_planes = state.instruments[i].planes; // reserved
         rods.instruments[i].skin_t0 = state.instruments[i].skin;
         rods.instruments[i].wall_distance.clear();
@@ -275,6 +276,7 @@ void report_rods(const SceneModel& model, const RodsScratch& rods, StepReport& r
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const fem::RodReport& rod = rods.instruments[i].rod_report;
         report.unsettled_rods += rod.unconverged;
+        report.slowed_rods += rods.instruments[i].slowed;
         report.balance_n += std::sqrt((rod.handle_force + rod.contact_force + rod.body_force).squaredNorm());
     }
     if (model.instruments.empty()) return;

@@ -82,44 +82,6 @@ public:
     }
 
 private:
-    static bool before(const NearTriangle& a, const NearTriangle& b) noexcept {
-        return a.distance < b.distance || (a.distance == b.distance && a.triangle < b.triangle);
-    }
-    std::array<NearTriangle, kNearTriangles> entries_;
-    std::size_t size_ = 0;
-};
-
-/// The wall where it stood at the start of the step: what the rod was inside of.
-collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, const State& state, const RodsScratch& rods) {
-    const collision::SurfaceMotion motion = wall_motion(model, body, state, rods);
-    return {motion.topology, motion.t0, motion.t0};
-}
-
-/// The last step's planes, in the order of their places: warm start of the new ones.
-class LastPlanes {
-public:
-    explicit LastPlanes(std::vector<fem::RodPlane>& planes) noexcept : planes_(planes) {}
-
-    /// Those at a place of the rod; places are asked for in ascending order.
-    void seek(Index node, double weight) noexcept {
-        while (at_ < planes_.size() && before(planes_[at_], node, weight)) ++at_;
-        end_ = at_;
-        while (end_ < planes_.size() && planes_[end_].node == node && planes_[end_].weight == weight) ++end_;
-    }
-    /// Forces of the one that pushed most nearly along the new one's normal; each is given once.
-    void warm_start(fem::RodPlane& plane) noexcept {
-        fem::RodPlane* best = nullptr;
-        double nearest = kSameDirection;
-        for (std::size_t k = at_; k < end_; ++k)
-            if (const double along = planes_[k].normal.dot(plane.normal); planes_[k].force > 0.0 && along > nearest)
-                nearest = along, best = &planes_[k];
-        if (best == nullptr) return;
-        plane.force = best->force;
-        plane.drag = best->drag;
-        best->force = 0.0;
-    }
-
-private:
     static bool before(const fem::RodPlane& plane, Index node, double weight) noexcept {
         return plane.node < node || (plane.node == node && plane.weight < weight);
     }
@@ -257,6 +219,25 @@ double suggest_plane_reach(const SceneModel& model, std::size_t index, const Sta
     return std::min(kPlaneReach, kSwing * longest_approach(model, index, state, rods) + kLeastSwing);
 }
 
+/// N s/m^2, across the axis; half along it.
+static constexpr double kThicker[] = {10.0, 100.0, 1000.0, 10000.0};
+
+void keep_within_reach(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
+    const auto way = [&](std::size_t one) { return longest_way(rods.instruments[one].rod_t0.position, state.instruments[one].rod.position); };
+    for (const double thicker : kThicker) {
+        bool within = true;
+        for (const std::size_t one : coaxial(model, index)) within = within && way(one) <= kPlaneReach;
+        if (within) return;
+        for (const std::size_t one : coaxial(model, index)) {
+            InstrumentScratch& own = rods.instruments[one];
+            own.slowed = true;
+            if (own.flow.empty()) own.flow.assign(own.rod_t0.position.size(), {}); // reserved
+            for (fem::RodFlow& flow : own.flow) flow.viscous = std::max(flow.viscous, 0.5 * thicker);
+        }
+        solve_instrument(model, index, state, rods);
+    }
+}
+
 void solve_between_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepBudget& budget) {
     for (double reach = suggest_plane_reach(model, index, state, rods);; reach = kPlaneReach) {
         Phase phase(budget, StepPart::Planes);
@@ -265,7 +246,9 @@ void solve_between_walls(const SceneModel& model, std::size_t index, State& stat
         budget.begin_solve();
         solve_instrument(model, index, state, rods);
         budget.end_solve();
-        if (!solve_left_reach(model, index, reach, state, rods)) return;
+        if (solve_left_reach(model, index, reach, state, rods)) continue;
+        keep_within_reach(model, index, state, rods);
+        return;
     }
 }
 
@@ -297,6 +280,44 @@ static bool rod_penetrates_wall(const SceneModel& model, std::size_t index, cons
             if (wall_is_near(model, instrument.lumen, state, rods, p, radius, reach)) return true;
         }
     return false;
+}
+
+/// Planes of one rod's wall by where the last solve has left the rod.
+static void plane_where_it_stands(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
+    const InstrumentModel& instrument = model.instruments[index];
+    InstrumentState& own = state.instruments[index];
+    const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, rods);
+    const double room = instrument.rod.design.radius + model.contact.clearance;
+    const Index first = fem::first_inserted_node(instrument.rod, own.rod.insertion);
+    LastPlanes none({}, rods.instruments[index].taken);
+    NearList list;
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < own.rod.position.size(); ++node)
+        for (const double weight : {0.5, 1.0}) {
+            if (own.planes.size() + kPlanesPerPlace > own.planes.capacity()) return; // reserved
+            const Vec3 p = (1.0 - weight) * own.rod.position[node] + weight * own.rod.position[node + 1];
+            if (stayed_away(model, index, node, weight, p, room, rods) || still_proven_free(model, index, node, weight, p, rods)) continue;
+            list.clear();
+            collision::for_each_close_triangle(
+                rods.walls[instrument.lumen].tree, wall, p, room,
+                [&](Index id, const PointOnTriangle& on) {
+                    const double distance = std::sqrt(on.distance_sq);
+                    if (!(distance > 0.0)) return;
+                    const Triangle& t = wall.topology->triangles[id];
+                    const double side = twice_area(t, wall.t1).dot(p - on.point) > 0.0 ? -1.0 : 1.0;
+                    list.add({id, distance, side * (p - on.point) / distance, on.point, (on.point - point_on(t, on.bary, wall.t0)) / model.step_s, on.bary});
+                },
+                rods.walls[instrument.lumen].age.drift);
+            add_planes(list, node, weight, room, none, own);
+        }
+}
+
+void solve_where_it_stands(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepBudget& budget) {
+    Phase phase(budget, StepPart::Planes);
+    for (const std::size_t one : coaxial(model, index)) plane_where_it_stands(model, one, state, rods);
+    phase.end();
+    budget.begin_solve();
+    solve_instrument(model, index, state, rods);
+    budget.end_solve();
 }
 
 bool penetrates_wall(const SceneModel& model, std::size_t index, const State& state, RodsScratch& rods) {
