@@ -11,7 +11,7 @@
 namespace trocar::engine {
 namespace {
 
-constexpr std::uint64_t kSteps = 60;
+constexpr std::uint64_t kSteps = 150;
 
 struct Outcome {
     std::uint64_t hash = 0, items = 0, apart = 0, late = 0, left_out = 0, candidates = 0;

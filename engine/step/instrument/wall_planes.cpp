@@ -222,11 +222,32 @@ double suggest_plane_reach(const SceneModel& model, std::size_t index, const Sta
 /// N s/m^2, across the axis; half along it.
 static constexpr double kThicker[] = {10.0, 100.0, 1000.0, 10000.0};
 
+/// Has a place gone farther than the planes reach, and so far that it may have met its wall?
+static bool may_have_met_unknown(const SceneModel& model, std::size_t index, const State& state, RodsScratch& rods) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const std::vector<Vec3>&from = rods.instruments[index].rod_t0.position, &to = state.instruments[index].rod.position;
+    WallScratch& wall = rods.walls[instrument.lumen];
+    const collision::SurfaceMotion before = wall_before(model, instrument.lumen, state, rods);
+    const double room = instrument.rod.design.radius + model.contact.clearance;
+    const double wall_way = model.bodies[instrument.lumen].moves() ? wall.age.longest : 0.0;
+    const Index first = fem::first_inserted_node(instrument.rod, state.instruments[index].rod.insertion);
+    for (Index node = first > 0 ? first - 1 : 0; node + 1 < to.size(); ++node)
+        for (const double weight : {0.5, 1.0}) {
+            const Vec3 p = (1.0 - weight) * from[node] + weight * from[node + 1], q = (1.0 - weight) * to[node] + weight * to[node + 1];
+            const double way = std::sqrt((q - p).squaredNorm()) + wall_way;
+            if (way <= kPlaneReach) continue;
+            bool near = false;
+            collision::for_each_close_triangle(
+                wall.tree, before, p, room + way, [&](Index, const PointOnTriangle&) { near = true; }, wall.age.drift);
+            if (near) return true;
+        }
+    return false;
+}
+
 void keep_within_reach(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
-    const auto way = [&](std::size_t one) { return longest_way(rods.instruments[one].rod_t0.position, state.instruments[one].rod.position); };
     for (const double thicker : kThicker) {
         bool within = true;
-        for (const std::size_t one : coaxial(model, index)) within = within && way(one) <= kPlaneReach;
+        for (const std::size_t one : coaxial(model, index)) within = within && !may_have_met_unknown(model, one, state, rods);
         if (within) return;
         for (const std::size_t one : coaxial(model, index)) {
             InstrumentScratch& own = rods.instruments[one];
