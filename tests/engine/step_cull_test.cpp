@@ -11,7 +11,7 @@
 namespace trocar::engine {
 namespace {
 
-constexpr std::uint64_t kSteps = 150;
+constexpr std::uint64_t kSteps = 100;
 
 struct Outcome {
     std::uint64_t hash = 0, items = 0, apart = 0, late = 0, left_out = 0, candidates = 0;
@@ -41,7 +41,7 @@ PreparedScene prepare(const std::string& budget, Culling culling) {
     PreparedScene prepared = test::prepare(test::bent_tube_scene({.budget = budget}));
     prepared.model.contact.culling = culling;
     prepared.model.contact.clearance = 1e-3; // many come near, and the planes of their faces do not tell all of them apart
-    prepared.model.contact.exact_distance = 0.9e-3;
+    prepared.model.contact.exact_distance = 0.6e-3;
     return prepared;
 }
 
