@@ -73,7 +73,7 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
         own.links_t1.reserve(places);
         own.wall_distance.reserve(places);
         own.last_planes.reserve(state.instruments[i].planes.capacity());
-        own.flow.reserve(model.instruments[i].rod.node_count());
+        own.thicker = model.instruments[i].rod;
         own.taken.reserve(state.instruments[i].planes.capacity());
         own.rod.presses.reserve(state.instruments[i].planes.capacity());
         std::size_t planes = 0; // of a coaxial pair

@@ -191,7 +191,6 @@ private:
             push_body(i, model_.mass[i] * (work_.from_velocity[i] / pace + drive_.gravity) - mass * moved);
             if (!drive_.force.empty()) push_body(i, drive_.force[i]);
             stiffen(band, i, i, mass);
-            if (!drive_.flow.empty()) continue; // the flow's own drag stands for that of a fluid at rest
             const double whip = model_.design.transverse_drag * length_of(i) / pace;
             const Mat3 across = Mat3::Identity() - work_.tangent[i] * work_.tangent[i].transpose();
             push_body(i, -whip * (across * moved));

@@ -43,7 +43,8 @@ struct InstrumentScratch {
     std::vector<fem::RodPlane> last_planes; // those of the last step, in the order of their places but for those of corrections at the end
     std::vector<std::uint8_t> taken;        // [last_planes] a newer plane goes on with its forces
     DriveCommand command;
-    bool slowed = false;            // in this step, see keep_within_reach
+    bool slowed = false;   // in this step, see keep_within_reach
+    fem::RodModel thicker; // the rod as it is then, in a thicker fluid
     std::vector<fem::RodFlow> flow; // [node_count] of the fluid around it in this step: see RodLoads, as the next three
     std::vector<Vec3> force;
     Vec3 acceleration = Vec3::Zero();

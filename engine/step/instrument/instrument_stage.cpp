@@ -174,7 +174,7 @@ static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, cons
 static fem::SolvedRod make_solved(const SceneModel& model, std::size_t index, const fem::RodDrive& drive, State& state, RodsScratch& rods) {
     InstrumentState& now = state.instruments[index];
     InstrumentScratch& scratch = rods.instruments[index];
-    return {model.instruments[index].rod, now.rod, drive, now.planes, scratch.rod, scratch.rod_report};
+    return {scratch.slowed ? scratch.thicker : model.instruments[index].rod, now.rod, drive, now.planes, scratch.rod, scratch.rod_report};
 }
 
 std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t index, std::size_t plane_count) {

@@ -219,7 +219,7 @@ double suggest_plane_reach(const SceneModel& model, std::size_t index, const Sta
     return std::min(kPlaneReach, kSwing * longest_approach(model, index, state, rods) + kLeastSwing);
 }
 
-/// N s/m^2, across the axis; half along it.
+/// N s/m^2, across the axis.
 static constexpr double kThicker[] = {10.0, 100.0, 1000.0, 10000.0};
 
 /// Has a place gone farther than the planes reach, and so far that it may have met its wall?
@@ -252,8 +252,7 @@ void keep_within_reach(const SceneModel& model, std::size_t index, State& state,
         for (const std::size_t one : coaxial(model, index)) {
             InstrumentScratch& own = rods.instruments[one];
             own.slowed = true;
-            if (own.flow.empty()) own.flow.assign(own.rod_t0.position.size(), {}); // reserved
-            for (fem::RodFlow& flow : own.flow) flow.viscous = std::max(flow.viscous, 0.5 * thicker);
+            own.thicker.design.transverse_drag = std::max(thicker, model.instruments[one].rod.design.transverse_drag);
         }
         solve_instrument(model, index, state, rods);
     }
