@@ -234,11 +234,11 @@ static bool may_have_met_unknown(const SceneModel& model, std::size_t index, con
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < to.size(); ++node)
         for (const double weight : {0.5, 1.0}) {
             const Vec3 p = (1.0 - weight) * from[node] + weight * from[node + 1], q = (1.0 - weight) * to[node] + weight * to[node + 1];
-            const double way = std::sqrt((q - p).squaredNorm()) + wall_way;
+            const double way = std::sqrt((q - p).squaredNorm());
             if (way <= kPlaneReach) continue;
             bool near = false;
             collision::for_each_close_triangle(
-                wall.tree, before, p, room + way, [&](Index, const PointOnTriangle&) { near = true; }, wall.age.drift);
+                wall.tree, before, p, room + way + wall_way, [&](Index, const PointOnTriangle&) { near = true; }, wall.age.drift);
             if (near) return true;
         }
     return false;
