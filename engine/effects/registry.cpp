@@ -17,11 +17,9 @@ struct Registry {
         TROCAR_EFFECTS(TROCAR_LIST)
 #undef TROCAR_LIST
     };
-    std::size_t count = 0;
-
-    constexpr Registry() noexcept {
-        while (all[count] != nullptr) ++count;
-    }
+#define TROCAR_COUNT(name) +1
+    std::size_t count = TROCAR_EFFECTS(TROCAR_COUNT);
+#undef TROCAR_COUNT
 };
 
 constinit Registry registry;
