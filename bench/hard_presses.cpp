@@ -70,7 +70,8 @@ void flesh_between_solids(HardReport& report) {
     for (const double stiffness : {0.2, 20.0, 2000.0})
         for (const double seconds : {0.1, 1.0})
             for (const double step : {0.001, 0.005})
-                press(report, {.stiffness = stiffness, .seconds = seconds, .step = step}, {1.25, 1.25}); // what sank into the plates while it was pressed comes out again, at 2 mm/s
+                // what sank into the plates while it was pressed comes out again, at 2 mm/s
+                press(report, {.stiffness = stiffness, .seconds = seconds, .step = step}, {1.25, 1.25});
 }
 
 void flesh_pressed_flat(HardReport& report) {
@@ -82,8 +83,8 @@ void flesh_pressed_flat(HardReport& report) {
 
 constexpr HardCase kPressesCases[] = {
     {"contact", "FleshHeldBetweenSolidsIsNotHeated",
-     "pressed to a third, undamped, whatever solid_stiffness says (0.2 to 2000 N/mm): its energy and that of the springs never above 1.25 of what they had "
-     "when the press stopped",
+     "pressed to a third, undamped, whatever solid_stiffness says (0.2 to 2000 N/mm): its energy never above 1.25 of what it had when the "
+     "press stopped",
      flesh_between_solids},
     {"contact", "FleshPressedFlatDoesNotBurst",
      "pressed to a sixtieth, at up to 6.4 m/s (sound in it: 4.5), through solids of 10 mm: never above 1.25 of that, and less a second "
