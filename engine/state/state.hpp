@@ -75,6 +75,7 @@ struct SolidEntry {
     std::size_t own = 0, other = 0;
     Index vertex = 0;    // of own
     Index by = kNoIndex; // triangle of other: the side that it came by
+    double depth = 0.0;  // m, back to that side at the end of the last step
     [[nodiscard]] auto key() const noexcept { return std::tuple(own, other, vertex); }
 };
 

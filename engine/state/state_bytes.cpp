@@ -106,7 +106,7 @@ bool solids_fit(const SceneModel& model, const State& state) {
                        [&](const SolidEntry& e) {
                            return e.own < bodies && e.other < bodies && are_solid_pair(model, e.own, e.other) &&
                                   meet_by_surface(model, e.own, e.other) && e.vertex < model.bodies[e.own].surface.vertices.size() &&
-                                  e.by < model.bodies[e.other].surface.triangles.size();
+                                  e.by < model.bodies[e.other].surface.triangles.size() && std::isfinite(e.depth);
                        }) &&
            std::is_sorted(s.entries.begin(), s.entries.end(), [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
            std::all_of(s.springs.begin(), s.springs.end(),

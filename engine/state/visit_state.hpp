@@ -120,8 +120,8 @@ void visit_solids(Visitor& visitor, Solids& solids) {
         visitor.vector(normal), visitor.vector(anchor), visitor.vector(aside);
     });
     visitor.list(entries, [&](auto& entry) {
-        auto& [own, other, vertex, by] = entry;
-        visit_numbers(visitor, own, other, vertex, by);
+        auto& [own, other, vertex, by, depth] = entry;
+        visit_numbers(visitor, own, other, vertex, by, depth);
     });
     visitor.list(springs, [&](auto& pair) {
         auto& [body_a, body_b, spring_a, spring_b, normal] = pair;

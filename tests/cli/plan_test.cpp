@@ -13,7 +13,7 @@ const std::string kBend = R"({
     "bodies": {"tube": {"kind": "static", "hollow": true, "surface": {"shape": "tube", "sides": 24, "axis":
         [[0, 0, 0, 4], [0, 0, 40, 4], [2.7, 0, 50, 4], [10, 0, 57.3, 4], [20, 0, 60, 4], [70, 0, 60, 4]]}}},
     "instruments": {"wire": {"length": 150, "radius": 0.5, "young_modulus": 60, "segment": 2.5, "skin_triangles": 600,
-        "tip": {"shape": "J", "length": 12, "angle": 0.6}, "lumen": "tube", "inserted": 10,
+        "tip": {"shape": "J", "length": 8, "angle": 0.6}, "lumen": "tube", "inserted": 10,
         "entry": {"position": [0, 0, 8], "direction": [0, 0, 1]}}},
     "targets": {"end": {"position": [50, 0, 60]}, "near": {"position": [0, 0, 35]}},
     "effects": ["coarse_contact", "exact_contact", "friction"]

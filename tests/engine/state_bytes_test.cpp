@@ -77,8 +77,8 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
                                       "SphereHold");
     }
     {
-        const auto& [a, b, c, d] = state.solids.entries[0];
-        expect_every_byte<SolidEntry>([](State& s) -> SolidEntry& { return s.solids.entries[0]; }, sum_of_sizes(a, b, c, d), "SolidEntry");
+        const auto& [a, b, c, d, e] = state.solids.entries[0];
+        expect_every_byte<SolidEntry>([](State& s) -> SolidEntry& { return s.solids.entries[0]; }, sum_of_sizes(a, b, c, d, e), "SolidEntry");
     }
     {
         const auto& [a, b, c, d, e] = state.solids.springs[0];

@@ -149,7 +149,7 @@ void list_presses(const SceneModel& model, std::size_t instrument, const State& 
 
 inline constexpr unsigned kMaxCorrections = 3;
 /// Planes per place on the rod at most: a tube closes in from all sides with six.
-inline constexpr std::size_t kPlanesPerPlace = 6;
+inline constexpr std::size_t kPlanesPerPlace = 8;
 /// m; the drive moves at most this far in one step, or the contact response would not see what lies ahead. 35 mm/s reach it
 /// at a step of 29 ms. Shortening is counted (StepReport::drive_limited).
 inline constexpr double kDriveReach = 1.0e-3;

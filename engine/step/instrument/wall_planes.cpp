@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace trocar::engine {
 
@@ -14,13 +15,17 @@ namespace {
 
 /// A push at one place takes others farther than the rod's free motion would have: by this factor and so much, until it is measured.
 constexpr double kSwing = 3.0, kLeastSwing = 1e-4; // [-], m
-/// Cosine above which a farther plane says nothing new.
+/// Cosine above which two planes look the same way, and how many that do one place has: a corner of the wall's facets.
 constexpr double kSameDirection = 0.9;
+constexpr std::size_t kPlanesOneWay = 3;
+/// m; what stands out of a plane by less adds nothing to it.
+constexpr double kFlat = 1e-6;
 constexpr std::size_t kNearTriangles = 64;
 struct NearTriangle {
     Index triangle;
     double distance;
     Vec3 normal;
+    Vec3 seen;     // m, of the wall where it was found
     Vec3 point;    // m, of the wall at t1
     Vec3 velocity; // m/s
     std::array<double, 3> bary;
@@ -90,19 +95,50 @@ private:
     std::size_t at_ = 0, end_ = 0;
 };
 
+/// A place of a rod for which planes are made, and the wall as it is seen from there.
+struct PlaneSite {
+    Index node;
+    double weight;
+    Vec3 place;  // m
+    double room; // m, that it keeps
+    const collision::SurfaceMotion& wall; // at t1
+};
+
+/// How far a triangle stands out of the plane through another's nearest point, m: what is not in front of a plane that holds is not met.
+double stands_out(const NearTriangle& near, const NearTriangle& plane, const PlaneSite& site) noexcept {
+    double farthest = -std::numeric_limits<double>::infinity();
+    for (const Index v : site.wall.topology->triangles[near.triangle])
+        farthest = std::max(farthest, plane.normal.dot(site.wall.t1[v] - plane.seen));
+    return farthest;
+}
+
+/// The plane that keeps a place from a triangle. Where the nearest point is on its border and the place lies well before its face, the
+/// face: seen from within a valley of the wall, a plane through the border would lean over what is free.
+Vec3 plane_normal(const NearTriangle& near, const PlaneSite& site) {
+    if (std::min({near.bary[0], near.bary[1], near.bary[2]}) > 0.0) return near.normal;
+    const Vec3 face = spheretree::direction_of(twice_area(site.wall.topology->triangles[near.triangle], site.wall.t1));
+    const double before = face.dot(site.place - near.seen);
+    return std::abs(before) < site.room ? near.normal : before > 0.0 ? face : Vec3(-face);
+}
+
 /// Planes of one place from the list, nearest first, those that say nothing new left out.
-void add_planes(const NearList& list, Index node, double weight, double room, LastPlanes& last, InstrumentState& now) {
-    const std::size_t first = now.planes.size();
-    last.seek(node, weight);
+void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, InstrumentState& now) {
+    std::array<NearTriangle, kPlanesPerPlace> made;
+    std::size_t count = 0;
+    last.seek(site.node, site.weight);
     for (const NearTriangle& near : list.entries()) {
         bool known = false;
-        for (std::size_t k = first; k < now.planes.size() && !known; ++k)
-            known = now.planes[k].normal.dot(near.normal) > kSameDirection;
+        for (std::size_t k = 0; k < count && !known; ++k) known = !(stands_out(near, made[k], site) > kFlat);
         if (known) continue;
-        now.planes.push_back({node, weight, near.normal, near.normal.dot(near.point) + room, 0.0, near.velocity});
+        NearTriangle& plane = made[count] = near;
+        plane.normal = plane_normal(near, site);
+        const auto alike = std::count_if(made.begin(), made.begin() + static_cast<std::ptrdiff_t>(count),
+                                         [&](const NearTriangle& other) { return other.normal.dot(plane.normal) > kSameDirection; });
+        if (static_cast<std::size_t>(alike) >= kPlanesOneWay) continue;
+        now.planes.push_back({site.node, site.weight, plane.normal, plane.normal.dot(near.point) + site.room, 0.0, near.velocity});
         last.warm_start(now.planes.back());
         now.presses.push_back({near.triangle, near.bary});
-        if (now.planes.size() - first == kPlanesPerPlace) return;
+        if (++count == kPlanesPerPlace) return;
     }
 }
 
@@ -186,10 +222,10 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
                     if (!(distance > 0.0)) return;
                     // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
                     const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
-                    list.add({id, distance, (p - on.point) / distance, now, (now - on.point) / model.step_s, on.bary});
+                    list.add({id, distance, (p - on.point) / distance, on.point, now, (now - on.point) / model.step_s, on.bary});
                 },
                 rods.walls[instrument.lumen].age.drift);
-            add_planes(list, node, weight, room, last, own);
+            add_planes(list, {node, weight, p, room, before}, last, own);
             scratch.wall_distance[slot_of(node, weight)] = nearest;
         }
 }
@@ -324,10 +360,10 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
                     if (!(distance > 0.0)) return;
                     const Triangle& t = wall.topology->triangles[id];
                     const double side = twice_area(t, wall.t1).dot(p - on.point) > 0.0 ? -1.0 : 1.0;
-                    list.add({id, distance, side * (p - on.point) / distance, on.point, (on.point - point_on(t, on.bary, wall.t0)) / model.step_s, on.bary});
+                    list.add({id, distance, side * (p - on.point) / distance, on.point, on.point, (on.point - point_on(t, on.bary, wall.t0)) / model.step_s, on.bary});
                 },
                 rods.walls[instrument.lumen].age.drift);
-            add_planes(list, node, weight, room, none, own);
+            add_planes(list, {node, weight, p, room, wall}, none, own);
         }
 }
 

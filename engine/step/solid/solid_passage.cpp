@@ -136,7 +136,7 @@ std::optional<Standing> find_standing(const OneWay& way, Index vertex, double re
     as_seen.by = nearest->triangle;
     as_seen.at = *nearest;
     if (entry != nullptr) { // its path says nothing: it began on the wrong side
-        const auto kept = stand_behind(way, vertex, entry->by, inside, *nearest, other.thickness + way_of_both);
+        const auto kept = stand_behind(way, vertex, entry->by, inside, *nearest, std::max(entry->depth, other.thickness) + way_of_both);
         return kept ? kept : as_seen;
     }
     if (inside ? was_before(way, vertex, *nearest) : nearest->distance > way_of_both) return as_seen;

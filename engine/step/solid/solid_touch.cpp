@@ -103,7 +103,7 @@ Look test_vertex(const OneWay& way, Index v, double reach) {
     } else {
         if (standing->pressed) solids.pressed.push_back(solids.touches.size());
         way.report.passed_places += standing->passed;
-        way.entries.push_back({way.own, way.other, v, standing->by});
+        way.entries.push_back({way.own, way.other, v, standing->by, standing->at.distance});
     }
     if (meets) solids.touches.push_back(touch);
     return {standing->inside ? kInside : kNear, touch.gap};
@@ -141,7 +141,7 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
                 scratch.vertex_seen[v] = look.seen;
                 pair.gap = std::min(pair.gap, look.gap);
             }
-    const SolidEntry from{way.own, way.other, 0}; // what was in is looked at whatever the descent found
+    const SolidEntry from{way.own, way.other}; // what was in is looked at whatever the descent found
     const std::vector<SolidEntry>& before = way.solids.entries_before;
     for (auto entry = std::lower_bound(before.begin(), before.end(), from, by_key);
          entry != before.end() && entry->own == way.own && entry->other == way.other; ++entry)
