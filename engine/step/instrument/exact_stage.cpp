@@ -92,6 +92,12 @@ ExactForecast forecast_exact(const SceneModel& model, std::size_t index, const S
     return forecast;
 }
 
+/// m; longest way of a vertex of a wall in this step, its rounded sums allowed for.
+static double way_of_wall(const SceneModel& model, std::size_t body, const collision::SurfaceMotion& motion) {
+    const fem::RigidLinks* links = model.bodies[body].moves_by_links_alone() ? &*model.bodies[body].links : nullptr;
+    return longest_way(motion.t0, motion.t1, links) * (1.0 + 0x1p-40);
+}
+
 void refit_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, StepBudget* budget) {
     const Phase phase(budget, StepPart::Refit);
     WallScratch& scratch = rods.walls[body];
@@ -99,6 +105,7 @@ void refit_wall(const SceneModel& model, std::size_t body, const State& state, R
     if (!model.bodies[body].moves()) return;
     scratch.tree.refit(motion);
     scratch.age = {.last_step = state.step};
+    scratch.age.longest = way_of_wall(model, body, motion); // known all the same: how far planes reach does not depend on how old bounds are
 }
 
 void follow_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods) {
@@ -106,15 +113,12 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
     WallAge& age = scratch.age;
     if (!model.bodies[body].moves()) return;
     const collision::SurfaceMotion motion = wall_motion(model, body, state, rods);
-    const fem::RigidLinks* links = model.bodies[body].moves_by_links_alone() ? &*model.bodies[body].links : nullptr;
-    const double longest = longest_way(motion.t0, motion.t1, links) * (1.0 + 0x1p-40); // their sum is rounded, too
     if (age.last_step != state.step && age.last_step + 1 != state.step) {
         refit_wall(model, body, state, rods);
-        age.longest = longest; // known all the same: how far planes reach does not depend on how old bounds are
         return;
     }
     age.last_step = state.step;
-    age.longest = longest;
+    age.longest = way_of_wall(model, body, motion);
     age.moved[age.parts % age.moved.size()] = age.longest;
     age.drift = 0.0;
     for (const double moved : age.moved) age.drift += moved; // from the oldest bounds to either end of this step

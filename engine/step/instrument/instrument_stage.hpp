@@ -77,7 +77,7 @@ void plane_from_wall(const SceneModel& model, std::size_t instrument, State& sta
 /// pressed there: with all of them it comes to the same place by another way, which differs in the last bits.
 [[nodiscard]] bool solve_left_reach(const SceneModel& model, std::size_t instrument, double reach, const State& state, const RodsScratch& rods);
 
-/// m; how far planes need to reach, by the motion so far; kPlaneReach at most. Where the solve goes farther they are made again.
+/// m; how far planes need to reach, by the motion so far; kPlaneReach and the way of the wall at most. Where the solve goes farther they are made again.
 [[nodiscard]] double suggest_plane_reach(const SceneModel& model, std::size_t instrument, const State& state, const RodsScratch& rods);
 
 /// A solve against planes of the whole reach that took the rod farther than they tell of (a bent tip that springs out of its port, a tip that
@@ -85,8 +85,8 @@ void plane_from_wall(const SceneModel& model, std::size_t instrument, State& sta
 void keep_within_reach(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
 
 /// Planes and the solve against them. Slow motion needs no planes of what is far: they reach as far as the rod's free motion suggests, and
-/// where the solve takes it farther than that, if only in one of its iterations, both are made again with kPlaneReach: to the bit what all
-/// planes come to from the start.
+/// where the solve takes it farther than that, if only in one of its iterations, both are made again as far as the drive and
+/// the wall may come: what all planes come to from the start, to the tolerance of the solve (1e-9 m; a test).
 void solve_between_walls(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepBudget& budget);
 
 /// A rod that slid along its wall has come to triangles that were beside those of its planes: planes of where it stands now, added to the

@@ -18,12 +18,14 @@ constexpr double kSwing = 3.0, kLeastSwing = 1e-4; // [-], m
 /// Cosine above which two planes look the same way, and how many that do one place has: a corner of the wall's facets.
 constexpr double kSameDirection = 0.9;
 constexpr std::size_t kPlanesOneWay = 3;
+/// Cosine above which they are the same plane: of what has gone out over an edge the triangles beside it are the same way off.
+constexpr double kSamePlane = 1.0 - 1e-6;
 /// m; what stands out of a plane by less adds nothing to it.
 constexpr double kFlat = 1e-6;
 constexpr std::size_t kNearTriangles = 64;
 struct NearTriangle {
     Index triangle;
-    double distance;
+    double distance; // m, signed, of the rod where it was from the wall where it will be
     Vec3 normal;
     Vec3 seen;     // m, of the wall where it was found
     Vec3 point;    // m, of the wall at t1
@@ -128,7 +130,8 @@ void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, I
     last.seek(site.node, site.weight);
     for (const NearTriangle& near : list.entries()) {
         bool known = false;
-        for (std::size_t k = 0; k < count && !known; ++k) known = !(stands_out(near, made[k], site) > kFlat);
+        for (std::size_t k = 0; k < count && !known; ++k)
+            known = made[k].normal.dot(near.normal) > kSamePlane || !(stands_out(near, made[k], site) > kFlat);
         if (known) continue;
         NearTriangle& plane = made[count] = near;
         plane.normal = plane_normal(near, site);
@@ -222,7 +225,8 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
                     if (!(distance > 0.0)) return;
                     // Its side is that of the start of the step: a wall that has swept past the rod since then takes it along.
                     const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
-                    list.add({id, distance, (p - on.point) / distance, on.point, now, (now - on.point) / model.step_s, on.bary});
+                    const Vec3 normal = (p - on.point) / distance;
+                    list.add({id, normal.dot(p - now), normal, on.point, now, (now - on.point) / model.step_s, on.bary});
                 },
                 rods.walls[instrument.lumen].age.drift);
             add_planes(list, {node, weight, p, room, before}, last, own);
@@ -242,8 +246,14 @@ double longest_approach(const SceneModel& model, std::size_t index, const State&
     return longest + (wall.moves() ? rods.walls[model.instruments[index].lumen].age.longest : 0.0);
 }
 
+/// m; kPlaneReach, and the way that the wall itself comes.
+static double farthest_reach(const SceneModel& model, std::size_t index, const RodsScratch& rods) {
+    const std::size_t lumen = model.instruments[index].lumen;
+    return kPlaneReach + (model.bodies[lumen].moves() ? rods.walls[lumen].age.longest : 0.0);
+}
+
 bool solve_left_reach(const SceneModel& model, std::size_t index, double reach, const State& state, const RodsScratch& rods) {
-    if (!(reach < kPlaneReach)) return false;
+    if (!(reach < farthest_reach(model, index, rods))) return false;
     const BodyModel& wall = model.bodies[model.instruments[index].lumen];
     double farthest = 0.0; // in an iteration: it may overshoot what the solve ends with by far
     for (const std::size_t one : coaxial(model, index)) farthest = std::max(farthest, rods.instruments[one].rod_report.farthest_m);
@@ -252,7 +262,7 @@ bool solve_left_reach(const SceneModel& model, std::size_t index, double reach, 
 }
 
 double suggest_plane_reach(const SceneModel& model, std::size_t index, const State& state, const RodsScratch& rods) {
-    return std::min(kPlaneReach, kSwing * longest_approach(model, index, state, rods) + kLeastSwing);
+    return std::min(farthest_reach(model, index, rods), kSwing * longest_approach(model, index, state, rods) + kLeastSwing);
 }
 
 /// N s/m^2, across the axis.
@@ -295,7 +305,7 @@ void keep_within_reach(const SceneModel& model, std::size_t index, State& state,
 }
 
 void solve_between_walls(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, StepBudget& budget) {
-    for (double reach = suggest_plane_reach(model, index, state, rods);; reach = kPlaneReach) {
+    for (double reach = suggest_plane_reach(model, index, state, rods);; reach = farthest_reach(model, index, rods)) {
         Phase phase(budget, StepPart::Planes);
         plane_from_walls(model, index, state, rods, reach);
         phase.end();
