@@ -51,7 +51,8 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
     const std::size_t nodes = own.rod.node_count(), triangles = model.bodies[own.lumen].surface.triangles.size();
     const auto plane_fits = [&](const fem::RodPlane& p) {
         return p.node + 1 < nodes && is_finite(p.normal) && is_finite(p.wall_velocity) && is_finite(p.drag) && std::isfinite(p.offset) &&
-               std::isfinite(p.weight) && std::isfinite(p.force);
+               std::isfinite(p.weight) && std::isfinite(p.force) && std::isfinite(p.hold) && std::isfinite(p.start_force) &&
+               is_finite(p.start_drag) && std::isfinite(p.give);
     };
     const auto press_fits = [&](const WallPress& p) { return is_id(p.triangle, triangles); };
     const std::size_t angles = own.rod.twist_stiffness.empty() ? 0 : nodes;

@@ -84,8 +84,8 @@ void visit_instrument(Visitor& visitor, Instrument& instrument) {
     visit_frames(visitor, route_frames);
     visitor.list(chain.hint, [&](auto& leaf) { visitor.number(leaf); });
     visitor.list(planes, [&](auto& plane) {
-        auto& [node, weight, normal, offset, force, wall_velocity, drag, friction_share, hold, start_force, start_drag] = plane;
-        visit_numbers(visitor, node, weight, offset, force, friction_share, hold, start_force);
+        auto& [node, weight, normal, offset, force, wall_velocity, drag, friction_share, hold, start_force, start_drag, give] = plane;
+        visit_numbers(visitor, node, weight, offset, force, friction_share, hold, start_force, give);
         visitor.vector(normal), visitor.vector(wall_velocity), visitor.vector(drag), visitor.vector(start_drag);
     });
     visitor.list(presses, [&](auto& press) {

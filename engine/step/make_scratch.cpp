@@ -73,6 +73,7 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
         own.links_t1.reserve(places);
         own.wall_distance.reserve(places);
         own.last_planes.reserve(state.instruments[i].planes.capacity());
+        own.last_presses.reserve(state.instruments[i].planes.capacity());
         own.thicker = model.instruments[i].rod;
         own.taken.reserve(state.instruments[i].planes.capacity());
         own.rod.presses.reserve(state.instruments[i].planes.capacity());

@@ -124,8 +124,8 @@ private:
 
     void evaluate(RodPlane& plane, RodPress& press) const noexcept {
         const double depth = plane.offset - plane.normal.dot(point(plane, state_.position));
-        const double yields = 1.0 + across_ / drive_.contact_stiffness;
-        plane.force = std::max(0.0, (press.force + across_ * depth) / yields);
+        const double yields = 1.0 + across_ * (1.0 / drive_.contact_stiffness + plane.give);
+        plane.force = std::max(0.0, (press.force + across_ * (depth + plane.give * plane.start_force)) / yields);
         press.stiffness = plane.force > 0.0 ? across_ / yields : 0.0;
         plane.drag.setZero();
         press.aside.setZero();

@@ -98,6 +98,7 @@ struct RodPlane {
     double hold = 0.0;                 // N/m, set by the solve: by how much its force falls where the wall gives way
     double start_force = 0.0;          // N, what the step began with: every solve of the step begins with it, by what drives the solver
     Vec3 start_drag = Vec3::Zero();    // N
+    double give = 0.0;                 // m/N, of a wall that gives way by what the force is beyond start_force: in the next step
 };
 
 struct RodDrive {

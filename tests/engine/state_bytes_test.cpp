@@ -96,9 +96,9 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
         expect_every_byte<WallPress>([](State& s) -> WallPress& { return s.instruments[0].presses[0]; }, sum_of_sizes(a, b), "WallPress");
     }
     {
-        const auto& [a, b, c, d, e, f, g, h, i, j, k] = state.instruments[0].planes[0];
+        const auto& [a, b, c, d, e, f, g, h, i, j, k, l] = state.instruments[0].planes[0];
         expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].planes[0]; },
-                                         sum_of_sizes(a, b, c, d, e, f, g, h, i, j, k), "RodPlane");
+                                         sum_of_sizes(a, b, c, d, e, f, g, h, i, j, k, l), "RodPlane");
     }
     {
         const auto& [a, b, c, d, e, f, g] = state.bodies[0].springs.springs[0];

@@ -41,6 +41,7 @@ struct InstrumentScratch {
     fem::RodWorkspace rod;
     fem::RodReport rod_report;
     std::vector<fem::RodPlane> last_planes; // those of the last step, in the order of their places but for those of corrections at the end
+    std::vector<WallPress> last_presses;    // [last_planes]
     std::vector<std::uint8_t> taken;        // [last_planes] a newer plane goes on with its forces
     DriveCommand command;
     bool slowed = false;   // in this step, see keep_within_reach

@@ -102,7 +102,8 @@ void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods) 
         rods.instruments[i].rod_t0 = state.instruments[i].rod;
         for (fem::RodPlane& plane : state.instruments[i].planes) plane.start_force = plane.force, plane.start_drag = plane.drag;
         rods.instruments[i].slowed = false;
-        rods.instruments[i].last_planes = state.instruments[i].planes; // reserved
+        rods.instruments[i].last_planes = state.instruments[i].planes; // reserved, and so are their presses
+        rods.instruments[i].last_presses = state.instruments[i].presses;
         rods.instruments[i].skin_t0 = state.instruments[i].skin;
         rods.instruments[i].wall_distance.clear();
         rods.instruments[i].proven = {};
@@ -247,6 +248,14 @@ void add_to_descent(const SceneModel& model, std::size_t index, State& state, sp
         {id_of_body(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &state.bodies[instrument.lumen].lumen});
 }
 
+double press_cap(const SceneModel& model, std::size_t lumen) noexcept {
+    return model.bodies[lumen].host_body ? model.contact.wall_stiffness : 0.0;
+}
+
+double press_stiffness(const fem::RodPlane& plane, double cap) noexcept {
+    return std::min(std::max(plane.hold, plane.force / kMostYield), cap);
+}
+
 void push_wall(const SceneModel& model, std::size_t index, State& state, StepReport& report) {
     const InstrumentModel& instrument = model.instruments[index];
     const InstrumentState& now = state.instruments[index];
@@ -260,7 +269,7 @@ void push_wall(const SceneModel& model, std::size_t index, State& state, StepRep
         report.max_contact_force_n = std::max(report.max_contact_force_n, force);
         if (!wall.host_body || now.presses[k].triangle == kNoIndex) continue;
         // As the tissue gives way the rod's force falls by its own stiffness: what it came to is the next solve's to find.
-        const double stiffness = std::min(std::max(plane.hold, force / kMostYield), model.contact.wall_stiffness);
+        const double stiffness = press_stiffness(plane, model.contact.wall_stiffness);
         SurfacePush push{instrument.lumen,        wall.surface.triangles[now.presses[k].triangle],
                          now.presses[k].bary, -plane.normal,
                          -force / stiffness,      stiffness};

@@ -84,6 +84,11 @@ void plane_from_wall(const SceneModel& model, std::size_t instrument, State& sta
 /// snaps free) is made again in a thicker fluid, until it stays within them.
 void keep_within_reach(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
 
+/// N/m; as what the tissue feels a press of a rod on a lumen at most; 0: no tissue carries it.
+[[nodiscard]] double press_cap(const SceneModel& model, std::size_t lumen) noexcept;
+/// N/m; of the spring that a tissue feels of a plane's force: it falls as the rod's own stiffness has it, as far as `cap` lets it.
+[[nodiscard]] double press_stiffness(const fem::RodPlane& plane, double cap) noexcept;
+
 /// Planes and the solve against them. Slow motion needs no planes of what is far: they reach as far as the rod's free motion suggests, and
 /// where the solve takes it farther than that, if only in one of its iterations, both are made again as far as the drive and
 /// the wall may come: what all planes come to from the start, to the tolerance of the solve (1e-9 m; a test).

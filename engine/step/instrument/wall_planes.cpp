@@ -65,7 +65,10 @@ collision::SurfaceMotion wall_before(const SceneModel& model, std::size_t body, 
 /// The last step's planes, in the order of their places: warm start of the new ones.
 class LastPlanes {
 public:
-    LastPlanes(std::span<const fem::RodPlane> planes, std::vector<std::uint8_t>& taken) noexcept : planes_(planes), taken_(taken) {
+    /// wall   whose motion of the step the tissue's spring has felt; `cap` is its stiffness at most, N/m; 0: a wall that no force moves
+    LastPlanes(std::span<const fem::RodPlane> planes, std::span<const WallPress> presses, const collision::SurfaceMotion& wall, double cap,
+               std::vector<std::uint8_t>& taken) noexcept
+        : planes_(planes), presses_(presses), wall_(wall), cap_(cap), taken_(taken) {
         taken_.assign(planes_.size(), 0); // reserved
     }
 
@@ -82,10 +85,18 @@ public:
         for (std::size_t k = at_; k < end_; ++k)
             if (const double along = planes_[k].normal.dot(plane.normal); taken_[k] == 0 && planes_[k].force > 0.0 && along > nearest)
                 nearest = along, best = k;
+        plane.give = cap_ > 0.0 ? 1.0 / cap_ : 0.0;
         if (best == end_) return;
-        plane.start_force = planes_[best].force;
-        plane.start_drag = planes_[best].drag;
+        const fem::RodPlane& from = planes_[best];
         taken_[best] = 1;
+        plane.start_force = from.force;
+        plane.start_drag = from.drag;
+        if (!(cap_ > 0.0) || presses_[best].triangle == kNoIndex) return;
+        const double felt = press_stiffness(from, cap_);
+        const Triangle& t = wall_.topology->triangles[presses_[best].triangle];
+        const Vec3 moved = point_on(t, presses_[best].bary, wall_.t1) - point_on(t, presses_[best].bary, wall_.t0);
+        plane.start_force = std::max(0.0, from.force + felt * from.normal.dot(moved)); // what the tissue felt at the step's end
+        plane.give = felt < from.hold ? 1.0 / felt - 1.0 / from.hold : 0.0;
     }
 
 private:
@@ -93,6 +104,9 @@ private:
         return plane.node < node || (plane.node == node && plane.weight < weight);
     }
     std::span<const fem::RodPlane> planes_;
+    std::span<const WallPress> presses_;
+    const collision::SurfaceMotion& wall_;
+    double cap_;
     std::vector<std::uint8_t>& taken_;
     std::size_t at_ = 0, end_ = 0;
 };
@@ -205,7 +219,8 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
     if (is_coaxial_inner(model, index)) // what is in the bore meets no wall
         first = std::max(first, fem::first_free_node(instrument.rod, scratch.command.insertion,
                                                      rods.instruments[*instrument.inside].command.insertion));
-    LastPlanes last(scratch.last_planes, scratch.taken);
+    const collision::SurfaceMotion motion = wall_motion(model, instrument.lumen, state, rods);
+    LastPlanes last(scratch.last_planes, scratch.last_presses, motion, press_cap(model, instrument.lumen), scratch.taken);
     own.planes.clear();
     own.presses.clear();
     scratch.wall_distance.assign(2 * std::size_t{nodes}, -1.0);
@@ -355,7 +370,7 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, rods);
     const double room = instrument.rod.design.radius + model.contact.clearance;
     const Index first = fem::first_inserted_node(instrument.rod, own.rod.insertion);
-    LastPlanes none({}, rods.instruments[index].taken);
+    LastPlanes none({}, {}, wall, press_cap(model, instrument.lumen), rods.instruments[index].taken);
     NearList list;
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < own.rod.position.size(); ++node)
         for (const double weight : {0.5, 1.0}) {
