@@ -54,7 +54,7 @@ def steps_per_second(name: str, seconds: float, target: str = "") -> dict[str, f
         if actions is still:
             break
         took, used = _wall_and_cpu(lambda: environments.step(actions))
-        outcome = environments._outcome[0]
+        outcome = environments._batch.outcome[0]
         contacts, exits, exact = contacts + int(outcome["contacts"]), exits + int(outcome["exits"]), exact + int(outcome["exact_steps"])
         force, slowest = max(force, float(outcome["force"])), max(slowest, took)
         wall, cpu, count = wall + took, cpu + used, count + 1
