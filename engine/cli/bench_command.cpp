@@ -2,6 +2,7 @@
 #include "bench/headlines.hpp"
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/cli/python_bench.hpp"
 #include "engine/io/atomic_file.hpp"
 
 #include <CLI/CLI.hpp>
@@ -22,7 +23,8 @@ struct BenchRequest {
 
 int list_benches() {
     for (const Bench& bench : benches()) fmt::print("{:<16} {}\n", bench.name, bench.what);
-    fmt::print("{:<16} {}\n", "all", "every one of them, with a short table first: Markdown on the terminal, everything by --page");
+    fmt::print("{:<16} {}\n", "python", "the Python package: environment steps, batches, threads, forks, memory (python -m trocar.bench)");
+    fmt::print("{:<16} {}\n", "all", "every one of them but python, with a short table first: Markdown on the terminal, everything by --page");
     return kExitFine;
 }
 
@@ -81,12 +83,21 @@ int run_all(const BenchRequest& request, ProgressLine& progress) {
     return failed == 0 && broken > 0 ? kExitDiffers : failed;
 }
 
+/// It prints its own table.
+int run_python(const BenchRequest& request) {
+    const BenchOptions& o = request.options;
+    if (!o.json.empty() || !o.page.empty() || !o.scene.empty() || !request.given.empty() || o.threads != 0 || o.large)
+        return report_error({ErrorCode::BadUsage, "found another option beside `bench python`, expected none but --quick", {}, 0, 0, "bench"});
+    return report_error(become_python_bench(o.quick ? std::vector<std::string>{"--quick"} : std::vector<std::string>{}));
+}
+
 int run_bench(BenchRequest& request) {
     if (request.name.empty()) return list_benches();
+    if (request.name == "python") return run_python(request);
     const auto all = benches();
     const auto bench = std::find_if(all.begin(), all.end(), [&](const Bench& b) { return b.name == request.name; });
     if (bench == all.end() && request.name != "all") {
-        std::string known = "all";
+        std::string known = "all, python";
         for (const Bench& b : all) known += ", " + std::string(b.name);
         return report_error({ErrorCode::BadUsage, fmt::format("no bench '{}'; known: {}", request.name, known), {}, 0, 0, "bench"});
     }

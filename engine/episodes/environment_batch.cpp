@@ -34,6 +34,7 @@ void EnvironmentBatch::reset(std::span<const std::optional<std::uint64_t>> seeds
                              const std::function<void()>& between) {
     const bool all = mask.empty();
     if (all) ready_ = false;
+    more_.store(false, std::memory_order_relaxed);
     pool_.for_each(
         count(),
         [&](std::size_t i, unsigned) {
@@ -58,16 +59,19 @@ void EnvironmentBatch::step_one(std::size_t i, std::span<const double> action) {
     environment.step(action);
     environment.observe({observation, observation_size_});
     write_outcome(i);
+    if (arrays_.outcome[i].failed != 0) more_.store(true, std::memory_order_relaxed);
     if (!arrays_.terminated[i] && !arrays_.truncated[i]) return;
     ended_[i] = 1;
     if (autoreset_ != Autoreset::SameStep) return;
     std::copy_n(observation, observation_size_, arrays_.final_observation + i * observation_size_);
     begin_episode(i);
     arrays_.outcome[i].began = 1;
+    more_.store(true, std::memory_order_relaxed);
 }
 
 void EnvironmentBatch::step(std::span<const double> actions, const std::function<void()>& between) {
     ready_ = false; // until all are done: after an exception some are
+    more_.store(false, std::memory_order_relaxed);
     const std::size_t size = 2 * devices();
     pool_.for_each(count(), [&](std::size_t i, unsigned) { step_one(i, actions.subspan(i * size, size)); }, between);
     ready_ = true;

@@ -4,6 +4,7 @@
 #include "engine/episodes/environment.hpp"
 #include "engine/episodes/thread_pool.hpp"
 
+#include <atomic>
 
 namespace trocar::engine {
 
@@ -46,6 +47,8 @@ public:
     [[nodiscard]] const ThreadPool& pool() const noexcept { return pool_; }
     [[nodiscard]] const Environment& at(std::size_t i) const { return environments_[i]; }
 
+    /// Where answers go from here on. A reset with a mask leaves the rows of others as they stand there.
+    void write_to(const BatchArrays& arrays) noexcept { arrays_ = arrays; }
     /// Begins episodes, and writes their observations.
     /// seeds    [count] none: that environment goes on with its sequence; empty: all do
     /// mask     [count] which; empty: all
@@ -56,6 +59,8 @@ public:
 
     /// Why the last action of an environment failed; empty where it did not.
     [[nodiscard]] const std::string& failure(std::size_t i) const noexcept { return failures_[i]; }
+    /// In the last step some environment failed, or with SameStep an episode ended.
+    [[nodiscard]] bool has_more_to_tell() const noexcept { return more_.load(std::memory_order_relaxed); }
     /// Environments that have an episode: none of them before their first reset, nor after an exception.
     [[nodiscard]] bool ready() const noexcept { return ready_; }
 
@@ -71,6 +76,7 @@ private:
     std::vector<std::string> failures_;
     std::vector<std::uint8_t> ended_;
     bool ready_ = false;
+    std::atomic<bool> more_{false};
     ThreadPool pool_;
 };
 

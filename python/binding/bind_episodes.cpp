@@ -3,6 +3,7 @@
 #include "engine/episodes/score.hpp"
 #include "engine/time/clock.hpp"
 #include "python/binding/arrays.hpp"
+#include "python/binding/batch_answers.hpp"
 #include "python/binding/bindings.hpp"
 #include "python/binding/errors.hpp"
 #include "python/binding/long_call.hpp"
@@ -29,10 +30,21 @@ struct PyTask {
     TaskPtr task;
 };
 
-void check_signals() {
-    const py::gil_scoped_acquire held;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-}
+/// Looks for a signal, no more often than anybody would notice: the interpreter's lock is taken for it.
+class SignalCheck {
+public:
+    void operator()() {
+        const std::int64_t now = engine::monotonic_ns();
+        if (now - last_ < kBetween_ns) return;
+        last_ = now;
+        const py::gil_scoped_acquire held;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
+
+private:
+    static constexpr std::int64_t kBetween_ns = 20'000'000;
+    std::int64_t last_ = engine::monotonic_ns();
+};
 
 /// One thread of Python at a time, in the process that made the pool's threads.
 std::unique_lock<std::mutex> enter(std::mutex& mutex, const engine::ThreadPool& pool, const char* what) {
@@ -69,15 +81,10 @@ PyTask make_task(const std::shared_ptr<LoadedScene>& scene, const py::dict& opti
 
 class PyBatch {
 public:
-    PyBatch(std::vector<std::vector<PyTask>> tasks, unsigned threads, engine::Autoreset autoreset)
+    PyBatch(std::vector<std::vector<PyTask>> tasks, unsigned threads, engine::Autoreset autoreset, bool copy)
         : tasks_(std::move(tasks)), count_(static_cast<py::ssize_t>(tasks_.size())),
-          size_(static_cast<py::ssize_t>(tasks_.front().front().task->observation_size())), observation_({count_, size_}),
-          final_observation_({count_, size_}), reward_(count_), terminated_(count_), truncated_(count_),
-          outcome_(outcome_dtype(), std::vector<py::ssize_t>{count_}),
-          batch_(std::make_unique<engine::EnvironmentBatch>(tasks_of(tasks_), threads, autoreset, arrays())) {
-        std::fill_n(observation_.mutable_data(), observation_.size(), 0.0f);
-        std::fill_n(final_observation_.mutable_data(), final_observation_.size(), 0.0f);
-    }
+          answers_(count_, static_cast<py::ssize_t>(tasks_.front().front().task->observation_size()), copy),
+          batch_(std::make_unique<engine::EnvironmentBatch>(tasks_of(tasks_), threads, autoreset, engine::BatchArrays{})) {}
     ~PyBatch() {
         const py::gil_scoped_release released; // the pool's threads are joined
         batch_.reset();
@@ -85,22 +92,41 @@ public:
     PyBatch(const PyBatch&) = delete;
     PyBatch& operator=(const PyBatch&) = delete;
 
-    void reset(const std::vector<std::optional<std::uint64_t>>& seeds, const std::vector<std::uint8_t>& mask) {
+    /// returns   observations, infos
+    py::tuple reset(const std::vector<std::optional<std::uint64_t>>& seeds, const std::vector<std::uint8_t>& mask) {
         const auto lock = enter(mutex_, batch_->pool(), "environments");
-        const py::gil_scoped_release released;
-        batch_->reset(seeds, mask, check_signals);
+        BatchAnswers::Next next = answers_.next(true);
+        batch_->write_to(answers_.pointers(next));
+        {
+            const py::gil_scoped_release released;
+            batch_->reset(seeds, mask, SignalCheck());
+        }
+        answers_.take(next);
+        return py::make_tuple(next.told[0], next.told[4]);
     }
 
-    void step(const py::array_t<double, py::array::c_style>& actions) {
+    /// actions   (count, devices, 2) float64, contiguous, in this machine's byte order; of any other array nothing is done
+    /// returns   observations, rewards, terminated, truncated, infos; none where nothing was done
+    py::object step(const py::object& actions) {
         const auto lock = enter(mutex_, batch_->pool(), "environments");
+        using Taken = py::array_t<double, py::array::c_style>;
+        if (!Taken::check_(actions)) return py::none();
+        const auto taken = py::reinterpret_borrow<Taken>(actions);
+        const auto devices = static_cast<py::ssize_t>(batch_->devices());
+        if (taken.ndim() != 3 || taken.shape(0) != count_ || taken.shape(1) != devices || taken.shape(2) != 2) return py::none();
         if (!batch_->ready()) bad_usage("the environments have no episode, or their last step was interrupted; expected reset() first");
-        const auto count = static_cast<std::size_t>(actions.size());
-        check_finite(actions.data(), count, 2 * batch_->devices());
-        const double* first = actions.data();
-        const py::gil_scoped_release released;
-        const engine::StopWatch watch;
-        batch_->step({first, count}, check_signals);
-        engine_ms_ = watch.elapsed_ms();
+        const std::span<const double> values(taken.data(), static_cast<std::size_t>(taken.size()));
+        check_finite(values.data(), values.size(), 2 * batch_->devices());
+        BatchAnswers::Next next = answers_.next(false);
+        batch_->write_to(answers_.pointers(next));
+        {
+            const py::gil_scoped_release released;
+            const engine::StopWatch watch;
+            batch_->step(values, SignalCheck());
+            engine_ms_ = watch.elapsed_ms();
+        }
+        answers_.take(next);
+        return next.told;
     }
 
     [[nodiscard]] SavedState save(std::size_t i) {
@@ -121,27 +147,9 @@ public:
         return {tasks_[i][environment.task_index()].scene->scene().name, environment.task().targets[environment.target()].name};
     }
 
-    static py::dtype outcome_dtype() {
-        py::list fields;
-        const auto add = [&](const char* name, const char* type) { fields.append(py::make_tuple(name, type)); };
-        for (const char* name : {"remaining", "distance", "force"}) add(name, "<f8");
-        fields.append(py::make_tuple("terms", "<f8", py::make_tuple(engine::kRewardTerms)));
-        for (const char* name : {"exits", "unresolved", "assumed", "overruns", "exact_steps", "contacts", "action", "hash", "task", "target", "start", "failed", "began"})
-            add(name, "<u8");
-        return py::dtype::from_args(fields);
-    }
-    static py::array read_only(const py::array& array) {
-        py::array view = array[py::ellipsis()];
-        view.attr("setflags")(py::arg("write") = false);
-        return view;
-    }
-
-    [[nodiscard]] py::array observation() const { return read_only(observation_); }
-    [[nodiscard]] py::array final_observation() const { return read_only(final_observation_); }
-    [[nodiscard]] py::array reward() const { return read_only(reward_); }
-    [[nodiscard]] py::array terminated() const { return read_only(terminated_); }
-    [[nodiscard]] py::array truncated() const { return read_only(truncated_); }
-    [[nodiscard]] py::array outcome() const { return read_only(outcome_); }
+    [[nodiscard]] py::array final_observation() const { return answers_.final_observation(); }
+    [[nodiscard]] py::array outcome() const { return answers_.outcome(); }
+    [[nodiscard]] bool has_more_to_tell() const noexcept { return batch_->has_more_to_tell(); }
     [[nodiscard]] std::size_t devices() const { return batch_->devices(); }
     /// ms, of the last step without the interpreter's lock.
     [[nodiscard]] double engine_ms() const noexcept { return engine_ms_; }
@@ -156,27 +164,18 @@ private:
         }
         return out;
     }
-    engine::BatchArrays arrays() {
-        return {observation_.mutable_data(), final_observation_.mutable_data(), reward_.mutable_data(), terminated_.mutable_data(),
-                truncated_.mutable_data(), static_cast<engine::OutcomeRow*>(outcome_.mutable_data())};
-    }
     [[nodiscard]] std::size_t check_index(std::size_t i) const {
         if (i >= static_cast<std::size_t>(count_)) bad_usage(fmt::format("found environment {}, expected one from 0 to {}", i, count_ - 1), "index");
         return i;
     }
 
     std::vector<std::vector<PyTask>> tasks_;
-    py::ssize_t count_, size_;
-    py::array_t<float> observation_, final_observation_;
-    py::array_t<double> reward_;
-    py::array_t<bool> terminated_, truncated_;
-    py::array outcome_;
+    py::ssize_t count_;
+    BatchAnswers answers_;
     std::unique_ptr<engine::EnvironmentBatch> batch_;
     double engine_ms_ = 0.0;
     std::mutex mutex_;
 };
-
-static_assert(sizeof(engine::OutcomeRow) == 8 * (3 + engine::kRewardTerms + 13));
 
 class PyRollout {
 public:
@@ -206,7 +205,7 @@ public:
         const std::span<const double> values(actions.data(), static_cast<std::size_t>(actions.size()));
         {
             const py::gil_scoped_release released;
-            rollout_->run(states, values, static_cast<std::size_t>(t), steps, arrays, final, check_signals);
+            rollout_->run(states, values, static_cast<std::size_t>(t), steps, arrays, final, SignalCheck());
         }
         py::list final_states;
         for (const auto& state : final) final_states.append(SavedState{scene_, state, DriveRates(static_cast<std::size_t>(d)), {}});
@@ -260,20 +259,17 @@ void bind_episodes(py::module_& module) {
         .def("describe", &describe_task)
         .def("tree", &tree_of);
     py::class_<PyBatch>(module, "Batch", "Environments side by side on a pool of threads.")
-        .def(py::init([](const std::vector<std::vector<PyTask>>& tasks, unsigned threads, int autoreset) {
-            return std::make_unique<PyBatch>(tasks, threads, static_cast<engine::Autoreset>(autoreset));
+        .def(py::init([](const std::vector<std::vector<PyTask>>& tasks, unsigned threads, int autoreset, bool copy) {
+            return std::make_unique<PyBatch>(tasks, threads, static_cast<engine::Autoreset>(autoreset), copy);
         }))
         .def("reset", &PyBatch::reset)
-        .def("step", &PyBatch::step, py::arg("actions").noconvert())
+        .def("step", &PyBatch::step)
         .def("save", &PyBatch::save)
         .def("rods", &PyBatch::rods)
         .def("failure", &PyBatch::failure)
         .def("episode", &PyBatch::episode)
-        .def_property_readonly("observation", &PyBatch::observation)
+        .def_property_readonly("has_more_to_tell", &PyBatch::has_more_to_tell)
         .def_property_readonly("final_observation", &PyBatch::final_observation)
-        .def_property_readonly("reward", &PyBatch::reward)
-        .def_property_readonly("terminated", &PyBatch::terminated)
-        .def_property_readonly("truncated", &PyBatch::truncated)
         .def_property_readonly("outcome", &PyBatch::outcome)
         .def_property_readonly("devices", &PyBatch::devices)
         .def_property_readonly("engine_ms", &PyBatch::engine_ms)

@@ -126,20 +126,11 @@ class Environments:
         self.tasks = _tasks(scenes, options)
         self.num_envs, self.num_threads, self.autoreset, self.copy = num_envs, num_threads, autoreset, copy
         each = [[task._task for task in self.tasks] if draw_scene else [self.tasks[i % len(self.tasks)]._task] for i in range(num_envs)]
-        self._batch = _engine.Batch(each, num_threads, self._MODES[autoreset])
+        self._batch = _engine.Batch(each, num_threads, self._MODES[autoreset], copy)
         self.devices = self.tasks[0].devices
         self.low = np.min([task.low for task in self.tasks], axis=0)
         self.high = np.max([task.high for task in self.tasks], axis=0)
         self.limits = np.max([task.limits for task in self.tasks], axis=0)  #: (devices, 2) mm/s, rad/s
-        self._all = np.ones(num_envs, dtype=bool)
-        self._all.flags.writeable = False
-        batch = self._batch  # views of what each step writes, made once
-        self._outcome, self._observations, self._final = batch.outcome, batch.observation, batch.final_observation
-        self._rewards, self._terminated, self._truncated = batch.reward, batch.terminated, batch.truncated
-        self._failed, self._began = self._outcome["failed"], self._outcome["began"]
-        self._shown = {key: self._outcome[key] for key in self._KEYS}
-        self._shown["reward_terms"] = self._outcome["terms"]
-        self._masks: dict[str, Any] = {"_" + key: self._all for key in (*self._shown, "success")}
 
     def reset(self, seeds: Union[None, int, Sequence[Optional[int]]] = None, mask: Optional[ArrayLike] = None
               ) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -165,50 +156,44 @@ class Environments:
             if chosen.dtype != np.bool_ or chosen.shape != (self.num_envs,):
                 raise ValueError(f"mask: found {chosen.dtype} {chosen.shape}, expected bool ({self.num_envs},)")
             which = chosen.astype(int).tolist()
-        self._batch.reset(taken, which)
-        return self._observation(), self._infos()
+        observations, infos = self._batch.reset(taken, which)
+        return observations, infos
 
     def step(self, actions: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """One action of every environment: (num_envs, devices, 2) mm/s and rad/s, taken within the drives' limits."""
+        answer = self._batch.step(actions)
+        if answer is None:
+            answer = self._batch.step(self._checked(actions))
+        if self._batch.has_more_to_tell:
+            self._add_rare(answer[4])
+        told: tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]] = answer
+        return told
+
+    def _checked(self, actions: ArrayLike) -> NDArray[np.float64]:
         given = np.asarray(actions)
         if given.dtype.kind not in "fiu":
             raise TypeError(f"actions: found dtype {given.dtype}, expected real numbers, ({self.num_envs}, {self.devices}, 2)")
         if given.shape != (self.num_envs, self.devices, 2):
             raise ValueError(f"actions: found shape {given.shape}, expected ({self.num_envs}, {self.devices}, 2)")
-        self._batch.step(np.ascontiguousarray(given, dtype=np.float64))
-        infos = self._infos()
-        if self.copy:
-            return self._observations.copy(), self._rewards.copy(), self._terminated.copy(), self._truncated.copy(), infos
-        return self._observations, self._rewards, self._terminated, self._truncated, infos
-
-    def _observation(self) -> NDArray[np.float32]:
-        return self._observations.copy() if self.copy else self._observations
+        return np.ascontiguousarray(given, dtype=np.float64)
 
     _KEYS = ("remaining", "distance", "force", "exits", "unresolved", "assumed", "overruns", "exact_steps", "contacts", "hash", "task", "target",
              "start")
 
-    def _infos(self) -> dict[str, Any]:
-        if self.copy:
-            outcome = self._outcome.copy()
-            infos: dict[str, Any] = {key: outcome[key] for key in self._KEYS}
-            infos["reward_terms"], infos["success"] = outcome["terms"], self._terminated.copy()
-        else:
-            infos = {**self._shown, "success": self._terminated}
-        infos.update(self._masks)
-        if self._failed.any():
-            failed = self._failed.astype(bool)
+    def _add_rare(self, infos: dict[str, Any]) -> None:
+        """Failures, and the ends of episodes that others have followed already."""
+        outcome = self._batch.outcome
+        failed = outcome["failed"].astype(bool)
+        if failed.any():
             infos["failure"] = np.array([self._batch.failure(i) if failed[i] else None for i in range(self.num_envs)], dtype=object)
             infos["_failure"] = failed
-        if self.autoreset == "same_step" and self._began.any():
-            ended = self._began.astype(bool) & (self._outcome["action"] > 0)
-            if ended.any():
-                last = self._final
-                final = np.full(self.num_envs, None, dtype=object)
-                for i in np.flatnonzero(ended):
-                    final[i] = last[i].copy()
-                infos["final_obs"], infos["_final_obs"] = final, ended
-                infos["final_info"], infos["_final_info"] = {key: infos[key] for key in self._KEYS}, ended
-        return infos
+        ended = outcome["began"].astype(bool) & (outcome["action"] > 0)
+        if self.autoreset == "same_step" and ended.any():
+            last, final = self._batch.final_observation, np.full(self.num_envs, None, dtype=object)
+            for i in np.flatnonzero(ended):
+                final[i] = last[i].copy()
+            infos["final_obs"], infos["_final_obs"] = final, ended
+            infos["final_info"], infos["_final_info"] = {key: infos[key] for key in self._KEYS}, ended
 
     def save(self, index: int = 0) -> _engine.SavedState:
         """The state of an environment, for a simulator of its scene or for trocar.rollout."""

@@ -79,6 +79,16 @@ TEST_F(BenchCommand, AnUnknownNameIsRefusedWithTheKnownOnes) {
     const Ended ended = call({"bench", "spheretrees"});
     EXPECT_TRUE(ended_with(ended, 2));
     EXPECT_NE(ended.err.find("interruptible"), std::string::npos);
+    EXPECT_NE(ended.err.find("python"), std::string::npos);
+}
+
+TEST_F(BenchCommand, PythonIsListedAndTakesNoOptionOfATable) {
+    const Ended listed = call({"bench"});
+    EXPECT_TRUE(ended_with(listed, 0));
+    EXPECT_NE(listed.out.find("\npython "), std::string::npos);
+    const Ended ended = call({"bench", "python", "--page", "page.html"});
+    EXPECT_TRUE(ended_with(ended, 2));
+    EXPECT_NE(ended.err.find("--quick"), std::string::npos);
 }
 
 } // namespace

@@ -288,6 +288,54 @@ def test_episodes_come_and_go_without_leaving_memory(tube_task):
     assert resident() <= 1.01 * before
 
 
+def test_environments_of_one_scene_share_its_model():
+    from trocar.bench import _alone, memory
+
+    assert _alone(memory, "aortic_arch", 12) < 64.0  # MB each
+
+
+def test_hashes_do_not_depend_on_launches_or_threads(tube):
+    """Ten processes, every other one on two threads."""
+    program = ("import pickle, sys, numpy as np, trocar\n"
+               "task = trocar.Task(pickle.loads(sys.stdin.buffer.read()), trocar.Options(start_poses=2))\n"
+               "environments = trocar.Environments(task, 4, int(sys.argv[1]))\n"
+               "environments.reset(0)\n"
+               "random = np.random.default_rng(0)\n"
+               "for _ in range(6):\n"
+               "    infos = environments.step(random.uniform([-10, -3], [35, 3], (4, 1, 2)))[4]\n"
+               "print(infos['hash'].tolist())\n")
+    import pickle
+    told = {subprocess.run([sys.executable, "-c", program, str(1 + launch % 2)], input=pickle.dumps(tube), capture_output=True, check=True).stdout
+            for launch in range(10)}
+    assert len(told) == 1 and len(told.pop()) > 40
+
+
+def test_a_batch_takes_any_array_of_numbers_and_answers_in_arrays_of_its_own(tube_task):
+    actions = np.random.default_rng(0).uniform([-10, -3], [35, 3], (3, 4, 1, 2)).astype(np.float32)
+    ways = [lambda a: a.astype(np.float64), lambda a: a, lambda a: a.tolist(), lambda a: np.asfortranarray(a), lambda a: a.astype(">f8")]
+    hashes = set()
+    for way in ways:
+        environments = trocar.Environments(tube_task, 4, 1)
+        environments.reset(0)
+        answers = [environments.step(way(a)) for a in actions]
+        hashes.add(tuple(answers[-1][4]["hash"].tolist()))
+        assert not np.shares_memory(answers[0][0], answers[1][0]) and (answers[0][0] != answers[1][0]).any()
+    assert len(hashes) == 1
+    shown = trocar.Environments(tube_task, 4, 1, copy=False)
+    shown.reset(0)
+    first, second = (shown.step(a.astype(np.float64)) for a in actions[:2])
+    assert np.shares_memory(first[0], second[0]) and not first[0].flags.writeable and not first[4]["hash"].flags.writeable
+
+
+def test_a_masked_reset_leaves_the_rows_of_others(tube_task):
+    environments = trocar.Environments(tube_task, 3, 1, autoreset="disabled")
+    environments.reset(0)
+    observations, *_, infos = environments.step(np.full((3, 1, 2), 20.0))
+    again, infos_again = environments.reset(mask=np.array([False, True, False]))
+    assert (again[[0, 2]] == observations[[0, 2]]).all() and (again[1] != observations[1]).any()
+    assert infos_again["hash"][0] == infos["hash"][0] and infos_again["hash"][1] != infos["hash"][1]
+
+
 def test_a_rollout_is_what_a_simulator_would_do(arch):
     sim = arch.simulator()
     sim.drive(0, speed=0.03)

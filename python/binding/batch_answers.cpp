@@ -1,0 +1,117 @@
+#include "python/binding/batch_answers.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace trocar::python {
+
+namespace {
+
+static_assert(sizeof(engine::OutcomeRow) == 8 * (3 + engine::kRewardTerms + 13));
+
+/// Members of a row in their order; `terms` has one number for each term of the reward.
+constexpr const char* kMembers[] = {"remaining", "distance", "force", "terms", "exits", "unresolved", "assumed", "overruns", "exact_steps",
+                                    "contacts", "action", "hash", "task", "target", "start", "failed", "began"};
+/// Of these, what infos hold under its own name.
+constexpr const char* kTold[] = {"remaining", "distance", "force", "exits", "unresolved", "assumed", "overruns", "exact_steps", "contacts", "hash",
+                                 "task", "target", "start"};
+
+bool is_real(const char* member) { return std::strcmp(member, "remaining") == 0 || std::strcmp(member, "distance") == 0 || std::strcmp(member, "force") == 0; }
+
+py::array read_only(const py::array& array) {
+    py::array view = array[py::ellipsis()];
+    view.attr("setflags")(py::arg("write") = false);
+    return view;
+}
+
+template <class T>
+py::array_t<T> zeros(std::vector<py::ssize_t> shape) {
+    py::array_t<T> array(std::move(shape));
+    std::fill_n(array.mutable_data(), array.size(), T{});
+    return array;
+}
+
+void copy_content(const py::array& from, py::array& to) { std::memcpy(to.mutable_data(), from.data(), static_cast<std::size_t>(from.nbytes())); }
+
+} // namespace
+
+py::dtype BatchAnswers::outcome_dtype() {
+    py::list fields;
+    for (const char* member : kMembers) {
+        if (std::strcmp(member, "terms") == 0) fields.append(py::make_tuple(member, "<f8", py::make_tuple(engine::kRewardTerms)));
+        else fields.append(py::make_tuple(member, is_real(member) ? "<f8" : "<u8"));
+    }
+    return py::dtype::from_args(fields);
+}
+
+BatchAnswers::BatchAnswers(py::ssize_t count, py::ssize_t observation_size, bool copy)
+    : count_(count), observation_size_(observation_size), copy_(copy), row_(outcome_dtype()),
+      final_observation_(zeros<float>({count, observation_size})) {
+    const py::dict offsets = row_.attr("fields");
+    const auto row = static_cast<py::ssize_t>(sizeof(engine::OutcomeRow));
+    const auto add = [&](const char* key, const char* member) {
+        Field field{py::str(key), is_real(member) ? py::dtype::of<double>() : py::dtype::of<std::uint64_t>(), {count_}, {row}, 0};
+        field.offset = offsets[member].cast<py::tuple>()[1].cast<py::ssize_t>();
+        fields_.push_back(std::move(field));
+    };
+    for (const char* name : kTold) add(name, name);
+    add("reward_terms", "terms");
+    Field& terms = fields_.back();
+    terms.type = py::dtype::of<double>(), terms.shape.push_back(engine::kRewardTerms), terms.strides.push_back(sizeof(double));
+
+    py::array_t<bool> all(count);
+    std::fill_n(all.mutable_data(), count, true);
+    all.attr("setflags")(py::arg("write") = false);
+    for (const Field& field : fields_) masks_[py::str("_{}").format(field.key)] = all;
+    masks_["_success"] = all;
+    last_ = make_arrays();
+    for (py::array array : {py::array(last_.observation), py::array(last_.reward), py::array(last_.terminated), py::array(last_.truncated), last_.outcome})
+        std::memset(array.mutable_data(), 0, static_cast<std::size_t>(array.nbytes()));
+    if (copy_) return;
+    views_ = {read_only(last_.observation), read_only(last_.reward), read_only(last_.terminated), read_only(last_.truncated), read_only(last_.outcome)};
+    view_infos_ = make_infos(views_.outcome, views_.terminated);
+}
+
+AnswerArrays BatchAnswers::make_arrays() const {
+    return {py::array_t<float>({count_, observation_size_}), py::array_t<double>(count_), py::array_t<bool>(count_), py::array_t<bool>(count_),
+            py::array(row_, std::vector<py::ssize_t>{count_})};
+}
+
+py::dict BatchAnswers::make_infos(const py::array& outcome, const py::array& success) const {
+    auto infos = py::reinterpret_steal<py::dict>(PyDict_Copy(masks_.ptr()));
+    if (!infos) throw py::error_already_set();
+    const char* const first = static_cast<const char*>(outcome.data());
+    const auto set = [&](const py::str& key, const py::array& value) {
+        if (PyDict_SetItem(infos.ptr(), key.ptr(), value.ptr()) != 0) throw py::error_already_set();
+    };
+    for (const Field& field : fields_) set(field.key, py::array(field.type, field.shape, field.strides, first + field.offset, outcome));
+    set(success_key_, success);
+    return infos;
+}
+
+BatchAnswers::Next BatchAnswers::next(bool kept) const {
+    if (!copy_) {
+        auto infos = py::reinterpret_steal<py::dict>(PyDict_Copy(view_infos_.ptr()));
+        if (!infos) throw py::error_already_set();
+        return {last_, py::make_tuple(views_.observation, views_.reward, views_.terminated, views_.truncated, infos)};
+    }
+    AnswerArrays fresh = make_arrays();
+    if (kept) {
+        copy_content(last_.observation, fresh.observation), copy_content(last_.reward, fresh.reward);
+        copy_content(last_.terminated, fresh.terminated), copy_content(last_.truncated, fresh.truncated);
+        copy_content(last_.outcome, fresh.outcome);
+    }
+    const py::dict infos = make_infos(fresh.outcome, fresh.terminated);
+    return {fresh, py::make_tuple(fresh.observation, fresh.reward, fresh.terminated, fresh.truncated, infos)};
+}
+
+engine::BatchArrays BatchAnswers::pointers(Next& next) {
+    AnswerArrays& to = next.arrays;
+    return {to.observation.mutable_data(), final_observation_.mutable_data(), to.reward.mutable_data(), to.terminated.mutable_data(),
+            to.truncated.mutable_data(), static_cast<engine::OutcomeRow*>(to.outcome.mutable_data())};
+}
+
+py::array BatchAnswers::outcome() const { return read_only(last_.outcome); }
+py::array BatchAnswers::final_observation() const { return read_only(final_observation_); }
+
+} // namespace trocar::python

@@ -1,0 +1,69 @@
+// The arrays that a batch of environments writes into, and what its steps answer with. All of an answer is made before the engine's work, which
+// writes into it: afterwards the caches hold the engine's memory, and whatever Python or numpy then do is fetched anew.
+#pragma once
+
+#include "engine/episodes/environment_batch.hpp"
+
+#include <pybind11/numpy.h>
+
+#include <vector>
+
+namespace trocar::python {
+
+namespace py = pybind11;
+
+/// One set of arrays: [count][...] each.
+struct AnswerArrays {
+    py::array_t<float> observation;
+    py::array_t<double> reward;
+    py::array_t<bool> terminated, truncated;
+    py::array outcome; // of BatchAnswers::outcome_dtype
+};
+
+class BatchAnswers {
+public:
+    /// An answer whose arrays are yet to be written.
+    struct Next {
+        AnswerArrays arrays;
+        py::tuple told; // observations, rewards, terminated, truncated, infos
+    };
+
+    /// copy   answers are arrays of their own; otherwise read-only views of one set, which every step overwrites
+    BatchAnswers(py::ssize_t count, py::ssize_t observation_size, bool copy);
+
+    /// kept   begins with what the last answer holds
+    [[nodiscard]] Next next(bool kept) const;
+    /// Where the engine writes it.
+    [[nodiscard]] engine::BatchArrays pointers(Next& next);
+    /// It has been written: the last answer from here on.
+    void take(const Next& next) { last_ = next.arrays; }
+
+    /// Of the last answer, read-only; the second of the last episodes that ended.
+    [[nodiscard]] py::array outcome() const;
+    [[nodiscard]] py::array final_observation() const;
+    [[nodiscard]] static py::dtype outcome_dtype();
+
+private:
+    struct Field {
+        py::str key;
+        py::dtype type;
+        std::vector<py::ssize_t> shape, strides;
+        py::ssize_t offset = 0;
+    };
+
+    [[nodiscard]] AnswerArrays make_arrays() const;
+    [[nodiscard]] py::dict make_infos(const py::array& outcome, const py::array& success) const;
+
+    py::ssize_t count_, observation_size_;
+    bool copy_;
+    py::dtype row_;
+    std::vector<Field> fields_;
+    py::str success_key_{"success"};
+    py::dict masks_; // "_key": all true, for every field and the success
+    AnswerArrays last_;
+    py::array_t<float> final_observation_;
+    AnswerArrays views_; // of last_, without copies
+    py::dict view_infos_;
+};
+
+} // namespace trocar::python
