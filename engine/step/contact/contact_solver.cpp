@@ -13,6 +13,9 @@ constexpr double kFlat = 1e-4;
 constexpr double kFarWeight = 8.0;
 /// [-], of the largest impulse: an iteration that changes none by more has converged.
 constexpr double kTolerance = 1e-3;
+/// [-], of the mobility of sides that share no node: with less the two are moved by the same nodes, which no impulse takes apart. What would
+/// part them a little would throw those nodes.
+constexpr double kTogether = 1e-2;
 /// m/s; slower than this is no motion.
 constexpr double kStill = 1e-7;
 /// m/s; what lies in another body creeps out at this speed whatever contact has taken before.
@@ -64,9 +67,13 @@ void ContactSolver::number_entries(ContactRow& row) const noexcept {
 /// Both bodies feel the impulse at a's place: the feet of b are moved there together.
 void ContactSolver::place(ContactRow& row) const noexcept {
     for (std::size_t k = 0; k < row.entries; ++k) row.entry[k].weight = 0.0;
+    double apart = 0.0; // 1/kg, the mobility of sides that share no node
+    const auto add = [&](std::size_t side, const ContactSide& of, std::size_t foot, std::size_t k, double weight) {
+        row.entry[row.entry_of[side][foot][k]].weight += weight;
+        apart += weight * weight * bodies_[of.slot].inv_mass[of.record[foot][k]];
+    };
     for (std::size_t foot = 0; foot < row.a.feet; ++foot)
-        for (std::size_t k = 0; k < 4; ++k)
-            row.entry[row.entry_of[0][foot][k]].weight += row.a.blend * row.a.share[foot] * row.a.weight[foot][k];
+        for (std::size_t k = 0; k < 4; ++k) add(0, row.a, foot, k, row.a.blend * row.a.share[foot] * row.a.weight[foot][k]);
     Vec3 aside = Vec3::Zero();
     const auto of_b = [&](Index n) { return position_of(bodies_[row.b.slot].nodes[n]); };
     if (row.a.gives() && row.b.gives())
@@ -79,7 +86,7 @@ void ContactSolver::place(ContactRow& row) const noexcept {
             const Vec3 x[4] = {of_b(n[0]), of_b(n[1]), of_b(n[2]), of_b(n[3])};
             (void)find_affine(x, row.b.image(foot, of_b) + aside, weight);
         }
-        for (std::size_t k = 0; k < 4; ++k) row.entry[row.entry_of[1][foot][k]].weight -= row.b.blend * row.b.share[foot] * weight[k];
+        for (std::size_t k = 0; k < 4; ++k) add(1, row.b, foot, k, -row.b.blend * row.b.share[foot] * weight[k]);
     }
     row.mobility = 0.0;
     for (std::size_t k = 0; k < row.entries; ++k) {
@@ -87,6 +94,7 @@ void ContactSolver::place(ContactRow& row) const noexcept {
         entry.per_mass = entry.weight * bodies_[entry.slot].inv_mass[entry.record];
         row.mobility += entry.weight * entry.per_mass;
     }
+    if (row.mobility < kTogether * apart) row.mobility = 0.0;
 }
 
 /// m/s, of a against b at the place where the impulse acts.
