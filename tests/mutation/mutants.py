@@ -59,7 +59,7 @@ MUTANTS = [
     Mutant("lumen-goes-on", "a lumen that was left out for some steps goes on as if it had not been", "engine/step/instrument/instrument_stage.cpp",
            "const bool continues = own.lumen_step + 1 == state.step;", "const bool continues = true;", "engine", "LazyEvaluation.*"),
     Mutant("impulse-one-sided", "an impulse between solids pushes one of them harder", "engine/step/contact/contact_solver.cpp",
-           "weight -= row.b.blend * row.b.share[foot] * weight[k];", "weight -= 0.999 * row.b.blend * row.b.share[foot] * weight[k];", "engine", "SolidLaws.AFreeSystem*"),
+           "add(1, row.b, foot, k, -row.b.blend", "add(1, row.b, foot, k, -0.999 * row.b.blend", "engine", "SolidLaws.AFreeSystem*"),
     Mutant("impulse-two-places", "the second body feels the impulse at its own place", "engine/step/contact/contact_solver.cpp",
            "(void)find_affine(x, row.b.image(foot, of_b) + aside, weight);", "(void)x, (void)aside;", "engine", "SolidLaws.AFreeSystem*"),
     Mutant("cone-open", "friction is not bounded by what presses", "engine/step/contact/contact_solver.cpp",
