@@ -15,14 +15,21 @@ namespace {
 
 /// A push at one place takes others farther than the rod's free motion would have: by this factor and so much, until it is measured.
 constexpr double kSwing = 3.0, kLeastSwing = 1e-4; // [-], m
-/// Cosine above which two planes look the same way, and how many that do one place has: a corner of the wall's facets.
+/// Cosine above which a new plane goes on with the forces of a last one.
 constexpr double kSameDirection = 0.9;
-constexpr std::size_t kPlanesOneWay = 3;
+/// So many planes of a place look the same way, by the cosine between them: six close in from all sides, three are a corner of facets.
+struct Spread {
+    double cosine;
+    std::size_t most;
+};
+constexpr Spread kSpreads[] = {{0.5, 1}, {0.9, 3}};
+/// Cosine; where what is near looks farther aside than this of the nearest, the lumen may be narrow.
+constexpr double kSideways = 0.5;
 /// Cosine above which they are the same plane: of what has gone out over an edge the triangles beside it are the same way off.
 constexpr double kSamePlane = 1.0 - 1e-6;
 /// m; what stands out of a plane by less adds nothing to it.
 constexpr double kFlat = 1e-6;
-constexpr std::size_t kNearTriangles = 64;
+constexpr std::size_t kNearTriangles = 64, kFacets = 24;
 struct NearTriangle {
     Index triangle;
     double distance; // m, signed, of the rod where it was from the wall where it will be
@@ -115,8 +122,9 @@ private:
 struct PlaneSite {
     Index node;
     double weight;
-    Vec3 place;  // m
-    double room; // m, that it keeps
+    Vec3 place; // m
+    double room;     // m, that it keeps
+    double farthest; // m; what is farther away gets no plane
     const collision::SurfaceMotion& wall; // at t1
 };
 
@@ -137,25 +145,44 @@ Vec3 plane_normal(const NearTriangle& near, const PlaneSite& site) {
     return std::abs(before) < site.room ? near.normal : before > 0.0 ? face : Vec3(-face);
 }
 
-/// Planes of one place from the list, nearest first, those that say nothing new left out.
-void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, InstrumentState& now) {
-    std::array<NearTriangle, kPlanesPerPlace> made;
+/// Of the list, nearest first, what stands out of all that is nearer, with the normals of their planes.
+std::span<const NearTriangle> facets_of(const NearList& list, const PlaneSite& site, std::array<NearTriangle, kFacets>& facets) {
     std::size_t count = 0;
-    last.seek(site.node, site.weight);
     for (const NearTriangle& near : list.entries()) {
-        bool known = false;
-        for (std::size_t k = 0; k < count && !known; ++k)
-            known = made[k].normal.dot(near.normal) > kSamePlane || !(stands_out(near, made[k], site) > kFlat);
+        const bool known = std::any_of(facets.begin(), facets.begin() + static_cast<std::ptrdiff_t>(count), [&](const NearTriangle& plane) {
+            return plane.normal.dot(near.normal) > kSamePlane || !(stands_out(near, plane, site) > kFlat);
+        });
         if (known) continue;
-        NearTriangle& plane = made[count] = near;
-        plane.normal = plane_normal(near, site);
-        const auto alike = std::count_if(made.begin(), made.begin() + static_cast<std::ptrdiff_t>(count),
-                                         [&](const NearTriangle& other) { return other.normal.dot(plane.normal) > kSameDirection; });
-        if (static_cast<std::size_t>(alike) >= kPlanesOneWay) continue;
-        now.planes.push_back({site.node, site.weight, plane.normal, plane.normal.dot(near.point) + site.room, 0.0, near.velocity});
+        facets[count] = near;
+        facets[count].normal = plane_normal(near, site);
+        if (++count == kFacets) break;
+    }
+    return std::span(facets).first(count);
+}
+
+/// Planes of one place: what closes in from all sides first, then the wall's facets one by one, nearest first each time.
+void add_planes(const NearList& list, const PlaneSite& site, LastPlanes& last, InstrumentState& now) {
+    std::array<NearTriangle, kFacets> memory;
+    const std::span<const NearTriangle> facets = facets_of(list, site, memory);
+    std::array<const NearTriangle*, kPlanesPerPlace> made;
+    std::size_t count = 0;
+    for (const Spread& spread : kSpreads)
+        for (const NearTriangle& facet : facets) {
+            if (count == kPlanesPerPlace) break;
+            std::size_t alike = 0;
+            bool is_made = false;
+            for (std::size_t k = 0; k < count; ++k) {
+                alike += made[k]->normal.dot(facet.normal) > spread.cosine;
+                is_made = is_made || made[k] == &facet;
+            }
+            if (!is_made && alike < spread.most) made[count++] = &facet;
+        }
+    last.seek(site.node, site.weight);
+    for (const NearTriangle* plane : std::span(made).first(count)) {
+        if (plane->distance > site.farthest) continue;
+        now.planes.push_back({site.node, site.weight, plane->normal, plane->normal.dot(plane->point) + site.room, 0.0, plane->velocity});
         last.warm_start(now.planes.back());
-        now.presses.push_back({near.triangle, near.bary});
-        if (++count == kPlanesPerPlace) return;
+        now.presses.push_back({plane->triangle, plane->bary});
     }
 }
 
@@ -179,6 +206,26 @@ bool still_proven_free(const SceneModel& model, std::size_t index, Index node, d
     if (!proven_free(model, index, node, weight, rods)) return false;
     const Vec3& seen = rods.instruments[index].links_t1[link_at(model, index, node, weight)].centre;
     return (place - seen).squaredNorm() <= model.contact.margin * model.contact.margin;
+}
+
+/// m; what a place keeps of its clearance: half of what a narrow lumen leaves free, or walls on both sides would press on a rod that fits.
+double find_clearance(const SceneModel& model, std::size_t index, const NearList& list, const Vec3& place, const collision::SurfaceMotion& wall,
+                      RodsScratch& rods) {
+    const InstrumentModel& instrument = model.instruments[index];
+    const double radius = instrument.rod.design.radius, room = radius + model.contact.clearance;
+    if (list.entries().empty()) return model.contact.clearance;
+    const NearTriangle& nearest = list.entries().front();
+    if (std::ranges::none_of(list.entries(), [&](const NearTriangle& near) { return near.normal.dot(nearest.normal) < kSideways; }))
+        return model.contact.clearance;
+    const Vec3 middle = place + (room - nearest.normal.dot(place - nearest.seen)) * nearest.normal; // just clear of the nearest
+    double across = room + 2.0 * model.contact.clearance; // wider leaves all of it
+    collision::for_each_close_triangle(
+        rods.walls[instrument.lumen].tree, wall, middle, across,
+        [&](Index, const PointOnTriangle& on) {
+            if (nearest.normal.dot(middle - on.point) < 0.0) across = std::min(across, std::sqrt(on.distance_sq));
+        },
+        rods.walls[instrument.lumen].age.drift);
+    return std::min(model.contact.clearance, 0.5 * std::max(0.0, 0.5 * (room + across) - radius));
 }
 
 /// Of InstrumentScratch::wall_distance.
@@ -244,7 +291,8 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
                     list.add({id, normal.dot(p - now), normal, on.point, now, (now - on.point) / model.step_s, on.bary});
                 },
                 rods.walls[instrument.lumen].age.drift);
-            add_planes(list, {node, weight, p, room, before}, last, own);
+            const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, before, rods);
+            add_planes(list, {node, weight, p, kept, room + reach, before}, last, own);
             scratch.wall_distance[slot_of(node, weight)] = nearest;
         }
 }
@@ -388,7 +436,8 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
                     list.add({id, distance, side * (p - on.point) / distance, on.point, on.point, (on.point - point_on(t, on.bary, wall.t0)) / model.step_s, on.bary});
                 },
                 rods.walls[instrument.lumen].age.drift);
-            add_planes(list, {node, weight, p, room, wall}, none, own);
+            const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, wall, rods);
+            add_planes(list, {node, weight, p, kept, kept, wall}, none, own);
         }
 }
 
