@@ -14,7 +14,21 @@
 namespace trocar::engine {
 namespace {
 
-using namespace collision;
+// by name: other files of this program say testing:: of GoogleTest
+using collision::BoxTree;
+using collision::ChromaticCuller;
+using collision::ChromaticSets;
+using collision::CpuCullBackend;
+using collision::CullJob;
+using collision::CullMemory;
+using collision::CullPlan;
+using collision::SweptCorners;
+using collision::TrianglePair;
+using collision::ViewDirection;
+using collision::find_hits_in_two_passes;
+using collision::make_chromatic_sets;
+using collision::view_along;
+using collision::view_along_axis;
 using test::Cloth;
 using test::make_cloth;
 using test::WholeView;

@@ -1,5 +1,6 @@
 // Bodies without instruments: a ball falls and rests, plates move, tissue breathes, and a state that leaves its bounds stops.
 #include "engine/step/tissue/tissue_stage.hpp"
+#include "engine/prepare/scripted_motion.hpp"
 #include "step_fixture.hpp"
 
 #include <limits>

@@ -117,6 +117,9 @@ void restore_instruments(const SceneModel& model, State& state, const RodsScratc
     }
 }
 
+/// m or rad, to 1e-12: what a path writes in a scene's units comes back as the same bits, and with it the whole run.
+static double as_written(double value) noexcept { return std::nearbyint(value * 0x1p40) * 0x1p-40; }
+
 void apply_drive_commands(const SceneModel& model, std::span<const std::optional<DriveCommand>> drive, State& state, RodsScratch& rods,
                           StepReport& report) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
@@ -139,7 +142,8 @@ void apply_drive_commands(const SceneModel& model, std::span<const std::optional
         now.drive_stopped = false;
         const double advance = scratch.command.insertion - from.insertion;
         report.drive_limited += advance > kDriveReach || advance < -kDriveReach;
-        scratch.command.insertion = from.insertion + std::clamp(advance, -kDriveReach, kDriveReach);
+        scratch.command.insertion = as_written(from.insertion + std::clamp(advance, -kDriveReach, kDriveReach));
+        scratch.command.rotation = as_written(scratch.command.rotation);
     }
 }
 

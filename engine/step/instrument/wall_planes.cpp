@@ -433,7 +433,8 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
                     if (!(distance > 0.0)) return;
                     const Triangle& t = wall.topology->triangles[id];
                     const double side = twice_area(t, wall.t1).dot(p - on.point) > 0.0 ? -1.0 : 1.0;
-                    list.add({id, distance, side * (p - on.point) / distance, on.point, on.point, (on.point - point_on(t, on.bary, wall.t0)) / model.step_s, on.bary});
+                    const Vec3 moved = on.point - point_on(t, on.bary, wall.t0);
+                    list.add({id, distance, side * (p - on.point) / distance, on.point, on.point, moved / model.step_s, on.bary});
                 },
                 rods.walls[instrument.lumen].age.drift);
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, wall, rods);
