@@ -38,11 +38,12 @@ void EnvironmentBatch::reset(std::span<const std::optional<std::uint64_t>> seeds
     pool_.for_each(
         count(),
         [&](std::size_t i, unsigned) {
-            arrays_.outcome[i].began = 0;
-            if (!seeds.empty() && seeds[i] && (all || mask[i] != 0)) environments_[i].seed(*seeds[i]);
-            if (!all && mask[i] == 0) return;
-            begin_episode(i);
+            const bool begins = all || mask[i] != 0;
+            if (begins && !seeds.empty() && seeds[i]) environments_[i].seed(*seeds[i]);
+            if (begins) begin_episode(i);
+            else environments_[i].observe({arrays_.observation + i * observation_size_, observation_size_});
             write_outcome(i);
+            if (!begins) arrays_.outcome[i].began = 0;
         },
         between);
     if (all) ready_ = true;

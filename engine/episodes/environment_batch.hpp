@@ -47,7 +47,7 @@ public:
     [[nodiscard]] const ThreadPool& pool() const noexcept { return pool_; }
     [[nodiscard]] const Environment& at(std::size_t i) const { return environments_[i]; }
 
-    /// Where answers go from here on. A reset with a mask leaves the rows of others as they stand there.
+    /// Where answers go from here on. A reset with a mask writes the rows of others anew, as they are.
     void write_to(const BatchArrays& arrays) noexcept { arrays_ = arrays; }
     /// Begins episodes, and writes their observations.
     /// seeds    [count] none: that environment goes on with its sequence; empty: all do

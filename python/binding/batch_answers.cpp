@@ -31,8 +31,6 @@ py::array_t<T> zeros(std::vector<py::ssize_t> shape) {
     return array;
 }
 
-void copy_content(const py::array& from, py::array& to) { std::memcpy(to.mutable_data(), from.data(), static_cast<std::size_t>(from.nbytes())); }
-
 } // namespace
 
 py::dtype BatchAnswers::outcome_dtype() {
@@ -89,18 +87,13 @@ py::dict BatchAnswers::make_infos(const py::array& outcome, const py::array& suc
     return infos;
 }
 
-BatchAnswers::Next BatchAnswers::next(bool kept) const {
+BatchAnswers::Next BatchAnswers::next() const {
     if (!copy_) {
         auto infos = py::reinterpret_steal<py::dict>(PyDict_Copy(view_infos_.ptr()));
         if (!infos) throw py::error_already_set();
         return {last_, py::make_tuple(views_.observation, views_.reward, views_.terminated, views_.truncated, infos)};
     }
     AnswerArrays fresh = make_arrays();
-    if (kept) {
-        copy_content(last_.observation, fresh.observation), copy_content(last_.reward, fresh.reward);
-        copy_content(last_.terminated, fresh.terminated), copy_content(last_.truncated, fresh.truncated);
-        copy_content(last_.outcome, fresh.outcome);
-    }
     const py::dict infos = make_infos(fresh.outcome, fresh.terminated);
     return {fresh, py::make_tuple(fresh.observation, fresh.reward, fresh.terminated, fresh.truncated, infos)};
 }

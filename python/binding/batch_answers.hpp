@@ -31,8 +31,7 @@ public:
     /// copy   answers are arrays of their own; otherwise read-only views of one set, which every step overwrites
     BatchAnswers(py::ssize_t count, py::ssize_t observation_size, bool copy);
 
-    /// kept   begins with what the last answer holds
-    [[nodiscard]] Next next(bool kept) const;
+    [[nodiscard]] Next next() const;
     /// Where the engine writes it.
     [[nodiscard]] engine::BatchArrays pointers(Next& next);
     /// It has been written: the last answer from here on.

@@ -95,7 +95,7 @@ public:
     /// returns   observations, infos
     py::tuple reset(const std::vector<std::optional<std::uint64_t>>& seeds, const std::vector<std::uint8_t>& mask) {
         const auto lock = enter(mutex_, batch_->pool(), "environments");
-        BatchAnswers::Next next = answers_.next(true);
+        BatchAnswers::Next next = answers_.next();
         batch_->write_to(answers_.pointers(next));
         {
             const py::gil_scoped_release released;
@@ -117,7 +117,7 @@ public:
         if (!batch_->ready()) bad_usage("the environments have no episode, or their last step was interrupted; expected reset() first");
         const std::span<const double> values(taken.data(), static_cast<std::size_t>(taken.size()));
         check_finite(values.data(), values.size(), 2 * batch_->devices());
-        BatchAnswers::Next next = answers_.next(false);
+        BatchAnswers::Next next = answers_.next();
         batch_->write_to(answers_.pointers(next));
         {
             const py::gil_scoped_release released;

@@ -330,7 +330,9 @@ def test_a_batch_takes_any_array_of_numbers_and_answers_in_arrays_of_its_own(tub
 def test_a_masked_reset_leaves_the_rows_of_others(tube_task):
     environments = trocar.Environments(tube_task, 3, 1, autoreset="disabled")
     environments.reset(0)
-    observations, *_, infos = environments.step(np.full((3, 1, 2), 20.0))
+    told, *_, infos = environments.step(np.full((3, 1, 2), 20.0))
+    observations = told.copy()
+    told[:] = 0.0  # an answer is its user's to change
     again, infos_again = environments.reset(mask=np.array([False, True, False]))
     assert (again[[0, 2]] == observations[[0, 2]]).all() and (again[1] != observations[1]).any()
     assert infos_again["hash"][0] == infos["hash"][0] and infos_again["hash"][1] != infos["hash"][1]
