@@ -135,9 +135,9 @@ RootList::RootList(const Polynomial& polynomial) : square_free_(polynomial), deg
         degree_ = square_free_.degree();
     }
     const Bernstein whole = bernstein_on(square_free_, degree_, 0, 0);
-    if (whole[0].is_zero()) roots_.push_back({0, 0, true});
+    if (whole[0].is_zero()) add({0, 0, true});
     isolate(whole, 0, 0);
-    if (whole[static_cast<std::size_t>(degree_)].is_zero()) roots_.push_back({1, 0, true});
+    if (whole[static_cast<std::size_t>(degree_)].is_zero()) add({1, 0, true});
 }
 
 /// Roots strictly inside the interval.
@@ -147,7 +147,7 @@ void RootList::isolate(std::array<BigInteger, 4> b, const BigInteger& place, int
     if (count == 1) {
         int first = 0; // the interval's begin may itself be a root: the first coefficient that is not zero tells the sign after it
         for (std::size_t k = 0; first == 0; ++k) first = b[k].sign();
-        roots_.push_back({place, depth, false, first});
+        add({place, depth, false, first});
         return;
     }
     // de Casteljau at one half, times 2^degree
@@ -160,7 +160,7 @@ void RootList::isolate(std::array<BigInteger, 4> b, const BigInteger& place, int
     }
     const BigInteger first = place + place, second = first + BigInteger(1);
     isolate(left, first, depth + 1);
-    if (right[0].is_zero()) roots_.push_back({second, depth + 1, true});
+    if (right[0].is_zero()) add({second, depth + 1, true});
     isolate(right, second, depth + 1);
 }
 

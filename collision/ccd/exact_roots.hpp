@@ -6,7 +6,8 @@
 #include "collision/ccd/big_integer.hpp"
 
 #include <array>
-#include <vector>
+#include <span>
+#include <utility>
 
 namespace trocar::collision {
 
@@ -38,7 +39,7 @@ public:
     /// polynomial   not zero
     explicit RootList(const Polynomial& polynomial);
 
-    [[nodiscard]] std::span<Root> roots() noexcept { return roots_; }
+    [[nodiscard]] std::span<Root> roots() noexcept { return std::span(roots_).first(count_); }
     /// Halves the root's interval until it is 2^-bits wide, or the root is hit.
     void refine(Root& root, int bits) const;
     /// Sign of g at the root, exactly. Refines the root where that is needed.
@@ -47,10 +48,12 @@ public:
 private:
     void isolate(std::array<BigInteger, 4> bernstein, const BigInteger& place, int depth);
     void halve(Root& root) const;
+    void add(Root root) { roots_[count_++] = std::move(root); }
 
     Polynomial square_free_;
     int degree_ = 0;
-    std::vector<Root> roots_;
+    std::array<Root, 3> roots_; // no more than the degree
+    std::size_t count_ = 0;
 };
 
 } // namespace trocar::collision

@@ -29,6 +29,8 @@ constexpr double kSideways = 0.5;
 constexpr double kSamePlane = 1.0 - 1e-6;
 /// m; what stands out of a plane by less adds nothing to it.
 constexpr double kFlat = 1e-6;
+/// m; nearest points of triangles that are one point of the edge or corner that they share.
+constexpr double kSamePoint = 1e-12;
 constexpr std::size_t kNearTriangles = 64, kFacets = 24;
 struct NearTriangle {
     Index triangle;
@@ -38,6 +40,7 @@ struct NearTriangle {
     Vec3 point;    // m, of the wall at t1
     Vec3 velocity; // m/s
     std::array<double, 3> bary;
+    double facing = 0.0; // cosine between its outward normal and the way from it to the place
 };
 
 /// The nearest triangles of one place, nearest first; a longer list than kNearTriangles drops its farthest.
@@ -54,6 +57,20 @@ public:
         size_ = kept + 1;
     }
     [[nodiscard]] std::span<const NearTriangle> entries() const noexcept { return {entries_.data(), size_}; }
+
+    /// Normals away from the wall become such that look into the lumen: what has gone out is brought back. On which side of an edge or a
+    /// corner a place is the face says that looks at it most; the others beside it may look away.
+    void turn_inwards() noexcept {
+        std::array<double, kNearTriangles> facing;
+        for (std::size_t i = 0; i < size_; ++i) {
+            facing[i] = entries_[i].facing;
+            for (std::size_t k = 0; k < size_; ++k)
+                if ((entries_[k].seen - entries_[i].seen).squaredNorm() < kSamePoint * kSamePoint && std::abs(entries_[k].facing) > std::abs(facing[i]))
+                    facing[i] = entries_[k].facing;
+        }
+        for (std::size_t i = 0; i < size_; ++i)
+            if (facing[i] > 0.0) entries_[i].normal = -entries_[i].normal;
+    }
 
 private:
     static bool before(const NearTriangle& a, const NearTriangle& b) noexcept {
@@ -432,11 +449,12 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
                     const double distance = std::sqrt(on.distance_sq);
                     if (!(distance > 0.0)) return;
                     const Triangle& t = wall.topology->triangles[id];
-                    const double side = twice_area(t, wall.t1).dot(p - on.point) > 0.0 ? -1.0 : 1.0;
-                    const Vec3 moved = on.point - point_on(t, on.bary, wall.t0);
-                    list.add({id, distance, side * (p - on.point) / distance, on.point, on.point, moved / model.step_s, on.bary});
+                    const Vec3 moved = on.point - point_on(t, on.bary, wall.t0), towards = (p - on.point) / distance;
+                    const double facing = spheretree::direction_of(twice_area(t, wall.t1)).dot(towards);
+                    list.add({id, distance, towards, on.point, on.point, moved / model.step_s, on.bary, facing});
                 },
                 rods.walls[instrument.lumen].age.drift);
+            list.turn_inwards();
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, wall, rods);
             add_planes(list, {node, weight, p, kept, kept, wall}, none, own);
         }
