@@ -107,7 +107,6 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
         work.start = state.position; // same size: copies, never allocates
         begin_stage(stage, dt, step / substeps, first, state, work);
         move_behind_port(model, drive.port, state.insertion, dt, first, state);
-        for (std::size_t i = first; i < model.node_count(); ++i) state.position[i] = work.from[i] + work.pace[i] * work.from_velocity[i];
         const double share = inserted_share(model, state.insertion, first);
         bool settled = true;
         const auto advance = [&](auto&& rod_step) {

@@ -43,7 +43,12 @@ public:
 
     /// Forces and stiffness of every plane where the rod is now.
     void evaluate() noexcept {
-        for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], work_.presses[k]);
+        for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], work_.presses[k], false);
+    }
+    /// The same for a stage's first correction: what pressed when it began still holds, both ways. Where the rod would have gone freely most
+    /// gaps are open by more than the micrometre that lets go of a force; without those planes it would spring by millimetres, into others.
+    void evaluate_held() noexcept {
+        for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], work_.presses[k], work_.presses[k].force > 0.0);
     }
 
     /// Takes note of the normal forces; with `bounds` friction's bounds become those of now. Returns by how much the worst of either
@@ -83,7 +88,6 @@ public:
         return -model_.design.radius * work_.tangent[plane.node].cross(plane.normal);
     }
 
-
 private:
     void begin() noexcept {
         if (work_.presses.size() < planes_.size()) work_.presses.resize(planes_.size()); // never shrinks
@@ -94,14 +98,17 @@ private:
             across = std::max(across, 1.5 * model_.bending_of(i) * turn * turn + model_.mass[i] / (dt_ * dt_));
         }
         across_ = kPressAugmentation * across;
+        softness_ = 1.0 / drive_.contact_stiffness;
         for (std::size_t k = 0; k < planes_.size(); ++k) {
-            const RodPlane& plane = planes_[k];
+            RodPlane& plane = planes_[k];
             RodPress& press = work_.presses[k];
             press = RodPress();
+            const Vec3 drag = plane.drag;
+            plane.drag.setZero();
             press.force = press.last = press.bounding = plane.force;
             const double bound = bound_of(plane, plane.force);
             if (!(bound > 0.0)) continue;
-            press.anchor = -kStickReach / bound * (plane.drag - plane.normal.dot(plane.drag) * plane.normal);
+            press.anchor = -kStickReach / bound * (drag - plane.normal.dot(drag) * plane.normal);
             const double length = std::sqrt(press.anchor.squaredNorm());
             if (length > kStickReach) press.anchor *= kStickReach / length;
         }
@@ -122,15 +129,21 @@ private:
         return moved;
     }
 
-    void evaluate(RodPlane& plane, RodPress& press) const noexcept {
+    void evaluate(RodPlane& plane, RodPress& press, bool holds) const noexcept {
         const double depth = plane.offset - plane.normal.dot(point(plane, state_.position));
-        const double yields = 1.0 + across_ * (1.0 / drive_.contact_stiffness + plane.give);
-        plane.force = std::max(0.0, (press.force + across_ * (depth + plane.give * plane.start_force)) / yields);
-        press.stiffness = plane.force > 0.0 ? across_ / yields : 0.0;
-        plane.drag.setZero();
-        press.aside.setZero();
+        const double yields = 1.0 + across_ * (softness_ + plane.give);
+        const double force = (press.force + across_ * (depth + plane.give * plane.start_force)) / yields;
+        const bool touches = holds || force > 0.0;
         const double bound = bound_of(plane, press.bounding);
-        if (!(bound > 0.0)) return;
+        plane.force = touches ? force : 0.0;
+        press.stiffness = touches ? across_ / yields : 0.0;
+        const bool pushes = touches || bound > 0.0;
+        if (pushes || press.pushes) {
+            plane.drag.setZero();
+            press.aside.setZero();
+        }
+        press.pushes = pushes;
+        if (!(bound > 0.0)) return; // nearly all of a rod's planes are out of reach
         const Vec3 trial = press.anchor + slide(plane);
         const double length = std::sqrt(trial.squaredNorm());
         const Mat3 across = Mat3::Identity() - plane.normal * plane.normal.transpose();
@@ -154,7 +167,8 @@ private:
     Index first_;
     bool twists_;
     RodWorkspace& work_;
-    double across_ = 0.0; // N/m, augmentation
+    double across_ = 0.0;   // N/m, augmentation
+    double softness_ = 0.0; // m/N, of what is behind the planes
 };
 
 } // namespace trocar::fem

@@ -111,6 +111,7 @@ struct RodDrive {
     std::span<const RodFlow> flow;     // [node_count] of the fluid around it; empty: none
     std::span<const Vec3> force = {};  // [node_count] N, constant over the step; empty: none
     bool measure_hold = false;         // of the planes that press: a substitution each
+    bool rough = false;                // to kRoughTolerance is enough: a look ahead that is solved again
 };
 
 /// What the solve keeps of a plane while it iterates: see rod_contact.hpp.
@@ -118,10 +119,12 @@ struct RodPress {
     double force = 0.0;         // N, multiplier: the normal force that the last stage ended with
     double last = 0.0;          // N, normal force of the last iteration
     double bounding = 0.0;      // N, normal force that bounds friction
+    double stiffness = 0.0;     // N/m, of the forces as they were evaluated last
+    bool pushes = false;        // it has a force or a stiffness, as they were evaluated last
+    bool pushed = false;        // the same where the last correction started
     Vec3 anchor = Vec3::Zero(); // m, from where it is anchored to where it was at the stage's start
-    double stiffness = 0.0;    // N/m, of the forces as they were evaluated last
-    Mat3 aside = Mat3::Zero();
-    Vec3 start_force = Vec3::Zero();     // N, N/m: where the last correction started
+    Mat3 aside = Mat3::Zero();  // N/m, of friction
+    Vec3 start_force = Vec3::Zero(); // N, N/m: where the last correction started
     Mat3 start_stiffness = Mat3::Zero();
 };
 

@@ -15,13 +15,13 @@ namespace trocar::fem {
 
 /// Newton iterations of one sub-step at most: contacts that come and go settle in 3 to 8.
 inline constexpr unsigned kMaxNewton = 48;
-/// Of those, the first make the whole correction: many planes are met at once. The others search along it.
-inline constexpr unsigned kFullSteps = 6;
 /// [-] of the power that a correction starts with: one that ends with more than this against it is shortened, until this much is left.
 inline constexpr double kOvershoot = 0.5, kSearchTolerance = 0.05;
 inline constexpr int kSearchRounds = 12;
 /// m; a Newton correction below this ends the iteration: a thousandth of a skin's clearance.
 inline constexpr double kNewtonTolerance = 1e-7;
+/// m; the same where RodDrive::rough says so, whatever the forces still change.
+inline constexpr double kRoughTolerance = 1e-5;
 /// Contact forces that change less than this in an iteration end it: of the largest normal force, or N.
 inline constexpr double kForceTolerance = 2e-3, kLeastForce = 1e-6;
 /// m; no node moves further in one Newton iteration: keeps the linearised stretch valid.
@@ -56,19 +56,22 @@ public:
         bool settled = false;
         for (unsigned iteration = 0; iteration < kMaxNewton; ++iteration) {
             farthest_sq = std::max(farthest_sq, farthest_from_start_sq());
-            contact_.evaluate();
-            if (iteration > 0) {
-                const double largest = contact_.largest_force();
-                change = contact_.update(correction <= kBoundWithin);
-                settled = correction <= kNewtonTolerance && change <= std::max(kForceTolerance * largest, kLeastForce);
-                if (settled) break;
+            if (iteration == 0) {
+                contact_.evaluate_held();
+            } else {
                 contact_.evaluate();
+                const double largest = contact_.largest_force();
+                const bool bounds = correction <= kBoundWithin;
+                change = contact_.update(bounds);
+                settled = drive_.rough ? correction <= kRoughTolerance : correction <= kNewtonTolerance && change <= std::max(kForceTolerance * largest, kLeastForce);
+                if (settled) break;
+                if (bounds) contact_.evaluate();
             }
             ++report.iterations;
             Band band(work_.band, moving());
             assemble(band);
             solve_band(band);
-            correction = apply_correction(iteration >= kFullSteps);
+            correction = apply_correction();
         }
         contact_.stay_in_cone();
         report.farthest_m += std::sqrt(farthest_sq); // a stage's on top of those before it
@@ -300,13 +303,14 @@ private:
 
     void add_planes(Band& band) noexcept {
         for (std::size_t k = 0; k < contact_.planes().size(); ++k) {
-            const RodPlane& plane = contact_.planes()[k];
             RodPress& press = contact_.press(k);
+            press.pushed = press.pushes;
+            if (!press.pushes) continue;
+            const RodPlane& plane = contact_.planes()[k];
             const Vec3 force = contact_.force(k);
             const Mat3 stiffness = press.stiffness * plane.normal * plane.normal.transpose() + press.aside;
             press.start_force = force;
             press.start_stiffness = stiffness;
-            if (force.isZero() && stiffness.isZero()) continue;
             const double weight[2] = {1.0 - plane.weight, plane.weight};
             for (std::size_t a = 0; a < 2; ++a) {
                 push(plane.node + a, weight[a] * force);
@@ -339,6 +343,7 @@ private:
         contact_.evaluate();
         twist_->assemble();
         for (std::size_t k = 0; k < contact_.planes().size(); ++k) {
+            if (!contact_.press(k).pushes) continue;
             const RodPlane& plane = contact_.planes()[k];
             const Vec3 roll = contact_.roll(plane);
             const double torque = roll.dot(plane.drag), grip = roll.dot(contact_.press(k).aside * roll);
@@ -353,7 +358,7 @@ private:
     }
 
     /// Returns the largest correction, m, before it was shortened.
-    double apply_correction(bool search) noexcept {
+    double apply_correction() noexcept {
         double largest = 0.0, turned = 0.0;
         for (std::size_t i = 0; i < moving(); ++i) {
             const double* delta = work_.rhs.data() + kCoordinates * i;
@@ -362,7 +367,7 @@ private:
         }
         const double most = std::min({1.0, kTrustRadius / largest, kTrustAngle / turned}); // by 0: infinite
         move_by(most);
-        if (search) shorten(most);
+        shorten(most);
         if constexpr (kTwists) turn_alone();
         return std::max(largest, turned * model_.design.radius);
     }
@@ -394,10 +399,11 @@ private:
         double power = (1.0 - part) * power_;
         for (std::size_t k = 0; k < contact_.planes().size(); ++k) {
             const RodPress& press = contact_.press(k);
-            const Vec3 force = contact_.force(k);
-            if (force.isZero() && press.start_force.isZero()) continue;
+            if (!press.pushes && !press.pushed) continue;
             const Vec3 moved = moved_at(contact_.planes()[k]);
-            power += (force - press.start_force + part * (press.start_stiffness * moved)).dot(moved);
+            Vec3 change = press.pushes ? contact_.force(k) : Vec3(Vec3::Zero());
+            if (press.pushed) change += part * (press.start_stiffness * moved) - press.start_force;
+            power += change.dot(moved);
         }
         return power;
     }

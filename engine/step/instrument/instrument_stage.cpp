@@ -190,13 +190,14 @@ std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t
     return fem::make_implicit_solver();
 }
 
-void solve_instrument(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
+void solve_instrument(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, bool rough) {
     if (is_coaxial_inner(model, index)) return;
     for (const std::size_t one : coaxial(model, index)) {
         state.instruments[one].rod = rods.instruments[one].rod_t0; // same sizes: copies, never allocates
         for (fem::RodPlane& plane : state.instruments[one].planes) plane.force = plane.start_force, plane.drag = plane.start_drag;
     }
-    const fem::RodDrive drive = make_drive(model, index, rods);
+    fem::RodDrive drive = make_drive(model, index, rods);
+    drive.rough = rough;
     const fem::SolvedRod own = make_solved(model, index, drive, state, rods);
     if (const auto wire = model.instruments[index].wire) {
         const fem::RodDrive inner_drive = make_drive(model, *wire, rods);

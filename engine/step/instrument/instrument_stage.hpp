@@ -46,7 +46,8 @@ void load_instruments(const SceneModel& model, const EffectSet& live, State& sta
 
 /// Solves the rod from the start of the step to its end against the planes in its scratch, and places the skin; with the
 /// wire in its bore, where it has one.
-void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
+/// rough   another solve of this step follows: see RodDrive
+void solve_instrument(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, bool rough = false);
 
 /// Moves the sphere chain to the candidate motion.
 void update_instrument_trees(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods);
