@@ -367,6 +367,44 @@ bool grows(const TubeRod& tube, double load) {
     return amplitude() > early;
 }
 
+/// J/m; by how much a rod that a load has wound into a helix is above one that lies straight: bending, lift, and what the load did. Of the
+/// middle, after a second in which it may settle.
+double energy_of_wound(const TubeRod& tube, double load) {
+    const double length = 10.0 * tube.half_wave(), turn = std::sqrt(0.5 * load / tube.ei), lean = tube.clearance * turn; // rad/m, -
+    RodBench bench = lie_in(tube, length);
+    for (Vec3& p : bench.state.position) {
+        if (!(p.x() > 0.0)) continue;
+        const double angle = turn * p.x();
+        p = Vec3(p.x() * std::sqrt(1.0 - lean * lean), tube.clearance * std::sin(angle), -tube.clearance * std::cos(angle));
+    }
+    bench.force.back() = Vec3(-load, 0, 0);
+    for (double t = 0.0; t < 1.0; t += 2e-3) {
+        bench.surround(tube.clearance);
+        bench.step(2e-3);
+    }
+    const std::vector<Vec3>& x = bench.state.position;
+    const RodInternalForces inside = find_internal_forces(bench.model, bench.state, bench.drive.port);
+    double energy = 0.0, along = 0.0;
+    for (std::size_t i = bench.first() + 1; i + 1 < x.size(); ++i) {
+        if (x[i].x() < 0.3 * length || x[i].x() > 0.7 * length) continue;
+        const double segment = (x[i + 1] - x[i]).norm();
+        energy += segment * (0.5 * inside.moment[i].squaredNorm() / tube.ei + tube.weight * (x[i].z() + tube.clearance)) -
+                  load * (segment - (x[i + 1].x() - x[i].x()));
+        along += segment;
+    }
+    return energy / along;
+}
+
+/// The load from which a helix is the rod's lower state, over sqrt(EI w / r): 2 sqrt(2) (Chen, Lin & Cheatham 1990).
+double find_winding_load(const TubeRod& tube) {
+    double low = 2.4, high = 3.3;
+    for (int k = 0; k < 6; ++k) {
+        const double middle = 0.5 * (low + high);
+        (energy_of_wound(tube, 0.5 * middle * tube.sinusoidal) < 0.0 ? high : low) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
 void buckle_in_a_tube(std::vector<LawRow>& rows, bool quick) {
     const TubeRod tube;
     double low = 0.9, high = 1.1;
@@ -376,6 +414,8 @@ void buckle_in_a_tube(std::vector<LawRow>& rows, bool quick) {
     }
     rows.push_back({"a pressed rod in a tube snakes at 2 sqrt(EI w / r)", "load over that", 1.0, 0.5 * (low + high), 0.05, "10 half waves"});
     if (quick) return;
+    rows.push_back({"and lies lower wound into a helix from 2 sqrt(2) sqrt(EI w / r) on", "load over that", 1.0,
+                    find_winding_load(tube) / (2.0 * std::numbers::sqrt2), 0.1, "middle of 10 half waves"});
 
     // Pushed on it winds; wound in one sense by k radians on a length it presses with r (P k^2 - EI k^4): r P^2 / (4 EI) at the best k.
     const double length = 10.0 * tube.half_wave();

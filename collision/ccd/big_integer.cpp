@@ -13,7 +13,40 @@ using Wide = unsigned __int128;
 
 constexpr int kLimbBits = 64;
 
+/// Long numbers of a verdict that are alive at once, and how many limbs each may have without growing: 16,000 bits.
+constexpr std::size_t kSpare = 96, kSpareLimbs = 256;
+
+thread_local std::vector<std::vector<std::uint64_t>> spare;
+
 } // namespace
+
+void BigInteger::reserve() {
+    spare.reserve(kSpare);
+    while (spare.size() < kSpare) spare.emplace_back().reserve(kSpareLimbs);
+}
+
+void BigInteger::give_back(std::vector<std::uint64_t>& limbs) noexcept {
+    if (limbs.capacity() == 0) return;
+    if (spare.size() < spare.capacity()) spare.push_back(std::move(limbs));
+    limbs = {};
+}
+
+BigInteger& BigInteger::operator=(const BigInteger& other) {
+    if (this == &other) return *this;
+    std::copy_n(other.limbs().data(), other.count_, make_limbs(other.count_));
+    negative_ = other.negative_;
+    return *this;
+}
+
+BigInteger& BigInteger::operator=(BigInteger&& other) noexcept {
+    if (this == &other) return *this;
+    give_back(far_);
+    far_ = std::move(other.far_);
+    count_ = std::exchange(other.count_, 0);
+    negative_ = std::exchange(other.negative_, false);
+    if (far_.empty()) std::copy_n(other.near_.begin(), count_, near_.begin());
+    return *this;
+}
 
 BigInteger::BigInteger(std::int64_t value) noexcept : negative_(value < 0) {
     if (value == 0) return;
@@ -24,8 +57,13 @@ BigInteger::BigInteger(std::int64_t value) noexcept : negative_(value < 0) {
 std::uint64_t* BigInteger::make_limbs(std::size_t count) {
     count_ = count;
     if (count <= kInside) {
-        far_.clear();
+        give_back(far_);
         return near_.data();
+    }
+    if (far_.capacity() < count && !spare.empty()) {
+        give_back(far_);
+        far_ = std::move(spare.back());
+        spare.pop_back();
     }
     far_.assign(count, 0);
     return far_.data();

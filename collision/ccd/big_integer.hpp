@@ -6,15 +6,24 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace trocar::collision {
 
-/// Sign and magnitude, 64 bits a limb, lowest first. Short numbers live inside the object, long ones on the heap.
+/// Sign and magnitude, 64 bits a limb, lowest first. Short numbers live inside the object, long ones in memory that this thread keeps for the
+/// next one.
 /// fails   only by std::bad_alloc
 class BigInteger {
 public:
     BigInteger() noexcept = default;
+    BigInteger(const BigInteger& other) { *this = other; }
+    BigInteger(BigInteger&& other) noexcept { *this = std::move(other); }
+    BigInteger& operator=(const BigInteger& other);
+    BigInteger& operator=(BigInteger&& other) noexcept;
+    ~BigInteger() { give_back(far_); }
+    /// Memory for what a verdict needs, of this thread: coordinates that are zero but for rounding make long numbers.
+    static void reserve();
     BigInteger(std::int64_t value) noexcept; // NOLINT(google-explicit-constructor)
 
     /// value * 2^-exponent. The exponent must be at most lowest_exponent(value), else bits would be lost (assert).
@@ -39,6 +48,7 @@ private:
 
     [[nodiscard]] std::span<const std::uint64_t> limbs() const noexcept { return {far_.empty() ? near_.data() : far_.data(), count_}; }
     std::uint64_t* make_limbs(std::size_t count);
+    static void give_back(std::vector<std::uint64_t>& limbs) noexcept;
     void trim() noexcept;
     static BigInteger sum(const BigInteger& a, const BigInteger& b, bool negate_b);
     static int compare_magnitudes(const BigInteger& a, const BigInteger& b) noexcept;
