@@ -28,7 +28,7 @@ Whole run_whole(HardReport& report, const SceneModel& model) {
         const StepReport& step = simulator.step();
         if (!report.require(step.finite, "every step is finite: " + step.failure)) return whole;
         whole.culled_candidates += step.cull_items;
-        for (const std::uint64_t count : {step.exact_contacts, step.leaf_contacts, step.solid_touches, simulator.contacts().size()}) {
+        for (const std::uint64_t count : {step.exact_contacts, step.pressing_contacts, step.leaf_contacts, step.solid_touches, simulator.contacts().size()}) {
             whole.contacts.push_back(count);
             whole.sum += count;
         }

@@ -81,7 +81,7 @@ void Environment::step(std::span<const double> action) {
         outcome_.force = std::max(outcome_.force, report.max_contact_force_n);
         outcome_.exits += report.lumen_exits, outcome_.unresolved += report.unresolved, outcome_.assumed += report.assumed;
         outcome_.overruns += !report.budget_kept;
-        outcome_.exact_steps += report.exact_ran, outcome_.contacts += report.exact_contacts;
+        outcome_.exact_steps += report.exact_ran, outcome_.contacts += report.pressing_contacts;
     }
     judge(before);
     track(false);

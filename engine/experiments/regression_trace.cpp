@@ -126,7 +126,7 @@ Trace run_trace(const SceneModel& model, const RegressionEntry& entry, const std
             break;
         }
         trace.steps = k;
-        contacts += report.exact_ran ? report.exact_contacts : report.leaf_contacts;
+        contacts += report.exact_ran ? report.pressing_contacts : report.leaf_contacts;
         pairs += report.pairs_tested;
         if (k * kSamples / entry.steps == (k - 1) * kSamples / entry.steps && k != entry.steps) continue;
         TraceSample& sample = trace.samples.emplace_back(take_sample(model, simulator, k == entry.steps ? kLastPoints : kPoints));

@@ -123,6 +123,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("rod_balance_n", row.r.balance_n),
     TROCAR_COLUMN("rod_unsettled", row.r.unsettled_rods),
     TROCAR_COLUMN("rod_slowed", row.r.slowed_rods),
+    TROCAR_COLUMN("pressing_contacts", row.r.pressing_contacts),
 };
 #undef TROCAR_COLUMN
 

@@ -40,7 +40,8 @@ struct StepReport {
     bool exact_forced = false;  // did not fit, but ran all the same: without it the rod would have left the lumen
     bool exact_abandoned = false; // started, but the budget ended first: its answer was thrown away
     std::uint64_t candidates = 0, unresolved = 0;
-    std::uint64_t exact_contacts = 0; // places that press on a wall, and hits that no correction removed
+    std::uint64_t exact_contacts = 0; // that continuous tests found, those that a correction removed included
+    std::uint64_t pressing_contacts = 0; // places where an instrument presses on its wall
     unsigned culled_by = 0;           // who looked at candidates by pictures (CulledBy): 0 nobody, 1 the CPU twin, 2 OpenGL
     std::uint64_t cull_items = 0;     // candidates looked at
     std::uint64_t cull_apart = 0;     // of them proven apart

@@ -61,7 +61,6 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
         else
             retry_with_drive_stopped(model, i, state, rods, report);
     }
-    report.exact_contacts = rods.hits.size();
     if (report.exact_ran) return;
     for (const InstrumentScratch& instrument : rods.instruments)
         for (const spheretree::LinkStatus status : instrument.proven) report.unproven_links += status != spheretree::LinkStatus::Free;
@@ -79,7 +78,7 @@ void list_contacts(const SceneModel& model, const State& state, StepScratch& scr
     contacts.clear();
     const ContactOrigin origin = report.exact_ran ? ContactOrigin::ExactVF : ContactOrigin::TestedSpheres;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) list_presses(model, i, state, origin, contacts);
-    if (report.exact_ran) report.exact_contacts += contacts.size();
+    report.pressing_contacts = contacts.size();
     for (const SolidContact& place : state.solids.contacts)
         if (is_touching(place.touch)) contacts.push_back(place.touch);
     for (const Contact& contact : scratch.traversal.coarse) // solids without a surface's depth; those of instruments are among the presses

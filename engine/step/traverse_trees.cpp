@@ -102,9 +102,9 @@ void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsig
             report.exact_abandoned = true;
         }
         report.exact_ran = false;
+        report.exact_contacts = 0;
         rods.hits.clear();
     }
-    report.exact_contacts = rods.hits.size();
     if (rods.cull) rods.cull->tell(report);
 }
 

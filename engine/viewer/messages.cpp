@@ -167,6 +167,7 @@ std::string status_message(const Snapshot& snapshot, std::uint32_t frame, const 
                     {"exact_ran", report.exact_ran},
                     {"exact_insisted", report.exact_forced},
                     {"exact_contacts", report.exact_contacts},
+                    {"pressing_contacts", report.pressing_contacts},
                     {"unproven", report.unproven_links},
                     {"dropped", report.dropped}});
     message.update({{"force_n", report.contact_force_n},

@@ -106,7 +106,8 @@ void bind_report(py::module_& module) {
         .def_readonly("max_contact_force", &StepReport::max_contact_force_n, "N, at one place.")
         .def_readonly("friction_force", &StepReport::friction_force_n, "N, sum of the friction forces on walls.")
         .def_readonly("exact", &StepReport::exact_ran, "The exact stage answered.")
-        .def_readonly("contacts", &StepReport::exact_contacts, "Exact contacts.")
+        .def_readonly("contacts", &StepReport::pressing_contacts, "Places where an instrument presses on its wall.")
+        .def_readonly("exact_contacts", &StepReport::exact_contacts, "Contacts that continuous tests found, those that a correction removed included.")
         .def_readonly("exits", &StepReport::lumen_exits, "Instrument vertices outside the lumen.")
         .def_readonly("unresolved", &StepReport::unresolved, "Elementary tests without a verdict.")
         .def_readonly("assumed", &StepReport::assumed, "Untested sphere pairs that were taken for contacts.")
@@ -130,7 +131,7 @@ void bind_report(py::module_& module) {
             }, "Wall time of the stages, ms.")
         .def("__repr__", [](const StepReport& r) {
             return fmt::format("<trocar.StepReport: step {}, {:.6g} s, tip ({:.2f}, {:.2f}, {:.2f}) mm, {} contacts, {:.3g} N{}>", r.step,
-                               r.time_s, 1e3 * r.tip[0], 1e3 * r.tip[1], 1e3 * r.tip[2], r.exact_contacts, r.contact_force_n,
+                               r.time_s, 1e3 * r.tip[0], 1e3 * r.tip[1], 1e3 * r.tip[2], r.pressing_contacts, r.contact_force_n,
                                r.finite ? "" : ", stopped: " + r.failure);
         });
 }

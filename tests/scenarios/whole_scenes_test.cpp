@@ -40,7 +40,7 @@ Outcome run(const SceneModel& model, int steps) {
         ++outcome.steps;
         outcome.lumen_exits += report.lumen_exits;
         outcome.exact_steps += report.exact_ran;
-        outcome.contacts += report.exact_contacts;
+        outcome.contacts += report.pressing_contacts;
         outcome.inverted_tets = std::max(outcome.inverted_tets, report.inverted_tets);
         outcome.insertion = report.insertion_m;
     }

@@ -238,6 +238,7 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
         outcome.safe_fraction = stats.safe_fraction;
         if (!stats.finished) return outcome;
         report.unresolved = stats.unresolved;
+        report.exact_contacts += rods.hits.size() - known;
         if (rods.hits.size() == known || round == kMaxCorrections) return outcome;
         ++report.corrections;
         if (round == kDriveStopRound) { // a jam: more planes would only squeeze harder

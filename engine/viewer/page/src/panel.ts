@@ -139,7 +139,7 @@ export class Panel {
         else if (!spheres) text("error", exact ? "unknown" : "nothing is tested", "bad");
         else if (open) text("error", `up to ${(1e3 * status.error_m).toFixed(2)} mm`, "warn");
         else text("error", began ? "leaf spheres" : "–");
-        if (status.exact_ran) text("exact", `${status.exact_contacts}${status.exact_insisted ? ", had to run" : ""}`);
+        if (status.exact_ran) text("exact", `${status.exact_contacts} met, ${status.pressing_contacts} press${status.exact_insisted ? ", had to run" : ""}`);
         else if (exact) text("exact", began ? "did not run" : "–", began ? "warn" : "");
         else text("exact", spheres ? "not asked for" : "off", spheres ? "" : "warn");
         text("force", spheres || exact ? `${status.force_n.toFixed(2)} N` : "–");

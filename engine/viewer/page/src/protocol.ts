@@ -72,6 +72,7 @@ export interface Status {
     exact_ran: boolean;
     exact_insisted: boolean;
     exact_contacts: number;
+    pressing_contacts: number;
     unproven: number;
     dropped: number;
     force_n: number;
