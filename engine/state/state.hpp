@@ -22,7 +22,7 @@ enum class FollowMode : std::uint8_t {
     Advance, // push, the tip turned to the route ahead
     Retract, // the tip went astray or stuck: back until it stands before that fork again
     Turn,    // before the fork: turn the tip to this attempt's angle
-    Probe,   // push past the fork, as fast as allowed, aimed at this attempt's angle
+    Probe,   // push past the fork, the handle held or the aim kept beside the first one's
     Arrived, // still, until the tip slips away from the end of the route
 };
 

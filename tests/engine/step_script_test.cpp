@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 namespace trocar::engine {
 namespace {
@@ -78,6 +79,47 @@ TEST(Steering, TurnsTheTipTowardsTheSideTheRouteGoesTo) {
     EXPECT_NEAR(std::abs(turn_for(-Vec3::UnitX())), 3.14 * kDt, 1e-9) << "the wrong way round: as fast as allowed";
 }
 
+TEST(Steering, ATipBesideItsWayIsAimedBetweenTheBranchsDirectionAndItsMiddle) {
+    std::mt19937 random(7);
+    const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+    for (int k = 0; k < 200; ++k) {
+        const double direction = between(-3.0, 3.0), offset = (k % 2 == 0 ? 1.0 : -1.0) * between(1e-3, 4e-3);
+        const Vec3 aside(std::cos(direction), std::sin(direction), 0.0), side = Vec3::UnitZ().cross(aside);
+        const Route route = make_bent_route(aside);
+        const Vec3 tip = Vec3(0.0, 0.0, between(0.094, 0.1)) + offset * side;
+        FollowState state;
+        DriveCommand now{0.1, direction + between(-2.0, 2.0)};
+        state.progress = tip.z();
+        const auto bend = [&] { return Vec3(std::cos(now.rotation), std::sin(now.rotation), 0.0); };
+        for (int step = 0; step < 1000; ++step)
+            now.rotation = follow_route(route, kSettings, kLimits, {tip, Vec3::UnitZ(), bend()}, now, kDt, state).rotation;
+        const double back = -std::copysign(1.0, offset) * bend().dot(side);
+        const Vec3 middle = route.points[static_cast<std::size_t>(std::lround(1e3 * (tip.z() + 0.012)))] - tip;
+        const double straight = std::abs(middle.dot(side)) / std::hypot(middle.dot(side), middle.dot(aside));
+        EXPECT_GT(bend().dot(aside), 0.0);
+        EXPECT_GT(back, 0.2 * straight) << "it brings the tip back to the branch's middle, offset " << offset << " m";
+        EXPECT_LT(back, straight) << "and still points along the branch, offset " << offset << " m";
+    }
+}
+
+TEST(Steering, AnAttemptHoldsTheHandleOrKeepsTheAimAndThenPushesAsFastAsTheLimitAllows) {
+    const Route route = make_bent_route(Vec3::UnitX());
+    const DriveCommand now{0.1, 0.0};
+    const auto command_of = [&](unsigned attempt) {
+        FollowState state;
+        state.mode = FollowMode::Probe;
+        state.attempts = attempt;
+        state.fork = 0.1;
+        state.progress = state.best_progress = 0.09;
+        state.best_insertion = state.astray_insertion = now.insertion;
+        return follow_route(route, kSettings, kLimits, {{0, 0, 0.096}, Vec3::UnitZ(), -Vec3::UnitY()}, now, kDt, state);
+    };
+    EXPECT_NEAR(command_of(1).insertion, now.insertion + kSettings.speed * kDt, 1e-12);
+    EXPECT_DOUBLE_EQ(command_of(1).rotation, now.rotation);
+    EXPECT_NEAR(command_of(2).insertion, now.insertion + kLimits.speed * kDt, 1e-12);
+    EXPECT_GT(command_of(2).rotation, 0.01) << "a tip that was turned off its way is turned back";
+}
+
 TEST(Steering, PushesMoreSlowlyWhileTheTipLooksElsewhere) {
     const Route route = make_bent_route(Vec3::UnitX());
     const auto push_for = [&](const Vec3& bend) {
@@ -139,7 +181,7 @@ TEST(Steering, PullsBackToBeforeTheForkAndProbesOtherAnglesThere) {
     std::vector<double> probed; // handle's angle of each attempt
     std::vector<double> started;
     FollowMode before = state.mode;
-    for (int step = 0; step < 100'000 && probed.size() < 22; ++step) {
+    for (int step = 0; step < 200'000 && probed.size() < 26; ++step) {
         const Vec3 bend(std::cos(now.rotation), std::sin(now.rotation), 0.0);
         const DriveCommand next = follow_route(route, kSettings, kLimits, {tip.at(now.insertion), Vec3::UnitZ(), bend}, now, kDt, state);
         ASSERT_LE(std::abs(next.insertion - now.insertion), kLimits.speed * kDt + 1e-12);
@@ -151,16 +193,16 @@ TEST(Steering, PullsBackToBeforeTheForkAndProbesOtherAnglesThere) {
         before = state.mode;
         now = next;
     }
-    ASSERT_EQ(probed.size(), 22u);
+    ASSERT_EQ(probed.size(), 26u);
     for (int k = 0; k < 8; ++k) { // no direction is further than 0.5 rad from an angle that was probed in the first round
         const double direction = k * std::numbers::pi / 4.0;
         double nearest = 9.0;
-        for (std::size_t i = 0; i < 11; ++i)
+        for (std::size_t i = 0; i < 13; ++i)
             nearest = std::min(nearest, std::abs(std::remainder(direction - probed[i], 2.0 * std::numbers::pi)));
         EXPECT_LT(nearest, 0.5) << "direction " << direction;
     }
     for (const double z : started) EXPECT_LT(z, 0.0955) << "each attempt begins before the fork";
-    EXPECT_LT(started[12], started[0] - 0.004) << "the second round begins further back";
+    EXPECT_LT(started[13], started[0] - 0.004) << "the second round begins further back";
 }
 
 TEST(Steering, OnARouteWithoutPointsDoesNothing) {

@@ -3,6 +3,7 @@
 #include "base/trig.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -16,15 +17,38 @@ constexpr double kPatience = 0.015;
 constexpr double kAstrayPatience = 0.006;
 /// m; progress below this is no progress: the tip's jitter in contact.
 constexpr double kProgressStep = 0.0005;
-/// m before the fork where the next attempt begins, and how much further back each further round of angles begins.
-constexpr double kBeforeFork = 0.006, kFurtherBack = 0.006;
+/// m before the fork where an attempt begins: one that keeps the aim begins so far back that the shaft lies as it does when it comes from
+/// afar. And how much further back each further round of attempts begins.
+constexpr double kBeforeFork = 0.006, kFarBeforeFork = 0.018, kFurtherBack = 0.006;
 /// m of insertion that one retraction may take: a shaft whose slack is longer is not stuck at the tip.
 constexpr double kLongestRetraction = 0.08;
 /// m beyond the fork where an attempt has succeeded: steering begins again; and where it is forgotten.
 constexpr double kPastFork = 0.005, kForgetFork = 0.012;
-/// rad between the angles that are probed: 0, +1, -1, +2, -2 ... of these, all round in eleven attempts.
-constexpr double kAimOffset = 0.6;
-constexpr unsigned kAnglesInARound = 11;
+/// An attempt at a fork. It turns the tip to an angle beside the aim, and then either keeps it there by the aim that changes on the way,
+/// and pushes as fast as the limit allows, or holds the handle still.
+struct Attempt {
+    double offset; // rad, beside the aim
+    bool keeps_aim;
+};
+/// A round: the angles at which the handle is held are all round. The aim is kept close to the first one, where a branch off a wide vessel
+/// takes the tip within some 0.2 rad only, and only when it is pushed fast.
+constexpr std::array<Attempt, 13> kRound{{{0.0, false},
+                                          {0.0, true},
+                                          {0.2, true},
+                                          {-0.2, true},
+                                          {0.6, false},
+                                          {-0.6, false},
+                                          {1.2, false},
+                                          {-1.2, false},
+                                          {1.8, false},
+                                          {-1.8, false},
+                                          {2.4, false},
+                                          {-2.4, false},
+                                          {3.0, false}}};
+/// Share of the tip's offset to either hand of its way that the aim leaves. In a wide vessel the shaft leans on the wall, and its tip comes
+/// to a branch beside the branch's middle: there it has to point along the branch. A tip that is turned to the middle reaches less far out,
+/// and slides over the branch's rim; one that only points along the route stays beside it.
+constexpr double kOffsetKept = 0.5;
 /// A tip is aimed when the sine of its error is below this; a turn that takes longer than kLongestTurn s is over anyway.
 constexpr double kAimed = 0.15, kLongestTurn = 2.5;
 /// Share of the tolerance within which nothing is left to improve.
@@ -65,11 +89,8 @@ Vec3 unit_or(const Vec3& v, const Vec3& fallback) noexcept {
     return length > 1e-9 ? Vec3(v / length) : fallback;
 }
 
-/// Offset of an attempt's angle from the first one's, rad: to either hand by turns.
-double probe_offset(unsigned attempt) noexcept {
-    const unsigned k = attempt % kAnglesInARound;
-    return (k % 2 == 1 ? 1.0 : -1.0) * kAimOffset * static_cast<double>((k + 1) / 2);
-}
+/// The attempt that is made at a fork; the first is number 1.
+const Attempt& attempt_now(const FollowState& state) noexcept { return kRound[(state.attempts - 1) % kRound.size()]; }
 
 /// Wanted change of the handle's angle, in [-1, 1] of what the limit allows; how well the tip is aimed, in [0, 1].
 struct Aim {
@@ -78,9 +99,17 @@ struct Aim {
     bool aimed;
 };
 
+Vec3 part_across(const Vec3& v, const Vec3& axis) noexcept { return v - v.dot(axis) * axis; }
+
+/// Where the tip has to go across the shaft, m: to the route ahead, less the share of its offset to either hand of that way that may stay.
+Vec3 find_way_across(const Route& route, const FollowSettings& settings, const TipView& view, double progress) noexcept {
+    const Vec3 way = part_across(route.points[find_point_at(route, progress + settings.look_ahead)] - view.tip, view.tangent);
+    const Vec3 side = view.tangent.cross(unit_or(way, view.bend));
+    return way + kOffsetKept * (view.tip - route.points[find_point_at(route, progress)]).dot(side) * side;
+}
+
 Aim aim_tip(const Route& route, const FollowSettings& settings, const TipView& view, const FollowState& state, double offset) noexcept {
-    const Vec3 ahead = route.points[find_point_at(route, state.progress + settings.look_ahead)] - view.tip;
-    const Vec3 across = ahead - ahead.dot(view.tangent) * view.tangent;
+    const Vec3 across = find_way_across(route, settings, view, state.progress);
     const double lateral = std::sqrt(across.squaredNorm());
     // Straight ahead the direction across means nothing: leave the handle alone.
     const double matters = std::min(1.0, lateral / (0.25 * settings.look_ahead));
@@ -126,7 +155,8 @@ void begin_retraction(const DriveCommand& now, FollowState& state) noexcept {
 }
 
 bool stands_before_fork(const Progress& progress, const DriveCommand& now, const FollowState& state) noexcept {
-    const double before = state.fork - kBeforeFork - kFurtherBack * static_cast<double>(state.attempts / kAnglesInARound);
+    const double before = state.fork - (attempt_now(state).keeps_aim ? kFarBeforeFork : kBeforeFork) -
+                          kFurtherBack * static_cast<double>((state.attempts - 1) / kRound.size());
     return (progress.on_route && state.progress <= std::max(0.0, before)) || state.retract_from - now.insertion > kLongestRetraction ||
            now.insertion <= 0.0;
 }
@@ -203,14 +233,15 @@ DriveCommand follow_route(const Route& route, const FollowSettings& settings, co
         }
         break;
     case FollowMode::Turn: {
-        const Aim aim = aim_tip(route, settings, view, state, probe_offset(state.attempts - 1));
+        const Aim aim = aim_tip(route, settings, view, state, attempt_now(state).offset);
         turn_to(aim);
         state.turned_for += dt;
         if (aim.aimed || state.turned_for > kLongestTurn) begin_push(FollowMode::Probe, now, state);
         break;
     }
     case FollowMode::Probe:
-        if (!resisted) wanted.insertion += settings.speed * dt;
+        if (attempt_now(state).keeps_aim) turn_to(aim_tip(route, settings, view, state, attempt_now(state).offset));
+        if (!resisted) wanted.insertion += (attempt_now(state).keeps_aim ? limits.speed : settings.speed) * dt;
         if (progress.on_route && state.progress > state.fork + kPastFork) begin_push(FollowMode::Advance, now, state);
         break;
     case FollowMode::Arrived:

@@ -28,8 +28,8 @@ struct TipView {
 
 /// Turns the handle until the shaped tip points to the route ahead, and pushes when it does. When the tip enters another
 /// branch, or insertion no longer brings it forward, it pulls back to before that place, and probes it at another angle each
-/// time, beside the first to either hand, until one leads on. Progress counts along the route, however far beside it the tip is
-/// within the lumen.
+/// time, beside the first to either hand, until one leads on: with the handle held, or, pushed as fast as the limit allows, with
+/// the aim kept. Progress counts along the route, however far beside it the tip is within the lumen.
 /// source   the surgeon's own rule; no planner. deviation: sees the true position of the tip.
 [[nodiscard]] DriveCommand follow_route(const Route& route, const FollowSettings& settings, const DriveLimits& limits, const TipView& view,
                                         const DriveCommand& now, double dt, FollowState& state) noexcept;
