@@ -13,23 +13,7 @@ using Wide = unsigned __int128;
 
 constexpr int kLimbBits = 64;
 
-/// Long numbers of a verdict that are alive at once, and how many limbs each may have without growing: 16,000 bits.
-constexpr std::size_t kSpare = 96, kSpareLimbs = 256;
-
-thread_local std::vector<std::vector<std::uint64_t>> spare;
-
 } // namespace
-
-void BigInteger::reserve() {
-    spare.reserve(kSpare);
-    while (spare.size() < kSpare) spare.emplace_back().reserve(kSpareLimbs);
-}
-
-void BigInteger::give_back(std::vector<std::uint64_t>& limbs) noexcept {
-    if (limbs.capacity() == 0) return;
-    if (spare.size() < spare.capacity()) spare.push_back(std::move(limbs));
-    limbs = {};
-}
 
 BigInteger& BigInteger::operator=(const BigInteger& other) {
     if (this == &other) return *this;
@@ -40,11 +24,11 @@ BigInteger& BigInteger::operator=(const BigInteger& other) {
 
 BigInteger& BigInteger::operator=(BigInteger&& other) noexcept {
     if (this == &other) return *this;
-    give_back(far_);
     far_ = std::move(other.far_);
     count_ = std::exchange(other.count_, 0);
     negative_ = std::exchange(other.negative_, false);
     if (far_.empty()) std::copy_n(other.near_.begin(), count_, near_.begin());
+    other.far_.clear();
     return *this;
 }
 
@@ -57,13 +41,8 @@ BigInteger::BigInteger(std::int64_t value) noexcept : negative_(value < 0) {
 std::uint64_t* BigInteger::make_limbs(std::size_t count) {
     count_ = count;
     if (count <= kInside) {
-        give_back(far_);
+        far_.clear();
         return near_.data();
-    }
-    if (far_.capacity() < count && !spare.empty()) {
-        give_back(far_);
-        far_ = std::move(spare.back());
-        spare.pop_back();
     }
     far_.assign(count, 0);
     return far_.data();

@@ -11,20 +11,17 @@
 
 namespace trocar::collision {
 
-/// Sign and magnitude, 64 bits a limb, lowest first. Short numbers live inside the object, long ones in memory that this thread keeps for the
-/// next one.
+/// Sign and magnitude, 64 bits a limb, lowest first. Short numbers live inside the object, long ones on the heap.
 /// fails   only by std::bad_alloc
 class BigInteger {
 public:
     BigInteger() noexcept = default;
+    BigInteger(std::int64_t value) noexcept; // NOLINT(google-explicit-constructor)
     BigInteger(const BigInteger& other) { *this = other; }
     BigInteger(BigInteger&& other) noexcept { *this = std::move(other); }
     BigInteger& operator=(const BigInteger& other);
     BigInteger& operator=(BigInteger&& other) noexcept;
-    ~BigInteger() { give_back(far_); }
-    /// Memory for what a verdict needs, of this thread: coordinates that are zero but for rounding make long numbers.
-    static void reserve();
-    BigInteger(std::int64_t value) noexcept; // NOLINT(google-explicit-constructor)
+    ~BigInteger() = default;
 
     /// value * 2^-exponent. The exponent must be at most lowest_exponent(value), else bits would be lost (assert).
     [[nodiscard]] static BigInteger from_double(double value, int exponent);
@@ -43,17 +40,17 @@ public:
     friend bool operator==(const BigInteger& a, const BigInteger& b) noexcept;
 
 private:
-    /// Limbs without the heap: a cubic's coefficients over coordinates of one order of magnitude need 4, their remainders 23.
-    static constexpr std::size_t kInside = 8;
+    /// Limbs without the heap: a cubic's coefficients over coordinates of one order of magnitude need 4, their remainders 23. Coordinates that
+    /// are zero but for rounding (1e-20 of the others and less) make them some ten times as long.
+    static constexpr std::size_t kInside = 256;
 
     [[nodiscard]] std::span<const std::uint64_t> limbs() const noexcept { return {far_.empty() ? near_.data() : far_.data(), count_}; }
     std::uint64_t* make_limbs(std::size_t count);
-    static void give_back(std::vector<std::uint64_t>& limbs) noexcept;
     void trim() noexcept;
     static BigInteger sum(const BigInteger& a, const BigInteger& b, bool negate_b);
     static int compare_magnitudes(const BigInteger& a, const BigInteger& b) noexcept;
 
-    std::array<std::uint64_t, kInside> near_;
+    std::array<std::uint64_t, kInside> near_; // those beyond count_ are never read, nor copied
     std::vector<std::uint64_t> far_; // empty: near_ holds the limbs
     std::size_t count_ = 0;
     bool negative_ = false;

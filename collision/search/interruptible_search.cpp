@@ -1,7 +1,5 @@
 #include "collision/search/interruptible_search.hpp"
 
-#include "collision/ccd/big_integer.hpp"
-
 #include <algorithm>
 
 namespace trocar::collision {
@@ -25,7 +23,6 @@ void make_fresh(const SearchSide& side, Index cluster) noexcept {
 } // namespace
 
 InterruptibleSearch::InterruptibleSearch() {
-    BigInteger::reserve();
     cluster_pairs_.reserve(kPairsAtOnce + ClusterTraversal::kMostExtra);
     for (auto* list : {&candidates_.vertex_face, &candidates_.face_vertex, &candidates_.edge_edge}) list->reserve(kMostCandidates);
     found_.reserve(kReservedContacts);
