@@ -124,6 +124,7 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("rod_unsettled", row.r.unsettled_rods),
     TROCAR_COLUMN("rod_slowed", row.r.slowed_rods),
     TROCAR_COLUMN("pressing_contacts", row.r.pressing_contacts),
+    TROCAR_COLUMN("rod_iterations", row.r.rod_iterations),
 };
 #undef TROCAR_COLUMN
 

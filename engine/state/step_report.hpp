@@ -52,6 +52,7 @@ struct StepReport {
     unsigned drive_stops = 0;          // instruments whose hand was stopped in this step because its push met the wall
     unsigned clamped_forces = 0;      // always 0: forces are cut neither for the rod nor for the wall
     unsigned slowed_rods = 0;         // instruments that would have moved farther in this step than planes of their wall tell of: dragged
+    unsigned rod_iterations = 0;      // of Newton's method, in all solves of the step and all instruments
     unsigned unsettled_rods = 0;      // stages of rods whose contact forces had not settled when the iteration ended
     double safe_fraction = 1.0;       // < 1: the motion of this step was held back to this share
     bool within_distance = false; // skin and wall stayed nearer than the exact distance all step: the motion was taken, proven not to touch

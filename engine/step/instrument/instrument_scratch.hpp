@@ -45,6 +45,7 @@ struct InstrumentScratch {
     std::vector<std::uint8_t> taken;        // [last_planes] a newer plane goes on with its forces
     DriveCommand command;
     bool slowed = false;   // in this step, see keep_within_reach
+    unsigned iterations = 0; // of all solves of this step
     fem::RodModel thicker; // the rod as it is then, in a thicker fluid
     std::vector<fem::RodFlow> flow; // [node_count] of the fluid around it in this step: see RodLoads, as the next three
     std::vector<Vec3> force;

@@ -102,6 +102,7 @@ void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods) 
         rods.instruments[i].rod_t0 = state.instruments[i].rod;
         for (fem::RodPlane& plane : state.instruments[i].planes) plane.start_force = plane.force, plane.start_drag = plane.drag;
         rods.instruments[i].slowed = false;
+        rods.instruments[i].iterations = 0;
         rods.instruments[i].last_planes = state.instruments[i].planes; // reserved, and so are their presses
         rods.instruments[i].last_presses = state.instruments[i].presses;
         rods.instruments[i].skin_t0 = state.instruments[i].skin;
@@ -206,6 +207,7 @@ void solve_instrument(const SceneModel& model, std::size_t index, State& state, 
     } else {
         rods.solvers[index]->solve({&own, 1}, model.step_s);
     }
+    rods.instruments[index].iterations += own.report.iterations;
     for (const std::size_t one : coaxial(model, index)) {
         const InstrumentModel& instrument = model.instruments[one];
         InstrumentState& now = state.instruments[one];
@@ -289,6 +291,7 @@ void push_wall(const SceneModel& model, std::size_t index, State& state, StepRep
 void report_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const fem::RodReport& rod = rods.instruments[i].rod_report;
+        report.rod_iterations += rods.instruments[i].iterations;
         report.unsettled_rods += rod.unconverged;
         report.slowed_rods += rods.instruments[i].slowed;
         report.balance_n += std::sqrt((rod.handle_force + rod.contact_force + rod.body_force).squaredNorm());
