@@ -17,7 +17,7 @@ constexpr std::uint64_t kSteps = 60;
 /// What a run came to.
 struct Whole {
     std::uint64_t hash = 0;               // of the state after kSteps; 0 where the run stopped
-    std::vector<std::uint64_t> contacts;  // of every step: pressed, of leaf spheres, of solids, listed
+    std::vector<std::uint64_t> contacts;  // of every step: hit, pressed, of leaf spheres, of solids, listed
     std::uint64_t culled_candidates = 0, sum = 0; // candidates that a culler saw; all contacts
 };
 
@@ -28,7 +28,8 @@ Whole run_whole(HardReport& report, const SceneModel& model) {
         const StepReport& step = simulator.step();
         if (!report.require(step.finite, "every step is finite: " + step.failure)) return whole;
         whole.culled_candidates += step.cull_items;
-        for (const std::uint64_t count : {step.exact_contacts, step.pressing_contacts, step.leaf_contacts, step.solid_touches, simulator.contacts().size()}) {
+        for (const std::uint64_t count :
+             {step.exact_contacts, step.pressing_contacts, step.leaf_contacts, step.solid_touches, simulator.contacts().size()}) {
             whole.contacts.push_back(count);
             whole.sum += count;
         }

@@ -413,9 +413,9 @@ void buckle_in_a_tube(std::vector<LawRow>& rows, bool quick) {
         (grows(tube, middle * tube.sinusoidal) ? high : low) = middle;
     }
     rows.push_back({"a pressed rod in a tube snakes at 2 sqrt(EI w / r)", "load over that", 1.0, 0.5 * (low + high), 0.05, "10 half waves"});
-    if (quick) return;
     rows.push_back({"and lies lower wound into a helix from 2 sqrt(2) sqrt(EI w / r) on", "load over that", 1.0,
                     find_winding_load(tube) / (2.0 * std::numbers::sqrt2), 0.1, "middle of 10 half waves"});
+    if (quick) return;
 
     // Pushed on it winds; wound in one sense by k radians on a length it presses with r (P k^2 - EI k^4): r P^2 / (4 EI) at the best k.
     const double length = 10.0 * tube.half_wave();

@@ -40,8 +40,8 @@ public:
     friend bool operator==(const BigInteger& a, const BigInteger& b) noexcept;
 
 private:
-    /// Limbs without the heap: a cubic's coefficients over coordinates of one order of magnitude need 4, their remainders 23. Coordinates that
-    /// are zero but for rounding (1e-20 of the others and less) make them some ten times as long.
+    /// Limbs without the heap: a cubic's coefficients over coordinates of one order of magnitude need 4, their remainders 23. A coordinate
+    /// that has decayed to nearly nothing, as a rod's across a straight vessel, lengthens all of a test's numbers: 64 were too few there.
     static constexpr std::size_t kInside = 256;
 
     [[nodiscard]] std::span<const std::uint64_t> limbs() const noexcept { return {far_.empty() ? near_.data() : far_.data(), count_}; }

@@ -136,7 +136,8 @@ std::uint64_t fingerprint_of(const StepReport& report) noexcept {
     for (const double value : {report.kinetic_j, report.elastic_j, report.contact_force_n, report.insertion_m, report.rotation_rad})
         hash.add(value);
     for (const std::uint64_t value :
-         {report.pairs_tested, report.pairs_open, report.leaf_contacts, report.candidates, report.exact_contacts, report.pressing_contacts})
+         {report.pairs_tested, report.pairs_open, report.leaf_contacts, report.candidates, report.exact_contacts,
+          report.pressing_contacts})
         hash.add(value);
     return hash.value();
 }

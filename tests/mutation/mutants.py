@@ -72,6 +72,8 @@ MUTANTS = [
            "plane.start_force = std::max(0.0, from.force + felt * from.normal.dot(moved));", "(void)moved;", "engine", "RodInTissue.*"),
     Mutant("one-sided-planes", "planes are taken from the nearest side alone", "engine/step/instrument/wall_planes.cpp",
            "kSpreads[] = {{0.5, 1}, {0.9, 3}}", "kSpreads[] = {{0.9, 3}, {0.9, 3}}", "engine", "WallPlanes.ARodThatFits*"),
+    Mutant("unheld", "what pressed lets go in a stage's first correction", "fem/rod/rod_step.hpp",
+           "contact_.evaluate_held();", "contact_.evaluate();", "scenarios", "Scenario.AWireFinds*"),
     Mutant("unsearched", "a rod's corrections are not searched along", "fem/rod/rod_step.hpp",
            "        shorten(most);", "        if (most < 0.0) shorten(most);", "engine", "RodIteration.*"),
     Mutant("cone-open", "friction is not bounded by what presses", "engine/step/contact/contact_solver.cpp",

@@ -13,11 +13,13 @@
 namespace trocar::engine {
 namespace {
 
-PreparedScene prepare_in_work_mode(const std::string& file) {
+/// follow_speed  m/s, of the first instrument; 0: the scene's
+PreparedScene prepare_in_work_mode(const std::string& file, double follow_speed = 0.0) {
     Result<Scene> scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / file);
     EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().to_string());
     if (!scene.ok()) return {};
     scene->budget.limits = {BudgetMode::Work, 0.0, 1'000'000};
+    if (follow_speed > 0.0) scene->instruments.front().follow->settings.speed = follow_speed;
     Result<PreparedScene> prepared = prepare_scene(*scene);
     EXPECT_TRUE(prepared.ok()) << (prepared.ok() ? "" : prepared.error().to_string());
     return prepared.ok() ? std::move(*prepared) : PreparedScene{};
@@ -110,10 +112,12 @@ TEST(Scenario, AWireFindsTheBranchTheCatheterFollowsAndTheWireIsDrawnBack) {
     ASSERT_EQ(prepared.model.instruments.size(), 2u);
     Simulator simulator(prepared.model);
     double wire_closest = 1.0, catheter_closest = 1.0;
+    std::uint64_t unsettled = 0; // steps
     for (std::uint64_t k = 0; k < prepared.model.step_count; ++k) {
         const StepReport& report = simulator.step();
         ASSERT_TRUE(report.finite) << report.failure;
         ASSERT_EQ(report.lumen_exits, 0u) << "step " << k;
+        unsettled += report.unsettled_rods > 0;
         const auto distance = [&](std::size_t i) {
             return (simulator.state().instruments[i].rod.position.back() - prepared.targets[0].position).norm();
         };
@@ -121,6 +125,7 @@ TEST(Scenario, AWireFindsTheBranchTheCatheterFollowsAndTheWireIsDrawnBack) {
         catheter_closest = std::min(catheter_closest, distance(0));
     }
     std::cout << "wire within " << 1e3 * wire_closest << " mm of the target, catheter within " << 1e3 * catheter_closest << " mm\n";
+    EXPECT_LE(unsettled, 12u) << "of 1,200: 4 were seen, 25 where what pressed does not hold in a stage's first correction";
     EXPECT_LT(wire_closest, 0.006);
     EXPECT_LT(catheter_closest, 0.035) << "over the wire into its branch";
     EXPECT_NEAR(simulator.state().instruments[1].rod.insertion, 0.02, 2e-3) << "drawn back into the catheter";
@@ -144,6 +149,27 @@ TEST_P(Steered, ReachesItsTargetAndStaysInside) {
 }
 INSTANTIATE_TEST_SUITE_P(Vessels, Steered, ::testing::Values("u_bend", "s_bend", "bifurcation", "stenosis", "aneurysm", "aortic_arch"),
                          [](const auto& vessel) { return std::string(vessel.param); });
+
+/// A coeliac trunk is entered or passed by a tenth of a millimetre: what arrives at one speed alone arrives by luck.
+TEST(Scenario, TheDemoArrivesWhateverItsSpeed) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "1,700 steps of the demo take minutes under sanitizers; the plain builds take them";
+#endif
+    for (const double speed : {0.030, 0.0294, 0.0287}) {
+        SCOPED_TRACE(speed);
+        const PreparedScene prepared = prepare_in_work_mode("assets/scenes/hepatic.json", speed);
+        ASSERT_FALSE(prepared.model.instruments.empty());
+        Simulator simulator(prepared.model);
+        double closest = 1.0;
+        for (int k = 0; k < 1700; ++k) {
+            const StepReport& report = simulator.step();
+            ASSERT_TRUE(report.finite) << report.failure;
+            ASSERT_EQ(report.lumen_exits, 0u) << "step " << k;
+            closest = std::min(closest, report.target_distance_m);
+        }
+        EXPECT_LE(closest, prepared.model.instruments.front().follow.tolerance) << "m, within 17 s";
+    }
+}
 
 } // namespace
 } // namespace trocar::engine
