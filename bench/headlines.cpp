@@ -56,6 +56,32 @@ std::vector<Headline> of_deadline(Rows rows) {
             {"the same, 99.9th percentile of what a step used, ms", list(late), {}, {}, {}}};
 }
 
+/// The most accurate budget whose contact takes at most a quarter of the exact run's.
+std::vector<Headline> of_price(Rows rows) {
+    constexpr double kShare = 0.25;
+    std::vector<Headline> lines;
+    for (std::size_t begin = 0, end = 0; begin < rows.size(); begin = end) {
+        const std::string scene = text(rows[begin], "scene");
+        for (end = begin; end < rows.size() && text(rows[end], "scene") == scene;) ++end;
+        const Rows own = rows.subspan(begin, end - begin);
+        const BenchRow* best = nullptr;
+        for (const BenchRow& row : own)
+            if (number(row, "charged_of_exact").value_or(1.0) <= kShare &&
+                (best == nullptr || number(row, "run_rms_mm") < number(*best, "run_rms_mm")))
+                best = &row;
+        if (best == nullptr) continue;
+        const double tightest = number(own.front(), "run_rms_mm").value_or(0.0), here = number(*best, "run_rms_mm").value_or(0.0);
+        lines.push_back({fmt::format("{} under {}: share of the exact run's time for contact; error of what the tightest budget has", scene,
+                                     text(*best, "budget")),
+                         fmt::format("{:.0f} %; {:.0f} % ({:.3g} mm)", 100.0 * number(*best, "charged_of_exact").value_or(0.0),
+                                     tightest > 0.0 ? 100.0 * here / tightest : 0.0, here),
+                         {},
+                         {},
+                         {}});
+    }
+    return lines;
+}
+
 std::vector<Headline> of_effects(Rows rows) {
     std::vector<Headline> lines;
     for (std::size_t begin = 0; begin < rows.size();) {
@@ -270,7 +296,7 @@ struct Maker {
     std::string_view bench;
     std::vector<Headline> (*make)(Rows);
 };
-constexpr Maker kMakers[] = {{"deadline", of_deadline},       {"effects", of_effects},       {"fem", of_fem},
+constexpr Maker kMakers[] = {{"deadline", of_deadline},       {"price", of_price},           {"effects", of_effects},       {"fem", of_fem},
                              {"validation", of_validation},   {"spheretree", of_spheretree}, {"interruptible", of_interruptible},
                              {"contacts", of_contacts},       {"chromatic", of_chromatic},   {"seed001", of_seed001},
                              {"image-space", of_image_space}, {"seed004", of_seed004}};

@@ -17,6 +17,7 @@ namespace trocar::engine {
 [[nodiscard]] Result<BenchTable> bench_image_space(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_seed001(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_seed004(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_price(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_effects(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_laws(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_hard_cases(const BenchOptions& options);
@@ -24,6 +25,7 @@ namespace trocar::engine {
 
 inline constexpr std::array kBenches{
     Bench{"deadline", "budgets from 0.1 to 33 ms on the main scene: kept or not, p99, p99.9, worst", bench_deadline},
+    Bench{"price", "what accuracy costs: shipped scenes under budgets from nothing to no limit, each against its exact run", bench_price},
     Bench{"effects", "what each effect of a scene costs: the scene beside the scene without it", bench_effects},
     Bench{"fem", "element forces, integrators and rigid links on bars of 5K to 500K tets and the liver, beside Bullet", bench_fem},
     Bench{"validation", "the tissue against analytic answers and against beams of SOFA and CalculiX, each with its bound",

@@ -93,7 +93,7 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
     fmt::print("real time kept in {:.2f} %: {} of {} whole steps took longer than the {:.4g} ms they simulate{}\n",
                100.0 * summary.realtime_kept, summary.realtime_overruns, summary.steps, step_ms,
                prepared.model.budget.mode == BudgetMode::Wall && !prepared.model.budget_covers_step
-                   ? "; the budget is for collision detection alone"
+                   ? "; the budget is for contact alone"
                    : "");
     if (!prepared.model.instruments.empty())
         fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} scaled to the safe fraction, {} unresolved, {} assumed{}\n",

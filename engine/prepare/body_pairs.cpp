@@ -15,7 +15,8 @@ bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept 
 bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexcept {
     const BodyModel& a = model.bodies[i];
     const BodyModel& b = model.bodies[j];
-    if (a.hollow || b.hollow || (!a.moves() && !b.moves()) || are_nested(model, i, j)) return false;
+    const auto gives = [&](std::size_t body) { return model.bodies[owner_of(model, body)].tissue.has_value(); };
+    if (a.hollow || b.hollow || !(gives(i) || gives(j)) || are_nested(model, i, j)) return false;
     return a.host_body != j && b.host_body != i;
 }
 

@@ -11,7 +11,7 @@ namespace trocar::engine {
 /// Does one of them start wholly inside the other? See SceneModel::nested.
 [[nodiscard]] bool are_nested(const SceneModel& model, std::size_t i, std::size_t j) noexcept;
 
-/// Can these two bodies touch? Both are solid, one moves, neither carries the other (those are one body), and neither starts inside the
+/// Can these two bodies touch? Both are solid, one gives way (what two scripts do to each other is theirs), neither carries the other (those are one body), and neither starts inside the
 /// other.
 [[nodiscard]] bool are_solid_pair(const SceneModel& model, std::size_t i, std::size_t j) noexcept;
 

@@ -133,6 +133,9 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     unconverged_steps += report.contact_unconverged > 0;
     unproven_solids += report.unproven_solids;
     unproven_solid_steps += report.unproven_solids > 0;
+    left_pairs += report.left_pairs;
+    left_steps += report.left_pairs > 0;
+    floor_steps += report.below_floor;
     unproven_steps += report.unproven_links > 0;
     coarsest_level = steps == 0 ? report.level_reached : std::min(coarsest_level, report.level_reached);
     work_units += report.work_units;

@@ -39,6 +39,8 @@ void append(std::string& text, Integer value) {
     fmt::format_to(std::back_inserter(text), "{}", static_cast<std::int64_t>(value));
 }
 
+const AccountEntry& account_of(const StepReport& report, AccountPart part) { return report.account[static_cast<std::size_t>(part)]; }
+
 struct StepColumn {
     const char* name;
     void (*append_value)(std::string&, const Row&);
@@ -125,6 +127,25 @@ constexpr StepColumn kColumns[] = {
     TROCAR_COLUMN("rod_slowed", row.r.slowed_rods),
     TROCAR_COLUMN("pressing_contacts", row.r.pressing_contacts),
     TROCAR_COLUMN("rod_iterations", row.r.rod_iterations),
+    // the account: left of the budget when a part began (-1: no limit of time), taken by it, and work units taken
+    TROCAR_COLUMN("solve_granted_ms", account_of(row.r, AccountPart::Solve).granted_ms),
+    TROCAR_COLUMN("solve_used_ms", account_of(row.r, AccountPart::Solve).used_ms),
+    TROCAR_COLUMN("solve_units", account_of(row.r, AccountPart::Solve).units),
+    TROCAR_COLUMN("descent_granted_ms", account_of(row.r, AccountPart::Descent).granted_ms),
+    TROCAR_COLUMN("descent_used_ms", account_of(row.r, AccountPart::Descent).used_ms),
+    TROCAR_COLUMN("descent_units", account_of(row.r, AccountPart::Descent).units),
+    TROCAR_COLUMN("exact_granted_ms", account_of(row.r, AccountPart::Exact).granted_ms),
+    TROCAR_COLUMN("exact_used_ms", account_of(row.r, AccountPart::Exact).used_ms),
+    TROCAR_COLUMN("exact_units", account_of(row.r, AccountPart::Exact).units),
+    TROCAR_COLUMN("walls_granted_ms", account_of(row.r, AccountPart::Walls).granted_ms),
+    TROCAR_COLUMN("walls_used_ms", account_of(row.r, AccountPart::Walls).used_ms),
+    TROCAR_COLUMN("walls_units", account_of(row.r, AccountPart::Walls).units),
+    TROCAR_COLUMN("surfaces_granted_ms", account_of(row.r, AccountPart::Surfaces).granted_ms),
+    TROCAR_COLUMN("surfaces_used_ms", account_of(row.r, AccountPart::Surfaces).used_ms),
+    TROCAR_COLUMN("surfaces_units", account_of(row.r, AccountPart::Surfaces).units),
+    TROCAR_COLUMN("below_floor", row.r.below_floor),
+    TROCAR_COLUMN("left_pairs", row.r.left_pairs),
+    TROCAR_COLUMN("carried_places", row.r.carried_places),
 };
 #undef TROCAR_COLUMN
 

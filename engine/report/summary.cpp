@@ -130,6 +130,8 @@ void add_losses(const RunRecord& record, Json& json) {
     json["softened_total"] = t.softened;
     json["contact_unconverged_total"] = t.unconverged_solves;
     json["unproven_solids_total"] = t.unproven_solids;
+    json["left_pairs_total"] = t.left_pairs;
+    json["below_floor_steps"] = t.floor_steps;
     json["steps_with_open_pairs"] = t.open_steps;
     json["coarsest_level"] = t.coarsest_level;
     json["corrections"] = t.corrections;

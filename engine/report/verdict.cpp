@@ -94,6 +94,15 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Open sphere pairs", t.open_steps,
                                    fmt::format("in {}, as coarse as level {}", of_steps(t.open_steps, record), t.coarsest_level),
                                    Mark::Note, "The descent ended there, with the answer it had."));
+    if (t.floor_steps > 0)
+        losses.push_back(make_loss("Budget below the floor", t.floor_steps,
+                                   fmt::format("in {}", of_steps(t.floor_steps, record)), Mark::Bad,
+                                   "The budget was overrun by what a step does whatever the budget: all that may be left out was left out "
+                                   "(docs/budget.md)."));
+    if (effects.coarse_contact && t.left_pairs > 0)
+        losses.push_back(make_loss("Surfaces left by the budget", t.left_steps,
+                                   fmt::format("{} pairs of bodies and of their leaves in {}", t.left_pairs, of_steps(t.left_steps, record)),
+                                   Mark::Note, "They were held where their spheres meet (held_pairs, carried_places in steps.csv)."));
     if (effects.coarse_contact && t.unconverged_solves > 0)
         losses.push_back(make_loss("Contact solves that ended at their bound", t.unconverged_steps,
                                    fmt::format("{} sub-steps in {}", t.unconverged_solves, of_steps(t.unconverged_steps, record)), Mark::Note,
@@ -168,7 +177,7 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
 
 } // namespace
 
-std::string scope_text(const BudgetSpec& budget) { return budget.scope == BudgetScope::Step ? "the whole step" : "collision detection"; }
+std::string scope_text(const BudgetSpec& budget) { return budget.scope == BudgetScope::Step ? "the whole step" : "contact"; }
 
 std::string number_text(double value) {
     return std::abs(value) >= 1000.0 && std::abs(value) < 1e9 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);

@@ -51,7 +51,7 @@ struct BudgetKeys {
             custom_key(
                 text_field("limit", "A time (\"8ms\", \"250us\"), a number of sphere-pair tests (\"work:20000\") or \"exact\".").required(),
                 read_limit, s.limits),
-            key(s.scope, choice_field("scope", {"collision", "step"}, "What the budget pays for: collision detection, or the whole step.")),
+            key(s.scope, choice_field("scope", {"collision", "step"}, "What the budget pays for: all that contact costs, or the whole step.")),
             custom_key(value_field("drop", list_value(choice_value({"exact_contact", "elasticity"}), 0),
                                    "With the scope \"step\": what a step leaves out when its forecast does not fit, first to go "
                                    "first. Without elasticity the tissue stands still for that step."),

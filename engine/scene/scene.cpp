@@ -107,7 +107,7 @@ std::string to_text(const Scene& scene) {
     std::string text = fmt::format("{} ({})\n", scene.name, scene.file.string());
     text += fmt::format("{} steps of {}, {} in all; budget {} for {}\n", scene.time.step_count(), unit(scene.time.step, Dimension::Time),
                         unit(scene.time.duration, Dimension::Time), scene.budget.to_string(),
-                        scene.budget.scope == BudgetScope::Step ? "the whole step" : "collision detection");
+                        scene.budget.scope == BudgetScope::Step ? "the whole step" : "contact");
     text += fmt::format("effects: {}\n", fmt::join(scene.effects.names(), ", "));
     if (scene.effects.gravity) text += fmt::format("gravity {}\n", unit(scene.gravity.norm(), Dimension::Acceleration));
     for (const SceneBody& body : scene.bodies) text += body_text(scene, body);

@@ -3,7 +3,9 @@
 
 #include "base/contact.hpp"
 #include "engine/scene/effect.hpp"
+#include "engine/time/account.hpp"
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -28,6 +30,7 @@ struct StepReport {
     std::uint64_t step = 0;
     double time_s = 0.0; // at the end of the step
     StageTimes ms;
+    std::array<AccountEntry, kAccountParts> account; // by AccountPart: sums to ms.budget where the budget covers collision
     EffectCounts effects; // whose code was entered
     unsigned substeps = 0;
     double stable_step_s = 0.0; // smallest over the deformable bodies; 0: none
@@ -76,6 +79,8 @@ struct StepReport {
     double deepest_touch_m = 0.0;    // of the deepest of them
     double deepest_share = 0.0;      // the most that one has, of the thinner body's thickness (of a body with itself: 0)
     std::uint64_t held_pairs = 0;    // sphere pairs of solid bodies that push or hold for want of a surface's depth
+    std::uint64_t left_pairs = 0;    // pairs of solids, and of leaves of theirs, whose surfaces the budget left: held by their spheres
+    std::uint64_t carried_places = 0; // places that pressed there and go on where they are
     std::uint64_t probe_tests = 0;   // closest-point queries that stood in for sphere pairs which the budget left open
     std::uint64_t passed_places = 0; // vertices beyond the middle of a solid body, or through it: pushed back to where they came from
     /// Pairs of solid bodies that moved so far in the step that one may have passed the other unseen, or that came near and do not touch
@@ -92,6 +97,7 @@ struct StepReport {
     double target_distance_m = -1.0; // tip to the followed target; negative: none
     std::uint32_t lumen_exits = 0;   // instrument vertices outside the lumen at the end, by an independent test
     bool budget_kept = true;
+    bool below_floor = false; // the budget was overrun by what nothing interrupts: all that it may leave out was left out
     std::uint64_t work_units = 0;
     unsigned dropped = 0; // effects left out of this step so that the rest fits, a bit per Droppable
 

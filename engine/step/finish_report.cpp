@@ -14,6 +14,8 @@ void close_account(StepBudget& budget, StepReport& report) {
     report.ms.budget = 1e3 * budget.elapsed_s();
     report.ms.budget_cpu = 1e3 * budget.elapsed_cpu_s();
     report.budget_kept = !budget.overrun();
+    const auto idle = [&](AccountPart part) { return report.account[static_cast<std::size_t>(part)].units == 0; };
+    report.below_floor = !report.budget_kept && idle(AccountPart::Descent) && idle(AccountPart::Surfaces) && !report.exact_ran && !report.exact_abandoned;
     report.work_units = budget.units_spent();
 }
 

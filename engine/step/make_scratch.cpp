@@ -92,6 +92,7 @@ StepScratch make_scratch(const SceneModel& model, State& state, const StepScratc
     prepare_bodies(model, scratch.bodies);
     scratch.traversal.coarse.reserve(kReservedContacts);
     scratch.contacts.reserve(kReservedContacts);
+    scratch.solids.touching_before.reserve(kReservedContacts);
     reserve_state(model, state);
     const RodsScratch* const rods_like = like != nullptr ? &like->rods : nullptr;
     prepare_walls(model, state, rods_like, scratch.rods);
@@ -107,6 +108,7 @@ void reserve_state(const SceneModel& model, State& state) {
     }
     state.solids.entries.reserve(vertices);
     state.solids.contacts.reserve(vertices);
+    state.solids.touching.reserve(kReservedContacts);
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const std::size_t places = 2 * model.instruments[i].rod.node_count();
         InstrumentState& own = state.instruments[i];

@@ -6,6 +6,7 @@
 #include "engine/step/solid/touch_rules.hpp"
 #include "engine/step/stages.hpp"
 #include "engine/prepare/body_pairs.hpp"
+#include "engine/time/account.hpp"
 #include "engine/time/phase.hpp"
 
 #include <fmt/format.h>
@@ -19,10 +20,8 @@ namespace {
 /// Solves with planes of where the last one has left the rod.
 constexpr unsigned kMostPlaneRounds = 3;
 
-/// The planes alone did not keep the rod inside: the exact stage runs whatever it costs, and the budget is charged for it.
-void force_exact_stage(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report,
-                       StepBudget& budget) {
-    const CollisionScope charged(budget);
+/// The planes alone did not keep the rod inside: the exact stage runs whatever it costs.
+void force_exact_stage(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, StepReport& report) {
     rods.hits.clear();
     const ExactOutcome outcome = find_exact_contacts(model, instrument, state, rods, report, nullptr);
     report.safe_fraction = std::min(report.safe_fraction, outcome.safe_fraction);
@@ -57,7 +56,7 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
         for (const std::size_t one : coaxial(model, i)) state.instruments[one].kept_inside = !penetrates;
         if (!penetrates) continue;
         if (live.exact_contact)
-            force_exact_stage(model, i, state, rods, report, budget);
+            force_exact_stage(model, i, state, rods, report);
         else
             retry_with_drive_stopped(model, i, state, rods, report);
     }
@@ -102,20 +101,24 @@ void check_rods(const SceneModel& model, const RodsScratch& rods, StepReport& re
 void resolve_contacts(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
     StepReport& report = scratch.report;
     const Timed timed(report.ms.respond, report.ms.total);
-    Phase phase(budget, StepPart::Respond);
-    const bool coarse_answer = !report.exact_ran;
-    resolve_walls(model, scratch.live, state, scratch.rods, report, budget);
-    if (report.exact_ran && report.safe_fraction < 1.0) {
-        scale_to_safe_fraction(model, report.safe_fraction, state, scratch);
-        forget_forces(state);
+    {
+        const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Walls)]);
+        Phase phase(budget, StepPart::Respond);
+        const bool coarse_answer = !report.exact_ran;
+        resolve_walls(model, scratch.live, state, scratch.rods, report, budget);
+        if (report.exact_ran && report.safe_fraction < 1.0) {
+            scale_to_safe_fraction(model, report.safe_fraction, state, scratch);
+            forget_forces(state);
+        }
+        report.residual_n = find_residual(model, state, scratch.bodies.tissue);
+        for (BodyState& body : state.bodies) body.springs.clear();
+        for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
+        report_rods(model, scratch.rods, report);
+        if (!coarse_answer || report.exact_forced) phase.forget();
     }
-    report.residual_n = find_residual(model, state, scratch.bodies.tissue);
-    for (BodyState& body : state.bodies) body.springs.clear();
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
-    report_rods(model, scratch.rods, report);
-    push_solids(model, state, scratch.solids, report);
+    const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Surfaces)]);
+    push_solids(model, state, scratch.solids, report, budget);
     list_contacts(model, state, scratch);
-    if (!coarse_answer || report.exact_forced) phase.forget();
     check_rods(model, scratch.rods, report);
 }
 

@@ -5,6 +5,7 @@
 #include "engine/step/tissue/pull_stage.hpp"
 #include "engine/step/tissue/tissue_stage.hpp"
 #include "engine/prepare/body_pairs.hpp"
+#include "engine/time/account.hpp"
 #include "engine/time/phase.hpp"
 
 namespace trocar::engine {
@@ -59,7 +60,8 @@ void integrate_tissue(const SceneModel& model, const EffectSet& live, unsigned d
                       StepReport& report, StepBudget& budget) {
     if ((dropped & drop_bit(Droppable::Elasticity)) == 0) {
         const Phase phase(budget, StepPart::Tissue);
-        integrate_bodies(model, live, state, bodies, report);
+        const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Solve)]);
+        integrate_bodies(model, live, state, bodies, report, budget);
     }
     keep_surfaces(model, state, bodies);
 }

@@ -40,8 +40,8 @@ bool begin_step(const SceneModel& model, const Inputs& inputs, State& state, Ste
 
 const StepReport& finish_step(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
     StepReport& report = scratch.report;
+    const CollisionScope charged(budget);
     if (report.finite) {
-        const CollisionScope charged(budget);
         traverse_sphere_trees(model, scratch.live, state, scratch.solids, scratch.rods, scratch.traversal, report, budget);
         detect_exact_contacts(model, scratch.live, scratch.dropped, state, scratch.rods, report, budget);
     }

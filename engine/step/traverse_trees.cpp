@@ -2,8 +2,10 @@
 
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/solid/solid_stage.hpp"
+#include "engine/step/solid/solid_touch.hpp"
 #include "engine/step/stages.hpp"
 #include "engine/effects/registry.hpp"
+#include "engine/time/account.hpp"
 #include "engine/time/phase.hpp"
 
 #include <algorithm>
@@ -19,11 +21,11 @@ constexpr std::uint64_t kForgetLumen = 16;
 /// The inscribed spheres that instruments are looked for in, where the budget covers them and has time for them and for what follows.
 /// False: it has not.
 bool follow_lumens(const SceneModel& model, double after_s, const spheretree::Descent& descent, State& state, RodsScratch& rods,
-                   StepBudget& budget) {
+                   std::uint64_t after_units, StepBudget& budget) {
     if (model.instruments.empty() || !model.budget_covers_step) return true;
-    budget.keep_back(after_s + budget.forecast(StepPart::Lumen).reserve_s());
+    budget.keep_back(after_s + budget.forecast(StepPart::Lumen).reserve_s(), after_units);
     const bool fits = budget.grant_descent().left() > 0;
-    budget.keep_back(after_s);
+    budget.keep_back(after_s, after_units);
     if (!fits && !descent.has_solids()) { // those would have to wait with it
         if (state.step % kForgetLumen == 0) budget.leave_out(StepPart::Lumen);
         return false;
@@ -54,16 +56,22 @@ void traverse_sphere_trees(const SceneModel& model, const EffectSet& live, State
     std::vector<Contact>& coarse = traversal.coarse;
     coarse.clear();
     solids.coarse = {};
-    const double after = model.budget_covers_step ? budget.forecast(StepPart::Respond).reserve_s() : 0.0;
+    const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Descent)]);
+    double after = budget.forecast(StepPart::Respond).reserve_s();
     budget.keep_back(after);
+    const std::uint64_t surfaces = budget.surfaces_share_units(forecast_surfaces(model, state, solids));
+    after += budget.surfaces_share_s(surfaces);
+    budget.keep_back(after, surfaces);
     if (!live.coarse_contact) return;
     report.effects.note(effects::coarse_contact);
     const double listing = after + budget.forecast(StepPart::List).reserve_s();
-    budget.keep_back(listing);
+    budget.keep_back(listing, surfaces);
     descent.begin(model.contact.margin);
     add_solid_pairs(model, solids, descent, report);
     for (std::size_t i = 0; i < model.instruments.size(); ++i) add_to_descent(model, i, state, descent);
-    for (bool finished = !follow_lumens(model, listing, descent, state, rods, budget); !finished;) {
+    for (bool finished = !follow_lumens(model, listing, descent, state, rods, surfaces, budget); !finished;) {
+        const spheretree::DescentStats& so_far = descent.stats();
+        budget.keep_back(std::max(listing, after + budget.listing_s(so_far.pairs_open + so_far.leaf_contacts)), surfaces);
         WorkBudget grant = budget.grant_descent(descent.next_cost());
         if (grant.left() == 0) break;
         finished = descent.run(grant);
@@ -73,15 +81,17 @@ void traverse_sphere_trees(const SceneModel& model, const EffectSet& live, State
         const Phase phase(budget, StepPart::List);
         descent.add_contacts(coarse);
     }
+    budget.learn_listing(coarse.size());
     solids.coarse = coarse;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) rods.instruments[i].proven = descent.link_status(i);
-    budget.keep_back(after);
+    budget.keep_back(after, surfaces);
     report_traversal(traversal, report);
 }
 
 void detect_exact_contacts(const SceneModel& model, const EffectSet& live, unsigned dropped, State& state, RodsScratch& rods,
                            StepReport& report, StepBudget& budget) {
     const Timed timed(report.ms.exact, report.ms.total);
+    const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Exact)]);
     rods.hits.clear();
     if (!live.exact_contact) return;
     const bool is_dropped = (dropped & drop_bit(Droppable::ExactContact)) != 0;

@@ -15,6 +15,8 @@ enum class DecisionKind : std::uint8_t {
     Tests,   // units of a grant for continuous tests
     Drop,    // effects that this step leaves out, a bit per Droppable
     Cull,    // 1: image-space culling filters the candidates of the continuous tests first
+    Surfaces, // units of a grant for the surfaces of solids
+    Rows,     // places times iterations that solves of contact may take in the step
 };
 
 struct Decision {

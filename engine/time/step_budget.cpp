@@ -27,6 +27,8 @@ constexpr double kFallingDescent = 0.05;
 constexpr bool is_piece(std::uint64_t at_least) noexcept { return at_least > kSmallestShare; }
 /// Contacts grow between steps, and what one costs changes from round to round: a third is kept in reserve.
 constexpr double kTestsReserve = 1.33;
+/// Of what is done in one piece: nothing ends it early.
+constexpr double kPieceReserve = 1.25;
 /// An abandoned stage would have cost more than it was given; how much more is unknown.
 constexpr double kAbandonedCost = 1.5;
 /// Per step in which the exact stage was not tried its stored number of candidates decays by this factor, as CostForecast::fade.
@@ -61,6 +63,7 @@ void StepBudget::begin(bool covers_step) noexcept {
     charged_ns_ = charged_cpu_ns_ = 0;
     units_spent_ = 0;
     kept_back_s_ = 0.0;
+    kept_back_units_ = 0;
     if (!exact_tried_) {
         trust_ *= kForget;
         for (int times = retries() ? kFadesOfRetry : 1; times > 0; --times) exact_.fade();
@@ -107,13 +110,15 @@ double StepBudget::left_s() const noexcept { return limit_s() - kept_back_s_ - e
 
 std::uint64_t StepBudget::units_left() const noexcept {
     if (limits_.mode != BudgetMode::Work) return WorkBudget::kUnlimited;
-    return limits_.work_units > units_spent_ ? limits_.work_units - units_spent_ : 0;
+    const std::uint64_t gone = units_spent_ + kept_back_units_;
+    return limits_.work_units > gone ? limits_.work_units - gone : 0;
 }
 
 void StepBudget::end_part(StepPart part) noexcept {
     const auto index = static_cast<std::size_t>(part);
     const double seconds = seconds_between(part_start_ns_[index], clock_->now_ns());
     parts_[index].learn(seconds);
+    part_took_s_[index] = seconds;
     if (part == StepPart::Refit || part == StepPart::Planes) steady_s_ += seconds;
 }
 
@@ -143,13 +148,16 @@ unsigned StepBudget::choose_drops(std::span<const Droppable> order) {
 }
 
 std::uint64_t StepBudget::affordable_descent(std::uint64_t at_least) const noexcept {
-    const double left = left_s();
-    if (!(left > 0.0)) return 0;
-    if (is_piece(at_least)) return left >= static_cast<double>(at_least) * piece_s_per_unit_ ? at_least : 0;
-    const double all = left / descent_s_per_unit_;
-    if (all < static_cast<double>(at_least)) return 0;
-    const double share = std::max(kGrantShare * all, std::min(all, static_cast<double>(kSmallestShare)));
-    return static_cast<std::uint64_t>(std::min(share, static_cast<double>(kLargestGrant)));
+    if (is_piece(at_least)) return left_s() >= static_cast<double>(at_least) * piece_s_per_unit_ ? at_least : 0;
+    return share_of_left(descent_s_per_unit_, at_least, kSmallestShare);
+}
+
+/// Units of a grant at such a rate, at least so many or none.
+std::uint64_t StepBudget::share_of_left(double s_per_unit, std::uint64_t at_least, std::uint64_t smallest) const noexcept {
+    const double left = left_s(), all = left / s_per_unit;
+    if (!(left > 0.0) || all < static_cast<double>(at_least)) return 0;
+    const double share = std::max(kGrantShare * all, std::min(all, static_cast<double>(std::max(at_least, smallest))));
+    return static_cast<std::uint64_t>(std::min(share, static_cast<double>(std::max(at_least, kLargestGrant))));
 }
 
 WorkBudget StepBudget::grant_descent(std::uint64_t at_least) {
@@ -169,6 +177,69 @@ void StepBudget::settle_descent(const WorkBudget& grant) noexcept {
         learn(piece_s_per_unit_, measured);
     else
         learn(descent_s_per_unit_, measured, kFallingDescent, 1.0);
+}
+
+void StepBudget::learn_per_pair(StepPart part, std::uint64_t pairs, double& rate) noexcept {
+    if (pairs < kSmallestLesson) return;
+    learn(rate, part_took_s_[static_cast<std::size_t>(part)] / static_cast<double>(pairs), kFallingDescent, 1.0);
+}
+
+double StepBudget::surfaces_share_s(std::uint64_t need) const noexcept {
+    const double left = left_s();
+    if (limits_.mode != BudgetMode::Wall || need == 0 || !(left > 0.0)) return 0.0;
+    return std::min(std::max(forecast(StepPart::Surfaces).reserve_s(), static_cast<double>(need) * query_s_per_unit_), 0.5 * left);
+}
+
+double StepBudget::median_of_last() const noexcept {
+    std::array<double, 4> sorted = surface_last_;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[2];
+}
+
+WorkBudget StepBudget::grant_surfaces(std::uint64_t at_least) {
+    operation_start_ns_ = clock_->now_ns();
+    granted_piece_ = at_least > kLargestGrant;
+    return WorkBudget(tape_.decide(DecisionKind::Surfaces, [&]() -> std::uint64_t {
+        if (limits_.mode != BudgetMode::Wall) return units_left() >= at_least ? units_left() : 0;
+        double& rate = granted_piece_ ? surface_s_per_unit_ : query_s_per_unit_;
+        const std::uint64_t granted = share_of_left(granted_piece_ ? kPieceReserve * rate : rate, at_least, kLargestGrant / 8);
+        if (granted == 0 && granted_piece_) // or a long one is never forgotten
+            rate = std::max(kForget * rate, std::min(rate, median_of_last()));
+        return granted;
+    }));
+}
+
+void StepBudget::settle_surfaces(const WorkBudget& grant) noexcept {
+    units_spent_ += grant.spent();
+    if (limits_.mode != BudgetMode::Wall || grant.spent() < kSmallestLesson) return;
+    const double measured = seconds_between(operation_start_ns_, clock_->now_ns()) / static_cast<double>(grant.spent());
+    learn(granted_piece_ ? surface_s_per_unit_ : query_s_per_unit_, measured, kFallingDescent, 1.0);
+    if (!granted_piece_) return;
+    if (surfaces_measured_ == 0) surface_last_.fill(measured);
+    surface_last_[surfaces_measured_++ % surface_last_.size()] = measured;
+}
+
+WorkBudget StepBudget::grant_rows() {
+    rows_s_ = 0.0;
+    rows_timed_units_ = 0;
+    return WorkBudget(tape_.decide(DecisionKind::Rows, [&]() -> std::uint64_t {
+        if (limits_.mode == BudgetMode::Exact) return WorkBudget::kUnlimited;
+        if (limits_.mode == BudgetMode::Work) return limits_.work_units / 2 / kUnitsPerRow;
+        return static_cast<std::uint64_t>(std::min(0.5 * limits_.wall_s / row_s_per_unit_ / static_cast<double>(kUnitsPerRow), 1e15));
+    }));
+}
+
+void StepBudget::end_rows(std::uint64_t units) noexcept {
+    const double seconds = rows_timed_ ? seconds_between(rows_start_ns_, clock_->now_ns()) : static_cast<double>(units) * row_s_per_unit_;
+    if (rows_timed_) rows_s_ += seconds, rows_timed_units_ += units;
+    if (running_) return;
+    charged_ns_ += static_cast<std::int64_t>(1e9 * seconds);
+    charged_cpu_ns_ += static_cast<std::int64_t>(1e9 * seconds); // what little of it others took is not worth a second clock
+}
+
+void StepBudget::settle_rows(const WorkBudget& grant) noexcept {
+    units_spent_ += grant.spent() * kUnitsPerRow;
+    if (limits_.mode == BudgetMode::Wall && rows_timed_units_ >= kSmallestLesson) learn(row_s_per_unit_, rows_s_ / static_cast<double>(rows_timed_units_));
 }
 
 bool StepBudget::retries() const noexcept { return refusals_ >= kRefusalsUntilRetry; }

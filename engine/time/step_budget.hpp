@@ -7,6 +7,7 @@
 #include "engine/time/decisions.hpp"
 #include "engine/time/forecast.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -34,12 +35,14 @@ enum class StepPart : std::uint8_t {
     EmbeddedSurfaces,   // surfaces, sphere trees and the free motion of instruments
     Lumen,   // a lumen's inscribed spheres on its moved wall, before an instrument's descent reads them
     List,    // the descent's answer, pair by pair: what it left open takes time to name, and there is more of it the more it tested
-    Respond, // what follows the descent when there is no exact answer
+    Respond, // instruments between their walls when there is no exact answer: planes and solves, which nothing interrupts
     Refit,   // the walls' boxes: every step needs them, with or without an exact answer, so what they cost is always known
     Planes,  // the instrument's wall planes, found before the rod is solved against them: likewise
     Skin,    // the boxes of an instrument's skin, before its continuous tests
+    Surfaces, // of solids, beneath the leaves that the descent found: as much of it as there is time for
+    Holds,    // of solids: places and springs made of what was found, and of what was left
 };
-inline constexpr std::size_t kStepPartCount = 8;
+inline constexpr std::size_t kStepPartCount = 10;
 
 /// Declared rates of mode Work: what one operation of the exact stage costs in sphere-pair tests. Fixed numbers, so that no
 /// machine changes an answer: a pair test ~10 ns, a candidate ~60 ns, a triangle's refit ~20 ns when they were measured,
@@ -47,6 +50,9 @@ inline constexpr std::size_t kStepPartCount = 8;
 /// candidate, and is not counted here.
 inline constexpr std::uint64_t kUnitsPerCandidate = 6;
 inline constexpr std::uint64_t kUnitsPerRefitTriangle = 2;
+/// Of the surfaces of solids: a triangle's boxes and normals, a triangle beneath a leaf (its vertices and edges against the other surface),
+/// a pair of leaves in the list, a query for the closest point; and one place of a contact's solve, once.
+inline constexpr std::uint64_t kUnitsPerSurfaceTriangle = 6, kUnitsPerLeafTriangle = 60, kUnitsPerLeafPair = 10, kUnitsPerQuery = 60, kUnitsPerRow = 1;
 
 /// What the exact stage is expected to do: the numbers of its last run.
 struct ExactForecast {
@@ -81,8 +87,35 @@ public:
     void end_solve() noexcept;
     /// Which of the droppable effects this step leaves out, in their order, so that the forecast of the rest fits.
     [[nodiscard]] unsigned choose_drops(std::span<const Droppable> order);
-    /// From now on this much is reserved from every grant, for what must follow within the budget.
-    void keep_back(double seconds) noexcept { kept_back_s_ = seconds; }
+    /// From now on this much is reserved from every grant, for what must follow within the budget: seconds in mode Wall, units in mode Work.
+    void keep_back(double seconds, std::uint64_t units = 0) noexcept { kept_back_s_ = seconds, kept_back_units_ = units; }
+    /// s; what listing so many pairs will take, and holding them if they are left: by what the last lists took.
+    [[nodiscard]] double listing_s(std::uint64_t pairs) const noexcept { return static_cast<double>(pairs) * (list_s_per_pair_ + hold_s_per_pair_); }
+    [[nodiscard]] double holding_s(std::uint64_t pairs) const noexcept {
+        return static_cast<double>(pairs) * hold_s_per_pair_ + (limits_.mode == BudgetMode::Wall ? kMargin * limits_.wall_s : 0.0);
+    }
+    /// So many pairs were listed, and so many were held or left, in the last part of that kind.
+    void learn_listing(std::uint64_t pairs) noexcept { learn_per_pair(StepPart::List, pairs, list_s_per_pair_); }
+    void learn_holding(std::uint64_t pairs) noexcept { learn_per_pair(StepPart::Holds, pairs, hold_s_per_pair_); }
+    /// What the surfaces of solids may ask of what is left, by what they cost lately (mode Wall) or will cost (units, mode Work): half at most.
+    [[nodiscard]] double surfaces_share_s(std::uint64_t need) const noexcept;
+    [[nodiscard]] std::uint64_t surfaces_share_units(std::uint64_t need) const noexcept { return std::min(need, units_left() / 2); }
+
+    /// Places times iterations that the solves of a step's contact may take, half of the budget at most; each solve has one iteration all the
+    /// same.
+    [[nodiscard]] WorkBudget grant_rows();
+    /// A solve over so many places; small ones are charged by the rate of the others, since reading the clock would take as long.
+    void begin_rows(std::uint64_t places) noexcept {
+        rows_timed_ = places >= kTimedPlaces;
+        if (rows_timed_) rows_start_ns_ = clock_->now_ns();
+    }
+    /// places times iterations. Charged whatever the budget covers.
+    void end_rows(std::uint64_t units) noexcept;
+    void settle_rows(const WorkBudget& grant) noexcept;
+
+    /// The next grant for the surfaces of solids; empty when there is no room for so many units.
+    [[nodiscard]] WorkBudget grant_surfaces(std::uint64_t at_least);
+    void settle_surfaces(const WorkBudget& grant) noexcept;
 
     /// The next grant for sphere-pair tests: small, so that the clock is read often enough. Empty when the time is up.
     /// at_least  units, what is done next takes no less: nothing is granted where the time is too short for that
@@ -115,12 +148,18 @@ public:
     [[nodiscard]] DecisionTape& tape() noexcept { return tape_; }
 
 private:
+    static constexpr std::uint64_t kTimedPlaces = 24;
+    /// Of the budget: what follows the surfaces is no steadier than that.
+    static constexpr double kMargin = 0.08;
+    void learn_per_pair(StepPart part, std::uint64_t pairs, double& rate) noexcept;
+    [[nodiscard]] double median_of_last() const noexcept;
     [[nodiscard]] double left_s() const noexcept;
     [[nodiscard]] bool retries() const noexcept; // the exact stage, by what its parts cost lately
     [[nodiscard]] std::uint64_t units_left() const noexcept;
     [[nodiscard]] double tests_seconds(std::uint64_t candidates) const noexcept;
     [[nodiscard]] std::uint64_t affordable_tests(const ExactForecast& forecast) const noexcept;
     [[nodiscard]] std::uint64_t affordable_descent(std::uint64_t at_least) const noexcept;
+    [[nodiscard]] std::uint64_t share_of_left(double s_per_unit, std::uint64_t at_least, std::uint64_t smallest) const noexcept;
 
     const Clock* clock_;
     BudgetLimits limits_;
@@ -129,12 +168,20 @@ private:
     std::int64_t running_since_ = 0, running_since_cpu_ = 0;
     bool running_ = false, covers_step_ = true;
     bool exact_tried_ = true, solve_seen_ = true;
-    double kept_back_s_ = 0.0;
-    std::uint64_t units_spent_ = 0;
+    double kept_back_s_ = 0.0, rows_s_ = 0.0;
+    std::uint64_t kept_back_units_ = 0, units_spent_ = 0;
+    std::uint64_t rows_timed_units_ = 0;
+    std::int64_t rows_start_ns_ = 0;
+    bool rows_timed_ = false;
     std::array<std::int64_t, kStepPartCount> part_start_ns_{};
+    std::array<double, kStepPartCount> part_took_s_{};     // the last time
+    double list_s_per_pair_ = 50e-9, hold_s_per_pair_ = 50e-9; // s
     std::int64_t operation_start_ns_ = 0, exact_start_ns_ = 0, round_start_ns_ = 0;
     double descent_s_per_unit_ = 100e-9; // s, replaced by the first measurement
     double piece_s_per_unit_ = 100e-9;   // s, of what is done in one piece
+    double query_s_per_unit_ = 15e-9, surface_s_per_unit_ = 25e-9, row_s_per_unit_ = 2e-9; // s, of surfaces and of contact's solves
+    std::array<double, 4> surface_last_{}; // s, the last that were measured; 0: none was
+    std::size_t surfaces_measured_ = 0;
     bool granted_piece_ = false;
     double tests_s_per_candidate_ = 500e-9; // s, likewise
     double tests_cheapest_ = 0.0;           // s, the lowest that was measured so far; 0: none was
@@ -143,7 +190,7 @@ private:
     unsigned refusals_ = 0;                 // steps in a row without an exact stage for want of time; retries() stays until one fails
     std::array<CostForecast, kStepPartCount> parts_{CostForecast{},       CostForecast{},      CostForecast::of_steady(),
                                                     CostForecast{0.1e-3}, CostForecast{},      CostForecast{},
-                                                    CostForecast{},       CostForecast{0.1e-3}};
+                                                    CostForecast{},       CostForecast{0.1e-3}, CostForecast{}, CostForecast{}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
     CostForecast steady_;   // Refit, Planes and solves of a step together: that one of them is held up says nothing of the others

@@ -320,7 +320,7 @@ TEST_F(Missing, PicturesOnAFullDiskLoseNeitherTheSummaryNorTheTable) {
     const Ended fine = call({"run", pictures, "--out", folder / "fine"});
     ASSERT_TRUE(ended_with(fine, 0));
     if (fine.says("no pictures")) GTEST_SKIP() << "no OpenGL draws here";
-    const std::string command = "ulimit -f 12; trap '' XFSZ; exec " + std::string(TROCAR_PROGRAM) + " run " + pictures.string() +
+    const std::string command = "ulimit -f 16; trap '' XFSZ; exec " + std::string(TROCAR_PROGRAM) + " run " + pictures.string() +
                                 " --out " + out().string() + " > " + (folder / "full").string() + " 2>&1";
     EXPECT_EQ(WEXITSTATUS(std::system(("bash -c \"" + command + "\"").c_str())), 2) << text_of(folder / "full");
     EXPECT_TRUE(names_as_missing("pictures")) << text_of(folder / "full");

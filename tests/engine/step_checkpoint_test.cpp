@@ -76,7 +76,7 @@ std::string clasp() {
                         mesh.triangles.push_back({quad[0], quad[2], quad[3]});
                     }
     EXPECT_TRUE(write_obj(file, mesh).ok());
-    return fmt::format(R"({{"units": {{"length": "m", "pressure": "kPa"}}, "time": {{"step": 0.005, "duration": 2}}, "budget": "work:3000",
+    return fmt::format(R"({{"units": {{"length": "m", "pressure": "kPa"}}, "time": {{"step": 0.005, "duration": 2}}, "budget": "work:300000",
         "gravity": [0, 0, -30], "contact": {{"solid_stiffness": 50, "solid_damping": 0.05}}, "bodies": {{"clasp": {{"kind": "deformable",
         "surface": "{}", "coarse": {{"mesher": "lattice", "surface_triangles": 300}}, "fixed": [{{"box": [[-1, -1, -1], [1, 1, 0.001]]}}],
         "material": {{"young_modulus": 4, "poisson_ratio": 0.4, "density": 1000, "viscosity": 0.002, "mass_damping": 5}}}}}},

@@ -119,16 +119,17 @@ TEST(SolidLaws, AFreeSystemKeepsMomentumAndAngularMomentumAndGainsNoEnergyWhatev
         ASSERT_TRUE(simulator.restore(thrown).ok());
         const Sums before = find_sums(prepared.model, thrown);
         double first = -1.0;
-        std::uint64_t touches = 0;
+        std::uint64_t touches = 0, held = 0;
         for (int step = 0; step < static_cast<int>(0.12 / scene.step); ++step) {
             const StepReport& report = simulator.step();
             ASSERT_TRUE(report.finite) << report.failure;
+            held += report.held_pairs;
             if (first < 0.0) first = energy_of(report);
             EXPECT_LE(energy_of(report), first * 1.002) << "step " << step << ": what leapfrog's own energy swings by";
             touches += report.solid_touches;
         }
         const Sums after = find_sums(prepared.model, simulator.state());
-        EXPECT_GT(touches, 0u);
+        EXPECT_TRUE(scene.budget == "exact" ? touches > 0 : touches + held > 0);
         EXPECT_LT((after.linear - before.linear).norm(), 1e-9 * before.mass_speed);
         EXPECT_LT((after.angular - before.angular).norm(), 1e-9 * before.arm_speed);
     }
@@ -220,7 +221,8 @@ TEST(SolidLaws, AFrictionlessPlaneOfAnyTessellationPushesAlongItsNormalAlone) {
             sideways = std::max(sideways, std::hypot(moved.x(), moved.y()));
         }
         EXPECT_LT(sideways, 1e-6);
-        EXPECT_GT(simulator.report().solid_touches, 0u);
+        const StepReport& end = simulator.report();
+        EXPECT_GT(scene.budget == "exact" ? end.solid_touches : end.solid_touches + end.held_pairs, 0u);
     }
 }
 

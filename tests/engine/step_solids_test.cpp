@@ -86,41 +86,56 @@ TEST(SolidContact, ABallRestsWhereItsSurfaceTouchesTheTable) {
     EXPECT_EQ(pressed, simulator.report().solid_touches) << "the record has every place";
 }
 
-TEST(SolidContact, UnderAnyBudgetABallComesToRestOnTheTable) {
+/// m; what a body's lowest place has above the table, the smaller the more the budget looks at.
+struct Rest {
+    double height = 0.0, under = 0.0;
+};
+
+TEST(SolidContact, UnderAnyBudgetABallIsHeldAboveTheTableTheNearerTheLargerItIs) {
     const Body wide{"table", R"({"shape": "box", "centre": [40, 70, -50], "extent": [2000, 2000, 100], "cells": 20})", "", false};
-    for (const Body& table : {kTable, wide})
-        for (const char* budget : {"work:0", "work:9", "work:200", "work:400", "work:1000", "work:3000"}) {
+    for (const Body& table : {kTable, wide}) {
+        std::vector<Rest> rests;
+        for (const char* budget : {"work:0", "work:200", "work:1000", "work:3000", "work:30000", "work:300000"}) {
             SCOPED_TRACE(table.surface + " under " + budget);
             const PreparedScene prepared = test::prepare(scene_of({kBall, table}, budget, kDown, "\"solid_friction\": 0.3"));
             Simulator simulator(prepared.model);
             double largest = -1.0, under = 0.0;
+            std::uint64_t left = 0;
             for (int k = 0; k < 500; ++k) {
-                ASSERT_TRUE(simulator.step().finite);
+                const StepReport& report = simulator.step();
+                ASSERT_TRUE(report.finite);
                 if (largest < 0.0) largest = total_energy(simulator);
                 ASSERT_LE(total_energy(simulator), 1.002 * largest) << "step " << k;
                 under = std::min(under, lowest(simulator.state().bodies[0].surface));
+                left += report.left_pairs + report.assumed;
             }
             const std::vector<Vec3>& surface = simulator.state().bodies[0].surface;
             EXPECT_GT(under, -5e-3) << "it lands at 0.4 m/s";
-            EXPECT_LT(std::abs(lowest(surface)), 1e-3);
-            EXPECT_LT(std::hypot(middle(surface).x(), middle(surface).y()), 15e-3) << "it may roll from facet to facet";
-            EXPECT_LT(simulator.report().kinetic_j, 1e-4) << "what its mass damping leaves of the fall: 9 mJ exp(-2 t)";
+            EXPECT_LT(std::hypot(middle(surface).x(), middle(surface).y()), left > 0 ? 40e-3 : 15e-3) << "it may roll from facet to facet";
+            EXPECT_LT(simulator.report().kinetic_j, 2e-4) << "what its mass damping leaves of the fall: 9 mJ exp(-2 t)";
+            if (lowest(surface) > 1e-3) EXPECT_GT(left, 0u) << "held where nothing touches, and said";
+            if (!rests.empty()) EXPECT_LT(lowest(surface), rests.back().height + 1e-3);
+            rests.push_back({lowest(surface), under});
         }
+        EXPECT_LT(std::abs(rests.back().height), 1e-3);
+    }
 }
 
-TEST(SolidContact, UnderAnyBudgetABlockLiesFlat) {
+TEST(SolidContact, UnderAnyBudgetABlockStaysAboveTheTableAndLiesFlatWhereItIsLookedAt) {
     const Body block{"block", R"({"shape": "box", "centre": [3, 5, 12], "extent": [50, 40, 20], "cells": 5})"};
-    for (const char* budget : {"work:0", "work:30", "work:300", "exact"}) {
+    for (const char* budget : {"work:0", "work:30", "work:300", "work:100000", "exact"}) {
         SCOPED_TRACE(budget);
         const PreparedScene prepared = test::prepare(scene_of({block, kTable}, budget, kDown, "\"solid_friction\": 0.3"));
         Simulator simulator(prepared.model);
         for (int k = 0; k < 400; ++k) ASSERT_TRUE(simulator.step().finite);
         const std::vector<Vec3>& surface = simulator.state().bodies[0].surface;
         const std::vector<Vec3>& rest = prepared.model.bodies[0].surface.vertices;
+        EXPECT_GT(lowest(surface), -1e-3);
+        EXPECT_LT(simulator.report().kinetic_j, 1e-4);
+        if (simulator.report().left_pairs > 0) continue;
         double highest_corner = -1.0;
         for (std::size_t v = 0; v < surface.size(); ++v)
             if (rest[v].z() < 2.1e-3) highest_corner = std::max(highest_corner, surface[v].z());
-        EXPECT_GT(lowest(surface), -1e-3);
         EXPECT_LT(highest_corner, 1e-3) << "all of its lower side lies on the table";
         EXPECT_LT((middle(surface) - Vec3(3e-3, 5e-3, middle(surface).z())).norm(), 1e-3);
     }
@@ -277,7 +292,7 @@ TEST(SolidContact, WrappedTreesHoldTheSurfaceOverTheStepAndBeyondWhereThePapersH
     std::size_t lost[2] = {};
     for (const char* trees : {"wrapped", "heuristic"}) {
         const PreparedScene prepared =
-            test::prepare(scene_of({bar, post}, "work:300", kDown, fmt::format("\"sphere_trees\": \"{}\"", trees)));
+            test::prepare(scene_of({bar, post}, "exact", kDown, fmt::format("\"sphere_trees\": \"{}\"", trees)));
         ASSERT_EQ(prepared.model.bodies.size(), 2u);
         ASSERT_TRUE(prepared.model.bodies[0].wrapped);
         Simulator simulator(prepared.model);

@@ -174,8 +174,8 @@ MUTANTS = [
            "const V twice = hn::Add(viscosity, viscosity);\n    const auto diagonal", "const V twice = viscosity;\n    const auto diagonal", "fem",
            "Damping.Drag*"),
     Mutant("budget-one-more", "a budget of work may be overspent by one unit", "engine/time/step_budget.cpp",
-           "limits_.work_units > units_spent_ ? limits_.work_units - units_spent_ : 0",
-           "limits_.work_units >= units_spent_ ? limits_.work_units - units_spent_ + 1 : 0", "engine", "StepBudget.*:Wire.*"),
+           "limits_.work_units > gone ? limits_.work_units - gone : 0",
+           "limits_.work_units >= gone ? limits_.work_units - gone + 1 : 0", "engine", "StepBudget.*:Wire.*"),
     Mutant("ahead-of-the-clock", "with every command the viewer's simulation gets farther ahead of the clock", "engine/viewer/loop.cpp",
            "(!commanded || ahead)", "!commanded", "viewer", "ViewerServer.StepsOf*"),
 ]

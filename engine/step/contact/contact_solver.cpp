@@ -20,6 +20,12 @@ constexpr double kTogether = 1e-2;
 constexpr double kStill = 1e-7;
 /// m/s; what lies in another body creeps out at this speed whatever contact has taken before.
 constexpr double kCreep = 5e-5;
+/// m/s^2, s; what an assumed contact stops, and how fast: one that stood for nothing must not crush what is between it and the next.
+constexpr double kHoldWeight = 2.0 * 9.81, kHoldOnFixed = 6.0 * 9.81, kStopping = 5e-3;
+/// Cosine. What moves more along the normal than that leaves, and nothing holds it.
+constexpr double kLeaving = 0.5;
+/// Of the holds of wholes among one another.
+constexpr unsigned kHoldIterations = 10;
 
 Vec3 position_of(const fem::NodeRecord& node) noexcept { return Vec3(node.x[0], node.x[1], node.x[2]); }
 
@@ -42,6 +48,7 @@ bool find_affine(const Vec3 (&x)[4], const Vec3& p, double (&weight)[4]) noexcep
 void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodies) noexcept {
     rows_ = rows;
     bodies_ = bodies;
+    most_ = kMostIterations;
     for (ContactRow& row : rows_) {
         row.sum.setZero();
         number_entries(row);
@@ -146,7 +153,7 @@ double ContactSolver::relax(ContactRow& row) const noexcept {
 ContactSolve ContactSolver::iterate() noexcept {
     ContactSolve solve;
     solve.converged = false;
-    for (bool all = true; !solve.converged && solve.iterations < kMostIterations;) {
+    for (bool all = true; !solve.converged && solve.iterations < most_;) {
         double largest = 0.0, fastest = 0.0, most = 0.0;
         for (ContactRow& row : rows_) {
             if (!(row.mobility > 0.0) || !(all || row.active)) continue;
@@ -163,8 +170,9 @@ ContactSolve ContactSolver::iterate() noexcept {
         all = rests;
     }
     for (ContactRow& row : rows_) {
-        const Vec3 after = velocity(row);
         row.sum += row.impulse;
+        if (row.is_whole) continue;
+        const Vec3 after = velocity(row);
         solve.work += 0.5 * row.impulse.dot(row.before + after);
         row.before = after;
     }
@@ -173,6 +181,7 @@ ContactSolve ContactSolver::iterate() noexcept {
 
 void ContactSolver::observe() noexcept {
     for (ContactRow& row : rows_) {
+        if (row.is_whole) continue;
         place(row);
         row.before = velocity(row);
     }
@@ -183,25 +192,93 @@ void ContactSolver::start() const noexcept {
         if (row.mobility > 0.0) push(row, row.impulse);
 }
 
+/// Mass, centre and velocity of the nodes that can move.
+void ContactSolver::add_means(GivingBody& body) const noexcept {
+    Vec3 first = Vec3::Zero(), momentum = Vec3::Zero();
+    body.mass = 0.0;
+    for (std::size_t n = 0; n < body.nodes.size(); ++n) {
+        if (!(body.inv_mass[n] > 0.0)) continue;
+        const double mass = 1.0 / body.inv_mass[n];
+        body.mass += mass;
+        first += mass * position_of(body.nodes[n]);
+        momentum += mass * Vec3(body.nodes[n].v[0], body.nodes[n].v[1], body.nodes[n].v[2]);
+    }
+    body.change.setZero();
+    if (!(body.mass > 0.0)) return;
+    body.centre = first / body.mass;
+    body.velocity = momentum / body.mass;
+}
+
+/// The wholes among the rows, their mean velocities alone.
+void ContactSolver::hold_wholes(double h) const noexcept {
+    bool any = false;
+    for (GivingBody& body : bodies_) body.mass = 0.0;
+    for (ContactRow& row : rows_) {
+        if (!row.is_whole) continue;
+        any = true;
+        row.impulse.setZero();
+        for (const ContactSide* side : {&row.a, &row.b})
+            if (side->gives() && bodies_[side->slot].mass == 0.0) add_means(bodies_[side->slot]);
+    }
+    if (!any) return;
+    const auto held = [&](const ContactSide& side) { return side.gives() && bodies_[side.slot].mass > 0.0 ? &bodies_[side.slot] : nullptr; };
+    for (unsigned k = 0; k < kHoldIterations; ++k)
+        for (ContactRow& row : rows_) {
+            if (!row.is_whole) continue;
+            GivingBody *a = held(row.a), *b = held(row.b);
+            if (a == nullptr && b == nullptr) continue;
+            const Vec3 between = a != nullptr && b != nullptr ? Vec3(a->centre - b->centre) : row.normal;
+            const double length = between.norm();
+            const Vec3 normal = length > 0.0 ? Vec3(between / length) : row.normal;
+            const Vec3 u = (a != nullptr ? Vec3(a->velocity + a->change) : row.a.velocity) - (b != nullptr ? Vec3(b->velocity + b->change) : row.b.velocity);
+            const double mobility = (a != nullptr ? 1.0 / a->mass : 0.0) + (b != nullptr ? 1.0 / b->mass : 0.0);
+            const bool sticks = a == nullptr || b == nullptr;
+            if (sticks && row.impulse.isZero(0.0) && normal.dot(u) > kLeaving * u.norm()) continue;
+            const double speed = sticks ? u.norm() : std::max(0.0, -normal.dot(u));
+            const double before = row.impulse.norm();
+            // what it started the sub-step with counts: later iterations see what the first ones left
+            const double most = std::max(before, ((sticks ? kHoldOnFixed : kHoldWeight) * h + speed * std::min(1.0, h / std::min(kStopping, row.room / std::max(speed, kStill)))) / mobility);
+            Vec3 now = sticks ? Vec3(row.impulse - u / mobility) : Vec3(std::max(0.0, row.impulse.dot(normal) - normal.dot(u) / mobility) * normal);
+            if (const double size = now.norm(); size > most) now *= most / size;
+            const Vec3 change = now - row.impulse;
+            row.impulse = now;
+            if (a != nullptr) a->change += change / a->mass;
+            if (b != nullptr) b->change -= change / b->mass;
+        }
+    for (GivingBody& body : bodies_) {
+        if (!(body.mass > 0.0)) continue;
+        for (std::size_t n = 0; n < body.nodes.size(); ++n)
+            if (body.inv_mass[n] > 0.0)
+                for (int axis = 0; axis < 3; ++axis) body.nodes[n].v[axis] += body.change[axis];
+    }
+}
+
 ContactSolve ContactSolver::approach(double time, double h, double ratio, double spare) noexcept {
     double wanted = 0.0; // J, at most, that pushing out gives
     for (ContactRow& row : rows_) {
         row.impulse *= ratio;
-        if (gap_at(row, time) < 0.0) wanted += row.normal.dot(row.impulse) * row.recovery;
+        if (!row.is_whole && gap_at(row, time) < 0.0) wanted += row.normal.dot(row.impulse) * row.recovery;
     }
     const double fastest = spare > 2.0 * wanted ? std::numeric_limits<double>::infinity() : kCreep;
     for (ContactRow& row : rows_) {
+        if (row.is_whole) continue;
         place(row);
         const double gap = gap_at(row, time);
         row.target = gap > 0.0 ? -gap / h : std::min({row.recovery, -gap / h, fastest});
         if (!(row.mobility > 0.0)) row.impulse.setZero();
     }
+    hold_wholes(h);
     start();
     return iterate();
 }
 
 ContactSolve ContactSolver::settle(double time) noexcept {
     for (ContactRow& row : rows_) {
+        if (row.is_whole) {
+            row.last.setZero();
+            row.impulse.setZero();
+            continue;
+        }
         const bool presses = row.normal.dot(row.impulse) > 0.0 || !(gap_at(row, time) > 0.0);
         row.last = row.impulse;
         row.impulse *= 0.5;

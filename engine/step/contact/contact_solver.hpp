@@ -17,6 +17,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -26,6 +27,10 @@ namespace trocar::engine {
 struct GivingBody {
     std::span<fem::NodeRecord> nodes; // in the plan's order
     const double* inv_mass = nullptr; // [nodes] 1/kg
+
+    // of its nodes that can move, in the sub-step in hand: what holds it as a whole sees no more of it
+    double mass = 0.0; // kg; 0: nothing holds it
+    Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), change = Vec3::Zero(); // m, m/s, m/s
 };
 
 /// A place of one of the two bodies: an affine image of the tetrahedron beneath it, or, where its triangle or edge is longer than those, the
@@ -65,6 +70,11 @@ struct ContactRow {
     double gap = 0.0;            // m, at the step's start
     double recovery = 0.0;       // m/s, at which what lies in the other one is pushed out
     double friction = 0.0;       // Coulomb's
+    /// The two are held as wholes, for what nobody looked at between them: their mean velocities come no nearer along the line of their mass
+    /// centres, by one change of velocity for all nodes of each, which turns and deforms nothing. Where one of them does not give they do not
+    /// slide either.
+    bool is_whole = false;
+    double room = 0.0;           // m, of such a hold: half of the thinner one's extent, within which approach must end
     Vec3 impulse = Vec3::Zero(); // N s, on a, of the last sub-step
     Vec3 last = Vec3::Zero();    // N s, the same of the last whole sub-step: what the next step starts with
     Vec3 sum = Vec3::Zero();     // N s, on a, of the step
@@ -110,7 +120,9 @@ public:
     /// At the step's end: what presses has no speed of approach any more.
     ContactSolve settle(double time) noexcept;
 
-    static constexpr unsigned kMostIterations = 40;
+    static constexpr unsigned kLeastIterations = 4, kMostIterations = 40;
+    /// Of each solve from now on. One that ends there says what it left.
+    void limit_iterations(std::uint64_t most) noexcept { most_ = static_cast<unsigned>(std::clamp<std::uint64_t>(most, kLeastIterations, kMostIterations)); }
 
 private:
     void number_entries(ContactRow& row) const noexcept;
@@ -119,11 +131,14 @@ private:
     void push(const ContactRow& row, const Vec3& impulse) const noexcept;
     [[nodiscard]] double gap_at(const ContactRow& row, double time) const noexcept;
     [[nodiscard]] double relax(ContactRow& row) const noexcept;
+    void hold_wholes(double h) const noexcept;
+    void add_means(GivingBody& body) const noexcept;
     void start() const noexcept;
     ContactSolve iterate() noexcept;
 
     std::span<ContactRow> rows_;
     std::span<GivingBody> bodies_;
+    unsigned most_ = kMostIterations;
 };
 
 /// Affine coordinates of p in the tetrahedron x. False, and weight untouched: it is too flat, or p too far from it, to carry a force.

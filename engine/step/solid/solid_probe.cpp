@@ -12,6 +12,8 @@ namespace trocar::engine {
 
 namespace {
 
+constexpr auto by_pair_key = [](const LeafPair& x, const LeafPair& y) { return x.key() < y.key(); };
+
 bool same_bodies(const LeafPair& x, const LeafPair& y) { return x.a == y.a && x.b == y.b; }
 
 /// Bodies with open pairs whose depth the surfaces decide, each once.
@@ -39,11 +41,15 @@ struct Probe {
     StepReport& report;
     std::size_t own, other;
     std::size_t tests_left;
+    SurfaceAccount& account;
+    bool complete = true; // the budget did not end it
 
     /// No place beneath the sphere has a signed distance below distance(centre) - radius: it changes by no more than the way.
     void look_at(Index sphere) {
         const spheretree::Sphere& bound = sphere_of(own, sphere, solids);
-        if (bound.radius < 0.0 || tests_left == 0) return;
+        if (bound.radius < 0.0 || tests_left == 0 || !complete) return;
+        complete = account.take(kUnitsPerQuery);
+        if (!complete) return;
         --tests_left;
         ++report.probe_tests;
         const InsideTest& against = solids.bodies[other].inside;
@@ -55,7 +61,7 @@ struct Probe {
         std::push_heap(solids.heap.begin(), solids.heap.end(), later);
     }
 
-    void run() {
+    [[nodiscard]] bool run() {
         std::vector<ProbedSphere>& heap = solids.heap;
         const spheretree::SphereTree& tree = model.bodies[own].covering.tree;
         heap.clear();
@@ -71,28 +77,32 @@ struct Probe {
             solids.leaf_pairs.push_back(own < other ? LeafPair{own, other, next.sphere, facing}
                                                             : LeafPair{other, own, facing, next.sphere});
         }
+        return complete;
     }
 };
 
 } // namespace
 
-void probe_open_pairs(const SceneModel& model, const SolidContactState& before, SolidScratch& solids, StepReport& report) {
+void probe_open_pairs(const SceneModel& model, SolidScratch& solids, StepReport& report, SurfaceAccount& account) {
     list_open_bodies(model, solids);
-    for (const LeafPair& pair : before.touching)
+    for (const LeafPair& pair : solids.touching_before)
         if (pair.a == pair.b || std::binary_search(solids.open_bodies.begin(), solids.open_bodies.end(),
                                                    std::pair{static_cast<Index>(pair.a), static_cast<Index>(pair.b)}))
             solids.leaf_pairs.push_back(pair);
     if (solids.open_bodies.empty()) return;
     const std::size_t share = std::max(kLeastProbes, kProbeTests / (2 * solids.open_bodies.size()));
-    for (const auto& [a, b] : solids.open_bodies) {
-        Probe{model, solids, report, a, b, share}.run();
-        Probe{model, solids, report, b, a, share}.run();
+    for (const auto& bodies : solids.open_bodies) {
+        const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), bodies) - solids.meeting.begin();
+        if (solids.looked[static_cast<std::size_t>(at)] == 0) continue;
+        const auto [a, b] = bodies;
+        const bool of_a = Probe{model, solids, report, a, b, share, account}.run();
+        if (!(Probe{model, solids, report, b, a, share, account}.run() && of_a)) solids.left_bodies.push_back(bodies);
     }
 }
 
 void keep_touching(const SolidScratch& solids, std::vector<LeafPair>& kept) {
     kept.clear();
-    const std::vector<LeafPair>& pairs = solids.leaf_pairs;
+    const std::vector<LeafPair>& pairs = solids.done_pairs;
     for (std::size_t begin = 0; begin < pairs.size();) {
         const std::size_t first = kept.size();
         std::size_t end = begin;
@@ -104,6 +114,15 @@ void keep_touching(const SolidScratch& solids, std::vector<LeafPair>& kept) {
                   [](const LeafPair& x, const LeafPair& y) { return x.gap != y.gap ? x.gap < y.gap : x.key() < y.key(); });
         kept.resize(first + kPersistentPairs);
     }
+    for (const LeafPair& pair : solids.left_pairs)
+        if (std::binary_search(solids.touching_before.begin(), solids.touching_before.end(), pair, by_pair_key)) kept.push_back(pair);
+    for (const LeafPair& pair : solids.touching_before) {
+        const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), std::pair{static_cast<Index>(pair.a), static_cast<Index>(pair.b)});
+        const bool meets = at != solids.meeting.end() && at->first == pair.a && at->second == pair.b;
+        if (meets && solids.looked[static_cast<std::size_t>(at - solids.meeting.begin())] == 0) kept.push_back(pair);
+    }
+    std::sort(kept.begin(), kept.end(), by_pair_key);
+    kept.erase(std::unique(kept.begin(), kept.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }), kept.end());
     for (LeafPair& pair : kept) pair.gap = std::numeric_limits<double>::infinity();
 }
 

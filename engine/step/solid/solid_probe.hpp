@@ -4,6 +4,7 @@
 
 #include "engine/state/step_report.hpp"
 #include "engine/step/solid/solid_scratch.hpp"
+#include "engine/step/solid/surface_account.hpp"
 
 namespace trocar::engine {
 
@@ -14,9 +15,11 @@ namespace trocar::engine {
 /// cost      at most kProbeTests closest-point queries a step, shared among the pairs of bodies; counted in report.probe_tests
 /// source    none of the papers: seed 003 (section 4) pushes by the overlap of the open spheres, whose line of centres has little
 ///           to do with a surface's normal (SolidResponse::Spheres does that).
-void probe_open_pairs(const SceneModel& model, const SolidContactState& before, SolidScratch& solids, StepReport& report);
+/// Of bodies that solids.looked names; those whose queries the account has no room for are appended to solids.left_bodies.
+void probe_open_pairs(const SceneModel& model, SolidScratch& solids, StepReport& report, SurfaceAccount& account);
 
-/// Keeps those leaf pairs of solids.leaf_pairs that a touch came from, at most kPersistentPairs of two bodies.
+/// Keeps those leaf pairs of solids.leaf_pairs that a touch came from, at most kPersistentPairs of two bodies, and of those of the last step
+/// what this one left.
 void keep_touching(const SolidScratch& solids, std::vector<LeafPair>& kept);
 
 /// Queries in a step; where there are so many pairs of bodies that each would get fewer than kLeastProbes, each gets these.

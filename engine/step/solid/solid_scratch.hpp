@@ -55,7 +55,7 @@ struct SolidBodyScratch {
     std::vector<Index> deepest;                      // [sphere_count]
     std::vector<Vec3> vertex_normal;                 // [vertex_count] area-weighted, of bodies that touch
     std::vector<std::uint8_t> vertex_seen;           // [vertex_count]
-    std::vector<std::uint8_t> sphere_seen;           // [sphere_count]
+    std::vector<std::uint8_t> sphere_seen;           // [sphere_count] 1: its surface was granted, 2: its edges were looked at
     std::vector<double> spring_scale;                // [springs]
     std::vector<Index> leaf_of_triangle;             // [triangle_count] of closed bodies
     std::vector<SelfNear> self_near;                 // [vertex_count] of bodies that touch themselves
@@ -87,6 +87,15 @@ struct SolidScratch {
     std::vector<SphereHold> holds_before; // the same of its holds
     std::vector<Piercing> piercings[2];
     std::vector<SolidContact> contacts_before; // and of its places
+    std::vector<LeafPair> touching_before;     // and of its leaf pairs
+    std::vector<std::uint8_t> looked;          // [meeting] the surfaces of these two are looked at in this step
+    std::vector<std::uint64_t> pair_count;     // [meeting] leaf pairs
+    std::vector<std::uint8_t> touched;         // [meeting] the two touched in the last step
+    std::vector<LeafPair> waiting, batch;      // of two bodies: those that touched in the last step first; those in hand
+    std::vector<LeafPair> done_pairs;          // by key: whose surfaces were looked at
+    std::vector<LeafPair> left_pairs;          // by key: the others
+    std::vector<Index> held;                   // of coarse: pairs of spheres that hold for what was left
+    std::vector<std::pair<Index, Index>> left_bodies; // pairs of bodies with anything that the budget left, by index
 };
 
 } // namespace trocar::engine

@@ -1,6 +1,7 @@
 #include "engine/step/solid/solid_stage.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
+#include "engine/step/solid/hold_left.hpp"
 #include "engine/step/solid/self_touch.hpp"
 #include "engine/step/solid/soften_springs.hpp"
 #include "engine/step/solid/contact_response.hpp"
@@ -8,9 +9,11 @@
 #include "engine/step/solid/solid_passage.hpp"
 #include "engine/step/solid/solid_touch.hpp"
 #include "engine/step/solid/solid_trees.hpp"
+#include "engine/step/solid/touch_rules.hpp"
 #include "engine/step/tissue/surface_spring.hpp"
 #include "engine/effects/registry.hpp"
 #include "engine/step/solid/surface_travel.hpp"
+#include "engine/time/phase.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -77,18 +80,25 @@ void add_solid_pairs(const SceneModel& model, SolidScratch& solids, spheretree::
         }
 }
 
-void push_solids(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report) {
+void push_solids(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report, StepBudget& budget) {
+    const Phase phase(budget, StepPart::Surfaces);
     state.solids.springs.clear();
     std::swap(state.solids.contacts, solids.contacts_before);
     state.solids.contacts.clear();
-    find_touches(model, state, solids, report);
+    budget.keep_back(std::max(budget.forecast(StepPart::Holds).reserve_s(), budget.holding_s(solids.coarse.size())));
+    find_touches(model, state, solids, report, budget);
+    Phase holding(budget, StepPart::Holds);
+    list_what_is_left(model, state, solids, report);
+    hold_what_is_left(model, state, solids, report);
     ContactSink sink{model, state, solids, report};
     response_of(model.contact.solid_response).respond(solids.touches, sink);
     std::sort(state.solids.contacts.begin(), state.solids.contacts.end(),
               [](const SolidContact& x, const SolidContact& y) { return x.key() < y.key(); });
     soften_springs(model, state, solids, report);
-    report.held_pairs = state.solids.holds.size();
-    for (const SolidContact& place : state.solids.contacts) report.solid_touches += is_touching(place.touch);
+    holding.end();
+    budget.learn_holding(solids.coarse.size());
+    report.held_pairs += state.solids.holds.size();
+    for (const SolidContact& place : state.solids.contacts) report.solid_touches += is_touching(place.touch) && place.touch.origin != ContactOrigin::AssumedSpheres;
 }
 
 double find_residual(const SceneModel& model, const State& state, std::span<const TissueScratch> tissue) {

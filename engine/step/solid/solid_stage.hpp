@@ -20,7 +20,7 @@ void add_solid_pairs(const SceneModel& model, SolidScratch& solids, spheretree::
 /// what presses at any moment: what rests stays where it is. Those of edges begin anew in each step, with its last slip.
 /// source   seed 003, section 4: forces on the coarse vertices linked to the spheres. Deviates: the depth is the surfaces', by
 ///          which a body rests where its surface is, and not where its spheres bulge.
-void push_solids(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report);
+void push_solids(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report, StepBudget& budget);
 
 /// N; sum over the springs of the last response, as the bodies stand now, of the forces that both bodies receive. Each body was
 /// integrated against the other as it stood at the step's start: what is left is the price of that.

@@ -2,6 +2,7 @@
 #include "engine/step/solid/solid_touch.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
+#include "engine/step/solid/carry_touch.hpp"
 #include "engine/step/solid/self_touch.hpp"
 #include "engine/step/solid/solid_passage.hpp"
 #include "engine/step/solid/solid_probe.hpp"
@@ -131,7 +132,6 @@ double reach_of(const OneWay& way) {
 void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a) {
     SolidBodyScratch& scratch = way.solids.bodies[way.own];
     const BodyModel& body = way.model.bodies[way.own];
-    scratch.vertex_seen.assign(way.surface(way.own).size(), kNotSeen);
     const double reach = reach_of(way);
     for (LeafPair& pair : pairs)
         for (const Index triangle : body.covering.tree.items_of(own_is_a ? pair.leaf_a : pair.leaf_b))
@@ -141,7 +141,13 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
                 scratch.vertex_seen[v] = look.seen;
                 pair.gap = std::min(pair.gap, look.gap);
             }
-    const SolidEntry from{way.own, way.other}; // what was in is looked at whatever the descent found
+}
+
+/// What was in is looked at whatever the descent found.
+void probe_entries(const OneWay& way) {
+    SolidBodyScratch& scratch = way.solids.bodies[way.own];
+    const double reach = reach_of(way);
+    const SolidEntry from{way.own, way.other};
     const std::vector<SolidEntry>& before = way.solids.entries_before;
     for (auto entry = std::lower_bound(before.begin(), before.end(), from, by_key);
          entry != before.end() && entry->own == way.own && entry->other == way.other; ++entry)
@@ -150,7 +156,7 @@ void probe_vertices(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a)
 }
 
 /// All vertices whose path comes near the other body. False: there were more than may be looked at.
-bool probe_paths(const OneWay& way, std::size_t& probes_left) {
+bool probe_paths(const OneWay& way, std::size_t& probes_left, SurfaceAccount& account) {
     SolidBodyScratch& scratch = way.solids.bodies[way.own];
     const SurfaceTravel& motion = way.solids.bodies[way.other].motion;
     const double reach = reach_of(way);
@@ -162,7 +168,7 @@ bool probe_paths(const OneWay& way, std::size_t& probes_left) {
         path.add(way.surface_t0(way.own)[v] + motion.mean);
         path.add(way.surface(way.own)[v]);
         if (!path.overlaps(bounds)) continue;
-        if (probes_left == 0) return false;
+        if (probes_left == 0 || !account.take(kUnitsPerQuery)) return false;
         --probes_left;
         ++way.report.probe_tests;
         scratch.vertex_seen[v] = test_vertex(way, v, reach).seen;
@@ -206,15 +212,16 @@ bool list_piercings(const OneWay& way, Index sphere, std::vector<Piercing>& out)
     return out.size() > before;
 }
 
+/// Bits of sphere_seen.
+constexpr std::uint8_t kGranted = 1, kEdgesSeen = 2;
+
 /// Of all spheres of one body in the pairs, each once; the pair in which one comes first keeps the place.
 void list_all_piercings(const OneWay& way, std::span<LeafPair> pairs, bool own_is_a, std::vector<Piercing>& out) {
     std::vector<std::uint8_t>& seen = way.solids.bodies[way.own].sphere_seen;
-    seen.assign(way.model.bodies[way.own].covering.tree.sphere_count(), 0);
-    out.clear();
     for (LeafPair& pair : pairs) {
         const Index sphere = own_is_a ? pair.leaf_a : pair.leaf_b;
-        if (seen[sphere] != 0) continue;
-        seen[sphere] = 1;
+        if ((seen[sphere] & kEdgesSeen) != 0) continue;
+        seen[sphere] |= kEdgesSeen;
         if (list_piercings(way, sphere, out)) pair.gap = std::min(pair.gap, 0.0);
     }
 }
@@ -285,27 +292,93 @@ bool needs_all_paths(const SceneModel& model, const SolidScratch& solids, std::s
     return std::binary_search(open.begin(), open.end(), std::pair{static_cast<Index>(a), static_cast<Index>(b)});
 }
 
-void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::size_t b, std::span<LeafPair> pairs,
-                  std::size_t& probes_left, SolidScratch& solids, StepReport& report) {
+/// Units of what a sphere's leaf has beneath it; nothing a second time.
+std::uint64_t leaf_units(const SceneModel& model, std::size_t body, Index leaf, const SolidScratch& solids) {
+    if ((solids.bodies[body].sphere_seen[leaf] & kGranted) != 0) return 0;
+    return kUnitsPerLeafTriangle * model.bodies[body].covering.tree.items_of(leaf).size();
+}
+
+/// The next leaf pairs that a grant has room for, by key. False: there is no room for one more.
+bool take_batch(const SceneModel& model, std::size_t& next, SolidScratch& solids, SurfaceAccount& account) {
+    solids.batch.clear();
+    account.settle();
+    for (; next < solids.waiting.size(); ++next) {
+        const LeafPair& pair = solids.waiting[next];
+        const std::uint64_t units = leaf_units(model, pair.a, pair.leaf_a, solids) + leaf_units(model, pair.b, pair.leaf_b, solids);
+        if (!(solids.batch.empty() ? account.take(units) : account.take_more(units))) break;
+        solids.bodies[pair.a].sphere_seen[pair.leaf_a] |= kGranted;
+        solids.bodies[pair.b].sphere_seen[pair.leaf_b] |= kGranted;
+        solids.batch.push_back(pair);
+    }
+    std::sort(solids.batch.begin(), solids.batch.end(), by_key);
+    return !solids.batch.empty();
+}
+
+/// Fills solids.waiting: those that touched in the last step first.
+void line_up(std::span<const LeafPair> pairs, SolidScratch& solids) {
+    solids.waiting.clear();
+    for (const bool first : {true, false})
+        for (const LeafPair& pair : pairs)
+            if (std::binary_search(solids.touching_before.begin(), solids.touching_before.end(), pair, by_key) == first)
+                solids.waiting.push_back(pair);
+}
+
+/// Leaf pairs of two bodies, as far as the account goes: as many at a time as a grant holds.
+void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::size_t b, std::span<const LeafPair> pairs,
+                  std::size_t& probes_left, SurfaceAccount& account, SolidScratch& solids, StepReport& report) {
     const OneWay from_a{model, state, solids, report, a, b, state.solids.entries};
     const OneWay from_b{model, state, solids, report, b, a, state.solids.entries};
     const std::size_t first_touch = solids.touches.size(), first_entry = state.solids.entries.size(), first_pressed = solids.pressed.size();
-    probe_vertices(from_a, pairs, true);
-    probe_vertices(from_b, pairs, false);
+    std::vector<Piercing>&of_a = solids.piercings[0], &of_b = solids.piercings[1];
+    of_a.clear(), of_b.clear();
+    for (const std::size_t body : {a, b}) {
+        solids.bodies[body].vertex_seen.assign(state.bodies[body].surface.size(), kNotSeen);
+        solids.bodies[body].sphere_seen.assign(model.bodies[body].covering.tree.sphere_count(), 0);
+    }
+    line_up(pairs, solids);
+    std::size_t next = 0;
+    for (bool first = true; take_batch(model, next, solids, account) || first; first = false) {
+        probe_vertices(from_a, solids.batch, true);
+        if (first) probe_entries(from_a);
+        probe_vertices(from_b, solids.batch, false);
+        if (first) probe_entries(from_b);
+        list_all_piercings(from_a, solids.batch, true, of_a);
+        list_all_piercings(from_b, solids.batch, false, of_b);
+        solids.done_pairs.insert(solids.done_pairs.end(), solids.batch.begin(), solids.batch.end());
+    }
+    account.settle();
+    solids.left_pairs.insert(solids.left_pairs.end(), solids.waiting.begin() + static_cast<std::ptrdiff_t>(next), solids.waiting.end());
     if (needs_all_paths(model, solids, a, b)) {
-        const bool all_of_a = probe_paths(from_a, probes_left), all_of_b = probe_paths(from_b, probes_left);
+        const bool all_of_a = probe_paths(from_a, probes_left, account), all_of_b = probe_paths(from_b, probes_left, account);
         report.unproven_solids += !(all_of_a && all_of_b);
     }
     drop_opposing(first_touch, first_entry, first_pressed, state, solids);
-    std::vector<Piercing>&of_a = solids.piercings[0], &of_b = solids.piercings[1];
-    list_all_piercings(from_a, pairs, true, of_a);
-    list_all_piercings(from_b, pairs, false, of_b);
     probe_edges(from_a, of_a);
     probe_edges(from_b, of_b);
 }
 
-/// Bodies whose surfaces are looked at in this step, each two once; what is asked of them is made fresh.
-void list_touching_pairs(const SceneModel& model, const State& state, SolidScratch& solids) {
+/// The same of a body with itself, all of them or none.
+void touch_own(const SceneModel& model, const State& state, std::size_t body, std::span<const LeafPair> pairs, SurfaceAccount& account,
+               SolidScratch& solids, StepReport& report) {
+    solids.batch.assign(pairs.begin(), pairs.end());
+    solids.bodies[body].sphere_seen.assign(model.bodies[body].covering.tree.sphere_count(), 0);
+    std::uint64_t units = 0;
+    for (const LeafPair& pair : pairs)
+        for (const Index leaf : {pair.leaf_a, pair.leaf_b}) {
+            units += leaf_units(model, body, leaf, solids);
+            solids.bodies[body].sphere_seen[leaf] |= kGranted;
+        }
+    if (!account.take(units)) {
+        solids.left_pairs.insert(solids.left_pairs.end(), pairs.begin(), pairs.end());
+        return;
+    }
+    touch_self(model, state, solids.batch, solids, report);
+    account.settle();
+    solids.done_pairs.insert(solids.done_pairs.end(), solids.batch.begin(), solids.batch.end());
+}
+
+/// Bodies whose surfaces there is reason to look at in this step, each two once.
+void list_touching_pairs(const SceneModel& model, SolidScratch& solids) {
     std::vector<std::pair<Index, Index>>& meeting = solids.meeting;
     meeting.clear();
     const auto add = [&](std::size_t a, std::size_t b) {
@@ -317,14 +390,92 @@ void list_touching_pairs(const SceneModel& model, const State& state, SolidScrat
             meet_by_surface(model, contact.body_a, contact.body_b))
             add(contact.body_a, contact.body_b);
     for (const SolidEntry& entry : solids.entries_before) add(entry.own, entry.other);
-    for (const LeafPair& pair : state.solids.touching) // looked at again whatever the descent says
+    for (const LeafPair& pair : solids.touching_before) // looked at again whatever the descent says
         if (pair.a == pair.b) add(pair.a, pair.b);
     std::sort(meeting.begin(), meeting.end());
     meeting.erase(std::unique(meeting.begin(), meeting.end()), meeting.end());
-    for (const auto& [a, b] : meeting) {
-        refresh(model, state, a, solids);
-        refresh(model, state, b, solids);
+}
+
+std::uint64_t surface_units(const SceneModel& model, std::size_t body) {
+    return model.bodies[body].moves() ? kUnitsPerSurfaceTriangle * model.bodies[body].surface.triangles.size() : 0;
+}
+
+/// Units of leaves without which it does not pay to make surfaces ready.
+constexpr std::uint64_t kLeastLooked = 20 * kUnitsPerLeafTriangle;
+
+/// Of the leaves beneath which the two touched in the last step.
+std::uint64_t leaf_units_before(const SceneModel& model, std::size_t a, std::size_t b, const SolidScratch& solids) {
+    const auto before = [](const LeafPair& pair, const std::pair<std::size_t, std::size_t>& bodies) { return std::pair(pair.a, pair.b) < bodies; };
+    std::uint64_t triangles = 0;
+    for (auto pair = std::lower_bound(solids.touching_before.begin(), solids.touching_before.end(), std::pair(a, b), before);
+         pair != solids.touching_before.end() && pair->a == a && pair->b == b; ++pair)
+        triangles += model.bodies[a].covering.tree.items_of(pair->leaf_a).size() + model.bodies[b].covering.tree.items_of(pair->leaf_b).size();
+    return kUnitsPerLeafTriangle * triangles;
+}
+
+/// Of each two bodies that meet.
+void count_leaf_pairs(const SceneModel& model, SolidScratch& solids) {
+    solids.pair_count.assign(solids.meeting.size(), 0);
+    std::pair<Index, Index> last{kNoIndex, kNoIndex};
+    std::uint64_t* count = nullptr;
+    for (const Contact& contact : solids.coarse) { // a pair's lie side by side
+        const std::pair<Index, Index> bodies{contact.body_a, contact.body_b};
+        if (bodies != last) {
+            const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), bodies);
+            const bool meet = is_between_bodies(model, contact) && at != solids.meeting.end() && *at == bodies;
+            count = meet ? &solids.pair_count[static_cast<std::size_t>(at - solids.meeting.begin())] : nullptr;
+            last = bodies;
+        }
+        if (count != nullptr) *count += is_leaf_pair(model, contact);
     }
+}
+
+/// Which of the bodies that meet there is room to look at: those that touched before come first.
+void choose_looked(const SceneModel& model, const State& state, SolidScratch& solids, SurfaceAccount& account) {
+    solids.looked.assign(solids.meeting.size(), 0);
+    std::vector<std::uint8_t>& touched = solids.touched;
+    touched.assign(solids.meeting.size(), 0);
+    for (const SolidContact& place : solids.contacts_before) {
+        const std::pair<Index, Index> bodies = std::minmax<Index>({place.touch.body_a, place.touch.body_b});
+        const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), bodies);
+        if (at != solids.meeting.end() && *at == bodies) touched[static_cast<std::size_t>(at - solids.meeting.begin())] = 1;
+    }
+    count_leaf_pairs(model, solids);
+    for (const bool first : {true, false})
+        for (std::size_t k = 0; k < solids.meeting.size(); ++k) {
+            const auto [a, b] = solids.meeting[k];
+            if ((touched[k] != 0) != first) continue;
+            std::uint64_t units = kUnitsPerQuery + kUnitsPerLeafPair * solids.pair_count[k];
+            for (const Index body : {a, b})
+                if (!solids.bodies[body].surface_is_fresh && !(body == b && a == b)) units += surface_units(model, body);
+            if (!account.take(units, std::max(kLeastLooked, leaf_units_before(model, a, b, solids)))) {
+                solids.left_bodies.push_back({a, b});
+                continue;
+            }
+            refresh(model, state, a, solids);
+            refresh(model, state, b, solids);
+            account.settle();
+            solids.looked[k] = 1;
+        }
+}
+
+/// What pressed between two bodies, where this step did not look: it goes on, and what was in stays in.
+/// looked   some of their leaves were, and vertex_seen tells which vertices
+void carry_touches(const SceneModel& model, State& state, std::size_t a, std::size_t b, bool looked, SolidScratch& solids, StepReport& report) {
+    const auto is_between = [&](std::size_t x, std::size_t y) { return (x == a && y == b) || (x == b && y == a); };
+    for (const SolidContact& place : solids.contacts_before) {
+        const Contact& touch = place.touch;
+        if (!is_between(touch.body_a, touch.body_b) || touch.origin == ContactOrigin::AssumedSpheres) continue;
+        if (looked && solids.bodies[touch.body_a].vertex_seen[touch.feature_a[0]] != kNotSeen) continue;
+        const OneWay way{model, state, solids, report, touch.body_a, touch.body_b, state.solids.entries};
+        const std::optional<Contact> now = carry_touch(way, touch);
+        if (!now) continue;
+        solids.touches.push_back(*now);
+        ++report.carried_places;
+    }
+    if (looked) return; // entries are looked at whatever there is room for
+    for (const SolidEntry& entry : solids.entries_before)
+        if (is_between(entry.own, entry.other)) state.solids.entries.push_back(entry);
 }
 
 /// Bodies whose spheres meet, but whose surfaces nobody looks at, or that have no inside: what goes farther than half of the thinner one
@@ -348,38 +499,108 @@ void count_unproven(const SceneModel& model, const State& state, const SolidScra
 
 } // namespace
 
-void find_touches(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report) {
+void find_touches(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report, StepBudget& budget) {
+    SurfaceAccount account(budget);
     std::vector<LeafPair>& pairs = solids.leaf_pairs;
     solids.touches.clear();
     solids.pressed.clear();
     std::swap(state.solids.entries, solids.entries_before);
     state.solids.entries.clear();
+    std::swap(state.solids.touching, solids.touching_before);
     pairs.clear();
+    solids.left_bodies.clear();
     for (SolidBodyScratch& body : solids.bodies) body.surface_is_fresh = false;
-    list_touching_pairs(model, state, solids);
+    list_touching_pairs(model, solids);
+    choose_looked(model, state, solids, account);
     for (const Contact& contact : solids.coarse) {
         if (!is_between_bodies(model, contact)) continue;
-        if (meet_by_surface(model, contact.body_a, contact.body_b) && is_leaf_pair(model, contact))
+        if (!meet_by_surface(model, contact.body_a, contact.body_b) || !is_leaf_pair(model, contact)) continue;
+        if (is_looked(solids, contact.body_a, contact.body_b))
             pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
+        else
+            ++report.left_pairs;
     }
-    probe_open_pairs(model, state.solids, solids, report);
+    probe_open_pairs(model, solids, report, account);
     std::sort(pairs.begin(), pairs.end(), by_key);
     pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }),
                 pairs.end());
+    std::sort(solids.left_bodies.begin(), solids.left_bodies.end());
+    const auto probed_in_part = solids.left_bodies.size(); // and those that were not looked at
+    solids.done_pairs.clear();
+    solids.left_pairs.clear();
     std::size_t begin = 0, probes_left = kPathProbes;
-    for (const auto& [a, b] : solids.meeting) {
+    for (std::size_t m = 0; m < solids.meeting.size(); ++m) {
+        const auto [a, b] = solids.meeting[m];
         std::size_t end = begin;
         while (end < pairs.size() && pairs[end].a == a && pairs[end].b == b) ++end;
-        const std::span<LeafPair> of_these = std::span(pairs).subspan(begin, end - begin);
-        if (a != b)
-            touch_bodies(model, state, a, b, of_these, probes_left, solids, report);
-        else if (!of_these.empty())
-            touch_self(model, state, of_these, solids, report);
+        const std::span<const LeafPair> of_these = std::span(pairs).subspan(begin, end - begin);
         begin = end;
+        const std::size_t left_before = solids.left_pairs.size();
+        const bool looked = solids.looked[m] != 0;
+        if (looked && a != b)
+            touch_bodies(model, state, a, b, of_these, probes_left, account, solids, report);
+        else if (looked && !of_these.empty())
+            touch_own(model, state, a, of_these, account, solids, report);
+        const bool is_left = solids.left_pairs.size() > left_before;
+        report.left_pairs += !looked;
+        if (is_left) solids.left_bodies.push_back(solids.meeting[m]);
+        const std::span<const std::pair<Index, Index>> others = std::span(solids.left_bodies).first(probed_in_part);
+        if (is_left || std::binary_search(others.begin(), others.end(), solids.meeting[m]))
+            carry_touches(model, state, a, b, looked && a != b, solids, report);
     }
+}
+
+/// m; farthest way of a body in the step, by its coarse nodes: what nobody looks at costs nothing by its surface.
+static double way_of_nodes(const SceneModel& model, std::size_t body, const State& state, const SolidScratch& solids) {
+    if (!model.bodies[body].moves()) return 0.0;
+    const SolidBodyScratch& scratch = solids.bodies[body];
+    const std::span<const Vec3> now = state.bodies[owner_of(model, body)].tissue.position;
+    if (now.empty()) return scratch.surface_t0.empty() ? 0.0 : (state.bodies[body].surface.front() - scratch.surface_t0.front()).norm();
+    double farthest = 0.0;
+    for (std::size_t n = 0; n < now.size(); ++n) farthest = std::max(farthest, (now[n] - scratch.nodes_t0[n]).squaredNorm());
+    return std::sqrt(farthest);
+}
+
+void list_what_is_left(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report) {
+    report.left_pairs += solids.left_pairs.size();
+    std::sort(solids.left_bodies.begin(), solids.left_bodies.end());
+    solids.left_bodies.erase(std::unique(solids.left_bodies.begin(), solids.left_bodies.end()), solids.left_bodies.end());
+    for (const auto& [a, b] : solids.left_bodies) {
+        if (a == b) continue;
+        const double thinner = std::min(solids.bodies[a].thickness, solids.bodies[b].thickness);
+        report.unproven_solids += way_of_nodes(model, a, state, solids) + way_of_nodes(model, b, state, solids) > 0.5 * thinner;
+    }
+    for (std::vector<LeafPair>* list : {&solids.done_pairs, &solids.left_pairs}) std::sort(list->begin(), list->end(), by_key);
     std::sort(state.solids.entries.begin(), state.solids.entries.end(), by_key);
     keep_touching(solids, state.solids.touching);
     count_unproven(model, state, solids, report);
+}
+
+bool is_looked(const SolidScratch& solids, std::size_t a, std::size_t b) noexcept {
+    const std::pair<Index, Index> bodies{static_cast<Index>(a), static_cast<Index>(b)};
+    const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), bodies);
+    return at != solids.meeting.end() && *at == bodies && solids.looked[static_cast<std::size_t>(at - solids.meeting.begin())] != 0;
+}
+
+bool is_left(const SolidScratch& solids, const Contact& spheres) noexcept {
+    const LeafPair pair{spheres.body_a, spheres.body_b, spheres.feature_a[0], spheres.feature_b[0]};
+    return spheres.origin == ContactOrigin::AssumedSpheres || std::binary_search(solids.left_pairs.begin(), solids.left_pairs.end(), pair, by_key);
+}
+
+std::uint64_t forecast_surfaces(const SceneModel& model, const State& state, SolidScratch& solids) {
+    std::uint64_t units = 0;
+    for (SolidBodyScratch& body : solids.bodies) body.surface_is_fresh = false;
+    const auto add = [&](std::size_t body) {
+        if (solids.bodies[body].surface_is_fresh) return;
+        solids.bodies[body].surface_is_fresh = true;
+        units += surface_units(model, body) + kUnitsPerQuery;
+    };
+    for (const SolidContact& place : state.solids.contacts) add(place.touch.body_a), add(place.touch.body_b);
+    for (const LeafPair& pair : state.solids.touching)
+        units += kUnitsPerLeafTriangle * (model.bodies[pair.a].covering.tree.items_of(pair.leaf_a).size() +
+                                          model.bodies[pair.b].covering.tree.items_of(pair.leaf_b).size());
+    for (SolidBodyScratch& body : solids.bodies) body.surface_is_fresh = false;
+    return units;
 }
 
 } // namespace trocar::engine

@@ -101,6 +101,8 @@ struct Stage {
     State& state;
     BodiesScratch& bodies;
     StepReport& report;
+    StepBudget& budget;
+    WorkBudget& rows; // places times iterations that the step's solves may take
 
     [[nodiscard]] EffectStep effects() const { return {model, live, {}, state.time + model.step_s, report.effects}; }
     [[nodiscard]] bool is_tissue(std::size_t i) const noexcept { return model.bodies[i].motion == Motion::Deformable; }
@@ -160,8 +162,14 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
             return false;
         }
         for (std::size_t k = 0; k < members.size(); ++k) contact.bodies[k].nodes = islands.lockstep[k].nodes();
+        const double substeps_left = arrived ? 1.0 : 1.0 + std::ceil(left / h);
+        const std::uint64_t places = std::max<std::uint64_t>(1, contact.solved.size());
+        islands.solver.limit_iterations(s.rows.left() / (places * static_cast<std::uint64_t>(substeps_left)));
+        s.budget.begin_rows(places);
         const ContactSolve solve =
             arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, (count == 0 ? kick : kick / kicked) * trust, s.state.solids.taken_j);
+        s.budget.end_rows(places * solve.iterations);
+        (void)s.rows.spend(std::min(s.rows.left(), places * solve.iterations));
         trust = solve.converged ? 1.0 : kDistrust;
         s.state.solids.taken_j = (s.state.solids.taken_j - solve.work) * (1.0 - std::min(1.0, kick / kForgotten));
         s.report.contact_iterations += solve.iterations;
@@ -323,17 +331,21 @@ void report_contact(State& state, StepReport& report) {
 
 } // namespace
 
-void integrate_bodies(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, StepReport& report) {
+void integrate_bodies(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, StepReport& report,
+                      StepBudget& budget) {
     if (!live.elasticity) return;
-    const Stage stage{model, live, state, bodies, report};
+    WorkBudget rows(0);
+    const Stage stage{model, live, state, bodies, report, budget, rows};
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         if (stage.is_tissue(i)) choose_springs(model, i, state, bodies.tissue[i]); // before anything moves
     make_rows(model, state, bodies.contact);
+    if (!bodies.contact.rows.empty()) rows = budget.grant_rows();
     begin_islands(stage);
     integrate_free(stage);
     keep_free_ends(stage);
     integrate_islands(stage);
     while (join_what_met(stage)) integrate_islands(stage);
+    if (!bodies.contact.rows.empty()) budget.settle_rows(rows);
     report_contact(state, report);
     for (std::size_t i = 0; i < model.bodies.size() && report.finite; ++i)
         if (stage.is_tissue(i)) report_body(model, model.bodies[i], bodies.tissue[i].advanced, report);

@@ -23,7 +23,8 @@ void place_surface(const SceneModel& model, std::size_t body, State& state) noex
 /// live   effects of this step
 /// On a value that is not finite,
 /// or when more sub-steps than allowed are needed, the report says which body, element and number.
-void integrate_bodies(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, StepReport& report);
+void integrate_bodies(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, StepReport& report,
+                      StepBudget& budget);
 
 /// Dense surfaces to the end of the step: linked ones follow their coarse mesh, kinematic ones their path.
 void update_embedded_surfaces(const SceneModel& model, const EffectSet& live, State& state, const BodiesScratch& bodies,

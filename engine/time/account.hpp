@@ -1,0 +1,46 @@
+// What each part of a step was granted of the budget, and what it took.
+#pragma once
+
+#include "engine/time/step_budget.hpp"
+
+#include <algorithm>
+
+namespace trocar::engine {
+
+/// Parts of a step that are charged whatever the budget covers: what each had, and what it took.
+enum class AccountPart : std::uint8_t {
+    Solve,    // contact between solids, in the tissue's sub-steps
+    Descent,  // sphere trees
+    Exact,    // continuous tests, with the solves of instruments between their walls that they check
+    Walls,    // instruments between their walls where no exact answer stands; springs that they press on
+    Surfaces, // of solids
+};
+inline constexpr std::size_t kAccountParts = 5;
+struct AccountEntry {
+    double granted_ms = -1.0; // left of the budget when the part began; negative: no limit of time
+    double used_ms = 0.0;
+    std::uint64_t units = 0; // work units used
+};
+
+/// A part, for as long as this lives.
+class AccountScope {
+public:
+    AccountScope(const StepBudget& budget, AccountEntry& entry) noexcept
+        : budget_(budget), entry_(entry), start_s_(budget.elapsed_s()), start_units_(budget.units_spent()) {
+        if (budget.limits().mode == BudgetMode::Wall) entry.granted_ms = 1e3 * std::max(0.0, budget.limit_s() - start_s_);
+    }
+    ~AccountScope() {
+        entry_.used_ms += 1e3 * (budget_.elapsed_s() - start_s_);
+        entry_.units += budget_.units_spent() - start_units_;
+    }
+    AccountScope(const AccountScope&) = delete;
+    AccountScope& operator=(const AccountScope&) = delete;
+
+private:
+    const StepBudget& budget_;
+    AccountEntry& entry_;
+    double start_s_;
+    std::uint64_t start_units_;
+};
+
+} // namespace trocar::engine
