@@ -1,6 +1,7 @@
 #include "engine/step/solid/contact_response.hpp"
 
 #include "engine/effects/registry.hpp"
+#include "engine/step/solid/hold_left.hpp"
 #include "engine/step/solid/solid_hold.hpp"
 #include "engine/step/solid/solid_passage.hpp"
 
@@ -30,7 +31,15 @@ void note_depth(const Contact& touch, const SolidScratch& solids, StepReport& re
     if (thinner > 0.0) report.deepest_share = std::max(report.deepest_share, -touch.gap / thinner);
 }
 
-/// Impulses at places of the surfaces, and springs between spheres where a body has no inside.
+/// Places at the depths of spheres, where surfaces do not say.
+void push_spheres_of(ContactSink& sink) {
+    std::vector<Contact>& places = sink.solids.sphere_places;
+    press_spheres(sink.model, sink.state, sink.solids, places);
+    for (const Contact& place : places) sink.add(place, std::clamp(-place.gap / kSettlingTime, 0.0, kSettling));
+    sink.report.held_pairs += places.size();
+}
+
+/// Impulses at places of the surfaces, and of spheres where a body has no inside.
 class SurfaceResponse final : public ContactResponse {
 public:
     void respond(std::span<const Contact> contacts, ContactSink& sink) const override {
@@ -40,13 +49,15 @@ public:
             pressed += is_pressed;
             sink.add(contacts[k], is_pressed ? kRecovery : std::clamp(-contacts[k].gap / kSettlingTime, 0.0, kSettling));
         }
-        push_spheres(sink.model, sink.state, sink.solids);
+        push_spheres_of(sink);
     }
 };
 
 class SphereResponse final : public ContactResponse {
 public:
-    void respond(std::span<const Contact>, ContactSink& sink) const override { push_spheres(sink.model, sink.state, sink.solids); }
+    void respond(std::span<const Contact>, ContactSink& sink) const override {
+        push_spheres_of(sink);
+    }
 };
 
 } // namespace
@@ -57,7 +68,7 @@ void ContactSink::add(const Contact& touch, double recovery) {
         place.touch.force = before->touch.force;
         place.warm = before->warm;
     }
-    note_depth(touch, solids, report);
+    if (touch.origin == ContactOrigin::Proximity) note_depth(touch, solids, report);
     if (model.contact.solid_friction > 0.0) report.effects.note(effects::friction);
     state.solids.contacts.push_back(place);
 }

@@ -35,8 +35,8 @@ Contact hold_pair(const Contact& spheres) {
     return held;
 }
 
-/// Nothing: the two do not look at each other there.
-std::optional<Contact> hold_leaves(const SceneModel& model, const State& state, const Contact& spheres) {
+/// Vertex and triangle beneath two leaves that are nearest to one another.
+Contact place_between(const SceneModel& model, const State& state, const Contact& spheres) {
     const std::vector<Vec3>&at_a = state.bodies[spheres.body_a].surface, &at_b = state.bodies[spheres.body_b].surface;
     const Index of_a = find_nearest(model, state, spheres.body_a, spheres.feature_a[0], spheres.point);
     const Triangle& ta = model.bodies[spheres.body_a].surface.triangles[of_a];
@@ -46,8 +46,17 @@ std::optional<Contact> hold_leaves(const SceneModel& model, const State& state, 
     held.point = centre_of(tb, at_b);
     held.feature_a[0] = *std::min_element(ta.begin(), ta.end());
     for (std::size_t c = 0; c < 3; ++c) held.feature_b[c] = tb[c], held.bary_b[c] = 1.0 / 3.0;
-    held.normal = spheretree::direction_of(twice_area(tb, at_b));
-    if (!(spheretree::direction_of(twice_area(ta, at_a)).dot(held.normal) < kFacing)) return std::nullopt;
+    return held;
+}
+
+/// Nothing: the two do not look at each other there.
+std::optional<Contact> hold_leaves(const SceneModel& model, const State& state, const Contact& spheres) {
+    Contact held = place_between(model, state, spheres);
+    const std::vector<Vec3>&at_a = state.bodies[spheres.body_a].surface, &at_b = state.bodies[spheres.body_b].surface;
+    const Index of_a = find_nearest(model, state, spheres.body_a, spheres.feature_a[0], spheres.point);
+    held.normal = spheretree::direction_of(twice_area({held.feature_b[0], held.feature_b[1], held.feature_b[2]}, at_b));
+    const Vec3 own = spheretree::direction_of(twice_area(model.bodies[spheres.body_a].surface.triangles[of_a], at_a));
+    if (!(own.dot(held.normal) < kFacing)) return std::nullopt;
     return held;
 }
 
@@ -102,6 +111,47 @@ void hold_what_is_left(const SceneModel& model, const State& state, SolidScratch
         });
         solids.touches.erase(std::unique(from, solids.touches.end(), [](const Contact& x, const Contact& y) { return x.feature_a[0] == y.feature_a[0] && x.feature_a[1] == y.feature_a[1]; }),
                              solids.touches.end());
+    }
+}
+
+void press_spheres(const SceneModel& model, const State& state, SolidScratch& solids, std::vector<Contact>& places) {
+    places.clear();
+    const auto counts = [&](const Contact& c) {
+        return is_between_bodies(model, c) && c.gap < 0.0 && c.body_a != c.body_b && !meet_by_surface(model, c.body_a, c.body_b);
+    };
+    for (Index begin = 0, end = 0; begin < solids.coarse.size(); begin = end) {
+        const std::size_t a = solids.coarse[begin].body_a, b = solids.coarse[begin].body_b;
+        for (end = begin; end < solids.coarse.size() && solids.coarse[end].body_a == a && solids.coarse[end].body_b == b;) ++end;
+        if (!counts(solids.coarse[begin]) && std::none_of(solids.coarse.begin() + begin, solids.coarse.begin() + end, counts)) continue;
+        for (const std::size_t body : {a, b}) solids.bodies[body].deepest.assign(model.bodies[body].covering.tree.sphere_count(), kNoIndex);
+        Index open = kNoIndex;
+        const auto deeper = [&](Index k, Index than) { return than == kNoIndex || solids.coarse[k].gap < solids.coarse[than].gap; };
+        for (Index k = begin; k < end; ++k) {
+            const Contact& contact = solids.coarse[k];
+            if (!counts(contact)) continue;
+            if (!is_leaf_pair(model, contact)) {
+                if (deeper(k, open)) open = k;
+                continue;
+            }
+            for (Index* best : {&solids.bodies[a].deepest[contact.feature_a[0]], &solids.bodies[b].deepest[contact.feature_b[0]]})
+                if (deeper(k, *best)) *best = k;
+        }
+        const std::size_t first = places.size();
+        for (Index k = begin; k < end; ++k) {
+            const Contact& contact = solids.coarse[k];
+            if (!counts(contact) || !is_leaf_pair(model, contact)) continue;
+            if (solids.bodies[a].deepest[contact.feature_a[0]] != k && solids.bodies[b].deepest[contact.feature_b[0]] != k) continue;
+            places.push_back(place_between(model, state, contact));
+            places.back().origin = contact.origin;
+            places.back().normal = contact.normal;
+            places.back().gap = contact.gap;
+        }
+        const auto from = places.begin() + static_cast<std::ptrdiff_t>(first);
+        std::sort(from, places.end(), [](const Contact& x, const Contact& y) {
+            return std::tie(x.feature_a[0], x.gap, x.feature_b[0], x.feature_b[1]) < std::tie(y.feature_a[0], y.gap, y.feature_b[0], y.feature_b[1]);
+        });
+        places.erase(std::unique(from, places.end(), [](const Contact& x, const Contact& y) { return x.feature_a[0] == y.feature_a[0]; }), places.end());
+        if (open != kNoIndex) places.push_back(hold_wholes(model, solids.coarse[open]));
     }
 }
 

@@ -14,6 +14,13 @@ namespace trocar::engine {
 /// source  Mendoza & O'Sullivan 2005 treat open pairs as contacts likewise, and push by the depth of their spheres (SolidResponse::Spheres).
 void hold_what_is_left(const SceneModel& model, const State& state, SolidScratch& solids, StepReport& report);
 
+/// The sphere-tree paper's response (SolidResponse::Spheres): every sphere of two bodies pushes at its deepest pair, along the line of centres,
+/// from the overlap of the two; pairs that the budget left open hold their bodies as wholes.
+/// Appended to `places`, deepest first of a vertex.
+/// Deviates: the paper's penalty, a spring from each overlap evaluated once a step, gains energy and lets bodies through; the same places at
+/// the same depths go to the contact solver. Without restitution, and bodies rest where their spheres meet.
+void press_spheres(const SceneModel& model, const State& state, SolidScratch& solids, std::vector<Contact>& places);
+
 inline constexpr std::size_t kMostHeld = 96;
 
 } // namespace trocar::engine

@@ -10,9 +10,10 @@ namespace trocar::engine {
 
 /// Appends leaf pairs to solids.leaf_pairs for every pair of closed bodies with open sphere pairs: the leaves of either
 /// body that lie deepest in the other, found best first with the distance to the other's surface as bound, and the pairs that
-/// keep_persistent_contacts kept. What it finds depends on the surfaces alone and not on how far the descent came, so a budget that changes from
+/// keep_touching kept. What it finds depends on the surfaces alone and not on how far the descent came, so a budget that changes from
 /// step to step does not shake a body.
-/// cost      at most kProbeTests closest-point queries a step, shared among the pairs of bodies; counted in report.probe_tests
+/// cost      at most kProbeTests closest-point queries a step, shared among the pairs of bodies, all on the account; counted in
+///           report.probe_tests
 /// source    none of the papers: seed 003 (section 4) pushes by the overlap of the open spheres, whose line of centres has little
 ///           to do with a surface's normal (SolidResponse::Spheres does that).
 /// Of bodies that solids.looked names; those whose queries the account has no room for are appended to solids.left_bodies.

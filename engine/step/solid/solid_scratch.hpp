@@ -94,6 +94,7 @@ struct SolidScratch {
     std::vector<LeafPair> waiting, batch;      // of two bodies: those that touched in the last step first; those in hand
     std::vector<LeafPair> done_pairs;          // by key: whose surfaces were looked at
     std::vector<LeafPair> left_pairs;          // by key: the others
+    std::vector<Contact> sphere_places;        // where spheres push for want of a surface's depth
     std::vector<Index> held;                   // of coarse: pairs of spheres that hold for what was left
     std::vector<std::pair<Index, Index>> left_bodies; // pairs of bodies with anything that the budget left, by index
 };

@@ -98,7 +98,7 @@ void push_solids(const SceneModel& model, State& state, SolidScratch& solids, St
     holding.end();
     budget.learn_holding(solids.coarse.size());
     report.held_pairs += state.solids.holds.size();
-    for (const SolidContact& place : state.solids.contacts) report.solid_touches += is_touching(place.touch) && place.touch.origin != ContactOrigin::AssumedSpheres;
+    for (const SolidContact& place : state.solids.contacts) report.solid_touches += is_touching(place.touch) && place.touch.origin == ContactOrigin::Proximity;
 }
 
 double find_residual(const SceneModel& model, const State& state, std::span<const TissueScratch> tissue) {
