@@ -102,7 +102,6 @@ bool AlongExactStates::step(const std::function<void(const CostRow&, Simulator&)
     if (!exact_.step().finite) return false;
     leafless_ = start_;
     leafless_.solids.touching.clear();
-    leafless_.solids.holds.clear();
     for (Along& along : along_) {
         const State& from = along.other_trees ? leafless_ : start_;
         if (!along.simulator->restore(from).ok()) return false; // a variant of another size: there is none

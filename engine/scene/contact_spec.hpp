@@ -37,8 +37,8 @@ struct ContactSpec {
     double margin = 3.0e-4;         // m, coarse contacts are reported from this far
     double rod_stiffness = 1.0e6;   // N/m, behind the planes of the rod's solve, where those contradict each other: 1 N presses 1 um
     double wall_stiffness = 2.0e4;  // N/m, at most, of a rod's press as the tissue's integration feels it: stiffer ones shorten its sub-steps
-    double solid_stiffness = 200.0; // N/m of a pair of spheres of solid bodies, where those push
-    double solid_damping = 0.0;     // N s/m of such a pair, on approach
+    double solid_stiffness = 200.0; // N/m; without effect
+    double solid_damping = 0.0;     // N s/m; without effect
     double solid_friction = 0.0;    // Coulomb mu between solid bodies, with the effect friction
     SolidResponse solid_response = SolidResponse::Surface;
     SphereTrees sphere_trees = SphereTrees::Covering; // of solid bodies

@@ -49,18 +49,6 @@ struct WallPress {
     std::array<double, 3> bary{1.0, 0.0, 0.0};
 };
 
-/// A pair of spheres that pushes or holds.
-struct SphereHold {
-    BodyId body_a = 0, body_b = 0;
-    Index sphere_a = 0, sphere_b = 0;
-    bool tested = false;         // false: the budget left it open
-    Vec3 normal = Vec3::UnitX(); // unit, from b to a; of an open pair, as it was when it was first assumed
-    double gap = 0.0;            // m, of the spheres
-    Vec3 anchor = Vec3::Zero();  // m, of an open pair: where the first stood from the second then
-    double hold = 0.0;           // m, of an open pair: how far aside it is drawn from there
-    Vec3 aside = Vec3::Zero();   // unit, from b to a, that way
-};
-
 /// Leaves of two closed bodies beneath which surfaces are tested.
 struct LeafPair {
     std::size_t a = 0, b = 0; // a < b
@@ -87,13 +75,6 @@ struct SolidContact {
 
     /// Of the place on the first body and of the second body.
     [[nodiscard]] auto key() const noexcept { return std::tuple(touch.body_a, touch.body_b, touch.feature_a[0], touch.feature_a[1]); }
-};
-
-/// The two springs of one contact: what the first body receives, the second should with the opposite sign.
-struct SpringPair {
-    std::size_t body_a = 0, body_b = 0;
-    Index spring_a = kNoIndex, spring_b = kNoIndex; // into the owners' springs; kNoIndex: nothing gives way there
-    Vec3 normal = Vec3::UnitX();
 };
 
 struct BodyState {
@@ -125,9 +106,7 @@ struct InstrumentState {
 /// Contact between solid bodies: warm start of the next step's.
 struct SolidContactState {
     std::vector<LeafPair> touching;          // leaf pairs of the last step that touched, by key
-    std::vector<SphereHold> holds;           // by key
     std::vector<SolidEntry> entries;         // vertices that are in another body, by key
-    std::vector<SpringPair> springs;         // of the last response
     std::vector<SolidContact> contacts;      // places that push in the next step, by key
     double taken_j = 0.0;                    // J, what impulses have taken from the bodies of late: pushing out gives no more back
 };

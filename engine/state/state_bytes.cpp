@@ -92,17 +92,12 @@ bool solids_fit(const SceneModel& model, const State& state) {
         const spheretree::SphereTree& tree = model.bodies[body].covering.tree;
         return sphere < tree.sphere_count() && tree.is_leaf(sphere);
     };
-    const auto is_spring = [&](std::size_t body, Index spring) {
-        return is_id(spring, state.bodies[owner_of(model, body)].springs.springs.size());
-    };
     const SolidContactState& s = state.solids;
     return std::all_of(s.touching.begin(), s.touching.end(),
                        [&](const LeafPair& p) {
                            return p.a < bodies && p.b < bodies && is_leaf(p.a, p.leaf_a) && is_leaf(p.b, p.leaf_b) &&
                                   (p.a != p.b || touches_itself(model, p.a));
                        }) &&
-           std::all_of(s.holds.begin(), s.holds.end(),
-                       [&](const SphereHold& h) { return h.body_a < bodies && h.body_b < bodies && is_finite(h.normal); }) &&
            std::all_of(s.entries.begin(), s.entries.end(),
                        [&](const SolidEntry& e) {
                            return e.own < bodies && e.other < bodies && are_solid_pair(model, e.own, e.other) &&
@@ -110,11 +105,6 @@ bool solids_fit(const SceneModel& model, const State& state) {
                                   e.by < model.bodies[e.other].surface.triangles.size() && std::isfinite(e.depth);
                        }) &&
            std::is_sorted(s.entries.begin(), s.entries.end(), [](const SolidEntry& x, const SolidEntry& y) { return x.key() < y.key(); }) &&
-           std::all_of(s.springs.begin(), s.springs.end(),
-                       [&](const SpringPair& p) {
-                           return p.body_a < bodies && p.body_b < bodies && is_spring(p.body_a, p.spring_a) &&
-                                  is_spring(p.body_b, p.spring_b);
-                       }) &&
            std::isfinite(s.taken_j) && std::all_of(s.contacts.begin(), s.contacts.end(), [&](const SolidContact& c) { return contact_fits(model, c); }) &&
            std::is_sorted(s.contacts.begin(), s.contacts.end(), [](const SolidContact& x, const SolidContact& y) { return x.key() < y.key(); });
 }

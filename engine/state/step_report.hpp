@@ -86,8 +86,8 @@ struct StepReport {
     /// Pairs of solid bodies that moved so far in the step that one may have passed the other unseen, or that came near and do not touch
     /// since one began inside the other (SceneModel::nested).
     unsigned unproven_solids = 0;
-    std::uint64_t softened = 0;      // springs between solids that were softened to what the tissue beneath them bears
-    double residual_n = 0.0;         // at the step's end, sum over springs between solids of what both bodies receive: 0 is balanced
+    std::uint64_t softened = 0;      // always 0: no springs push between solids
+    double residual_n = 0.0;         // always 0: both bodies feel the same impulses
     double solid_force_n = 0.0;       // sum of the normal forces at places where solid bodies touch, mean over the step
     double max_solid_force_n = 0.0;   // of one of them
     unsigned contact_iterations = 0;  // of the solver of solids' contact, all sub-steps together

@@ -108,25 +108,15 @@ void visit_contact(Visitor& visitor, ContactT& contact) {
 
 template <class Visitor, class Solids>
 void visit_solids(Visitor& visitor, Solids& solids) {
-    auto& [touching, holds, entries, springs, contacts, taken_j] = solids;
+    auto& [touching, entries, contacts, taken_j] = solids;
     visitor.number(taken_j);
     visitor.list(touching, [&](auto& pair) {
         auto& [a, b, leaf_a, leaf_b, gap] = pair;
         visit_numbers(visitor, a, b, leaf_a, leaf_b, gap);
     });
-    visitor.list(holds, [&](auto& of) {
-        auto& [body_a, body_b, sphere_a, sphere_b, tested, normal, gap, anchor, hold, aside] = of;
-        visit_numbers(visitor, body_a, body_b, sphere_a, sphere_b, tested, gap, hold);
-        visitor.vector(normal), visitor.vector(anchor), visitor.vector(aside);
-    });
     visitor.list(entries, [&](auto& entry) {
         auto& [own, other, vertex, by, depth] = entry;
         visit_numbers(visitor, own, other, vertex, by, depth);
-    });
-    visitor.list(springs, [&](auto& pair) {
-        auto& [body_a, body_b, spring_a, spring_b, normal] = pair;
-        visit_numbers(visitor, body_a, body_b, spring_a, spring_b);
-        visitor.vector(normal);
     });
     visitor.list(contacts, [&](auto& place) {
         auto& [touch, recovery, warm] = place;

@@ -39,7 +39,6 @@ void prepare_bodies(const SceneModel& model, BodiesScratch& bodies) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         bodies.start[i].may_wait = body.moves_by_links_alone() && !body.hollow && !can_touch_any(model, i);
-        reserve_springs(bodies.tissue[i].other_springs);
     }
 }
 

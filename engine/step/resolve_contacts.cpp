@@ -110,7 +110,6 @@ void resolve_contacts(const SceneModel& model, State& state, StepScratch& scratc
             scale_to_safe_fraction(model, report.safe_fraction, state, scratch);
             forget_forces(state);
         }
-        report.residual_n = find_residual(model, state, scratch.bodies.tissue);
         for (BodyState& body : state.bodies) body.springs.clear();
         for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
         report_rods(model, scratch.rods, report);

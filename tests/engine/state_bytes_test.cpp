@@ -37,9 +37,7 @@ State one_of_each() {
     instrument.planes.resize(1);
     instrument.presses.resize(1);
     state.solids.touching.resize(1);
-    state.solids.holds.resize(1);
     state.solids.entries.resize(1);
-    state.solids.springs.resize(1);
     state.solids.contacts.resize(1);
     return state;
 }
@@ -72,18 +70,8 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
         expect_every_byte<LeafPair>([](State& s) -> LeafPair& { return s.solids.touching[0]; }, sum_of_sizes(a, b, c, d, e), "LeafPair");
     }
     {
-        const auto& [a, b, c, d, e, f, g, h, i, j] = state.solids.holds[0];
-        expect_every_byte<SphereHold>([](State& s) -> SphereHold& { return s.solids.holds[0]; }, sum_of_sizes(a, b, c, d, e, f, g, h, i, j),
-                                      "SphereHold");
-    }
-    {
         const auto& [a, b, c, d, e] = state.solids.entries[0];
         expect_every_byte<SolidEntry>([](State& s) -> SolidEntry& { return s.solids.entries[0]; }, sum_of_sizes(a, b, c, d, e), "SolidEntry");
-    }
-    {
-        const auto& [a, b, c, d, e] = state.solids.springs[0];
-        expect_every_byte<SpringPair>([](State& s) -> SpringPair& { return s.solids.springs[0]; }, sum_of_sizes(a, b, c, d, e),
-                                      "SpringPair");
     }
     {
         const auto& [touch, b, c] = state.solids.contacts[0];

@@ -2,7 +2,6 @@
 
 #include "engine/effects/registry.hpp"
 #include "engine/step/solid/hold_left.hpp"
-#include "engine/step/solid/solid_hold.hpp"
 #include "engine/step/solid/solid_passage.hpp"
 
 #include <algorithm>

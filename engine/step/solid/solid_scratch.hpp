@@ -11,13 +11,6 @@
 
 namespace trocar::engine {
 
-/// Coarse nodes that the spheres of a body hang on.
-struct SphereNodes {
-    std::vector<Index> begin;   // [sphere_count + 1]
-    std::vector<Index> node;    // [entries]
-    std::vector<double> weight; // [entries] sum of a sphere's: 1, less where its surface stands still
-};
-
 /// How far a surface goes in a step.
 struct SurfaceTravel {
     Vec3 mean = Vec3::Zero(); // m
@@ -56,7 +49,6 @@ struct SolidBodyScratch {
     std::vector<Vec3> vertex_normal;                 // [vertex_count] area-weighted, of bodies that touch
     std::vector<std::uint8_t> vertex_seen;           // [vertex_count]
     std::vector<std::uint8_t> sphere_seen;           // [sphere_count] 1: its surface was granted, 2: its edges were looked at
-    std::vector<double> spring_scale;                // [springs]
     std::vector<Index> leaf_of_triangle;             // [triangle_count] of closed bodies
     std::vector<SelfNear> self_near;                 // [vertex_count] of bodies that touch themselves
     bool surface_is_fresh = false;                   // inside, vertex_normal and motion are those of this step
@@ -64,7 +56,6 @@ struct SolidBodyScratch {
     Vec3 coming = Vec3::Zero();                      // m, where its path takes a kinematic one in the next step
     Vec3 change = Vec3::Zero();                      // m, by how much its next step is known to differ from this one
     double thickness = 0.0;                          // m, of those that something can touch: extent along the thinnest axis, at rest
-    SphereNodes sphere_nodes;                        // of those that hang on nodes
     InsideTest inside;                               // of closed ones: depths of contacts
     SurfaceAdjacency adjacency;                      // of the same
 };
@@ -84,7 +75,6 @@ struct SolidScratch {
     std::vector<std::size_t> pressed;             // in touches: to whose vertex another side is nearer than the one it came by
     std::vector<Index> self_vertices;     // of the body in hand that meet its own surface
     std::vector<Contact> touches;         // of this step: places of surfaces, with depth
-    std::vector<SphereHold> holds_before; // the same of its holds
     std::vector<Piercing> piercings[2];
     std::vector<SolidContact> contacts_before; // and of its places
     std::vector<LeafPair> touching_before;     // and of its leaf pairs

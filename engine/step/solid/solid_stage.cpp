@@ -3,9 +3,7 @@
 #include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid/hold_left.hpp"
 #include "engine/step/solid/self_touch.hpp"
-#include "engine/step/solid/soften_springs.hpp"
 #include "engine/step/solid/contact_response.hpp"
-#include "engine/step/solid/solid_hold.hpp"
 #include "engine/step/solid/solid_passage.hpp"
 #include "engine/step/solid/solid_touch.hpp"
 #include "engine/step/solid/solid_trees.hpp"
@@ -25,13 +23,6 @@ namespace {
 /// Pairs of bodies that the list of those who meet holds without growing.
 constexpr std::size_t kReservedPairs = 4096;
 
-/// N; what a spring pushes with at the step's end, as its nodes stand.
-double force_of(const SceneModel& model, std::size_t body, Index index, const State& state, std::span<const TissueScratch> tissue) {
-    const std::size_t owner = owner_of(model, body);
-    if (tissue[owner].springs_deferred) return 0.0; // they were not felt
-    return fem::find_spring_push(state.bodies[owner].springs, index, model.step_s, state.bodies[owner].tissue.position);
-}
-
 } // namespace
 
 void prepare_solids(const SceneModel& model, const State& state, SolidScratch& solids) {
@@ -39,7 +30,6 @@ void prepare_solids(const SceneModel& model, const State& state, SolidScratch& s
     std::size_t vertices = 0; // of closed bodies that something can touch
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!can_touch_any(model, i)) continue;
-        solids.bodies[i].sphere_nodes = make_sphere_nodes(model, i);
         solids.bodies[i].thickness = find_thickness(model.bodies[i].surface.vertices);
         if (!meet_by_surface(model, i, i)) continue;
         solids.bodies[i].inside = InsideTest(model.bodies[i].surface);
@@ -82,7 +72,6 @@ void add_solid_pairs(const SceneModel& model, SolidScratch& solids, spheretree::
 
 void push_solids(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report, StepBudget& budget) {
     const Phase phase(budget, StepPart::Surfaces);
-    state.solids.springs.clear();
     std::swap(state.solids.contacts, solids.contacts_before);
     state.solids.contacts.clear();
     budget.keep_back(std::max(budget.forecast(StepPart::Holds).reserve_s(), budget.holding_s(solids.coarse.size())));
@@ -94,21 +83,9 @@ void push_solids(const SceneModel& model, State& state, SolidScratch& solids, St
     response_of(model.contact.solid_response).respond(solids.touches, sink);
     std::sort(state.solids.contacts.begin(), state.solids.contacts.end(),
               [](const SolidContact& x, const SolidContact& y) { return x.key() < y.key(); });
-    soften_springs(model, state, solids, report);
     holding.end();
     budget.learn_holding(solids.coarse.size());
-    report.held_pairs += state.solids.holds.size();
     for (const SolidContact& place : state.solids.contacts) report.solid_touches += is_touching(place.touch) && place.touch.origin == ContactOrigin::Proximity;
-}
-
-double find_residual(const SceneModel& model, const State& state, std::span<const TissueScratch> tissue) {
-    Vec3 sum = Vec3::Zero();
-    for (const SpringPair& pair : state.solids.springs) {
-        if (pair.spring_a == kNoIndex || pair.spring_b == kNoIndex) continue; // what stands still takes any force
-        sum += (force_of(model, pair.body_a, pair.spring_a, state, tissue) - force_of(model, pair.body_b, pair.spring_b, state, tissue)) *
-               pair.normal;
-    }
-    return sum.norm();
 }
 
 } // namespace trocar::engine

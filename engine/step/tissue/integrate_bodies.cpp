@@ -8,7 +8,6 @@
 
 #include "engine/effects/call.hpp"
 #include "engine/effects/registry.hpp"
-#include "engine/step/tissue/waiting_springs.hpp"
 #include "fem/tissue/integrate.hpp"
 
 #include <fmt/format.h>
@@ -73,7 +72,7 @@ void find_loads(const EffectStep& step, std::size_t body, const State& state, Ti
 void load_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {
     step.counts.note(effects::elasticity);
     find_loads(step, body, state, scratch, scratch.inputs);
-    scratch.inputs.springs = &active_springs(state.bodies[body], scratch);
+    scratch.inputs.springs = &state.bodies[body].springs;
 }
 
 void integrate_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {
@@ -108,23 +107,11 @@ struct Stage {
     [[nodiscard]] bool is_tissue(std::size_t i) const noexcept { return model.bodies[i].motion == Motion::Deformable; }
 };
 
-/// Bodies by themselves; those whose springs waited for a touch that came once more with them.
+/// Bodies by themselves.
 void integrate_free(const Stage& s) {
     const auto is_free = [&](std::size_t i) { return s.is_tissue(i) && s.bodies.islands.body[i].is_free; };
     for (std::size_t i = 0; i < s.model.bodies.size(); ++i)
         if (is_free(i)) integrate_body(s.effects(), i, s.state, s.bodies.tissue[i]);
-    for (bool again = true; again;) { // each body once at most: what one that was put back does may press another
-        again = false;
-        for (std::size_t i = 0; i < s.model.bodies.size(); ++i)
-            s.bodies.tissue[i].springs_met = is_free(i) && s.bodies.tissue[i].springs_deferred && has_met(s.model, i, s.state);
-        for (std::size_t i = 0; i < s.model.bodies.size(); ++i) {
-            if (!s.bodies.tissue[i].springs_met) continue;
-            again = true;
-            s.bodies.tissue[i].springs_deferred = false;
-            s.state.bodies[i].tissue = s.bodies.start[i].tissue;
-            integrate_body(s.effects(), i, s.state, s.bodies.tissue[i]);
-        }
-    }
 }
 
 /// s; what contact has taken from bodies may be given back for so long: what is crushed and held must not be fed with what crushing took.
@@ -216,7 +203,6 @@ void integrate_island(const Stage& s, std::span<const std::size_t> members) {
     for (const std::size_t i : members) {
         TissueScratch& scratch = s.bodies.tissue[i];
         s.state.bodies[i].tissue = s.bodies.start[i].tissue;
-        scratch.springs_deferred = false;
         load_body(s.effects(), i, s.state, scratch);
         islands.lockstep.emplace_back(*s.model.bodies[i].tissue, s.state.bodies[i].tissue, s.model.step_s, scratch.inputs,
                                       fem::SubstepLimits{}, scratch.rk, s.state.bodies[i].stable);
@@ -336,8 +322,6 @@ void integrate_bodies(const SceneModel& model, const EffectSet& live, State& sta
     if (!live.elasticity) return;
     WorkBudget rows(0);
     const Stage stage{model, live, state, bodies, report, budget, rows};
-    for (std::size_t i = 0; i < model.bodies.size(); ++i)
-        if (stage.is_tissue(i)) choose_springs(model, i, state, bodies.tissue[i]); // before anything moves
     make_rows(model, state, bodies.contact);
     if (!bodies.contact.rows.empty()) rows = budget.grant_rows();
     begin_islands(stage);

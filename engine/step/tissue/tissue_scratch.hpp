@@ -16,9 +16,6 @@ struct BodyStart {
 /// Of a deformable body.
 struct TissueScratch {
     fem::RkWorkspace rk;
-    fem::ContactSprings other_springs; // of those, what is not contact between solids: of a body whose solids' springs wait
-    bool springs_met = false;          // and one of them would be pressed: it is integrated again with them
-    bool springs_deferred = false;     // it was integrated without its solids' springs: nothing touched it in the step
     fem::AdvanceReport advanced;       // its last integration
     fem::IntegrateInputs inputs;       // views of what is here
     std::vector<Vec3> pinned_target; // of effects: see TissueLoads
