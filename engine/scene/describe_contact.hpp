@@ -32,8 +32,8 @@ struct ContactKeys {
             key(s.solid_response,
                 choice_field(
                     "solid_response", {"surface", "spheres"},
-                    "Solid bodies push by impulses at places of their surfaces beneath the leaf spheres that meet, or by springs and the "
-                    "overlap of the spheres.")),
+                    "Solid bodies push by impulses at places of their surfaces beneath the leaf spheres that meet, or at the spheres, by their "
+                    "overlap.")),
             key(s.sphere_trees,
                 choice_field(
                     "sphere_trees", {kSphereTreeWords.begin(), kSphereTreeWords.end()},

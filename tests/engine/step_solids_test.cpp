@@ -273,6 +273,34 @@ TEST(SolidContact, ThePapersSpherePenaltyIsThereAndFloatsOnItsSpheres) {
     EXPECT_EQ(simulator.report().solid_touches, 0u);
 }
 
+TEST(SolidContact, ThePapersModeIsStableUnderAnyBudget) {
+    const char* const shapes[] = {R"({"shape": "sphere", "centre": [0, 0, 32], "radius": 20, "subdivisions": 3})",
+                                  R"({"shape": "box", "centre": [0, 0, 32], "extent": [40, 30, 30], "cells": 5})",
+                                  R"({"shape": "torus", "centre": [0, 0, 25], "radius": 22, "tube_radius": 9})"};
+    for (const char* shape : shapes)
+        for (const char* budget : {"work:0", "work:10", "work:100", "work:1000", "work:10000", "exact"}) {
+            SCOPED_TRACE(std::string(shape) + " under " + budget);
+            const PreparedScene prepared =
+                test::prepare(scene_of({{"body", shape}, kTable}, budget, kDown,
+                                       R"("solid_friction": 0.3, "solid_response": "spheres", "sphere_trees": "heuristic")"));
+            ASSERT_EQ(prepared.model.bodies.size(), 2u);
+            Simulator simulator(prepared.model);
+            const double start = lowest(simulator.state().bodies[0].surface);
+            double first = -1.0, most = 0.0, under = 0.0;
+            for (int k = 0; k < 400; ++k) {
+                const StepReport& report = simulator.step();
+                ASSERT_TRUE(report.finite) << report.failure;
+                if (first < 0.0) first = total_energy(simulator);
+                most = std::max(most, total_energy(simulator));
+                under = std::min(under, lowest(simulator.state().bodies[0].surface));
+            }
+            const double drop = prepared.model.bodies[0].tissue->mass * 9.81 * start;
+            EXPECT_LT(most - first, 0.01 * drop) << "J of a drop of " << drop;
+            EXPECT_GT(under, -3e-3) << "m: nothing passes through";
+            EXPECT_LT(simulator.report().kinetic_j, 0.02 * drop) << "it rests";
+        }
+}
+
 /// Vertices that lie in no leaf above a triangle of theirs.
 std::size_t count_escaped(const SceneModel& model, std::size_t body, const std::vector<Vec3>& surface, SolidScratch& solids) {
     const spheretree::SphereTree& tree = model.bodies[body].covering.tree;

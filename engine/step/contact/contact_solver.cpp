@@ -1,5 +1,7 @@
 #include "engine/step/contact/contact_solver.hpp"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 
@@ -204,12 +206,28 @@ void ContactSolver::add_means(GivingBody& body) const noexcept {
         momentum += mass * Vec3(body.nodes[n].v[0], body.nodes[n].v[1], body.nodes[n].v[2]);
     }
     body.change.setZero();
+    body.stopped = 0.0;
     if (!(body.mass > 0.0)) return;
     body.centre = first / body.mass;
     body.velocity = momentum / body.mass;
 }
 
-/// The wholes among the rows, their mean velocities alone.
+/// rad/s; of a body as if it were rigid, about its mass centre.
+Vec3 ContactSolver::find_turning(const GivingBody& body) const noexcept {
+    Mat3 inertia = Mat3::Zero();
+    Vec3 momentum = Vec3::Zero();
+    for (std::size_t n = 0; n < body.nodes.size(); ++n) {
+        if (!(body.inv_mass[n] > 0.0)) continue;
+        const double mass = 1.0 / body.inv_mass[n];
+        const Vec3 arm = position_of(body.nodes[n]) - body.centre;
+        inertia += mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+        momentum += mass * arm.cross(Vec3(body.nodes[n].v[0], body.nodes[n].v[1], body.nodes[n].v[2]) - body.velocity);
+    }
+    const Vec3 turning = inertia.ldlt().solve(momentum);
+    return is_finite(turning) ? turning : Vec3(Vec3::Zero());
+}
+
+/// The wholes among the rows, their mean motion alone.
 void ContactSolver::hold_wholes(double h) const noexcept {
     bool any = false;
     for (GivingBody& body : bodies_) body.mass = 0.0;
@@ -239,7 +257,9 @@ void ContactSolver::hold_wholes(double h) const noexcept {
             // what it started the sub-step with counts: later iterations see what the first ones left
             const double most = std::max(before, ((sticks ? kHoldOnFixed : kHoldWeight) * h + speed * std::min(1.0, h / std::min(kStopping, row.room / std::max(speed, kStill)))) / mobility);
             Vec3 now = sticks ? Vec3(row.impulse - u / mobility) : Vec3(std::max(0.0, row.impulse.dot(normal) - normal.dot(u) / mobility) * normal);
-            if (const double size = now.norm(); size > most) now *= most / size;
+            const double size = now.norm();
+            if (size > most) now *= most / size;
+            if (sticks) (a != nullptr ? a : b)->stopped = std::max((a != nullptr ? a : b)->stopped, size > most ? most / size : 1.0);
             const Vec3 change = now - row.impulse;
             row.impulse = now;
             if (a != nullptr) a->change += change / a->mass;
@@ -247,9 +267,12 @@ void ContactSolver::hold_wholes(double h) const noexcept {
         }
     for (GivingBody& body : bodies_) {
         if (!(body.mass > 0.0)) continue;
-        for (std::size_t n = 0; n < body.nodes.size(); ++n)
-            if (body.inv_mass[n] > 0.0)
-                for (int axis = 0; axis < 3; ++axis) body.nodes[n].v[axis] += body.change[axis];
+        const Vec3 turning = body.stopped > 0.0 ? Vec3(body.stopped * find_turning(body)) : Vec3(Vec3::Zero());
+        for (std::size_t n = 0; n < body.nodes.size(); ++n) {
+            if (!(body.inv_mass[n] > 0.0)) continue;
+            const Vec3 change = body.change - turning.cross(position_of(body.nodes[n]) - body.centre);
+            for (int axis = 0; axis < 3; ++axis) body.nodes[n].v[axis] += change[axis];
+        }
     }
 }
 

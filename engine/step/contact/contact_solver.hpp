@@ -31,6 +31,7 @@ struct GivingBody {
     // of its nodes that can move, in the sub-step in hand: what holds it as a whole sees no more of it
     double mass = 0.0; // kg; 0: nothing holds it
     Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), change = Vec3::Zero(); // m, m/s, m/s
+    double stopped = 0.0; // [-] of its turning, that goes with what is stopped of its velocity against what stands still
 };
 
 /// A place of one of the two bodies: an affine image of the tetrahedron beneath it, or, where its triangle or edge is longer than those, the
@@ -133,6 +134,7 @@ private:
     [[nodiscard]] double relax(ContactRow& row) const noexcept;
     void hold_wholes(double h) const noexcept;
     void add_means(GivingBody& body) const noexcept;
+    [[nodiscard]] Vec3 find_turning(const GivingBody& body) const noexcept;
     void start() const noexcept;
     ContactSolve iterate() noexcept;
 
