@@ -128,7 +128,6 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     passed_places += report.passed_places;
     passed_steps += report.passed_places > 0;
     softened += report.softened;
-    softened_steps += report.softened > 0;
     unconverged_solves += report.contact_unconverged;
     unconverged_steps += report.contact_unconverged > 0;
     unproven_solids += report.unproven_solids;

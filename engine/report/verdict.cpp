@@ -117,11 +117,6 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    fmt::format("{} stages in {}", t.unsettled_rods, of_steps(t.unsettled_steps, record)), Mark::Note,
                                    "Contact forces of these steps had not settled; what is missing of the rods' balance is rod_balance_n in "
                                    "steps.csv."));
-    if (effects.coarse_contact && t.softened > 0)
-        losses.push_back(make_loss("Softened contact", t.softened_steps,
-                                   fmt::format("{} springs in {}", t.softened, of_steps(t.softened_steps, record)), Mark::Note,
-                                   "Contact as stiff as the scene says would set the sub-steps of the tissue beneath it. Softer contact "
-                                   "(contact.solid_stiffness), a coarser coarse mesh, or the lattice mesher."));
     if (effects.coarse_contact && t.deep_steps > 0)
         losses.push_back(
             loud(make_loss("Solids deep in one another", t.deep_steps,

@@ -72,9 +72,13 @@ struct SolidContact {
     Contact touch;               // as the last step left it; its force is that step's
     double recovery = 0.0;       // m/s, at which it is pushed out where it lies in the other body
     Vec3 warm = Vec3::Zero();    // N, on the first body, at the step's end: warm start
+    /// m; above 0 it is no place: the budget left what is between the two bodies, and they are held as wholes. Approach ends within so much.
+    double room = 0.0;
 
     /// Of the place on the first body and of the second body.
-    [[nodiscard]] auto key() const noexcept { return std::tuple(touch.body_a, touch.body_b, touch.feature_a[0], touch.feature_a[1]); }
+    [[nodiscard]] auto key() const noexcept {
+        return std::tuple(touch.body_a, touch.body_b, touch.feature_a[0], touch.feature_a[1], room > 0.0);
+    }
 };
 
 struct BodyState {

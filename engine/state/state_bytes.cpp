@@ -82,7 +82,7 @@ bool contact_fits(const SceneModel& model, const SolidContact& contact) {
     return touch.feature_a[0] < own && is_id(touch.feature_a[1], own) &&
            std::all_of(touch.feature_b, touch.feature_b + 3, [&](Index v) { return v < other; }) && is_finite(touch.point) &&
            is_finite(touch.normal) && is_finite(touch.force) && is_finite(contact.warm) && std::isfinite(touch.gap) &&
-           std::isfinite(contact.recovery) && std::isfinite(touch.bary_a[0] + touch.bary_a[1]) &&
+           std::isfinite(contact.recovery) && std::isfinite(contact.room) && std::isfinite(touch.bary_a[0] + touch.bary_a[1]) &&
            std::isfinite(touch.bary_b[0] + touch.bary_b[1] + touch.bary_b[2]);
 }
 

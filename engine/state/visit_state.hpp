@@ -119,9 +119,9 @@ void visit_solids(Visitor& visitor, Solids& solids) {
         visit_numbers(visitor, own, other, vertex, by, depth);
     });
     visitor.list(contacts, [&](auto& place) {
-        auto& [touch, recovery, warm] = place;
+        auto& [touch, recovery, warm, room] = place;
         visit_contact(visitor, touch);
-        visitor.number(recovery), visitor.vector(warm);
+        visitor.number(recovery), visitor.vector(warm), visitor.number(room);
     });
 }
 

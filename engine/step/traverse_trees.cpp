@@ -2,7 +2,7 @@
 
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/solid/solid_stage.hpp"
-#include "engine/step/solid/solid_touch.hpp"
+#include "engine/step/solid/choose_surfaces.hpp"
 #include "engine/step/stages.hpp"
 #include "engine/effects/registry.hpp"
 #include "engine/time/account.hpp"

@@ -231,7 +231,7 @@ WorkBudget StepBudget::grant_rows() {
 
 void StepBudget::end_rows(std::uint64_t units) noexcept {
     const double seconds = rows_timed_ ? seconds_between(rows_start_ns_, clock_->now_ns()) : static_cast<double>(units) * row_s_per_unit_;
-    if (rows_timed_) rows_s_ += seconds, rows_timed_units_ += units;
+    if (rows_timed_ && !rows_more_) rows_s_ += seconds, rows_timed_units_ += units;
     if (running_) return;
     charged_ns_ += static_cast<std::int64_t>(1e9 * seconds);
     charged_cpu_ns_ += static_cast<std::int64_t>(1e9 * seconds); // what little of it others took is not worth a second clock

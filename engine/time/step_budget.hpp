@@ -40,7 +40,7 @@ enum class StepPart : std::uint8_t {
     Planes,  // the instrument's wall planes, found before the rod is solved against them: likewise
     Skin,    // the boxes of an instrument's skin, before its continuous tests
     Surfaces, // of solids, beneath the leaves that the descent found: as much of it as there is time for
-    Holds,    // of solids: places and springs made of what was found, and of what was left
+    Holds,    // of solids: places made of what was found, and of what was left
 };
 inline constexpr std::size_t kStepPartCount = 10;
 
@@ -101,15 +101,17 @@ public:
     [[nodiscard]] double surfaces_share_s(std::uint64_t need) const noexcept;
     [[nodiscard]] std::uint64_t surfaces_share_units(std::uint64_t need) const noexcept { return std::min(need, units_left() / 2); }
 
-    /// Places times iterations that the solves of a step's contact may take, half of the budget at most; each solve has one iteration all the
-    /// same.
+    /// Places times iterations that the solves of a step's contact may take, half of the budget at most; each solve has its least number all
+    /// the same.
     [[nodiscard]] WorkBudget grant_rows();
     /// A solve over so many places; small ones are charged by the rate of the others, since reading the clock would take as long.
-    void begin_rows(std::uint64_t places) noexcept {
-        rows_timed_ = places >= kTimedPlaces;
+    /// more   it does more than iterate, which is charged and says nothing of the rate
+    void begin_rows(std::uint64_t places, bool more) noexcept {
+        rows_more_ = more;
+        rows_timed_ = more || places >= kTimedPlaces;
         if (rows_timed_) rows_start_ns_ = clock_->now_ns();
     }
-    /// places times iterations. Charged whatever the budget covers.
+    /// units   places times iterations. Charged whatever the budget covers.
     void end_rows(std::uint64_t units) noexcept;
     void settle_rows(const WorkBudget& grant) noexcept;
 
@@ -172,7 +174,7 @@ private:
     std::uint64_t kept_back_units_ = 0, units_spent_ = 0;
     std::uint64_t rows_timed_units_ = 0;
     std::int64_t rows_start_ns_ = 0;
-    bool rows_timed_ = false;
+    bool rows_timed_ = false, rows_more_ = false;
     std::array<std::int64_t, kStepPartCount> part_start_ns_{};
     std::array<double, kStepPartCount> part_took_s_{};     // the last time
     double list_s_per_pair_ = 50e-9, hold_s_per_pair_ = 50e-9; // s

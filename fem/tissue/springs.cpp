@@ -27,12 +27,6 @@ Moment measure(const ContactSprings& springs, const ContactSpring& spring, doubl
     return m;
 }
 
-Moment measure_at_rest(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept {
-    return measure(
-        springs, springs.springs[spring], time, [&](Index node) -> const Vec3& { return position[node]; },
-        [](Index) -> Vec3 { return Vec3::Zero(); });
-}
-
 /// push_node(node, force)
 template <class Position, class Velocity, class Push>
 SpringReport add_forces(const ContactSprings& springs, double time, Position&& position, Velocity&& velocity, Push&& push_node) noexcept {
@@ -50,14 +44,6 @@ SpringReport add_forces(const ContactSprings& springs, double time, Position&& p
 }
 
 } // namespace
-
-double find_spring_gap(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept {
-    return measure_at_rest(springs, spring, time, position).gap;
-}
-
-double find_spring_push(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept {
-    return measure_at_rest(springs, spring, time, position).push;
-}
 
 SpringReport add_spring_forces(const ContactSprings& springs, double time, std::span<const Vec3> position, std::span<const Vec3> velocity,
                                std::span<Vec3> force) noexcept {

@@ -48,11 +48,6 @@ struct SpringReport {
 SpringReport add_spring_forces(const ContactSprings& springs, double time, std::span<const Vec3> position, std::span<const Vec3> velocity,
                                std::span<Vec3> force) noexcept;
 
-/// m; of one spring, `time` (s) after it was made.
-[[nodiscard]] double find_spring_gap(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept;
-/// N; its force then, if nothing moves: without damping.
-[[nodiscard]] double find_spring_push(const ContactSprings& springs, Index spring, double time, std::span<const Vec3> position) noexcept;
-
 /// The same on records in the plan's order; entries name nodes in the caller's.
 SpringReport add_spring_forces(const ContactSprings& springs, double time, const ForcePlan& plan, std::span<const NodeRecord> records,
                                std::span<PartialForce> force) noexcept;

@@ -97,9 +97,6 @@ SpringBound bound_springs(const ForcePlan& plan, const ContactSprings& springs, 
     return bound;
 }
 
-/// A spring alone may take so much of what all of them may add: one with a long lever is softened before those beside it are.
-constexpr double kLargestShare = 0.25;
-
 /// What follows from the model alone.
 void size_workspace(const TissueModel& model, StableStepWorkspace& w) {
     const std::size_t count = model.node_count();
@@ -171,30 +168,6 @@ StableStep find_from_records(const TissueModel& model, const ContactSprings* spr
 }
 
 } // namespace
-
-void find_spring_scales(const TissueModel& model, const ContactSprings& springs, double most, StableStepWorkspace& w,
-                        std::vector<double>& scale) {
-    size_workspace(model, w);
-    std::fill(w.row.begin(), w.row.end(), 0.0);
-    scale.assign(springs.springs.size(), 1.0);
-    const auto share_of = [&](const SpringEntry& entry) { return entry.g.norm() * w.root_inv_mass[model.plan.record_of[entry.node]]; };
-    for (std::size_t s = 0; s < springs.springs.size(); ++s) {
-        const ContactSpring& spring = springs.springs[s];
-        const double reach = find_reach(model.plan, entries_of(springs, spring), w);
-        double largest = 0.0;
-        for (const SpringEntry& entry : entries_of(springs, spring)) largest = std::max(largest, share_of(entry));
-        const double own = spring.stiffness * largest * reach;
-        if (own > kLargestShare * most) scale[s] = kLargestShare * most / own;
-        for (const SpringEntry& entry : entries_of(springs, spring))
-            w.row[model.plan.record_of[entry.node]] += scale[s] * spring.stiffness * share_of(entry) * reach;
-    }
-    for (std::size_t s = 0; s < springs.springs.size(); ++s) {
-        double worst = 0.0;
-        for (const SpringEntry& entry : entries_of(springs, springs.springs[s]))
-            worst = std::max(worst, w.row[model.plan.record_of[entry.node]]);
-        if (worst > most) scale[s] *= most / worst;
-    }
-}
 
 StableStep find_stable_step(const TissueModel& model, std::span<const Vec3> position, const ContactSprings* springs, StableStepWorkspace& w,
                             Integrator integrator) {

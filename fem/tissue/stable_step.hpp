@@ -72,13 +72,6 @@ struct StableStepWorkspace : StableStepMemory {
 [[nodiscard]] StableStep find_stable_step_again(const TissueModel& model, const ContactSprings* springs, StableStepWorkspace& workspace,
                                                 Integrator integrator);
 
-/// By how much each spring's stiffness may be multiplied, <= 1, so that all of them together add no more than `most` (1/s^2) to the square
-/// of any frequency: a spring on light nodes, or with a long lever on them, would else set the step of the whole body.
-/// scale    [springs] [-]
-/// cost     the springs' entries, three times; allocates on the first call, and when there are more springs than ever
-void find_spring_scales(const TissueModel& model, const ContactSprings& springs, double most, StableStepWorkspace& workspace,
-                        std::vector<double>& scale);
-
 /// A round of the next derivation, taken while the last one still holds: spread over the steps before it, it is no longer the one step
 /// that takes twice as long as all others. For a workspace that is warm, while there are rounds to come: the last one, which tells the
 /// elastic rate, is left to the derivation itself.

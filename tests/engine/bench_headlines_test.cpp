@@ -60,6 +60,17 @@ TEST(Headlines, CountBoundsAndNameThoseThatDoNotHold) {
     EXPECT_EQ(lines[0].remark, "missed: b");
 }
 
+TEST(Headlines, OfThePriceNameTheBestBudgetOfAQuarterOfTheTime) {
+    const auto lines = headlines_of("price", table_of(R"json([
+        {"scene": "s", "budget": "work:0", "charged_of_exact": 0.01, "run_rms_mm": 8.0},
+        {"scene": "s", "budget": "1ms", "charged_of_exact": 0.2, "run_rms_mm": 2.0},
+        {"scene": "s", "budget": "4ms", "charged_of_exact": 0.6, "run_rms_mm": 0.1},
+        {"scene": "s", "budget": "exact", "charged_of_exact": 1.0, "run_rms_mm": 0.0},
+        {"scene": "t", "budget": "exact", "charged_of_exact": 1.0, "run_rms_mm": 0.0}])json"));
+    ASSERT_EQ(lines.size(), 1u) << "of a scene without such a budget there is none";
+    EXPECT_EQ(lines[0].here, "20 %; 25 % (2 mm)");
+}
+
 TEST(Headlines, SayWhatIsBelowTheNoise) {
     const auto lines = headlines_of("effects", table_of(R"json([
         {"scene": "s", "effect": "gravity", "saved_ms": 0.5, "noise_ms": 0.1, "saved_share": 0.25},

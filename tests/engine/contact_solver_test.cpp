@@ -85,5 +85,126 @@ TEST(ContactSolver, ThrowsNoNodeWhicheverOfThemBothSidesStandOn) {
     EXPECT_LT(torn, 10u) << "of 500 that do, the few whose tetrahedron is too flat to move one side to the other's place";
 }
 
+/// Clouds of masses, some of them fixed, each two held as wholes.
+class Wholes {
+public:
+    Wholes(std::mt19937_64& rng, std::size_t count, bool last_is_fixed) : count_(count) {
+        std::uniform_real_distribution<double> place(-0.02, 0.02), speed(-1.0, 1.0), mass(0.1e-3, 3e-3);
+        for (std::size_t b = 0; b < count; ++b) {
+            const Vec3 at(5.0 * place(rng), 5.0 * place(rng), 5.0 * place(rng)), along(speed(rng), speed(rng), speed(rng));
+            for (std::size_t n = 0; n < kNodes; ++n) {
+                for (int axis = 0; axis < 3; ++axis)
+                    nodes_[b][n].x[axis] = at[axis] + place(rng), nodes_[b][n].v[axis] = along[axis] + 0.3 * speed(rng);
+                inv_mass_[b][n] = 1.0 / mass(rng);
+            }
+            bodies_.push_back({nodes_[b], inv_mass_[b].data()});
+        }
+        for (std::size_t a = 0; a + 1 < count; ++a)
+            for (std::size_t b = a + 1; b < count; ++b) {
+                ContactRow row;
+                row.room = 0.01;
+                row.normal = Vec3(speed(rng), speed(rng), speed(rng)).normalized();
+                stand(row.a, a);
+                if (!(last_is_fixed && b + 1 == count)) stand(row.b, b);
+                rows_.push_back(row);
+            }
+        solver_.begin(rows_, bodies_);
+    }
+
+    void solve(double h) {
+        solver_.observe();
+        (void)solver_.approach(0.0, h, 1.0, 1.0);
+    }
+    struct Sums {
+        Vec3 linear = Vec3::Zero(), angular = Vec3::Zero(), centre = Vec3::Zero();
+        double mass = 0.0, kinetic = 0.0;
+    };
+    [[nodiscard]] Sums sums(std::size_t b) const {
+        Sums sums;
+        for (std::size_t n = 0; n < kNodes; ++n) {
+            const Vec3 x(nodes_[b][n].x[0], nodes_[b][n].x[1], nodes_[b][n].x[2]), v(nodes_[b][n].v[0], nodes_[b][n].v[1], nodes_[b][n].v[2]);
+            const double mass = 1.0 / inv_mass_[b][n];
+            sums.mass += mass;
+            sums.linear += mass * v;
+            sums.angular += mass * x.cross(v);
+            sums.centre += mass * x;
+            sums.kinetic += 0.5 * mass * v.squaredNorm();
+        }
+        sums.centre /= sums.mass;
+        return sums;
+    }
+    [[nodiscard]] std::size_t count() const { return count_; }
+
+private:
+    static constexpr std::size_t kNodes = 9, kMost = 4;
+    static void stand(ContactSide& side, std::size_t b) {
+        side.slot = static_cast<std::uint32_t>(b);
+        side.feet = 1;
+        side.share[0] = side.weight[0][0] = 1.0;
+    }
+    std::size_t count_;
+    std::array<std::array<fem::NodeRecord, kNodes>, kMost> nodes_{};
+    std::array<std::array<double, kNodes>, kMost> inv_mass_{};
+    std::vector<GivingBody> bodies_;
+    std::vector<ContactRow> rows_;
+    ContactSolver solver_;
+};
+
+TEST(ContactSolver, HoldsBodiesAsWholesWithoutMomentOrEnergy) {
+    std::mt19937_64 rng(29);
+    std::uniform_real_distribution<double> decade(-5.0, -2.0);
+    std::size_t held = 0;
+    for (int round = 0; round < 400; ++round) {
+        SCOPED_TRACE(fmt::format("seed 29, round {}", round));
+        Wholes wholes(rng, 2 + static_cast<std::size_t>(round) % 3, false);
+        Wholes::Sums before, after;
+        const auto add = [&](Wholes::Sums& all) {
+            for (std::size_t b = 0; b < wholes.count(); ++b) {
+                const Wholes::Sums one = wholes.sums(b);
+                all.linear += one.linear, all.angular += one.angular, all.kinetic += one.kinetic;
+            }
+        };
+        const auto approach = [&] { // of the first two
+            const Wholes::Sums a = wholes.sums(0), b = wholes.sums(1);
+            return (b.centre - a.centre).normalized().dot(a.linear / a.mass - b.linear / b.mass);
+        };
+        add(before);
+        const double came = approach();
+        wholes.solve(std::pow(10.0, decade(rng)));
+        add(after);
+        EXPECT_LT((after.linear - before.linear).norm(), 1e-15);
+        EXPECT_LT((after.angular - before.angular).norm(), 1e-16);
+        EXPECT_LE(after.kinetic, before.kinetic * (1.0 + 1e-12));
+        if (wholes.count() > 2) continue;
+        if (came <= 0.0) EXPECT_EQ(after.kinetic, before.kinetic) << "they part";
+        held += came > 0.0;
+        if (came > 0.0) EXPECT_LT(approach(), came);
+        EXPECT_GT(approach(), std::min(came, 0.0) - 1e-12) << "it is stopped, not thrown back";
+    }
+    EXPECT_GT(held, 20u);
+}
+
+TEST(ContactSolver, StopsWhatIsHeldAgainstAFixedOneAndItsTurningUnlessItLeaves) {
+    std::mt19937_64 rng(30);
+    std::size_t stopped = 0, left = 0;
+    for (int round = 0; round < 300; ++round) {
+        SCOPED_TRACE(fmt::format("seed 30, round {}", round));
+        Wholes wholes(rng, 2, true);
+        const Wholes::Sums before = wholes.sums(0);
+        wholes.solve(0.02); // longer than any stop takes
+        const Wholes::Sums after = wholes.sums(0);
+        EXPECT_LE(after.kinetic, before.kinetic * (1.0 + 1e-12));
+        if (after.kinetic == before.kinetic) {
+            ++left;
+            continue;
+        }
+        ++stopped;
+        EXPECT_LT(after.linear.norm(), 1e-12 * before.linear.norm());
+        EXPECT_LT((after.angular - after.centre.cross(after.linear)).norm(), 1e-12);
+    }
+    EXPECT_GT(stopped, 50u);
+    EXPECT_GT(left, 50u);
+}
+
 } // namespace
 } // namespace trocar::engine

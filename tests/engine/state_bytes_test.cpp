@@ -74,10 +74,10 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
         expect_every_byte<SolidEntry>([](State& s) -> SolidEntry& { return s.solids.entries[0]; }, sum_of_sizes(a, b, c, d, e), "SolidEntry");
     }
     {
-        const auto& [touch, b, c] = state.solids.contacts[0];
+        const auto& [touch, b, c, p] = state.solids.contacts[0];
         const auto& [d, e, f, g, h, i, j, k, l, m, n, o] = touch;
         expect_every_byte<SolidContact>([](State& s) -> SolidContact& { return s.solids.contacts[0]; },
-                                        sum_of_sizes(b, c, d, e, f, g, h, i, j, k, l, m, n, o), "SolidContact");
+                                        sum_of_sizes(b, c, p, d, e, f, g, h, i, j, k, l, m, n, o), "SolidContact");
     }
     {
         const auto& [a, b] = state.instruments[0].presses[0];

@@ -301,6 +301,45 @@ TEST(SolidContact, ThePapersModeIsStableUnderAnyBudget) {
         }
 }
 
+TEST(SolidContact, WhatPressedGoesOnPressingWhenTheBudgetIsTakenAway) {
+    const char* const shapes[] = {R"({"shape": "sphere", "centre": [0, 0, 20.5], "radius": 20, "subdivisions": 3})",
+                                  R"({"shape": "box", "centre": [0, 0, 15.5], "extent": [40, 30, 30], "cells": 5})",
+                                  R"({"shape": "torus", "centre": [0, 0, 9.5], "radius": 22, "tube_radius": 9})"};
+    for (const char* shape : shapes) {
+        SCOPED_TRACE(shape);
+        const PreparedScene prepared = test::prepare(scene_of({{"body", shape}, kTable}, "exact", kDown, R"("solid_friction": 0.3)"));
+        Simulator simulator(prepared.model);
+        for (int k = 0; k < 400; ++k) ASSERT_TRUE(simulator.step().finite);
+        const double rested = lowest(simulator.state().bodies[0].surface);
+        Inputs nothing;
+        nothing.budget = BudgetLimits{BudgetMode::Work, 0.0, 0};
+        std::uint64_t carried = 0;
+        for (int k = 0; k < 200; ++k) {
+            ASSERT_TRUE(simulator.step(nothing).ok());
+            ASSERT_TRUE(simulator.report().finite);
+            carried += simulator.report().carried_places;
+            EXPECT_EQ(simulator.report().work_units, 0u);
+        }
+        EXPECT_GT(carried, 0u);
+        EXPECT_NEAR(lowest(simulator.state().bodies[0].surface), rested, 0.3e-3);
+        EXPECT_LT(simulator.report().kinetic_j, 1e-5);
+    }
+}
+
+TEST(SolidContact, BetweenTwoScriptedBodiesNothingIsLookedFor) {
+    const PreparedScene prepared = test::prepare(R"({"name": "scripts", "units": {"length": "mm", "pressure": "kPa"},
+        "time": {"step": 0.005, "duration": 1}, "bodies": {
+            "one": {"kind": "kinematic", "surface": {"shape": "box", "extent": [20, 20, 20], "cells": 4}, "motion": [[0, 0, 0, 0], [1, 30, 0, 0]]},
+            "other": {"kind": "static", "surface": {"shape": "box", "centre": [15, 0, 0], "extent": [20, 20, 20], "cells": 4}}},
+        "effects": ["coarse_contact"]})");
+    Simulator simulator(prepared.model);
+    for (int k = 0; k < 100; ++k) {
+        const StepReport& report = simulator.step();
+        ASSERT_TRUE(report.finite);
+        EXPECT_EQ(report.pairs_tested + report.solid_touches + report.held_pairs + report.unproven_solids, 0u);
+    }
+}
+
 /// Vertices that lie in no leaf above a triangle of theirs.
 std::size_t count_escaped(const SceneModel& model, std::size_t body, const std::vector<Vec3>& surface, SolidScratch& solids) {
     const spheretree::SphereTree& tree = model.bodies[body].covering.tree;

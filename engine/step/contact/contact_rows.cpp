@@ -1,6 +1,5 @@
 #include "engine/step/contact/contact_rows.hpp"
 
-#include "base/box.hpp"
 #include "engine/prepare/body_pairs.hpp"
 #include "engine/prepare/scripted_motion.hpp"
 
@@ -111,15 +110,11 @@ Vec3 find_motion(const SceneModel& model, const ContactSide& side, double time, 
 void prepare_contact(const SceneModel& model, ContactScratch& scratch) {
     scratch.vertex_tet.resize(model.bodies.size());
     scratch.slot.resize(model.bodies.size());
-    scratch.thickness.assign(model.bodies.size(), 0.0);
     std::size_t vertices = 0;
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         const BodyModel& body = model.bodies[i];
         if (body.hollow || !can_touch_any(model, i)) continue; // a state may hold places that another response found
         vertices += body.surface.vertices.size();
-        Box3 box;
-        for (const Vec3& v : body.surface.vertices) box.add(v);
-        scratch.thickness[i] = box.extent().minCoeff();
         if (body.links) scratch.vertex_tet[i] = find_vertex_tets(body, *model.bodies[owner_of(model, i)].tissue);
     }
     scratch.rows.reserve(vertices);
@@ -141,8 +136,7 @@ void make_rows(const SceneModel& model, const State& state, ContactScratch& scra
         row.gap = touch.gap;
         row.recovery = contact.recovery;
         row.friction = model.contact.solid_friction;
-        row.room = 0.5 * std::min(scratch.thickness[touch.body_a], scratch.thickness[touch.body_b]);
-        row.is_whole = touch.origin == ContactOrigin::AssumedSpheres && corners == 2;
+        row.room = contact.room;
         scratch.rows.push_back(row);
     }
 }

@@ -9,7 +9,6 @@ namespace trocar::engine {
 /// Sized before the first step.
 struct ContactScratch {
     std::vector<std::vector<Index>> vertex_tet; // [body_count][vertex_count] tetrahedron of the owner beneath a vertex; kNoIndex: none
-    std::vector<double> thickness;              // [body_count] m, least extent along an axis at rest, of what something can touch
     std::vector<ContactRow> rows;               // of this step, as State's contacts
     std::vector<ContactRow> solved;             // those of the island in hand
     std::vector<Index> row_of;                  // [solved] in rows

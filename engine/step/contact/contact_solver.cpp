@@ -31,6 +31,54 @@ constexpr unsigned kHoldIterations = 10;
 
 Vec3 position_of(const fem::NodeRecord& node) noexcept { return Vec3(node.x[0], node.x[1], node.x[2]); }
 
+Vec3 velocity_of(const fem::NodeRecord& node) noexcept { return Vec3(node.v[0], node.v[1], node.v[2]); }
+
+/// visit(node, kg) of those that can move.
+template <class Visit>
+void for_each_free(const GivingBody& body, Visit&& visit) {
+    for (std::size_t n = 0; n < body.nodes.size(); ++n)
+        if (body.inv_mass[n] > 0.0) visit(body.nodes[n], 1.0 / body.inv_mass[n]);
+}
+
+/// Its motion as if it were rigid, in one pass: moments about its first node, so that little cancels.
+void find_motion(GivingBody& body) noexcept {
+    body.mass = body.stopped = 0.0;
+    body.change.setZero();
+    if (body.nodes.empty()) return;
+    const Vec3 from = position_of(body.nodes[0]);
+    Vec3 first = Vec3::Zero(), momentum = Vec3::Zero(), angular = Vec3::Zero();
+    double mass_sum = 0.0, xx = 0.0, yy = 0.0, zz = 0.0, xy = 0.0, yz = 0.0, zx = 0.0; // in registers: a matrix would be a chain through memory
+    for_each_free(body, [&](const fem::NodeRecord& node, double mass) {
+        const Vec3 arm = position_of(node) - from, push = mass * velocity_of(node), moment = mass * arm;
+        mass_sum += mass;
+        first += moment;
+        xx += moment.x() * arm.x(), yy += moment.y() * arm.y(), zz += moment.z() * arm.z();
+        xy += moment.x() * arm.y(), yz += moment.y() * arm.z(), zx += moment.z() * arm.x();
+        momentum += push;
+        angular += arm.cross(push);
+    });
+    body.mass = mass_sum;
+    Mat3 second;
+    second << xx, xy, zx, xy, yy, yz, zx, yz, zz;
+    if (!(body.mass > 0.0)) return;
+    const Vec3 centre = first / body.mass;
+    body.centre = from + centre;
+    body.velocity = momentum / body.mass;
+    second -= first * centre.transpose();
+    const Mat3 inertia = second.trace() * Mat3::Identity() - second;
+    body.turning = inertia.ldlt().solve(angular - centre.cross(momentum));
+    if (!is_finite(body.turning)) body.turning.setZero(); // all on a line, or in one place
+}
+
+/// What holding it as a whole came to, to all of its nodes.
+void change_motion(const GivingBody& body) noexcept {
+    const Vec3 turning = body.stopped * body.turning;
+    for_each_free(body, [&](fem::NodeRecord& node, double) {
+        const Vec3 change = body.change - turning.cross(position_of(node) - body.centre);
+        for (int axis = 0; axis < 3; ++axis) node.v[axis] += change[axis];
+    });
+}
+
 } // namespace
 
 bool find_affine(const Vec3 (&x)[4], const Vec3& p, double (&weight)[4]) noexcept {
@@ -51,9 +99,11 @@ void ContactSolver::begin(std::span<ContactRow> rows, std::span<GivingBody> bodi
     rows_ = rows;
     bodies_ = bodies;
     most_ = kMostIterations;
+    wholes_ = 0;
     for (ContactRow& row : rows_) {
+        wholes_ += row.is_whole();
         row.sum.setZero();
-        number_entries(row);
+        if (!row.is_whole()) number_entries(row);
     }
 }
 
@@ -173,7 +223,7 @@ ContactSolve ContactSolver::iterate() noexcept {
     }
     for (ContactRow& row : rows_) {
         row.sum += row.impulse;
-        if (row.is_whole) continue;
+        if (row.is_whole()) continue;
         const Vec3 after = velocity(row);
         solve.work += 0.5 * row.impulse.dot(row.before + after);
         row.before = after;
@@ -183,7 +233,7 @@ ContactSolve ContactSolver::iterate() noexcept {
 
 void ContactSolver::observe() noexcept {
     for (ContactRow& row : rows_) {
-        if (row.is_whole) continue;
+        if (row.is_whole()) continue;
         place(row);
         row.before = velocity(row);
     }
@@ -194,97 +244,68 @@ void ContactSolver::start() const noexcept {
         if (row.mobility > 0.0) push(row, row.impulse);
 }
 
-/// Mass, centre and velocity of the nodes that can move.
-void ContactSolver::add_means(GivingBody& body) const noexcept {
-    Vec3 first = Vec3::Zero(), momentum = Vec3::Zero();
-    body.mass = 0.0;
-    for (std::size_t n = 0; n < body.nodes.size(); ++n) {
-        if (!(body.inv_mass[n] > 0.0)) continue;
-        const double mass = 1.0 / body.inv_mass[n];
-        body.mass += mass;
-        first += mass * position_of(body.nodes[n]);
-        momentum += mass * Vec3(body.nodes[n].v[0], body.nodes[n].v[1], body.nodes[n].v[2]);
-    }
-    body.change.setZero();
-    body.stopped = 0.0;
-    if (!(body.mass > 0.0)) return;
-    body.centre = first / body.mass;
-    body.velocity = momentum / body.mass;
-}
-
-/// rad/s; of a body as if it were rigid, about its mass centre.
-Vec3 ContactSolver::find_turning(const GivingBody& body) const noexcept {
-    Mat3 inertia = Mat3::Zero();
-    Vec3 momentum = Vec3::Zero();
-    for (std::size_t n = 0; n < body.nodes.size(); ++n) {
-        if (!(body.inv_mass[n] > 0.0)) continue;
-        const double mass = 1.0 / body.inv_mass[n];
-        const Vec3 arm = position_of(body.nodes[n]) - body.centre;
-        inertia += mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
-        momentum += mass * arm.cross(Vec3(body.nodes[n].v[0], body.nodes[n].v[1], body.nodes[n].v[2]) - body.velocity);
-    }
-    const Vec3 turning = inertia.ldlt().solve(momentum);
-    return is_finite(turning) ? turning : Vec3(Vec3::Zero());
-}
-
 /// The wholes among the rows, their mean motion alone.
 void ContactSolver::hold_wholes(double h) const noexcept {
-    bool any = false;
+    if (wholes_ == 0) return;
     for (GivingBody& body : bodies_) body.mass = 0.0;
     for (ContactRow& row : rows_) {
-        if (!row.is_whole) continue;
-        any = true;
+        if (!row.is_whole()) continue;
         row.impulse.setZero();
         for (const ContactSide* side : {&row.a, &row.b})
-            if (side->gives() && bodies_[side->slot].mass == 0.0) add_means(bodies_[side->slot]);
+            if (side->gives() && bodies_[side->slot].mass == 0.0) find_motion(bodies_[side->slot]);
     }
-    if (!any) return;
+    double fastest = std::numeric_limits<double>::infinity();
+    for (unsigned k = 0; k < kHoldIterations && fastest > kStill; ++k) {
+        fastest = 0.0;
+        for (ContactRow& row : rows_)
+            if (row.is_whole()) fastest = std::max(fastest, hold_whole(row, h));
+    }
+    for (const GivingBody& body : bodies_)
+        if (body.mass > 0.0) change_motion(body);
+}
+
+/// One of them, the others as they are. returns   m/s, by how much the two have changed against one another
+double ContactSolver::hold_whole(ContactRow& row, double h) const noexcept {
     const auto held = [&](const ContactSide& side) { return side.gives() && bodies_[side.slot].mass > 0.0 ? &bodies_[side.slot] : nullptr; };
-    for (unsigned k = 0; k < kHoldIterations; ++k)
-        for (ContactRow& row : rows_) {
-            if (!row.is_whole) continue;
-            GivingBody *a = held(row.a), *b = held(row.b);
-            if (a == nullptr && b == nullptr) continue;
-            const Vec3 between = a != nullptr && b != nullptr ? Vec3(a->centre - b->centre) : row.normal;
-            const double length = between.norm();
-            const Vec3 normal = length > 0.0 ? Vec3(between / length) : row.normal;
-            const Vec3 u = (a != nullptr ? Vec3(a->velocity + a->change) : row.a.velocity) - (b != nullptr ? Vec3(b->velocity + b->change) : row.b.velocity);
-            const double mobility = (a != nullptr ? 1.0 / a->mass : 0.0) + (b != nullptr ? 1.0 / b->mass : 0.0);
-            const bool sticks = a == nullptr || b == nullptr;
-            if (sticks && row.impulse.isZero(0.0) && normal.dot(u) > kLeaving * u.norm()) continue;
-            const double speed = sticks ? u.norm() : std::max(0.0, -normal.dot(u));
-            const double before = row.impulse.norm();
-            // what it started the sub-step with counts: later iterations see what the first ones left
-            const double most = std::max(before, ((sticks ? kHoldOnFixed : kHoldWeight) * h + speed * std::min(1.0, h / std::min(kStopping, row.room / std::max(speed, kStill)))) / mobility);
-            Vec3 now = sticks ? Vec3(row.impulse - u / mobility) : Vec3(std::max(0.0, row.impulse.dot(normal) - normal.dot(u) / mobility) * normal);
-            const double size = now.norm();
-            if (size > most) now *= most / size;
-            if (sticks) (a != nullptr ? a : b)->stopped = std::max((a != nullptr ? a : b)->stopped, size > most ? most / size : 1.0);
-            const Vec3 change = now - row.impulse;
-            row.impulse = now;
-            if (a != nullptr) a->change += change / a->mass;
-            if (b != nullptr) b->change -= change / b->mass;
-        }
-    for (GivingBody& body : bodies_) {
-        if (!(body.mass > 0.0)) continue;
-        const Vec3 turning = body.stopped > 0.0 ? Vec3(body.stopped * find_turning(body)) : Vec3(Vec3::Zero());
-        for (std::size_t n = 0; n < body.nodes.size(); ++n) {
-            if (!(body.inv_mass[n] > 0.0)) continue;
-            const Vec3 change = body.change - turning.cross(position_of(body.nodes[n]) - body.centre);
-            for (int axis = 0; axis < 3; ++axis) body.nodes[n].v[axis] += change[axis];
-        }
+    GivingBody *const a = held(row.a), *const b = held(row.b);
+    if (a == nullptr && b == nullptr) return 0.0;
+    const bool is_fixed = a == nullptr || b == nullptr;
+    const Vec3 between = is_fixed ? row.normal : Vec3(a->centre - b->centre);
+    const double length = between.norm();
+    const Vec3 normal = length > 0.0 ? Vec3(between / length) : row.normal;
+    const auto velocity_of = [](const GivingBody* body, const ContactSide& side) { return body != nullptr ? Vec3(body->velocity + body->change) : side.velocity; };
+    const Vec3 u = velocity_of(a, row.a) - velocity_of(b, row.b);
+    if (is_fixed && row.impulse.isZero(0.0) && normal.dot(u) > kLeaving * u.norm()) return 0.0;
+    const double mobility = (a != nullptr ? 1.0 / a->mass : 0.0) + (b != nullptr ? 1.0 / b->mass : 0.0);
+    const double speed = is_fixed ? u.norm() : std::max(0.0, -normal.dot(u));
+    const double within = std::min(kStopping, row.room / std::max(speed, kStill)); // s
+    // what a first iteration allowed later ones do: they see what it left
+    const double most =
+        std::max(row.impulse.norm(), ((is_fixed ? kHoldOnFixed : kHoldWeight) * h + speed * std::min(1.0, h / within)) / mobility);
+    Vec3 now = is_fixed ? Vec3(row.impulse - u / mobility)
+                        : Vec3(std::max(0.0, row.impulse.dot(normal) - normal.dot(u) / mobility) * normal);
+    const double share = std::min(1.0, most / std::max(now.norm(), std::numeric_limits<double>::min()));
+    now *= share;
+    if (is_fixed) {
+        GivingBody& body = a != nullptr ? *a : *b;
+        body.stopped = std::max(body.stopped, share);
     }
+    const Vec3 change = now - row.impulse;
+    row.impulse = now;
+    if (a != nullptr) a->change += change / a->mass;
+    if (b != nullptr) b->change -= change / b->mass;
+    return change.norm() * mobility;
 }
 
 ContactSolve ContactSolver::approach(double time, double h, double ratio, double spare) noexcept {
     double wanted = 0.0; // J, at most, that pushing out gives
     for (ContactRow& row : rows_) {
         row.impulse *= ratio;
-        if (!row.is_whole && gap_at(row, time) < 0.0) wanted += row.normal.dot(row.impulse) * row.recovery;
+        if (!row.is_whole() && gap_at(row, time) < 0.0) wanted += row.normal.dot(row.impulse) * row.recovery;
     }
     const double fastest = spare > 2.0 * wanted ? std::numeric_limits<double>::infinity() : kCreep;
     for (ContactRow& row : rows_) {
-        if (row.is_whole) continue;
+        if (row.is_whole()) continue;
         place(row);
         const double gap = gap_at(row, time);
         row.target = gap > 0.0 ? -gap / h : std::min({row.recovery, -gap / h, fastest});
@@ -297,7 +318,7 @@ ContactSolve ContactSolver::approach(double time, double h, double ratio, double
 
 ContactSolve ContactSolver::settle(double time) noexcept {
     for (ContactRow& row : rows_) {
-        if (row.is_whole) {
+        if (row.is_whole()) {
             row.last.setZero();
             row.impulse.setZero();
             continue;

@@ -16,8 +16,8 @@
 #include "fem/tissue/force_plan.hpp"
 
 #include <cstdint>
-#include <limits>
 #include <algorithm>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -31,6 +31,7 @@ struct GivingBody {
     // of its nodes that can move, in the sub-step in hand: what holds it as a whole sees no more of it
     double mass = 0.0; // kg; 0: nothing holds it
     Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), change = Vec3::Zero(); // m, m/s, m/s
+    Vec3 turning = Vec3::Zero(); // rad/s, as if it were rigid
     double stopped = 0.0; // [-] of its turning, that goes with what is stopped of its velocity against what stands still
 };
 
@@ -71,11 +72,11 @@ struct ContactRow {
     double gap = 0.0;            // m, at the step's start
     double recovery = 0.0;       // m/s, at which what lies in the other one is pushed out
     double friction = 0.0;       // Coulomb's
-    /// The two are held as wholes, for what nobody looked at between them: their mean velocities come no nearer along the line of their mass
-    /// centres, by one change of velocity for all nodes of each, which turns and deforms nothing. Where one of them does not give they do not
-    /// slide either.
-    bool is_whole = false;
-    double room = 0.0;           // m, of such a hold: half of the thinner one's extent, within which approach must end
+    /// m; above 0 it is no place. The two are held as wholes, for what nobody looked at between them: their mean velocities come no nearer along
+    /// the line of their mass centres, by one change of velocity for all nodes of each, which turns and deforms nothing. Where one of them does
+    /// not give, the other neither slides nor turns. Approach ends within so much.
+    double room = 0.0;
+    [[nodiscard]] bool is_whole() const noexcept { return room > 0.0; }
     Vec3 impulse = Vec3::Zero(); // N s, on a, of the last sub-step
     Vec3 last = Vec3::Zero();    // N s, the same of the last whole sub-step: what the next step starts with
     Vec3 sum = Vec3::Zero();     // N s, on a, of the step
@@ -118,6 +119,9 @@ public:
     /// spare   J, what contact has taken from the bodies so far: pushing out gives no more than that back, but for the slowest creep
     ContactSolve approach(double time, double h, double ratio, double spare) noexcept;
 
+    /// Is a whole among the rows? What holding them costs grows with their bodies' nodes, and is no iteration's.
+    [[nodiscard]] bool holds_wholes() const noexcept { return wholes_ > 0; }
+
     /// At the step's end: what presses has no speed of approach any more.
     ContactSolve settle(double time) noexcept;
 
@@ -133,14 +137,14 @@ private:
     [[nodiscard]] double gap_at(const ContactRow& row, double time) const noexcept;
     [[nodiscard]] double relax(ContactRow& row) const noexcept;
     void hold_wholes(double h) const noexcept;
-    void add_means(GivingBody& body) const noexcept;
-    [[nodiscard]] Vec3 find_turning(const GivingBody& body) const noexcept;
+    [[nodiscard]] double hold_whole(ContactRow& row, double h) const noexcept;
     void start() const noexcept;
     ContactSolve iterate() noexcept;
 
     std::span<ContactRow> rows_;
     std::span<GivingBody> bodies_;
     unsigned most_ = kMostIterations;
+    std::size_t wholes_ = 0;
 };
 
 /// Affine coordinates of p in the tetrahedron x. False, and weight untouched: it is too flat, or p too far from it, to carry a force.

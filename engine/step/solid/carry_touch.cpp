@@ -3,7 +3,7 @@
 #include "engine/step/solid/touch_rules.hpp"
 #include "engine/step/tissue/surface_place.hpp"
 
-#include <cmath>
+#include <algorithm>
 
 namespace trocar::engine {
 
@@ -11,7 +11,6 @@ namespace {
 
 /// Triangles that a place may slide over in a step.
 constexpr int kMostWalked = 16;
-
 
 SurfacePoint near_on(const OneWay& way, Index triangle, const Vec3& place) {
     const std::vector<Vec3>& at = way.surface(way.other);
@@ -22,10 +21,6 @@ SurfacePoint near_on(const OneWay& way, Index triangle, const Vec3& place) {
 
 /// The triangle of these corners; kNoIndex: there is none.
 Index find_face(const SurfaceAdjacency& adjacency, const std::vector<Triangle>& triangles, const Index (&corners)[3]) {
-    for (Index k = adjacency.vertex_begin[corners[0]]; k < adjacency.vertex_begin[corners[0] + 1]; ++k) {
-        const Triangle& t = triangles[adjacency.vertex_face[k]];
-        if (t[0] == corners[0] && t[1] == corners[1] && t[2] == corners[2]) return adjacency.vertex_face[k];
-    }
     for (Index k = adjacency.vertex_begin[corners[0]]; k < adjacency.vertex_begin[corners[0] + 1]; ++k) {
         const Triangle& t = triangles[adjacency.vertex_face[k]];
         const auto has = [&](Index v) { return t[0] == v || t[1] == v || t[2] == v; };

@@ -15,6 +15,9 @@ namespace {
 /// load does on that way, and must not be thrown.
 constexpr double kSettlingTime = 0.05, kSettling = 2e-3;
 
+/// m; a sheet has no thickness.
+constexpr double kLeastRoom = 1e-6;
+
 /// Of the last response; nullptr: there was no such place.
 const SolidContact* find_before(const SolidScratch& solids, const SolidContact& place) noexcept {
     const std::vector<SolidContact>& before = solids.contacts_before;
@@ -30,12 +33,12 @@ void note_depth(const Contact& touch, const SolidScratch& solids, StepReport& re
     if (thinner > 0.0) report.deepest_share = std::max(report.deepest_share, -touch.gap / thinner);
 }
 
+double recovery_of(const Contact& touch) { return std::clamp(-touch.gap / kSettlingTime, 0.0, kSettling); }
+
 /// Places at the depths of spheres, where surfaces do not say.
-void push_spheres_of(ContactSink& sink) {
-    std::vector<Contact>& places = sink.solids.sphere_places;
-    press_spheres(sink.model, sink.state, sink.solids, places);
-    for (const Contact& place : places) sink.add(place, std::clamp(-place.gap / kSettlingTime, 0.0, kSettling));
-    sink.report.held_pairs += places.size();
+void add_spheres(ContactSink& sink) {
+    press_spheres(sink.model, sink.state, sink.solids, sink.report);
+    for (const Contact& place : sink.solids.sphere_places) sink.add(place, recovery_of(place));
 }
 
 /// Impulses at places of the surfaces, and of spheres where a body has no inside.
@@ -46,17 +49,15 @@ public:
         for (std::size_t k = 0; k < contacts.size(); ++k) {
             const bool is_pressed = pressed != sink.solids.pressed.end() && *pressed == k;
             pressed += is_pressed;
-            sink.add(contacts[k], is_pressed ? kRecovery : std::clamp(-contacts[k].gap / kSettlingTime, 0.0, kSettling));
+            sink.add(contacts[k], is_pressed ? kRecovery : recovery_of(contacts[k]));
         }
-        push_spheres_of(sink);
+        add_spheres(sink);
     }
 };
 
 class SphereResponse final : public ContactResponse {
 public:
-    void respond(std::span<const Contact>, ContactSink& sink) const override {
-        push_spheres_of(sink);
-    }
+    void respond(std::span<const Contact>, ContactSink& sink) const override { add_spheres(sink); }
 };
 
 } // namespace
@@ -69,6 +70,12 @@ void ContactSink::add(const Contact& touch, double recovery) {
     }
     if (touch.origin == ContactOrigin::Proximity) note_depth(touch, solids, report);
     if (model.contact.solid_friction > 0.0) report.effects.note(effects::friction);
+    state.solids.contacts.push_back(place);
+}
+
+void ContactSink::hold(const Contact& whole) {
+    SolidContact place{whole};
+    place.room = std::max(kLeastRoom, 0.5 * std::min(solids.bodies[whole.body_a].thickness, solids.bodies[whole.body_b].thickness));
     state.solids.contacts.push_back(place);
 }
 

@@ -19,6 +19,8 @@ struct ContactSink {
     /// The two places of `touch` do not come nearer to one another along its normal than its gap allows, from the next step on.
     /// recovery   m/s, at which they part where the gap is negative
     void add(const Contact& touch, double recovery);
+    /// The two bodies are held as wholes from the next step on (SolidContact::room).
+    void hold(const Contact& whole);
 };
 
 class ContactResponse {

@@ -6,9 +6,9 @@
 
 namespace trocar::engine {
 
-/// Appends to solids.touches, for every two closed bodies with anything that the budget left (is_left), what holds them where they are.
+/// Appends to solids.touches and solids.wholes, for every two closed bodies with anything that the budget left (is_left), what holds them where they are.
 /// Pairs of leaves, the kMostHeld deepest: a vertex of the first body and a triangle of the second, with a gap of 0, along the triangle's
-/// normal. Pairs of larger spheres: the two bodies as wholes (ContactRow::is_whole). The contact solver takes what speed of approach they
+/// normal. Pairs of larger spheres: the two bodies as wholes (SolidContact::room). The contact solver takes what speed of approach they
 /// have, and no more: they part freely, nothing is stored, momentum is kept, and what is left in one step and looked at in the next changes
 /// nothing but what was approaching. Bodies so stand farther apart than their surfaces would, by the size of the spheres.
 /// source  Mendoza & O'Sullivan 2005 treat open pairs as contacts likewise, and push by the depth of their spheres (SolidResponse::Spheres).
@@ -16,11 +16,11 @@ void hold_what_is_left(const SceneModel& model, const State& state, SolidScratch
 
 /// The sphere-tree paper's response (SolidResponse::Spheres): every sphere of two bodies pushes at its deepest pair, along the line of centres,
 /// from the overlap of the two; pairs that the budget left open hold their bodies as wholes.
-/// Appended to `places`, deepest first of a vertex.
+/// Fills solids.sphere_places, one a vertex, the deepest.
 /// Deviates: the paper's penalty, a spring from each overlap evaluated once a step, gains energy and lets bodies through; the same places at
 /// the same depths go to the contact solver. Without restitution, and bodies rest where their spheres meet.
-void press_spheres(const SceneModel& model, const State& state, SolidScratch& solids, std::vector<Contact>& places);
+void press_spheres(const SceneModel& model, const State& state, SolidScratch& solids, StepReport& report);
 
-inline constexpr std::size_t kMostHeld = 96;
+inline constexpr std::ptrdiff_t kMostHeld = 96;
 
 } // namespace trocar::engine

@@ -12,8 +12,6 @@ namespace trocar::engine {
 
 namespace {
 
-constexpr auto by_pair_key = [](const LeafPair& x, const LeafPair& y) { return x.key() < y.key(); };
-
 bool same_bodies(const LeafPair& x, const LeafPair& y) { return x.a == y.a && x.b == y.b; }
 
 /// Bodies with open pairs whose depth the surfaces decide, each once.
@@ -115,13 +113,13 @@ void keep_touching(const SolidScratch& solids, std::vector<LeafPair>& kept) {
         kept.resize(first + kPersistentPairs);
     }
     for (const LeafPair& pair : solids.left_pairs)
-        if (std::binary_search(solids.touching_before.begin(), solids.touching_before.end(), pair, by_pair_key)) kept.push_back(pair);
+        if (std::binary_search(solids.touching_before.begin(), solids.touching_before.end(), pair, kByKey)) kept.push_back(pair);
     for (const LeafPair& pair : solids.touching_before) {
         const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), std::pair{static_cast<Index>(pair.a), static_cast<Index>(pair.b)});
         const bool meets = at != solids.meeting.end() && at->first == pair.a && at->second == pair.b;
         if (meets && solids.looked[static_cast<std::size_t>(at - solids.meeting.begin())] == 0) kept.push_back(pair);
     }
-    std::sort(kept.begin(), kept.end(), by_pair_key);
+    std::sort(kept.begin(), kept.end(), kByKey);
     kept.erase(std::unique(kept.begin(), kept.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }), kept.end());
     for (LeafPair& pair : kept) pair.gap = std::numeric_limits<double>::infinity();
 }

@@ -81,10 +81,12 @@ struct SolidScratch {
     std::vector<std::uint8_t> looked;          // [meeting] the surfaces of these two are looked at in this step
     std::vector<std::uint64_t> pair_count;     // [meeting] leaf pairs
     std::vector<std::uint8_t> touched;         // [meeting] the two touched in the last step
+    std::vector<std::uint8_t> counted;         // [body_count] of a forecast
     std::vector<LeafPair> waiting, batch;      // of two bodies: those that touched in the last step first; those in hand
     std::vector<LeafPair> done_pairs;          // by key: whose surfaces were looked at
     std::vector<LeafPair> left_pairs;          // by key: the others
     std::vector<Contact> sphere_places;        // where spheres push for want of a surface's depth
+    std::vector<Contact> wholes;               // two bodies each that are held as wholes
     std::vector<Index> held;                   // of coarse: pairs of spheres that hold for what was left
     std::vector<std::pair<Index, Index>> left_bodies; // pairs of bodies with anything that the budget left, by index
 };

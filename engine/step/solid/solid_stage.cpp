@@ -5,10 +5,10 @@
 #include "engine/step/solid/self_touch.hpp"
 #include "engine/step/solid/contact_response.hpp"
 #include "engine/step/solid/solid_passage.hpp"
+#include "engine/step/solid/choose_surfaces.hpp"
 #include "engine/step/solid/solid_touch.hpp"
 #include "engine/step/solid/solid_trees.hpp"
 #include "engine/step/solid/touch_rules.hpp"
-#include "engine/step/tissue/surface_spring.hpp"
 #include "engine/effects/registry.hpp"
 #include "engine/step/solid/surface_travel.hpp"
 #include "engine/time/phase.hpp"
@@ -78,14 +78,17 @@ void push_solids(const SceneModel& model, State& state, SolidScratch& solids, St
     find_touches(model, state, solids, report, budget);
     Phase holding(budget, StepPart::Holds);
     list_what_is_left(model, state, solids, report);
+    solids.wholes.clear();
     hold_what_is_left(model, state, solids, report);
     ContactSink sink{model, state, solids, report};
     response_of(model.contact.solid_response).respond(solids.touches, sink);
+    for (const Contact& whole : solids.wholes) sink.hold(whole);
     std::sort(state.solids.contacts.begin(), state.solids.contacts.end(),
               [](const SolidContact& x, const SolidContact& y) { return x.key() < y.key(); });
     holding.end();
     budget.learn_holding(solids.coarse.size());
-    for (const SolidContact& place : state.solids.contacts) report.solid_touches += is_touching(place.touch) && place.touch.origin == ContactOrigin::Proximity;
+    for (const SolidContact& place : state.solids.contacts) 
+        report.solid_touches += is_touching(place.touch) && place.touch.origin == ContactOrigin::Proximity;
 }
 
 } // namespace trocar::engine

@@ -3,6 +3,7 @@
 
 #include "engine/prepare/body_pairs.hpp"
 #include "engine/step/solid/carry_touch.hpp"
+#include "engine/step/solid/choose_surfaces.hpp"
 #include "engine/step/solid/self_touch.hpp"
 #include "engine/step/solid/solid_passage.hpp"
 #include "engine/step/solid/solid_probe.hpp"
@@ -23,8 +24,6 @@ namespace {
 /// millisecond; with more, what was not looked at is reported (unproven_solids).
 constexpr std::size_t kPathProbes = 4096;
 
-constexpr auto by_key = [](const auto& x, const auto& y) { return x.key() < y.key(); };
-
 /// A place of a surface: a vertex, or a point of an edge.
 struct VertexProbe {
     Index vertex[2] = {kNoIndex, kNoIndex};
@@ -34,15 +33,6 @@ struct VertexProbe {
         return vertex[1] == kNoIndex ? surface[vertex[0]] : Vec3(weight[0] * surface[vertex[0]] + weight[1] * surface[vertex[1]]);
     }
 };
-
-void find_vertex_normals(const TriMesh& mesh, const std::vector<Vec3>& surface, std::vector<Vec3>& normals) {
-    normals.assign(surface.size(), Vec3::Zero());
-    for (const Triangle& t : mesh.triangles) {
-        const Vec3 area = twice_area(t, surface);
-        for (const Index v : t) normals[v] += area;
-    }
-    for (Vec3& n : normals) n = spheretree::direction_of(n);
-}
 
 Vec3 face_normal(const std::vector<Vec3>& surface, const Triangle& t) { return spheretree::direction_of(twice_area(t, surface)); }
 
@@ -149,7 +139,7 @@ void probe_entries(const OneWay& way) {
     const double reach = reach_of(way);
     const SolidEntry from{way.own, way.other};
     const std::vector<SolidEntry>& before = way.solids.entries_before;
-    for (auto entry = std::lower_bound(before.begin(), before.end(), from, by_key);
+    for (auto entry = std::lower_bound(before.begin(), before.end(), from, kByKey);
          entry != before.end() && entry->own == way.own && entry->other == way.other; ++entry)
         if (scratch.vertex_seen[entry->vertex] == kNotSeen)
             scratch.vertex_seen[entry->vertex] = test_vertex(way, entry->vertex, reach).seen;
@@ -239,19 +229,6 @@ void probe_edges(const OneWay& way, std::vector<Piercing>& piercings) {
     }
 }
 
-/// Depths and vertex normals of this step, once for all bodies that one meets.
-void refresh(const SceneModel& model, const State& state, std::size_t body, SolidScratch& solids) {
-    SolidBodyScratch& scratch = solids.bodies[body];
-    if (scratch.surface_is_fresh) return;
-    scratch.surface_is_fresh = true;
-    if (model.bodies[body].moves()) {
-        scratch.inside.refit(state.bodies[body].surface);
-        scratch.motion = find_motion(scratch.surface_t0, state.bodies[body].surface);
-    }
-    if (model.bodies[body].moves() || scratch.vertex_normal.empty())
-        find_vertex_normals(model.bodies[body].surface, state.bodies[body].surface, scratch.vertex_normal);
-}
-
 /// What is drawn back through a body meets the far side of it from behind: a touch that pushes the other way, among the places from
 /// `first_pressed` on and their ways out, would hold it where it is. All touches from `first_touch` on are those of vertices of two
 /// bodies; the entries of what is dropped, from `first_entry` on, go with it.
@@ -284,12 +261,12 @@ void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t
     solids.touches.resize(touches);
 }
 
-/// Did the budget leave sphere pairs of two bodies open that come so far against each other in this step that the few places which a
-/// look at the open pairs gives (solid_probe.hpp) say nothing of what has crossed meanwhile?
-bool needs_all_paths(const SceneModel& model, const SolidScratch& solids, std::size_t a, std::size_t b) {
-    if (!(find_relative_way(solids.bodies[a].motion, solids.bodies[b].motion) > model.contact.margin)) return false;
+/// Did the budget leave pairs of spheres of two bodies that come so far against each other in this step that what was looked at says nothing
+/// of what has crossed meanwhile?
+bool needs_all_paths(const SolidScratch& solids, std::size_t a, std::size_t b, double margin, bool leaves_left) {
+    if (!(find_relative_way(solids.bodies[a].motion, solids.bodies[b].motion) > margin)) return false;
     const auto& open = solids.open_bodies;
-    return std::binary_search(open.begin(), open.end(), std::pair{static_cast<Index>(a), static_cast<Index>(b)});
+    return leaves_left || std::binary_search(open.begin(), open.end(), std::pair{static_cast<Index>(a), static_cast<Index>(b)});
 }
 
 /// Units of what a sphere's leaf has beneath it; nothing a second time.
@@ -310,7 +287,7 @@ bool take_batch(const SceneModel& model, std::size_t& next, SolidScratch& solids
         solids.bodies[pair.b].sphere_seen[pair.leaf_b] |= kGranted;
         solids.batch.push_back(pair);
     }
-    std::sort(solids.batch.begin(), solids.batch.end(), by_key);
+    std::sort(solids.batch.begin(), solids.batch.end(), kByKey);
     return !solids.batch.empty();
 }
 
@@ -319,7 +296,7 @@ void line_up(std::span<const LeafPair> pairs, SolidScratch& solids) {
     solids.waiting.clear();
     for (const bool first : {true, false})
         for (const LeafPair& pair : pairs)
-            if (std::binary_search(solids.touching_before.begin(), solids.touching_before.end(), pair, by_key) == first)
+            if (std::binary_search(solids.touching_before.begin(), solids.touching_before.end(), pair, kByKey) == first)
                 solids.waiting.push_back(pair);
 }
 
@@ -348,7 +325,7 @@ void touch_bodies(const SceneModel& model, State& state, std::size_t a, std::siz
     }
     account.settle();
     solids.left_pairs.insert(solids.left_pairs.end(), solids.waiting.begin() + static_cast<std::ptrdiff_t>(next), solids.waiting.end());
-    if (needs_all_paths(model, solids, a, b)) {
+    if (needs_all_paths(solids, a, b, model.contact.margin, next < solids.waiting.size())) {
         const bool all_of_a = probe_paths(from_a, probes_left, account), all_of_b = probe_paths(from_b, probes_left, account);
         report.unproven_solids += !(all_of_a && all_of_b);
     }
@@ -377,95 +354,13 @@ void touch_own(const SceneModel& model, const State& state, std::size_t body, st
     solids.done_pairs.insert(solids.done_pairs.end(), solids.batch.begin(), solids.batch.end());
 }
 
-/// Bodies whose surfaces there is reason to look at in this step, each two once.
-void list_touching_pairs(const SceneModel& model, SolidScratch& solids) {
-    std::vector<std::pair<Index, Index>>& meeting = solids.meeting;
-    meeting.clear();
-    const auto add = [&](std::size_t a, std::size_t b) {
-        const std::pair<Index, Index> bodies{static_cast<Index>(std::min(a, b)), static_cast<Index>(std::max(a, b))};
-        if (meeting.empty() || meeting.back() != bodies) meeting.push_back(bodies);
-    };
-    for (const Contact& contact : solids.coarse)
-        if (is_between_bodies(model, contact) &&
-            meet_by_surface(model, contact.body_a, contact.body_b))
-            add(contact.body_a, contact.body_b);
-    for (const SolidEntry& entry : solids.entries_before) add(entry.own, entry.other);
-    for (const LeafPair& pair : solids.touching_before) // looked at again whatever the descent says
-        if (pair.a == pair.b) add(pair.a, pair.b);
-    std::sort(meeting.begin(), meeting.end());
-    meeting.erase(std::unique(meeting.begin(), meeting.end()), meeting.end());
-}
-
-std::uint64_t surface_units(const SceneModel& model, std::size_t body) {
-    return model.bodies[body].moves() ? kUnitsPerSurfaceTriangle * model.bodies[body].surface.triangles.size() : 0;
-}
-
-/// Units of leaves without which it does not pay to make surfaces ready.
-constexpr std::uint64_t kLeastLooked = 20 * kUnitsPerLeafTriangle;
-
-/// Of the leaves beneath which the two touched in the last step.
-std::uint64_t leaf_units_before(const SceneModel& model, std::size_t a, std::size_t b, const SolidScratch& solids) {
-    const auto before = [](const LeafPair& pair, const std::pair<std::size_t, std::size_t>& bodies) { return std::pair(pair.a, pair.b) < bodies; };
-    std::uint64_t triangles = 0;
-    for (auto pair = std::lower_bound(solids.touching_before.begin(), solids.touching_before.end(), std::pair(a, b), before);
-         pair != solids.touching_before.end() && pair->a == a && pair->b == b; ++pair)
-        triangles += model.bodies[a].covering.tree.items_of(pair->leaf_a).size() + model.bodies[b].covering.tree.items_of(pair->leaf_b).size();
-    return kUnitsPerLeafTriangle * triangles;
-}
-
-/// Of each two bodies that meet.
-void count_leaf_pairs(const SceneModel& model, SolidScratch& solids) {
-    solids.pair_count.assign(solids.meeting.size(), 0);
-    std::pair<Index, Index> last{kNoIndex, kNoIndex};
-    std::uint64_t* count = nullptr;
-    for (const Contact& contact : solids.coarse) { // a pair's lie side by side
-        const std::pair<Index, Index> bodies{contact.body_a, contact.body_b};
-        if (bodies != last) {
-            const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), bodies);
-            const bool meet = is_between_bodies(model, contact) && at != solids.meeting.end() && *at == bodies;
-            count = meet ? &solids.pair_count[static_cast<std::size_t>(at - solids.meeting.begin())] : nullptr;
-            last = bodies;
-        }
-        if (count != nullptr) *count += is_leaf_pair(model, contact);
-    }
-}
-
-/// Which of the bodies that meet there is room to look at: those that touched before come first.
-void choose_looked(const SceneModel& model, const State& state, SolidScratch& solids, SurfaceAccount& account) {
-    solids.looked.assign(solids.meeting.size(), 0);
-    std::vector<std::uint8_t>& touched = solids.touched;
-    touched.assign(solids.meeting.size(), 0);
-    for (const SolidContact& place : solids.contacts_before) {
-        const std::pair<Index, Index> bodies = std::minmax<Index>({place.touch.body_a, place.touch.body_b});
-        const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), bodies);
-        if (at != solids.meeting.end() && *at == bodies) touched[static_cast<std::size_t>(at - solids.meeting.begin())] = 1;
-    }
-    count_leaf_pairs(model, solids);
-    for (const bool first : {true, false})
-        for (std::size_t k = 0; k < solids.meeting.size(); ++k) {
-            const auto [a, b] = solids.meeting[k];
-            if ((touched[k] != 0) != first) continue;
-            std::uint64_t units = kUnitsPerQuery + kUnitsPerLeafPair * solids.pair_count[k];
-            for (const Index body : {a, b})
-                if (!solids.bodies[body].surface_is_fresh && !(body == b && a == b)) units += surface_units(model, body);
-            if (!account.take(units, std::max(kLeastLooked, leaf_units_before(model, a, b, solids)))) {
-                solids.left_bodies.push_back({a, b});
-                continue;
-            }
-            refresh(model, state, a, solids);
-            refresh(model, state, b, solids);
-            account.settle();
-            solids.looked[k] = 1;
-        }
-}
-
 /// What pressed between two bodies, where this step did not look: it goes on, and what was in stays in.
 /// looked   some of their leaves were, and vertex_seen tells which vertices
 void carry_touches(const SceneModel& model, State& state, std::size_t a, std::size_t b, bool looked, SolidScratch& solids, StepReport& report) {
     const auto is_between = [&](std::size_t x, std::size_t y) { return (x == a && y == b) || (x == b && y == a); };
     for (const SolidContact& place : solids.contacts_before) {
         const Contact& touch = place.touch;
-        if (!is_between(touch.body_a, touch.body_b) || touch.origin == ContactOrigin::AssumedSpheres) continue;
+        if (!is_between(touch.body_a, touch.body_b) || touch.origin != ContactOrigin::Proximity) continue;
         if (looked && solids.bodies[touch.body_a].vertex_seen[touch.feature_a[0]] != kNotSeen) continue;
         const OneWay way{model, state, solids, report, touch.body_a, touch.body_b, state.solids.entries};
         const std::optional<Contact> now = carry_touch(way, touch);
@@ -476,25 +371,6 @@ void carry_touches(const SceneModel& model, State& state, std::size_t a, std::si
     if (looked) return; // entries are looked at whatever there is room for
     for (const SolidEntry& entry : solids.entries_before)
         if (is_between(entry.own, entry.other)) state.solids.entries.push_back(entry);
-}
-
-/// Bodies whose spheres meet, but whose surfaces nobody looks at, or that have no inside: what goes farther than half of the thinner one
-/// in a step may be on its other side.
-void count_unproven(const SceneModel& model, const State& state, const SolidScratch& solids, StepReport& report) {
-    std::pair<BodyId, BodyId> last{0, 0};
-    for (const Contact& contact : solids.coarse) {
-        const std::pair<BodyId, BodyId> bodies{contact.body_a, contact.body_b};
-        if (bodies == last || bodies.first == bodies.second) continue; // a pair's contacts lie side by side
-        if (!is_between_bodies(model, contact)) continue;
-        last = bodies;
-        if (meet_by_surface(model, bodies.first, bodies.second)) continue;
-        SurfaceTravel motion[2];
-        for (std::size_t k = 0; k < 2; ++k)
-            if (const std::size_t body = k == 0 ? bodies.first : bodies.second; model.bodies[body].moves())
-                motion[k] = find_motion(solids.bodies[body].surface_t0, state.bodies[body].surface);
-        const double thinner = std::min(solids.bodies[bodies.first].thickness, solids.bodies[bodies.second].thickness);
-        report.unproven_solids += find_relative_way(motion[0], motion[1]) > 0.5 * thinner;
-    }
 }
 
 } // namespace
@@ -508,9 +384,6 @@ void find_touches(const SceneModel& model, State& state, SolidScratch& solids, S
     state.solids.entries.clear();
     std::swap(state.solids.touching, solids.touching_before);
     pairs.clear();
-    solids.left_bodies.clear();
-    for (SolidBodyScratch& body : solids.bodies) body.surface_is_fresh = false;
-    list_touching_pairs(model, solids);
     choose_looked(model, state, solids, account);
     for (const Contact& contact : solids.coarse) {
         if (!is_between_bodies(model, contact)) continue;
@@ -521,7 +394,7 @@ void find_touches(const SceneModel& model, State& state, SolidScratch& solids, S
             ++report.left_pairs;
     }
     probe_open_pairs(model, solids, report, account);
-    std::sort(pairs.begin(), pairs.end(), by_key);
+    std::sort(pairs.begin(), pairs.end(), kByKey);
     pairs.erase(std::unique(pairs.begin(), pairs.end(), [](const LeafPair& x, const LeafPair& y) { return x.key() == y.key(); }),
                 pairs.end());
     std::sort(solids.left_bodies.begin(), solids.left_bodies.end());
@@ -548,59 +421,6 @@ void find_touches(const SceneModel& model, State& state, SolidScratch& solids, S
         if (is_left || std::binary_search(others.begin(), others.end(), solids.meeting[m]))
             carry_touches(model, state, a, b, looked && a != b, solids, report);
     }
-}
-
-/// m; farthest way of a body in the step, by its coarse nodes: what nobody looks at costs nothing by its surface.
-static double way_of_nodes(const SceneModel& model, std::size_t body, const State& state, const SolidScratch& solids) {
-    if (!model.bodies[body].moves()) return 0.0;
-    const SolidBodyScratch& scratch = solids.bodies[body];
-    const std::span<const Vec3> now = state.bodies[owner_of(model, body)].tissue.position;
-    if (now.empty()) return scratch.surface_t0.empty() ? 0.0 : (state.bodies[body].surface.front() - scratch.surface_t0.front()).norm();
-    double farthest = 0.0;
-    for (std::size_t n = 0; n < now.size(); ++n) farthest = std::max(farthest, (now[n] - scratch.nodes_t0[n]).squaredNorm());
-    return std::sqrt(farthest);
-}
-
-void list_what_is_left(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report) {
-    report.left_pairs += solids.left_pairs.size();
-    std::sort(solids.left_bodies.begin(), solids.left_bodies.end());
-    solids.left_bodies.erase(std::unique(solids.left_bodies.begin(), solids.left_bodies.end()), solids.left_bodies.end());
-    for (const auto& [a, b] : solids.left_bodies) {
-        if (a == b) continue;
-        const double thinner = std::min(solids.bodies[a].thickness, solids.bodies[b].thickness);
-        report.unproven_solids += way_of_nodes(model, a, state, solids) + way_of_nodes(model, b, state, solids) > 0.5 * thinner;
-    }
-    for (std::vector<LeafPair>* list : {&solids.done_pairs, &solids.left_pairs}) std::sort(list->begin(), list->end(), by_key);
-    std::sort(state.solids.entries.begin(), state.solids.entries.end(), by_key);
-    keep_touching(solids, state.solids.touching);
-    count_unproven(model, state, solids, report);
-}
-
-bool is_looked(const SolidScratch& solids, std::size_t a, std::size_t b) noexcept {
-    const std::pair<Index, Index> bodies{static_cast<Index>(a), static_cast<Index>(b)};
-    const auto at = std::lower_bound(solids.meeting.begin(), solids.meeting.end(), bodies);
-    return at != solids.meeting.end() && *at == bodies && solids.looked[static_cast<std::size_t>(at - solids.meeting.begin())] != 0;
-}
-
-bool is_left(const SolidScratch& solids, const Contact& spheres) noexcept {
-    const LeafPair pair{spheres.body_a, spheres.body_b, spheres.feature_a[0], spheres.feature_b[0]};
-    return spheres.origin == ContactOrigin::AssumedSpheres || std::binary_search(solids.left_pairs.begin(), solids.left_pairs.end(), pair, by_key);
-}
-
-std::uint64_t forecast_surfaces(const SceneModel& model, const State& state, SolidScratch& solids) {
-    std::uint64_t units = 0;
-    for (SolidBodyScratch& body : solids.bodies) body.surface_is_fresh = false;
-    const auto add = [&](std::size_t body) {
-        if (solids.bodies[body].surface_is_fresh) return;
-        solids.bodies[body].surface_is_fresh = true;
-        units += surface_units(model, body) + kUnitsPerQuery;
-    };
-    for (const SolidContact& place : state.solids.contacts) add(place.touch.body_a), add(place.touch.body_b);
-    for (const LeafPair& pair : state.solids.touching)
-        units += kUnitsPerLeafTriangle * (model.bodies[pair.a].covering.tree.items_of(pair.leaf_a).size() +
-                                          model.bodies[pair.b].covering.tree.items_of(pair.leaf_b).size());
-    for (SolidBodyScratch& body : solids.bodies) body.surface_is_fresh = false;
-    return units;
 }
 
 } // namespace trocar::engine

@@ -1,4 +1,4 @@
-// Where two closed surfaces meet beneath pairs of leaf spheres: the places that a penalty can push at its true depth.
+// Where two closed surfaces meet beneath pairs of leaf spheres: the places that push, at their true depth.
 #pragma once
 
 #include "engine/state/step_report.hpp"
@@ -16,20 +16,8 @@ namespace trocar::engine {
 /// many leaf pairs see it. No allocation once the lists have their size.
 ///
 /// All of it is on the budget's account: the surfaces' trees of two bodies, then leaf after leaf, those that touched in the last step
-/// first. What there is no room for is left, counted (StepReport::left_pairs), and held by its spheres (solid_hold.hpp); places that
+/// first. What there is no room for is left, counted (StepReport::left_pairs), and held by its spheres (hold_left.hpp); places that
 /// pressed there go on where they are (carry_touch.hpp), which costs as much as there are of them.
 void find_touches(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report, StepBudget& budget);
-
-/// After that: orders what was found and what was left, and keeps what the next step needs of it.
-void list_what_is_left(const SceneModel& model, State& state, SolidScratch& solids, StepReport& report);
-
-/// Are the surfaces of two bodies looked at in this step?
-[[nodiscard]] bool is_looked(const SolidScratch& solids, std::size_t a, std::size_t b) noexcept;
-
-/// Of two bodies that solids.left_bodies names and that are looked at: did this step leave what is beneath this contact of spheres?
-[[nodiscard]] bool is_left(const SolidScratch& solids, const Contact& spheres) noexcept;
-
-/// Units that the surfaces of what touched, or was held, in the last step will ask for.
-[[nodiscard]] std::uint64_t forecast_surfaces(const SceneModel& model, const State& state, SolidScratch& solids);
 
 } // namespace trocar::engine

@@ -4,6 +4,9 @@
 #include "base/contact.hpp"
 #include "engine/prepare/model.hpp"
 
+#include <span>
+#include <utility>
+
 namespace trocar::engine {
 
 /// Cosine. A place whose own surface looks another way than at what it meets is not about to meet it: a table's vertex before
@@ -15,6 +18,20 @@ inline constexpr double kNoWay = 1e-9;
 
 /// Do the two surfaces touch there at the step's end, or have they pressed on one another in it?
 [[nodiscard]] inline bool is_touching(const Contact& touch) noexcept { return touch.gap <= 0.0 || !touch.force.isZero(0.0); }
+
+/// Orders what has a key().
+inline constexpr auto kByKey = [](const auto& x, const auto& y) { return x.key() < y.key(); };
+
+[[nodiscard]] inline std::pair<Index, Index> bodies_of(const Contact& contact) noexcept { return {contact.body_a, contact.body_b}; }
+
+/// visit(begin, end) of the traversal's contacts of each two bodies, which lie side by side.
+template <class Visit>
+void for_each_two_bodies(std::span<const Contact> coarse, Visit&& visit) {
+    for (Index begin = 0, end = 0; begin < coarse.size(); begin = end) {
+        while (end < coarse.size() && bodies_of(coarse[end]) == bodies_of(coarse[begin])) ++end;
+        visit(begin, end);
+    }
+}
 
 /// A pair of spheres with nothing left to refine, tested, or assumed and overlapping.
 [[nodiscard]] bool is_leaf_pair(const SceneModel& model, const Contact& contact) noexcept;

@@ -152,7 +152,7 @@ bool advance_side_by_side(const Stage& s, std::span<const std::size_t> members) 
         const double substeps_left = arrived ? 1.0 : 1.0 + std::ceil(left / h);
         const std::uint64_t places = std::max<std::uint64_t>(1, contact.solved.size());
         islands.solver.limit_iterations(s.rows.left() / (places * static_cast<std::uint64_t>(substeps_left)));
-        s.budget.begin_rows(places);
+        s.budget.begin_rows(places, islands.solver.holds_wholes());
         const ContactSolve solve =
             arrived ? islands.solver.settle(time) : islands.solver.approach(time, h, (count == 0 ? kick : kick / kicked) * trust, s.state.solids.taken_j);
         s.budget.end_rows(places * solve.iterations);
