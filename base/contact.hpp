@@ -3,11 +3,39 @@
 
 #include "base/vec.hpp"
 
+#include <compare>
+#include <cstddef>
 #include <cstdint>
 
 namespace trocar {
 
-using BodyId = std::uint16_t;
+/// A body or an instrument of a scene; what a search names its surfaces by are bodies too. Compared and ordered, bodies first, and never
+/// computed with.
+class Thing {
+public:
+    constexpr Thing() noexcept = default; // the first body
+    [[nodiscard]] static constexpr Thing body(std::size_t index) noexcept { return from_code(static_cast<std::uint16_t>(index)); }
+    [[nodiscard]] static constexpr Thing instrument(std::size_t index) noexcept {
+        return from_code(static_cast<std::uint16_t>(index | kInstrument));
+    }
+
+    [[nodiscard]] constexpr bool is_body() const noexcept { return code_ < kInstrument; }
+    /// Among the bodies, or among the instruments.
+    [[nodiscard]] constexpr std::size_t index() const noexcept { return code_ & (kInstrument - 1u); }
+    [[nodiscard]] constexpr auto operator<=>(const Thing&) const noexcept = default;
+
+    /// As files and hashes hold it.
+    [[nodiscard]] constexpr std::uint16_t code() const noexcept { return code_; }
+    [[nodiscard]] static constexpr Thing from_code(std::uint16_t code) noexcept {
+        Thing thing;
+        thing.code_ = code;
+        return thing;
+    }
+
+private:
+    static constexpr std::uint16_t kInstrument = 0x8000;
+    std::uint16_t code_ = 0;
+};
 
 enum class ContactOrigin : std::uint8_t {
     TestedSpheres,  // two leaf spheres were tested and overlap
@@ -17,10 +45,9 @@ enum class ContactOrigin : std::uint8_t {
     ExactEE,        // edge against edge, continuous test
 };
 
-/// Features and frame of one contact. The normal points from body_b to body_a: moving a along it separates.
+/// Features and frame of one contact. The normal points from b to a: moving a along it separates.
 struct Contact {
-    BodyId body_a = 0;
-    BodyId body_b = 0;
+    Thing a, b;
     ContactOrigin origin = ContactOrigin::TestedSpheres;
     Vec3 point = Vec3::Zero();                 // m, world
     Vec3 normal = Vec3::UnitX();               // unit
@@ -30,7 +57,10 @@ struct Contact {
     Index feature_b[3] = {kNoIndex, kNoIndex, kNoIndex}; // sphere id | triangle's vertex ids | edge's two vertex ids
     double bary_a[2] = {1.0, 0.0};                       // weights of feature_a's vertices
     double bary_b[3] = {1.0, 0.0, 0.0};                  // weights of feature_b's vertices
-    Vec3 force = Vec3::Zero();                           // N, on body_a, mean over the step; 0 where nothing measures it
+    Vec3 force = Vec3::Zero();                           // N, on a, mean over the step; 0 where nothing measures it
 };
+
+/// Neither of the two is an instrument.
+[[nodiscard]] constexpr bool is_between_bodies(const Contact& contact) noexcept { return contact.a.is_body() && contact.b.is_body(); }
 
 } // namespace trocar

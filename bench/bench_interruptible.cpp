@@ -77,7 +77,7 @@ SubjectPair make_subject(const std::string& name, const SolidBody& a, const Soli
 
 void start(const SubjectPair& subject, const Encounter& met, DescentOrder order, spheretree::Descent& descent) {
     descent.begin(0.0, order, kCap);
-    descent.add_solid_pair({0, &subject.a->tree, met.a.spheres}, {1, &subject.b->tree, met.b.spheres});
+    descent.add_solid_pair({Thing::body(0), &subject.a->tree, met.a.spheres}, {Thing::body(1), &subject.b->tree, met.b.spheres});
 }
 
 /// The result of one interrupted descent against the truth.

@@ -25,7 +25,7 @@ using collision::SurfaceMotion;
 using collision::SurfaceTopology;
 
 constexpr double kClose = 5e-3; // m, d_close
-constexpr BodyId kFigure = 0, kCloth = 1;
+constexpr collision::SurfaceIndex kFigure = 0, kCloth = 1;
 
 /// The paper's seconds for 600 steps: hierarchy update, collision test, both. Its machine is not named in the part that was available.
 struct ProximityRow {
@@ -207,7 +207,7 @@ using Keys = std::vector<std::uint64_t>;
 Keys keys_of(const std::vector<Proximity>& found) {
     Keys keys;
     for (const Proximity& p : found)
-        keys.push_back(std::uint64_t{p.body_a} << 63 | std::uint64_t{p.body_b} << 62 | std::uint64_t{p.face_a} << 31 | p.face_b);
+        keys.push_back(std::uint64_t{p.surface_a} << 63 | std::uint64_t{p.surface_b} << 62 | std::uint64_t{p.face_a} << 31 | p.face_b);
     std::sort(keys.begin(), keys.end());
     return keys;
 }
@@ -242,7 +242,7 @@ Result<Totals> run(Walk& walk, const ProximityOptions& options, std::vector<Keys
         totals.stats.add(search.stats());
         totals.slots += search.refit_stats().slots;
         totals.near += found.size();
-        for (const Proximity& p : found) totals.self_near += p.body_a == p.body_b;
+        for (const Proximity& p : found) totals.self_near += p.surface_a == p.surface_b;
         Keys keys = keys_of(found), rest;
         if (is_truth) {
             truth.push_back(std::move(keys));

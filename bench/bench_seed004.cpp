@@ -64,7 +64,7 @@ struct Measured {
 std::uint64_t fingerprint(std::span<const SearchContact> contacts) {
     std::uint64_t mixed = contacts.size();
     for (const SearchContact& c : contacts)
-        for (const std::uint64_t part : {std::uint64_t{c.id_a} << 32 | c.id_b, std::uint64_t{c.contact.body_a} << 16 | c.contact.body_b,
+        for (const std::uint64_t part : {std::uint64_t{c.id_a} << 32 | c.id_b, std::uint64_t{c.contact.a.code()} << 16 | c.contact.b.code(),
                                          std::bit_cast<std::uint64_t>(c.contact.time)})
             mixed = (mixed ^ part) * 0x100000001b3ull;
     return mixed;

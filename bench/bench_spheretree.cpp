@@ -89,7 +89,7 @@ void add_rates(const SolidBody& body, BenchTable& table) {
         spheretree::update_covering_spheres(covering, beside.mesh.vertices, beside.mesh.vertices, b);
         const std::int64_t updated = thread_cpu_ns();
         descent.begin(0.0);
-        descent.add_solid_pair({0, &covering.tree, a}, {1, &covering.tree, b});
+        descent.add_solid_pair({Thing::body(0), &covering.tree, a}, {Thing::body(1), &covering.tree, b});
         WorkBudget budget;
         descent.run(budget);
         update_ns += updated - start;

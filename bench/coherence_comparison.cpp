@@ -17,7 +17,7 @@ using collision::SearchContact;
 bool same_bits(const SearchContact& a, const SearchContact& b) noexcept {
     const Contact &x = a.contact, &y = b.contact;
     const auto same = [](const auto& p, const auto& q) { return std::memcmp(&p, &q, sizeof p) == 0; };
-    return a.id_a == b.id_a && a.id_b == b.id_b && x.origin == y.origin && x.body_a == y.body_a && x.body_b == y.body_b &&
+    return a.id_a == b.id_a && a.id_b == b.id_b && x.origin == y.origin && x.a == y.a && x.b == y.b &&
            same(x.time, y.time) && same(x.normal, y.normal) && same(x.point, y.point) && same(x.gap, y.gap);
 }
 

@@ -128,7 +128,7 @@ BenchRow measure_lazy(const SolidBody& body, const Linked& linked, SphereUpdate 
         a.begin(linked.tree, update, here.pose());
         b.begin(linked.tree, update, beside.pose());
         descent.begin(0.0);
-        descent.add_solid_pair({0, &linked.tree.tree, a.spheres(), &a}, {1, &linked.tree.tree, b.spheres(), &b});
+        descent.add_solid_pair({Thing::body(0), &linked.tree.tree, a.spheres(), &a}, {Thing::body(1), &linked.tree.tree, b.spheres(), &b});
         WorkBudget budget(work);
         descent.run(budget);
         tests += descent.stats().pairs_tested;

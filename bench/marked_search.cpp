@@ -92,9 +92,9 @@ void MarkedSearch::step(std::span<const SurfaceMotion> motions, std::vector<coll
     contacts.clear();
     stats_ = {};
     for (std::size_t s = 0; s < trees_.size(); ++s) trees_[s].refit(motions[s]);
-    for (BodyId a = 0; a < trees_.size(); ++a)
-        for (BodyId b = a; b < trees_.size(); ++b) {
-            const collision::SurfacePair pair({a, &trees_[a], motions[a]}, {b, &trees_[b], motions[b]}, {});
+    for (collision::SurfaceIndex a = 0; a < trees_.size(); ++a)
+        for (collision::SurfaceIndex b = a; b < trees_.size(); ++b) {
+            const collision::SurfacePair pair({Thing::body(a), &trees_[a], motions[a]}, {Thing::body(b), &trees_[b], motions[b]}, {});
             std::fill(marks_.begin(), marks_.end(), 0);
             marked_ = 0;
             candidates_.clear();

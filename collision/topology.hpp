@@ -6,12 +6,16 @@
 #include "base/vec.hpp"
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 namespace trocar::collision {
 
 using Edge = std::array<Index, 2>; // vertex ids, smaller first
+
+/// Of the surfaces that a search was built over; its contacts name them Thing::body(index).
+using SurfaceIndex = std::uint16_t;
 
 struct SurfaceTopology {
     std::vector<Triangle> triangles;                  // [triangle_count] vertex ids

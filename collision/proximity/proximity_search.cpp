@@ -87,23 +87,23 @@ Result<void> ProximitySearch::build(std::span<const SurfaceTopology* const> surf
     for (std::size_t a = 0; a < surfaces.size(); ++a)
         for (std::size_t b = a; b < surfaces.size(); ++b)
             if (a == b ? tests_itself(options, a) : options.between) {
-                jobs_.push_back({static_cast<BodyId>(a), static_cast<BodyId>(b), {}});
+                jobs_.push_back({static_cast<SurfaceIndex>(a), static_cast<SurfaceIndex>(b), {}});
                 jobs_.back().traversal.build(options, options.arity);
             }
     return {};
 }
 
-Result<void> ProximitySearch::check_motion(BodyId body, const SurfaceMotion& motion) const {
-    const SurfaceTopology& topology = trees_[body].topology();
-    if (motion.topology != &topology || fingerprint_of(topology) != fingerprints_[body])
+Result<void> ProximitySearch::check_motion(SurfaceIndex surface, const SurfaceMotion& motion) const {
+    const SurfaceTopology& topology = trees_[surface].topology();
+    if (motion.topology != &topology || fingerprint_of(topology) != fingerprints_[surface])
         return Error{.code = ErrorCode::BadMesh,
-                     .message = name_of(body) + " has another connectivity than the search was built with: build it again"};
+                     .message = name_of(surface) + " has another connectivity than the search was built with: build it again"};
     if (motion.t0.size() != topology.vertex_count() || motion.t1.size() != topology.vertex_count())
         return Error{.code = ErrorCode::BadMesh,
-                     .message = name_of(body) + " has " + std::to_string(motion.t0.size()) + " and " + std::to_string(motion.t1.size()) +
+                     .message = name_of(surface) + " has " + std::to_string(motion.t0.size()) + " and " + std::to_string(motion.t1.size()) +
                                 " positions for " + std::to_string(topology.vertex_count()) + " vertices"};
-    if (auto checked = check_positions(body, motion.t0, "at t0"); !checked) return checked;
-    return check_positions(body, motion.t1, "at t1");
+    if (auto checked = check_positions(surface, motion.t0, "at t0"); !checked) return checked;
+    return check_positions(surface, motion.t1, "at t1");
 }
 
 Result<void> ProximitySearch::refit(std::span<const SurfaceMotion> motions) {
@@ -112,7 +112,7 @@ Result<void> ProximitySearch::refit(std::span<const SurfaceMotion> motions) {
                      .message = std::to_string(motions.size()) + " motions for " + std::to_string(trees_.size()) + " surfaces"};
     ready_ = false;
     for (std::size_t i = 0; i < motions.size(); ++i)
-        if (auto checked = check_motion(static_cast<BodyId>(i), motions[i]); !checked) return checked;
+        if (auto checked = check_motion(static_cast<SurfaceIndex>(i), motions[i]); !checked) return checked;
     if (!found_) // a step without a find(): the kept results lack its motion
         for (Job& job : jobs_) job.traversal.forget();
     refit_stats_ = {};
@@ -122,7 +122,7 @@ Result<void> ProximitySearch::refit(std::span<const SurfaceMotion> motions) {
             if (has_expected_) strayed_sq = std::max(strayed_sq, (motions[i].t0[v] - expected_[i][v]).squaredNorm());
             expected_[i][v] = motions[i].t1[v];
         }
-        sides_[i] = {static_cast<BodyId>(i), &trees_[i], motions[i], std::sqrt(strayed_sq) * (1.0 + 1e-12)};
+        sides_[i] = {static_cast<SurfaceIndex>(i), &trees_[i], motions[i], std::sqrt(strayed_sq) * (1.0 + 1e-12)};
         largest_[i] = largest_of(motions[i]);
         trees_[i].refit(motions[i]);
         const ConeTree::RefitStats& part = trees_[i].refit_stats();
@@ -174,7 +174,7 @@ void find_all_proximities(std::span<const SurfaceMotion> motions, const Proximit
                 for (Index k = a == b ? i + 1 : 0; k < faces_b.size(); ++k) {
                     if (a == b && are_adjacent(faces_a[i], faces_b[k])) continue;
                     Proximity near{
-                        .body_a = static_cast<BodyId>(a), .body_b = static_cast<BodyId>(b), .face_a = i, .face_b = k, .found = {}};
+                        .surface_a = static_cast<SurfaceIndex>(a), .surface_b = static_cast<SurfaceIndex>(b), .face_a = i, .face_b = k, .found = {}};
                     const SweptFace of_a = corners(motions[a], i), of_b = corners(motions[b], k);
                     if (options.leaf_test == LeafTest::Faces
                             ? find_face_proximity(of_a, of_b, distance, options.during_step, near.found)

@@ -36,10 +36,10 @@ public:
 
 private:
     struct Job {
-        BodyId a, b;
+        SurfaceIndex a, b;
         ProximityTraversal traversal;
     };
-    [[nodiscard]] Result<void> check_motion(BodyId body, const SurfaceMotion& motion) const;
+    [[nodiscard]] Result<void> check_motion(SurfaceIndex surface, const SurfaceMotion& motion) const;
 
     ProximityOptions options_;
     std::vector<ConeTree> trees_;

@@ -221,7 +221,7 @@ void ProximityTraversal::test_faces(Index face_a, Index face_b) {
         }
     }
     ++stats_.face_tests;
-    Proximity near{.body_a = a_.body, .body_b = b_.body, .face_a = face_a, .face_b = face_b, .found = {}};
+    Proximity near{.surface_a = a_.surface, .surface_b = b_.surface, .face_a = face_a, .face_b = face_b, .found = {}};
     const SweptFace a = corners_of(a_, face_a), b = corners_of(b_, face_b);
     const bool found = options_.leaf_test == LeafTest::Faces
                            ? find_face_proximity(a, b, distance_, options_.during_step, near.found)

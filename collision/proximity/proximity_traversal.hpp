@@ -12,7 +12,7 @@ namespace trocar::collision {
 
 /// Two faces that come as near as d_close.
 struct Proximity {
-    BodyId body_a = 0, body_b = 0;              // body_a <= body_b
+    SurfaceIndex surface_a = 0, surface_b = 0;  // surface_a <= surface_b
     Index face_a = kNoIndex, face_b = kNoIndex; // within a body the lower one first
     FaceProximity found;                        // distance, closest points, time
     bool kept = false;                          // closest points are those of an earlier step; distance and time are of these points
@@ -33,7 +33,7 @@ struct ProximityStats {
 
 /// One tree, refitted, and its motion.
 struct ProximitySide {
-    BodyId body = 0;
+    SurfaceIndex surface = 0;
     const ConeTree* tree = nullptr;
     SurfaceMotion motion;
     double strayed = 0.0; // m, largest distance of a vertex at t0 from its position at the last step's t1

@@ -43,7 +43,7 @@ Result<void> CoherentSearch::build(std::span<const SurfaceTopology* const> surfa
     options_ = options;
     contact_ = (options.distance + options.tolerance) * (1.0 + 0x1p-40);
     surfaces_.assign(surfaces.begin(), surfaces.end());
-    for (BodyId s = 0; s < surfaces.size(); ++s) {
+    for (SurfaceIndex s = 0; s < surfaces.size(); ++s) {
         triangles_.push_back(surfaces[s]->triangles);
         last_.emplace_back(positions[s].size());
         add_parts(s, *surfaces[s], positions[s], parts_);
@@ -68,8 +68,8 @@ Result<void> CoherentSearch::build(std::span<const SurfaceTopology* const> surfa
     predicted_.resize(volumes_.cluster_count());
     dangling_.assign(volumes_.cluster_count(), 0);
     no_trees_.resize(surfaces.size());
-    for (BodyId a = 0; a < surfaces.size(); ++a)
-        for (BodyId b = 0; b < surfaces.size(); ++b) jobs_.push_back({a, b, {}});
+    for (SurfaceIndex a = 0; a < surfaces.size(); ++a)
+        for (SurfaceIndex b = 0; b < surfaces.size(); ++b) jobs_.push_back({a, b, {}});
     return {};
 }
 
@@ -227,7 +227,8 @@ void CoherentSearch::decide(std::vector<SearchContact>& contacts) {
     contacts.clear();
     for (Job& job : jobs_) {
         if (job.candidates.size() == 0) continue;
-        const SurfacePair pair({job.a, &no_trees_[job.a], motions_[job.a]}, {job.b, &no_trees_[job.b], motions_[job.b]}, options_);
+        const SurfacePair pair({Thing::body(job.a), &no_trees_[job.a], motions_[job.a]}, {Thing::body(job.b), &no_trees_[job.b], motions_[job.b]},
+                               options_);
         pair.decide(job.candidates, contacts, stats_);
     }
     std::sort(contacts.begin(), contacts.end(), comes_before);

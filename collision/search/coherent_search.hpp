@@ -101,7 +101,7 @@ public:
 
 private:
     struct Job { // a surface against one
-        BodyId a, b;
+        SurfaceIndex a, b;
         CandidateLists candidates;
     };
     [[nodiscard]] Result<void> check(std::span<const SurfaceMotion> motions) const;

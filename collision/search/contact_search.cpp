@@ -43,8 +43,8 @@ void ContactSearch::build(std::span<const SurfaceTopology* const> surfaces, std:
         wanted_[i].assign(trees_[i].clusters().size(), 0);
     }
     jobs_.clear();
-    for (BodyId a = 0; a < surfaces.size(); ++a)
-        for (BodyId b = a; b < surfaces.size(); ++b)
+    for (SurfaceIndex a = 0; a < surfaces.size(); ++a)
+        for (SurfaceIndex b = a; b < surfaces.size(); ++b)
             if (a == b ? options.within : options.between) jobs_.push_back({.a = a, .b = b, .pair = {}, .cluster_pairs = {}, .chunks = {}});
 }
 
@@ -52,7 +52,7 @@ void ContactSearch::set_motions(std::span<const SurfaceMotion> motions) {
     assert(motions.size() == trees_.size());
     motions_.assign(motions.begin(), motions.end());
     for (Job& job : jobs_)
-        job.pair = SurfacePair({job.a, &trees_[job.a], motions_[job.a]}, {job.b, &trees_[job.b], motions_[job.b]}, options_);
+        job.pair = SurfacePair({Thing::body(job.a), &trees_[job.a], motions_[job.a]}, {Thing::body(job.b), &trees_[job.b], motions_[job.b]}, options_);
 }
 
 void ContactSearch::refit(std::span<const SurfaceMotion> motions) {
@@ -85,7 +85,7 @@ void ContactSearch::use_chunks(Job& job, std::size_t count) {
 /// Blocks of all clusters that take part, each once.
 void ContactSearch::refit_blocks(const Job& job) {
     for (auto& list : stale_) list.clear();
-    const auto want = [this](BodyId body, Index cluster) {
+    const auto want = [this](SurfaceIndex body, Index cluster) {
         if (trees_[body].blocks_are_fresh(cluster) || wanted_[body][cluster] != 0) return;
         wanted_[body][cluster] = 1;
         stale_[body].push_back(cluster);
@@ -94,7 +94,7 @@ void ContactSearch::refit_blocks(const Job& job) {
         want(job.a, at.a);
         want(job.b, at.b);
     }
-    for (const BodyId body : {job.a, job.b}) {
+    for (const SurfaceIndex body : {job.a, job.b}) {
         std::vector<Index>& list = stale_[body];
         for (const Index cluster : list) wanted_[body][cluster] = 0;
         if (options_.tree.fine)
@@ -137,7 +137,7 @@ void ContactSearch::start_given(std::span<const SurfaceMotion> motions) {
     for (Job& job : jobs_) use_chunks(job, 0);
 }
 
-void ContactSearch::give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
+void ContactSearch::give_candidates(SurfaceIndex a, SurfaceIndex b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
                                     std::span<const FeaturePair> edge_edge) {
     for (Job& job : jobs_) {
         if (job.a != a || job.b != b) continue;

@@ -33,7 +33,7 @@ public:
     /// (a <= b); decide() takes all pairs of surfaces that were given since the last start_given().
     void start_given(std::span<const SurfaceMotion> motions);
     /// face_vertex   vertices of b, faces of a
-    void give_candidates(BodyId a, BodyId b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
+    void give_candidates(SurfaceIndex a, SurfaceIndex b, std::span<const FeaturePair> vertex_face, std::span<const FeaturePair> face_vertex,
                          std::span<const FeaturePair> edge_edge);
     /// contacts   replaced: sorted by kind (edge-edge first), bodies, ids
     void decide(std::vector<SearchContact>& contacts);
@@ -50,7 +50,7 @@ private:
     };
     /// One surface against one.
     struct Job {
-        BodyId a, b;
+        SurfaceIndex a, b;
         SurfacePair pair;
         std::vector<ClusterPair> cluster_pairs;
         std::vector<Chunk> chunks; // the first chunk_count are in use

@@ -20,7 +20,7 @@ public:
 
     /// Contacts of a against b (or of one surface with itself, when both are the same), appended to out: sorted as
     /// ContactSearch sorts them, the same whatever the trees. Both trees must be refit to these motions. In a
-    /// vertex-face contact body_a of the Contact is the vertex's body, whichever argument that was. Coordinates that
+    /// vertex-face contact a of the Contact is the vertex's body, whichever argument that was. Coordinates that
     /// are not finite give unresolved contacts at a distance > 0; at distance 0 they must not occur. budget   one unit
     /// per pair of clusters and one per elementary test
     ExactStats find(const SearchSide& a, const SearchSide& b, const PairOptions& options, WorkBudget& budget, std::vector<Contact>& out);

@@ -70,7 +70,7 @@ std::size_t SurfacePart::memory() const noexcept {
            bytes(topology.edge_owner);
 }
 
-void add_parts(BodyId surface, const SurfaceTopology& topology, std::span<const Vec3> positions, std::vector<SurfacePart>& parts) {
+void add_parts(SurfaceIndex surface, const SurfaceTopology& topology, std::span<const Vec3> positions, std::vector<SurfacePart>& parts) {
     assert(positions.size() == topology.vertex_count());
     Index count = 0;
     const std::vector<Index> piece = find_pieces(topology, count);

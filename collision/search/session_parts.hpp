@@ -12,7 +12,7 @@ namespace trocar::collision {
 
 /// One connected piece of a surface, or all its small ones together. Ids inside are its own.
 struct SurfacePart {
-    BodyId surface = 0;
+    SurfaceIndex surface = 0;
     SurfaceTopology topology;
     std::vector<Index> vertex_of, edge_of, face_of; // id here -> id in the surface, ascending
     DopTree tree;                                   // its shape and features alone are used, not its bounds
@@ -35,7 +35,7 @@ struct ClusterPlace {
 
 /// Appends the pieces of a surface; those below a 32nd of it share one part. Their trees are still empty.
 /// cost   O(n log n), allocates
-void add_parts(BodyId surface, const SurfaceTopology& topology, std::span<const Vec3> positions, std::vector<SurfacePart>& parts);
+void add_parts(SurfaceIndex surface, const SurfaceTopology& topology, std::span<const Vec3> positions, std::vector<SurfacePart>& parts);
 
 /// Builds the trees, once the parts stay where they are: a tree points to the topology beside it.
 /// positions   [surface][vertex] m

@@ -42,10 +42,10 @@ auto order_of(const SearchContact& c) noexcept {
     const bool vertex_face = c.contact.origin == ContactOrigin::ExactVF;
     const auto key = [](Index id) { return id == kNoIndex ? std::int64_t{-1} : std::int64_t{id}; };
     return std::array<std::int64_t, 10>{vertex_face,
-                                        c.contact.body_a,
+                                        c.contact.a.code(),
                                         key(c.contact.feature_a[0]),
                                         key(c.contact.feature_a[1]),
-                                        c.contact.body_b,
+                                        c.contact.b.code(),
                                         key(c.contact.feature_b[0]),
                                         key(c.contact.feature_b[1]),
                                         key(c.contact.feature_b[2]),
@@ -205,8 +205,8 @@ void SurfacePair::decide_list(bool vertex_face, bool swapped, std::span<const Fe
                 make_vertex_face(a, b, part[i], ccd, found);
             else
                 make_edge_edge(part[i], ccd, found);
-            found.contact.body_a = a.body;
-            found.contact.body_b = b.body;
+            found.contact.a = a.thing;
+            found.contact.b = b.thing;
         }
     }
 }

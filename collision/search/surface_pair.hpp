@@ -25,7 +25,7 @@ struct PairOptions {
 
 /// One surface in a search: its motion, and its tree, refitted to that motion.
 struct SearchSide {
-    BodyId body = 0; // written into the contacts
+    Thing thing; // written into the contacts
     DopTree* tree = nullptr;
     SurfaceMotion motion;
 };

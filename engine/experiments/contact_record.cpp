@@ -7,8 +7,8 @@ ContactRecord record_of(const collision::SearchContact& found, std::span<const s
     const bool vertex_face = c.origin == ContactOrigin::ExactVF;
     ContactRecord row;
     row.kind = vertex_face ? ContactKind::VF : ContactKind::EE;
-    row.body_a = objects.empty() ? c.body_a : objects[c.feature_a[0]];
-    row.body_b = objects.empty() ? c.body_b : objects[c.feature_b[0]];
+    row.body_a = objects.empty() ? c.a.code() : objects[c.feature_a[0]];
+    row.body_b = objects.empty() ? c.b.code() : objects[c.feature_b[0]];
     row.feature_a0 = c.feature_a[0];
     row.feature_b0 = c.feature_b[0];
     row.feature_b1 = c.feature_b[1];

@@ -1,5 +1,4 @@
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/prepare/thing.hpp"
 #include "engine/experiments/cost_along.hpp"
 
 #include <algorithm>
@@ -17,8 +16,8 @@ void find_forces(LookAhead& ahead, Simulator& simulator, std::vector<Vec3>& forc
     std::vector<Vec3> on(model.bodies.size(), Vec3::Zero());
     if (!simulator.raw_state().solids.contacts.empty())
         for (const SolidContact& place : ahead.step_after(simulator).solids.contacts) {
-            on[owner_of(model, place.touch.body_a)] += place.touch.force;
-            on[owner_of(model, place.touch.body_b)] -= place.touch.force;
+            on[owner_of(model, place.touch.a.index())] += place.touch.force;
+            on[owner_of(model, place.touch.b.index())] -= place.touch.force;
         }
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].tissue) continue;
@@ -61,7 +60,7 @@ SurfaceDistance LookAhead::compare(Simulator& answered) { return compare_shapes(
 PatchContacts AlongExactStates::solids_of(const PatchContacts& near, const PatchContacts& reference) const {
     PatchContacts truth = near;
     for (const PatchContact& c : reference)
-        if (!thing_of(exact_.model(), c.patch.other).is_body()) truth.push_back(c);
+        if (!c.patch.other.is_body()) truth.push_back(c);
     std::sort(truth.begin(), truth.end(), [](const auto& a, const auto& b) { return a.patch < b.patch; });
     return truth;
 }

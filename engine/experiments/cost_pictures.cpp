@@ -1,4 +1,3 @@
-#include "engine/prepare/thing.hpp"
 #include "engine/experiments/cost_pictures.hpp"
 
 #include "assets/anatomy/shapes.hpp"
@@ -20,14 +19,14 @@ constexpr std::size_t kMostSpheres = 800;
 constexpr std::size_t kFineSpheres = 200; // up to so many are drawn with more triangles
 
 /// Sphere of a contact's side; null where it has none that this step tested.
-const spheretree::Sphere* find_sphere(const Simulator& simulator, BodyId body, Index sphere) {
+const spheretree::Sphere* find_sphere(const Simulator& simulator, Thing thing, Index sphere) {
     const SceneModel& model = simulator.model();
     if (sphere == kNoIndex) return nullptr;
-    if (!thing_of(model, body).is_body()) {
-        const auto& spheres = simulator.raw_state().instruments[thing_of(model, body).index].chain.spheres;
+    if (!thing.is_body()) {
+        const auto& spheres = simulator.raw_state().instruments[thing.index()].chain.spheres;
         return sphere < spheres.size() ? &spheres[sphere] : nullptr;
     }
-    return model.bodies[body].hollow ? nullptr : simulator.find_sphere(body, sphere); // free space of a lumen is no contact
+    return model.bodies[thing.index()].hollow ? nullptr : simulator.find_sphere(thing.index(), sphere); // free space of a lumen is no contact
 }
 
 TriMesh mesh_of(const std::vector<spheretree::Sphere>& spheres) {
@@ -49,14 +48,14 @@ void keep_largest(std::vector<spheretree::Sphere>& spheres) {
 } // namespace
 
 ContactSpheres find_contact_spheres(const Simulator& simulator) {
-    using Key = std::tuple<bool, BodyId, Index>;
+    using Key = std::tuple<bool, Thing, Index>;
     std::vector<Key> keys;
     ContactSpheres found;
     for (const Contact& contact : simulator.sphere_contacts()) {
         const bool assumed = contact.origin == ContactOrigin::AssumedSpheres;
         ++(assumed ? found.assumed_pairs : found.tested_pairs);
-        keys.emplace_back(assumed, contact.body_a, contact.feature_a[0]);
-        keys.emplace_back(assumed, contact.body_b, contact.feature_b[0]);
+        keys.emplace_back(assumed, contact.a, contact.feature_a[0]);
+        keys.emplace_back(assumed, contact.b, contact.feature_b[0]);
     }
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());

@@ -1,4 +1,3 @@
-#include "engine/prepare/thing.hpp"
 #include "engine/experiments/patches.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
@@ -85,7 +84,7 @@ void PatchFinder::find_near_one_way(std::size_t body, std::size_t other, const S
         if (!hit && inside) hit = against.tree().closest(surface[v]);
         if (!hit) continue;
         const double depth = tolerance_ - (inside ? -hit->distance : hit->distance);
-        const auto a = static_cast<BodyId>(body), b = static_cast<BodyId>(other);
+        const Thing a = Thing::body(body), b = Thing::body(other);
         found.push_back({{a, b, grids_[body].cell_of_triangle[own.topology.vertex_owner[v]]}, depth});
         found.push_back({{b, a, grids_[other].cell_of_triangle[hit->triangle]}, depth});
     }
@@ -103,30 +102,30 @@ PatchContacts PatchFinder::find_near(const State& state) {
 }
 
 void PatchFinder::add_side(const Contact& contact, bool is_a, PatchContacts& found) {
-    const BodyId body = is_a ? contact.body_a : contact.body_b;
+    const auto [own, other] = is_a ? std::pair(contact.a, contact.b) : std::pair(contact.b, contact.a);
     const Index sphere = is_a ? contact.feature_a[0] : contact.feature_b[0];
     if (sphere == kNoIndex) return;
     const bool assumed = contact.origin == ContactOrigin::AssumedSpheres;
     const double gap = assumed ? std::max(std::min(contact.gap, 0.0), -model_.contact.assumed_depth) : contact.gap;
     if (gap > tolerance_) return;
-    for (const auto& cell : cells_of_sphere(body, sphere))
-        found.push_back({{body, is_a ? contact.body_b : contact.body_a, cell}, tolerance_ - gap});
+    for (const auto& cell : cells_of_sphere(own.index(), sphere))
+        found.push_back({{own, other, cell}, tolerance_ - gap});
 }
 
 PatchContacts PatchFinder::find_answer(const Simulator& simulator) {
     PatchContacts found;
     for (const Contact& contact : simulator.sphere_contacts()) {
-        if (!is_between_bodies(model_, contact)) continue; // instruments: their presses
+        if (!is_between_bodies(contact)) continue; // instruments: their presses
         add_side(contact, true, found);
         add_side(contact, false, found);
     }
     for (const Contact& contact : simulator.contacts()) {
-        if (thing_of(model_, contact.body_a).is_body() || contact.feature_b[0] == kNoIndex) continue;
-        const std::vector<Vec3>& rest = model_.bodies[contact.body_b].surface.vertices;
+        if (contact.a.is_body() || contact.feature_b[0] == kNoIndex) continue;
+        const std::vector<Vec3>& rest = model_.bodies[contact.b.index()].surface.vertices;
         Vec3 at = Vec3::Zero();
         for (std::size_t k = 0; k < 3; ++k)
             if (contact.feature_b[k] != kNoIndex) at += contact.bary_b[k] * rest[contact.feature_b[k]];
-        found.push_back({{contact.body_b, contact.body_a, cell_of(contact.body_b, at)}, std::max(-contact.gap, 0.0)});
+        found.push_back({{contact.b, contact.a, cell_of(contact.b.index(), at)}, std::max(-contact.gap, 0.0)});
     }
     settle(found);
     return found;

@@ -12,8 +12,8 @@
 namespace trocar::engine {
 
 struct PatchId {
-    BodyId body = 0;  // whose surface
-    BodyId other = 0; // what touches it: a body, or the body count plus an instrument
+    Thing body;  // whose surface
+    Thing other; // what touches it
     std::array<std::uint16_t, 3> cell{};
     friend auto operator<=>(const PatchId&, const PatchId&) = default;
 };

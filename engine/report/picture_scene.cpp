@@ -78,7 +78,7 @@ void add_markers(const Moment& moment, RenderScene& out) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i)
         add_wall_markers(model.instruments[i], moment.state.instruments[i], out);
     for (const Contact& contact : moment.contacts)
-        if (contact.body_a < model.bodies.size() && contact.body_b < model.bodies.size() && out.markers.size() < kMaxMarkers)
+        if (is_between_bodies(contact) && out.markers.size() < kMaxMarkers)
             out.markers.push_back({contact.point, -contact.gap});
     double deepest = 0.0;
     for (const RenderMarker& marker : out.markers) deepest = std::max(deepest, marker.depth);

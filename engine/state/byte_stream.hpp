@@ -2,7 +2,7 @@
 // serves both.
 #pragma once
 
-#include "base/vec.hpp"
+#include "base/contact.hpp"
 
 #include <array>
 #include <bit>
@@ -26,6 +26,8 @@ public:
             put<8>(std::bit_cast<std::uint64_t>(value));
         else if constexpr (std::is_same_v<Number, bool>)
             put<1>(value ? 1 : 0);
+        else if constexpr (std::is_same_v<Number, Thing>)
+            put<sizeof(value.code())>(value.code());
         else
             put<sizeof(Number)>(static_cast<std::uint64_t>(value));
     }
@@ -70,6 +72,8 @@ public:
             value = std::bit_cast<double>(get<8>());
         else if constexpr (std::is_same_v<Number, bool>)
             value = get<1>() == 1;
+        else if constexpr (std::is_same_v<Number, Thing>)
+            value = Thing::from_code(static_cast<std::uint16_t>(get<sizeof(value.code())>()));
         else
             value = static_cast<Number>(get<sizeof(Number)>());
     }

@@ -77,7 +77,7 @@ struct SolidContact {
 
     /// Of the place on the first body and of the second body.
     [[nodiscard]] auto key() const noexcept {
-        return std::tuple(touch.body_a, touch.body_b, touch.feature_a[0], touch.feature_a[1], room > 0.0);
+        return std::tuple(touch.a, touch.b, touch.feature_a[0], touch.feature_a[1], room > 0.0);
     }
 };
 

@@ -76,9 +76,11 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
 bool contact_fits(const SceneModel& model, const SolidContact& contact) {
     const Contact& touch = contact.touch;
     const std::size_t bodies = model.bodies.size();
-    if (touch.body_a >= bodies || touch.body_b >= bodies) return false;
-    if (touch.body_a == touch.body_b ? !touches_itself(model, touch.body_a) : !are_solid_pair(model, touch.body_a, touch.body_b)) return false;
-    const std::size_t own = model.bodies[touch.body_a].surface.vertices.size(), other = model.bodies[touch.body_b].surface.vertices.size();
+    if (!is_between_bodies(touch)) return false;
+    const std::size_t a = touch.a.index(), b = touch.b.index();
+    if (a >= bodies || b >= bodies) return false;
+    if (a == b ? !touches_itself(model, a) : !are_solid_pair(model, a, b)) return false;
+    const std::size_t own = model.bodies[a].surface.vertices.size(), other = model.bodies[b].surface.vertices.size();
     return touch.feature_a[0] < own && is_id(touch.feature_a[1], own) &&
            std::all_of(touch.feature_b, touch.feature_b + 3, [&](Index v) { return v < other; }) && is_finite(touch.point) &&
            is_finite(touch.normal) && is_finite(touch.force) && is_finite(contact.warm) && std::isfinite(touch.gap) &&

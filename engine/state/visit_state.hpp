@@ -97,8 +97,8 @@ void visit_instrument(Visitor& visitor, Instrument& instrument) {
 
 template <class Visitor, class ContactT>
 void visit_contact(Visitor& visitor, ContactT& contact) {
-    auto& [body_a, body_b, origin, point, normal, gap, time, feature_a, feature_b, bary_a, bary_b, force] = contact;
-    visit_numbers(visitor, body_a, body_b, origin, gap, time);
+    auto& [a, b, origin, point, normal, gap, time, feature_a, feature_b, bary_a, bary_b, force] = contact;
+    visit_numbers(visitor, a, b, origin, gap, time);
     visitor.vector(point), visitor.vector(normal), visitor.vector(force);
     for (auto& index : feature_a) visitor.number(index);
     for (auto& index : feature_b) visitor.number(index);

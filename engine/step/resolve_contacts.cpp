@@ -1,4 +1,3 @@
-#include "engine/prepare/thing.hpp"
 #include "engine/step/resolve_contacts.hpp"
 
 #include "engine/step/instrument/instrument_stage.hpp"
@@ -81,8 +80,8 @@ void list_contacts(const SceneModel& model, const State& state, StepScratch& scr
     for (const SolidContact& place : state.solids.contacts)
         if (is_touching(place.touch)) contacts.push_back(place.touch);
     for (const Contact& contact : scratch.traversal.coarse) // solids without a surface's depth; those of instruments are among the presses
-        if (is_between_bodies(model, contact) &&
-            !(is_leaf_pair(model, contact) && meet_by_surface(model, contact.body_a, contact.body_b)))
+        if (is_between_bodies(contact) &&
+            !(is_leaf_pair(model, contact) && meet_by_surface(model, contact.a.index(), contact.b.index())))
             contacts.push_back(contact);
 }
 

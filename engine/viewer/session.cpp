@@ -1,4 +1,3 @@
-#include "engine/prepare/thing.hpp"
 #include "engine/viewer/session.hpp"
 
 #include "engine/effects/registry.hpp"
@@ -185,13 +184,13 @@ double Session::assumed_error_m() const noexcept {
     double error = 0.0;
     for (const Contact& contact : simulator_->sphere_contacts()) {
         if (contact.origin != ContactOrigin::AssumedSpheres) continue;
-        if (const Thing a = thing_of(model_, contact.body_a); !a.is_body()) { // a group of an instrument's links
-            const double radius = simulator_->raw_state().instruments[a.index].chain.spheres[contact.feature_a[0]].radius;
-            error = std::max(error, 2.0 * (radius - model_.instruments[a.index].rod.design.radius));
+        if (const Thing a = contact.a; !a.is_body()) { // a group of an instrument's links
+            const double radius = simulator_->raw_state().instruments[a.index()].chain.spheres[contact.feature_a[0]].radius;
+            error = std::max(error, 2.0 * (radius - model_.instruments[a.index()].rod.design.radius));
             continue;
         }
-        for (const auto& [body, sphere] : {std::pair(contact.body_a, contact.feature_a[0]), std::pair(contact.body_b, contact.feature_b[0])})
-            if (const spheretree::Sphere* known = simulator_->find_sphere(body, sphere)) // anything within it may be what touches
+        for (const auto& [body, sphere] : {std::pair(contact.a, contact.feature_a[0]), std::pair(contact.b, contact.feature_b[0])})
+            if (const spheretree::Sphere* known = simulator_->find_sphere(body.index(), sphere)) // anything within it may be what touches
                 error = std::max(error, 2.0 * known->radius);
     }
     return error;

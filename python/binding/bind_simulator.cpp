@@ -35,6 +35,11 @@ struct PackedContact {
 };
 static_assert(sizeof(PackedContact) == 4 * 4 + 11 * 8);
 
+/// Bodies first, instruments after them.
+std::int32_t number_of(const engine::SceneModel& model, Thing thing) {
+    return static_cast<std::int32_t>(thing.is_body() ? thing.index() : model.bodies.size() + thing.index());
+}
+
 py::array list_contacts(PySimulator& simulator) {
     std::vector<Contact> contacts;
     {
@@ -45,7 +50,7 @@ py::array list_contacts(PySimulator& simulator) {
     auto* packed = static_cast<PackedContact*>(out.mutable_data());
     for (const Contact& c : contacts) {
         PackedContact& p = *packed++;
-        p = {c.body_a, c.body_b, static_cast<std::int32_t>(c.origin), 0, {}, {}, c.gap, c.time, {}};
+        p = {number_of(simulator.model(), c.a), number_of(simulator.model(), c.b), static_cast<std::int32_t>(c.origin), 0, {}, {}, c.gap, c.time, {}};
         for (int k = 0; k < 3; ++k) p.point[k] = c.point[k], p.normal[k] = c.normal[k], p.force[k] = c.force[k];
     }
     out.attr("setflags")(py::arg("write") = false);

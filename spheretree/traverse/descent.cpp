@@ -8,12 +8,12 @@ namespace trocar::spheretree {
 
 namespace {
 
-Contact sphere_contact(BodyId body_a, BodyId body_b, const Sphere& a, const Sphere& b) noexcept {
+Contact sphere_contact(Thing thing_a, Thing thing_b, const Sphere& a, const Sphere& b) noexcept {
     const Vec3 from_b = a.centre - b.centre;
     const double distance = from_b.norm();
     Contact contact;
-    contact.body_a = body_a;
-    contact.body_b = body_b;
+    contact.a = thing_a;
+    contact.b = thing_b;
     contact.normal = direction_of(from_b);
     contact.gap = distance - a.radius - b.radius;
     contact.point = b.centre + contact.normal * (b.radius + 0.5 * contact.gap);
@@ -231,7 +231,7 @@ void Descent::add_solid_contact(const Entry& entry, std::vector<Contact>& out) c
     const Index b = entry.swapped ? entry.first : entry.second;
     if (pair.a.lazy != nullptr) pair.a.lazy->ensure(a, 1);
     if (pair.b.lazy != nullptr) pair.b.lazy->ensure(b, 1);
-    Contact contact = sphere_contact(pair.a.body, pair.b.body, pair.a.spheres[a], pair.b.spheres[b]);
+    Contact contact = sphere_contact(pair.a.thing, pair.b.thing, pair.a.spheres[a], pair.b.spheres[b]);
     contact.feature_a[0] = a;
     contact.feature_b[0] = b;
     out.push_back(contact);

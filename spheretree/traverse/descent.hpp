@@ -20,18 +20,18 @@ namespace trocar::spheretree {
 
 /// A solid in one step: its tree and the spheres that bound it over the step (update_covering_spheres, update_chain).
 struct SolidView {
-    BodyId body = 0;
+    Thing thing;
     const SphereTree* tree = nullptr;
     std::span<const Sphere> spheres; // [sphere_count]
     LazySpheres* lazy = nullptr;     // asked for spheres before they are read; null: they are all valid
 };
 struct ChainView {
-    BodyId body = 0;
+    Thing thing;
     const ChainTree* chain = nullptr;
     ChainState* state = nullptr;
 };
 struct LumenView {
-    BodyId body = 0;
+    Thing thing;
     const LumenTree* lumen = nullptr;
     LumenState* state = nullptr;
 };

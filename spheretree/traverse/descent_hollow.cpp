@@ -161,8 +161,8 @@ bool Descent::find_wall_clearance(HollowPair& pair, Index sphere, WorkBudget& bu
 void Descent::add_wall_contact(const HollowPair& pair, Index sphere) {
     const Sphere& link = pair.chain.state->links_t1[pair.chain.chain->link_of_leaf(sphere)];
     Contact contact;
-    contact.body_a = pair.chain.body;
-    contact.body_b = pair.lumen.body;
+    contact.a = pair.chain.thing;
+    contact.b = pair.lumen.thing;
     contact.feature_a[0] = sphere;
     contact.feature_b[0] = found_.leaf;
     if (found_.leaf != kNoIndex) {
@@ -179,8 +179,8 @@ void Descent::add_open_link(const Entry& entry, std::vector<Contact>& out) const
     const Sphere& sphere = pair.chain.state->spheres[entry.first];
     if (sphere.radius < 0.0) return;
     Contact contact;
-    contact.body_a = pair.chain.body;
-    contact.body_b = pair.lumen.body;
+    contact.a = pair.chain.thing;
+    contact.b = pair.lumen.thing;
     contact.origin = ContactOrigin::AssumedSpheres;
     contact.feature_a[0] = entry.first;
     contact.point = sphere.centre;

@@ -73,7 +73,7 @@ TEST(Bench, SkinInALumen) {
             const double middle = now_ms();
             contacts.clear();
             WorkBudget budget;
-            stats = search.find({0, &skin, scene.skin.motion()}, {1, &lumen, scene.lumen.motion()}, options, budget, contacts);
+            stats = search.find({Thing::body(0), &skin, scene.skin.motion()}, {Thing::body(1), &lumen, scene.lumen.motion()}, options, budget, contacts);
             refit.push_back(middle - start);
             find.push_back(now_ms() - middle);
         }

@@ -356,7 +356,7 @@ TEST(ChromaticCuller, TheHierarchyFindsTheSame) {
     tree.refit(cloth.motion());
     WorkBudget budget;
     std::vector<Contact> contacts;
-    const SearchSide side{0, &tree, cloth.motion()};
+    const SearchSide side{Thing(), &tree, cloth.motion()};
     const ExactStats stats = InterruptibleSearch().find(side, side, {.distance = limits.distance}, budget, contacts);
     const CullPlan plan{.resolution = 256};
     const Answer answer = find_self_hits(cloth, limits, &plan);

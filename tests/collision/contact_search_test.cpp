@@ -24,7 +24,7 @@ using testing::Verdict;
 using Key = std::array<Index, 5>;
 
 Key key_of(const SearchContact& c) {
-    return {c.contact.origin == ContactOrigin::ExactVF, c.contact.body_a, c.id_a, c.contact.body_b, c.id_b};
+    return {c.contact.origin == ContactOrigin::ExactVF, static_cast<Index>(c.contact.a.index()), c.id_a, static_cast<Index>(c.contact.b.index()), c.id_b};
 }
 
 struct Found {
@@ -62,7 +62,7 @@ struct Truth {
             for (const Vec3& p : {points[i].t0, points[i].t1}) (i < count ? first : second).add(p);
         return !first.overlaps(second);
     }
-    void add_vertex_face(const Surface& a, BodyId body_a, const Surface& b, BodyId body_b) {
+    void add_vertex_face(const Surface& a, SurfaceIndex body_a, const Surface& b, SurfaceIndex body_b) {
         for (Index v = 0; v < a.t0.size(); ++v)
             for (Index f = 0; f < b.triangles.size(); ++f) {
                 const Triangle& t = b.triangles[f];
@@ -71,7 +71,7 @@ struct Truth {
                 add({1, body_a, v, body_b, f}, true, {swept(a, v), swept(b, t[0]), swept(b, t[1]), swept(b, t[2])});
             }
     }
-    void add_edge_edge(const Surface& a, BodyId body_a, const Surface& b, BodyId body_b) {
+    void add_edge_edge(const Surface& a, SurfaceIndex body_a, const Surface& b, SurfaceIndex body_b) {
         for (Index i = 0; i < a.topology.edges.size(); ++i)
             for (Index k = body_a == body_b ? i + 1 : 0; k < b.topology.edges.size(); ++k) {
                 const Edge &e = a.topology.edges[i], &f = b.topology.edges[k];

@@ -136,7 +136,7 @@ Found find(const Surface& a, const Surface& b, double distance, bool planes) {
     InterruptibleSearch search;
     WorkBudget budget;
     Found found;
-    found.stats = search.find({0, &tree_a, a.motion()}, {1, &tree_b, b.motion()},
+    found.stats = search.find({Thing::body(0), &tree_a, a.motion()}, {Thing::body(1), &tree_b, b.motion()},
                               {.distance = distance, .tolerance = 0.1 * distance, .planes = planes}, budget, found.contacts);
     return found;
 }
@@ -159,7 +159,7 @@ TEST(FacePlanes, TellMostPairsOfClustersApartWhereNothingTouches) {
         trees[is_wall].build(s.topology, s.t0, {.cluster_size = 16, .fine = true});
         trees[is_wall].refit(s.motion());
     }
-    const SurfacePair pair({0, &trees[0], skin.motion()}, {1, &trees[1], wall.motion()}, {.distance = 1e-5, .tolerance = 1e-6});
+    const SurfacePair pair({Thing::body(0), &trees[0], skin.motion()}, {Thing::body(1), &trees[1], wall.motion()}, {.distance = 1e-5, .tolerance = 1e-6});
     ClusterTraversal traversal;
     traversal.start(pair);
     std::vector<ClusterPair> pairs;

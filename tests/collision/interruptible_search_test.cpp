@@ -23,13 +23,13 @@ using testing::Surface;
 using Key = std::array<double, 8>;
 
 Key key_of(const Contact& c) {
-    const auto part = [](BodyId body, const Index* feature, std::size_t count) {
+    const auto part = [](Thing body, const Index* feature, std::size_t count) {
         std::array<Index, 3> ids{kNoIndex, kNoIndex, kNoIndex};
         std::copy(feature, feature + count, ids.begin());
         std::sort(ids.begin(), ids.end());
-        return std::array<double, 4>{double(body), double(ids[0]), double(ids[1]), double(ids[2])};
+        return std::array<double, 4>{double(body.code()), double(ids[0]), double(ids[1]), double(ids[2])};
     };
-    auto a = part(c.body_a, c.feature_a, 2), b = part(c.body_b, c.feature_b, 3);
+    auto a = part(c.a, c.feature_a, 2), b = part(c.b, c.feature_b, 3);
     if (b < a) std::swap(a, b);
     return {a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]};
 }
@@ -41,7 +41,7 @@ std::multiset<Key> keys_of(std::span<const Contact> contacts) {
 }
 
 struct Options {
-    BodyId body_a = 0, body_b = 1;
+    Thing a, b = Thing::body(1);
     PairOptions pair = {};
     TreeOptions tree = {};
 };
@@ -63,7 +63,7 @@ Found find_between(const Surface& a, const Surface& b, const Options& options, W
     InterruptibleSearch search;
     Found found;
     found.stats =
-        search.find({options.body_a, &tree_a, a.motion()}, {options.body_b, &tree_b, b.motion()}, options.pair, budget, found.contacts);
+        search.find({options.a, &tree_a, a.motion()}, {options.b, &tree_b, b.motion()}, options.pair, budget, found.contacts);
     return found;
 }
 
@@ -72,7 +72,7 @@ Found find_within(const Surface& a, const Options& options) {
     InterruptibleSearch search;
     WorkBudget budget;
     Found found;
-    const SearchSide side{options.body_a, &tree, a.motion()};
+    const SearchSide side{options.a, &tree, a.motion()};
     found.stats = search.find(side, side, options.pair, budget, found.contacts);
     return found;
 }
@@ -80,7 +80,7 @@ Found find_within(const Surface& a, const Options& options) {
 SweptPoint swept(const Surface& s, Index v) { return {s.t0[v], s.t1[v]}; }
 
 /// Every pair of features, no tree.
-void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, BodyId body_b, const PairOptions& options, bool self,
+void add_vertex_face_keys(const Surface& a, const Surface& b, Thing body_a, Thing body_b, const PairOptions& options, bool self,
                           std::multiset<Key>& keys) {
     const SweepLimits limits{.distance = options.distance, .tolerance = options.tolerance};
     for (Index v = 0; v < a.t0.size(); ++v)
@@ -89,7 +89,7 @@ void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, Bod
             const std::array<SweptPoint, 3> face{swept(b, t[0]), swept(b, t[1]), swept(b, t[2])};
             if (!(options.distance > 0.0 ? sweep_vertex_face(swept(a, v), face, limits).hit() : ccd_vertex_face(swept(a, v), face).meets))
                 continue;
-            Contact c{.body_a = body_a, .body_b = body_b};
+            Contact c{.a = body_a, .b = body_b};
             c.feature_a[0] = v;
             std::copy(t.begin(), t.end(), c.feature_b);
             keys.insert(key_of(c));
@@ -98,17 +98,17 @@ void add_vertex_face_keys(const Surface& a, const Surface& b, BodyId body_a, Bod
 
 std::multiset<Key> brute_force(const Surface& a, const Surface& b, const Options& options, bool self) {
     std::multiset<Key> keys;
-    const BodyId body_b = self ? options.body_a : options.body_b;
+    const Thing body_b = self ? options.a : options.b;
     const SweepLimits limits{.distance = options.pair.distance, .tolerance = options.pair.tolerance};
-    add_vertex_face_keys(a, b, options.body_a, body_b, options.pair, self, keys);
-    if (!self) add_vertex_face_keys(b, a, options.body_b, options.body_a, options.pair, self, keys);
+    add_vertex_face_keys(a, b, options.a, body_b, options.pair, self, keys);
+    if (!self) add_vertex_face_keys(b, a, options.b, options.a, options.pair, self, keys);
     for (Index i = 0; i < a.topology.edges.size(); ++i)
         for (Index k = self ? i + 1 : 0; k < b.topology.edges.size(); ++k) {
             const Edge &e = a.topology.edges[i], &f = b.topology.edges[k];
             if (self && (e[0] == f[0] || e[0] == f[1] || e[1] == f[0] || e[1] == f[1])) continue;
             const std::array<SweptPoint, 2> edge_a{swept(a, e[0]), swept(a, e[1])}, edge_b{swept(b, f[0]), swept(b, f[1])};
             if (!(limits.distance > 0.0 ? sweep_edge_edge(edge_a, edge_b, limits).hit() : ccd_edge_edge(edge_a, edge_b).meets)) continue;
-            Contact c{.body_a = options.body_a, .body_b = body_b};
+            Contact c{.a = options.a, .b = body_b};
             std::copy(e.begin(), e.end(), c.feature_a);
             std::copy(f.begin(), f.end(), c.feature_b);
             keys.insert(key_of(c));
@@ -136,7 +136,7 @@ TEST(InterruptibleSearch, FindsWhatEveryPairTestedByItselfFinds) {
         EXPECT_TRUE(found.stats.finished);
         EXPECT_EQ(keys_of(found.contacts), brute_force(a, b, options, false));
         EXPECT_EQ(found.stats.hits_vf + found.stats.hits_ee, found.contacts.size());
-        const Found swapped = find_between(b, a, {.body_a = 1, .body_b = 0, .pair = options.pair});
+        const Found swapped = find_between(b, a, {.a = Thing::body(1), .b = Thing(), .pair = options.pair});
         EXPECT_EQ(keys_of(found.contacts), keys_of(swapped.contacts));
         for (const TreeOptions& tree : some_trees()) {
             options.tree = tree;
@@ -177,11 +177,11 @@ TEST(InterruptibleSearch, FindsWithinOneSurfaceWhatEveryPairTestedByItselfFinds)
 TEST(InterruptibleSearch, TellsTheFeaturesThatContactsStandOn) {
     Random random(31);
     const Surface a = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2), b = testing::make_triangle_soup(random, 60, 1.0, 0.3, 0.2);
-    const Options options{.body_a = 4, .body_b = 7, .pair = {.distance = 0.05, .tolerance = 1e-4}};
+    const Options options{.a = Thing::body(4), .b = Thing::body(7), .pair = {.distance = 0.05, .tolerance = 1e-4}};
     for (const Contact& c : find_between(a, b, options).contacts) {
-        const Surface& body_a = c.body_a == 4 ? a : b;
-        const Surface& body_b = c.body_b == 7 ? b : a;
-        EXPECT_NE(c.body_a, c.body_b);
+        const Surface& body_a = c.a.index() == 4 ? a : b;
+        const Surface& body_b = c.b.index() == 7 ? b : a;
+        EXPECT_NE(c.a, c.b);
         const auto place = [&](const Surface& s, const Index* feature, const double* bary, int count, double t) {
             Vec3 p = Vec3::Zero();
             double sum = 0.0;
@@ -296,7 +296,7 @@ TEST(InterruptibleSearch, TheSafeFractionLetsNothingThroughAThinWall) {
         rod_tree.refit(rod.motion());
         WorkBudget budget;
         contacts.clear();
-        const ExactStats stats = search.find({0, &rod_tree, rod.motion()}, {1, &wall_tree, wall.motion()},
+        const ExactStats stats = search.find({Thing::body(0), &rod_tree, rod.motion()}, {Thing::body(1), &wall_tree, wall.motion()},
                                              {.distance = 1e-4, .tolerance = 1e-6}, budget, contacts);
         held += stats.safe_fraction < 1.0;
         for (std::size_t v = 0; v < rod.t0.size(); ++v) {
@@ -359,7 +359,7 @@ TEST(InterruptibleSearch, AllocatesNothingAfterTheFirstStep) {
         tree_a.refit(a.motion());
         tree_b.refit(b.motion());
         WorkBudget budget;
-        (void)search.find({0, &tree_a, a.motion()}, {1, &tree_b, b.motion()}, {}, budget, contacts);
+        (void)search.find({Thing::body(0), &tree_a, a.motion()}, {Thing::body(1), &tree_b, b.motion()}, {}, budget, contacts);
         if (step == 0) first = contacts.size();
     }
     EXPECT_EQ(testing::allocation_count() - before, 0u);

@@ -16,7 +16,7 @@ using FacePair = std::array<Index, 4>;
 
 std::set<FacePair> pairs_of(const std::vector<Proximity>& all) {
     std::set<FacePair> pairs;
-    for (const Proximity& p : all) pairs.insert({p.body_a, p.body_b, p.face_a, p.face_b});
+    for (const Proximity& p : all) pairs.insert({p.surface_a, p.surface_b, p.face_a, p.face_b});
     return pairs;
 }
 
@@ -42,7 +42,7 @@ Loss measure_loss(const Sequence& sequence, const ProximityOptions& options) {
         loss.found += have.size();
         for (const FacePair& pair : have) loss.invented += !want.contains(pair);
         for (const Proximity& p : truth)
-            if (!have.contains({p.body_a, p.body_b, p.face_a, p.face_b})) {
+            if (!have.contains({p.surface_a, p.surface_b, p.face_a, p.face_b})) {
                 ++loss.lost;
                 loss.nearest_lost = std::min(loss.nearest_lost, p.found.points.distance);
             }

@@ -103,7 +103,7 @@ inline Sequence make_flying_soups(std::uint64_t seed, std::size_t triangles, dou
 }
 
 [[nodiscard]] inline bool same_bits(const Proximity& x, const Proximity& y) {
-    return x.body_a == y.body_a && x.body_b == y.body_b && x.face_a == y.face_a && x.face_b == y.face_b && x.found.time == y.found.time &&
+    return x.surface_a == y.surface_a && x.surface_b == y.surface_b && x.face_a == y.face_a && x.face_b == y.face_b && x.found.time == y.found.time &&
            x.found.points.distance == y.found.points.distance && x.found.points.bary_a == y.found.points.bary_a &&
            x.found.points.bary_b == y.found.points.bary_b && x.kept == y.kept;
 }

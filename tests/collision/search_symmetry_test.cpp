@@ -21,7 +21,7 @@ using testing::Surface;
 using Side = std::array<Index, 4>;
 using Key = std::pair<Side, Side>;
 
-Side side_of(BodyId body, std::vector<Index> vertices) {
+Side side_of(SurfaceIndex body, std::vector<Index> vertices) {
     std::sort(vertices.begin(), vertices.end());
     Side side{body, kNoIndex, kNoIndex, kNoIndex};
     std::copy(vertices.begin(), vertices.end(), side.begin() + 1);
@@ -35,15 +35,15 @@ std::set<Key> find_keys(const Surface& a, const Surface& b, bool swapped) {
     search_all(surfaces, {}, contacts);
     std::set<Key> keys;
     for (const SearchContact& c : contacts) {
-        const auto body = [&](BodyId id) { return static_cast<BodyId>(swapped ? 1 - id : id); };
-        const Surface &one = *surfaces[c.contact.body_a], &other = *surfaces[c.contact.body_b];
+        const auto body = [&](Thing of) { return static_cast<SurfaceIndex>(swapped ? 1 - of.index() : of.index()); };
+        const Surface &one = *surfaces[c.contact.a.index()], &other = *surfaces[c.contact.b.index()];
         const auto edge = [](const Surface& s, Index id) {
             return std::vector<Index>(s.topology.edges[id].begin(), s.topology.edges[id].end());
         };
         const auto face = [](const Surface& s, Index id) { return std::vector<Index>(s.triangles[id].begin(), s.triangles[id].end()); };
         const bool vertex_face = c.contact.origin == ContactOrigin::ExactVF;
-        Side x = side_of(body(c.contact.body_a), vertex_face ? std::vector<Index>{c.id_a} : edge(one, c.id_a));
-        Side y = side_of(body(c.contact.body_b), vertex_face ? face(other, c.id_b) : edge(other, c.id_b));
+        Side x = side_of(body(c.contact.a), vertex_face ? std::vector<Index>{c.id_a} : edge(one, c.id_a));
+        Side y = side_of(body(c.contact.b), vertex_face ? face(other, c.id_b) : edge(other, c.id_b));
         if (!vertex_face && y < x) std::swap(x, y);
         keys.emplace(x, y);
     }

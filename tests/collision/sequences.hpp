@@ -124,8 +124,8 @@ inline void expect_same(std::span<const SearchContact> found, std::span<const Se
     for (std::size_t i = 0; i < found.size(); ++i) {
         const Contact &a = found[i].contact, &b = wanted[i].contact;
         ASSERT_EQ(a.origin, b.origin);
-        ASSERT_EQ((std::array<Index, 4>{a.body_a, found[i].id_a, a.body_b, found[i].id_b}),
-                  (std::array<Index, 4>{b.body_a, wanted[i].id_a, b.body_b, wanted[i].id_b}));
+        ASSERT_EQ((std::array<Index, 4>{a.a.code(), found[i].id_a, a.b.code(), found[i].id_b}),
+                  (std::array<Index, 4>{b.a.code(), wanted[i].id_a, b.b.code(), wanted[i].id_b}));
         ASSERT_EQ(a.time, b.time);
         ASSERT_EQ(a.normal, b.normal);
         ASSERT_EQ(a.point, b.point);

@@ -48,8 +48,8 @@ struct Bodies {
         tree_a.refit(a.motion());
         tree_b.refit(b.motion());
     }
-    SearchSide side_a() { return {3, &tree_a, a.motion()}; }
-    SearchSide side_b() { return {1, &tree_b, b.motion()}; }
+    SearchSide side_a() { return {Thing::body(3), &tree_a, a.motion()}; }
+    SearchSide side_b() { return {Thing::body(1), &tree_b, b.motion()}; }
 };
 
 /// All NaNs count as equal.
@@ -58,7 +58,7 @@ bool same_numbers(std::span<const double> x, std::span<const double> y) {
                       [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); });
 }
 bool same(const Contact& x, const Contact& y) {
-    return x.origin == y.origin && x.body_a == y.body_a && x.body_b == y.body_b && same_numbers({&x.time, 1}, {&y.time, 1}) &&
+    return x.origin == y.origin && x.a == y.a && x.b == y.b && same_numbers({&x.time, 1}, {&y.time, 1}) &&
            same_numbers({x.normal.data(), 3}, {y.normal.data(), 3}) && same_numbers(x.bary_a, y.bary_a) &&
            same_numbers(x.bary_b, y.bary_b) && std::ranges::equal(x.feature_a, y.feature_a) && std::ranges::equal(x.feature_b, y.feature_b);
 }

@@ -144,7 +144,7 @@ TEST(SurfaceDistance, ToWhatIsNotFiniteIsInfinite) {
 }
 
 TEST(Patches, DifferAsTheirListsDo) {
-    const PatchId a{0, 1, {1, 0, 0}}, b{0, 1, {2, 0, 0}}, c{1, 0, {0, 0, 0}};
+    const PatchId a{Thing::body(0), Thing::body(1), {1, 0, 0}}, b{Thing::body(0), Thing::body(1), {2, 0, 0}}, c{Thing::body(1), Thing::body(0), {0, 0, 0}};
     const PatchContacts reference{{a, 1.0}, {b, 2.0}}, answer{{b, 2.5}, {c, 3.0}};
     const PatchDifference difference = compare_patches(reference, answer);
     EXPECT_EQ(difference.reference, 2u);
@@ -168,12 +168,12 @@ TEST(Patches, OfABallOnATableAreWhereItTouches) {
     double deepest = 0.0;
     for (const PatchContact& contact : near) deepest = std::max(deepest, contact.depth);
     EXPECT_NEAR(deepest, 0.5e-3 + 0.3e-3, 0.05e-3) << "half a millimetre in, and the tolerance";
-    const auto of_body = [&](BodyId body) {
+    const auto of_body = [&](Thing body) {
         return std::count_if(near.begin(), near.end(), [&](const auto& c) { return c.patch.body == body; });
     };
-    EXPECT_GT(of_body(0), 0);
-    EXPECT_GT(of_body(1), 0);
-    EXPECT_LT(of_body(1), 10) << "of some 300 patches of the table";
+    EXPECT_GT(of_body(Thing::body(0)), 0);
+    EXPECT_GT(of_body(Thing::body(1)), 0);
+    EXPECT_LT(of_body(Thing::body(1)), 10) << "of some 300 patches of the table";
 }
 
 TEST(Fork, AStepFromAnotherRunsStateEndsTheSame) {

@@ -40,7 +40,7 @@ struct Step {
 std::uint64_t hash_contacts(std::span<const Contact> contacts) {
     BitHash hash;
     for (const Contact& c : contacts) {
-        for (const std::uint64_t id : {std::uint64_t{c.body_a}, std::uint64_t{c.body_b}, static_cast<std::uint64_t>(c.origin)}) hash.add(id);
+        for (const std::uint64_t id : {std::uint64_t{c.a.code()}, std::uint64_t{c.b.code()}, static_cast<std::uint64_t>(c.origin)}) hash.add(id);
         for (const Index feature : c.feature_a) hash.add(std::uint64_t{feature});
         for (const Index feature : c.feature_b) hash.add(std::uint64_t{feature});
         for (const double weight : c.bary_a) hash.add(weight);

@@ -251,7 +251,7 @@ TEST(SolidLaws, AtRestTheForcesOfContactCarryTheWeightAtEveryStep) {
                 sum += force, squares += force * force, ++count;
                 double of_contacts = 0.0;
                 for (const Contact& contact : simulator.contacts())
-                    of_contacts += (contact.body_a == 0 ? 1.0 : -1.0) * contact.force.z();
+                    of_contacts += (contact.a == Thing::body(0) ? 1.0 : -1.0) * contact.force.z();
                 ASSERT_NEAR(of_contacts, force, 1e-9 * weight) << "what contacts() says";
             }
             const double mean = sum / count;
@@ -339,7 +339,7 @@ TEST(SolidLaws, TenBlocksStandOnOneAnother) {
         EXPECT_LT(std::hypot(top.x(), top.y()), 3e-3) << "of blocks of 30 mm that fell on one another";
         double on_table = 0.0;
         for (const Contact& contact : simulator.contacts())
-            if (contact.body_a == 10 || contact.body_b == 10) on_table += std::abs(contact.force.z());
+            if (contact.a == Thing::body(10) || contact.b == Thing::body(10)) on_table += std::abs(contact.force.z());
         EXPECT_NEAR(on_table, weight, 0.02 * weight);
     }
 }

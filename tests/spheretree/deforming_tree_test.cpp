@@ -229,9 +229,9 @@ TEST(DeformingTree, ALazyDescentFindsTheSameAndUpdatesOnlyWhatItVisits) {
         lazy_a.begin(tree, SphereUpdate::Conservative, here.pose());
         lazy_b.begin(tree, SphereUpdate::Conservative, beside.pose());
         eager.begin(0.0);
-        eager.add_solid_pair({1, &tree.tree, a}, {2, &tree.tree, b});
+        eager.add_solid_pair({Thing::body(1), &tree.tree, a}, {Thing::body(2), &tree.tree, b});
         lazy.begin(0.0);
-        lazy.add_solid_pair({1, &tree.tree, lazy_a.spheres(), &lazy_a}, {2, &tree.tree, lazy_b.spheres(), &lazy_b});
+        lazy.add_solid_pair({Thing::body(1), &tree.tree, lazy_a.spheres(), &lazy_a}, {Thing::body(2), &tree.tree, lazy_b.spheres(), &lazy_b});
         WorkBudget for_eager(units), for_lazy(units);
         eager.run(for_eager);
         lazy.run(for_lazy);
@@ -295,7 +295,7 @@ TEST(DeformingTree, AtAnyBudgetEveryCrossingOfDeformedSurfacesIsBeneathAReported
         b.begin(tree, SphereUpdate::Conservative, beside.pose());
         Descent descent;
         descent.begin(0.0);
-        descent.add_solid_pair({1, &tree.tree, a.spheres(), &a}, {2, &tree.tree, b.spheres(), &b});
+        descent.add_solid_pair({Thing::body(1), &tree.tree, a.spheres(), &a}, {Thing::body(2), &tree.tree, b.spheres(), &b});
         WorkBudget budget(units);
         descent.run(budget);
         std::vector<Contact> contacts;

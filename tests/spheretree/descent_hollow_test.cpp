@@ -46,7 +46,7 @@ struct CatheterFixture {
     }
     bool run(Descent& descent, std::uint64_t units, std::vector<Contact>& contacts) {
         descent.begin(kMargin);
-        descent.add_hollow_pair({1, &chain, &chain_state}, {2, &lumen, &lumen_state});
+        descent.add_hollow_pair({Thing::body(1), &chain, &chain_state}, {Thing::body(2), &lumen, &lumen_state});
         WorkBudget budget(units);
         const bool done = descent.run(budget);
         contacts.clear();
@@ -136,7 +136,7 @@ TEST(HollowDescent, OfAMovingWallNothingIsDoneOnCredit) {
     const auto begin = [&](CatheterFixture& fixture, Descent& descent) {
         fixture.lumen_state.update(fixture.lumen, fixture.lumen.rest_vertices, moved);
         descent.begin(fixture.kMargin);
-        descent.add_hollow_pair({1, &fixture.chain, &fixture.chain_state}, {2, &fixture.lumen, &fixture.lumen_state});
+        descent.add_hollow_pair({Thing::body(1), &fixture.chain, &fixture.chain_state}, {Thing::body(2), &fixture.lumen, &fixture.lumen_state});
     };
     Descent once, by_piece;
     begin(f, once);
@@ -178,7 +178,7 @@ TEST(HollowDescent, HintsAndGrantsChangeTheWorkNotTheResult) {
     f.run(warm, WorkBudget::kUnlimited, second);
     EXPECT_LT(warm.stats().pairs_tested, cold.stats().pairs_tested);
     granted.begin(g.kMargin);
-    granted.add_hollow_pair({1, &g.chain, &g.chain_state}, {2, &g.lumen, &g.lumen_state});
+    granted.add_hollow_pair({Thing::body(1), &g.chain, &g.chain_state}, {Thing::body(2), &g.lumen, &g.lumen_state});
     for (bool done = false; !done;) {
         WorkBudget budget(std::max<std::uint64_t>(3, granted.next_cost()));
         done = granted.run(budget);

@@ -24,7 +24,7 @@ struct SolidPairFixture {
     CoveringTree b = build_covering_tree(make_icosphere(away + Vec3(0.09, 0.01, 0), 0.05, 3));
     std::vector<Sphere> spheres_a = nested(a, make_icosphere(away, 0.05, 3));
     std::vector<Sphere> spheres_b = nested(b, make_icosphere(away + Vec3(0.09, 0.01, 0), 0.05, 3));
-    SolidView view_a{1, &a.tree, spheres_a}, view_b{2, &b.tree, spheres_b};
+    SolidView view_a{Thing::body(1), &a.tree, spheres_a}, view_b{Thing::body(2), &b.tree, spheres_b};
 
     /// Updated spheres hold their children; rest spheres hold the surface alone, and children may extend beyond them.
     static std::vector<Sphere> nested(const CoveringTree& covering, const TriMesh& mesh) {
@@ -70,7 +70,7 @@ TEST(Descent, FindsWhatBruteForceFinds) {
     std::set<std::pair<Index, Index>> found;
     for (const Contact& c : f.run(WorkBudget::kUnlimited)) {
         EXPECT_EQ(c.origin, ContactOrigin::TestedSpheres);
-        EXPECT_EQ(c.body_a, 1);
+        EXPECT_EQ(c.a, Thing::body(1));
         EXPECT_LE(c.gap, 0.0);
         EXPECT_GT(c.normal.dot(f.spheres_a[c.feature_a[0]].centre - f.spheres_b[c.feature_b[0]].centre), 0.0);
         EXPECT_TRUE(found.emplace(c.feature_a[0], c.feature_b[0]).second) << "twice";
@@ -130,7 +130,7 @@ TEST(Descent, OfTwoBodiesSwappedFindsTheMirroredPairs) {
                 std::vector<Contact> contacts;
                 descent.add_contacts(contacts);
                 for (const Contact& c : contacts) {
-                    EXPECT_EQ(c.body_a, swapped ? 2 : 1);
+                    EXPECT_EQ(c.a, Thing::body(swapped ? 2 : 1));
                     const Index a = swapped ? c.feature_b[0] : c.feature_a[0], b = swapped ? c.feature_a[0] : c.feature_b[0];
                     (swapped ? mirrored : found).emplace(a, b);
                 }
@@ -158,7 +158,7 @@ TEST(Descent, TakesBodiesOfOneTriangleAndOfNoneAtAnyBudget) {
     ASSERT_EQ(none.tree.sphere_count(), 0u);
     const std::vector<Sphere> of_one = SolidPairFixture::nested(one, near_mesh), of_far = SolidPairFixture::nested(apart, far_mesh),
                               of_none = SolidPairFixture::nested(none, {});
-    const SolidView triangle{3, &one.tree, of_one}, far_triangle{4, &apart.tree, of_far}, empty{5, &none.tree, of_none};
+    const SolidView triangle{Thing::body(3), &one.tree, of_one}, far_triangle{Thing::body(4), &apart.tree, of_far}, empty{Thing::body(5), &none.tree, of_none};
     struct Case {
         const char* what;
         SolidView a, b;
@@ -313,7 +313,7 @@ TEST(Descent, PairsShareATightBudgetLevelByLevel) {
     const SolidPairFixture f;
     Descent descent;
     descent.begin(0.0);
-    for (int i = 0; i < 6; ++i) descent.add_solid_pair({static_cast<BodyId>(10 + i), &f.a.tree, f.spheres_a}, f.view_b);
+    for (int i = 0; i < 6; ++i) descent.add_solid_pair({Thing::body(static_cast<std::size_t>(10 + i)), &f.a.tree, f.spheres_a}, f.view_b);
     WorkBudget budget(6 * 9);
     EXPECT_FALSE(descent.run(budget));
     std::vector<Contact> contacts;
@@ -335,7 +335,7 @@ TEST(Descent, FarBodiesCostOneTest) {
     for (Sphere& s : far) s.centre[0] += 10.0;
     Descent descent;
     descent.begin(0.0);
-    descent.add_solid_pair(f.view_a, {2, &f.b.tree, far});
+    descent.add_solid_pair(f.view_a, {Thing::body(2), &f.b.tree, far});
     WorkBudget budget(1);
     EXPECT_TRUE(descent.run(budget));
     EXPECT_EQ(descent.stats().leaf_contacts, 0U);
@@ -352,7 +352,7 @@ TEST(Descent, AHeapOf64BodiesUnderABudgetOfOneTestAssumesEveryPairButTheOneTeste
     const auto add_all = [&] {
         for (std::size_t i = 0; i < spheres.size(); ++i)
             for (std::size_t k = i + 1; k < spheres.size(); ++k)
-                descent.add_solid_pair({static_cast<BodyId>(i), &f.a.tree, spheres[i]}, {static_cast<BodyId>(k), &f.a.tree, spheres[k]});
+                descent.add_solid_pair({Thing::body(static_cast<std::size_t>(i)), &f.a.tree, spheres[i]}, {Thing::body(static_cast<std::size_t>(k)), &f.a.tree, spheres[k]});
     };
     add_all();
     WorkBudget one(1);
@@ -361,11 +361,11 @@ TEST(Descent, AHeapOf64BodiesUnderABudgetOfOneTestAssumesEveryPairButTheOneTeste
     EXPECT_EQ(descent.stats().level_reached, 0);
     std::vector<Contact> contacts;
     descent.add_contacts(contacts);
-    std::set<std::pair<BodyId, BodyId>> reported;
+    std::set<std::pair<Thing, Thing>> reported;
     for (const Contact& c : contacts) {
         EXPECT_EQ(c.origin, ContactOrigin::AssumedSpheres);
         EXPECT_TRUE(c.normal.allFinite());
-        reported.emplace(c.body_a, c.body_b);
+        reported.emplace(c.a, c.b);
     }
     EXPECT_EQ(reported.size(), 64u * 63u / 2u) << "the first pair's roots overlap: its children stand for it";
     for (const std::uint64_t units : {64u * 63u / 2u, 20000u}) { // all roots tested: no pair is behind by more than a level
@@ -394,7 +394,7 @@ TEST(Descent, BodiesInsideOneAnotherCoincidentCentresAndZeroRadiiAreReportedWith
     const auto run = [&](std::span<const Sphere> a, std::span<const Sphere> b, std::uint64_t units) {
         Descent descent;
         descent.begin(0.0);
-        descent.add_solid_pair({1, &f.a.tree, a}, {2, &f.a.tree, b});
+        descent.add_solid_pair({Thing::body(1), &f.a.tree, a}, {Thing::body(2), &f.a.tree, b});
         WorkBudget budget(units);
         descent.run(budget);
         std::vector<Contact> contacts;

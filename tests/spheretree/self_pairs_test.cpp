@@ -42,7 +42,7 @@ struct Spiral {
     [[nodiscard]] std::vector<Contact> run(std::uint64_t units, DescentStats& stats) const {
         Descent descent;
         descent.begin(0.0);
-        descent.add_self_pair({7, &covering.tree, spheres});
+        descent.add_self_pair({Thing::body(7), &covering.tree, spheres});
         WorkBudget budget(units);
         descent.run(budget);
         std::vector<Contact> contacts;
@@ -83,8 +83,8 @@ TEST(SelfPairs, AreThoseOfBruteForceEachOnce) {
     const std::vector<Contact> contacts = spiral.run(WorkBudget::kUnlimited, stats);
     std::vector<std::pair<Index, Index>> found, wanted;
     for (const Contact& c : contacts) {
-        EXPECT_EQ(c.body_a, 7u);
-        EXPECT_EQ(c.body_b, 7u);
+        EXPECT_EQ(c.a, Thing::body(7));
+        EXPECT_EQ(c.b, Thing::body(7));
         EXPECT_EQ(c.origin, ContactOrigin::TestedSpheres);
         found.emplace_back(std::minmax(c.feature_a[0], c.feature_b[0]));
     }
@@ -105,13 +105,13 @@ TEST(SelfPairs, OfABodyAtRestThereAreNone) {
     const Spiral spiral;
     Descent descent;
     descent.begin(0.0);
-    descent.add_self_pair({0, &spiral.covering.tree, spiral.covering.tree.spheres});
+    descent.add_self_pair({Thing::body(0), &spiral.covering.tree, spiral.covering.tree.spheres});
     WorkBudget budget;
     EXPECT_TRUE(descent.run(budget));
     EXPECT_EQ(descent.stats().leaf_contacts, 0u);
     const CoveringTree small = build_covering_tree({{Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY()}, {{0, 1, 2}}});
     descent.begin(0.0);
-    descent.add_self_pair({0, &small.tree, small.tree.spheres});
+    descent.add_self_pair({Thing::body(0), &small.tree, small.tree.spheres});
     WorkBudget nothing(0);
     EXPECT_TRUE(descent.run(nothing)) << "one leaf: nothing to test";
 }

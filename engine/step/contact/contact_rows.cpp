@@ -129,9 +129,9 @@ void make_rows(const SceneModel& model, const State& state, ContactScratch& scra
         const Contact& touch = contact.touch;
         const std::size_t corners = touch.feature_a[1] == kNoIndex ? 1 : 2;
         ContactRow row;
-        row.a = make_side(model, {touch.body_a, std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)}, state,
+        row.a = make_side(model, {touch.a.index(), std::span(touch.feature_a).first(corners), std::span(touch.bary_a).first(corners)}, state,
                           scratch);
-        row.b = make_side(model, {touch.body_b, touch.feature_b, touch.bary_b}, state, scratch);
+        row.b = make_side(model, {touch.b.index(), touch.feature_b, touch.bary_b}, state, scratch);
         row.normal = touch.normal;
         row.gap = touch.gap;
         row.recovery = contact.recovery;

@@ -1,5 +1,4 @@
 // The exact stage of an instrument: planes from the wall, then continuous tests of the skin until none hits; and the trees of both.
-#include "engine/prepare/thing.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/tissue/surface_place.hpp"
 #include "engine/effects/registry.hpp"
@@ -45,7 +44,7 @@ WallPress press_at_vertex(const collision::SurfaceTopology& wall, Index vertex) 
 void add_contact_plane(const SceneModel& model, std::size_t index, const Contact& contact, State& state, RodsScratch& rods) {
     const InstrumentModel& instrument = model.instruments[index];
     InstrumentScratch& scratch = rods.instruments[index];
-    const bool skin_is_a = contact.body_a == id_of_instrument(model, index);
+    const bool skin_is_a = contact.a == Thing::instrument(index);
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, rods);
     const int count_a = contact.origin == ContactOrigin::ExactVF ? 1 : 2;
     const int count_b = contact.origin == ContactOrigin::ExactVF ? 3 : 2;
@@ -166,8 +165,8 @@ static collision::ExactStats search_skin(const SceneModel& model, std::size_t in
     const collision::SurfaceMotion skin = skin_motion(model, index, state, rods);
     const collision::SurfaceMotion wall = wall_motion(model, instrument.lumen, state, rods);
     const collision::PairOptions options{.distance = distance, .tolerance = 0.1 * distance};
-    const collision::SearchSide skin_side{id_of_instrument(model, index), &rods.instruments[index].tree, skin};
-    const collision::SearchSide wall_side{id_of_body(instrument.lumen), &rods.walls[instrument.lumen].tree, wall};
+    const collision::SearchSide skin_side{Thing::instrument(index), &rods.instruments[index].tree, skin};
+    const collision::SearchSide wall_side{Thing::body(instrument.lumen), &rods.walls[instrument.lumen].tree, wall};
     if (culled) return rods.search.find(skin_side, wall_side, options, *rods.cull, budget, rods.hits);
     return rods.search.find(skin_side, wall_side, options, budget, rods.hits);
 }
@@ -252,8 +251,8 @@ ExactOutcome find_exact_contacts(const SceneModel& model, std::size_t index, Sta
             continue;
         }
         for (std::size_t k = known; k < rods.hits.size(); ++k) {
-            const Thing a = thing_of(model, rods.hits[k].body_a), b = thing_of(model, rods.hits[k].body_b);
-            add_contact_plane(model, a.is_body() ? b.index : a.index, rods.hits[k], state, rods);
+            const Thing a = rods.hits[k].a, b = rods.hits[k].b;
+            add_contact_plane(model, a.is_body() ? b.index() : a.index(), rods.hits[k], state, rods);
         }
     }
 }

@@ -1,4 +1,3 @@
-#include "engine/prepare/thing.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 
 #include "engine/effects/call.hpp"
@@ -251,8 +250,8 @@ void update_lumens(const SceneModel& model, State& state, RodsScratch& rods) {
 void add_to_descent(const SceneModel& model, std::size_t index, State& state, spheretree::Descent& descent) {
     const InstrumentModel& instrument = model.instruments[index];
     descent.add_hollow_pair(
-        {id_of_instrument(model, index), &instrument.chain, &state.instruments[index].chain},
-        {id_of_body(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &state.bodies[instrument.lumen].lumen});
+        {Thing::instrument(index), &instrument.chain, &state.instruments[index].chain},
+        {Thing::body(instrument.lumen), &*model.bodies[instrument.lumen].lumen, &state.bodies[instrument.lumen].lumen});
 }
 
 double press_cap(const SceneModel& model, std::size_t lumen) noexcept {
@@ -310,8 +309,8 @@ void list_presses(const SceneModel& model, std::size_t index, const State& state
         const fem::RodPlane& plane = now.planes[k];
         if (!(plane.force > 0.0)) continue;
         Contact contact;
-        contact.body_a = id_of_instrument(model, index);
-        contact.body_b = id_of_body(instrument.lumen);
+        contact.a = Thing::instrument(index);
+        contact.b = Thing::body(instrument.lumen);
         contact.origin = origin;
         contact.normal = plane.normal;
         contact.gap = -plane.force / model.contact.rod_stiffness;

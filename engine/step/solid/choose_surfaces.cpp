@@ -1,7 +1,6 @@
 #include "engine/step/solid/choose_surfaces.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/prepare/thing.hpp"
 #include "engine/step/solid/solid_probe.hpp"
 #include "engine/step/solid/surface_travel.hpp"
 #include "engine/step/solid/touch_rules.hpp"
@@ -53,9 +52,9 @@ void list_meeting(const SceneModel& model, SolidScratch& solids) {
         if (meeting.empty() || meeting.back() != bodies) meeting.push_back(bodies);
     };
     for (const Contact& contact : solids.coarse)
-        if (is_between_bodies(model, contact) &&
-            meet_by_surface(model, contact.body_a, contact.body_b))
-            add(contact.body_a, contact.body_b);
+        if (is_between_bodies(contact) &&
+            meet_by_surface(model, contact.a.index(), contact.b.index()))
+            add(contact.a.index(), contact.b.index());
     for (const SolidEntry& entry : solids.entries_before) add(entry.own, entry.other);
     for (const LeafPair& pair : solids.touching_before) // looked at again whatever the descent says
         if (pair.a == pair.b) add(pair.a, pair.b);
@@ -90,7 +89,7 @@ void count_leaf_pairs(const SceneModel& model, SolidScratch& solids) {
     solids.pair_count.assign(solids.meeting.size(), 0);
     for_each_two_bodies(solids.coarse, [&](Index begin, Index end) {
         const std::optional<std::size_t> at = place_in(solids.meeting, bodies_of(solids.coarse[begin]));
-        if (!at || !is_between_bodies(model, solids.coarse[begin])) return;
+        if (!at || !is_between_bodies(solids.coarse[begin])) return;
         for (Index k = begin; k < end; ++k) solids.pair_count[*at] += is_leaf_pair(model, solids.coarse[k]);
     });
 }
@@ -100,7 +99,7 @@ void count_leaf_pairs(const SceneModel& model, SolidScratch& solids) {
 void count_unproven(const SceneModel& model, const State& state, const SolidScratch& solids, StepReport& report) {
     for_each_two_bodies(solids.coarse, [&](Index begin, Index) {
         const auto [a, b] = bodies_of(solids.coarse[begin]);
-        if (a == b || !is_between_bodies(model, solids.coarse[begin]) || meet_by_surface(model, a, b)) return;
+        if (a == b || !is_between_bodies(solids.coarse[begin]) || meet_by_surface(model, a, b)) return;
         const auto motion_of = [&](std::size_t body) {
             return model.bodies[body].moves() ? find_motion(solids.bodies[body].surface_t0, state.bodies[body].surface) : SurfaceTravel{};
         };
@@ -130,7 +129,7 @@ void choose_looked(const SceneModel& model, const State& state, SolidScratch& so
     std::vector<std::uint8_t>& touched = solids.touched;
     touched.assign(solids.meeting.size(), 0);
     for (const SolidContact& place : solids.contacts_before) {
-        if (const auto at = place_in(solids.meeting, std::minmax<Index>({place.touch.body_a, place.touch.body_b}))) touched[*at] = 1;
+        if (const auto at = place_in(solids.meeting, std::minmax<Index>({static_cast<Index>(place.touch.a.index()), static_cast<Index>(place.touch.b.index())}))) touched[*at] = 1;
     }
     count_leaf_pairs(model, solids);
     for (const bool first : {true, false})
@@ -172,7 +171,7 @@ bool is_looked(const SolidScratch& solids, std::size_t a, std::size_t b) noexcep
 }
 
 bool is_left(const SolidScratch& solids, const Contact& spheres) noexcept {
-    const LeafPair pair{spheres.body_a, spheres.body_b, spheres.feature_a[0], spheres.feature_b[0]};
+    const LeafPair pair{spheres.a.index(), spheres.b.index(), spheres.feature_a[0], spheres.feature_b[0]};
     return spheres.origin == ContactOrigin::AssumedSpheres || std::binary_search(solids.left_pairs.begin(), solids.left_pairs.end(), pair, kByKey);
 }
 
@@ -181,7 +180,7 @@ std::uint64_t forecast_surfaces(const SceneModel& model, const State& state, Sol
     counted.assign(model.bodies.size(), 0);
     std::uint64_t units = 0;
     for (const SolidContact& place : state.solids.contacts)
-        for (const std::size_t body : {std::size_t{place.touch.body_a}, std::size_t{place.touch.body_b}}) {
+        for (const std::size_t body : {place.touch.a.index(), place.touch.b.index()}) {
             if (counted[body] == 0) units += surface_units(model, body) + kUnitsPerQuery;
             counted[body] = 1;
         }

@@ -28,8 +28,8 @@ const SolidContact* find_before(const SolidScratch& solids, const SolidContact& 
 
 void note_depth(const Contact& touch, const SolidScratch& solids, StepReport& report) {
     report.deepest_touch_m = std::max(report.deepest_touch_m, -touch.gap);
-    if (touch.body_a == touch.body_b) return;
-    const double thinner = std::min(solids.bodies[touch.body_a].thickness, solids.bodies[touch.body_b].thickness);
+    if (touch.a == touch.b) return;
+    const double thinner = std::min(solids.bodies[touch.a.index()].thickness, solids.bodies[touch.b.index()].thickness);
     if (thinner > 0.0) report.deepest_share = std::max(report.deepest_share, -touch.gap / thinner);
 }
 
@@ -75,7 +75,7 @@ void ContactSink::add(const Contact& touch, double recovery) {
 
 void ContactSink::hold(const Contact& whole) {
     SolidContact place{whole};
-    place.room = std::max(kLeastRoom, 0.5 * std::min(solids.bodies[whole.body_a].thickness, solids.bodies[whole.body_b].thickness));
+    place.room = std::max(kLeastRoom, 0.5 * std::min(solids.bodies[whole.a.index()].thickness, solids.bodies[whole.b.index()].thickness));
     state.solids.contacts.push_back(place);
 }
 

@@ -1,7 +1,6 @@
 #include "engine/step/solid/hold_left.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
-#include "engine/prepare/thing.hpp"
 #include "engine/step/solid/choose_surfaces.hpp"
 #include "engine/step/solid/touch_rules.hpp"
 #include "engine/step/tissue/surface_place.hpp"
@@ -29,15 +28,15 @@ struct Facing {
     const Triangle &a, &b;
 };
 Facing find_facing(const SceneModel& model, const State& state, const Contact& spheres) {
-    const Triangle& a = find_nearest(model, state, spheres.body_a, spheres.feature_a[0], spheres.point);
-    const Vec3 middle = centre_of(a, state.bodies[spheres.body_a].surface);
-    return {a, find_nearest(model, state, spheres.body_b, spheres.feature_b[0], middle)};
+    const Triangle& a = find_nearest(model, state, spheres.a.index(), spheres.feature_a[0], spheres.point);
+    const Vec3 middle = centre_of(a, state.bodies[spheres.a.index()].surface);
+    return {a, find_nearest(model, state, spheres.b.index(), spheres.feature_b[0], middle)};
 }
 
 /// The contact of spheres as one of a vertex of the first triangle with the middle of the second.
 Contact place_on(const State& state, const Facing& facing, const Contact& spheres) {
     Contact place = spheres;
-    place.point = centre_of(facing.b, state.bodies[spheres.body_b].surface);
+    place.point = centre_of(facing.b, state.bodies[spheres.b.index()].surface);
     place.feature_a[0] = *std::min_element(facing.a.begin(), facing.a.end());
     for (std::size_t c = 0; c < 3; ++c) place.feature_b[c] = facing.b[c], place.bary_b[c] = 1.0 / 3.0;
     return place;
@@ -47,8 +46,8 @@ Contact place_on(const State& state, const Facing& facing, const Contact& sphere
 std::optional<Contact> hold_leaves(const SceneModel& model, const State& state, const Contact& spheres) {
     const Facing facing = find_facing(model, state, spheres);
     const auto normal_of = [&](const Triangle& t, std::size_t body) { return spheretree::direction_of(twice_area(t, state.bodies[body].surface)); };
-    const Vec3 normal = normal_of(facing.b, spheres.body_b);
-    if (!(normal_of(facing.a, spheres.body_a).dot(normal) < kFacing)) return std::nullopt;
+    const Vec3 normal = normal_of(facing.b, spheres.b.index());
+    if (!(normal_of(facing.a, spheres.a.index()).dot(normal) < kFacing)) return std::nullopt;
     Contact held = place_on(state, facing, spheres);
     held.origin = ContactOrigin::AssumedSpheres;
     held.normal = normal;
@@ -59,7 +58,7 @@ std::optional<Contact> hold_leaves(const SceneModel& model, const State& state, 
 /// Two bodies as wholes: their first triangles stand for them.
 Contact hold_whole(const SceneModel& model, const State& state, const Contact& spheres) {
     const auto first = [&](std::size_t body) -> const Triangle& { return model.bodies[body].surface.triangles.front(); };
-    Contact held = place_on(state, {first(spheres.body_a), first(spheres.body_b)}, spheres);
+    Contact held = place_on(state, {first(spheres.a.index()), first(spheres.b.index())}, spheres);
     held.origin = ContactOrigin::AssumedSpheres;
     held.point = spheres.point;
     held.gap = 0.0;
@@ -87,7 +86,7 @@ void hold_what_is_left(const SceneModel& model, const State& state, SolidScratch
     const auto is_leaf = [&](Index k) { return is_leaf_pair(model, coarse[k]); };
     for_each_two_bodies(coarse, [&](Index begin, Index end) {
         const auto [a, b] = bodies_of(coarse[begin]);
-        if (a == b || !is_between_bodies(model, coarse[begin]) || !meet_by_surface(model, a, b)) return;
+        if (a == b || !is_between_bodies(coarse[begin]) || !meet_by_surface(model, a, b)) return;
         if (!std::binary_search(solids.left_bodies.begin(), solids.left_bodies.end(), bodies_of(coarse[begin]))) return;
         const bool all = !is_looked(solids, a, b);
         held.clear();
@@ -113,7 +112,7 @@ void press_spheres(const SceneModel& model, const State& state, SolidScratch& so
     places.clear();
     for_each_two_bodies(coarse, [&](Index begin, Index end) {
         const auto [a, b] = bodies_of(coarse[begin]);
-        if (a == b || !is_between_bodies(model, coarse[begin]) || meet_by_surface(model, a, b)) return;
+        if (a == b || !is_between_bodies(coarse[begin]) || meet_by_surface(model, a, b)) return;
         std::vector<Index>&of_a = solids.bodies[a].deepest, &of_b = solids.bodies[b].deepest;
         of_a.assign(model.bodies[a].covering.tree.sphere_count(), kNoIndex);
         of_b.assign(model.bodies[b].covering.tree.sphere_count(), kNoIndex);

@@ -88,7 +88,7 @@ Contact make_touch(const Own& own, Index v) {
     const SelfNear& near = own.solids.bodies[own.body].self_near[v];
     const Triangle& t = own.mesh().triangles[near.triangle];
     Contact touch;
-    touch.body_a = touch.body_b = static_cast<BodyId>(own.body);
+    touch.a = touch.b = Thing::body(own.body);
     touch.origin = ContactOrigin::Proximity;
     touch.point = near.point;
     touch.gap = near.gap;

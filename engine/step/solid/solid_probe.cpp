@@ -1,4 +1,3 @@
-#include "engine/prepare/thing.hpp"
 #include "engine/step/solid/solid_probe.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
@@ -20,11 +19,11 @@ void list_open_bodies(const SceneModel& model, SolidScratch& solids) {
     open.clear();
     for (const Contact& contact : solids.coarse) {
         if (contact.origin != ContactOrigin::AssumedSpheres) continue;
-        if (!is_between_bodies(model, contact)) continue;
-        if (contact.body_a == contact.body_b) continue;                                               // not looked for
-        const std::pair<Index, Index> bodies{contact.body_a, contact.body_b};
+        if (!is_between_bodies(contact)) continue;
+        if (contact.a == contact.b) continue;                                               // not looked for
+        const std::pair<Index, Index> bodies = bodies_of(contact);
         if (!open.empty() && open.back() == bodies) continue;
-        if (meet_by_surface(model, contact.body_a, contact.body_b)) open.push_back(bodies);
+        if (meet_by_surface(model, bodies.first, bodies.second)) open.push_back(bodies);
     }
     std::sort(open.begin(), open.end());
     open.erase(std::unique(open.begin(), open.end()), open.end());

@@ -1,4 +1,3 @@
-#include "engine/prepare/thing.hpp"
 #include "engine/step/solid/solid_touch.hpp"
 
 #include "engine/prepare/body_pairs.hpp"
@@ -48,8 +47,8 @@ struct Look {
 Contact make_touch(const OneWay& way, const VertexProbe& probe, const Vec3& place, const SurfacePoint& at, bool inside) {
     const Triangle& face = way.face(at.triangle);
     Contact touch;
-    touch.body_a = static_cast<BodyId>(way.own);
-    touch.body_b = static_cast<BodyId>(way.other);
+    touch.a = Thing::body(way.own);
+    touch.b = Thing::body(way.other);
     touch.origin = ContactOrigin::Proximity;
     touch.point = at.point;
     touch.gap = inside ? -at.distance : at.distance;
@@ -235,22 +234,22 @@ void probe_edges(const OneWay& way, std::vector<Piercing>& piercings) {
 void drop_opposing(std::size_t first_touch, std::size_t first_entry, std::size_t first_pressed, State& state, SolidScratch& solids) {
     std::vector<SolidEntry>& listed = state.solids.entries;
     if (first_pressed == solids.pressed.size()) return;
-    const std::size_t a = solids.touches[first_touch].body_a;
-    const auto direction_of = [a](const Contact& touch) { return touch.body_a == a ? touch.normal : Vec3(-touch.normal); };
+    const Thing a = solids.touches[first_touch].a;
+    const auto direction_of = [a](const Contact& touch) { return touch.a == a ? touch.normal : Vec3(-touch.normal); };
     Vec3 back = Vec3::Zero();
     Box3 among;
     for (std::size_t k = first_pressed; k < solids.pressed.size(); ++k) {
         const Contact& touch = solids.touches[solids.pressed[k]];
         back += direction_of(touch);
         among.add(touch.point);
-        among.add(state.bodies[touch.body_a].surface[touch.feature_a[0]]);
+        among.add(state.bodies[touch.a.index()].surface[touch.feature_a[0]]);
     }
     std::size_t touches = first_touch, pressed = first_pressed;
     for (std::size_t k = first_touch; k < solids.touches.size(); ++k) {
         const Contact& touch = solids.touches[k];
         const bool is_pressed = pressed < solids.pressed.size() && solids.pressed[pressed] == k;
         if (!is_pressed && direction_of(touch).dot(back) < 0.0 && among.contains(touch.point)) {
-            const auto key = SolidEntry{touch.body_a, touch.body_b, touch.feature_a[0]}.key();
+            const auto key = SolidEntry{touch.a.index(), touch.b.index(), touch.feature_a[0]}.key();
             const auto from = listed.begin() + static_cast<std::ptrdiff_t>(first_entry);
             listed.erase(std::remove_if(from, listed.end(), [&](const SolidEntry& entry) { return entry.key() == key; }), listed.end());
             continue;
@@ -360,9 +359,9 @@ void carry_touches(const SceneModel& model, State& state, std::size_t a, std::si
     const auto is_between = [&](std::size_t x, std::size_t y) { return (x == a && y == b) || (x == b && y == a); };
     for (const SolidContact& place : solids.contacts_before) {
         const Contact& touch = place.touch;
-        if (!is_between(touch.body_a, touch.body_b) || touch.origin != ContactOrigin::Proximity) continue;
-        if (looked && solids.bodies[touch.body_a].vertex_seen[touch.feature_a[0]] != kNotSeen) continue;
-        const OneWay way{model, state, solids, report, touch.body_a, touch.body_b, state.solids.entries};
+        if (!is_between(touch.a.index(), touch.b.index()) || touch.origin != ContactOrigin::Proximity) continue;
+        if (looked && solids.bodies[touch.a.index()].vertex_seen[touch.feature_a[0]] != kNotSeen) continue;
+        const OneWay way{model, state, solids, report, touch.a.index(), touch.b.index(), state.solids.entries};
         const std::optional<Contact> now = carry_touch(way, touch);
         if (!now) continue;
         solids.touches.push_back(*now);
@@ -386,10 +385,10 @@ void find_touches(const SceneModel& model, State& state, SolidScratch& solids, S
     pairs.clear();
     choose_looked(model, state, solids, account);
     for (const Contact& contact : solids.coarse) {
-        if (!is_between_bodies(model, contact)) continue;
-        if (!meet_by_surface(model, contact.body_a, contact.body_b) || !is_leaf_pair(model, contact)) continue;
-        if (is_looked(solids, contact.body_a, contact.body_b))
-            pairs.push_back({contact.body_a, contact.body_b, contact.feature_a[0], contact.feature_b[0]});
+        if (!is_between_bodies(contact)) continue;
+        if (!meet_by_surface(model, contact.a.index(), contact.b.index()) || !is_leaf_pair(model, contact)) continue;
+        if (is_looked(solids, contact.a.index(), contact.b.index()))
+            pairs.push_back({contact.a.index(), contact.b.index(), contact.feature_a[0], contact.feature_b[0]});
         else
             ++report.left_pairs;
     }

@@ -125,7 +125,7 @@ bool has_spheres(const SolidScratch& solids, std::size_t body) noexcept {
 
 spheretree::SolidView view_solid(const SceneModel& model, std::size_t body, SolidScratch& solids) noexcept {
     SolidBodyScratch& scratch = solids.bodies[body];
-    const auto id = static_cast<BodyId>(body);
+    const Thing id = Thing::body(body);
     const spheretree::SphereTree* tree = &model.bodies[body].covering.tree;
     if (is_lazy(scratch)) return {id, tree, scratch.wrapped.spheres(), &scratch.wrapped};
     return {id, tree, scratch.spheres};

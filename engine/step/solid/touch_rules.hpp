@@ -22,7 +22,9 @@ inline constexpr double kNoWay = 1e-9;
 /// Orders what has a key().
 inline constexpr auto kByKey = [](const auto& x, const auto& y) { return x.key() < y.key(); };
 
-[[nodiscard]] inline std::pair<Index, Index> bodies_of(const Contact& contact) noexcept { return {contact.body_a, contact.body_b}; }
+[[nodiscard]] inline std::pair<Index, Index> bodies_of(const Contact& contact) noexcept {
+    return {static_cast<Index>(contact.a.index()), static_cast<Index>(contact.b.index())};
+}
 
 /// visit(begin, end) of the traversal's contacts of each two bodies, which lie side by side.
 template <class Visit>
