@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace trocar::collision {
 namespace {
 
 constexpr float kNothing = SweptBox::kNothing;
+/// Sums and differences of ways are rounded.
+constexpr double kRoundedWay = 1.0 + 0x1p-40;
 
 void join(float* to, const float* from, std::size_t count) noexcept {
     for (std::size_t i = 0; i < count; ++i) to[i] = from[i] < to[i] ? from[i] : to[i];
@@ -42,6 +46,8 @@ void DopTree::build(const SurfaceTopology& topology, std::span<const Vec3> posit
     cluster_bounds_.assign(clusters_.size() * 2 * slabs(), kNothing);
     bounds_.assign(ids_.size() * 2 * slabs(), kNothing);
     fresh_.assign(clusters_.size(), 0);
+    node_at_.assign(children_.size() / options.arity, 0.0);
+    cluster_at_.assign(clusters_.size(), 0.0);
     if (options.fine) {
         fine_vertices_.resize(topology.vertex_count());
         fine_clusters_.resize(clusters_.size());
@@ -55,12 +61,10 @@ Index DopTree::build_node(BuildState& state, std::span<Index> order) {
     const CutParts parts = cut_into_parts(plan, order, options_.arity, options_.cluster_size);
     const Index node = static_cast<Index>(children_.size() / options_.arity);
     children_.resize(children_.size() + options_.arity, kNoChild);
-    beneath_.push_back({static_cast<Index>(clusters_.size()), 0});
     for (std::size_t i = 0; i < parts.count; ++i) {
         const Index child = build_node(state, parts.part[i]);
         children_[node * options_.arity + i] = child;
     }
-    beneath_[node][1] = static_cast<Index>(clusters_.size());
     return node;
 }
 
@@ -119,7 +123,44 @@ void DopTree::refit(const SurfaceMotion& motion) {
     if (empty()) return;
     refit_vertices(motion, 0, static_cast<Index>(topology_->vertex_count()));
     refit_clusters(0, static_cast<Index>(clusters_.size()));
-    refit_nodes(0, static_cast<Index>(clusters_.size()));
+    refit_nodes();
+    std::fill(node_at_.begin(), node_at_.end(), travelled_ = 0.0);
+    std::fill(cluster_at_.begin(), cluster_at_.end(), 0.0);
+}
+
+void DopTree::follow(const SurfaceMotion& motion, double way) noexcept {
+    motion_ = motion;
+    travelled_ += way * kRoundedWay;
+    if (way == 0.0) travelled_ = std::nextafter(travelled_, std::numeric_limits<double>::infinity()); // what is asked for is still of another motion
+}
+
+/// Each child by its own rows, or its cluster's bounds, as far out as the surface may have come since.
+void DopTree::bring_node(Index node) noexcept {
+    const std::size_t stride = 2 * slabs(), arity = options_.arity;
+    const Directions directions = directions_of(options_.dop);
+    for (std::size_t i = 0; i < arity; ++i) {
+        const Index child = children_[node * arity + i];
+        if (child == kNoChild) continue;
+        const bool is_cluster = (child & kLeafBit) != 0;
+        const double way = travelled_ - (is_cluster ? cluster_at_[child & ~kLeafBit] : node_at_[child]);
+        float* out = node_bounds_.data() + node * stride * arity + i;
+        for (std::size_t s = 0; s < stride; ++s) {
+            const float* rows = child_bounds(child) + s * arity; // of a node
+            const float held = is_cluster ? cluster_bounds(child & ~kLeafBit)[s] : *std::min_element(rows, rows + arity);
+            out[s * arity] = way > 0.0 ? round_down(held - way * kRoundedWay * direction_length(directions[s % slabs()])) : held;
+        }
+    }
+    node_at_[node] = travelled_;
+}
+
+void DopTree::bring_cluster(Index cluster) noexcept {
+    const Directions directions = directions_of(options_.dop);
+    for (const Index v : touched(cluster)) {
+        float* bounds = vertex_bounds_.data() + v * 2 * slabs();
+        project_vertex(motion_.t0[v], motion_.t1[v], directions, bounds, bounds + slabs());
+    }
+    refit_clusters(cluster, cluster + 1);
+    cluster_at_[cluster] = travelled_;
 }
 
 void DopTree::refit_vertices(const SurfaceMotion& motion, Index begin, Index end) noexcept {
@@ -205,10 +246,9 @@ void DopTree::refit_lanes(const BlockRange& range) noexcept {
     }
 }
 
-void DopTree::refit_nodes(Index begin, Index end) noexcept {
+void DopTree::refit_nodes() noexcept {
     const std::size_t stride = 2 * slabs(), arity = options_.arity;
     for (std::size_t node = children_.size() / arity; node-- > 0;) { // children lie behind their parent
-        if (beneath_[node][0] >= end || beneath_[node][1] <= begin) continue;
         for (std::size_t i = 0; i < arity; ++i) {
             const Index child = children_[node * arity + i];
             float* out = node_bounds_.data() + node * stride * arity + i;
@@ -227,8 +267,8 @@ void DopTree::refit_nodes(Index begin, Index end) noexcept {
 std::size_t DopTree::memory() const noexcept {
     const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     return bytes(children_) + bytes(node_bounds_) + bytes(clusters_) + bytes(cluster_bounds_) + bytes(bounds_) + bytes(ids_) +
-           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) + bytes(beneath_) + bytes(fine_vertices_) +
-           bytes(fine_clusters_);
+           bytes(corners_) + bytes(vertex_bounds_) + bytes(touched_) + bytes(fresh_) + bytes(fine_vertices_) + bytes(fine_clusters_) +
+           bytes(node_at_) + bytes(cluster_at_);
 }
 
 } // namespace trocar::collision

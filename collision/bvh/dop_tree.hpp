@@ -54,8 +54,20 @@ public:
     void refit(const SurfaceMotion& motion);
     void refit_vertices(const SurfaceMotion& motion, Index begin, Index end) noexcept;
     void refit_clusters(Index begin, Index end) noexcept;
-    /// Nodes above the clusters begin .. end - 1.
-    void refit_nodes(Index begin, Index end) noexcept;
+    void refit_nodes() noexcept;
+    /// Goes on to the next motion, which begins where the last one that the tree was refitted to, or followed, has ended, or where that one
+    /// began. Bounds are brought to it where a search asks for them (open, make_fresh); elsewhere they stay, and hold the surface within
+    /// the way that it has come since. The positions must stay where they are until the next motion.
+    /// way    m, no vertex is farther from its start than that in any part of the motion
+    /// cost   O(1); all that is asked for of it O(what is near), no allocation
+    void follow(const SurfaceMotion& motion, double way) noexcept;
+    /// Bounds of a node's children: to be called before child_bounds, as make_fresh before anything of a cluster.
+    void open(Index node) noexcept {
+        if (node_at_[node] != travelled_) bring_node(node);
+    }
+    void make_fresh(Index cluster) noexcept {
+        if (cluster_at_[cluster] != travelled_) bring_cluster(cluster);
+    }
     /// Refitted on demand: the bounds of a cluster's features; where options().fine is set, the fine bounds of the
     /// cluster, and those of its vertices. Different clusters on different threads, but for the vertices, which clusters share.
     [[nodiscard]] bool blocks_are_fresh(Index cluster) const noexcept { return (fresh_[cluster] & kBlocks) != 0; }
@@ -98,6 +110,8 @@ public:
 
 private:
     static constexpr std::uint8_t kBlocks = 1, kFine = 2, kFineVertices = 4;
+    void bring_node(Index node) noexcept;
+    void bring_cluster(Index cluster) noexcept;
     struct BuildState;
     Index build_node(BuildState& state, std::span<Index> order);
     Index add_cluster(BuildState& state, std::span<const Index> triangles);
@@ -118,12 +132,14 @@ private:
     std::vector<Index> touched_;                // vertex ids, cluster by cluster
     std::vector<float> cluster_bounds_;         // [cluster_count][2 slabs]
     std::vector<std::uint8_t> fresh_;           // [cluster_count] what belongs to the last refit
-    std::vector<std::array<Index, 2>> beneath_; // [node_count] clusters, from .. to - 1
     std::vector<float> bounds_;                 // [block_count][2 slabs][kLanes]
     std::vector<Index> ids_;                    // [block_count][kLanes] feature ids, kNoIndex in empty lanes
     std::vector<Index> corners_;                // [block_count][3][kLanes]
     std::vector<float> vertex_bounds_;          // [vertex_count][2 slabs]
     std::vector<FineBounds> fine_vertices_, fine_clusters_;
+    SurfaceMotion motion_;                   // that is followed
+    double travelled_ = 0.0;                 // m, that a vertex has come at most, this motion included
+    std::vector<double> node_at_, cluster_at_; // m, travelled_ when their bounds were brought to the motion of that time
 };
 
 } // namespace trocar::collision

@@ -34,6 +34,7 @@ namespace detail {
 template <class Visit>
 void for_each_near_face(DopTree& tree, Index at, const PointQuery& query, Visit&& visit) {
     if ((at & DopTree::kLeafBit) == 0) {
+        tree.open(at);
         for (std::uint32_t near = query.near_children_of(tree, at); near != 0; near &= near - 1) {
             const Index child = tree.children(at)[static_cast<std::size_t>(__builtin_ctz(near))];
             if (child != DopTree::kNoChild) for_each_near_face(tree, child, query, visit);
@@ -41,6 +42,7 @@ void for_each_near_face(DopTree& tree, Index at, const PointQuery& query, Visit&
         return;
     }
     const Index cluster = at & ~DopTree::kLeafBit;
+    tree.make_fresh(cluster);
     if (!tree.blocks_are_fresh(cluster)) tree.refit_blocks(cluster);
     const DopTree::BlockRange& faces = tree.clusters()[cluster].faces;
     for (Index block = faces.begin; block < faces.end; ++block)
@@ -51,13 +53,11 @@ void for_each_near_face(DopTree& tree, Index at, const PointQuery& query, Visit&
 } // namespace detail
 
 /// Calls found(triangle id, PointOnTriangle) for every triangle within radius of the point at t1, in the tree's order.
-/// The tree must be refit to this motion (its swept bounds hold the end positions too), or to an earlier one.
-/// drift  m, no vertex has come farther than this from the bounds it was refitted to
+/// The tree must be refit to a motion with these end positions (its swept bounds hold them too), or follow one.
 template <class Found>
-void for_each_close_triangle(DopTree& tree, const SurfaceMotion& motion, const Vec3& point, double radius, Found&& found,
-                             double drift = 0.0) {
+void for_each_close_triangle(DopTree& tree, const SurfaceMotion& motion, const Vec3& point, double radius, Found&& found) {
     if (tree.empty()) return;
-    detail::for_each_near_face(tree, tree.root(), PointQuery(tree, point, radius + drift), [&](Index id) {
+    detail::for_each_near_face(tree, tree.root(), PointQuery(tree, point, radius), [&](Index id) {
         const Triangle& t = tree.topology().triangles[id];
         const Vec3 &a = motion.t1[t[0]], &b = motion.t1[t[1]], &c = motion.t1[t[2]];
         if (is_beyond_plane(point, a, b, c, radius)) return;

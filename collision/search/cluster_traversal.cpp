@@ -26,7 +26,7 @@ bool ClusterTraversal::advance(const SurfacePair& pair, std::size_t wanted, std:
         const ClusterPair at = stack_.back();
         stack_.pop_back();
         if (is_leaf(at.a) && is_leaf(at.b))
-            out.push_back({cluster_of(at.a), cluster_of(at.b)}); // two surfaces of one cluster each
+            pair.make_fresh(out.emplace_back(cluster_of(at.a), cluster_of(at.b))); // two surfaces of one cluster each
         else if (is_leaf(at.a) || is_leaf(at.b))
             open_node_and_leaf(pair, at, out);
         else
@@ -38,13 +38,16 @@ bool ClusterTraversal::advance(const SurfacePair& pair, std::size_t wanted, std:
 void ClusterTraversal::push(const SurfacePair& pair, Index a, Index b, std::vector<ClusterPair>& out) {
     if (!is_leaf(a) || !is_leaf(b)) return stack_.push_back({a, b});
     const ClusterPair clusters{cluster_of(a), cluster_of(b)};
+    pair.make_fresh(clusters);
     if (pair.clusters_are_near(clusters)) out.push_back(clusters);
 }
 
 void ClusterTraversal::open_node_and_leaf(const SurfacePair& pair, ClusterPair at, std::vector<ClusterPair>& out) {
     const bool a_is_leaf = is_leaf(at.a);
-    const DopTree &leaf_tree = a_is_leaf ? *pair.a().tree : *pair.b().tree, &node_tree = a_is_leaf ? *pair.b().tree : *pair.a().tree;
+    DopTree &leaf_tree = a_is_leaf ? *pair.a().tree : *pair.b().tree, &node_tree = a_is_leaf ? *pair.b().tree : *pair.a().tree;
     const Index leaf = a_is_leaf ? at.a : at.b, node = a_is_leaf ? at.b : at.a;
+    leaf_tree.make_fresh(cluster_of(leaf));
+    node_tree.open(node);
     const auto children = node_tree.children(node);
     ++box_tests_;
     for (std::uint32_t near = pair.near(leaf_tree.cluster_bounds(cluster_of(leaf)), 1, node_tree, node); near != 0; near &= near - 1) {
@@ -54,7 +57,9 @@ void ClusterTraversal::open_node_and_leaf(const SurfacePair& pair, ClusterPair a
 }
 
 void ClusterTraversal::open_nodes(const SurfacePair& pair, ClusterPair at, std::vector<ClusterPair>& out) {
-    const DopTree &tree_a = *pair.a().tree, &tree_b = *pair.b().tree;
+    DopTree &tree_a = *pair.a().tree, &tree_b = *pair.b().tree;
+    tree_a.open(at.a);
+    tree_b.open(at.b);
     const std::size_t arity = tree_a.options().arity;
     const auto children_a = tree_a.children(at.a), children_b = tree_b.children(at.b);
     for (std::size_t i = 0; i < arity && children_a[i] != DopTree::kNoChild; ++i) {

@@ -68,7 +68,7 @@ void ContactSearch::refit(std::span<const SurfaceMotion> motions) {
                  [&](std::size_t p) { tree.refit_vertices(motions_[i], static_cast<Index>(p * kRefitPiece), piece_end(p, vertices)); });
         parallel(pieces_of(clusters, kRefitPiece),
                  [&](std::size_t p) { tree.refit_clusters(static_cast<Index>(p * kRefitPiece), piece_end(p, clusters)); });
-        tree.refit_nodes(0, static_cast<Index>(clusters));
+        tree.refit_nodes();
     }
 }
 

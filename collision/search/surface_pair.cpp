@@ -80,6 +80,11 @@ SurfacePair::SurfacePair(const SearchSide& a, const SearchSide& b, const PairOpt
 }
 
 bool SurfacePair::clusters_are_near(ClusterPair clusters) const noexcept {
+    // Rows above a tree that is followed are wider than the clusters' own bounds.
+    const float *a = a_.tree->cluster_bounds(clusters.a), *b = b_.tree->cluster_bounds(clusters.b);
+    const std::size_t slabs = a_.tree->slabs();
+    for (std::size_t s = 0; s < slabs; ++s)
+        if (a[s] + b[slabs + s] > reach_[s] || a[slabs + s] + b[s] > reach_[s]) return false;
     if (!fine_) return true;
     if (!a_.tree->fine_is_fresh(clusters.a)) a_.tree->refit_fine(clusters.a, a_.motion);
     if (!b_.tree->fine_is_fresh(clusters.b)) b_.tree->refit_fine(clusters.b, b_.motion);

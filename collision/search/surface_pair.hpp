@@ -88,6 +88,10 @@ public:
 
 private:
     friend class ClusterTraversal;
+    void make_fresh(ClusterPair clusters) const noexcept {
+        a_.tree->make_fresh(clusters.a);
+        b_.tree->make_fresh(clusters.b);
+    }
     [[nodiscard]] bool clusters_are_near(ClusterPair clusters) const noexcept; // refits their fine bounds where they are not fresh
     template <std::size_t CornersA, std::size_t CornersB>
     [[nodiscard]] std::size_t keep_near(const DopTree& tree_a, const DopTree& tree_b, std::span<FeaturePair> pairs) const noexcept;

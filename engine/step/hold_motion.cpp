@@ -19,7 +19,7 @@ double find_free_share(const SceneModel& model, double distance, const State& st
     double share = 1.0;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         WorkBudget budget;
-        refit_wall(model, model.instruments[i].lumen, state, rods);
+        follow_wall(model, model.instruments[i].lumen, state, rods);
         rods.hits.clear();
         share = std::min(share, test_skin_at(model, i, state, rods, distance, budget).safe_fraction);
     }
@@ -57,6 +57,7 @@ void scale_motion(const SceneModel& model, double fraction, State& state, StepSc
         body.lumen.miss_steps(); // what it saw is not where the step ends
         body.lumen_step = kNoStep;
     }
+    for (WallScratch& wall : scratch.rods.walls) wall.last_step = kNoStep;
 }
 
 } // namespace

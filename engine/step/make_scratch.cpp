@@ -119,7 +119,7 @@ void reserve_state(const SceneModel& model, State& state) {
 }
 
 void forget_scratch(StepScratch& scratch) noexcept {
-    for (WallScratch& wall : scratch.rods.walls) wall.age = {};
+    for (WallScratch& wall : scratch.rods.walls) wall.last_step = kNoStep;
 }
 
 } // namespace trocar::engine

@@ -42,10 +42,7 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         if (!is_tested) state.instruments[i].kept_inside = false;
         if (report.exact_ran || is_coaxial_inner(model, i) || !is_tested) continue;
-        if (live.exact_contact)
-            refit_wall(model, model.instruments[i].lumen, state, rods, &budget);
-        else
-            follow_wall(model, model.instruments[i].lumen, state, rods);
+        follow_wall(model, model.instruments[i].lumen, state, rods, &budget);
         solve_between_walls(model, i, state, rods, budget);
         bool penetrates = penetrates_wall(model, i, state, rods);
         for (unsigned round = 0; penetrates && round < kMostPlaneRounds; ++round) {

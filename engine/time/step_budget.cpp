@@ -51,7 +51,7 @@ void learn(double& rate, double measured, double falling = kLearning, double ris
 }
 
 std::uint64_t units_of(const ExactForecast& forecast) noexcept {
-    return forecast.candidates * kUnitsPerCandidate + (forecast.triangles + forecast.wall_triangles) * kUnitsPerRefitTriangle;
+    return forecast.candidates * kUnitsPerCandidate + forecast.triangles * kUnitsPerRefitTriangle;
 }
 
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns) noexcept { return static_cast<double>(to_ns - from_ns) * 1e-9; }
@@ -119,7 +119,7 @@ void StepBudget::end_part(StepPart part) noexcept {
     const double seconds = seconds_between(part_start_ns_[index], clock_->now_ns());
     parts_[index].learn(seconds);
     part_took_s_[index] = seconds;
-    if (part == StepPart::Refit || part == StepPart::Planes) steady_s_ += seconds;
+    if (part == StepPart::Walls || part == StepPart::Planes) steady_s_ += seconds;
 }
 
 void StepBudget::end_solve() noexcept {
@@ -257,7 +257,7 @@ bool StepBudget::exact_fits(const ExactForecast& last) {
         const CostForecast& skin = forecast(StepPart::Skin);
         const double tests = trust_ * tests_seconds(last.candidates);
         if (retries()) return std::max(exact_.recent_s(), CostForecast::recent_of_both_s(steady_, skin) + tests) <= left_s();
-        const double parts = CostForecast::reserve_of_all_s({forecast(StepPart::Refit), forecast(StepPart::Planes), solve_, skin});
+        const double parts = CostForecast::reserve_of_all_s({forecast(StepPart::Walls), forecast(StepPart::Planes), solve_, skin});
         return std::max(exact_.reserve_s(), parts + tests) <= left_s();
     }) != 0;
     if (!fits && !retries()) ++refusals_;
@@ -268,10 +268,6 @@ bool StepBudget::exact_fits(const ExactForecast& last) {
     learned_ = false;
     exact_start_ns_ = clock_->now_ns();
     return true;
-}
-
-void StepBudget::charge_refit(std::uint64_t triangles) noexcept {
-    if (limits_.mode == BudgetMode::Work) units_spent_ += triangles * kUnitsPerRefitTriangle;
 }
 
 bool StepBudget::round_fits() {

@@ -36,7 +36,7 @@ enum class StepPart : std::uint8_t {
     Lumen,   // a lumen's inscribed spheres on its moved wall, before an instrument's descent reads them
     List,    // the descent's answer, pair by pair: what it left open takes time to name, and there is more of it the more it tested
     Respond, // instruments between their walls when there is no exact answer: planes and solves, which nothing interrupts
-    Refit,   // the walls' boxes: every step needs them, with or without an exact answer, so what they cost is always known
+    Walls,   // how far the walls have come: every step needs it, with or without an exact answer, so what it costs is always known
     Planes,  // the instrument's wall planes, found before the rod is solved against them: likewise
     Skin,    // the boxes of an instrument's skin, before its continuous tests
     Surfaces, // of solids, beneath the leaves that the descent found: as much of it as there is time for
@@ -58,7 +58,6 @@ inline constexpr std::uint64_t kUnitsPerSurfaceTriangle = 6, kUnitsPerLeafTriang
 struct ExactForecast {
     std::uint64_t candidates = 0;
     std::uint64_t triangles = 0;      // of the skins: their boxes are refitted in every round
-    std::uint64_t wall_triangles = 0; // of the wall: refitted once
 };
 
 class StepBudget {
@@ -125,11 +124,9 @@ public:
     void settle_descent(const WorkBudget& grant) noexcept;
 
     /// The exact stage: does it fit, by the cost of its last runs, in what is left? True starts its account.
-    /// In mode Wall all parts but the tests are measured by themselves (Refit, Planes, solves, Skin); in mode Work they cost what is
+    /// In mode Wall all parts but the tests are measured by themselves (Walls, Planes, solves, Skin); in mode Work they cost what is
     /// declared.
     [[nodiscard]] bool exact_fits(const ExactForecast& forecast);
-    /// The wall's boxes were refitted; in mode Work that is charged as declared.
-    void charge_refit(std::uint64_t triangles) noexcept;
     /// Is there time for one more solve and the boxes of what it moved? False: the stage is abandoned, its answer thrown away. True
     /// starts the solve's account, which end_solve ends.
     [[nodiscard]] bool round_fits();
@@ -195,7 +192,7 @@ private:
                                                     CostForecast{},       CostForecast{0.1e-3}, CostForecast{}, CostForecast{}};
     // whole exact stages, and the solve of one of their rounds; first guesses are on the late side
     CostForecast exact_{1e-3}, solve_{0.3e-3};
-    CostForecast steady_;   // Refit, Planes and solves of a step together: that one of them is held up says nothing of the others
+    CostForecast steady_;   // Walls, Planes and solves of a step together: that one of them is held up says nothing of the others
     double steady_s_ = 0.0; // of the step that goes on
 };
 

@@ -1,5 +1,7 @@
-// Bounds refitted part by part are those of a refit of everything.
+// A tree that follows a surface finds what one finds that is refitted to every motion.
 #include "collision/bvh/dop_tree.hpp"
+#include "collision/proximity/proximity.hpp"
+#include "collision/search/interruptible_search.hpp"
 #include "shapes.hpp"
 
 #include <gtest/gtest.h>
@@ -9,45 +11,97 @@ namespace {
 
 using namespace testing;
 
-TEST(DopTree, NodesAboveAPartAreThoseOfAWholeRefit) {
-    Random random(41);
-    for (const TreeOptions& options : {TreeOptions{}, TreeOptions{.cluster_size = 4}, TreeOptions{.dop = 6, .cluster_size = 16, .fine = true}}) {
-        Surface surface = make_bent_tube(0.2, 0.01, 60, 16, 4.0);
-        surface.t1 = surface.t0;
-        surface.close();
-        DopTree parts, whole;
-        for (DopTree* tree : {&parts, &whole}) {
-            tree->build(surface.topology, surface.t0, options);
-            tree->refit(surface.motion());
-        }
-        const auto clusters = static_cast<Index>(parts.clusters().size());
-        constexpr Index kParts = 7;
-        for (int round = 0; round < 4; ++round) {
-            surface.t0 = surface.t1;
-            for (Vec3& v : surface.t1) v += random.vector(2e-3);
-            whole.refit(surface.motion());
-            parts.refit_vertices(surface.motion(), 0, static_cast<Index>(surface.t0.size()));
-            for (Index part = 0; part < kParts; ++part) { // in any order, each with the nodes above it
-                const Index at = (part * 3 + static_cast<Index>(round)) % kParts;
-                const Index begin = clusters * at / kParts, end = clusters * (at + 1) / kParts;
-                parts.refit_clusters(begin, end);
-                parts.refit_nodes(begin, end);
+double longest_way(const Surface& surface) {
+    double longest = 0.0;
+    for (std::size_t v = 0; v < surface.t0.size(); ++v) longest = std::max(longest, (surface.t1[v] - surface.t0[v]).norm());
+    return longest * (1.0 + 0x1p-40);
+}
+
+std::vector<Index> find_close(DopTree& tree, const Surface& surface, const Vec3& point, double radius) {
+    std::vector<Index> ids;
+    for_each_close_triangle(tree, surface.motion(), point, radius, [&](Index id, const PointOnTriangle&) { ids.push_back(id); });
+    return ids;
+}
+
+constexpr TreeOptions kKinds[] = {{}, {.cluster_size = 4}, {.dop = 14, .arity = 4}, {.dop = 6, .cluster_size = 16, .fine = true}};
+
+/// Random motions, of all vertices and of all together; searches here and there, in some steps none.
+TEST(DopTree, ThatFollowsFindsTheTrianglesOfOneThatIsRefitted) {
+    for (const unsigned seed : {41u, 42u, 43u})
+        for (const TreeOptions& options : kKinds) {
+            Random random(seed);
+            Surface surface = make_bent_tube(0.2, 0.01, 60, 16, 4.0);
+            surface.t1 = surface.t0;
+            surface.close();
+            DopTree follows, whole;
+            for (DopTree* tree : {&follows, &whole}) {
+                tree->build(surface.topology, surface.t0, options);
+                tree->refit(surface.motion());
             }
-            const std::size_t row = 2 * whole.slabs() * options.arity;
-            std::vector<Index> open{whole.root()};
-            std::size_t nodes = 0;
-            while (!open.empty()) {
-                const Index node = open.back();
-                open.pop_back();
-                if ((node & DopTree::kLeafBit) != 0) continue;
-                ++nodes;
-                for (std::size_t k = 0; k < row; ++k) ASSERT_EQ(parts.child_bounds(node)[k], whole.child_bounds(node)[k]) << "node " << node;
-                for (std::size_t i = 0; i < options.arity; ++i)
-                    if (whole.children(node)[i] != DopTree::kNoChild) open.push_back(whole.children(node)[i]);
+            std::size_t found = 0;
+            for (int round = 0; round < 40; ++round) {
+                surface.t0 = surface.t1;
+                const Vec3 together = round % 7 == 6 ? Vec3(Vec3::Zero()) : random.vector(3e-3);
+                const double apart = round % 7 == 6 ? 0.0 : 5e-4; // in some steps nothing moves
+                for (Vec3& v : surface.t1) v += together + random.vector(apart);
+                whole.refit(surface.motion());
+                follows.follow(surface.motion(), longest_way(surface));
+                for (int search = round % 4 == 3 ? 0 : 6; search > 0; --search) {
+                    const Vec3 at = surface.t1[random.bits() % surface.t1.size()] + random.vector(5e-3);
+                    const std::vector<Index> here = find_close(follows, surface, at, 4e-3);
+                    ASSERT_EQ(here, find_close(whole, surface, at, 4e-3)) << "seed " << seed << ", round " << round;
+                    found += here.size();
+                }
             }
-            EXPECT_GT(nodes, 10u);
+            EXPECT_GT(found, 500u);
         }
-    }
+}
+
+/// The same of a search between two surfaces: candidates and contacts, in their order.
+TEST(DopTree, ThatFollowsGivesTheContactsOfOneThatIsRefitted) {
+    for (const unsigned seed : {51u, 52u})
+        for (const TreeOptions& options : kKinds) {
+            Random random(seed);
+            Surface wall = make_bent_tube(0.2, 0.01, 60, 16, 4.0), rod = make_bent_tube(0.15, 0.008, 50, 8, 4.0);
+            for (Surface* one : {&wall, &rod}) one->t1 = one->t0, one->close();
+            DopTree follows, whole, of_rod;
+            for (DopTree* tree : {&follows, &whole}) {
+                tree->build(wall.topology, wall.t0, options);
+                tree->refit(wall.motion());
+            }
+            of_rod.build(rod.topology, rod.t0, options);
+            InterruptibleSearch search;
+            std::uint64_t hits = 0;
+            for (int round = 0; round < 24; ++round) {
+                for (Surface* one : {&wall, &rod}) {
+                    one->t0 = one->t1;
+                    const Vec3 together = random.vector(1e-3);
+                    for (Vec3& v : one->t1) v += together + random.vector(2e-4);
+                }
+                whole.refit(wall.motion());
+                of_rod.refit(rod.motion());
+                follows.follow(wall.motion(), longest_way(wall));
+                if (round % 4 == 3) continue;
+                std::vector<Contact> of_follows, of_whole;
+                ExactStats stats[2];
+                for (const bool refitted : {false, true}) {
+                    WorkBudget budget;
+                    stats[refitted] = search.find({Thing::body(0), &of_rod, rod.motion()}, {Thing::body(1), refitted ? &whole : &follows, wall.motion()},
+                                                  {.distance = round % 2 == 0 ? 0.0 : 1e-4, .tolerance = 1e-6}, budget, refitted ? of_whole : of_follows);
+                }
+                ASSERT_EQ(of_follows.size(), of_whole.size()) << "seed " << seed << ", round " << round;
+                for (std::size_t k = 0; k < of_whole.size(); ++k) {
+                    ASSERT_EQ(of_follows[k].feature_a[0], of_whole[k].feature_a[0]);
+                    ASSERT_EQ(of_follows[k].feature_b[0], of_whole[k].feature_b[0]);
+                    ASSERT_EQ(of_follows[k].time, of_whole[k].time);
+                }
+                ASSERT_EQ(stats[0].cluster_pairs, stats[1].cluster_pairs);
+                ASSERT_EQ(stats[0].candidates_vf, stats[1].candidates_vf);
+                ASSERT_EQ(stats[0].candidates_ee, stats[1].candidates_ee);
+                hits += of_whole.size();
+            }
+            EXPECT_GT(hits, 100u);
+        }
 }
 
 } // namespace

@@ -168,7 +168,7 @@ int count_begun(ManualClock& clock, StepBudget& budget, int steps, Measured meas
 TEST(StepBudget, AStageWhoseRefitAloneIsTooLongIsNotBegunAgainAndAgain) {
     ManualClock clock;
     StepBudget budget(clock, wall(1e-3));
-    const auto refit = [&](const auto& work) { budget.begin_part(StepPart::Refit), work(), budget.end_part(StepPart::Refit); };
+    const auto refit = [&](const auto& work) { budget.begin_part(StepPart::Walls), work(), budget.end_part(StepPart::Walls); };
     EXPECT_EQ(count_begun(clock, budget, 5000, refit, [](int) { return 1.7e-3; }), 0);
     EXPECT_GT(count_begun(clock, budget, 200, refit, [](int) { return 0.1e-3; }), 100) << "a wall that became cheap is tried again";
 }
@@ -191,7 +191,7 @@ bool run_step(StepBudget& budget, ManualClock& clock, const ExactForecast& forec
     const auto pass_part = [&](StepPart part, double seconds) { budget.begin_part(part), clock.pass(seconds), budget.end_part(part); };
     budget.begin();
     const bool begun = budget.exact_fits(forecast);
-    pass_part(StepPart::Refit, parts.refit_s);
+    pass_part(StepPart::Walls, parts.refit_s);
     pass_part(StepPart::Planes, parts.planes_s);
     if (begun && !budget.round_fits()) {
         budget.end_exact(false);
@@ -273,7 +273,7 @@ TEST(StepBudget, AStageThatIsBegunIsGrantedAllItsTestsOrGivenUpInTime) {
         clock.pass(1e-5 * (step * 7919 % 200)); // what came before took from nothing to all of it
         if (!budget.exact_fits(forecast)) continue;
         ++begun;
-        pass_part(StepPart::Refit, 0.1e-3);
+        pass_part(StepPart::Walls, 0.1e-3);
         pass_part(StepPart::Planes, 0.2e-3);
         if (budget.round_fits()) {
             clock.pass(0.1e-3);

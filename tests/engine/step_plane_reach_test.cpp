@@ -48,7 +48,7 @@ Course push_through_the_bend(double advance, int steps) {
             solve_instrument(model, 0, *state, context.rods);
         }
         solve_between_walls(model, 0, near_state, near.rods, budget);
-        plane_from_walls(model, 0, all_state, all.rods, kPlaneReach + all.rods.walls[1].age.longest);
+        plane_from_walls(model, 0, all_state, all.rods, kPlaneReach + all.rods.walls[1].way);
         solve_instrument(model, 0, all_state, all.rods);
         keep_within_reach(model, 0, all_state, all.rods);
         for (std::size_t node = 0; node < all_state.instruments[0].rod.position.size(); ++node)

@@ -84,9 +84,7 @@ void stop_drive(const SceneModel& model, std::size_t index, State& state, RodsSc
 
 ExactForecast forecast_exact(const SceneModel& model, std::size_t index, const State& state) noexcept {
     ExactForecast forecast;
-    const BodyModel& wall = model.bodies[model.instruments[index].lumen];
     for (const std::size_t one : coaxial(model, index)) forecast.triangles += model.instruments[one].topology.triangles.size();
-    if (wall.moves()) forecast.wall_triangles = wall.surface.triangles.size();
     forecast.candidates = state.instruments[index].exact_candidates;
     return forecast;
 }
@@ -97,36 +95,17 @@ static double way_of_wall(const SceneModel& model, std::size_t body, const colli
     return longest_way(motion.t0, motion.t1, links) * (1.0 + 0x1p-40);
 }
 
-void refit_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, StepBudget* budget) {
-    const Phase phase(budget, StepPart::Refit);
-    WallScratch& scratch = rods.walls[body];
+void follow_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, StepBudget* budget) {
+    WallScratch& wall = rods.walls[body];
+    if (!model.bodies[body].moves() || wall.last_step == state.step) return;
+    const Phase phase(budget, StepPart::Walls);
     const collision::SurfaceMotion motion = wall_motion(model, body, state, rods);
-    if (!model.bodies[body].moves()) return;
-    scratch.tree.refit(motion);
-    scratch.age = {.last_step = state.step};
-    scratch.age.longest = way_of_wall(model, body, motion); // known all the same: how far planes reach does not depend on how old bounds are
-}
-
-void follow_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods) {
-    WallScratch& scratch = rods.walls[body];
-    WallAge& age = scratch.age;
-    if (!model.bodies[body].moves()) return;
-    const collision::SurfaceMotion motion = wall_motion(model, body, state, rods);
-    if (age.last_step != state.step && age.last_step + 1 != state.step) {
-        refit_wall(model, body, state, rods);
-        return;
-    }
-    age.last_step = state.step;
-    age.longest = way_of_wall(model, body, motion);
-    age.moved[age.parts % age.moved.size()] = age.longest;
-    age.drift = 0.0;
-    for (const double moved : age.moved) age.drift += moved; // from the oldest bounds to either end of this step
-    const auto part_of = [&](std::size_t count, std::size_t part) { return static_cast<Index>(count * part / WallAge::kParts); };
-    const std::size_t part = age.parts++ % WallAge::kParts;
-    const std::size_t vertices = scratch.tree.topology().vertex_count(), clusters = scratch.tree.clusters().size();
-    scratch.tree.refit_vertices(motion, part_of(vertices, part), part_of(vertices, part + 1));
-    scratch.tree.refit_clusters(part_of(clusters, part), part_of(clusters, part + 1));
-    scratch.tree.refit_nodes(part_of(clusters, part), part_of(clusters, part + 1));
+    wall.way = way_of_wall(model, body, motion);
+    if (wall.last_step != kNoStep && wall.last_step + 1 == state.step)
+        wall.tree.follow(motion, wall.way);
+    else
+        wall.tree.refit(motion);
+    wall.last_step = state.step;
 }
 
 /// An instrument meets its wall along a line: smaller clusters than a search over whole surfaces wants leave less to refit.

@@ -15,21 +15,12 @@
 
 namespace trocar::engine {
 
-/// How old the bounds of a wall's tree are, where they are refitted part by part.
-struct WallAge {
-    static constexpr std::size_t kParts = 16; // a vertex's bounds are this many steps old at most, a cluster's twice as many
-    std::array<double, 2 * kParts> moved{};   // m, longest way of a vertex in each of the last steps
-    std::size_t parts = 0;                    // refitted since a refit of everything
-    std::uint64_t last_step = kNoStep;        // State::step of the last refit; a step that was missed makes the rest worthless
-    double drift = 0.0;                       // m, of any vertex from the bounds that hold it
-    double longest = std::numeric_limits<double>::infinity(); // m, way of a vertex in this step; infinite where it was not measured
-};
-
 /// Of a hollow body.
 struct WallScratch {
     std::span<const Vec3> surface_t0; // [vertex_count] m, at the start of the step: a view of BodyStart
-    collision::DopTree tree;          // swept over the step
-    WallAge age;                      // of the tree
+    collision::DopTree tree;          // follows the wall from step to step
+    std::uint64_t last_step = kNoStep; // State::step of the motion that the tree follows: one that was missed makes its bounds worthless
+    double way = std::numeric_limits<double>::infinity(); // m, longest of a vertex in this step; infinite where it was not measured
     std::vector<Vec3> flow_points;    // [point_count] m, of those whose blood moves along with a host
     InsideTest inside;                // the independent check
 };

@@ -67,7 +67,7 @@ void plane_from_walls(const SceneModel& model, std::size_t instrument, State& st
 
 /// Half-spaces around the rod from the wall's triangles, wherever the descent did not prove it free: the response's own view
 /// of the wall, needed with and without the exact stage. Seen from where the rod stood at the start of the step, towards
-/// the wall where it stands at the end. refit_wall or follow_wall must have been called.
+/// the wall where it stands at the end. follow_wall must have been called.
 /// reach   m; triangles at most this far beyond the clearance get a plane
 void plane_from_wall(const SceneModel& model, std::size_t instrument, State& state, RodsScratch& rods, double reach);
 
@@ -129,13 +129,10 @@ collision::ExactStats test_skin_at(const SceneModel& model, std::size_t instrume
 /// contacts.
 void build_exact_trees(const SceneModel& model, std::size_t instrument, const State& state, RodsScratch& rods);
 
-/// The same at a fraction of the cost, a part in each step: for planes alone, which allow for what the rest has moved since. Same
-/// planes, to the bit.
-void follow_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods);
-
-/// Wall bounds of the step that moves the lumen from surface_t0 to its current place.
+/// The tree of a wall goes on to this step's motion, once a step: cheap, however large the wall, since bounds are made anew where a
+/// search asks for them. Of a step that does not follow the last one everything is.
 /// budget   nullptr: nothing is charged
-void refit_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, StepBudget* budget = nullptr);
+void follow_wall(const SceneModel& model, std::size_t body, const State& state, RodsScratch& rods, StepBudget* budget = nullptr);
 
 /// What the exact stage of an instrument, and of the wire in its bore, is expected to do: the numbers of its last run.
 [[nodiscard]] ExactForecast forecast_exact(const SceneModel& model, std::size_t instrument, const State& state) noexcept;

@@ -240,8 +240,7 @@ double find_clearance(const SceneModel& model, std::size_t index, const NearList
         rods.walls[instrument.lumen].tree, wall, middle, across,
         [&](Index, const PointOnTriangle& on) {
             if (nearest.normal.dot(middle - on.point) < 0.0) across = std::min(across, std::sqrt(on.distance_sq));
-        },
-        rods.walls[instrument.lumen].age.drift);
+        });
     return std::min(model.contact.clearance, 0.5 * std::max(0.0, 0.5 * (room + across) - radius));
 }
 
@@ -263,8 +262,7 @@ bool wall_is_near(const SceneModel& model, std::size_t body, const State& state,
             nearest = distance;
             const Triangle& t = wall.topology->triangles[id];
             behind = twice_area(t, wall.t1).dot(p - on.point) > 0.0;
-        },
-        rods.walls[body].age.drift);
+        });
     return behind || nearest < radius;
 }
 
@@ -306,8 +304,7 @@ void plane_from_wall(const SceneModel& model, std::size_t index, State& state, R
                     const Vec3 now = point_on(before.topology->triangles[id], on.bary, after);
                     const Vec3 normal = (p - on.point) / distance;
                     list.add({id, normal.dot(p - now), normal, on.point, now, (now - on.point) / model.step_s, on.bary});
-                },
-                rods.walls[instrument.lumen].age.drift);
+                });
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, before, rods);
             add_planes(list, {node, weight, p, kept, room + reach, before}, last, own);
             scratch.wall_distance[slot_of(node, weight)] = nearest;
@@ -323,13 +320,13 @@ double longest_approach(const SceneModel& model, std::size_t index, const State&
     double longest = 0.0;
     for (const std::size_t one : coaxial(model, index))
         longest = std::max(longest, longest_way(rods.instruments[one].rod_t0.position, state.instruments[one].rod.position));
-    return longest + (wall.moves() ? rods.walls[model.instruments[index].lumen].age.longest : 0.0);
+    return longest + (wall.moves() ? rods.walls[model.instruments[index].lumen].way : 0.0);
 }
 
 /// m; kPlaneReach, and the way that the wall itself comes.
 static double farthest_reach(const SceneModel& model, std::size_t index, const RodsScratch& rods) {
     const std::size_t lumen = model.instruments[index].lumen;
-    return kPlaneReach + (model.bodies[lumen].moves() ? rods.walls[lumen].age.longest : 0.0);
+    return kPlaneReach + (model.bodies[lumen].moves() ? rods.walls[lumen].way : 0.0);
 }
 
 bool solve_left_reach(const SceneModel& model, std::size_t index, double reach, const State& state, const RodsScratch& rods) {
@@ -337,7 +334,7 @@ bool solve_left_reach(const SceneModel& model, std::size_t index, double reach, 
     const BodyModel& wall = model.bodies[model.instruments[index].lumen];
     double farthest = 0.0; // in an iteration: it may overshoot what the solve ends with by far
     for (const std::size_t one : coaxial(model, index)) farthest = std::max(farthest, rods.instruments[one].rod_report.farthest_m);
-    if (wall.moves()) farthest += rods.walls[model.instruments[index].lumen].age.longest;
+    if (wall.moves()) farthest += rods.walls[model.instruments[index].lumen].way;
     return std::max(farthest, longest_approach(model, index, state, rods)) > reach;
 }
 
@@ -355,7 +352,7 @@ static bool may_have_met_unknown(const SceneModel& model, std::size_t index, con
     WallScratch& wall = rods.walls[instrument.lumen];
     const collision::SurfaceMotion before = wall_before(model, instrument.lumen, state, rods);
     const double room = instrument.rod.design.radius + model.contact.clearance;
-    const double wall_way = model.bodies[instrument.lumen].moves() ? wall.age.longest : 0.0;
+    const double wall_way = model.bodies[instrument.lumen].moves() ? wall.way : 0.0;
     const Index first = fem::first_inserted_node(instrument.rod, state.instruments[index].rod.insertion);
     for (Index node = first > 0 ? first - 1 : 0; node + 1 < to.size(); ++node)
         for (const double weight : {0.5, 1.0}) {
@@ -364,7 +361,7 @@ static bool may_have_met_unknown(const SceneModel& model, std::size_t index, con
             if (way <= kPlaneReach) continue;
             bool near = false;
             collision::for_each_close_triangle(
-                wall.tree, before, p, room + way + wall_way, [&](Index, const PointOnTriangle&) { near = true; }, wall.age.drift);
+                wall.tree, before, p, room + way + wall_way, [&](Index, const PointOnTriangle&) { near = true; });
             if (near) return true;
         }
     return false;
@@ -406,7 +403,7 @@ static bool stayed_away(const SceneModel& model, std::size_t index, Index node, 
     const double before = scratch.wall_distance[slot_of(node, weight)];
     const Vec3 from = (1.0 - weight) * scratch.rod_t0.position[node] + weight * scratch.rod_t0.position[node + 1];
     const BodyModel& wall = model.bodies[model.instruments[index].lumen];
-    const double wall_way = wall.moves() ? rods.walls[model.instruments[index].lumen].age.longest : 0.0;
+    const double wall_way = wall.moves() ? rods.walls[model.instruments[index].lumen].way : 0.0;
     return before - wall_way - std::sqrt((place - from).squaredNorm()) > reach * (1.0 + 0x1p-40);
 }
 
@@ -452,8 +449,7 @@ static void plane_where_it_stands(const SceneModel& model, std::size_t index, St
                     const Vec3 moved = on.point - point_on(t, on.bary, wall.t0), towards = (p - on.point) / distance;
                     const double facing = spheretree::direction_of(twice_area(t, wall.t1)).dot(towards);
                     list.add({id, distance, towards, on.point, on.point, moved / model.step_s, on.bary, facing});
-                },
-                rods.walls[instrument.lumen].age.drift);
+                });
             list.turn_inwards();
             const double kept = instrument.rod.design.radius + find_clearance(model, index, list, p, wall, rods);
             add_planes(list, {node, weight, p, kept, kept, wall}, none, own);
