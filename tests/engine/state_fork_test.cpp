@@ -4,6 +4,7 @@
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/state/state_bytes.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "step_fixture.hpp"
 
@@ -62,7 +63,7 @@ class ShippedScene : public ::testing::TestWithParam<fs::path> {};
 TEST_P(ShippedScene, GoesOnToTheSameBitsFromAForkARestoredStateAndItsBytes) {
     const Result<Scene> scene = read_scene(GetParam());
     ASSERT_TRUE(scene.ok()) << scene.error().to_string();
-    const Result<PreparedScene> prepared = prepare_scene(*scene, {});
+    const Result<PreparedScene> prepared = make_prepared_scene(*scene, {});
     ASSERT_TRUE(prepared.ok()) << prepared.error().to_string();
     const SceneModel& model = prepared->model;
     std::mt19937 random(kSeed);
