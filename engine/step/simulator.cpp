@@ -15,15 +15,15 @@
 namespace trocar::engine {
 
 struct Simulator::Parts {
-    /// own_clock   in place of a null pointer
+    /// monotonic   in place of a null pointer
     Parts(std::optional<Prepared> scene, const SceneModel& of, const Clock* given, const BudgetLimits& with, const StepScratch* like);
     void refuse(const Result<void>& settings);
     void check();
 
     std::optional<Prepared> prepared; // holds the model, if anybody here does
     const SceneModel& model;
-    MonotonicClock own_clock;
-    const Clock* clock; // that was given; nullptr: own_clock
+    MonotonicClock monotonic;
+    const Clock* clock; // that was given; nullptr: monotonic
     BudgetLimits limits;
     StepBudget budget;
     State state;
@@ -34,7 +34,7 @@ struct Simulator::Parts {
 
 Simulator::Parts::Parts(std::optional<Prepared> scene, const SceneModel& of, const Clock* given, const BudgetLimits& with,
                         const StepScratch* like)
-    : prepared(std::move(scene)), model(of), clock(given), limits(with), budget(given != nullptr ? *given : own_clock, with),
+    : prepared(std::move(scene)), model(of), clock(given), limits(with), budget(given != nullptr ? *given : monotonic, with),
       state(make_initial_state(of)), scratch(make_scratch(of, state, like)) {
     if (like != nullptr) forget_scratch(scratch);
     report_first_instrument(model, state, scratch.report);

@@ -81,6 +81,8 @@ TEST_P(ShippedScene, GoesOnToTheSameBitsFromAForkARestoredStateAndItsBytes) {
         std::string bytes;
         append_state(kept, bytes);
         ASSERT_TRUE(fork.restore(kept).ok());
+        Simulator own = whole.fork();
+        EXPECT_EQ(hash_contacts(own.contacts()), hash_contacts(whole.contacts()));
         const Result<State> read = read_state(model, bytes);
         ASSERT_TRUE(read.ok()) << read.error().message;
         ASSERT_EQ(hash_whole_state(*read), hash_whole_state(kept));
@@ -88,7 +90,8 @@ TEST_P(ShippedScene, GoesOnToTheSameBitsFromAForkARestoredStateAndItsBytes) {
         std::vector<Step> steps;
         for (int k = 0; k < kStepsAfter; ++k) {
             steps.push_back(take_step(whole));
-            EXPECT_EQ(take_step(fork), steps.back()) << "fork, " << k;
+            EXPECT_EQ(take_step(fork), steps.back()) << "restored from a copy, " << k;
+            EXPECT_EQ(take_step(own), steps.back()) << "fork, " << k;
             EXPECT_EQ(take_step(reader), steps.back()) << "from bytes, " << k;
             contacts += steps.back().contacts;
         }
