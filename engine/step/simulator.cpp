@@ -171,11 +171,14 @@ std::optional<std::size_t> Simulator::find_instrument(std::string_view name) con
 }
 
 BodyView Simulator::body(std::size_t index) noexcept {
+    if (index >= body_count()) return {};
     place_surface(parts_->model, index, parts_->state);
     return view_body(parts_->model, parts_->state, index);
 }
 
-InstrumentView Simulator::instrument(std::size_t index) const noexcept { return view_instrument(parts_->model, parts_->state, index); }
+InstrumentView Simulator::instrument(std::size_t index) const noexcept {
+    return index < instrument_count() ? view_instrument(parts_->model, parts_->state, index) : InstrumentView{};
+}
 
 std::uint64_t Simulator::hash() noexcept { return hash_state(state()); }
 

@@ -97,7 +97,7 @@ public:
     /// Nothing where there is none of that name.
     [[nodiscard]] std::optional<std::size_t> find_body(std::string_view name) const noexcept;
     [[nodiscard]] std::optional<std::size_t> find_instrument(std::string_view name) const noexcept;
-    /// As the last step left it, for index below the count. What it shows holds until the next step. A body's surface is evaluated where no
+    /// As the last step left it; empty where there is no such index. It holds until the next step. A body's surface is evaluated where no
     /// step has needed it: not from several threads at once.
     [[nodiscard]] BodyView body(std::size_t index) noexcept;
     [[nodiscard]] InstrumentView instrument(std::size_t index) const noexcept;

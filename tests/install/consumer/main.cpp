@@ -112,6 +112,8 @@ void drive_a_catheter(const std::filesystem::path& scenes, const std::filesystem
         for (const trocar::Index vertex : triangle)
             if (vertex >= wall.surface.size()) return expect(false, "triangles name vertices of the surface");
 
+    expect(simulator->body(simulator->body_count()).surface.empty() && simulator->instrument(simulator->instrument_count()).rod.empty(),
+           "of what there is not, nothing is shown");
     const std::uint64_t before = simulator->hash();
     sim::Inputs wrong;
     wrong.drive = {sim::DriveCommand{.insertion = std::numeric_limits<double>::quiet_NaN(), .rotation = 0.0}};
