@@ -48,7 +48,8 @@ std::optional<sim::Simulator> load(const std::filesystem::path& file) {
     scene->budget.limits = sim::parse_budget("work:20000")->limits; // counts tests instead of time: the same bits on every machine
     const auto prepared = sim::prepare_scene(*scene);
     if (!prepared) return expect(false, prepared.error().to_string().c_str()), std::nullopt;
-    expect(prepared->bodies().size() == scene->bodies.size() && prepared->bodies()[0].name == scene->bodies[0].name, "a summary for every body");
+    expect(prepared->bodies().size() == scene->bodies.size() && prepared->bodies()[0].name == scene->bodies[0].name,
+           "a summary for every body");
     return sim::Simulator(*prepared);
 }
 
@@ -94,10 +95,12 @@ void drive_a_catheter(const std::filesystem::path& scenes, const std::filesystem
     const double start = simulator->instrument(*catheter).insertion;
     steps(*simulator, 450, 0.15, 0.5); // into the bend
     const sim::InstrumentView view = simulator->instrument(*catheter);
-    expect(view.insertion > start && view.insertion <= 0.15 && view.rotation > 0.0, "a drive command moves the handle, no faster than its limits");
+    expect(view.insertion > start && view.insertion <= 0.15 && view.rotation > 0.0,
+           "a drive command moves the handle, no faster than its limits");
     expect(all_finite(view.rod) && all_finite(view.skin) && !view.skin_triangles.empty(), "rod and skin are there");
     expect(view.tip() == simulator->report().tip && view.insertion == simulator->report().insertion_m, "the report says the same");
-    expect(view.tip().z() > 100e-3 && view.tip().z() < 135e-3 && std::abs(view.tip().y()) < 5e-3 && view.tip().x() > 0.0, "the tip lies in the bend");
+    expect(view.tip().z() > 100e-3 && view.tip().z() < 135e-3 && std::abs(view.tip().y()) < 5e-3 && view.tip().x() > 0.0,
+           "the tip lies in the bend");
 
     const sim::BodyView wall = simulator->body(*vessel);
     expect(wall.name == "vessel" && all_finite(wall.surface) && wall.nodes.empty(), "the wall has a surface and no tissue");
