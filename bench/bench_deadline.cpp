@@ -3,6 +3,7 @@
 #include "bench/tables.hpp"
 #include "engine/report/statistics.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/time/clock.hpp"
 
@@ -107,7 +108,7 @@ Result<BenchTable> bench_deadline(const BenchOptions& options) {
     const std::filesystem::path file = options.scene.empty() ? "assets/scenes/hepatic.json" : options.scene;
     const Result<Scene> scene = read_scene(file);
     if (!scene.ok()) return scene.error();
-    const auto prepared = prepare_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
+    const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
     if (!prepared.ok()) return prepared.error();
     BenchTable table;
     const std::uint64_t steps = options.quick ? 20 : prepared->model.step_count;

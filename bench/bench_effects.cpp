@@ -21,7 +21,7 @@ Result<BenchTable> bench_effects(const BenchOptions& options) {
     for (const std::filesystem::path& file : files) {
         const Result<Scene> scene = read_scene(file);
         if (!scene.ok()) return scene.error();
-        const auto prepared = prepare_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
+        const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
         if (!prepared.ok()) return prepared.error();
         const std::uint64_t steps = std::min(options.quick ? kQuickSteps : kSteps, prepared->model.step_count);
         const auto costs =

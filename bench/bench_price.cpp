@@ -2,7 +2,7 @@
 #include "bench/tables.hpp"
 #include "engine/experiments/cost_run.hpp"
 #include "engine/prepare/prepare_scene.hpp"
-#include "engine/scene/budget.hpp"
+#include "engine/scene/settings.hpp"
 
 #include <fmt/format.h>
 
@@ -73,7 +73,7 @@ Result<BenchTable> bench_price(const BenchOptions& options) {
     for (const std::filesystem::path& file : files) {
         const Result<Scene> scene = read_scene(file);
         if (!scene.ok()) return scene.error();
-        const auto prepared = prepare_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
+        const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
         if (!prepared.ok()) return prepared.error();
         CostOptions cost;
         for (const char* budget : options.quick ? std::span<const char* const>(kQuickBudgets) : std::span<const char* const>(kBudgets))

@@ -269,7 +269,7 @@ std::optional<BenchRow> bullet_row(const Body& body, bool quick, BenchTable& tab
 Result<std::optional<Body>> make_liver(const BenchOptions& options) {
     const Result<Scene> scene = read_scene(options.scene.empty() ? "assets/scenes/hepatic.json" : options.scene);
     if (!scene.ok()) return scene.error();
-    const auto prepared = prepare_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
+    const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
     if (!prepared.ok()) return prepared.error();
     for (const BodyModel& model : prepared->model.bodies) {
         if (!model.tissue) continue;

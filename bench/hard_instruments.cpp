@@ -184,7 +184,7 @@ void refuses(HardReport& report, const Hard& hard, std::string_view key, std::st
     };
     const Result<Scene> scene = parse_scene(hard_scene(hard), "scenes/hard.json");
     if (!scene.ok()) return judge(scene.error());
-    const Result<PreparedScene> prepared = prepare_scene(*scene);
+    const Result<PreparedScene> prepared = make_prepared_scene(*scene);
     if (!prepared.ok()) return judge(prepared.error());
     report.require(false, fmt::format("refused with \"{}\"; it was prepared", what));
 }

@@ -107,7 +107,7 @@ void add_plots(const std::string& name, const std::string& file, const std::vect
 Result<void> add_long_run(const BenchOptions& options, const std::string& name, const std::string& file, const Result<Scene>& scene,
                           BenchTable& table) {
     if (!scene.ok()) return scene.error();
-    const auto prepared = prepare_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
+    const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { options.progress("preparing " + what); });
     if (!prepared.ok()) return prepared.error();
     std::size_t tets = 0;
     for (const BodySummary& body : prepared->bodies) tets += body.coarse_tets;

@@ -8,7 +8,7 @@ namespace trocar::engine {
 std::optional<PreparedScene> prepare_hard_scene(HardReport& report, const std::string& text) {
     const Result<Scene> scene = parse_scene(text, "hard_case.json");
     if (!report.require(scene.ok(), scene.ok() ? "" : scene.error().to_string())) return std::nullopt;
-    Result<PreparedScene> prepared = prepare_scene(*scene);
+    Result<PreparedScene> prepared = make_prepared_scene(*scene);
     if (!report.require(prepared.ok(), prepared.ok() ? "" : prepared.error().to_string())) return std::nullopt;
     return std::move(*prepared);
 }

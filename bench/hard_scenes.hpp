@@ -3,6 +3,7 @@
 
 #include "bench/hard_cases.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <optional>

@@ -1,6 +1,7 @@
 // Laws of contact between solids, measured in scenes of their own.
 #include "bench/law_row.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "fem/tissue/integrate.hpp"
 
@@ -29,7 +30,7 @@ PreparedScene prepare_law(const LawScene& s) {
         s.step, s.budget, s.gravity.x(), s.gravity.y(), s.gravity.z(), s.bodies, s.contact);
     const Result<Scene> scene = parse_scene(text, "laws.json");
     if (!scene.ok()) throw std::runtime_error(scene.error().to_string());
-    Result<PreparedScene> prepared = prepare_scene(*scene);
+    Result<PreparedScene> prepared = make_prepared_scene(*scene);
     if (!prepared.ok()) throw std::runtime_error(prepared.error().to_string());
     return std::move(*prepared);
 }

@@ -32,6 +32,7 @@ function(trocar_find_public_headers out)
 endfunction()
 
 trocar_find_public_headers(headers)
+list(REMOVE_ITEM headers engine/trocar.hpp) # it stands above the folders
 foreach(header ${headers})
     get_filename_component(folder ${header} DIRECTORY)
     install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION include/trocar/${folder})

@@ -1,12 +1,15 @@
-// What a generated patient is made from: named numbers with ranges, one table for readers, schemas and checks.
+// What generated anatomy is made from: a patient from named numbers with ranges, one table for readers, schemas and checks; a vessel
+// tree from its branches.
 #pragma once
 
 #include "base/result.hpp"
+#include "base/vec.hpp"
 
 #include <cstdint>
 #include <span>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 namespace trocar::anatomy {
 
@@ -49,5 +52,11 @@ void set_recipe_value(Recipe& recipe, const RecipeField& field, double value) no
 
 /// BadValue with the field's name in `key` for the first number that is not finite or out of range.
 [[nodiscard]] Result<void> check_recipe(const Recipe& recipe);
+
+/// Of a vessel tree (vessels.hpp makes its surface).
+struct VesselBranch {
+    std::vector<Vec3> axis;    // m, way points of a natural spline, at least 2
+    std::vector<double> radii; // m, [axis], linear between them along the arc
+};
 
 } // namespace trocar::anatomy

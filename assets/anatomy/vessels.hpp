@@ -1,6 +1,7 @@
 // A vessel tree of any shape as one closed lumen surface: axes with radii that melt into one another where they meet.
 #pragma once
 
+#include "assets/anatomy/recipe.hpp"
 #include "base/mesh.hpp"
 #include "base/result.hpp"
 
@@ -8,11 +9,6 @@
 #include <vector>
 
 namespace trocar::anatomy {
-
-struct VesselBranch {
-    std::vector<Vec3> axis;    // m, way points of a natural spline, at least 2
-    std::vector<double> radii; // m, [axis], linear between them along the arc
-};
 
 /// blend      m, width of the fillet where branches meet; 0: sharp
 /// triangles  of the surface, aimed at

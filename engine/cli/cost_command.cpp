@@ -110,11 +110,11 @@ public:
           out_(request.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene.name) + "-cost") : request.out) {}
 
     Result<void> prepare(const std::vector<NamedBudget>& budgets, const std::vector<std::pair<std::string, Scene>>& variants) {
-        auto prepared = prepare_scene(scene_, [&](const std::string& what) { progress_.show("preparing " + what); });
+        auto prepared = make_prepared_scene(scene_, [&](const std::string& what) { progress_.show("preparing " + what); });
         if (!prepared) return prepared.error();
         prepared_ = std::move(*prepared);
         for (const auto& [name, scene] : variants) {
-            auto variant = prepare_scene(scene, [&](const std::string& what) { progress_.show("preparing " + name + ": " + what); });
+            auto variant = make_prepared_scene(scene, [&](const std::string& what) { progress_.show("preparing " + name + ": " + what); });
             if (!variant) return variant.error();
             variants_.push_back({name, std::make_unique<PreparedScene>(std::move(*variant))});
             options_.variants.push_back({name, &variants_.back().prepared->model});

@@ -18,7 +18,7 @@ int explain(const std::filesystem::path& file) {
     const Result<Scene> scene = read_scene(file);
     if (!scene.ok()) return report_error(scene.error());
     ProgressLine progress(true);
-    const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
+    const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
     const auto tell = [&](const std::string& text) {

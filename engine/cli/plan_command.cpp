@@ -69,7 +69,7 @@ int plan(const PlanOptions& options) {
         options.out.empty() ? std::filesystem::path("out") / (safe_file_name(scene->name) + "-to-" + options.target) : options.out;
     if (const auto free = OutputFolder::check(out, options.force); !free.ok()) return report_error(free.error());
     ProgressLine progress(!options.quiet);
-    const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
+    const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
 

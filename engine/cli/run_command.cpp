@@ -74,11 +74,11 @@ Result<void> apply_overrides(const RunOptions& options, Scene& scene) {
 /// progress  as of prepare_scene
 Result<PreparedScene> prepare_to_run(const RunOptions& options, Scene& scene, const Progress& progress) {
     const bool guess = !options.path.empty() && options.target.empty() && scene.targets.size() == 1 && !scene.instruments.front().follow;
-    if (!guess || !aim_first_instrument(scene, scene.targets.front().name).ok()) return prepare_scene(scene, progress);
-    auto prepared = prepare_scene(scene, progress);
+    if (!guess || !aim_first_instrument(scene, scene.targets.front().name).ok()) return make_prepared_scene(scene, progress);
+    auto prepared = make_prepared_scene(scene, progress);
     if (!prepared.ok()) {
         scene.instruments.front().follow.reset();
-        return prepare_scene(scene, progress);
+        return make_prepared_scene(scene, progress);
     }
     std::erase_if(prepared->notices, [](const std::string& notice) { return notice.starts_with("targets."); }); // of following it
     return prepared;

@@ -117,7 +117,7 @@ Verdict judge(const Case& one, const Trace& now, std::string& problem) {
 }
 
 Verdict verify_one(const Case& one, bool write, ProgressLine& progress, std::vector<RegressionOutcome>& outcomes) {
-    const auto prepared = prepare_scene(one.scene, [&](const std::string& what) { progress.show(one.entry.name + ": preparing " + what); });
+    const auto prepared = make_prepared_scene(one.scene, [&](const std::string& what) { progress.show(one.entry.name + ": preparing " + what); });
     if (!prepared.ok()) {
         progress.clear();
         report_error(prepared.error());

@@ -100,7 +100,7 @@ int view(const ViewOptions& options) {
     auto page = options.page.empty() ? viewer::read_page() : viewer::read_page(options.page);
     if (!page.ok()) return report_error(page.error());
     ProgressLine progress(!options.quiet);
-    const auto prepared = prepare_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
+    const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
     return serve(options, *scene, *prepared, std::move(*page));

@@ -1,4 +1,4 @@
-// Calls a hook of an effect in a step.
+// How the engine goes about its effects: calls a hook of one in a step, takes one out of a model.
 #pragma once
 
 #include "engine/prepare/model.hpp"
@@ -13,5 +13,8 @@ void call(const EffectDescriptor& effect, const EffectStep& step, Hook hook) {
     for (const AddedEffect& added : step.live.added)
         if (added.effect == &effect) hook(EffectStep{step.model, step.live, added.settings, step.time_t1, step.counts});
 }
+
+/// What preparing the same scene without the effect gives, but for self_contact without coarse_contact, which goes with it.
+[[nodiscard]] SceneModel without_effect(const SceneModel& model, const EffectDescriptor& effect);
 
 } // namespace trocar::engine

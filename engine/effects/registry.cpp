@@ -1,6 +1,6 @@
 #include "engine/effects/registry.hpp"
 
-#include "engine/prepare/model.hpp"
+#include "engine/effects/call.hpp"
 
 #include <fmt/format.h>
 

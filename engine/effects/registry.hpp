@@ -31,7 +31,4 @@ namespace trocar::engine {
 /// Does the model have it, and a body or instrument that it acts on?
 [[nodiscard]] bool has_effect(const SceneModel& model, const EffectDescriptor& effect);
 
-/// What preparing the same scene without the effect gives, but for self_contact without coarse_contact, which goes with it.
-[[nodiscard]] SceneModel without_effect(const SceneModel& model, const EffectDescriptor& effect);
-
 } // namespace trocar::engine

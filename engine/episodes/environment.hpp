@@ -3,6 +3,7 @@
 
 #include "assets/anatomy/random.hpp"
 #include "engine/episodes/task.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <memory>

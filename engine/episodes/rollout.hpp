@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/episodes/thread_pool.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <memory>

@@ -157,7 +157,7 @@ Result<EpisodeScore> score_episode(const std::filesystem::path& folder, double f
     }
     const auto scene = read_scene_of(*course, replacement);
     if (!scene.ok()) return scene.error();
-    auto prepared = prepare_scene(*scene, progress);
+    auto prepared = make_prepared_scene(*scene, progress);
     if (!prepared.ok()) return prepared.error();
     if (const std::string model = hex(hash_model(prepared->model)); model != course->model) {
         differs = true;

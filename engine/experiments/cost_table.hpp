@@ -5,6 +5,7 @@
 #include "engine/experiments/patches.hpp"
 #include "engine/experiments/surface_distance.hpp"
 #include "engine/report/run_summary.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <cstdint>

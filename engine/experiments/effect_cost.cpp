@@ -1,5 +1,8 @@
 #include "engine/experiments/effect_cost.hpp"
 
+#include "engine/effects/call.hpp"
+#include "engine/effects/registry.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/time/clock.hpp"
 

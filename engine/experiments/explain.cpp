@@ -4,6 +4,7 @@
 #include "engine/experiments/laid_out.hpp"
 #include "engine/render/describe_graphics.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/time/clock.hpp"
 

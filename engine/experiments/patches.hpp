@@ -4,6 +4,7 @@
 
 #include "base/inside.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <compare>

@@ -1,5 +1,6 @@
 #include "engine/experiments/plan.hpp"
 
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // Runs a scene, and keeps the values that tell whether its result is unchanged.
 #include "engine/experiments/regression.hpp"
 #include "engine/step/model_hash.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <fmt/format.h>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/vec.hpp"
-#include "engine/scene/drive_specs.hpp"
+#include "engine/scene/settings.hpp"
 
 #include <span>
 #include <vector>
@@ -12,11 +12,6 @@ namespace trocar::engine {
 /// One row of a path: linear between rows, held before the first and after the last.
 struct DriveRow {
     double time = 0.0;      // s, ascending
-    double insertion = 0.0; // m
-    double rotation = 0.0;  // rad
-};
-
-struct DriveCommand {
     double insertion = 0.0; // m
     double rotation = 0.0;  // rad
 };

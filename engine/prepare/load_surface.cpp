@@ -1,6 +1,7 @@
 #include "engine/prepare/load_surface.hpp"
 
 #include "assets/anatomy/shapes.hpp"
+#include "assets/anatomy/vessels.hpp"
 #include "base/self_intersection.hpp"
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/patient_cache.hpp"

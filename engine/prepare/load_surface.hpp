@@ -37,10 +37,6 @@ private:
 [[nodiscard]] Result<LoadedSurface> load_surface(const Scene& scene, const SceneBody& body, std::size_t room, PatientShelf& shelf);
 
 /// Position and direction of a place in a scene, landmarks looked up in the patient of their body.
-struct Place {
-    Vec3 position = Vec3::Zero();   // m
-    Vec3 direction = Vec3::UnitZ(); // unit
-};
 [[nodiscard]] Result<Place> find_place(const Scene& scene, const PlaceSpec& spec, const std::string& key, PatientShelf& shelf);
 
 } // namespace trocar::engine

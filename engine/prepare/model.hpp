@@ -6,10 +6,9 @@
 #include "engine/prepare/blood.hpp"
 #include "engine/prepare/drive.hpp"
 #include "engine/scene/effect.hpp"
-#include "engine/scene/contact_spec.hpp"
-#include "engine/scene/effect_specs.hpp"
-#include "engine/time/step_budget.hpp"
-#include "fem/tissue/integrator.hpp"
+#include "engine/scene/settings.hpp"
+#include "engine/time/limits.hpp"
+#include "fem/tissue/material.hpp"
 #include "fem/embedding/links.hpp"
 #include "fem/rod/rod_skin.hpp"
 #include "fem/tissue/tissue.hpp"
@@ -74,19 +73,6 @@ struct InstrumentModel {
     Index flow_entry = 0;                // of the lumen's blood flow: the point at the port
     spheretree::ChainTree chain;         // links at nodes and midway between them, tip first
     collision::SurfaceTopology topology; // of the skin
-};
-
-/// Only what is set here has code that runs.
-struct EffectSet {
-    bool elasticity = true;      // off: deformable bodies stay at rest
-    bool coarse_contact = true;  // sphere trees
-    bool self_contact = false;   // solid bodies against themselves
-    bool exact_contact = true;   // continuous tests, when the budget allows
-    std::optional<Vec3> gravity; // m/s^2
-    std::optional<BreathingSpec> breathing;
-    std::optional<PulseSpec> pulse;
-    std::optional<Blood> blood_drag; // of instruments
-    std::vector<AddedEffect> added;  // of the program's own
 };
 
 struct SceneModel {

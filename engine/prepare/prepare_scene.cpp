@@ -180,7 +180,7 @@ void fill_settings(const Scene& scene, SceneModel& model) {
 
 } // namespace
 
-Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress) {
+Result<PreparedScene> make_prepared_scene(const Scene& scene, const Progress& progress) {
     const StopWatch watch;
     if (const std::size_t count = scene.bodies.size() + scene.instruments.size(); count > kMostBodies)
         return scene_error(scene, "bodies", fmt::format("found {} bodies and instruments, expected at most {}", count, kMostBodies));
@@ -217,6 +217,23 @@ Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress
     note_bounds(scene, prepared);
     prepared.seconds = 1e-3 * watch.elapsed_ms();
     return prepared;
+}
+
+Prepared::Prepared(PreparedScene scene) : scene_(std::make_shared<const PreparedScene>(std::move(scene))) {}
+
+const SceneModel& Prepared::model() const noexcept { return scene_->model; }
+
+std::span<const BodySummary> Prepared::bodies() const noexcept { return scene_->bodies; }
+
+std::span<const Place> Prepared::targets() const noexcept { return scene_->targets; }
+
+std::span<const std::string> Prepared::notices() const noexcept { return scene_->notices; }
+
+double Prepared::seconds() const noexcept { return scene_->seconds; }
+
+Result<Prepared> prepare_scene(const Scene& scene, const Progress& progress) {
+    Result<PreparedScene> made = make_prepared_scene(scene, progress);
+    return made ? Result<Prepared>(Prepared(std::move(*made))) : Result<Prepared>(made.error());
 }
 
 } // namespace trocar::engine

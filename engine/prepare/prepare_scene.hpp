@@ -1,18 +1,12 @@
-// All offline work: a scene becomes a model that can be stepped.
+// A scene becomes a model: for code that reads the model's members, or changes its settings. prepare_scene (prepared.hpp) is the same for
+// programs.
 #pragma once
 
 #include "engine/prepare/prepared_scene.hpp"
-#include "engine/scene/scene.hpp"
-
-#include <functional>
-#include <string>
 
 namespace trocar::engine {
 
-/// Called before each part of the work with what comes next.
-using Progress = std::function<void(const std::string&)>;
-
 /// fails  with the scene's file, line and key
-[[nodiscard]] Result<PreparedScene> prepare_scene(const Scene& scene, const Progress& progress = {});
+[[nodiscard]] Result<PreparedScene> make_prepared_scene(const Scene& scene, const Progress& progress = {});
 
 } // namespace trocar::engine

@@ -1,5 +1,6 @@
 #include "engine/render/attach_culler.hpp"
 
+#include "engine/prepare/model.hpp"
 #include "engine/render/gl_cull_backend.hpp"
 
 namespace trocar::engine {

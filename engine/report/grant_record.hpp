@@ -8,6 +8,7 @@
 
 #include "base/result.hpp"
 #include "engine/step/simulator.hpp"
+#include "engine/time/decisions.hpp"
 
 #include <filesystem>
 #include <string>

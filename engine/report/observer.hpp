@@ -3,6 +3,7 @@
 
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/report/run_summary.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <filesystem>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/report/run_summary.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <array>

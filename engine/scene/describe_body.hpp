@@ -1,6 +1,7 @@
 // Keys of a body: surface, tissue, coarse tetrahedra, what holds and what moves it.
 #pragma once
 
+#include "base/repair.hpp"
 #include "engine/scene/described.hpp"
 #include "engine/scene/reader.hpp"
 #include "engine/scene/scene.hpp"

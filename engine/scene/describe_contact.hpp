@@ -1,7 +1,7 @@
 // Keys of "contact".
 #pragma once
 
-#include "engine/scene/contact_spec.hpp"
+#include "engine/scene/settings.hpp"
 #include "engine/scene/described.hpp"
 
 namespace trocar::engine {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/scene/describe_place.hpp"
-#include "engine/scene/effect_specs.hpp"
+#include "engine/scene/settings.hpp"
 
 namespace trocar::engine {
 

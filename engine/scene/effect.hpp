@@ -7,11 +7,13 @@
 #pragma once
 
 #include "base/result.hpp"
+#include "engine/scene/settings.hpp"
 #include "engine/scene/table.hpp"
-#include "fem/rod/rod_model.hpp"
+#include "fem/rod/rod_design.hpp"
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,7 +24,6 @@ namespace trocar::engine {
 struct Scene;
 struct SceneModel;
 struct State;
-struct EffectSet;
 struct EffectPreparation;
 struct EffectDescriptor;
 
@@ -58,6 +59,19 @@ struct EffectCounts {
 struct AddedEffect {
     const EffectDescriptor* effect = nullptr;
     std::vector<double> settings; // SI, the numbers of its keys in their order, three of a vector
+};
+
+/// Only what is set here has code that runs.
+struct EffectSet {
+    bool elasticity = true;      // off: deformable bodies stay at rest
+    bool coarse_contact = true;  // sphere trees
+    bool self_contact = false;   // solid bodies against themselves
+    bool exact_contact = true;   // continuous tests, when the budget allows
+    std::optional<Vec3> gravity; // m/s^2
+    std::optional<BreathingSpec> breathing;
+    std::optional<PulseSpec> pulse;
+    std::optional<Blood> blood_drag; // of instruments
+    std::vector<AddedEffect> added;  // of the program's own
 };
 
 /// What an effect sees of a step.

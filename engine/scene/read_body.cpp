@@ -1,3 +1,4 @@
+#include "base/repair.hpp"
 #include "engine/scene/describe_body.hpp"
 #include "engine/scene/nearest.hpp"
 #include "engine/scene/read_keys.hpp"

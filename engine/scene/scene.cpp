@@ -1,5 +1,6 @@
 #include "engine/scene/scene.hpp"
 
+#include "base/repair.hpp"
 #include "engine/scene/check.hpp"
 
 #include <fmt/format.h>

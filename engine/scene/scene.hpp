@@ -3,20 +3,15 @@
 #pragma once
 
 #include "assets/anatomy/recipe.hpp"
-#include "assets/anatomy/vessels.hpp"
 #include "base/box.hpp"
-#include "base/repair.hpp"
+#include "base/repair_types.hpp"
 #include "base/result.hpp"
 #include "base/vec.hpp"
-#include "engine/scene/budget.hpp"
 #include "engine/scene/effect.hpp"
-#include "engine/scene/contact_spec.hpp"
-#include "engine/scene/drive_specs.hpp"
-#include "engine/scene/effect_specs.hpp"
+#include "engine/scene/settings.hpp"
 #include "engine/scene/units.hpp"
-#include "engine/time/pacer.hpp"
-#include "fem/rod/rod.hpp"
-#include "fem/tissue/integrator.hpp"
+#include "engine/time/limits.hpp"
+#include "fem/rod/rod_design.hpp"
 #include "fem/tissue/material.hpp"
 
 #include <filesystem>
@@ -118,6 +113,12 @@ struct PlaceSpec {
     Index body = kNoIndex;          // the recipe body whose landmark it is
     Vec3 position = Vec3::Zero();   // m
     Vec3 direction = Vec3::UnitZ(); // unit; entries only
+};
+
+/// Such a place where it lies: of the patient that was generated.
+struct Place {
+    Vec3 position = Vec3::Zero();   // m
+    Vec3 direction = Vec3::UnitZ(); // unit
 };
 
 struct SceneTarget {

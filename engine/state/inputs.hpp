@@ -1,8 +1,13 @@
 // What somebody does during a step. A step without any is that of the scene's script.
 #pragma once
 
+#include "base/vec.hpp"
 #include "engine/scene/effect.hpp"
-#include "engine/state/state.hpp"
+#include "engine/scene/settings.hpp"
+
+#include <array>
+#include <optional>
+#include <vector>
 
 namespace trocar::engine {
 

@@ -26,6 +26,13 @@ InstrumentState make_instrument_state(const InstrumentModel& instrument) {
     return state;
 }
 
+template <class List>
+std::optional<std::size_t> find_named(const List& list, std::string_view name) noexcept {
+    for (std::size_t i = 0; i < list.size(); ++i)
+        if (list[i].name == name) return i;
+    return std::nullopt;
+}
+
 } // namespace
 
 State make_initial_state(const SceneModel& model) {
@@ -55,6 +62,28 @@ std::uint64_t hash_state(const State& state) noexcept {
         for (const double spin : instrument.rod.spin) hash.add(spin);
     }
     return hash.value();
+}
+
+std::size_t count_bodies(const SceneModel& model) noexcept { return model.bodies.size(); }
+
+std::size_t count_instruments(const SceneModel& model) noexcept { return model.instruments.size(); }
+
+std::optional<std::size_t> find_body(const SceneModel& model, std::string_view name) noexcept { return find_named(model.bodies, name); }
+
+std::optional<std::size_t> find_instrument(const SceneModel& model, std::string_view name) noexcept {
+    return find_named(model.instruments, name);
+}
+
+BodyView view_body(const SceneModel& model, const State& state, std::size_t body) noexcept {
+    const BodyModel& of = model.bodies[body];
+    const BodyState& now = state.bodies[body];
+    return {of.name, now.surface, of.surface.triangles, now.tissue.position, now.tissue.velocity};
+}
+
+InstrumentView view_instrument(const SceneModel& model, const State& state, std::size_t instrument) noexcept {
+    const InstrumentModel& of = model.instruments[instrument];
+    const InstrumentState& now = state.instruments[instrument];
+    return {of.name, now.rod.position, now.rod.velocity, now.skin, of.skin.triangles, now.rod.insertion, now.rod.rotation};
 }
 
 } // namespace trocar::engine

@@ -4,6 +4,7 @@
 
 #include "base/contact.hpp"
 #include "engine/prepare/model.hpp"
+#include "engine/state/views.hpp"
 #include "fem/embedding/links.hpp"
 #include "fem/rod/rod.hpp"
 #include "fem/tissue/springs.hpp"
@@ -124,9 +125,5 @@ struct State {
 };
 
 [[nodiscard]] State make_initial_state(const SceneModel& model);
-
-/// 64-bit FNV-1a over the bits of step, positions, velocities, insertions and rotations, in the order of the structs: where everything is,
-/// what summary.json and the stored references name. hash_whole_state (state_bytes.hpp) covers all that decides later bits.
-[[nodiscard]] std::uint64_t hash_state(const State& state) noexcept;
 
 } // namespace trocar::engine

@@ -1,9 +1,9 @@
 // What one step did: asked, done, given up. Every number that steps.csv shows.
 #pragma once
 
-#include "base/contact.hpp"
+#include "base/vec.hpp"
 #include "engine/scene/effect.hpp"
-#include "engine/time/account.hpp"
+#include "engine/time/limits.hpp"
 
 #include <array>
 #include <cstdint>

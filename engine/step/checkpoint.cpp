@@ -1,5 +1,6 @@
 #include "engine/step/checkpoint.hpp"
 
+#include "engine/state/state.hpp"
 #include "engine/step/model_hash.hpp"
 #include "engine/state/state_bytes.hpp"
 

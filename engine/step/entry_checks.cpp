@@ -1,6 +1,6 @@
 #include "engine/step/entry_checks.hpp"
 
-#include "engine/scene/budget.hpp"
+#include "engine/scene/settings.hpp"
 #include "engine/scene/check_keys.hpp"
 #include "engine/scene/describe_contact.hpp"
 #include "engine/scene/describe_effects.hpp"

@@ -4,6 +4,7 @@
 
 #include "base/result.hpp"
 #include "engine/state/inputs.hpp"
+#include "engine/state/state.hpp"
 
 namespace trocar::engine {
 

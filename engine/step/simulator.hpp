@@ -1,12 +1,18 @@
 // One step after another: the engine's loop, and the only way to advance a state.
 #pragma once
 
+#include "base/contact.hpp"
 #include "base/result.hpp"
-#include "engine/state/step_report.hpp"
+#include "engine/prepare/prepared.hpp"
 #include "engine/state/inputs.hpp"
-#include "engine/time/step_budget.hpp"
+#include "engine/state/step_report.hpp"
+#include "engine/state/views.hpp"
 
 #include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
 
 namespace trocar::collision {
 class CullBackend;
@@ -18,25 +24,33 @@ enum class LinkStatus : std::uint8_t;
 
 namespace trocar::engine {
 
+class Clock;
+class DecisionTape;
 struct StepScratch;
 
 /// Every public call checks what it is given, and answers: with an Error that says what was found and what is expected, and then nothing
 /// has changed; or, where it says so, by doing nothing. Nothing that is refused reaches the state.
 class Simulator {
 public:
-    /// The model is only read and must outlive the simulator. It is one that prepare_scene made; settings that a caller changed in it
+    /// Of a prepared scene, which it shares; under the scene's budget or another.
+    explicit Simulator(const Prepared& scene);
+    Simulator(const Prepared& scene, const BudgetLimits& limits);
+    /// Of a model that is only read and must outlive the simulator. It is one that prepare_scene made; settings that a caller changed in it
     /// (step, effects, contact, budget) are checked, and where no step can be taken with them, or under the budget that is given, none is:
     /// begin_step() returns false, and the report is not finite and says why.
     explicit Simulator(const SceneModel& model);
     Simulator(const SceneModel& model, const Clock& clock);
-    /// Under another budget than the scene's.
     Simulator(const SceneModel& model, const BudgetLimits& limits);
     Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits);
     /// Another one of the same model, at the scene's start: what both would build alike is copied instead, some 20 times as fast.
     Simulator(const Simulator& like, const BudgetLimits& limits);
     ~Simulator();
-    Simulator(const Simulator&) = delete;
-    Simulator& operator=(const Simulator&) = delete;
+    /// What is moved from can only be assigned to and destroyed.
+    Simulator(Simulator&& other) noexcept;
+    Simulator& operator=(Simulator&& other) noexcept;
+
+    /// Between steps: another one in the same state, under the same budget. Both go on to the same bits, each on its own.
+    [[nodiscard]] Simulator fork();
 
     /// Advances by model.step_s, as the scene's script says. After a report with finite == false the state is the last good one, and no
     /// more steps are taken.
@@ -55,7 +69,9 @@ public:
     ///        that is not in [0, 1], a budget that check_limits refuses
     [[nodiscard]] Result<void> check_inputs(const Inputs& inputs) const;
 
-    /// Goes on from another state of this model, or of one that differs from it in settings alone: a fork is restore(other.state()).
+    /// All that the last step left: restore(*save()) comes back to it, here or in another simulator. To a file: checkpoint.hpp.
+    [[nodiscard]] SavedState save();
+    /// Goes on from another state of this model, or of one that differs from it in settings alone.
     /// A step that has begun here is given up.
     /// fails  BadValue: the state is no state of this model; then nothing has changed
     [[nodiscard]] Result<void> restore(const State& state);
@@ -65,7 +81,7 @@ public:
     [[nodiscard]] std::optional<DriveCommand> follow_route(std::size_t instrument);
 
     /// Of the last step; before the first, what steps will have.
-    [[nodiscard]] const BudgetLimits& budget() const noexcept { return budget_.limits(); }
+    [[nodiscard]] const BudgetLimits& budget() const noexcept;
 
     /// What culls the exact stage's candidates in place of the CPU reference, on a thread of its own; see ContactSpec::culling. Without
     /// instruments, and of a null pointer, nothing.
@@ -74,13 +90,25 @@ public:
     [[nodiscard]] std::span<const std::string> cull_notes() const noexcept;
 
     /// Every decision of the clock: recorded from the next step on, or replayed in it (see DecisionTape).
-    [[nodiscard]] DecisionTape& tape() noexcept { return budget_.tape(); }
+    [[nodiscard]] DecisionTape& tape() noexcept;
 
-    [[nodiscard]] const SceneModel& model() const noexcept { return model_; }
+    [[nodiscard]] std::size_t body_count() const noexcept;
+    [[nodiscard]] std::size_t instrument_count() const noexcept;
+    /// Nothing where there is none of that name.
+    [[nodiscard]] std::optional<std::size_t> find_body(std::string_view name) const noexcept;
+    [[nodiscard]] std::optional<std::size_t> find_instrument(std::string_view name) const noexcept;
+    /// As the last step left it; empty where there is no such index. It holds until the next step. A body's surface is evaluated where no
+    /// step has needed it: not from several threads at once.
+    [[nodiscard]] BodyView body(std::size_t index) noexcept;
+    [[nodiscard]] InstrumentView instrument(std::size_t index) const noexcept;
+    /// hash_state: where everything is.
+    [[nodiscard]] std::uint64_t hash() noexcept;
+
+    [[nodiscard]] const SceneModel& model() const noexcept;
     /// Evaluates the surfaces that no step has needed: not from several threads at once.
     [[nodiscard]] const State& state() noexcept;
     /// The same, but surfaces that no step has needed may wait there (BodyState::surface_deferred).
-    [[nodiscard]] const State& raw_state() const noexcept { return state_; }
+    [[nodiscard]] const State& raw_state() const noexcept;
     [[nodiscard]] const StepReport& report() const noexcept;
     /// What the last step's response pushed against: places where an instrument presses on its wall (gap: what is missing
     /// of the clearance), and sphere contacts of solid bodies.
@@ -94,17 +122,11 @@ public:
 
 private:
     friend struct ScratchView; // of tests that look at one stage
-    Simulator(const SceneModel& model, const Clock& clock, const BudgetLimits& limits, const StepScratch* like);
-    void refuse(const Result<void>& settings);
+    struct Parts;
+    explicit Simulator(std::unique_ptr<Parts> parts) noexcept;
+    [[nodiscard]] StepScratch& scratch() noexcept;
 
-    const SceneModel& model_;
-    MonotonicClock own_clock_;
-    BudgetLimits limits_;
-    StepBudget budget_;
-    State state_;
-    std::unique_ptr<StepScratch> scratch_;
-    bool stopped_ = false;
-    bool begun_ = false; // a step, and not finished it
+    std::unique_ptr<Parts> parts_;
 };
 
 } // namespace trocar::engine

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/state/inputs.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/scratch.hpp"
 #include "engine/time/step_budget.hpp"
 

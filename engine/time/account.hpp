@@ -7,21 +7,6 @@
 
 namespace trocar::engine {
 
-/// Parts of a step that are charged whatever the budget covers: what each had, and what it took.
-enum class AccountPart : std::uint8_t {
-    Solve,    // contact between solids, in the tissue's sub-steps
-    Descent,  // sphere trees
-    Exact,    // continuous tests, with the solves of instruments between their walls that they check
-    Walls,    // instruments between their walls where no exact answer stands; springs that they press on
-    Surfaces, // of solids
-};
-inline constexpr std::size_t kAccountParts = 5;
-struct AccountEntry {
-    double granted_ms = -1.0; // left of the budget when the part began; negative: no limit of time
-    double used_ms = 0.0;
-    std::uint64_t units = 0; // work units used
-};
-
 /// A part, for as long as this lives.
 class AccountScope {
 public:

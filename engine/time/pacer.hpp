@@ -2,20 +2,11 @@
 // No step reads it: the same steps give the same bits at any pace.
 #pragma once
 
+#include "engine/time/limits.hpp"
+
 #include <cstdint>
 
 namespace trocar::engine {
-
-/// A step that begins after its time.
-enum class LatePolicy : std::uint8_t {
-    FallBehind, // the run's schedule is shifted by the delay: late steps fall behind real time
-    CatchUp,    // catch up: the next steps begin without waiting until the run is on schedule
-};
-
-struct PaceSpec {
-    double speed = 1.0; // simulated seconds in a second, > 0
-    LatePolicy late = LatePolicy::FallBehind;
-};
 
 struct PaceStats {
     std::uint64_t late_steps = 0;

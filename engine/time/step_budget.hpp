@@ -6,28 +6,13 @@
 #include "engine/time/clock.hpp"
 #include "engine/time/decisions.hpp"
 #include "engine/time/forecast.hpp"
+#include "engine/time/limits.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
 namespace trocar::engine {
-
-enum class BudgetMode : std::uint8_t {
-    Wall,  // microseconds of a monotonic clock
-    Work,  // sphere-pair tests; the same answers on every run and machine
-    Exact, // no limit: everything is tested, the exact stage always runs
-};
-
-struct BudgetLimits {
-    BudgetMode mode = BudgetMode::Exact;
-    double wall_s = 0.0;          // s per step, mode Wall
-    std::uint64_t work_units = 0; // per step, mode Work
-};
-
-/// What a step may leave out when its budget covers the whole of it.
-enum class Droppable : std::uint8_t { ExactContact, Elasticity };
-[[nodiscard]] constexpr unsigned drop_bit(Droppable effect) noexcept { return 1u << static_cast<unsigned>(effect); }
 
 /// Parts of a step whose cost is forecast from step to step.
 enum class StepPart : std::uint8_t {

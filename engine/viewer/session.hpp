@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/viewer/command.hpp"
 #include "engine/viewer/recording.hpp"

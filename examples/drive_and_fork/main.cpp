@@ -11,7 +11,7 @@ namespace {
 /// Steps towards an insertion; the limits of the instrument's drive bound how fast.
 bool drive(sim::Simulator& simulator, double insertion, int steps) {
     sim::Inputs inputs;
-    inputs.drive.resize(simulator.model().instruments.size());
+    inputs.drive.resize(simulator.instrument_count());
     inputs.drive[0] = sim::DriveCommand{.insertion = insertion, .rotation = 0.0};
     for (int k = 0; k < steps; ++k) {
         if (const auto taken = simulator.step(inputs); !taken.ok()) return std::fprintf(stderr, "%s\n", taken.error().to_string().c_str()), false;
@@ -28,15 +28,13 @@ int main(int argc, char** argv) {
     if (!scene.ok()) return std::fprintf(stderr, "%s\n", scene.error().to_string().c_str()), 2;
     const auto prepared = sim::prepare_scene(*scene);
     if (!prepared.ok()) return std::fprintf(stderr, "%s\n", prepared.error().to_string().c_str()), 2;
-    if (prepared->model.instruments.empty()) return std::fprintf(stderr, "%s has no instrument to drive\n", argv[1]), 2;
     const int steps = argc > 2 ? std::atoi(argv[2]) : 50;
 
-    sim::Simulator simulator(prepared->model);
+    sim::Simulator simulator(*prepared);
+    if (simulator.instrument_count() == 0) return std::fprintf(stderr, "%s has no instrument to drive\n", argv[1]), 2;
     if (!drive(simulator, 0.1, steps)) return 3;
-    const sim::State fork = simulator.state(); // a copy: all that a step leaves for the next
-
-    sim::Simulator back(prepared->model);
-    if (!back.restore(fork).ok() || !drive(simulator, 0.2, steps) || !drive(back, 0.0, steps)) return 3;
+    sim::Simulator back = simulator.fork(); // in the same state: both go on to the same bits
+    if (!drive(simulator, 0.2, steps) || !drive(back, 0.0, steps)) return 3;
     std::printf("pushed on to %.2f mm, drawn back to %.2f mm; contacts %zu and %zu\n", 1e3 * simulator.report().insertion_m,
                 1e3 * back.report().insertion_m, simulator.contacts().size(), back.contacts().size());
     return simulator.report().insertion_m > back.report().insertion_m ? 0 : 1;

@@ -9,7 +9,7 @@ namespace {
 
 /// Settings come in the order of the keys below: force, then the place's three coordinates; in SI whatever the scene's units.
 void pull_the_tip(const sim::EffectStep& step, std::size_t instrument, sim::State& state, sim::RodLoads& loads) {
-    const std::vector<Vec3>& rod = state.instruments[instrument].rod.position;
+    const std::span<const Vec3> rod = sim::view_instrument(step.model, state, instrument).rod;
     const Vec3 way = Vec3(step.settings[1], step.settings[2], step.settings[3]) - rod.back();
     const double distance = std::sqrt(way.squaredNorm());
     if (!(distance > 0.0)) return;

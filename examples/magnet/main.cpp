@@ -12,7 +12,7 @@ namespace {
 std::optional<trocar::Vec3> tip_after(const sim::Scene& scene, int steps) {
     const auto prepared = sim::prepare_scene(scene);
     if (!prepared.ok()) return std::fprintf(stderr, "%s\n", prepared.error().to_string().c_str()), std::nullopt;
-    sim::Simulator simulator(prepared->model);
+    sim::Simulator simulator(*prepared);
     for (int k = 0; k < steps; ++k) simulator.step();
     if (!simulator.report().finite) return std::fprintf(stderr, "%s\n", simulator.report().failure.c_str()), std::nullopt;
     return simulator.report().tip;

@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
     const auto prepared = sim::prepare_scene(*scene);
     if (!prepared.ok()) return std::fprintf(stderr, "%s\n", prepared.error().to_string().c_str()), 2;
 
-    sim::Simulator simulator(prepared->model);
+    sim::Simulator simulator(*prepared);
     const int steps = argc > 2 ? std::atoi(argv[2]) : 100;
     for (int k = 0; k < steps; ++k) {
         const sim::StepReport& report = simulator.step();
@@ -25,5 +25,5 @@ int main(int argc, char** argv) {
             std::printf("t %.2f s  tip (%.2f, %.2f, %.2f) mm  %.3f ms  contacts %zu\n", report.time_s, 1e3 * report.tip.x(),
                         1e3 * report.tip.y(), 1e3 * report.tip.z(), report.ms.total, simulator.contacts().size());
     }
-    std::printf("state %016llx\n", static_cast<unsigned long long>(sim::hash_state(simulator.state())));
+    std::printf("state %016llx\n", static_cast<unsigned long long>(simulator.hash()));
 }

@@ -11,20 +11,13 @@
 // gap at a given pressure); the rod does not narrow or slow the flow; no torque about the axis.
 #pragma once
 
-#include "base/vec.hpp"
+#include "fem/rod/rod_design.hpp"
 #include "fem/tissue/logarithm.hpp"
 
 #include <algorithm>
 #include <numbers>
 
 namespace trocar::fem {
-
-/// Of the fluid at one node of a rod.
-struct RodFlow {
-    Vec3 velocity = Vec3::Zero(); // m/s, undisturbed
-    double viscous = 0.0;         // N s/m^2, along the axis; twice that across it
-    double form = 0.0;            // kg/m^2, times the square of the speed across the axis
-};
 
 /// [-] lumen's radius over the rod's: in a narrower gap the fluid takes other paths, and the law would diverge.
 inline constexpr double kLeastClearanceRatio = 1.5;

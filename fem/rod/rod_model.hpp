@@ -1,9 +1,9 @@
-// What a rod is built of and what of it moves: design, model, state, what drives and what holds it. rod.hpp solves it.
+// What is made of a rod's design, and what of it moves: model, state, what drives and what holds it. rod.hpp solves it.
 #pragma once
 
 #include "base/result.hpp"
 #include "base/vec.hpp"
-#include "fem/rod/rod_flow.hpp"
+#include "fem/rod/rod_design.hpp"
 
 #include <array>
 #include <cstdint>
@@ -11,37 +11,6 @@
 #include <vector>
 
 namespace trocar::fem {
-
-enum class TipShape : std::uint8_t { Straight, J, Simmons, Pigtail };
-
-/// Stiffness along the rod, linear between rows, held beyond the first and the last.
-struct StiffnessRow {
-    double from_tip = 0.0; // m, arc length from the tip, ascending
-    double factor = 1.0;   // [-] of the Young's modulus, > 0
-};
-
-/// N s/m^2, across a slender rod in blood of 3.5 mPa s whose vessel is four times as wide: twice viscous_resistance.
-inline constexpr double kBloodDrag = 0.03;
-
-struct RodDesign {
-    double length = 0.5;          // m
-    double radius = 0.5e-3;       // m, outer
-    double segment = 2e-3;        // m, distance of nodes
-    double young_modulus = 100e6; // Pa, of the solid circular section
-    double density = 1100.0;      // kg/m^3
-    double drag = 40.0;           // 1/s, mass-proportional
-    double transverse_drag = kBloodDrag; // N s/m^2, per metre of rod, across its axis only: of a fluid that is at rest
-    TipShape tip = TipShape::J;
-    double tip_length = 15e-3;           // m, of the shaped distal part
-    double tip_angle = 0.8;              // rad, total rest bend of the shaped part
-    double tip_stiffness = 0.3;          // [-] modulus of the shaped part relative to the shaft, blended over as much again
-    std::vector<StiffnessRow> stiffness; // empty: tip_stiffness says it; else instead of that, of stretch and twist as well
-    bool torsion = false;                // the rod twists: a turn of the handle travels and winds it up
-    double poisson_ratio = 0.4;          // [-] with torsion: shear modulus E / (2 + 2 nu)
-};
-
-/// rad a node of a pigtail; a polygon with sharper corners is no loop.
-inline constexpr double kSharpestNode = 0.8;
 
 /// Built once, then only read. Node 0 is the handle's end, node_count - 1 the tip.
 struct RodModel {

@@ -29,6 +29,9 @@ struct LawConstants {
     double rest_volume = 1.0; // [-]. neo_hookean: the alpha of (J - alpha)^2 that makes the rest state free of stress
 };
 
+/// Which rule carries the tissue over a sub-step.
+enum class Integrator : std::uint8_t { Rk4, Leapfrog };
+
 /// Finite and in range, or BadValue naming the field and the value found.
 [[nodiscard]] Result<void> check_material(const Material& material);
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "fem/tissue/forces.hpp"
-#include "fem/tissue/integrator.hpp"
+#include "fem/tissue/material.hpp"
 #include "fem/tissue/springs.hpp"
 
 namespace trocar::fem {

@@ -2,7 +2,7 @@
 // body and returns what it measured; none is part of a step.
 #pragma once
 
-#include "fem/tissue/integrator.hpp"
+#include "fem/tissue/material.hpp"
 #include "fem/tissue/tissue.hpp"
 
 namespace trocar::fem {

@@ -52,7 +52,7 @@ void LoadedScene::give_back(std::unique_ptr<engine::Simulator> simulator) const 
 Result<ScenePtr> load_scene(SceneSource source, const engine::Progress& progress) {
     auto scene = read_source(source);
     if (!scene.ok()) return scene.error();
-    auto prepared = engine::prepare_scene(*scene, progress);
+    auto prepared = engine::make_prepared_scene(*scene, progress);
     if (!prepared.ok()) return prepared.error();
     return ScenePtr(std::make_shared<const LoadedScene>(std::move(source), std::move(*scene), std::move(*prepared)));
 }

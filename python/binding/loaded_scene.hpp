@@ -3,6 +3,7 @@
 
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/step/model_hash.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 
 #include <memory>

@@ -232,7 +232,7 @@ TEST(Cost, ErrorsOfAStepDoNotGrowWithTheBudgetOnTheFallingSphere) {
     if (!find_program("tetgen", "tetgen").ok()) GTEST_SKIP() << "the scene's mesher is not installed: apt-get install tetgen";
     const auto scene = read_scene(TROCAR_SOURCE_DIR "/assets/scenes/falling_sphere.json");
     ASSERT_TRUE(scene.ok());
-    const auto prepared = prepare_scene(*scene);
+    const auto prepared = make_prepared_scene(*scene);
     ASSERT_TRUE(prepared.ok()) << prepared.error().to_string();
     const CostTable table = measure(*prepared, {"work:0", "work:300", "work:3000", "work:30000", "exact"}, 60, scene->cost);
     expect_laws(table, 1.1);

@@ -35,7 +35,7 @@ Scene scene_of(const std::string& text) {
 PreparedScene prepare_variant(const std::string& text, const std::string& name) {
     const Result<Scene> variant = make_variant(scene_of(text), name);
     EXPECT_TRUE(variant.ok()) << name;
-    auto prepared = prepare_scene(*variant);
+    auto prepared = make_prepared_scene(*variant);
     EXPECT_TRUE(prepared.ok());
     return std::move(*prepared);
 }

@@ -41,7 +41,7 @@ struct TinyRun {
         EXPECT_TRUE(read.ok()) << (read.ok() ? "" : read.error().to_string());
         if (!read.ok()) return;
         scene = std::move(*read);
-        Result<PreparedScene> made = prepare_scene(scene);
+        Result<PreparedScene> made = make_prepared_scene(scene);
         EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().to_string());
         if (made.ok()) prepared = std::move(*made);
     }

@@ -138,7 +138,7 @@ protected:
         const Result<Scene> scene = parse_scene(text, "test.json");
         EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().to_string());
         if (!scene.ok()) return scene.error();
-        return prepare_scene(*scene);
+        return make_prepared_scene(*scene);
     }
     static Result<MeshPreparation> prepare_file(const std::filesystem::path& file) {
         PrepareOptions options;

@@ -36,7 +36,7 @@ std::string tube_scene(const Places& places) {
 Result<PreparedScene> try_to_prepare(const Places& places) {
     const Result<Scene> scene = parse_scene(tube_scene(places), "room.json");
     EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().to_string());
-    return prepare_scene(*scene);
+    return make_prepared_scene(*scene);
 }
 
 /// mm; the place that a message names.

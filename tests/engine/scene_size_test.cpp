@@ -84,7 +84,7 @@ TEST(SceneSize, AShapeOfTooManyTrianglesIsRefusedBeforeItIsMade) {
 
 TEST(SceneSize, ATubeThatIsALittleTooLongIsToldWithAllItsDigits) {
     const std::string tube = R"("shape": "tube", "axis": [[0, 0, 0, 20], [0, 0, 10000.01, 20]])";
-    const auto prepared = prepare_scene(parsed(kHead + body("tube", tube) + "}}"));
+    const auto prepared = make_prepared_scene(parsed(kHead + body("tube", tube) + "}}"));
     ASSERT_FALSE(prepared.ok());
     EXPECT_TRUE(says(prepared.error(), "longest side is 10.00001")) << prepared.error().to_string();
     EXPECT_TRUE(says(prepared.error(), "bodies measure 0.0001 m to 10 m"));
@@ -107,7 +107,7 @@ TEST(SceneSize, AFileIsRefusedOnceItIsReadAndNothingElseIsMade) {
     std::string text = kHead + body("mesh", "\"file\": \"" + file.string() + "\"");
     for (const char* name : {"a", "b", "c"}) text += "," + body(name, kLargestBox);
     text += "," + body("d", R"("shape": "box", "extent": [10, 10, 10], "cells": 288)") + "}}"; // 9,995,328 in all
-    const auto prepared = prepare_scene(parsed(text));
+    const auto prepared = make_prepared_scene(parsed(text));
     ASSERT_FALSE(prepared.ok());
     EXPECT_EQ(prepared.error().key, "bodies.mesh.surface");
     EXPECT_TRUE(says(prepared.error(), "found 5000 triangles, 10000328 with the other bodies; expected at most 10000000"));
@@ -133,7 +133,7 @@ TEST(SceneSize, TetrahedraAreCountedOverAllBodies) {
 
 TEST(SceneSize, ALatticeOfMoreTetrahedraIsRefusedBeforeItIsMade) {
     const std::string tissue = R"("kind": "deformable", "coarse": {"mesher": "lattice", "surface_triangles": 1000000})";
-    const auto prepared = prepare_scene(parsed(kHead + body("ball", R"("shape": "sphere", "radius": 50)", tissue) + "}}"));
+    const auto prepared = make_prepared_scene(parsed(kHead + body("ball", R"("shape": "sphere", "radius": 50)", tissue) + "}}"));
     ASSERT_FALSE(prepared.ok());
     EXPECT_EQ(prepared.error().key, "bodies.ball.coarse");
     EXPECT_TRUE(says(prepared.error(), "larger cells or fewer surface triangles are needed"));

@@ -4,6 +4,7 @@
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/state/state_bytes.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "step_fixture.hpp"
 
@@ -62,7 +63,7 @@ class ShippedScene : public ::testing::TestWithParam<fs::path> {};
 TEST_P(ShippedScene, GoesOnToTheSameBitsFromAForkARestoredStateAndItsBytes) {
     const Result<Scene> scene = read_scene(GetParam());
     ASSERT_TRUE(scene.ok()) << scene.error().to_string();
-    const Result<PreparedScene> prepared = prepare_scene(*scene, {});
+    const Result<PreparedScene> prepared = make_prepared_scene(*scene, {});
     ASSERT_TRUE(prepared.ok()) << prepared.error().to_string();
     const SceneModel& model = prepared->model;
     std::mt19937 random(kSeed);
@@ -80,6 +81,8 @@ TEST_P(ShippedScene, GoesOnToTheSameBitsFromAForkARestoredStateAndItsBytes) {
         std::string bytes;
         append_state(kept, bytes);
         ASSERT_TRUE(fork.restore(kept).ok());
+        Simulator own = whole.fork();
+        EXPECT_EQ(hash_contacts(own.contacts()), hash_contacts(whole.contacts()));
         const Result<State> read = read_state(model, bytes);
         ASSERT_TRUE(read.ok()) << read.error().message;
         ASSERT_EQ(hash_whole_state(*read), hash_whole_state(kept));
@@ -87,7 +90,8 @@ TEST_P(ShippedScene, GoesOnToTheSameBitsFromAForkARestoredStateAndItsBytes) {
         std::vector<Step> steps;
         for (int k = 0; k < kStepsAfter; ++k) {
             steps.push_back(take_step(whole));
-            EXPECT_EQ(take_step(fork), steps.back()) << "fork, " << k;
+            EXPECT_EQ(take_step(fork), steps.back()) << "restored from a copy, " << k;
+            EXPECT_EQ(take_step(own), steps.back()) << "fork, " << k;
             EXPECT_EQ(take_step(reader), steps.back()) << "from bytes, " << k;
             contacts += steps.back().contacts;
         }

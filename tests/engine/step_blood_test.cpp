@@ -145,7 +145,7 @@ TEST(BloodDrag, WhatIsWrongIsNamedWithItsPlace) {
     const auto refusal = [](const std::string& text) {
         const Result<Scene> scene = parse_scene(text, "scenes/blood.json");
         if (!scene.ok()) return scene.error().to_string();
-        const Result<PreparedScene> prepared = prepare_scene(*scene);
+        const Result<PreparedScene> prepared = make_prepared_scene(*scene);
         return prepared.ok() ? std::string() : prepared.error().to_string();
     };
     const auto says = [](const std::string& message, const char* words) { return message.find(words) != std::string::npos; };

@@ -1,5 +1,6 @@
 // Only the effects that a scene calls for exist at run time: each left out runs none of its code, finds no memory, and changes no bit of a
 // scene that did not need it.
+#include "engine/effects/call.hpp"
 #include "engine/experiments/effect_cost.hpp"
 #include "engine/step/model_hash.hpp"
 #include "step_fixture.hpp"

@@ -233,7 +233,7 @@ TEST(Entries, ASceneThatAProgramHasWrittenIsCheckedAsOneThatWasRead) {
         for (const double bad : {kNan, kInf, -kInf, -1e300}) {
             Scene scene = good;
             edit.apply(scene, bad);
-            const auto prepared = prepare_scene(scene);
+            const auto prepared = make_prepared_scene(scene);
             EXPECT_FALSE(prepared.ok()) << edit.what << " = " << bad;
             if (!prepared.ok()) {
                 EXPECT_FALSE(prepared.error().message.empty());
@@ -242,7 +242,7 @@ TEST(Entries, ASceneThatAProgramHasWrittenIsCheckedAsOneThatWasRead) {
     const auto refuses = [&](auto change) {
         Scene scene = good;
         change(scene);
-        return !prepare_scene(scene).ok();
+        return !make_prepared_scene(scene).ok();
     };
     for (const Index bad : {Index{2}, Index{1000}, kNoIndex - 1}) {
         EXPECT_TRUE(refuses([bad](Scene& s) { s.instruments[0].lumen = bad; })) << bad;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/step/stages.hpp"
 #include "engine/step/tissue/tissue_stage.hpp"
@@ -16,7 +17,7 @@ namespace trocar::engine {
 
 /// Looks into a simulator, for tests of one stage.
 struct ScratchView {
-    [[nodiscard]] static StepScratch& of(Simulator& simulator) { return *simulator.scratch_; }
+    [[nodiscard]] static StepScratch& of(Simulator& simulator) { return simulator.scratch(); }
 };
 
 } // namespace trocar::engine
@@ -28,7 +29,7 @@ inline PreparedScene prepare(const std::string& text) {
     Result<Scene> scene = parse_scene(text, "scenes/step.json");
     EXPECT_TRUE(scene.ok()) << (scene.ok() ? "" : scene.error().to_string());
     if (!scene.ok()) return {};
-    Result<PreparedScene> prepared = prepare_scene(*scene);
+    Result<PreparedScene> prepared = make_prepared_scene(*scene);
     EXPECT_TRUE(prepared.ok()) << (prepared.ok() ? "" : prepared.error().to_string());
     return prepared.ok() ? std::move(*prepared) : PreparedScene{};
 }

@@ -110,7 +110,7 @@ TEST(RodIteration, IsShortInTheShippedBends) {
         SCOPED_TRACE(name);
         const auto scene = read_scene(fmt::format("{}/assets/scenes/{}.json", TROCAR_SOURCE_DIR, name));
         ASSERT_TRUE(scene.ok());
-        const auto prepared = prepare_scene(*scene);
+        const auto prepared = make_prepared_scene(*scene);
         ASSERT_TRUE(prepared.ok());
         Simulator simulator(prepared->model, BudgetLimits{});
         std::uint64_t iterations = 0, longest = 0;

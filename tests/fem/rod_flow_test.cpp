@@ -1,6 +1,7 @@
 // Drag of a fluid: known loads, terminal velocities, and none on what moves with the flow.
 #include "fem/rod/coaxial.hpp"
 #include "fem/rod/mass_spring.hpp"
+#include "fem/rod/rod_flow.hpp"
 #include "rod_rest.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // The shipped scenes for a while, in work mode: the same bits twice, and the instrument inside its vessel.
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/prepare/process.hpp"
+#include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "tests/made/patient.hpp"
 
@@ -20,7 +21,7 @@ PreparedScene prepare_in_work_mode(const std::string& file, double follow_speed 
     if (!scene.ok()) return {};
     scene->budget.limits = {BudgetMode::Work, 0.0, 1'000'000};
     if (follow_speed > 0.0) scene->instruments.front().follow->settings.speed = follow_speed;
-    Result<PreparedScene> prepared = prepare_scene(*scene);
+    Result<PreparedScene> prepared = make_prepared_scene(*scene);
     EXPECT_TRUE(prepared.ok()) << (prepared.ok() ? "" : prepared.error().to_string());
     return prepared.ok() ? std::move(*prepared) : PreparedScene{};
 }

@@ -41,7 +41,7 @@ struct Live {
     explicit Live(const std::string& text = engine::test::bent_tube_scene({35, "work:20000"}), const LoopOptions& loop = {})
         : options(loop) {
         scene = *parse_scene(text, "scenes/live.json");
-        prepared = *prepare_scene(scene);
+        prepared = *make_prepared_scene(scene);
         start();
     }
     Live(const Scene& read, const PreparedScene& made) : scene(read), prepared(made) { start(); }

@@ -71,7 +71,7 @@ TEST(DISABLED_ViewerMeasured, StepsWithAndWithoutAViewer) {
     const std::string file = scene_file();
     const Result<Scene> read = read_scene(file);
     ASSERT_TRUE(read.ok()) << read.error().to_string();
-    const Result<PreparedScene> prepared = prepare_scene(*read);
+    const Result<PreparedScene> prepared = make_prepared_scene(*read);
     ASSERT_TRUE(prepared.ok()) << prepared.error().to_string();
     std::vector<double> p50[2], p99[2], latency, rate, size;
     for (int round = 0; round < 2 * kRounds; ++round) {

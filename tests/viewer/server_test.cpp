@@ -276,7 +276,7 @@ TEST(ViewerServer, WatchingChangesNothing) {
     const auto hash_after = [](bool watched) {
         const std::string text = engine::test::bent_tube_scene({35, "work:20000"});
         Scene scene = *parse_scene(text, "scenes/live.json");
-        const PreparedScene prepared = *prepare_scene(scene);
+        const PreparedScene prepared = *make_prepared_scene(scene);
         Session session(scene, prepared);
         Exchange exchange;
         open_exchange(session, exchange);
@@ -300,7 +300,7 @@ TEST(ViewerServer, WatchingChangesNothing) {
 /// At the slowest pace, s that `steps` steps take; with commands throughout, or none.
 double seconds_of(std::uint64_t steps, bool commanded) {
     Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
-    const PreparedScene prepared = *prepare_scene(scene);
+    const PreparedScene prepared = *make_prepared_scene(scene);
     Session session(scene, prepared);
     Exchange exchange;
     open_exchange(session, exchange);
@@ -351,7 +351,7 @@ TEST(ViewerServer, NoStepIsTakenBeforeTheFirstViewerWhereTheLoopWaitsForOne) {
 
 TEST(ViewerServer, OfManyRestartsOneIsMadeAndWhatElseWasSaidHolds) {
     Scene scene = *parse_scene(engine::test::bent_tube_scene({35, "work:20000"}), "scenes/live.json");
-    const PreparedScene prepared = *prepare_scene(scene);
+    const PreparedScene prepared = *make_prepared_scene(scene);
     Session session(scene, prepared);
     Exchange exchange;
     open_exchange(session, exchange);

@@ -68,7 +68,7 @@ std::uint64_t hash_of_run(const std::string& scene_text, const std::string& csv,
     EXPECT_TRUE(path.ok()) << (path.ok() ? "" : path.error().to_string());
     if (!path.ok()) return 0;
     scene->budget.limits = limits;
-    const Result<PreparedScene> prepared = prepare_scene(*scene);
+    const Result<PreparedScene> prepared = make_prepared_scene(*scene);
     EXPECT_TRUE(prepared.ok());
     Simulator simulator(prepared->model);
     for (std::size_t k = 0; k < steps; ++k) simulator.step();

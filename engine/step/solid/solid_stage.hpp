@@ -4,6 +4,7 @@
 #include "engine/state/step_report.hpp"
 #include "engine/step/solid/solid_scratch.hpp"
 #include "engine/step/tissue/tissue_scratch.hpp"
+#include "engine/time/step_budget.hpp"
 
 namespace trocar::engine {
 

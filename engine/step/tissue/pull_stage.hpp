@@ -3,6 +3,7 @@
 #pragma once
 
 #include "engine/state/inputs.hpp"
+#include "engine/state/state.hpp"
 #include "engine/state/step_report.hpp"
 #include "engine/step/tissue/tissue_scratch.hpp"
 

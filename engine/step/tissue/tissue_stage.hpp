@@ -3,6 +3,7 @@
 
 #include "engine/state/step_report.hpp"
 #include "engine/step/tissue/tissue_scratch.hpp"
+#include "engine/time/step_budget.hpp"
 
 namespace trocar::engine {
 

@@ -1,4 +1,4 @@
-#include "engine/scene/budget.hpp"
+#include "engine/scene/settings.hpp"
 
 #include <fmt/format.h>
 
