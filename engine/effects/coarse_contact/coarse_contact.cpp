@@ -15,7 +15,10 @@ const EffectDescriptor coarse_contact{
     .explain = [](const Scene& scene, const SceneModel&) -> EffectLine {
         const bool on = scene.effects.coarse_contact;
         const std::string_view trees = kSphereTreeWords[static_cast<std::size_t>(scene.contact.sphere_trees)];
-        return {on, listed(on, fmt::format("{} sphere trees of solids, breadth-first, under the budget", trees))};
+        std::string files;
+        for (const SceneBody& body : scene.bodies)
+            if (!body.spheres.empty()) files += fmt::format("{}{} from {}", files.empty() ? "; of " : ", of ", body.name, body.spheres.filename().string());
+        return {on, listed(on, fmt::format("{} sphere trees of solids, breadth-first, under the budget{}", trees, files))};
     },
     .floor = [](const SceneModel& model) -> std::string {
         std::size_t solids = 0;
