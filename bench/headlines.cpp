@@ -247,8 +247,8 @@ std::vector<Headline> of_chromatic(Rows rows) {
         if (forced == nullptr || !number(*forced, "pcs_after_I")) continue;
         const double before = *number(*forced, "pcs_after_I"), after = number(*forced, "pcs_after_II").value_or(0.0);
         lines.push_back({subject + ": triangles of the colliding set after stage I / after I and II",
-                         fmt::format("{:.0f} / {:.0f}{}", before, after, after > 0.0 ? fmt::format(" ({:.2g} times fewer)", before / after) : ""),
-                         paper.empty() ? std::string() : kPaperReduction,
+                         fmt::format("{:.0f} / {:.0f}{}", before, after, after > 0.0 ? fmt::format(" ({:.1f} times fewer)", before / after) : ""),
+                         paper.empty() || text(row, "looked_for") != "self" ? std::string() : kPaperReduction,
                          {},
                          "the paper's cloth has other folds: a bound proves fewer triangles apart where pleats press on each other"});
     }

@@ -118,6 +118,8 @@ void add_losses(const RunRecord& record, Json& json) {
     json["pace"] = pace(record.summary);
     for (const EffectDescriptor* effect : registered_effects())
         if (effect->in_step) json["effect_calls"][std::string(effect->name)] = t.effects.of(*effect);
+    json["exact_contacts_total"] = t.exact_contacts;       // found by continuous tests
+    json["pressing_contacts_total"] = t.pressing_contacts; // places of instruments on their walls; contacts_total has those of solids too
     json["overruns"] = record.summary.overruns;
     json["realtime_overruns"] = record.summary.realtime_overruns;
     json["held_back_steps"] = t.scaled_step_count;

@@ -37,19 +37,19 @@ Strength measure_strength(const CullScene& scene) {
 struct Bound {
     const char* name;
     CullScene scene;
-    double triangles, pairs; // at least so many times fewer
+    double triangles, pairs; // at least so many times fewer: a tenth below what was measured
 };
 
 TEST(CullStrength, IsBoundedFromBelowOnEverySurfaceOfTheBench) {
     CullScene between = make_curtains_scene(127, 128, 1);
     between.within = false;
     between.between = true;
-    const Bound bounds[] = {{"skirt 13K", make_cloth_scene("skirt 13K", 81, 80, 1), 1.0, 1.0},
-                            {"cloth 23K", make_cloth_scene("cloth 23K", 107, 107, 1), 1.0, 1.0},
-                            {"two curtains", make_curtains_scene(127, 128, 1), 1.0, 1.0},
-                            {"two curtains, each other", between, 1.0, 1.0},
-                            {"catheter in vessel", make_catheter_scene(1), 1.0, 1.0},
-                            {"catheter alone", make_catheter_alone_scene(1), 1.0, 1.0}};
+    const Bound bounds[] = {{"skirt 13K", make_cloth_scene("skirt 13K", 81, 80, 1), 2.0, 2.1},
+                            {"cloth 23K", make_cloth_scene("cloth 23K", 107, 107, 1), 1.85, 1.95},
+                            {"two curtains", make_curtains_scene(127, 128, 1), 1.75, 1.8},
+                            {"two curtains, each other", between, 1.25, 1.2},
+                            {"catheter in vessel", make_catheter_scene(1), 1.9, 1.7},
+                            {"catheter alone", make_catheter_alone_scene(1), 1.0, 1.4}};
     for (const Bound& bound : bounds) {
         const Strength strength = measure_strength(bound.scene);
         std::printf("%s: %llu to %llu triangles (%.2f times fewer), %llu to %llu pairs (%.2f)\n", bound.name,
