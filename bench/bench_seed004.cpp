@@ -172,7 +172,7 @@ BenchRow row_of(const Workload& workload, const std::string& method, const Measu
 /// The methods of the paper's table, ours beside them; every exact one must find the same.
 void add_methods(const Workload& workload, const Animation& animation, const BenchOptions& options, BenchTable& table) {
     std::vector<std::uint64_t> wanted;
-    double rtri_ms = 0.0;
+    double rtri_ms = 0.0, clusters_ms = 0.0;
     std::size_t all_contacts = 0;
     const auto add = [&](const std::string& method, auto search, double paper_s, bool exact) {
         options.progress(fmt::format("{}: {}", workload.name, method));
@@ -186,6 +186,8 @@ void add_methods(const Workload& workload, const Animation& animation, const Ben
         row["exact"] = exact;
         if (!exact) row["lost_contacts"] = all_contacts - m.contacts;
         if (rtri_ms > 0.0) row["percent_of_rtri"] = 100.0 * m.total_ms / rtri_ms;
+        if (method.starts_with("clusters, anew")) clusters_ms = m.total_ms;
+        if (clusters_ms > 0.0) row["percent_of_clusters_anew"] = 100.0 * m.total_ms / clusters_ms;
         if (paper_s > 0.0) row["paper_s"] = paper_s;
         if (paper_s > 0.0 && rtri_ms > 0.0) row["paper_percent"] = 100.0 * paper_s / animation.paper_s[1];
         table.rows.push_back(std::move(row));

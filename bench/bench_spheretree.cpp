@@ -10,6 +10,8 @@
 
 #include <fmt/format.h>
 
+#include <thread>
+
 #include <algorithm>
 
 namespace trocar::engine {
@@ -68,6 +70,7 @@ void add_builders(const std::string& name, const TriMesh& mesh, const BenchOptio
             continue;
         }
         BenchRow row = judge(name, *body, spheretree::check_surface_for(mesh, Builder::Medial).ok());
+        row["threads"] = std::max(1u, std::thread::hardware_concurrency()); // oneTBB's, of build_s
         row["toolkit"] = builder == Builder::Medial && name.starts_with("bunny") ? BenchRow(kToolkit) : BenchRow(nullptr);
         table.rows.push_back(row);
     }
@@ -132,7 +135,7 @@ Result<BenchTable> bench_spheretree(const BenchOptions& options) {
         "vertex outside all leaves, per mille of the longest edge; rates of these rows include the updates");
     table.notes.push_back(
         "branching 8, depth 3; uncovered: the worst level; outside_N: the farthest that any sphere of level N reaches outside");
-    table.notes.push_back("toolkit: Bradshaw's, adaptive medial axis, as measured elsewhere; it is not run here");
+    table.notes.push_back("toolkit: Bradshaw's, adaptive medial axis, quoted: measured elsewhere, on a machine and threads that are not known; it is not run here");
     return table;
 }
 

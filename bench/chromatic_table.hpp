@@ -127,6 +127,7 @@ public:
         build(search);
         Medians medians;
         std::vector<collision::SearchContact> found;
+        std::size_t with_two = 0;
         for (std::size_t k = 0; k < scene_->step_count(); ++k) {
             const auto motions = scene_->motions(k);
             const CullTimes times = culled.find_candidates(motions);
@@ -144,12 +145,16 @@ public:
             medians.add("tests_ms", tests_ms);
             note_found(search, medians);
             note_culled(culled, medians);
+            with_two += culled.looked();
         }
         const double total = medians.sum({"refit_ms", "near_ms", "look_ms", "collect_ms", "tests_ms"});
         BenchRow& row = end(method, medians, total);
         row["share_I"] = total > 0.0 ? medians.sum({"refit_ms", "near_ms"}) / total : 0.0;
         row["share_II"] = total > 0.0 ? medians.of("look_ms") / total : 0.0;
         row["share_tests"] = total > 0.0 ? medians.of("tests_ms") / total : 0.0;
+        row["steps"] = scene_->step_count();
+        row["steps_with_II"] = with_two;
+        row["times_fewer_by_II"] = medians.of("pcs_after_II") > 0.0 ? medians.of("pcs_after_I") / medians.of("pcs_after_II") : 0.0;
         row["colours"] = culled.colours();
         row["prepare_ms"] = prepare_ms;
         row["culler"] = culled.backend();

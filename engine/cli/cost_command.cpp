@@ -7,6 +7,7 @@
 #include "engine/experiments/cost_page.hpp"
 #include "engine/experiments/cost_parts.hpp"
 #include "engine/experiments/cost_variants.hpp"
+#include "engine/report/floor.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/time/interrupt.hpp"
 
@@ -162,6 +163,8 @@ public:
         if (!photographer.notice().empty()) table->notices.push_back(photographer.notice());
         if (request_.jobs > 1)
             table->notices.push_back(fmt::format("up to {} processes ran at once: times are those of a busy machine", request_.jobs + 1));
+        if (busiest_)
+            if (const auto floor = measure_floor(Simulator(prepared_.model), &*busiest_)) table->floor_ms = floor->ms;
         return finish(*table, photographer.pictures(), rows);
     }
 
@@ -177,7 +180,8 @@ private:
             const std::size_t among = budgets >= count ? budgets : rows;
             wanted.push_back(all[count == 1 ? 0 : k * (among - 1) / (count - 1)].name());
         }
-        options_.show = [&photographer, wanted](const CostRow& row, Simulator& answer) {
+        options_.show = [this, &photographer, wanted](const CostRow& row, Simulator& answer) {
+            if (!busiest_) busiest_ = answer.state();
             if (std::find(wanted.begin(), wanted.end(), row.name()) != wanted.end()) photographer.take(row.name(), answer);
         };
     }
@@ -223,6 +227,7 @@ private:
     PreparedScene prepared_;
     std::vector<PreparedVariant> variants_;
     CostOptions options_;
+    std::optional<State> busiest_; // of the step that the pictures show
     std::optional<CostParts> parts_;
     std::optional<JobPool> pool_;
 };

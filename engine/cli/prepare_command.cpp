@@ -68,8 +68,11 @@ void print_report(const MeshPreparation& made, const PrepareOptions& options, co
     if (made.links)
         fmt::print("links      {}, longest {:.3g} mm, {} degenerate\n", made.links->count, 1e3 * made.links->max_length_m,
                    made.links->degenerate);
-    fmt::print("spheres    {} builder, branching {}, depth {}, {:.2f} s{}, {:.0f} MB, volume ratio {:.4f}\n",
-               spheretree::builder_name(options.spheres.builder), options.spheres.branching, options.spheres.depth, made.sphere_seconds,
+    const std::string origin = options.spheres_file.empty()
+                                   ? fmt::format("{} builder, branching {}, depth {}", spheretree::builder_name(options.spheres.builder),
+                                                 options.spheres.branching, options.spheres.depth)
+                                   : fmt::format("from {}, depth {}", options.spheres_file.string(), made.spheres.leaf_depth());
+    fmt::print("spheres    {}, {:.2f} s{}, {:.0f} MB, volume ratio {:.4f}\n", origin, made.sphere_seconds,
                made.spheres_from_cache ? " (from the cache)" : "", made.sphere_peak_mb, made.quality.volume_ratio);
     fmt::print("           level  count  outside max  mean [1/1000 of the longest side]  uncovered  reachable\n");
     for (std::size_t k = 0; k < made.quality.levels.size(); ++k) {
@@ -95,6 +98,7 @@ int prepare(PrepareRequest& request) {
     if (!repairs.ok()) return report_error(repairs.error());
     if (const auto material = fem::check_material(options.material); !material.ok()) return report_error(material.error());
     options.spheres.builder = *builder;
+    if (!options.spheres_file.empty()) options.spheres.builder = spheretree::Builder::Shell; // nothing is built: any surface will do
     if (*builder == spheretree::Builder::Octree) options.spheres.branching = 8;
     options.unit = *unit;
     options.repairs = *repairs;
@@ -126,10 +130,16 @@ Command add_prepare_command(CLI::App& app) {
                      "surface file (OBJ, PLY, STL, OFF, VTK, VTP; plain or .gz); of a file of tetrahedra the boundary")
         ->required();
     command->add_option("--out", request->out, "output folder; out/<mesh name> where none is given");
-    command->add_option("--builder", request->builder,
-                        "of the sphere tree: " + spheretree::builder_names() + "; shell takes open surfaces");
-    command->add_option("--branching", request->options.spheres.branching, "children of a sphere at most")->check(CLI::Range(2U, 64U));
-    command->add_option("--depth", request->options.spheres.depth, "levels below the root")->check(CLI::Range(0U, 8U));
+    CLI::Option* spheres = command->add_option("--spheres", request->options.spheres_file,
+                                               "a sphere tree (.sph, in the mesh's unit and frame) to take instead of building one; what it leaves "
+                                               "uncovered is given to its nearest leaves, and said");
+    command
+        ->add_option("--builder", request->builder, "of the sphere tree: " + spheretree::builder_names() + "; shell takes open surfaces")
+        ->excludes(spheres);
+    command->add_option("--branching", request->options.spheres.branching, "children of a sphere at most")
+        ->check(CLI::Range(2U, 64U))
+        ->excludes(spheres);
+    command->add_option("--depth", request->options.spheres.depth, "levels below the root")->check(CLI::Range(0U, 8U))->excludes(spheres);
     command->add_option("--repair", request->repair,
                         "repairs by name, in this order, joined by commas: fill_holes,drop_self_intersections,orient");
     command

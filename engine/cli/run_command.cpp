@@ -95,6 +95,9 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
                prepared.model.budget.mode == BudgetMode::Wall && !prepared.model.budget_covers_step
                    ? "; the budget is for contact alone"
                    : "");
+    if (summary.floor_steps > 0)
+        fmt::print("below the floor{} in {} of {} steps: all that a budget may leave out was left out\n",
+                   summary.floor_ms > 0.0 ? fmt::format(" of {:.2g} ms", summary.floor_ms) : "", summary.floor_steps, summary.steps);
     if (!prepared.model.instruments.empty())
         fmt::print("lumen exits {}, exact contacts in {} of {} steps, {} scaled to the safe fraction, {} unresolved, {} assumed{}\n",
                    summary.lumen_exits, summary.exact_steps, summary.steps, summary.scaled_steps, summary.unresolved, summary.assumed,
@@ -245,7 +248,7 @@ Result<void> check_record_place(const RunOptions& options, const Scene& scene) {
     for (const std::filesystem::path& file : {options.path, options.replay})
         if (!file.empty()) taken.push_back(file);
     for (const SceneBody& body : scene.bodies)
-        for (const std::filesystem::path& file : {body.surface.file, body.coarse.file})
+        for (const std::filesystem::path& file : {body.surface.file, body.coarse.file, body.spheres})
             if (!file.empty()) taken.push_back(file);
     for (const SceneInstrument& instrument : scene.instruments)
         if (!instrument.path_file.empty()) taken.push_back(instrument.path_file);

@@ -93,20 +93,31 @@ constexpr ErrorPlot kErrorPlots[] = {
      &CostRow::trajectory},
 };
 
+/// Left of it no budget can be kept.
+std::string floor_mark(const CostTable& table) {
+    if (!(table.floor_ms > 0.0)) return {};
+    return fmt::format("set arrow from {0:.6g}, graph 0 to {0:.6g}, graph 1 nohead lc rgb '#6b7280' lw 1.4 dt (2,4)\n"
+                       "set label 'floor' at {0:.6g}, graph 0.97 left offset 0.5,0 textcolor rgb '#6b7280'\n",
+                       table.floor_ms);
+}
+
 Sketch sketch_error(const CostTable& table, const Scene& scene, const ErrorPlot& plot) {
     Sketch sketch;
     sketch.plot = {plot.id,
                    plot.title,
                    fmt::format("{}. Over two medians: full dots, what the budget for {} was charged; rings, the whole step. The line joins "
                                "the budgets that no other beats in both charge and error. Where nothing differs to the last bit they "
-                               "stand at 10^-7 mm.",
-                               plot.caption, scope_text(scene.budget)),
+                               "stand at 10^-7 mm.{}",
+                               plot.caption, scope_text(scene.budget),
+                               table.floor_ms > 0.0 ? fmt::format(" The floor, {} ms, is what a budget of nothing is charged where most touches.",
+                                                                  number_text(table.floor_ms))
+                                                    : ""),
                    {}};
     sketch.commands = fmt::format(
         "set logscale xy\nset format '10^{{%L}}'\nset xlabel 'ms: full dots charged for {}, rings whole step' textcolor rgb '#4b5563' "
         "offset 0,0.4\nset ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nset offsets graph 0.1, graph 0.1, graph 0.1, graph 0.1\n"
-        "plot 'frontier_{}.tsv' using 1:2 with lines lw 1.2 lc rgb '#9aa3ad' dt (6,4) notitle, ",
-        scope_text(scene.budget), plot.id);
+        "{}plot 'frontier_{}.tsv' using 1:2 with lines lw 1.2 lc rgb '#9aa3ad' dt (6,4) notitle, ",
+        scope_text(scene.budget), floor_mark(table), plot.id);
     const bool at_points = table.rows.size() > kNamesInLegend;
     for (std::size_t k = 0; k < table.rows.size(); ++k) {
         const std::string name = quote_for_gnuplot(table.rows[k].name());

@@ -93,6 +93,7 @@ struct CostTable {
     std::uint64_t near_patches = 0;              // (patch, step) of solids nearer than the tolerance, by the independent search
     std::uint64_t near_uncovered = 0;            // of those, beneath no leaf pair that the exact descent reported
     double near_depth_rms_m = 0.0;               // over the covered ones: depth of the leaf spheres against that of the surfaces
+    double floor_ms = -1.0;                      // charged under a budget of nothing where the exact run touched most; negative: not measured
     double force_rms_n = 0.0;                    // of the exact run, over steps and bodies
     [[nodiscard]] bool touched() const noexcept; // anything at all, in the exact run
     bool interrupted = false;

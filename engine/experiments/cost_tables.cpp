@@ -86,6 +86,7 @@ std::string cost_json(const Scene& scene, const CostTable& table) {
     for (std::size_t i = 0; i < table.patch_m.size(); ++i) json["patch_m"][scene.bodies[i].name] = table.patch_m[i];
     json["budget_scope"] = scene.budget.scope == BudgetScope::Step ? "step" : "collision";
     json["compared_states"] = table.compared_states;
+    if (table.floor_ms >= 0.0) json["floor_ms"] = table.floor_ms;
     json["near_patches"] = table.near_patches;
     json["near_uncovered"] = table.near_uncovered;
     json["near_depth_rms_m"] = table.near_depth_rms_m;

@@ -3,6 +3,7 @@
 #include "engine/experiments/effect_cost.hpp"
 #include "engine/experiments/laid_out.hpp"
 #include "engine/render/describe_graphics.hpp"
+#include "engine/report/floor.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
@@ -174,6 +175,34 @@ double tell_cost(const Scene& scene, const PreparedScene& prepared, const Progre
     return std::max(Trial::middle(first.total), Trial::middle(late.total));
 }
 
+/// What a budget of nothing still runs, effect by effect, and what it takes.
+void tell_floor(const Scene& scene, const PreparedScene& prepared, const Progress& progress, std::string& text) {
+    const SceneModel& model = prepared.model;
+    text += "\nfloor: what a step runs under a budget of nothing\n";
+    for (const EffectDescriptor* effect : registered_effects()) {
+        if (effect->floor == nullptr || !has_effect(model, *effect)) continue;
+        if (const std::string what = effect->floor(model); !what.empty()) text += fmt::format("  {:<15} {}\n", effect->name, what);
+    }
+    constexpr const char* kOutside = "tissue, embedded surfaces, the spheres that follow them, the free motion of instruments";
+    if (!model.budget_covers_step)
+        text += fmt::format("  {:<15} {}\n", "not charged", kOutside);
+    else
+        text += fmt::format("  {:<15} {}: charged with this scope, by the size of the meshes; left out only as \"drop\" says\n", "whole step", kOutside);
+    progress("trying a budget of nothing");
+    const std::optional<State> inside = lay_along_routes(model);
+    const auto floor = measure_floor(Simulator(model), inside ? &*inside : nullptr, kTrialSteps, kTrialTime);
+    if (!floor) return;
+    constexpr std::array<const char*, kAccountParts> kNames{"solve", "descent", "exact", "walls", "surfaces"};
+    std::string parts;
+    for (std::size_t k = 0; k < kAccountParts; ++k) parts += fmt::format("{}{} {:.2g}", k > 0 ? ", " : "", kNames[k], floor->part_ms[k]);
+    text += fmt::format("  {:<15} {:.3g} ms a step ({}), median of {} steps under work:0 {}\n", "measured", floor->ms, parts, floor->steps,
+                        inside ? "with instruments laid along their routes" : "from the start");
+    const BudgetLimits& limits = scene.budget.limits;
+    if (limits.mode == BudgetMode::Wall && floor->ms > 1e3 * limits.wall_s)
+        text += fmt::format("  {:<15} the scene's budget of {:.3g} ms is below the floor of {:.3g} ms: it is accepted, and overrun by that\n", "",
+                            1e3 * limits.wall_s, floor->ms);
+}
+
 /// Each effect left out alone, beside the whole scene.
 /// step_ms   what a step takes, about
 void tell_effect_costs(const PreparedScene& prepared, double step_ms, const Progress& progress, std::string& text) {
@@ -214,6 +243,7 @@ void explain_scene(const Scene& scene, const PreparedScene& prepared, const std:
     tell(text); // what is tried from here on may take a while
     text.clear();
     const double step_ms = tell_cost(scene, prepared, progress, text);
+    tell_floor(scene, prepared, progress, text);
     tell(text);
     text.clear();
     tell_effect_costs(prepared, step_ms, progress, text);

@@ -107,6 +107,7 @@ void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
     check.keys<FileSurfaceKeys>(key + ".surface", body.surface);
     check.above(key + ".surface.unit", body.surface.unit);
     if (body.surface.source == SurfaceSource::Shape) check_shape(key + ".surface", body.surface.shape, check);
+    if (body.hollow && !body.spheres.empty()) check.fail(key + ".spheres", "found a sphere tree for a hollow body, expected none");
     if (body.embedded_in != kNoIndex) {
         check.index(key + ".embedded_in", body.embedded_in, scene.bodies.size(), "body");
         if (!check.failed() && (body.embedded_in == i || scene.bodies[body.embedded_in].kind != BodyKind::Deformable))

@@ -44,7 +44,7 @@ struct BodyModel {
     std::vector<MotionRow> path;            // kinematic bodies
     collision::SurfaceTopology topology;
     std::vector<Vec3> pulse_reach;                    // [vertex_count] m, to the systolic position; hollow bodies under the effect pulse
-    spheretree::CoveringTree covering;                // solid bodies; of a wrapped tree the tree alone
+    spheretree::CoveringTree covering;                // solid bodies; of a wrapped tree, or one from a file, the tree alone
     std::optional<spheretree::DeformingTree> wrapped; // solid bodies on coarse nodes, unless SphereTrees::Covering
     std::optional<spheretree::LumenTree> lumen;       // hollow bodies
     std::optional<BloodFlow> blood;                   // hollow bodies with an instrument inside, under the effect blood_drag

@@ -6,6 +6,7 @@
 #include "engine/io/read_surface.hpp"
 #include "engine/prepare/cache.hpp"
 #include "engine/prepare/coarse.hpp"
+#include "engine/prepare/foreign_spheres.hpp"
 #include "engine/prepare/payload.hpp"
 #include "engine/prepare/surface_rule.hpp"
 #include "engine/time/clock.hpp"
@@ -211,7 +212,26 @@ double peak_mb() {
     return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
+/// Has it an inside that spheres are measured against?
+bool is_solid(const MeshPreparation& made) {
+    return made.dense.closed() && made.dense.oriented() && made.dense.signed_volume > 0.0;
+}
+
+Result<void> take_spheres(const PrepareOptions& options, MeshPreparation& made) {
+    StopWatch watch;
+    Result<spheretree::AdoptedTree> adopted = load_spheres(options.spheres_file, {.scale = options.unit}, made.surface);
+    if (!adopted.ok()) return adopted.error();
+    made.sphere_seconds = 1e-3 * watch.lap_ms();
+    made.sphere_peak_mb = peak_mb();
+    made.notes.push_back(describe_coverage(options.spheres_file, *adopted));
+    made.coverage = adopted->coverage;
+    made.spheres = std::move(adopted->tree);
+    made.quality = spheretree::measure_quality(made.spheres, made.surface, is_solid(made));
+    return {};
+}
+
 Result<void> make_spheres(const PrepareOptions& options, MeshPreparation& made) {
+    if (!options.spheres_file.empty()) return take_spheres(options, made);
     const std::string key = find_key(made, options);
     if (options.use_cache)
         if (auto payload = read_cache(kKind, key); payload && unpack(std::move(*payload), made)) {
@@ -225,8 +245,7 @@ Result<void> make_spheres(const PrepareOptions& options, MeshPreparation& made) 
     made.sphere_peak_mb = peak_mb();
     made.spheres_coarser = built->coarser;
     made.spheres = std::move(built->tree);
-    const bool solid = made.dense.closed() && made.dense.oriented() && made.dense.signed_volume > 0.0 &&
-                       options.spheres.builder != spheretree::Builder::Shell;
+    const bool solid = is_solid(made) && options.spheres.builder != spheretree::Builder::Shell;
     made.quality = spheretree::measure_quality(made.spheres, made.surface, solid);
     if (options.use_cache) write_cache(kKind, key, pack(made));
     return {};
@@ -250,7 +269,7 @@ Result<MeshPreparation> prepare_mesh(const std::filesystem::path& file, const Pr
     progress("sphere tree");
     if (const Result<void> built = make_spheres(options, made); !built.ok()) {
         Error error = built.error();
-        error.file = file.string();
+        if (error.file.empty()) error.file = file.string();
         return error;
     }
     if (made.spheres_coarser) made.notes.push_back(spheretree::describe_coarser(made.surface));
@@ -296,7 +315,8 @@ std::string preparation_json(const MeshPreparation& made, const PrepareOptions& 
         json["links"] = {{"count", made.links->count}, {"max_length_m", made.links->max_length_m}, {"degenerate", made.links->degenerate}};
     Json levels = Json::array();
     for (const spheretree::LevelQuality& level : made.quality.levels) levels.push_back(level_json(level, per_mille));
-    json["spheres"] = {{"builder", spheretree::builder_name(options.spheres.builder)},
+    const bool from_file = !options.spheres_file.empty();
+    json["spheres"] = {{"builder", from_file ? std::string_view("file") : spheretree::builder_name(options.spheres.builder)},
                        {"branching", options.spheres.branching},
                        {"depth", options.spheres.depth},
                        {"levels", levels},
@@ -304,6 +324,16 @@ std::string preparation_json(const MeshPreparation& made, const PrepareOptions& 
                        {"seconds", made.sphere_seconds},
                        {"peak_mb", made.sphere_peak_mb},
                        {"from_cache", made.spheres_from_cache}};
+    if (from_file) { // the tree's own, not the options of a builder that did not run
+        const spheretree::Coverage& c = *made.coverage;
+        Json& spheres = json["spheres"];
+        spheres["branching"] = made.spheres.child_count.empty() ? 0 : *std::max_element(made.spheres.child_count.begin(), made.spheres.child_count.end());
+        spheres["depth"] = made.spheres.leaf_depth();
+        spheres["file"] = options.spheres_file.string();
+        spheres["as_it_came"] = {{"uncovered", c.uncovered},         {"uncovered_triangles", c.triangles}, {"farthest_m", c.farthest},
+                                 {"unreachable", c.unreachable},     {"grown_leaves", c.grown_leaves},     {"leaf_growth_m", c.leaf_growth},
+                                 {"grown_inner", c.grown_inner},     {"inner_growth_m", c.inner_growth},   {"idle_leaves", c.idle_leaves}};
+    }
     json["chromatic"] = {{"colours", made.colours}, {"seconds", made.colour_seconds}};
     json["unit_m"] = options.unit;
     json["notes"] = made.notes;

@@ -4,6 +4,7 @@
 #include "base/repair.hpp"
 #include "base/topology.hpp"
 #include "fem/tissue/material.hpp"
+#include "spheretree/build/adopt_tree.hpp"
 #include "spheretree/build/tree_quality.hpp"
 #include "spheretree/build/wrapped_tree.hpp"
 
@@ -20,6 +21,7 @@ struct PrepareOptions {
     std::vector<Repair> repairs; // in this order
     RepairOptions repairing{.may_remove_key = "--may-remove", .may_split_key = "--may-split"};
     spheretree::WrappedOptions spheres;
+    std::filesystem::path spheres_file; // .sph, in the mesh's unit: taken instead of building a tree; empty: built
     std::size_t coarse_triangles = 800; // of the simplified surface that is meshed
     fem::Material material;             // the stable step depends on it
     bool use_cache = true;
@@ -45,6 +47,7 @@ struct MeshPreparation {
     std::optional<Links> links;
     spheretree::SphereTree spheres;
     spheretree::TreeQuality quality;
+    std::optional<spheretree::Coverage> coverage; // of a tree from a file, as it came
     double sphere_seconds = 0.0, sphere_peak_mb = 0.0;        // building alone; the process's largest memory at that time
     bool spheres_from_cache = false, spheres_coarser = false; // the second as WrappedTree::coarser, with a note
     std::size_t colours = 0;

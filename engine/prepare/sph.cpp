@@ -3,6 +3,7 @@
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/file_bytes.hpp"
 #include "engine/io/scanner.hpp"
+#include "spheretree/build/wrapped_tree.hpp"
 
 #include <fmt/format.h>
 
@@ -77,6 +78,9 @@ bool read_places(Scanner& in, std::size_t levels, std::size_t degree, double sca
                                                                  k, level, levels, degree, row));
             if (!in.point(sphere.centre, k) || !in.real(radius, "a radius")) return false;
             if (!std::isfinite(radius)) return in.fail(ErrorCode::BadValue, "the radius is not finite");
+            if (const double largest = std::max(sphere.centre.cwiseAbs().maxCoeff(), radius) * scale; !(largest <= spheretree::kLargestCoordinate))
+                return in.fail(ErrorCode::BadValue, fmt::format("found a sphere that reaches {:g} m from the origin; expected at most {:g} m", largest,
+                                                                spheretree::kLargestCoordinate));
             in.skip_line();
             if (!(radius > 0.0)) continue;
             const Index parent = level == 0 ? kNoIndex : above[k / degree];

@@ -1,6 +1,7 @@
 #include "engine/prepare/wrap_solids.hpp"
 
 #include "engine/prepare/cache.hpp"
+#include "engine/prepare/foreign_spheres.hpp"
 #include "engine/prepare/payload.hpp"
 #include "spheretree/build/wrapped_tree.hpp"
 
@@ -49,19 +50,33 @@ Result<spheretree::SphereTree> wrap(const TriMesh& surface, BodySummary& summary
     return make_tree(surface, {.builder = medial.ok() ? spheretree::Builder::Medial : spheretree::Builder::Shell}, summary);
 }
 
+/// The body's own file, in its frame: the unit of the surface's file, or the scene's.
+Result<spheretree::SphereTree> read_tree(const Scene& scene, std::size_t index, const TriMesh& surface, PreparedScene& prepared) {
+    const SceneBody& body = scene.bodies[index];
+    const double unit = body.surface.source == SurfaceSource::File ? body.surface.unit : scene.units.length;
+    Result<spheretree::AdoptedTree> adopted = load_spheres(body.spheres, {body.scale * unit, body.translate}, surface);
+    if (!adopted.ok()) return adopted.error();
+    std::string said = describe_coverage(body.spheres, *adopted);
+    if (!adopted->coverage.is_whole()) prepared.notices.push_back(fmt::format("bodies.{}: {}", body.name, said));
+    prepared.bodies[index].notes.push_back(std::move(said));
+    return std::move(adopted->tree);
+}
+
 } // namespace
 
 Result<void> wrap_solids(const Scene& scene, PreparedScene& prepared) {
     SceneModel& model = prepared.model;
     const auto solids = std::count_if(model.bodies.begin(), model.bodies.end(), [](const BodyModel& body) { return !body.hollow; });
-    if (model.contact.sphere_trees == SphereTrees::Covering || !model.effects.coarse_contact || solids < 2) return {};
+    const bool all = model.contact.sphere_trees != SphereTrees::Covering && model.effects.coarse_contact && solids >= 2;
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         BodyModel& body = model.bodies[i];
-        if (body.hollow || body.surface.triangles.empty()) continue;
-        Result<spheretree::SphereTree> tree = wrap(body.surface, prepared.bodies[i]);
+        const bool from_file = !scene.bodies[i].spheres.empty();
+        if (!(all || from_file) || body.hollow || body.surface.triangles.empty()) continue;
+        Result<spheretree::SphereTree> tree = from_file ? read_tree(scene, i, body.surface, prepared) : wrap(body.surface, prepared.bodies[i]);
         if (!tree.ok())
-            return scene_error(scene, "bodies." + body.name + ".surface",
-                               "no wrapped sphere tree (\"sphere_trees\"): " + tree.error().message, tree.error().code);
+            return from_file ? scene_error(scene, "bodies." + body.name + ".spheres", tree.error().to_string(), tree.error().code)
+                             : scene_error(scene, "bodies." + body.name + ".surface",
+                                           "no wrapped sphere tree (\"sphere_trees\"): " + tree.error().message, tree.error().code);
         body.covering = {};
         body.covering.tree = std::move(*tree);
         prepared.bodies[i].tree_spheres = body.covering.tree.sphere_count();

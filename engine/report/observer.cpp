@@ -1,6 +1,7 @@
 #include "engine/report/observer.hpp"
 
 #include "engine/io/atomic_file.hpp"
+#include "engine/report/floor.hpp"
 #include "engine/report/missing.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/report/photographer.hpp"
@@ -10,6 +11,8 @@
 #include "engine/report/summary.hpp"
 #include "engine/report/verdict.hpp"
 #include "engine/step/checkpoint.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
@@ -206,6 +209,12 @@ RunSummary RunObserver::finish(Simulator& simulator, double wall_s, bool interru
     for (const TakenPicture& picture : parts.photographer.taken()) record.pictures.push_back(picture.file);
     make_run_summary(record, static_cast<double>(parts.statistics.steps) * parts.scene.time.step, std::max(wall_s - record.observe_s, 0.0),
                      hash_state(state));
+    if (parts.scene.budget.limits.mode == BudgetMode::Wall && parts.failed_step == 0 && parts.statistics.steps > 0)
+        if (const auto floor = measure_floor(simulator, &state)) record.summary.floor_ms = floor->ms;
+    if (record.summary.floor_ms > 1e3 * parts.scene.budget.limits.wall_s)
+        parts.notices.push_back(fmt::format("the budget of {:.3g} ms is below the floor of {:.3g} ms, which {} takes under a budget of nothing: such "
+                                            "steps leave out all that can be left out",
+                                            1e3 * parts.scene.budget.limits.wall_s, record.summary.floor_ms, scope_text(parts.scene.budget)));
     append(parts.scene.questions, parts.notices);
     append(parts.prepared.notices, parts.notices);
     parts.write_pages(record);

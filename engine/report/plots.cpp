@@ -1,6 +1,7 @@
 #include "engine/report/plots.hpp"
 
 #include "engine/report/outline.hpp"
+#include "engine/report/verdict.hpp"
 
 #include <fmt/format.h>
 
@@ -65,11 +66,17 @@ Sketch sketch_times(const RunRecord& record) {
             fmt::format("set arrow 1 from graph 0, first {0} to graph 1, first {0} nohead lc rgb '#d64545' lw 1.6 dt (8,5) front\n"
                         "budget = {0}\n",
                         1e3 * budget.limits.wall_s);
+    const double floor = record.summary.floor_ms;
+    if (wall && floor > 0.0) {
+        sketch.plot.caption += fmt::format(" The floor, {} ms, is what a step from the run's end takes under a budget of nothing.", number_text(floor));
+        sketch.commands += fmt::format("floor_ms = {:.6g}\n", floor);
+    }
     sketch.commands += fmt::format("plot file using {}:{} with lines lw 1.1 lc rgb '#a9bfe8' title 'whole step', "
                                    "'' using {}:{} with lines lw 1.3 lc rgb '#2158d6' title '{}'",
                                    int{kTime}, int{kTotalMax}, int{kTime}, int{kChargedMax}, scope);
     if (wall && budget.limits.wall_s > 0.0)
         sketch.commands += ", '' using 1:(budget) with lines lw 1.6 lc rgb '#d64545' dt (8,5) title 'budget'";
+    if (wall && floor > 0.0) sketch.commands += ", '' using 1:(floor_ms) with lines lw 1.4 lc rgb '#6b7280' dt (2,4) title 'floor'";
     return sketch;
 }
 

@@ -29,6 +29,8 @@ struct RunSummary {
     std::uint64_t lumen_exits = 0, unresolved = 0, assumed = 0, contacts = 0, exact_steps = 0, scaled_steps = 0;
     std::uint64_t unproven_steps = 0; // in which nothing proved an instrument free of its wall
     std::uint64_t passed_places = 0, unproven_solids = 0; // sums of the steps'
+    std::uint64_t floor_steps = 0; // that overran their budget by what nothing leaves out
+    double floor_ms = -1.0;        // what the budget's scope takes of a step under a budget of nothing; negative: not measured (no budget of time)
     double target_distance_m = -1.0;
     std::string state_hash; // hex
     bool finite = true;

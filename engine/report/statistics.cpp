@@ -117,6 +117,8 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     exact_steps += report.exact_ran;
     exact_abandoned += report.exact_abandoned;
     contacts += pushed;
+    exact_contacts += report.exact_contacts;
+    pressing_contacts += report.pressing_contacts;
     unresolved += report.unresolved;
     assumed += report.assumed;
     open_steps += report.pairs_open > 0;

@@ -69,6 +69,7 @@ struct RunStatistics {
     std::uint32_t inverted_tets = 0;
     int coarsest_level = 0;
     std::uint64_t steps = 0, overruns = 0, exact_steps = 0, exact_abandoned = 0, scaled_step_count = 0, open_steps = 0;
+    std::uint64_t exact_contacts = 0, pressing_contacts = 0; // what continuous tests found; places where instruments press on their walls
     std::uint64_t contacts = 0, unresolved = 0, assumed = 0, lumen_exits = 0, exit_steps = 0, unproven_steps = 0;
     std::uint64_t passed_places = 0, passed_steps = 0, softened = 0, deep_steps = 0, unconverged_solves = 0,
                   unconverged_steps = 0, unproven_solids = 0, unproven_solid_steps = 0, unsettled_rods = 0, unsettled_steps = 0, slowed_steps = 0;

@@ -118,6 +118,8 @@ void add_losses(const RunRecord& record, Json& json) {
     json["pace"] = pace(record.summary);
     for (const EffectDescriptor* effect : registered_effects())
         if (effect->in_step) json["effect_calls"][std::string(effect->name)] = t.effects.of(*effect);
+    json["exact_contacts_total"] = t.exact_contacts;       // found by continuous tests
+    json["pressing_contacts_total"] = t.pressing_contacts; // places of instruments on their walls; contacts_total has those of solids too
     json["overruns"] = record.summary.overruns;
     json["realtime_overruns"] = record.summary.realtime_overruns;
     json["held_back_steps"] = t.scaled_step_count;
@@ -132,6 +134,7 @@ void add_losses(const RunRecord& record, Json& json) {
     json["unproven_solids_total"] = t.unproven_solids;
     json["left_pairs_total"] = t.left_pairs;
     json["below_floor_steps"] = t.floor_steps;
+    if (record.summary.floor_ms >= 0.0) json["floor_ms"] = record.summary.floor_ms;
     json["steps_with_open_pairs"] = t.open_steps;
     json["coarsest_level"] = t.coarsest_level;
     json["corrections"] = t.corrections;
@@ -179,6 +182,7 @@ void make_run_summary(RunRecord& record, double simulated_s, double wall_s, std:
     s.scaled_steps = t.scaled_step_count;
     s.unproven_steps = t.unproven_steps;
     s.passed_places = t.passed_places;
+    s.floor_steps = t.floor_steps;
     s.unproven_solids = t.unproven_solids;
     s.target_distance_m = t.target_distance_m;
     s.state_hash = fmt::format("{:016x}", state_hash);

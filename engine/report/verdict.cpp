@@ -81,6 +81,12 @@ Loss loud(Loss loss) {
     return loss;
 }
 
+/// ": 0.01 ms is below the floor of 0.04 ms"; empty where that was not measured, or the budget is above it most of the time.
+std::string floor_text(const RunRecord& record) {
+    const double budget = 1e3 * record.scene.budget.limits.wall_s, floor = record.summary.floor_ms;
+    return floor > budget ? fmt::format(": {} is below the floor of {}", ms(budget), ms(floor)) : std::string();
+}
+
 void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
     const RunStatistics& t = record.statistics;
     const EffectSet& effects = record.prepared.model.effects;
@@ -96,7 +102,7 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
                                    Mark::Note, "The descent ended there, with the answer it had."));
     if (t.floor_steps > 0)
         losses.push_back(make_loss("Budget below the floor", t.floor_steps,
-                                   fmt::format("in {}", of_steps(t.floor_steps, record)), Mark::Bad,
+                                   fmt::format("in {}{}", of_steps(t.floor_steps, record), floor_text(record)), Mark::Bad,
                                    "The budget was overrun by what a step does whatever the budget: all that may be left out was left out "
                                    "(docs/budget.md)."));
     if (effects.coarse_contact && t.left_pairs > 0)

@@ -253,6 +253,10 @@ struct BodyKeys {
                                    "The tetrahedra that deform; a lattice's when absent.")
                            .when({"deformable"}),
                        read_coarse, s.coarse),
+            key(s.spheres,
+                path_field("spheres", "Of a solid body: its sphere tree, a .sph file as the command prepare and the toolkit of Bradshaw and O'Sullivan "
+                                      "write it, in the surface's frame and the unit of its file, whatever the scene's sphere_trees. Surface that "
+                                      "the tree leaves out is given to the nearest leaves, which grow, and said.")),
             key(s.self_contact,
                 flag_field("self_contact", "Whether the body touches itself, where the scene has that effect.").when({"deformable"})),
             custom_key(

@@ -119,6 +119,8 @@ struct EffectDescriptor {
     /// What preparing the same scene without the effect gives.
     void (*remove)(SceneModel&) = nullptr;
     EffectLine (*explain)(const Scene&, const SceneModel&) = nullptr;
+    /// What of it a step runs under a budget of nothing, and what bounds that, for `explain`. Null: nothing that a budget for collision pays for.
+    std::string (*floor)(const SceneModel&) = nullptr;
 
     /// What a step simulates where the effect is there by a share in [0, 1] only; null: it is fixed for a run.
     void (*scale)(EffectSet&, double share) = nullptr;

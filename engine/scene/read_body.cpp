@@ -211,6 +211,10 @@ std::optional<Error> read_motion(const Reading& body, std::vector<KeyFrame>& mot
 
 std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
     if (auto error = read_keys<BodyKeys>(reading, body)) return error;
+    if (reading.values.has("spheres") && body.hollow)
+        return fail_at(reading.context, reading.values, "spheres",
+                       "found a sphere tree for a hollow body, whose spheres are those inscribed in its lumen; expected this left out, or \"hollow\" "
+                       "left out");
     if (!reading.values.has("blend") || reading.values.has("embedded_in")) return std::nullopt;
     return fail_at(reading.context, reading.values, "blend",
                    "unused key: the body is not embedded_in another; expected that added or this left out");

@@ -102,6 +102,7 @@ struct SceneBody {
     fem::Material material;         // Deformable
     bool cap_viscosity = true;      // Deformable: viscosity may cost a tenth of the stable step, no more
     CoarseSpec coarse;              // Deformable
+    std::filesystem::path spheres;  // solid bodies: the sphere tree, .sph; empty: made of the surface
     std::vector<FixedRegion> fixed; // Deformable; empty: floats freely
     bool self_contact = true;       // Deformable, with that effect
     std::vector<KeyFrame> motion;   // Kinematic, at least one

@@ -157,5 +157,39 @@ TEST_F(Preparation, OfANeedleEndsAndSaysThatItsSpheresAreCoarser) {
     EXPECT_TRUE(ended_with(plain, 0) && !plain.says("coarser")) << plain;
 }
 
+TEST_F(Preparation, TakesATreeFromAFileSaysWhatItLacksAndWritesItWhole) {
+    const fs::path cube = write("cube.obj", cube_with_corner("1"));
+    ASSERT_TRUE(ended_with(prepare(cube, {"--unit", "cm", "--depth", "2"}), 0));
+    const std::string tree = text_of(out() / "spheres.sph");
+    const fs::path own = write("own.sph", tree);
+    const Ended whole = prepare(cube, {"--unit", "cm", "--spheres", own.string()});
+    ASSERT_TRUE(ended_with(whole, 0));
+    EXPECT_TRUE(whole.says("which hold all of the surface")) << whole;
+    const fs::path poor = write("poor.sph", tree.substr(0, tree.rfind('\n', tree.size() - 2)) + "\n0 0 0 -1 1\n"); // the last leaf is gone
+    const Ended ended = prepare(cube, {"--unit", "cm", "--spheres", poor.string()});
+    ASSERT_TRUE(ended_with(ended, 0));
+    EXPECT_TRUE(ended.says("lay outside its leaves, by up to")) << ended;
+    EXPECT_TRUE(ended.says("leaves grew to hold it")) << ended;
+    const Json json = Json::parse(text_of(out() / "prepare.json"), nullptr, false);
+    EXPECT_EQ(json["spheres"]["builder"], "file");
+    EXPECT_GT(json["spheres"]["as_it_came"]["uncovered"].get<double>(), 0.0);
+    EXPECT_GE(json["spheres"]["as_it_came"]["grown_leaves"].get<int>(), 1);
+    for (const Json& level : json["spheres"]["levels"]) EXPECT_LT(level["uncovered"].get<double>(), 1e-7) << "as it is written it is whole";
+    write("grown.sph", text_of(out() / "spheres.sph"));
+    EXPECT_TRUE(prepare(cube, {"--unit", "cm", "--spheres", (folder / "grown.sph").string()}).says("which hold all of the surface"));
+}
+
+TEST_F(Preparation, RefusesATreeThatIsDamagedOrOfAnotherSizeAndOptionsOfABuilderBesideIt) {
+    const fs::path cube = write("cube.obj", cube_with_corner("1"));
+    const fs::path good = write("good.sph", "1 1\n0.5 0.5 0.5 0.9 1\n");
+    EXPECT_TRUE(ended_with(prepare(cube, {"--spheres", good.string()}), 0));
+    EXPECT_TRUE(refuses(prepare(cube, {"--spheres", (folder / "none.sph").string()}), "none.sph"));
+    EXPECT_TRUE(refuses(prepare(cube, {"--spheres", write("empty.sph", "").string()}), "empty.sph"));
+    EXPECT_TRUE(refuses(prepare(cube, {"--spheres", write("word.sph", "1 1\n0.5 x 0.5 0.9 1\n").string()}), "word.sph:2"));
+    EXPECT_TRUE(refuses(prepare(cube, {"--spheres", write("mm.sph", "1 1\n500 500 500 900 1\n").string()}), "expected a tree of about its size"));
+    EXPECT_TRUE(refuses(prepare(cube, {"--spheres", good.string(), "--builder", "shell"}), "--builder"));
+    EXPECT_TRUE(refuses(prepare(cube, {"--spheres", good.string(), "--depth", "2"}), "--depth"));
+}
+
 } // namespace
 } // namespace trocar::cli_test

@@ -207,5 +207,16 @@ TEST_F(Told, AQueryFileThatIsNotThereIsSaidToBeNotThere) {
     EXPECT_TRUE(refuses(call({"ccd", folder}), "folder"));
 }
 
+/// A budget below what no step can leave out is accepted, and said with both numbers.
+TEST_F(Told, ABudgetBelowTheFloor) {
+    const Ended ended = run(write("press.json", kPress), {"--budget", "1us", "-n", "10"});
+    ASSERT_TRUE(ended_with(ended, 0));
+    EXPECT_TRUE(ended.says("below the floor of ")) << ended;
+    EXPECT_TRUE(ended.says("of 10 steps: all that a budget may leave out was left out")) << ended;
+    EXPECT_TRUE(notices("the budget of 0.001 ms is below the floor of "));
+    EXPECT_GT(summary()["floor_ms"].get<double>(), 0.001);
+    EXPECT_GT(summary()["below_floor_steps"].get<int>(), 0);
+}
+
 } // namespace
 } // namespace trocar::cli_test

@@ -35,11 +35,14 @@ TEST(Headlines, SetOursBesideThePapersAndSayWhereTheShapeDiffers) {
     const auto lines = headlines_of("seed004", table_of(R"json([
         {"animation": "garment", "rigid": 34000, "cloth": 20000, "method": "R-TRI", "s_per_step": 0.14, "paper_s": 0.076},
         {"animation": "garment", "rigid": 34000, "cloth": 20000, "method": "with skipping", "s_per_step": 0.009, "paper_s": 0.052,
-         "percent_of_rtri": 6.4, "paper_percent": 68},
+         "percent_of_rtri": 6.4, "percent_of_clusters_anew": 81.2, "paper_percent": 68},
         {"animation": "cones", "rigid": 1, "cloth": 2, "method": "with skipping", "s_per_step": 0.1, "paper_s": 0.2,
          "percent_of_rtri": 66, "paper_percent": 68}])json"));
     ASSERT_EQ(lines.size(), 2u);
     EXPECT_NEAR(*lines[0].factor, 0.052 / 0.009, 1e-12);
+    EXPECT_EQ(lines[0].here, "0.009 (81 %; 6 %)") << "the fair row beside the flattering one";
+    EXPECT_EQ(lines[1].here, "0.1 (-; 66 %)");
+    EXPECT_NE(lines[0].beside.find("quoted"), std::string::npos);
     EXPECT_FALSE(lines[0].remark.empty()) << "6 % is not 68 %";
     EXPECT_TRUE(lines[1].remark.empty()) << "66 % is";
 }
@@ -79,17 +82,40 @@ TEST(Headlines, SayWhatIsBelowTheNoise) {
     EXPECT_EQ(lines[0].here, "gravity 25 %, breathing less than can be measured");
 }
 
-TEST(Headlines, OfSetsStandBesideSearchesForTheSameContacts) {
+TEST(Headlines, OfSetsStandBesideSearchesForTheSameContactsWithStageIIForcedAndWhereItPays) {
     const auto lines = headlines_of("chromatic", table_of(R"json([
         {"scene": "s", "looked_for": "self", "method": "AABB tree, pair by pair", "total_ms": 300},
-        {"scene": "s", "looked_for": "self", "method": "sets, II where it pays", "total_ms": 50},
+        {"scene": "s", "looked_for": "self", "method": "sets, I alone", "total_ms": 48, "pcs_after_I": 9000, "pcs_after_II": 9000},
+        {"scene": "s", "looked_for": "self", "method": "sets, I and II", "total_ms": 400, "pcs_after_I": 9000, "pcs_after_II": 4000},
+        {"scene": "s", "looked_for": "self", "method": "sets, I and II, fronts", "total_ms": 350, "pcs_after_I": 9000, "pcs_after_II": 3000},
+        {"scene": "s", "looked_for": "self", "method": "sets, II where it pays", "total_ms": 50, "steps": 5, "steps_with_II": 1, "paper_ms": "100"},
         {"scene": "s", "looked_for": "other", "method": "AABB tree, pair by pair", "total_ms": 20},
         {"scene": "s", "looked_for": "other", "method": "this library's hierarchy", "total_ms": 5},
-        {"scene": "s", "looked_for": "other", "method": "sets, II where it pays", "total_ms": 7}])json"));
-    ASSERT_EQ(lines.size(), 2u);
-    EXPECT_EQ(lines[0].here, "300.0 / 50.0 / -");
-    EXPECT_EQ(lines[1].here, "20.0 / 7.0 / 5.0");
-    EXPECT_NE(lines[0].what, lines[1].what);
+        {"scene": "s", "looked_for": "other", "method": "sets, II where it pays", "total_ms": 7, "steps": 5, "steps_with_II": 0}])json"));
+    ASSERT_EQ(lines.size(), 3u);
+    EXPECT_EQ(lines[0].here, "300.0 / 400.0 / 50.0 (1 of 5) / -");
+    EXPECT_NE(lines[0].remark.find("do not beat the AABB tree"), std::string::npos) << "judged by what the paper did: stage II in every step";
+    EXPECT_EQ(lines[1].here, "9000 / 4000 (2.2 times fewer)");
+    EXPECT_NE(lines[1].beside.find("quoted: 6442 / 524 (12.3 times fewer)"), std::string::npos) << "the paper's reduction beside ours";
+    EXPECT_EQ(lines[2].here, "20.0 / - / 7.0 (0 of 5) / 5.0");
+    EXPECT_NE(lines[0].what, lines[2].what);
+}
+
+TEST(Headlines, OfFiguresThatWereNotMeasuredHereAreMarkedQuotedAndGiveNoFactor) {
+    const auto trees = headlines_of("spheretree", table_of(R"json([
+        {"mesh": "bunny 7K", "builder": "medial", "leaves": 508, "build_s": 2, "threads": 4, "toolkit": "493 leaves, 123 s"}])json"));
+    ASSERT_EQ(trees.size(), 1u);
+    EXPECT_NE(trees[0].beside.find("quoted: 493 leaves"), std::string::npos);
+    EXPECT_NE(trees[0].what.find("on 4 threads"), std::string::npos);
+    EXPECT_FALSE(trees[0].factor.has_value()) << "of a program that was not run";
+    const auto frames = headlines_of("interruptible", table_of(R"json([
+        {"bodies": "b", "order": "breadth", "open": 5, "us": 2, "missed": 0, "paper": "1 s: 1345 open"},
+        {"bodies": "spikes.json, whole steps", "budget": "1ms", "steps_per_s": 123.4},
+        {"bodies": "spikes.json, whole steps", "budget": "exact", "steps_per_s": 56.7}])json"));
+    ASSERT_EQ(frames.size(), 2u);
+    EXPECT_EQ(frames[1].here, "123 / 57");
+    EXPECT_NE(frames[1].what.find("whole steps a second"), std::string::npos);
+    EXPECT_NE(frames[1].beside.find("quoted"), std::string::npos);
 }
 
 TEST(Headlines, OfImageSpaceCullingAreOneLineAMeshWithTheFastestOfEitherForm) {

@@ -15,7 +15,23 @@ const EffectDescriptor coarse_contact{
     .explain = [](const Scene& scene, const SceneModel&) -> EffectLine {
         const bool on = scene.effects.coarse_contact;
         const std::string_view trees = kSphereTreeWords[static_cast<std::size_t>(scene.contact.sphere_trees)];
-        return {on, listed(on, fmt::format("{} sphere trees of solids, breadth-first, under the budget", trees))};
+        std::string files;
+        for (const SceneBody& body : scene.bodies)
+            if (!body.spheres.empty()) files += fmt::format("{}{} from {}", files.empty() ? "; of " : ", of ", body.name, body.spheres.filename().string());
+        return {on, listed(on, fmt::format("{} sphere trees of solids, breadth-first, under the budget{}", trees, files))};
+    },
+    .floor = [](const SceneModel& model) -> std::string {
+        std::size_t solids = 0;
+        for (const BodyModel& body : model.bodies) solids += !body.hollow;
+        std::string text;
+        if (solids >= 2)
+            text = fmt::format("the root spheres of {} solids, and of each pair that meets one hold of wholes, or at most 96 of leaf pairs; places that "
+                               "pressed in the last step, from triangle to neighbouring triangle; 4 iterations of the solver in a sub-step: bounded by "
+                               "bodies and such places, whatever the number of triangles",
+                               solids);
+        if (!model.instruments.empty())
+            text += fmt::format("{}the root of each instrument's chain against its lumen's", text.empty() ? "" : "; ");
+        return text;
     },
     .scale =
         [](EffectSet& live, double share) {

@@ -2,6 +2,8 @@
 #include "engine/effects/describe.hpp"
 #include "engine/effects/registry.hpp"
 
+#include <fmt/format.h>
+
 namespace trocar::engine::effects {
 
 const EffectDescriptor exact_contact{
@@ -14,6 +16,16 @@ const EffectDescriptor exact_contact{
         if (scene.instruments.empty()) return {false, kNoInstrument};
         const bool on = scene.effects.exact_contact;
         return {on, listed(on, "continuous tests of the skin against the wall, when they fit in the budget")};
+    },
+    .floor = [](const SceneModel& model) -> std::string {
+        std::size_t triangles = 0, last = model.bodies.size();
+        for (const InstrumentModel& instrument : model.instruments) {
+            if (instrument.lumen != last) triangles += model.bodies[instrument.lumen].surface.triangles.size();
+            last = instrument.lumen;
+        }
+        return fmt::format("no continuous test, but the planes of the walls near each instrument and the solve between them; boxes of {} triangles "
+                           "of the walls are fitted anew where those move: charged, not left out, and not bounded by the budget",
+                           triangles);
     },
     .scale = [](EffectSet& live, double share) { live.exact_contact = live.exact_contact && share > 0.0; },
 };

@@ -20,6 +20,7 @@ const EffectDescriptor self_contact{
         const bool on = scene.effects.self_contact;
         return {on, listed(on, "deformable bodies against themselves, by their sphere trees")};
     },
+    .floor = [](const SceneModel&) -> std::string { return "the root sphere of each such body against itself, and places that pressed in the last step"; },
 };
 
 } // namespace trocar::engine::effects

@@ -44,6 +44,9 @@ void carry_wrapped(const BodyModel& body, std::span<const Vec3> before, std::spa
     }
 }
 
+/// Its spheres are fitted to the surface in each step: those of other trees were fitted once, and are carried.
+bool is_covering(const BodyModel& body) noexcept { return !body.covering.vertex_begin.empty(); }
+
 /// Its spheres are found one by one, in `wrapped`.
 bool is_lazy(const SolidBodyScratch& scratch) noexcept { return !scratch.wrapped.spheres().empty(); }
 
@@ -70,9 +73,12 @@ SharedMotion find_shared(std::span<const Vec3> before, std::span<const Vec3> now
 }
 
 /// What all solids are seen from: the first, where nothing holds any of them. A scene that flies as a whole so finds the same pairs as one
-/// at rest.
+/// at rest. Spheres that are carried hold what moves as it does: beside one of those nothing is seen from elsewhere.
 SharedMotion find_common_motion(const SceneModel& model, const State& state, const SolidScratch& solids) {
     if (!are_all_free(model)) return {};
+    if (model.contact.sphere_trees == SphereTrees::Covering)
+        for (std::size_t i = 0; i < model.bodies.size(); ++i)
+            if (can_touch_any(model, i) && !is_covering(model.bodies[i])) return {};
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
         if (can_touch_any(model, i)) return find_shared(solids.bodies[i].surface_t0, state.bodies[i].surface, solids.bodies[i]);
     return {};
@@ -109,7 +115,7 @@ void update_solid_trees(const SceneModel& model, const State& state, const std::
         if (body.wrapped) {
             read_turns(state.bodies[i].frames, scratch.turn_t1);
             follow_wrapped(model, i, state, solids);
-        } else if (model.contact.sphere_trees != SphereTrees::Covering) {
+        } else if (!is_covering(body)) {
             carry_wrapped(body, before, now, scratch.change, scratch.spheres);
         } else {
             follow_corners(body, before, now, common, scratch, scratch.spheres);
