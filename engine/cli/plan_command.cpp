@@ -50,7 +50,7 @@ void print_plan(const PlanRecord& record, const std::filesystem::path& out) {
 
 /// A path is of use where the tip ends within the tolerance; where it does not, what would help is said.
 void warn_of_replay(const PlanRecord& record) {
-    const double tolerance = record.prepared.model.instruments.front().follow.tolerance;
+    const double tolerance = record.prepared.model.instruments[kLeadInstrument].follow.tolerance;
     if (record.replay.last <= tolerance) return;
     const SceneModel& model = record.prepared.model;
     const bool moves = std::any_of(model.bodies.begin(), model.bodies.end(), [](const BodyModel& body) { return body.moves(); });
@@ -73,7 +73,7 @@ int plan(const PlanOptions& options) {
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
 
-    const InstrumentModel& instrument = prepared->model.instruments.front();
+    const InstrumentModel& instrument = prepared->model.instruments[kLeadInstrument];
     PlanRecord record{*scene, *prepared, options.target, inspect_route(*instrument.route, instrument.rod.design.radius), {}, {}};
     if (const auto bends = check_bends(*scene, record.route, options.target); !bends.ok()) return report_error(bends.error());
     const auto folder = OutputFolder::open(out, options.force);
@@ -90,8 +90,8 @@ int plan(const PlanOptions& options) {
         });
     progress.clear();
 
-    std::vector<std::string> notices = note_target(*scene, scene->instruments.front(), instrument, prepared->model.bodies[instrument.lumen],
-                                                   prepared->targets[scene->instruments.front().follow->target].position);
+    std::vector<std::string> notices = note_target(*scene, scene->instruments[kLeadInstrument], instrument, prepared->model.bodies[instrument.lumen],
+                                                   prepared->targets[scene->instruments[kLeadInstrument].follow->target].position);
     WrittenOutputs outputs;
     for (const Result<void>& written : write_plan(record, out, notices)) outputs.note(written);
     for (const std::string& notice : notices) fmt::print(stderr, "notice: {}\n", notice);

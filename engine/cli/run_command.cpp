@@ -73,11 +73,11 @@ Result<void> apply_overrides(const RunOptions& options, Scene& scene) {
 /// A replayed path that nobody named a target for is measured against the scene's only one, where that can be reached.
 /// progress  as of prepare_scene
 Result<PreparedScene> prepare_to_run(const RunOptions& options, Scene& scene, const Progress& progress) {
-    const bool guess = !options.path.empty() && options.target.empty() && scene.targets.size() == 1 && !scene.instruments.front().follow;
+    const bool guess = !options.path.empty() && options.target.empty() && scene.targets.size() == 1 && !scene.instruments[kLeadInstrument].follow;
     if (!guess || !aim_first_instrument(scene, scene.targets.front().name).ok()) return make_prepared_scene(scene, progress);
     auto prepared = make_prepared_scene(scene, progress);
     if (!prepared.ok()) {
-        scene.instruments.front().follow.reset();
+        scene.instruments[kLeadInstrument].follow.reset();
         return make_prepared_scene(scene, progress);
     }
     std::erase_if(prepared->notices, [](const std::string& notice) { return notice.starts_with("targets."); }); // of following it
@@ -113,7 +113,7 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
                    1e-9 * static_cast<double>(summary.pace_stats.lost_ns));
     if (summary.target_distance_m >= 0.0)
         fmt::print("tip to target {:.2f} mm{}\n", 1e3 * summary.target_distance_m,
-                   prepared.model.instruments.front().path.empty() ? "" : ", at the end of the replayed path");
+                   prepared.model.instruments[kLeadInstrument].path.empty() ? "" : ", at the end of the replayed path");
     const bool lost = std::any_of(summary.missing_outputs.begin(), summary.missing_outputs.end(),
                                   [](const std::string& sentence) { return sentence.starts_with(output_name::kReport); });
     fmt::print("state {}{}\n", summary.state_hash, lost ? "" : "   report " + (out / output_name::kReport).string());

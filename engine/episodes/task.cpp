@@ -155,12 +155,12 @@ Result<std::shared_ptr<const Task>> make_task(const Scene& scene, std::shared_pt
     auto task = std::make_shared<Task>();
     task->budget = options.budget.value_or(model.budget);
     task->options = std::move(options);
-    task->lumen = model.instruments.front().lumen;
+    task->lumen = model.instruments[kLeadInstrument].lumen;
     task->prepared = std::move(prepared);
     const BodyModel& lumen = model.bodies[task->lumen];
     task->moves = lumen.moves();
     if (progress) progress("centreline");
-    auto tree = spheretree::find_centreline_tree(*lumen.lumen, model.instruments.front().port.position);
+    auto tree = spheretree::find_centreline_tree(*lumen.lumen, model.instruments[kLeadInstrument].port.position);
     if (!tree.ok()) return tree.error();
     task->tree = std::move(*tree);
     if (task->moves)
@@ -169,7 +169,7 @@ Result<std::shared_ptr<const Task>> make_task(const Scene& scene, std::shared_pt
     task->steps_per_action = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(task->options.hold_s / model.step_s)));
     const double limit = task->options.time_limit_s > 0.0
                              ? task->options.time_limit_s
-                             : std::max(kLeastTimeLimit, kTimesTheWay * longest_way(*task) / model.instruments.front().limits.speed);
+                             : std::max(kLeastTimeLimit, kTimesTheWay * longest_way(*task) / model.instruments[kLeadInstrument].limits.speed);
     const double held = static_cast<double>(task->steps_per_action) * model.step_s;
     task->action_limit = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(limit / held)));
     if (const auto found = find_starts(*task, progress); !found.ok()) return found.error();

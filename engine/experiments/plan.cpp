@@ -39,7 +39,7 @@ double longest_period(const SceneModel& model) {
 }
 
 DriveRow row_of(const State& state) {
-    const fem::RodState& rod = state.instruments.front().rod;
+    const fem::RodState& rod = state.instruments[kLeadInstrument].rod;
     return {state.time, rod.insertion, rod.rotation};
 }
 
@@ -77,7 +77,7 @@ Plan find_motion(const SceneModel& model, double time_limit, const std::function
     Plan plan;
     plan.path.push_back(row_of(simulator.state()));
     plan.closest = plan.last = std::sqrt(
-        (model.instruments.front().route->points.back() - simulator.state().instruments.front().rod.position.back()).squaredNorm());
+        (model.instruments[kLeadInstrument].route->points.back() - simulator.state().instruments[kLeadInstrument].rod.position.back()).squaredNorm());
     plan.progress.push_back(plan.last);
     unsigned attempts = 0;
     const auto goes_on = [&] {
@@ -87,7 +87,7 @@ Plan find_motion(const SceneModel& model, double time_limit, const std::function
     while (goes_on()) {
         const StepReport& report = simulator.step();
         if (!report.finite) break;
-        const FollowState& hand = simulator.state().instruments.front().follow;
+        const FollowState& hand = simulator.state().instruments[kLeadInstrument].follow;
         plan.path.push_back(row_of(simulator.state()));
         plan.last = report.target_distance_m;
         plan.closest = std::min(plan.closest, plan.last);
@@ -113,7 +113,7 @@ std::uint64_t count_replay_steps(const SceneModel& model, std::size_t rows) noex
 Replay replay_path(const SceneModel& model, std::vector<DriveRow> rows, const std::function<bool(double)>& stopped) {
     SceneModel replayed = model;
     const std::uint64_t steps = count_replay_steps(model, rows.size());
-    replayed.instruments.front().path = std::move(rows);
+    replayed.instruments[kLeadInstrument].path = std::move(rows);
     Simulator simulator(replayed);
     Replay replay;
     const double from = static_cast<double>(steps) * model.step_s - longest_period(model);

@@ -15,7 +15,7 @@ namespace trocar::engine {
 
 namespace {
 
-const InstrumentModel& instrument_of(const PlanRecord& record) { return record.prepared.model.instruments.front(); }
+const InstrumentModel& instrument_of(const PlanRecord& record) { return record.prepared.model.instruments[kLeadInstrument]; }
 
 std::vector<PathRow> rows_in_units(const PlanRecord& record) {
     const Units& units = record.scene.units;

@@ -32,7 +32,7 @@ Result<void> aim_first_instrument(Scene& scene, const std::string& target) {
                      0,
                      "--to"};
     }
-    SceneInstrument& instrument = scene.instruments.front();
+    SceneInstrument& instrument = scene.instruments[kLeadInstrument];
     if (!instrument.follow) instrument.follow.emplace();
     instrument.follow->target = index;
     double& speed = instrument.follow->settings.speed;
@@ -42,13 +42,13 @@ Result<void> aim_first_instrument(Scene& scene, const std::string& target) {
 
 Result<void> aim_to_plan(Scene& scene, const std::string& target) {
     if (auto aimed = aim_first_instrument(scene, target); !aimed.ok()) return aimed;
-    scene.instruments.front().path.clear();
+    scene.instruments[kLeadInstrument].path.clear();
     if (scene.budget.limits.mode == BudgetMode::Wall) scene.budget.limits = {};
     return {};
 }
 
 Result<void> check_bends(const Scene& scene, const RouteReport& route, const std::string& target) {
-    const SceneInstrument& instrument = scene.instruments.front();
+    const SceneInstrument& instrument = scene.instruments[kLeadInstrument];
     if (!(route.sharpest_curvature * instrument.min_bend_radius > 1.0)) return {};
     return scene_error(scene, "instruments." + instrument.name + ".min_bend_radius",
                        fmt::format("no way from the entry to {}: {:.3g} mm along it the lumen bends to a radius of {:.3g} mm, "

@@ -155,7 +155,7 @@ View make_view(PictureView view, const Moment& moment, unsigned width, unsigned 
     out.lines.reserve(model.instruments.size()); // tubes point into it
     for (std::size_t i = 0; i < model.instruments.size(); ++i) add_instrument(view, model.instruments[i], moment.state.instruments[i], out);
     const double aspect = static_cast<double>(width) / static_cast<double>(height);
-    const double target_size = model.instruments.empty() ? 0.003 : 3.0 * model.instruments.front().rod.design.radius;
+    const double target_size = model.instruments.empty() ? 0.003 : 3.0 * model.instruments[kLeadInstrument].rod.design.radius;
     for (const Place& target : moment.prepared.targets)
         out.scene.targets.push_back({target.position + drift_of(target.position, moment), target_size});
     if (view == PictureView::Fluoroscopy) {
@@ -164,7 +164,7 @@ View make_view(PictureView view, const Moment& moment, unsigned width, unsigned 
     }
     add_markers(moment, out.scene);
     if (view == PictureView::Tip && !model.instruments.empty())
-        out.camera = tip_camera(model.instruments.front(), moment.state.instruments.front().rod);
+        out.camera = tip_camera(model.instruments[kLeadInstrument], moment.state.instruments[kLeadInstrument].rod);
     else
         out.camera = frame_camera(all_points(moment), {.direction = kFrontView, .aspect = aspect});
     return out;

@@ -39,10 +39,10 @@ std::string shell_quoted(std::string_view word) {
 std::string repeat_command(const Scene& scene, std::uint64_t steps) {
     std::string command =
         fmt::format("trocar run {} -n {} --budget {}", shell_quoted(project_path(scene.file)), steps, scene.budget.to_string());
-    if (!scene.instruments.empty() && !scene.instruments.front().path_file.empty())
-        command += " --path " + shell_quoted(scene.instruments.front().path_file.string());
-    if (!scene.instruments.empty() && !scene.instruments.front().path.empty() && scene.instruments.front().follow)
-        command += " --to " + shell_quoted(scene.targets[scene.instruments.front().follow->target].name);
+    if (!scene.instruments.empty() && !scene.instruments[kLeadInstrument].path_file.empty())
+        command += " --path " + shell_quoted(scene.instruments[kLeadInstrument].path_file.string());
+    if (!scene.instruments.empty() && !scene.instruments[kLeadInstrument].path.empty() && scene.instruments[kLeadInstrument].follow)
+        command += " --to " + shell_quoted(scene.targets[scene.instruments[kLeadInstrument].follow->target].name);
     return command + " --out repeated";
 }
 

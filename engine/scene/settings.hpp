@@ -7,12 +7,16 @@
 #include "engine/time/limits.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace trocar::engine {
+
+/// The scene's first instrument: the one that is planned for, that the viewer's hand holds, and that columns with one number speak of.
+inline constexpr std::size_t kLeadInstrument = 0;
 
 /// What is charged to the budget.
 enum class BudgetScope : std::uint8_t {

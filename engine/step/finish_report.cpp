@@ -36,13 +36,13 @@ void observe(const SceneModel& model, const State& state, RodsScratch& rods, Ste
 
 void report_first_instrument(const SceneModel& model, const State& state, StepReport& report) {
     if (model.instruments.empty()) return;
-    const InstrumentState& first = state.instruments.front();
+    const InstrumentState& first = state.instruments[kLeadInstrument];
     report.tip = first.rod.position.back();
     report.insertion_m = first.rod.insertion;
     report.rotation_rad = first.rod.rotation;
-    if (!model.instruments.front().route) return;
+    if (!model.instruments[kLeadInstrument].route) return;
     const std::vector<Vec3>& moved = first.route.points; // empty before the first step
-    const Vec3& target = moved.empty() ? model.instruments.front().route->points.back() : moved.back();
+    const Vec3& target = moved.empty() ? model.instruments[kLeadInstrument].route->points.back() : moved.back();
     report.target_distance_m = std::sqrt((target - report.tip).squaredNorm());
 }
 

@@ -44,47 +44,50 @@ void scale_rod(const InstrumentModel& instrument, double fraction, InstrumentSta
 }
 
 /// Bodies and rods go `fraction` of the way from the start of the step to where they are now.
-void scale_motion(const SceneModel& model, double fraction, State& state, StepScratch& scratch) {
+void scale_motion(const SceneModel& model, const EffectSet& live, double fraction, State& state, BodiesScratch& bodies, RodsScratch& rods,
+                  StepReport& report) {
     for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (!model.bodies[i].tissue) continue;
-        scale(scratch.bodies.start[i].tissue.position, fraction, state.bodies[i].tissue.position);
+        scale(bodies.start[i].tissue.position, fraction, state.bodies[i].tissue.position);
         for (Vec3& v : state.bodies[i].tissue.velocity) v *= fraction;
     }
     for (std::size_t i = 0; i < model.instruments.size(); ++i)
-        scale_rod(model.instruments[i], fraction, state.instruments[i], scratch.rods.instruments[i]);
-    update_embedded_surfaces(model, scratch.live, state, scratch.bodies, scratch.report);
+        scale_rod(model.instruments[i], fraction, state.instruments[i], rods.instruments[i]);
+    update_embedded_surfaces(model, live, state, bodies, report);
     for (BodyState& body : state.bodies) {
         body.lumen.miss_steps(); // what it saw is not where the step ends
         body.lumen_step = kNoStep;
     }
-    for (WallScratch& wall : scratch.rods.walls) wall.last_step = kNoStep;
+    for (WallScratch& wall : rods.walls) wall.last_step = kNoStep;
 }
 
 } // namespace
 
-void scale_to_safe_fraction(const SceneModel& model, double fraction, State& state, StepScratch& scratch) {
+void scale_to_safe_fraction(const SceneModel& model, const EffectSet& live, double fraction, State& state, BodiesScratch& bodies,
+                            RodsScratch& rods, StepReport& report) {
+    const auto take = [&](double share) { scale_motion(model, live, share, state, bodies, rods, report); };
     // A skin that stands within the exact distance (a scaled step ends at its edge) is touching from the start, whatever it
     // does, and would stand there for ever. It moves as far as it is proven not to touch at all.
     if (fraction < kStuck) {
-        const auto free_share = [&] { return find_free_share(model, 0.0, state, scratch.rods); };
+        const auto free_share = [&] { return find_free_share(model, 0.0, state, rods); };
         double taken = 1.0;
         for (double share = free_share(); taken * share >= kStuck; share = free_share()) {
             if (share == 1.0) {
-                scratch.report.safe_fraction = taken;
-                scratch.report.within_distance = true;
+                report.safe_fraction = taken;
+                report.within_distance = true;
                 return;
             }
             taken *= 0.5 * share;
-            scale_motion(model, 0.5 * share, state, scratch);
+            take(0.5 * share);
         }
     }
     for (const double share : kHoldShares) {
-        scale_motion(model, share * fraction, state, scratch);
-        scratch.report.safe_fraction = share * fraction;
-        if (find_free_share(model, model.contact.exact_distance, state, scratch.rods) == 1.0) return;
+        take(share * fraction);
+        report.safe_fraction = share * fraction;
+        if (find_free_share(model, model.contact.exact_distance, state, rods) == 1.0) return;
     }
-    scale_motion(model, 0.0, state, scratch);
-    scratch.report.safe_fraction = 0.0;
+    take(0.0);
+    report.safe_fraction = 0.0;
 }
 
 } // namespace trocar::engine

@@ -118,8 +118,8 @@ void reserve_state(const SceneModel& model, State& state) {
     }
 }
 
-void forget_scratch(StepScratch& scratch) noexcept {
-    for (WallScratch& wall : scratch.rods.walls) wall.last_step = kNoStep;
+void forget_walls(RodsScratch& rods) noexcept {
+    for (WallScratch& wall : rods.walls) wall.last_step = kNoStep;
 }
 
 } // namespace trocar::engine

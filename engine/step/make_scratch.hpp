@@ -14,6 +14,6 @@ namespace trocar::engine {
 void reserve_state(const SceneModel& model, State& state);
 
 /// What a step kept for its own speed and that holds of the state it has seen alone.
-void forget_scratch(StepScratch& scratch) noexcept;
+void forget_walls(RodsScratch& rods) noexcept;
 
 } // namespace trocar::engine

@@ -67,22 +67,6 @@ void forget_forces(State& state) {
         for (fem::RodPlane& plane : instrument.planes) plane.force = 0.0, plane.drag.setZero();
 }
 
-void list_contacts(const SceneModel& model, const State& state, StepScratch& scratch) {
-    std::vector<Contact>& contacts = scratch.contacts;
-    StepReport& report = scratch.report;
-    contacts.clear();
-    const ContactOrigin origin = report.exact_ran ? ContactOrigin::ExactVF : ContactOrigin::TestedSpheres;
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) list_presses(model, i, state, origin, contacts);
-    report.pressing_contacts = contacts.size();
-    for (const SolidContact& place : state.solids.contacts)
-        if (is_touching(place.touch)) contacts.push_back(place.touch);
-    for (const Contact& contact : scratch.traversal.coarse) // solids without a surface's depth; those of instruments are among the presses
-        if (is_between_bodies(contact) &&
-            !(is_leaf_pair(model, contact) && meet_by_surface(model, contact.a.index(), contact.b.index())))
-            contacts.push_back(contact);
-}
-
-/// A rod that is not finite stops the run before its state is taken over.
 void check_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const Index bad = rods.instruments[i].rod_report.first_bad_node;
@@ -94,27 +78,35 @@ void check_rods(const SceneModel& model, const RodsScratch& rods, StepReport& re
 
 } // namespace
 
-void resolve_contacts(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget) {
-    StepReport& report = scratch.report;
-    const Timed timed(report.ms.respond, report.ms.total);
-    {
-        const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Walls)]);
-        Phase phase(budget, StepPart::Respond);
-        const bool coarse_answer = !report.exact_ran;
-        resolve_walls(model, scratch.live, state, scratch.rods, report, budget);
-        if (report.exact_ran && report.safe_fraction < 1.0) {
-            scale_to_safe_fraction(model, report.safe_fraction, state, scratch);
-            forget_forces(state);
-        }
-        for (BodyState& body : state.bodies) body.springs.clear();
-        for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
-        report_rods(model, scratch.rods, report);
-        if (!coarse_answer || report.exact_forced) phase.forget();
+void resolve_instruments(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, RodsScratch& rods,
+                         StepReport& report, StepBudget& budget) {
+    const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Walls)]);
+    Phase phase(budget, StepPart::Respond);
+    const bool coarse_answer = !report.exact_ran;
+    resolve_walls(model, live, state, rods, report, budget);
+    if (report.exact_ran && report.safe_fraction < 1.0) {
+        scale_to_safe_fraction(model, live, report.safe_fraction, state, bodies, rods, report);
+        forget_forces(state);
     }
-    const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Surfaces)]);
-    push_solids(model, state, scratch.solids, report, budget);
-    list_contacts(model, state, scratch);
-    check_rods(model, scratch.rods, report);
+    for (BodyState& body : state.bodies) body.springs.clear();
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
+    report_rods(model, rods, report);
+    check_rods(model, rods, report);
+    if (!coarse_answer || report.exact_forced) phase.forget();
+}
+
+void list_contacts(const SceneModel& model, const State& state, std::span<const Contact> coarse, StepReport& report,
+                   std::vector<Contact>& contacts) {
+    contacts.clear();
+    const ContactOrigin origin = report.exact_ran ? ContactOrigin::ExactVF : ContactOrigin::TestedSpheres;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) list_presses(model, i, state, origin, contacts);
+    report.pressing_contacts = contacts.size();
+    for (const SolidContact& place : state.solids.contacts)
+        if (is_touching(place.touch)) contacts.push_back(place.touch);
+    for (const Contact& contact : coarse) // solids without a surface's depth; those of instruments are among the presses
+        if (is_between_bodies(contact) &&
+            !(is_leaf_pair(model, contact) && meet_by_surface(model, contact.a.index(), contact.b.index())))
+            contacts.push_back(contact);
 }
 
 } // namespace trocar::engine

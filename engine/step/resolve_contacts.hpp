@@ -1,16 +1,29 @@
-// The response: what was found of contacts, and what was not, becomes motion that stays within the walls, and springs for the next step's
-// integration.
+// Contact response: rods between the planes of their walls, what of the motion is safe, and the list of what touches.
 #pragma once
 
-#include "engine/step/scratch.hpp"
+#include "engine/state/state.hpp"
+#include "engine/state/step_report.hpp"
+#include "engine/step/instrument/instrument_scratch.hpp"
+#include "engine/step/tissue/tissue_scratch.hpp"
 #include "engine/time/step_budget.hpp"
+
+#include <span>
+#include <vector>
 
 namespace trocar::engine {
 
-/// After it, everything stands where the step ends. A rod that is not finite fails the step.
-void resolve_contacts(const SceneModel& model, State& state, StepScratch& scratch, StepBudget& budget);
+/// Instruments against their walls where no exact answer stands, what of the step's motion is free of contact, and the walls' share of what
+/// the rods press with. A rod that is not finite stops the run before its state is taken over.
+void resolve_instruments(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, RodsScratch& rods,
+                         StepReport& report, StepBudget& budget);
 
-/// Contacts were left after all corrections: everything moves only as far as that is proven free. Reports the share.
-void scale_to_safe_fraction(const SceneModel& model, double fraction, State& state, StepScratch& scratch);
+/// Bodies and rods take the share of the step's motion that is proven free, or as much of it as is.
+void scale_to_safe_fraction(const SceneModel& model, const EffectSet& live, double fraction, State& state, BodiesScratch& bodies,
+                            RodsScratch& rods, StepReport& report);
+
+/// What the step's response pushed against: presses of instruments, touches of solids, and sphere contacts of those without a surface's depth.
+/// coarse    of the traversal
+void list_contacts(const SceneModel& model, const State& state, std::span<const Contact> coarse, StepReport& report,
+                   std::vector<Contact>& contacts);
 
 } // namespace trocar::engine

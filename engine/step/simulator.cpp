@@ -36,7 +36,7 @@ Simulator::Parts::Parts(std::optional<Prepared> scene, const SceneModel& of, con
                         const StepScratch* like)
     : prepared(std::move(scene)), model(of), clock(given), limits(with), budget(given != nullptr ? *given : monotonic, with),
       state(make_initial_state(of)), scratch(make_scratch(of, state, like)) {
-    if (like != nullptr) forget_scratch(scratch);
+    if (like != nullptr) forget_walls(scratch.rods);
     report_first_instrument(model, state, scratch.report);
     check();
 }
@@ -128,7 +128,7 @@ Result<void> Simulator::restore(const State& state) {
     parts_->begun = false;
     parts_->state = state;
     reserve_state(parts_->model, parts_->state);
-    forget_scratch(parts_->scratch);
+    forget_walls(parts_->scratch.rods);
     StepReport& report = parts_->scratch.report = StepReport{};
     report.step = parts_->state.step;
     report.time_s = parts_->state.time;

@@ -2,9 +2,11 @@
 
 #include "engine/step/finish_report.hpp"
 #include "engine/step/resolve_contacts.hpp"
+#include "engine/step/solid/solid_stage.hpp"
 #include "engine/step/stages.hpp"
 #include "engine/step/tissue/tissue_stage.hpp"
 #include "engine/step/traverse_trees.hpp"
+#include "engine/time/account.hpp"
 #include "engine/time/phase.hpp"
 
 namespace trocar::engine {
@@ -45,7 +47,13 @@ const StepReport& finish_step(const SceneModel& model, State& state, StepScratch
         traverse_sphere_trees(model, scratch.live, state, scratch.solids, scratch.rods, scratch.traversal, report, budget);
         detect_exact_contacts(model, scratch.live, scratch.dropped, state, scratch.rods, report, budget);
     }
-    if (report.finite) resolve_contacts(model, state, scratch, budget);
+    if (report.finite) {
+        const Timed timed(report.ms.respond, report.ms.total);
+        resolve_instruments(model, scratch.live, state, scratch.bodies, scratch.rods, report, budget);
+        const AccountScope part(budget, report.account[static_cast<std::size_t>(AccountPart::Surfaces)]);
+        push_solids(model, state, scratch.solids, report, budget);
+        list_contacts(model, state, scratch.traversal.coarse, report, scratch.contacts);
+    }
     return finish_report(model, state, scratch.bodies, scratch.rods, report, budget);
 }
 

@@ -126,7 +126,7 @@ std::string scene_message(const Scene& scene, const PreparedScene& prepared, con
     message["has_instrument"] = session.has_instrument();
     message["has_script"] = session.has_script();
     if (session.has_instrument()) {
-        const InstrumentModel& instrument = model.instruments.front();
+        const InstrumentModel& instrument = model.instruments[kLeadInstrument];
         message["limits"] = {{"speed", instrument.limits.speed}, {"rotation", instrument.limits.rotation}};
         message["radius"] = instrument.rod.design.radius;
     }

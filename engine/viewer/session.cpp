@@ -41,8 +41,8 @@ Session::Session(const Scene& scene, const PreparedScene& prepared, std::functio
         permitted_[index_of(*effect)] = status_.effects[index_of(*effect)] = effect->scale != nullptr && has_effect(model_, *effect);
     status_.budget = model_.budget;
     if (has_instrument()) {
-        script_ = model_.instruments.front().path;
-        has_script_ = model_.instruments.front().route.has_value() || !script_.empty();
+        script_ = model_.instruments[kLeadInstrument].path;
+        has_script_ = model_.instruments[kLeadInstrument].route.has_value() || !script_.empty();
     }
     begin_run();
 }
@@ -52,7 +52,7 @@ void Session::begin_run() {
     if (has_instrument()) {
         recording_ = begin_recording();
         drive_position_ = recording_->start();
-        model_.instruments.front().path = {{0.0, drive_position_.insertion, drive_position_.rotation}}; // where a run that reads the recording starts
+        model_.instruments[kLeadInstrument].path = {{0.0, drive_position_.insertion, drive_position_.rotation}}; // where a run that reads the recording starts
     }
     for (const EffectDescriptor* effect : registered_effects())
         if (permits(*effect)) inputs_.live.set(*effect, status_.effects[index_of(*effect)] ? 1.0 : 0.0);
@@ -67,7 +67,7 @@ void Session::begin_run() {
 }
 
 std::shared_ptr<Recording> Session::begin_recording() const {
-    const DriveCommand start = script_.empty() ? DriveCommand{model_.instruments.front().inserted, 0.0} : evaluate_path(script_, 0.0);
+    const DriveCommand start = script_.empty() ? DriveCommand{model_.instruments[kLeadInstrument].inserted, 0.0} : evaluate_path(script_, 0.0);
     auto recording = std::make_shared<Recording>(scene_.units, start, status_.budget);
     if (status_.effects != permitted_) recording->spoil(Spoiler::EffectSwitched);
     return recording;
@@ -136,7 +136,7 @@ void Session::fade_effects() {
 }
 
 DriveCommand Session::wanted_drive_command() {
-    const InstrumentModel& instrument = model_.instruments.front();
+    const InstrumentModel& instrument = model_.instruments[kLeadInstrument];
     const State& state = simulator_->state();
     const double dt = model_.step_s;
     if (!status_.script)
@@ -149,8 +149,8 @@ DriveCommand Session::wanted_drive_command() {
 /// The drive never runs ahead of the instrument by more than one step: where the wall stops the instrument, it waits. So it reverses
 /// at once, and no two rows of the recording lie further apart than the limits allow.
 void Session::follow_drive_command() {
-    const InstrumentModel& instrument = model_.instruments.front();
-    const fem::RodState& rod = simulator_->state().instruments.front().rod;
+    const InstrumentModel& instrument = model_.instruments[kLeadInstrument];
+    const fem::RodState& rod = simulator_->state().instruments[kLeadInstrument].rod;
     const double dt = model_.step_s;
     const double reach = std::min(instrument.limits.speed * dt, kDriveReach), turn = instrument.limits.rotation * dt;
     DriveCommand wanted = limit_command(drive_position_, wanted_drive_command(), instrument.limits, dt);

@@ -81,8 +81,8 @@ void list_spheres(const Session& session, Snapshot& snapshot) {
 void list_rod(const Session& session, Snapshot& snapshot) {
     snapshot.rod.clear();
     if (!session.has_instrument()) return;
-    const fem::RodState& rod = session.simulator().raw_state().instruments.front().rod;
-    const Index first = fem::first_inserted_node(session.model().instruments.front().rod, rod.insertion);
+    const fem::RodState& rod = session.simulator().raw_state().instruments[kLeadInstrument].rod;
+    const Index first = fem::first_inserted_node(session.model().instruments[kLeadInstrument].rod, rod.insertion);
     for (std::size_t k = first; k < rod.position.size(); ++k) snapshot.rod.push_back(to_point(rod.position[k]));
 }
 

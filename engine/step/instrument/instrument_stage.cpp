@@ -296,8 +296,8 @@ void report_rods(const SceneModel& model, const RodsScratch& rods, StepReport& r
         report.balance_n += std::sqrt((rod.handle_force + rod.contact_force + rod.body_force).squaredNorm());
     }
     if (model.instruments.empty()) return;
-    const fem::RodReport& first = rods.instruments.front().rod_report;
-    report.handle_force_n = first.handle_force.dot(model.instruments.front().port.direction);
+    const fem::RodReport& first = rods.instruments[kLeadInstrument].rod_report;
+    report.handle_force_n = first.handle_force.dot(model.instruments[kLeadInstrument].port.direction);
     report.handle_torque_nm = first.handle_torque;
 }
 
