@@ -6,7 +6,7 @@
 #include "bench/tables.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 #include "engine/report/statistics.hpp"
-#include "engine/scene/budget.hpp"
+#include "engine/scene/settings.hpp"
 #include "engine/time/step_budget.hpp"
 
 #include <fmt/format.h>
@@ -231,7 +231,7 @@ Result<void> add_frames(const BenchOptions& options, BenchTable& table) {
     const Result<Scene> scene = read_scene("assets/scenes/spikes.json");
     if (!scene.ok()) return scene.error();
     options.progress("whole steps of " + scene->name);
-    const auto prepared = prepare_scene(*scene);
+    const auto prepared = make_prepared_scene(*scene);
     if (!prepared.ok()) return prepared.error();
     for (const char* name : kFrameBudgets) {
         Simulator simulator(prepared->model, parse_budget(name)->limits);

@@ -37,7 +37,7 @@ Planned plan_scene(const SceneSource& source, const std::string& target, double 
     engine::Scene scene = value_of(read_source(source));
     check(engine::aim_to_plan(scene, target));
     const engine::PreparedScene prepared = value_of(engine::make_prepared_scene(scene, [&](const std::string&) { check_stop(); }));
-    const engine::InstrumentModel& instrument = prepared.model.instruments[kLeadInstrument];
+    const engine::InstrumentModel& instrument = prepared.model.instruments[engine::kLeadInstrument];
     Planned planned{engine::inspect_route(*instrument.route, instrument.rod.design.radius), *instrument.route, {}, {}};
     check(engine::check_bends(scene, planned.route, target));
     const auto go_on = [&](double) {

@@ -63,7 +63,7 @@ protected:
     [[nodiscard]] std::string refusal_of(const std::string& text) const {
         const Result<Scene> scene = parse_scene(text, "scenes/foreign.json");
         if (!scene.ok()) return scene.error().to_string();
-        const Result<PreparedScene> prepared = prepare_scene(*scene);
+        const Result<PreparedScene> prepared = make_prepared_scene(*scene);
         return prepared.ok() ? std::string() : prepared.error().to_string();
     }
 };
@@ -75,12 +75,12 @@ const Shape kTable{R"({"shape": "box", "centre": [0, 0, -5], "extent": [120, 120
 const Shape kMoving{R"({"shape": "box", "centre": [0, 0, -5], "extent": [120, 120, 10], "cells": 8})", "kinematic"};
 
 /// Vertices that touch, with what they touch: body, vertex, other body.
-using Touches = std::set<std::tuple<BodyId, Index, BodyId>>;
+using Touches = std::set<std::tuple<Thing, Index, Thing>>;
 
 Touches touches_of(const Simulator& simulator) {
     Touches touches;
     for (const Contact& contact : simulator.contacts())
-        if (contact.origin == ContactOrigin::Proximity && contact.gap <= 0.0) touches.emplace(contact.body_a, contact.feature_a[0], contact.body_b);
+        if (contact.origin == ContactOrigin::Proximity && contact.gap <= 0.0) touches.emplace(contact.a, contact.feature_a[0], contact.b);
     return touches;
 }
 

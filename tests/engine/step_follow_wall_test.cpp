@@ -60,6 +60,7 @@ TEST(FollowWall, AStepThatWasMissedAsksForAWholeRefit) {
     const SceneModel& model = prepared.model;
     State state = make_initial_state(model);
     fem::place_rod(model.instruments[0].rod, model.instruments[0].port, 0.035, 0.0, state.instruments[0].rod);
+    for (Vec3& p : state.instruments[0].rod.position) p += Vec3(0.0, 2.1e-3, 0.0); // beside the wall
     StepScratch context = make_scratch(model, state), anew = make_scratch(model, state);
     std::size_t planes = 0;
     for (const std::uint64_t step : {0, 1, 2, 7, 8}) {
