@@ -28,6 +28,7 @@ public:
     void tick();
     /// Has the job ended?
     [[nodiscard]] bool is_done(std::size_t job) const noexcept { return jobs_[job].state == JobState::Done; }
+    [[nodiscard]] bool is_running(std::size_t job) const noexcept { return jobs_[job].state == JobState::Runs; }
     /// fails  ToolFailed: it could not be started, was killed, or ended with another code than 0
     [[nodiscard]] Result<void> outcome(std::size_t job) const;
 
