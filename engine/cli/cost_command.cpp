@@ -36,7 +36,7 @@ struct CostRequest {
     unsigned jobs = 1;       // processes that run at once
     std::int64_t only = -1;  // >= 0: this row's run by itself is measured for another process
     std::int64_t parent = 0; // that process; 0: not said
-    std::vector<std::string> settings; // POINTER=VALUE
+    SceneSettings settings;
     bool force = false, resume = false, page = true, quiet = false;
 };
 
@@ -192,7 +192,8 @@ private:
         for (std::size_t row = 0; row < rows; ++row) {
             jobs.push_back({"cost", request_.scene.string(), "--budgets", request_.budgets, "--steps", std::to_string(options_.steps),
                             "--out", out_.string(), "--quiet", "--only", std::to_string(row), "--parent", std::to_string(getpid())});
-            for (const std::string& setting : request_.settings) jobs.back().insert(jobs.back().end(), {"--set", setting});
+            const std::vector<std::string> settings = request_.settings.words();
+            jobs.back().insert(jobs.back().end(), settings.begin(), settings.end());
             if (!request_.variants.empty()) jobs.back().insert(jobs.back().end(), {"--variants", request_.variants});
         }
         pool_.emplace(std::move(jobs), request_.jobs);
@@ -290,7 +291,7 @@ Command add_cost_command(CLI::App& app) {
     command->add_flag("--resume", request->resume, "go on with what an interrupted measurement into this folder has finished");
     command->add_flag("--force", request->force, "write into an output folder that is not empty");
     command->add_flag("!--no-report", request->page, "take no pictures and write no report.html");
-    add_set_option(*command, request->settings);
+    add_set_options(*command, request->settings);
     command->add_flag("--quiet", request->quiet, "no progress line");
     return {command, [request] { return cost(*request); }};
 }

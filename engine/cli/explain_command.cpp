@@ -15,7 +15,7 @@ namespace trocar::engine {
 
 namespace {
 
-int explain(const std::filesystem::path& file, const std::vector<std::string>& settings) {
+int explain(const std::filesystem::path& file, const SceneSettings& settings) {
     const Result<Scene> scene = read_set_scene(file, settings);
     if (!scene.ok()) return report_error(scene.error());
     ProgressLine progress(true);
@@ -37,8 +37,8 @@ Command add_explain_command(CLI::App& app) {
     const auto scene = std::make_shared<std::filesystem::path>();
     CLI::App* command = app.add_subcommand("explain", "Say what a scene simulates and why, and what it will cost");
     command->add_option("scene", *scene, "scene file (JSON)")->required();
-    const auto settings = std::make_shared<std::vector<std::string>>();
-    add_set_option(*command, *settings);
+    const auto settings = std::make_shared<SceneSettings>();
+    add_set_options(*command, *settings);
     return {command, [scene, settings] { return explain(*scene, *settings); }};
 }
 

@@ -23,7 +23,7 @@ struct PlanOptions {
     std::filesystem::path scene, out;
     std::string target;
     double time_limit = 0.0; // s; 0: from the length of the way
-    std::vector<std::string> settings; // POINTER=VALUE
+    SceneSettings settings;
     bool force = false, page = true, quiet = false;
 };
 
@@ -123,7 +123,7 @@ Command add_plan_command(CLI::App& app) {
     command->add_option("--time", options->time_limit, "s of simulated time that the trial may take")->check(number_range(0.0, 1e5));
     command->add_flag("--force", options->force, "write into an output folder that is not empty");
     command->add_flag("!--no-report", options->page, "write no report.html");
-    add_set_option(*command, options->settings);
+    add_set_options(*command, options->settings);
     command->add_flag("--quiet", options->quiet, "no progress line");
     return {command, [options] { return plan(*options); }};
 }

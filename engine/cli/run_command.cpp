@@ -39,7 +39,7 @@ struct RunOptions {
     std::filesystem::path record_grants, replay;
     std::uint64_t checkpoint_every = 0; // steps; 0: none
     std::filesystem::path resume;       // a checkpoint, or the output folder that holds one
-    std::vector<std::string> settings;  // POINTER=VALUE
+    SceneSettings settings;
     bool trace = false, record = false, force = false, fail_on_overrun = false, pictures = true, page = true, quiet = false;
 };
 
@@ -413,7 +413,7 @@ Command add_run_command(CLI::App& app) {
     command->add_flag("--fail-on-overrun", options.fail_on_overrun, "exit 4 when a step missed its budget");
     command->add_flag("!--no-pictures", options.pictures, "take no pictures");
     command->add_flag("!--no-report", options.page, "write no report.html, whose plots take longer than a short run");
-    add_set_option(*command, options.settings);
+    add_set_options(*command, options.settings);
     command->add_flag("--quiet", options.quiet, "no progress line");
     return {command, [run_options] { return run(*run_options); }};
 }

@@ -4,6 +4,8 @@
 #include "engine/cli/progress.hpp"
 #include "engine/cli/sweep_folder.hpp"
 #include "engine/experiments/sweep/collect.hpp"
+#include "engine/experiments/sweep/slurm.hpp"
+#include "engine/experiments/sweep/sweep_page.hpp"
 #include "engine/experiments/sweep/worker.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/time/interrupt.hpp"
@@ -24,11 +26,14 @@ namespace trocar::engine {
 namespace {
 
 constexpr std::uint64_t kMostListed = 1000; // runs that --dry-run lists
+constexpr std::size_t kMostTried = 2000;    // values of a varied option whose command line is checked beforehand
 
 struct SweepRequest {
     std::filesystem::path sweep, out, table;
     unsigned jobs = 1;
-    bool status = false, resume = false, dry_run = false, retry_failed = false, quiet = false;
+    bool slurm = false, watch = false, forecast = true;
+    SlurmOptions cluster;
+    bool status = false, plan = false, resume = false, dry_run = false, retry_failed = false, quiet = false;
 };
 
 /// Words that the sweep itself gives to every run.
@@ -36,17 +41,40 @@ Result<void> check_options(const SweepSpec& spec, const SweepPlan& plan) {
     const auto fail = [&](std::string message) {
         return Error{ErrorCode::BadUsage, std::move(message), spec.file.string(), spec.options_at.line, spec.options_at.column, "options"};
     };
+    const auto is_own = [](const std::string& word) {
+        for (const char* own : {"--out", "--force", "--quiet", "--resume", "--only", "--parent", "--set", "--no-report", "--help", "-h"})
+            if (word == own || word.starts_with(std::string(own) + "=")) return true;
+        return false;
+    };
+    constexpr const char* kOwn = "found {}, which is the sweep's own affair; expected it left out";
     for (const std::string& word : spec.options)
-        for (const char* own : {"--out", "--force", "--quiet", "--resume", "--only", "--parent", "--set", "--no-report", "--jobs", "--help", "-h"})
-            if (word == own || word.starts_with(std::string(own) + "="))
-                return fail(fmt::format("found {}, which is the sweep's own affair; expected it left out", word));
-    if (const auto taken = check_command_line(plan.command_line(plan.run(0), "out")); !taken)
+        if (is_own(word)) return fail(fmt::format(kOwn, word));
+    PlannedRun run = plan.run(0);
+    for (const SweepAxis& axis : spec.axes)
+        for (std::size_t p = 0; p < axis.pointers.size(); ++p)
+            if (is_own(axis.pointers[p]))
+                return Error{ErrorCode::BadUsage, fmt::format(kOwn, axis.pointers[p]), axis.file, axis.pointer_at[p].line, axis.pointer_at[p].column, axis.pointers[p]};
+    if (const auto taken = check_command_line(plan.command_line(run, "out")); !taken)
         return fail(fmt::format("{} does not take them: {}", command_name(spec.command), taken.error().to_string()));
+    for (const SweepAxis& axis : spec.axes)
+        for (std::size_t p = 0; p < axis.pointers.size(); ++p) {
+            if (!is_option(axis.pointers[p])) continue;
+            const auto at = [&](TextPosition place, std::string message) {
+                return Error{ErrorCode::BadUsage, std::move(message), axis.file, place.line, place.column, axis.pointers[p]};
+            };
+            for (std::size_t k = 0; k < std::min(axis.values.size(), kMostTried); ++k) {
+                for (auto& [name, value] : run.settings)
+                    if (name == axis.pointers[p]) value = axis.values[k][p];
+                if (const auto taken = check_command_line(plan.command_line(run, "out")); !taken)
+                    return at(axis.value_at.empty() ? axis.pointer_at[p] : axis.value_at[k],
+                              fmt::format("{} does not take it: {}", command_name(spec.command), taken.error().to_string()));
+            }
+        }
     return {};
 }
 
 std::string duration_text(double s) {
-    if (s < 90.0) return fmt::format("{:.0f} s", s);
+    if (s < 90.0) return fmt::format("{:.2g} s", s);
     if (s < 5400.0) return fmt::format("{:.0f} min", s / 60.0);
     return fmt::format("{:.1f} h", s / 3600.0);
 }
@@ -57,7 +85,69 @@ public:
     Sweep(const SweepRequest& request, const SweepPlan& plan) : request_(request), plan_(plan), store_(request.out, plan) {}
 
     int show_status() const {
-        fmt::print("{}", status_text(find_status(request_.out, plan_), plan_));
+        const InterruptHold hold(InterruptHold::Then::OwnerEnds);
+        for (;;) {
+            const SweepStatus status = find_status(request_.out, plan_);
+            fmt::print("{}", status_text(status, plan_));
+            const SlurmQueue queue = ask_queue(request_.out);
+            if (queue.running + queue.waiting > 0) fmt::print("slurm    {} tasks running, {} waiting\n", queue.running, queue.waiting);
+            if (!queue.failure.empty()) fmt::print("slurm    cannot be asked: {}\n", queue.failure);
+            std::fflush(stdout);
+            if (!request_.watch || status.done + status.failed == status.runs) return kExitFine;
+            for (int tenth = 0; tenth < 20; ++tenth) {
+                if (interrupt_requested()) return kExitInterrupted;
+                std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            }
+        }
+    }
+
+    /// What is missing and is in no queue, as an array job.
+    int submit_array() const {
+        const SlurmQueue queue = ask_queue(request_.out);
+        if (!queue.failure.empty()) return report_error({ErrorCode::ToolFailed, queue.failure, {}, 0, 0, "--slurm"});
+        std::vector<std::uint64_t> chunks;
+        for (const std::uint64_t chunk : find_status(request_.out, plan_).incomplete)
+            if (!queue.chunks.contains(chunk)) chunks.push_back(chunk);
+        if (chunks.empty()) {
+            fmt::print("nothing to submit: {}\n", queue.running + queue.waiting > 0
+                                                      ? fmt::format("{} tasks are running, {} waiting", queue.running, queue.waiting)
+                                                      : std::string("every run has its result"));
+            return kExitFine;
+        }
+        std::error_code failed;
+        const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", failed);
+        const auto job = submit(request_.out, plan_, chunks, program, forecast(), request_.cluster);
+        if (!job) return report_error(job.error());
+        fmt::print("submitted {}: {} chunks after the preparation in {}   --status tells how far it is\n", job->array_id, chunks.size(), job->prepare_id);
+        return kExitFine;
+    }
+
+    /// Nothing where it was not wanted: then a run counts as a second.
+    SweepForecast forecast() const {
+        SweepForecast known;
+        known.run_s = known.longest_s = 1.0;
+        if (!request_.forecast) return known;
+        ProgressLine progress(!request_.quiet);
+        const SweepForecast found = forecast_sweep(plan_, [&](const std::string& what) { progress.show(what); });
+        progress.clear();
+        if (!found.failure.empty()) fmt::print(stderr, "notice: {}\n", found.failure);
+        return found.tried > 0 ? found : known;
+    }
+
+    int list() const {
+        const std::uint64_t runs = plan_.run_count();
+        for (std::uint64_t k = 0; k < std::min(runs, kMostListed); ++k) fmt::print("{:>7}  {}\n", k, plan_.describe(plan_.run(k)));
+        if (runs > kMostListed) fmt::print("        and {} more\n", runs - kMostListed);
+        std::vector<std::uint64_t> chunks(plan_.chunk_count());
+        for (std::size_t i = 0; i < chunks.size(); ++i) chunks[i] = i;
+        fmt::print("{} runs, results packed by {}\n", runs, plan_.chunk_runs);
+        std::fflush(stdout); // trials take their time
+        const SweepForecast known = forecast();
+        if (known.tried > 0)
+            fmt::print("about {} a run ({} the longest of {} tried), {} in all on one core; {:.0f} MB\n", duration_text(known.run_s), duration_text(known.longest_s),
+                       known.tried, duration_text(known.run_s * static_cast<double>(runs)), known.memory_mb);
+        const auto tasks = group_chunks(plan_, chunks, known.run_s, 1000);
+        fmt::print("on a cluster {} tasks of up to {} runs\n", tasks.size(), std::min(runs, tasks.front().size() * plan_.chunk_runs));
         return kExitFine;
     }
 
@@ -69,6 +159,7 @@ public:
         remove_old_scratch(request_.out);
         if (!chunks_.empty())
             if (const int code = run_pool(); code != kExitFine) return code;
+        remove_old_scratch(request_.out);
         return tell_end();
     }
 
@@ -76,9 +167,14 @@ public:
         const SweepTable table = collect_table(request_.out, plan_);
         WrittenOutputs outputs;
         outputs.note(write_file_atomically(request_.table, table_csv(table)));
+        const std::filesystem::path page = std::filesystem::path(request_.table).replace_extension(".html");
+        std::error_code unknown;
+        const std::filesystem::path place = std::filesystem::absolute(page, unknown).lexically_normal().parent_path();
+        outputs.note(write_file_atomically(page, sweep_page(request_.sweep.stem().string(), table, plan_, request_.out, place)));
         for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
         if (table.missing > 0) fmt::print(stderr, "notice: {} of {} runs are missing in the table\n", table.missing, plan_.run_count());
-        fmt::print("table {}   {} rows: {} done, {} failed, {} missing\n", request_.table.string(), table.rows.size(), table.done, table.failed, table.missing);
+        fmt::print("table {}   page {}   {} rows: {} done, {} failed, {} missing\n", request_.table.string(), page.string(), table.rows.size(), table.done,
+                   table.failed, table.missing);
         return outputs.tell({});
     }
 
@@ -157,19 +253,14 @@ private:
     double shown_ms_ = -1e9;
 };
 
-int list_runs(const SweepPlan& plan) {
-    const std::uint64_t runs = plan.run_count();
-    for (std::uint64_t k = 0; k < std::min(runs, kMostListed); ++k) fmt::print("{:>7}  {}\n", k, plan.describe(plan.run(k)));
-    if (runs > kMostListed) fmt::print("        and {} more\n", runs - kMostListed);
-    fmt::print("{} runs in {} chunks of {}\n", runs, plan.chunk_count(), plan.chunk_runs);
-    return kExitFine;
-}
-
 Result<void> check_request(const SweepRequest& request) {
     const auto fail = [](std::string message, const char* key) { return Error{ErrorCode::BadUsage, std::move(message), {}, 0, 0, key}; };
     if (request.dry_run) return {};
     if (request.out.empty()) return fail("is wanted: the folder of the sweep's results", "--out");
     if (request.retry_failed && !request.resume) return fail("goes with --resume", "--retry-failed");
+    if (request.watch && !request.status) return fail("goes with --status", "--watch");
+    if (request.slurm && !request.table.empty()) return fail("wants results, which come later: collect when --status tells that all is done", "--collect");
+    if (request.table.extension() == ".html") return fail("names the table; the page beside it is NAME.html; expected another ending, as in .csv", "--collect");
     if (!request.table.empty()) return check_place(request.table, "--collect");
     return {};
 }
@@ -181,7 +272,7 @@ int sweep(SweepRequest& request) {
     const auto plan = make_plan(*spec);
     if (!plan) return report_error(plan.error());
     if (const auto fits = check_options(*spec, *plan); !fits) return report_error(fits.error());
-    if (request.dry_run) return list_runs(*plan);
+    if (request.dry_run) return Sweep(request, *plan).list();
     std::error_code failed;
     request.out = std::filesystem::absolute(request.out, failed).lexically_normal();
     const auto state = inspect_folder(request.out, *plan);
@@ -199,8 +290,13 @@ int sweep(SweepRequest& request) {
     if (!lock) return report_error(lock.error());
     if (is_new)
         if (const auto written = write_plan_once(request.out, *plan); !written) return report_error(written.error());
+    if (request.plan) {
+        fmt::print("{} runs in {} chunks, 0 to {}   plan {}\n", plan->run_count(), plan->chunk_count(), plan->chunk_count() - 1, (request.out / sweep_name::kPlan).string());
+        return kExitFine;
+    }
     if (request.retry_failed)
         if (const auto dropped = ResultStore(request.out, *plan).drop_failed(); !dropped) return report_error(dropped.error());
+    if (request.slurm) return one.submit_array();
     const int code = one.run();
     if (request.table.empty() || code == kExitInterrupted) return code;
     const int collected = one.collect();
@@ -219,7 +315,13 @@ Command add_sweep_command(CLI::App& app) {
     command->add_flag("--resume", request->resume, "run what is missing of the results that are there");
     command->add_flag("--retry-failed", request->retry_failed, "with --resume: run what has failed again, too");
     command->add_option("--collect", request->table, "write the table (CSV) to this file; alone where the results are there already");
+    command->add_flag("--plan", request->plan, "write the plan and run nothing: for workers that are started by hand");
     command->add_flag("--dry-run", request->dry_run, "check everything and list the runs; nothing runs");
+    CLI::Option* slurm = command->add_flag("--slurm", request->slurm, "submit what is missing as one array job of Slurm");
+    command->add_option("--partition", request->cluster.partition, "of the cluster")->needs(slurm);
+    command->add_option("--time", request->cluster.time, "limit of one task, as Slurm writes it; from a forecast when absent")->needs(slurm);
+    command->add_flag("--watch", request->watch, "with --status: tell it every two seconds until all is done");
+    command->add_flag("!--no-forecast", request->forecast, "with --dry-run or --slurm: try no steps; a run counts as a second");
     command->add_flag("--quiet", request->quiet, "no progress line");
     return {command, [request] { return sweep(*request); }};
 }

@@ -1,6 +1,7 @@
 // What `sweep` starts: one process runs the missing runs of some chunks. The same on this machine, in a task of Slurm, over ssh.
 #include "engine/cli/commands.hpp"
 #include "engine/cli/job_pool.hpp"
+#include "engine/experiments/sweep/forecast.hpp"
 #include "engine/experiments/sweep/worker.hpp"
 #include "engine/time/interrupt.hpp"
 
@@ -18,9 +19,12 @@ struct WorkerOptions {
     std::filesystem::path folder;
     std::vector<std::uint64_t> chunks;
     std::int64_t parent = 0;
+    bool prepare = false; // every scene into the cache, nothing else
 };
 
 int work(const WorkerOptions& options) {
+    if (options.chunks.empty() && !options.prepare)
+        return report_error({ErrorCode::BadUsage, "expected --chunk with numbers, or --prepare", {}, 0, 0, "sweep-worker"});
     if (options.parent > 0) {
         end_with_parent(static_cast<pid_t>(options.parent));
         answer_interrupts_silently();
@@ -34,6 +38,10 @@ int work(const WorkerOptions& options) {
                              fmt::format("was made by {}, and this is {}; expected the same program", plan->program, program_version()),
                              (folder / sweep_name::kPlan).string()});
     if (const auto same = check_unchanged(*plan); !same) return report_error(same.error());
+    if (options.prepare) {
+        const auto prepared = prepare_scenes(*plan, [](const std::string&) {});
+        return prepared ? kExitFine : report_error(prepared.error());
+    }
     const InterruptHold hold(InterruptHold::Then::OwnerEnds); // finished runs are kept
     std::uint64_t killed = 0;
     for (const std::uint64_t chunk : options.chunks) {
@@ -55,7 +63,8 @@ Command add_sweep_worker_command(CLI::App& app) {
     const auto options = std::make_shared<WorkerOptions>();
     CLI::App* command = app.add_subcommand("sweep-worker", "Run the missing runs of some chunks of a sweep's folder")->group("");
     command->add_option("folder", options->folder, "a sweep's --out")->required();
-    command->add_option("--chunk", options->chunks, "numbers of chunks, from 0")->required()->delimiter(',');
+    command->add_option("--chunk", options->chunks, "numbers of chunks, from 0")->delimiter(',');
+    command->add_flag("--prepare", options->prepare, "prepare every scene for the cache, and run nothing");
     command->add_option("--parent", options->parent)->group("");
     return {command, [options] { return work(*options); }};
 }

@@ -271,10 +271,49 @@ TEST_F(SweepCommand, ADryRunListsAndWritesNothing) {
     const Ended ended = sweep({"--dry-run", "--no-forecast"});
     EXPECT_TRUE(ended_with(ended, 0));
     EXPECT_TRUE(ended.says("12 runs")) << ended;
-    EXPECT_TRUE(ended.says("--set /budget=")) << ended;
+    EXPECT_TRUE(ended.says("--set '/budget=")) << ended;
     std::size_t files = 0;
     for (const auto& entry : fs::directory_iterator(folder)) files += entry.path().filename() != "stdout" && entry.path().filename() != "stderr";
     EXPECT_EQ(files, 2u) << "the sweep and its scenes";
+}
+
+TEST_F(SweepCommand, AnOptionOfTheCommandIsVariedAsAPointerIs) {
+    write_sweep(R"({"scene": "scenes/tube.json", "vary": {"--steps": [2, 5]}, "collect": {"steps": "/steps"}})");
+    EXPECT_EQ(table_of("a"), "--steps,repeat,status,steps\n2,0,done,2\n5,0,done,5\n");
+    write_sweep(R"({"scene": "scenes/tube.json", "vary": {"--steps": [2, "many"]}})");
+    EXPECT_TRUE(refuses(sweep_into("b"), "--steps: run does not take it"));
+    write_sweep(R"({"scene": "scenes/tube.json", "vary": {"--out": ["x"]}})");
+    EXPECT_TRUE(refuses(sweep_into("b"), "the sweep's own affair"));
+}
+
+TEST_F(SweepCommand, EveryShippedSweepIsListedByADryRun) {
+    std::size_t count = 0;
+    for (const auto& entry : fs::directory_iterator(fs::path(TROCAR_SOURCE_DIR) / "assets" / "sweeps")) {
+        const Ended ended = call({"sweep", entry.path().string(), "--dry-run", "--no-forecast"});
+        EXPECT_TRUE(ended_with(ended, 0)) << entry.path();
+        EXPECT_TRUE(ended.says(" runs, results packed by")) << ended;
+        ++count;
+    }
+    EXPECT_EQ(count, 3u);
+}
+
+TEST_F(SweepCommand, ADryRunForecastsTimeAndMemory) {
+    write_sweep();
+    const Ended ended = sweep({"--dry-run"});
+    EXPECT_TRUE(ended_with(ended, 0));
+    EXPECT_TRUE(ended.says("in all on one core")) << ended;
+    EXPECT_TRUE(ended.says("MB")) << ended;
+}
+
+TEST_F(SweepCommand, ThePageStandsBesideTheTableAndNeedsNothingElse) {
+    write_sweep();
+    ASSERT_FALSE(table_of("a").empty());
+    const std::string page = text_of(folder / "a.html");
+    EXPECT_NE(page.find("12 runs of"), std::string::npos);
+    EXPECT_NE(page.find("/instruments/wire/friction"), std::string::npos);
+    for (const char* piece : {"src=", "http://cdn", "https://", "@import"}) EXPECT_EQ(page.find(piece), std::string::npos) << piece;
+    ASSERT_FALSE(table_of("b", {"--jobs", "2"}).empty());
+    EXPECT_EQ(text_of(folder / "b.html"), page);
 }
 
 TEST_F(SweepCommand, AnotherPlanInTheFolderIsRefused) {
@@ -323,8 +362,8 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "command": "view"})", "nearest known value"},
         {R"({"scene": "scenes/tube.json", "repeat": 0})", "repeat"},
         {R"({"scene": "scenes/tube.json", "repeat": 1e6, "vary": {"/budget": ["exact", "work:1"]}})", "at most 1000000"},
-        {R"({"scene": "scenes/tube.json", "vary": {"/budget": []}})", "1:49"},
-        {R"({"scene": "scenes/tube.json", "vary": {"/budget": 5}})", "1:49"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/budget": []}})", "1:51"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/budget": 5}})", "1:51"},
         {R"({"scene": "scenes/tube.json", "vary": {"budget": ["exact"]}})", "JSON pointer"},
         {R"({"scene": "scenes/tube.json", "vary": {"/budget~2": ["exact"]}})", "JSON pointer"},
         {R"({"scene": "scenes/tube.json", "vary": {"/budgt": ["exact"]}})", "1:40: /budgt: found the unknown key of a scene \"budgt\"; nearest known key of a scene: \"budget\""},
@@ -332,7 +371,7 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/frictoin": [0]}})", "\"friction\""},
         {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/path/7/0": [0]}})", "from 0 to 1"},
         {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/radius/x": [0]}})", "pointer to end there"},
-        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/radius": [0.5, -1]}})", "1:73: /instruments/wire/radius"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/radius": [0.5, -1]}})", "1:74: /instruments/wire/radius"},
         {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/radius": ["soft"]}})", "a number in mm"},
         {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/radius": [NaN]}})", "NaN"},
         {R"({"scene": "scenes/tube.json", "vary": {"/budget": ["exact"], "/budget": ["exact"]}})", "already given"},

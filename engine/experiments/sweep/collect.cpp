@@ -3,19 +3,11 @@
 #include "engine/experiments/sweep/csv.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace trocar::engine {
 namespace {
 
 constexpr std::size_t kMostSpans = 20;
-
-/// A varied value as a cell: strings without their quotes.
-std::string setting_cell(const std::string& json) {
-    if (json.empty() || json.front() != '"') return json;
-    const auto value = nlohmann::json::parse(json, nullptr, false);
-    return value.is_string() ? value.get<std::string>() : json;
-}
 
 std::vector<std::string> column_names(const SweepPlan& plan) {
     std::vector<std::string> names;
@@ -42,7 +34,7 @@ SweepTable collect_table(const std::filesystem::path& folder, const SweepPlan& p
             const PlannedRun run = plan.run(number);
             std::vector<std::string>& row = table.rows.emplace_back();
             if (plan.has_scene_column) row.push_back(plan.scene_names[run.scene]);
-            for (const auto& [pointer, value] : run.settings) row.push_back(setting_cell(value));
+            for (const auto& [pointer, value] : run.settings) row.push_back(value_text(value));
             row.push_back(std::to_string(run.repeat));
             const auto result = results.runs.find(number);
             const bool is_there = result != results.runs.end();

@@ -94,7 +94,8 @@ const ObjectSpec& sweep_table() {
                                         object_value(log_uniform_table()), object_value(normal_table()), object_value(integer_table()),
                                         object_value(choice_table())});
              FieldSpec field = map_field("vary", std::move(one),
-                                         "JSON pointer into the scene -> its values. All combinations are run; the first pointer changes slowest.");
+                                         "JSON pointer into the scene -> its values. All combinations are run; the first pointer changes slowest. An option of the "
+                                         "command may stand in a pointer's place, as in --budgets.");
              field.value.any_names = true;
              return field;
          }(),

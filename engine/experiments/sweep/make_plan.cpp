@@ -54,6 +54,7 @@ private:
         const PlannedRun run = plan_.run(number);
         std::vector<SceneOverride> overrides;
         for (const auto& [pointer, value] : run.settings) {
+            if (is_option(pointer)) continue; // the command line's own check
             auto override = parse_override(pointer + "=" + value);
             if (!override) return override.error();
             overrides.push_back(std::move(*override));
@@ -80,6 +81,7 @@ private:
                 const std::string key = dotted_key(axis.pointers[p]);
                 if (!unknown && error.key != key && !error.key.starts_with(key + ".") && !error.key.starts_with(key + "[")) continue;
                 const TextPosition at = unknown || axis.value_at.empty() ? axis.pointer_at[p] : axis.value_at[value];
+                error.message = error.message.substr(0, error.message.find("; the value was given for ")); // that is the place here
                 error.message += fmt::format(" (scene {})", plan_.scene_names[run.scene]);
                 return {error.code, std::move(error.message), axis.file, at.line, at.column, axis.pointers[p]};
             }

@@ -57,9 +57,11 @@ private:
     }
 
     std::optional<Error> add_pointer(SweepAxis& axis, const std::string& pointer, const std::string& file, TextPosition at, const std::string& key) {
-        const auto keys = split_pointer(pointer);
+        const Result<std::vector<std::string>> keys = is_option(pointer) ? std::vector<std::string>{pointer} : split_pointer(pointer);
         const auto refuse = [&](std::string message) { return Error{ErrorCode::BadValue, std::move(message), file, at.line, at.column, key}; };
         if (!keys) return refuse(keys.error().message);
+        if (is_option(pointer) && pointer.find_first_of("= ") != std::string::npos)
+            return refuse(fmt::format("found \"{:.60}\"; expected the name of an option alone, as in --budgets", pointer));
         if (known_.size() >= kMostPointers) return refuse(fmt::format("found more than {} pointers; expected fewer", kMostPointers));
         for (const auto& [known, name] : known_) {
             const std::size_t common = std::min(known.size(), keys->size());

@@ -96,6 +96,12 @@ std::string build_id() {
 
 } // namespace
 
+std::string value_text(const std::string& json) {
+    if (json.empty() || json.front() != '"') return json;
+    const Json value = parse_value(json);
+    return value.is_string() ? value.get<std::string>() : json;
+}
+
 std::string program_version() { return "trocar 0.1.0 " + build_id(); }
 
 std::uint64_t SweepPlan::run_count() const noexcept {
@@ -138,7 +144,11 @@ std::pair<std::uint64_t, std::uint64_t> SweepPlan::chunk(std::uint64_t index) co
 
 std::vector<std::string> SweepPlan::command_line(const PlannedRun& run, const std::filesystem::path& out) const {
     std::vector<std::string> words{command_name(command), scenes[run.scene].file};
-    for (const auto& [pointer, value] : run.settings) words.insert(words.end(), {"--set", pointer + "=" + value});
+    for (const auto& [pointer, value] : run.settings)
+        if (is_option(pointer))
+            words.insert(words.end(), {pointer, value_text(value)});
+        else
+            words.insert(words.end(), {"--set", pointer + "=" + value});
     words.insert(words.end(), options.begin(), options.end());
     words.emplace_back("--quiet");
     if (command == SweepCommand::Verify) return words;
@@ -149,7 +159,8 @@ std::vector<std::string> SweepPlan::command_line(const PlannedRun& run, const st
 
 std::string SweepPlan::describe(const PlannedRun& run) const {
     std::string text = fmt::format("trocar {} {}", command_name(command), shell_quoted(scene_names[run.scene]));
-    for (const auto& [pointer, value] : run.settings) text += " --set " + shell_quoted(pointer + "=" + value);
+    for (const auto& [pointer, value] : run.settings)
+        text += is_option(pointer) ? fmt::format(" {} {}", pointer, shell_quoted(value_text(value))) : " --set " + shell_quoted(pointer + "=" + value);
     for (const std::string& word : options) text += " " + shell_quoted(word);
     return text;
 }

@@ -11,6 +11,9 @@
 
 namespace trocar::engine {
 
+/// A varied value as a cell of the table, or a word of a command line: strings without their quotes.
+[[nodiscard]] std::string value_text(const std::string& json);
+
 /// A file that runs read, and what it held when the plan was made.
 struct PlannedFile {
     std::string file; // absolute

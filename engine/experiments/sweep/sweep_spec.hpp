@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace trocar::engine {
@@ -19,6 +20,9 @@ enum class SweepCommand : std::uint8_t { Run, Cost, Plan, Verify };
 [[nodiscard]] const char* command_name(SweepCommand command) noexcept;
 /// Where a run's figures are: summary.json, cost.json, plan.json; nullptr of verify.
 [[nodiscard]] const char* figures_file(SweepCommand command) noexcept;
+
+/// Is this varied name an option of the command, as in --budgets, and no pointer into the scene?
+[[nodiscard]] inline bool is_option(std::string_view name) noexcept { return name.starts_with("--"); }
 
 /// Pointers that change together. Axes are combined with one another.
 struct SweepAxis {

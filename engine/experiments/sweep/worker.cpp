@@ -101,12 +101,14 @@ public:
     Scratch(const fs::path& folder, const std::string& name) {
         const char* own = std::getenv("TROCAR_SCRATCH"); // a disk of the node, where the sweep's folder is on a network
         path_ = (own != nullptr && *own != '\0' ? fs::path(own) : folder / sweep_name::kScratch) / name;
-        fs::create_directories(path_, failed_);
+        for (int attempt = 0; attempt < 50; ++attempt) { // somebody may tidy up an empty folder above it between two of its steps
+            fs::create_directories(path_, failed_);
+            if (!failed_ || failed_ != std::errc::no_such_file_or_directory) return;
+        }
     }
     ~Scratch() {
         std::error_code ignored;
         fs::remove_all(path_, ignored);
-        if (path_.parent_path().filename() == sweep_name::kScratch) fs::remove(path_.parent_path(), ignored); // where nobody else uses it
     }
     Scratch(const Scratch&) = delete;
     Scratch& operator=(const Scratch&) = delete;
