@@ -26,6 +26,7 @@ namespace trocar::engine {
 namespace {
 
 constexpr std::uint64_t kMostListed = 1000; // runs that --dry-run lists
+constexpr std::size_t kMostRefused = 4;     // workers that end with an error of their own before no more are started
 constexpr std::size_t kMostTried = 2000;    // values of a varied option whose command line is checked beforehand
 
 struct SweepRequest {
@@ -170,11 +171,12 @@ public:
         const std::filesystem::path page = std::filesystem::path(request_.table).replace_extension(".html");
         std::error_code unknown;
         const std::filesystem::path place = std::filesystem::absolute(page, unknown).lexically_normal().parent_path();
-        outputs.note(write_file_atomically(page, sweep_page(request_.sweep.stem().string(), table, plan_, request_.out, place)));
+        const bool is_device = std::filesystem::exists(request_.table, unknown) && !std::filesystem::is_regular_file(request_.table, unknown);
+        if (!is_device) outputs.note(write_file_atomically(page, sweep_page(request_.sweep.stem().string(), table, plan_, request_.out, place)));
         for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
         if (table.missing > 0) fmt::print(stderr, "notice: {} of {} runs are missing in the table\n", table.missing, plan_.run_count());
-        fmt::print("table {}   page {}   {} rows: {} done, {} failed, {} missing\n", request_.table.string(), page.string(), table.rows.size(), table.done,
-                   table.failed, table.missing);
+        fmt::print("table {}{}   {} rows: {} done, {} failed, {} missing\n", request_.table.string(), is_device ? "" : "   page " + page.string(), table.rows.size(),
+                   table.done, table.failed, table.missing);
         return outputs.tell({});
     }
 
@@ -195,7 +197,12 @@ private:
             while (working && !interrupt_requested()) {
                 pool.tick();
                 working = false;
-                for (std::size_t i = 0; i < chunks_.size(); ++i) working = working || !pool.is_done(i);
+                std::size_t refused = 0;
+                for (std::size_t i = 0; i < chunks_.size(); ++i) {
+                    working = working || !pool.is_done(i);
+                    refused += pool.is_done(i) && pool.exit_code(i) == kExitBadInput;
+                }
+                if (refused >= kMostRefused) break; // a full disk: the others would end as they did
                 if (working) std::this_thread::sleep_for(std::chrono::milliseconds(3));
                 show(pool, progress, watch.elapsed_ms());
             }

@@ -53,7 +53,7 @@ int work(const WorkerOptions& options) {
         killed += ended->killed;
     }
     if (killed > 0)
-        return report_error({ErrorCode::ToolFailed, fmt::format("{} runs were killed from outside: they are missing", killed), folder.string()});
+        return report_error({ErrorCode::ToolFailed, fmt::format("{} runs were killed from outside or could not be started: they are missing", killed), folder.string()});
     return kExitFine;
 }
 

@@ -46,7 +46,7 @@ function group(rows,g,x,v){const lines=new Map();for(const r of rows){if(r[v]===
 function draw(){const host=document.querySelector('.plots');host.textContent='';const v=chosen.v,x=chosen.x,g=chosen.g;if(v===''||x==='')return;
  const rows=cells.filter(r=>Object.entries(filters).every(([i,f])=>f===''||r[i]===f.slice(1)));
  const lines=group(rows,g,x,v);curves(host,lines,x,v,g);if(g!==''&&Number(x)<varied&&g!==x)heat(host,lines,x,v,g)}
-function curves(host,lines,x,v,g){const W=560,H=360,L=70,R=18,T=14,B=52,svg=el(host,'svg',{viewBox:`0 0 ${W} ${H}`,role:'img'});
+function curves(host,lines,x,v,g){const W=560,H=360,L=70,R=g===''?18:112,T=14,B=52,svg=el(host,'svg',{viewBox:`0 0 ${W} ${H}`,role:'img'});
  const lx=chosen.s[0]==='g'&&numeric[x],ly=chosen.s[1]==='g';const xs=levels(x),pos=k=>numeric[x]?Number(k):xs.indexOf(k);
  const ok=(k,l)=>(!lx||pos(k)>0)&&(!ly||Math.min(...l)>0);const points=[];for(const m of lines.values())for(const [k,l] of m)if(ok(k,l))points.push([pos(k),...l]);
  if(!points.length){el(svg,'text',{x:L,y:H/2},'nothing to show on these scales');return}
@@ -60,7 +60,7 @@ function curves(host,lines,x,v,g){const W=560,H=360,L=70,R=18,T=14,B=52,svg=el(h
   el(svg,'polygon',{points:[...up,...down].join(' '),fill:c,opacity:.13});
   if(Number(x)<varied)el(svg,'polyline',{points:p.map(([k,l])=>`${X.at(pos(k))},${Y.at(mean(l))}`).join(' '),fill:'none',stroke:c,'stroke-width':1.6});
   for(const [k,l] of p){const dot=el(svg,'circle',{cx:X.at(pos(k)),cy:Y.at(mean(l)),r:3,fill:c});el(dot,'title',{},`${names[x]} ${k}${name===''?'':', '+names[g]+' '+name}: ${short(mean(l))} (${short(Math.min(...l))} to ${short(Math.max(...l))}, ${l.length} runs)`)}
-  if(name!==''&&i<14)el(svg,'text',{x:W-R-4,y:T+14+15*i,'text-anchor':'end',style:'fill:'+c},String(name).slice(0,24));i++}}
+  if(name!==''&&i<14)el(svg,'text',{x:W-R+10,y:T+14+15*i,style:'fill:'+c},String(name).slice(0,16));i++}}
 function heat(host,lines,x,v,g){const xs=levels(x),gs=levels(g);if(xs.length>60||gs.length>60)return;const W=560,L=110,T=14,B=52,cw=(W-L-10)/xs.length,ch=Math.max(14,Math.min(34,300/gs.length)),H=T+gs.length*ch+B;
  const svg=el(host,'svg',{viewBox:`0 0 ${W} ${H}`,role:'img'}),all=[];for(const m of lines.values())for(const l of m.values())all.push(mean(l));
  const a=Math.min(...all),b=Math.max(...all);el(svg,'text',{x:L,y:T-2},`mean ${names[v]}: ${short(a)} to ${short(b)}`);

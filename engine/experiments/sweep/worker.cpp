@@ -21,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr int kNotStarted = 127;         // exit code of a run that could not be started
 constexpr std::size_t kMostReason = 300; // bytes of a row's reason
 
 /// A figure as a cell: strings as they are, nothing of null, the rest as JSON.
@@ -83,7 +84,8 @@ bool is_machines_fault(const fs::path& log) {
 /// "done", or why not; nothing where the run has no result.
 std::optional<std::string> judge(const ChildEnd& end, const SweepPlan& plan, const fs::path& out, const fs::path& log) {
     if (end.timed_out) return fmt::format("failed: took longer than {:g} s", plan.time_limit);
-    if (end.signal == SIGKILL || end.signal == SIGTERM || end.signal == SIGINT || end.exit_code == 130) return std::nullopt; // by somebody
+    // by somebody; or it could not even start
+    if (end.signal == SIGKILL || end.signal == SIGTERM || end.signal == SIGINT || end.exit_code == 130 || end.exit_code == kNotStarted) return std::nullopt;
     if (end.signal != 0) return fmt::format("failed: crashed with signal {}", end.signal);
     const char* figures = figures_file(plan.command);
     std::error_code none;
