@@ -50,6 +50,11 @@ Result<void> check_options(const SweepSpec& spec, const SweepPlan& plan) {
     constexpr const char* kOwn = "found {}, which is the sweep's own affair; expected it left out";
     for (const std::string& word : spec.options)
         if (is_own(word)) return fail(fmt::format(kOwn, word));
+    for (const SweepAxis& axis : spec.axes)
+        for (const std::string& pointer : axis.pointers)
+            for (const std::string& word : spec.options)
+                if ((word == "--budget" && pointer.starts_with("/budget")) || word == pointer)
+                    return fail(fmt::format("found {}, and {} is varied; expected one of them", word, pointer));
     PlannedRun run = plan.run(0);
     for (const SweepAxis& axis : spec.axes)
         for (std::size_t p = 0; p < axis.pointers.size(); ++p)
@@ -186,7 +191,8 @@ private:
         for (const std::uint64_t chunk : chunks_)
             jobs.push_back({"sweep-worker", request_.out.string(), "--chunk", std::to_string(chunk), "--parent", std::to_string(getpid())});
         counted_.assign(chunks_.size(), 0);
-        for (std::size_t i = 0; i < chunks_.size(); ++i) counted_[i] = store_.read(chunks_[i]).runs.size();
+        const ResultStore::Parts begun = store_.find_begun();
+        for (std::size_t i = 0; i < chunks_.size(); ++i) counted_[i] = store_.read(chunks_[i], begun).runs.size();
         const InterruptHold hold(InterruptHold::Then::OwnerEnds);
         ProgressLine progress(!request_.quiet, ProgressLine::Elsewhere::ALineAMinute);
         const StopWatch watch;

@@ -162,7 +162,48 @@ TEST_F(SweepCommand, ResumeRunsExactlyWhatIsMissing) {
     ASSERT_TRUE(ended_with(sweep_into("a", {"--resume", "--collect", (folder / "again.csv").string()}), 0));
     EXPECT_EQ(text_of(folder / "again.csv"), table);
     for (const fs::path& file : packed)
-        if (file != packed[3]) EXPECT_EQ(text_of(file), before[file]) << file << ": not run again";
+        if (file != packed[3]) {
+            EXPECT_EQ(text_of(file), before[file]) << file << ": not run again";
+        }
+}
+
+TEST_F(SweepCommand, ARunThatSomebodyKilledIsMissingAndNotFailed) {
+    write_sweep(R"({"scene": "scenes/long.json", "collect": {"hash": "/state_hash"}})");
+    write("scenes/long.json", with(kTube, R"("duration": 0.2)", R"("duration": 600)"));
+    const pid_t submitter = start({"sweep", (folder / "sweep.json").string(), "--out", (folder / "a").string()});
+    for (int wait = 0; wait < 1000 && processes_of(folder / "a", "--no-report").empty(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    for (const pid_t run : processes_of(folder / "a", "--no-report")) kill(run, SIGKILL);
+    EXPECT_TRUE(refuses(wait_for(submitter, kPatience), "--resume"));
+    EXPECT_TRUE(sweep_into("a", {"--status"}).says("0 done, 0 failed, 0 running, 1 missing"));
+}
+
+TEST_F(SweepCommand, ARunBeyondItsTimeLimitFails) {
+    write_sweep(R"({"scene": "scenes/long.json", "time_limit": 0.3})");
+    write("scenes/long.json", with(kTube, R"("duration": 0.2)", R"("duration": 3000)"));
+    EXPECT_EQ(table_of("a"), "repeat,status\n0,failed: took longer than 0.3 s\n");
+}
+
+TEST_F(SweepCommand, WorkersAreStartedByHandAsWell) {
+    write_sweep();
+    ASSERT_TRUE(ended_with(sweep_into("a", {"--plan"}), 0));
+    EXPECT_TRUE(sweep_into("a", {"--status"}).says("12 missing"));
+    ASSERT_TRUE(ended_with(call({"sweep-worker", (folder / "a").string(), "--chunk", "3,0"}), 0));
+    ASSERT_TRUE(ended_with(call({"sweep-worker", (folder / "a").string(), "--prepare"}), 0));
+    EXPECT_TRUE(sweep_into("a", {"--status"}).says("2 done, 0 failed, 0 running, 10 missing"));
+    EXPECT_TRUE(refuses(call({"sweep-worker", (folder / "a").string(), "--chunk", "12"}), "0 to 11"));
+    EXPECT_TRUE(refuses(call({"sweep-worker", (folder / "a").string()}), "--chunk"));
+    EXPECT_TRUE(refuses(call({"sweep-worker", (folder / "none").string(), "--chunk", "0"}), "plan.json"));
+}
+
+TEST_F(SweepCommand, WithoutSlurmItIsSaidWhatIsMissing) {
+    write_sweep();
+    const std::string path = std::getenv("PATH");
+    setenv("PATH", "/nowhere", 1);
+    const Ended ended = sweep_into("a", {"--slurm", "--no-forecast"});
+    setenv("PATH", path.c_str(), 1);
+    EXPECT_TRUE(refuses(ended, "sbatch"));
+    EXPECT_TRUE(refuses(sweep_into("b", {"--slurm", "--collect", (folder / "t.csv").string()}), "come later"));
+    EXPECT_TRUE(refuses(sweep_into("b", {"--partition", "main"}), "--slurm"));
 }
 
 TEST_F(SweepCommand, ACutLineIsNoResult) {
@@ -254,6 +295,7 @@ TEST_F(SweepCommand, SeveralScenesHaveAColumn) {
     std::size_t kept = 0;
     for (const auto& entry : fs::directory_iterator(folder / "a" / "runs")) kept += fs::exists(entry.path() / "report.html");
     EXPECT_EQ(kept, 4u);
+    EXPECT_NE(text_of(folder / "a.html").find("href=\"a/runs/"), std::string::npos) << "the page leads to each run's report";
 }
 
 TEST_F(SweepCommand, RunsFromAnyFolderAndLeavesNothingElsewhere) {
@@ -384,6 +426,8 @@ TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
         {R"({"scene": "scenes/tube.json", "draws": {"count": 3}, "vary": {"/instruments/wire/friction": {"uniform": [1, 0]}}})", "smaller bound first"},
         {R"({"scene": "scenes/tube.json", "options": ["--out", "x"]})", "the sweep's own affair"},
         {R"({"scene": "scenes/tube.json", "options": ["--bugdet", "x"]})", "options"},
+        {R"({"scene": "scenes/tube.json", "options": ["--budget", "1ms"], "vary": {"/budget": ["exact"]}})", "expected one of them"},
+        {R"({"scene": "scenes/tube.json", "options": ["-n", "2"], "vary": {"--steps": [3]}})", "options"},
         {R"({"scene": "scenes/tube.json", "options": ["-n", "many"]})", "options"},
         {R"({"scene": "scenes/tube.json", "command": "plan"})", "--to"},
         {R"({"scene": "scenes/tube.json", "collect": {"status": "/steps"}})", "another name"},

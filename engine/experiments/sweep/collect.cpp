@@ -25,10 +25,10 @@ SweepTable collect_table(const std::filesystem::path& folder, const SweepPlan& p
     table.columns = column_names(plan);
     table.varied = table.columns.size() - plan.collect.size() - 2;
     const ResultStore store(folder, plan);
-    const std::set<std::uint64_t> begun = store.find_begun();
+    const ResultStore::Parts begun = store.find_begun();
     std::vector<std::uint64_t> found(plan.collect.size());
     for (std::uint64_t chunk = 0; chunk < plan.chunk_count(); ++chunk) {
-        const ChunkResults results = begun.contains(chunk) ? store.read(chunk) : ChunkResults{};
+        const ChunkResults results = store.read(chunk, begun);
         const auto [first, end] = plan.chunk(chunk);
         for (std::uint64_t number = first; number < end; ++number) {
             const PlannedRun run = plan.run(number);
@@ -71,9 +71,9 @@ SweepStatus find_status(const std::filesystem::path& folder, const SweepPlan& pl
     status.runs = plan.run_count();
     status.chunks = plan.chunk_count();
     const ResultStore store(folder, plan);
-    const std::set<std::uint64_t> begun = store.find_begun();
+    const ResultStore::Parts begun = store.find_begun();
     for (std::uint64_t chunk = 0; chunk < status.chunks; ++chunk) {
-        const ChunkResults results = begun.contains(chunk) ? store.read(chunk) : ChunkResults{};
+        const ChunkResults results = store.read(chunk, begun);
         const auto [first, end] = plan.chunk(chunk);
         bool told = false;
         for (std::uint64_t number = first; number < end; ++number) {

@@ -16,7 +16,7 @@ namespace {
 /// So many runs are each checked as a whole; of more, every value beside the first values of the other pointers.
 constexpr std::uint64_t kMostChecked = 3000;
 /// Results of so many runs are packed into one file; small sweeps have so many chunks that several processes share them.
-constexpr std::uint64_t kMostChunkRuns = 500, kFewestChunks = 64;
+constexpr std::uint64_t kMostChunkRuns = 500, kFewestChunks = 32;
 
 std::string hash_of(std::string_view bytes) {
     ContentHash hash;

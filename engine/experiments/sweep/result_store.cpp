@@ -22,6 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr std::string_view kChunk = "chunk-";
 constexpr std::size_t kSumDigits = 16;
 /// Lines of a chunk at most: 500 runs of some KB each, and room for cost.json's many rows.
 constexpr std::size_t kMostLineBytes = std::size_t{64} << 20;
@@ -36,7 +37,7 @@ Error cannot_write(const fs::path& path, int reason) {
     return {ErrorCode::CannotWrite, fmt::format("cannot be written: {}", std::strerror(reason)), path.string()};
 }
 
-std::string chunk_name(std::uint64_t chunk) { return fmt::format("chunk-{:07}", chunk); }
+std::string chunk_name(std::uint64_t chunk) { return fmt::format("{}{:07}", kChunk, chunk); }
 
 /// Takes what a file holds into the results, where the plan knows it and nothing was there before.
 void take_lines(std::string_view text, const SweepPlan& plan, std::uint64_t first, std::uint64_t end, ChunkResults& results) {
@@ -78,21 +79,26 @@ std::optional<RunResult> parse_result_line(std::string_view line) {
 
 fs::path ResultStore::packed_file(std::uint64_t chunk) const { return folder_ / sweep_name::kResults / (chunk_name(chunk) + ".jsonl.gz"); }
 
-std::vector<fs::path> ResultStore::part_files(std::uint64_t chunk) const {
-    const std::string start = chunk_name(chunk) + ".";
-    std::vector<fs::path> parts;
+ResultStore::Parts ResultStore::find_begun() const {
+    Parts begun;
     std::error_code failed;
-    for (fs::directory_iterator it(folder_ / sweep_name::kResults, failed), end; !failed && it != end; it.increment(failed))
-        if (const std::string name = it->path().filename().string(); name.starts_with(start) && name.ends_with(".part")) parts.push_back(it->path());
-    std::sort(parts.begin(), parts.end());
-    return parts;
+    for (fs::directory_iterator it(folder_ / sweep_name::kResults, failed), end; !failed && it != end; it.increment(failed)) {
+        const std::string name = it->path().filename().string();
+        if (!name.starts_with(kChunk)) continue;
+        std::vector<fs::path>& parts = begun[std::strtoull(name.c_str() + kChunk.size(), nullptr, 10)];
+        if (name.ends_with(".part")) parts.push_back(it->path());
+    }
+    for (auto& [chunk, parts] : begun) std::sort(parts.begin(), parts.end());
+    return begun;
 }
 
-ChunkResults ResultStore::read(std::uint64_t chunk) const {
+ChunkResults ResultStore::read(std::uint64_t chunk, const Parts& begun) const {
     ChunkResults results;
+    const auto found = begun.find(chunk);
+    if (found == begun.end()) return results;
     const auto [first, end] = plan_.chunk(chunk);
     std::error_code none;
-    results.parts = part_files(chunk); // before the packed file: a worker that packs meanwhile removes them only after that is there
+    results.parts = found->second; // read before the packed file: a worker that packs meanwhile removes them only after that is there
     std::vector<std::string> texts;
     for (const fs::path& part : results.parts) {
         results.is_worked_on = results.is_worked_on || is_locked(part);
@@ -105,16 +111,6 @@ ChunkResults ResultStore::read(std::uint64_t chunk) const {
         }
     for (const std::string& text : texts) take_lines(text, plan_, first, end, results);
     return results;
-}
-
-std::set<std::uint64_t> ResultStore::find_begun() const {
-    std::set<std::uint64_t> chunks;
-    std::error_code failed;
-    for (fs::directory_iterator it(folder_ / sweep_name::kResults, failed), end; !failed && it != end; it.increment(failed)) {
-        const std::string name = it->path().filename().string();
-        if (name.starts_with("chunk-")) chunks.insert(std::strtoull(name.c_str() + std::strlen("chunk-"), nullptr, 10));
-    }
-    return chunks;
 }
 
 Result<void> ResultStore::pack(std::uint64_t chunk, const ChunkResults& results) const {
@@ -134,9 +130,10 @@ Result<void> ResultStore::pack(std::uint64_t chunk, const ChunkResults& results)
 
 Result<std::size_t> ResultStore::drop_failed() const {
     std::size_t dropped = 0;
-    for (const std::uint64_t chunk : find_begun()) {
+    const Parts begun = find_begun();
+    for (const auto& [chunk, parts] : begun) {
         if (chunk >= plan_.chunk_count()) continue;
-        ChunkResults results = read(chunk);
+        ChunkResults results = read(chunk, begun);
         const std::size_t failed = std::erase_if(results.runs, [](const auto& one) { return one.second.status != "done"; });
         dropped += failed;
         if (failed > 0)

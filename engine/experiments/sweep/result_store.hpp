@@ -7,8 +7,8 @@
 
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
+#include <vector>
 
 namespace trocar::engine {
 
@@ -47,10 +47,13 @@ public:
     /// folder  of the sweep; plan outlives it
     ResultStore(std::filesystem::path folder, const SweepPlan& plan) : folder_(std::move(folder)), plan_(plan) {}
 
+    /// Workers' files by chunk, of the chunks that have any file.
+    using Parts = std::map<std::uint64_t, std::vector<std::filesystem::path>>;
+    /// The folder is listed once: a chunk that is not among them has no results.
+    [[nodiscard]] Parts find_begun() const;
     /// Results of another key than the plan's do not count.
-    [[nodiscard]] ChunkResults read(std::uint64_t chunk) const;
-    /// Chunks that have any file; the others need not be read.
-    [[nodiscard]] std::set<std::uint64_t> find_begun() const;
+    [[nodiscard]] ChunkResults read(std::uint64_t chunk) const { return read(chunk, find_begun()); }
+    [[nodiscard]] ChunkResults read(std::uint64_t chunk, const Parts& begun) const;
     /// All lines of a complete chunk into one file.
     [[nodiscard]] Result<void> pack(std::uint64_t chunk, const ChunkResults& results) const;
     /// Drops failed runs, so that they are missing. Not while a worker runs.
@@ -58,7 +61,6 @@ public:
 
 private:
     [[nodiscard]] std::filesystem::path packed_file(std::uint64_t chunk) const;
-    [[nodiscard]] std::vector<std::filesystem::path> part_files(std::uint64_t chunk) const;
     std::filesystem::path folder_;
     const SweepPlan& plan_;
 };
