@@ -373,7 +373,8 @@ TEST_F(SweepCommand, AnotherPlanInTheFolderIsRefused) {
     std::ofstream(plan, std::ios::binary) << with(text, "trocar 0.1.0", "trocar 0.0.9");
     EXPECT_TRUE(refuses(sweep_into("a", {"--resume"}), "trocar 0.0.9"));
     EXPECT_TRUE(refuses(call({"sweep-worker", (folder / "a").string(), "--chunk", "0"}), "trocar 0.0.9"));
-    for (const std::string& damaged : {std::string(), std::string("{}"), text.substr(0, text.size() / 2), std::string("[1]"), with(text, "\"runs\": 12", "\"runs\": 13")}) {
+    for (const std::string& damaged : {std::string(), std::string("{}"), text.substr(0, text.size() / 2), std::string("[1]"), with(text, "\"runs\": 12", "\"runs\": 13"),
+                                       with(text, "\"chunk_runs\": 1,", "\"chunk_runs\": 18446744073709551615,"), with(text, "\"command\": \"run\"", "\"command\": \"fly\"")}) {
         std::ofstream(plan, std::ios::binary) << damaged;
         EXPECT_TRUE(refuses(sweep_into("a", {"--resume"}), "plan")) << damaged.substr(0, 40);
     }

@@ -27,10 +27,10 @@ constexpr double kMemoryFactor = 1.5, kLeastMemory_mb = 512.0;
 constexpr std::uint64_t kUsualArray = 1000; // tasks; Slurm's own MaxArraySize is 1001
 constexpr double kPatience_s = 120.0;       // for a command of Slurm
 
-std::string head(const std::string& name, const fs::path& log, const SlurmOptions& options) {
-    std::string text = fmt::format("#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --output={}\n#SBATCH --open-mode=append\n#SBATCH --requeue\n"
+std::string head(const std::string& name, const SlurmOptions& options) {
+    std::string text = fmt::format("#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --open-mode=append\n#SBATCH --requeue\n"
                                    "#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=1\n",
-                                   name, log.string());
+                                   name);
     if (!options.partition.empty()) text += fmt::format("#SBATCH --partition={}\n", options.partition);
     return text;
 }
@@ -136,15 +136,14 @@ SlurmScripts write_scripts(const fs::path& folder, int number, const fs::path& p
         scripts.tasks += fmt::format("{}\n", fmt::join(chunks, ","));
         longest = std::max(longest, chunks.size());
     }
-    const fs::path logs = folder / sweep_name::kSlurm / "logs";
     const std::string memory = fmt::format("#SBATCH --mem={:.0f}M\n", std::max(kLeastMemory_mb, kMemoryFactor * forecast.memory_mb));
     const std::string worker = fmt::format("exec {} sweep-worker {}", shell_quoted(program.string()), shell_quoted(folder.string()));
-    scripts.prepare = head("trocar-prepare", logs / fmt::format("{}-prepare.log", number), options) + memory +
+    scripts.prepare = head("trocar-prepare", options) + memory +
                       fmt::format("#SBATCH --time={}\n{} --prepare\n", time_text(0.0), worker);
     double chunk_runs = 0.0;
     if (const auto plan = read_plan(folder / sweep_name::kPlan)) chunk_runs = static_cast<double>(plan->chunk_runs);
     const double task_s = kTimeFactor * std::max(forecast.run_s, forecast.longest_s) * chunk_runs * static_cast<double>(longest);
-    scripts.array = head("trocar-sweep", logs / fmt::format("{}-%a.log", number), options) + memory +
+    scripts.array = head("trocar-sweep", options) + memory +
                     fmt::format("#SBATCH --time={}\n#SBATCH --array=1-{}\n", options.time.empty() ? time_text(task_s) : options.time, tasks.size()) +
                     fmt::format("chunks=$(sed -n \"${{SLURM_ARRAY_TASK_ID}}p\" {})\n{} --chunk \"$chunks\"\n",
                                 shell_quoted(slurm_file(folder, number, "tasks").string()), worker);
@@ -154,20 +153,27 @@ SlurmScripts write_scripts(const fs::path& folder, int number, const fs::path& p
 Result<SlurmJob> submit(const fs::path& folder, const SweepPlan& plan, const std::vector<std::uint64_t>& chunks, const fs::path& program,
                         const SweepForecast& forecast, const SlurmOptions& options) {
     if (const auto there = find_program("sbatch", "slurm-client"); !there) return there.error();
+    for (const std::string& word : {options.partition, options.time})
+        if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-:.,") != std::string::npos)
+            return Error{ErrorCode::BadUsage, fmt::format("found \"{:.60}\"; expected letters, digits and - _ : . ,", word), {}, 0, 0, "--slurm"};
+    if (folder.string().find_first_of("%\\\n\r") != std::string::npos)
+        return Error{ErrorCode::BadUsage, "Slurm would take a part of this name for its own; expected a folder without %, \\ and line ends", folder.string()};
     SlurmJob job;
     job.number = next_number(folder);
     const auto tasks = group_chunks(plan, chunks, forecast.run_s, find_array_limit(folder));
     const SlurmScripts scripts = write_scripts(folder, job.number, program, tasks, forecast, options);
     std::error_code failed;
-    fs::create_directories(folder / sweep_name::kSlurm / "logs", failed);
+    const fs::path logs = folder / sweep_name::kSlurm / "logs";
+    fs::create_directories(logs, failed);
     const fs::path prepare = slurm_file(folder, job.number, "prepare.sh"), array = slurm_file(folder, job.number, "array.sh");
     for (const auto& [file, text] : {std::pair{slurm_file(folder, job.number, "tasks"), scripts.tasks}, {prepare, scripts.prepare}, {array, scripts.array}})
         if (auto written = write_file_atomically(file, text); !written) return written.error();
-    auto prepared = submit_script(prepare, {}, folder);
+    auto prepared = submit_script(prepare, {"--output=" + (logs / fmt::format("{}-prepare.log", job.number)).string()}, folder);
     if (!prepared) return prepared.error();
     job.prepare_id = *prepared;
     // also where the preparation failed: then each run says what is wrong with it
-    auto submitted = submit_script(array, {"--dependency=afterany:" + job.prepare_id}, folder);
+    auto submitted = submit_script(
+        array, {"--dependency=afterany:" + job.prepare_id, "--output=" + (logs / fmt::format("{}-%a.log", job.number)).string()}, folder);
     if (!submitted) return submitted.error();
     job.array_id = *submitted;
     if (auto written = write_file_atomically(slurm_file(folder, job.number, "job"), job.array_id + "\n"); !written) return written.error();

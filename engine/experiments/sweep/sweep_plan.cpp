@@ -41,6 +41,7 @@ SweepPlan from_json(const Json& json) {
     const auto command = json.at("command").get<std::string>();
     for (const SweepCommand one : {SweepCommand::Run, SweepCommand::Cost, SweepCommand::Plan, SweepCommand::Verify})
         if (command == command_name(one)) plan.command = one;
+    if (command != command_name(plan.command)) throw std::runtime_error("an unknown command");
     plan.options = json.at("options").get<std::vector<std::string>>();
     plan.scene_names = json.at("scene_names").get<std::vector<std::string>>();
     plan.has_scene_column = json.at("scene_column").get<bool>();
@@ -61,7 +62,7 @@ SweepPlan from_json(const Json& json) {
     plan.keeps_folders = json.at("keep_folders").get<bool>();
     plan.time_limit = json.at("time_limit").get<double>();
     plan.chunk_runs = json.at("chunk_runs").get<std::uint64_t>();
-    if (plan.chunk_runs == 0 || plan.scenes.empty() || plan.scenes.size() != plan.scene_names.size() || plan.run_count() == 0 ||
+    if (plan.chunk_runs == 0 || plan.chunk_runs > kMostRuns || plan.scenes.empty() || plan.scenes.size() != plan.scene_names.size() || plan.run_count() == 0 ||
         plan.run_count() > kMostRuns || plan.run_count() != json.at("runs").get<std::uint64_t>())
         throw std::runtime_error("counts that contradict each other");
     return plan;
