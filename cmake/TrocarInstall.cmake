@@ -42,7 +42,7 @@ set_target_properties(trocar_options PROPERTIES EXPORT_NAME options)
 
 install(TARGETS ${targets} EXPORT TrocarTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT TrocarTargets NAMESPACE Trocar:: DESTINATION ${package_dir})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/assets/recipes ${PROJECT_SOURCE_DIR}/assets/scenes
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/assets/recipes ${PROJECT_SOURCE_DIR}/assets/scenes ${PROJECT_SOURCE_DIR}/assets/sweeps
     DESTINATION ${CMAKE_INSTALL_DATADIR}/trocar)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 

@@ -7,6 +7,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -30,6 +32,8 @@ struct Command {
 [[nodiscard]] Command add_explain_command(CLI::App& app);
 [[nodiscard]] Command add_score_command(CLI::App& app);
 [[nodiscard]] Command add_schema_command(CLI::App& app);
+[[nodiscard]] Command add_sweep_command(CLI::App& app);
+[[nodiscard]] Command add_sweep_worker_command(CLI::App& app); // what a sweep runs on this machine or another
 [[nodiscard]] Command add_prepare_command(CLI::App& app);
 [[nodiscard]] Command add_bench_command(CLI::App& app);
 [[nodiscard]] Command add_ccd_command(CLI::App& app);
@@ -37,6 +41,10 @@ struct Command {
 
 /// Parses the command line and runs what it asks for.
 [[nodiscard]] int run_program(int argc, char** argv);
+
+/// Would the program take this command line? Nothing runs.
+/// words  without the program's name
+[[nodiscard]] Result<void> check_command_line(std::vector<std::string> words);
 
 /// "error: file:line:column: key: message" on standard error; returns kExitBadInput.
 int report_error(const Error& error);

@@ -2,6 +2,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/job_pool.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/cli/set_option.hpp"
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/experiments/cost_page.hpp"
@@ -36,7 +37,8 @@ struct CostRequest {
     unsigned jobs = 1;       // processes that run at once
     std::int64_t only = -1;  // >= 0: this row's run by itself is measured for another process
     std::int64_t parent = 0; // that process; 0: not said
-    bool force = false, resume = false, quiet = false;
+    SceneSettings settings;
+    bool force = false, resume = false, page = true, quiet = false;
 };
 
 /// Pictures of one instant, at most.
@@ -93,13 +95,14 @@ Result<std::vector<std::pair<std::string, Scene>>> read_variants(std::string_vie
 }
 
 /// The figures first: they took the time.
-WrittenOutputs write_pages(const std::filesystem::path& out, const Scene& scene, CostTable& table, std::span<const CostPicture> pictures) {
+WrittenOutputs write_pages(const std::filesystem::path& out, const Scene& scene, CostTable& table, std::span<const CostPicture> pictures,
+                           bool page) {
     WrittenOutputs outputs;
     outputs.note(write_file_atomically(out / output_name::kCost, cost_csv(table)));
     outputs.note(write_file_atomically(out / output_name::kCostJson, cost_json(scene, table)));
     for (std::size_t k = 0; k < pictures.size(); ++k)
         outputs.note(write_file_atomically(out / fmt::format("anatomy_{:02}_t{:05.2f}s.png", k + 1, pictures[k].time_s), pictures[k].png));
-    outputs.note(write_file_atomically(out / output_name::kReport, cost_page(scene, table, pictures)));
+    if (page) outputs.note(write_file_atomically(out / output_name::kReport, cost_page(scene, table, pictures)));
     return outputs;
 }
 
@@ -148,7 +151,7 @@ public:
             fmt::print(stderr, "notice: nothing in {} belongs to this measurement; it starts from the beginning\n", out_.string());
         if (const auto made = parts_->make_folder(); !made) return report_error(made.error());
         CostPhotographer photographer(prepared_, kPictureWidth, kPictureHeight);
-        take_pictures(photographer, rows);
+        if (request_.page) take_pictures(photographer, rows);
         if (request_.jobs > 1)
             if (const auto shared = share_rows(rows); !shared) return report_error(shared.error());
         auto table = measure_cost(prepared_, scene_.cost, options_);
@@ -193,6 +196,8 @@ private:
         for (std::size_t row = 0; row < rows; ++row) {
             jobs.push_back({"cost", request_.scene.string(), "--budgets", request_.budgets, "--steps", std::to_string(options_.steps),
                             "--out", out_.string(), "--quiet", "--only", std::to_string(row), "--parent", std::to_string(getpid())});
+            const std::vector<std::string> settings = request_.settings.words();
+            jobs.back().insert(jobs.back().end(), settings.begin(), settings.end());
             if (!request_.variants.empty()) jobs.back().insert(jobs.back().end(), {"--variants", request_.variants});
         }
         pool_.emplace(std::move(jobs), request_.jobs);
@@ -212,10 +217,10 @@ private:
     }
 
     int finish(CostTable& table, std::span<const CostPicture> pictures, std::size_t rows) {
-        const WrittenOutputs outputs = write_pages(out_, scene_, table, pictures);
+        const WrittenOutputs outputs = write_pages(out_, scene_, table, pictures, request_.page);
         for (const std::string& notice : table.notices) fmt::print(stderr, "notice: {}\n", notice);
-        fmt::print("{}{} steps each, against the exact run   report {}\n", cost_text(table), table.steps,
-                   (out_ / output_name::kReport).string());
+        fmt::print("{}{} steps each, against the exact run   {} {}\n", cost_text(table), table.steps, request_.page ? "report" : "table",
+                   (out_ / (request_.page ? output_name::kReport : output_name::kCost)).string());
         if (outputs.all_there()) parts_->remove(rows); // else --resume writes what is missing without measuring it again
         return table.steps < options_.steps ? kExitNotFinite : outputs.tell(out_);
     }
@@ -261,7 +266,7 @@ int cost(const CostRequest& request) {
     if (request.parent > 0) end_with_parent(static_cast<pid_t>(request.parent));
     const auto budgets = read_budgets(request.budgets);
     if (!budgets.ok()) return report_error(budgets.error());
-    const Result<Scene> scene = read_scene(request.scene);
+    const Result<Scene> scene = read_set_scene(request.scene, request.settings);
     if (!scene.ok()) return report_error(scene.error());
     if (request.only >= 0 && static_cast<std::size_t>(request.only) >= budgets->size() * (1 + split_names(request.variants).size()))
         return report_error({ErrorCode::BadUsage, "there is no such row", {}, 0, 0, "--only"});
@@ -290,6 +295,8 @@ Command add_cost_command(CLI::App& app) {
     command->add_option("--parent", request->parent)->group("");
     command->add_flag("--resume", request->resume, "go on with what an interrupted measurement into this folder has finished");
     command->add_flag("--force", request->force, "write into an output folder that is not empty");
+    command->add_flag("!--no-report", request->page, "take no pictures and write no report.html");
+    add_set_options(*command, request->settings);
     command->add_flag("--quiet", request->quiet, "no progress line");
     return {command, [request] { return cost(*request); }};
 }

@@ -1,6 +1,7 @@
 // `explain`: what a scene will simulate and why, what it will not, how many sub-steps, how much memory, what it will cost.
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/cli/set_option.hpp"
 #include "engine/experiments/explain.hpp"
 #include "engine/prepare/prepare_scene.hpp"
 
@@ -14,8 +15,8 @@ namespace trocar::engine {
 
 namespace {
 
-int explain(const std::filesystem::path& file) {
-    const Result<Scene> scene = read_scene(file);
+int explain(const std::filesystem::path& file, const SceneSettings& settings) {
+    const Result<Scene> scene = read_set_scene(file, settings);
     if (!scene.ok()) return report_error(scene.error());
     ProgressLine progress(true);
     const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
@@ -36,7 +37,9 @@ Command add_explain_command(CLI::App& app) {
     const auto scene = std::make_shared<std::filesystem::path>();
     CLI::App* command = app.add_subcommand("explain", "Say what a scene simulates and why, and what it will cost");
     command->add_option("scene", *scene, "scene file (JSON)")->required();
-    return {command, [scene] { return explain(*scene); }};
+    const auto settings = std::make_shared<SceneSettings>();
+    add_set_options(*command, *settings);
+    return {command, [scene, settings] { return explain(*scene, *settings); }};
 }
 
 } // namespace trocar::engine

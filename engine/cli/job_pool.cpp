@@ -58,7 +58,7 @@ void JobPool::look_at(Job& job, int options) {
         job.failure = fmt::format("was lost: {}", std::strerror(errno));
     else if (WIFSIGNALED(status))
         job.failure = fmt::format("was killed by signal {}", WTERMSIG(status));
-    else if (WEXITSTATUS(status) != 0)
+    else if (job.exit_code = WEXITSTATUS(status); job.exit_code != 0)
         job.failure = fmt::format("ended with exit code {}", WEXITSTATUS(status));
 }
 

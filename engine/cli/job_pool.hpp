@@ -28,6 +28,9 @@ public:
     void tick();
     /// Has the job ended?
     [[nodiscard]] bool is_done(std::size_t job) const noexcept { return jobs_[job].state == JobState::Done; }
+    [[nodiscard]] bool is_running(std::size_t job) const noexcept { return jobs_[job].state == JobState::Runs; }
+    /// Of a job that has ended by itself; 0 of all others.
+    [[nodiscard]] int exit_code(std::size_t job) const noexcept { return jobs_[job].exit_code; }
     /// fails  ToolFailed: it could not be started, was killed, or ended with another code than 0
     [[nodiscard]] Result<void> outcome(std::size_t job) const;
 
@@ -38,6 +41,7 @@ private:
         JobState state = JobState::Waits;
         pid_t process = 0;
         std::string failure;
+        int exit_code = 0;
     };
     void start(Job& job);
     void look_at(Job& job, int options);

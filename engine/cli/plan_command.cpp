@@ -1,6 +1,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/cli/set_option.hpp"
 #include "engine/io/printable.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/experiments/plan_files.hpp"
@@ -22,7 +23,8 @@ struct PlanOptions {
     std::filesystem::path scene, out;
     std::string target;
     double time_limit = 0.0; // s; 0: from the length of the way
-    bool force = false, quiet = false;
+    SceneSettings settings;
+    bool force = false, page = true, quiet = false;
 };
 
 /// What the tip does when the path is replayed, with the cause of what it swings by.
@@ -36,7 +38,7 @@ std::string describe_replay(const PlanRecord& record) {
     return text;
 }
 
-void print_plan(const PlanRecord& record, const std::filesystem::path& out) {
+void print_plan(const PlanRecord& record, const std::filesystem::path& out, bool page) {
     const RouteReport& route = record.route;
     fmt::print("way of {:.0f} mm, {:.2f} mm wide at its narrowest, bends to a radius of {:.1f} mm\n", 1e3 * route.length,
                2e3 * route.smallest_radius, route.sharpest_curvature > 0.0 ? 1e3 / route.sharpest_curvature : 0.0);
@@ -45,7 +47,7 @@ void print_plan(const PlanRecord& record, const std::filesystem::path& out) {
                    record.plan.retractions, 1e3 * record.plan.last, record.target, record.plan.lumen_exits);
         fmt::print("{}\nto follow it: {}\n", describe_replay(record), replay_command(record, (out / output_name::kPath).string()));
     }
-    fmt::print("path {}   report {}\n", (out / output_name::kPath).string(), (out / output_name::kReport).string());
+    fmt::print("path {}{}\n", (out / output_name::kPath).string(), page ? "   report " + (out / output_name::kReport).string() : "");
 }
 
 /// A path is of use where the tip ends within the tolerance; where it does not, what would help is said.
@@ -62,7 +64,7 @@ void warn_of_replay(const PlanRecord& record) {
 }
 
 int plan(const PlanOptions& options) {
-    Result<Scene> scene = read_scene(options.scene);
+    Result<Scene> scene = read_set_scene(options.scene, options.settings);
     if (!scene.ok()) return report_error(scene.error());
     if (const auto aimed = aim_to_plan(*scene, options.target); !aimed.ok()) return report_error(aimed.error());
     const std::filesystem::path out =
@@ -93,9 +95,9 @@ int plan(const PlanOptions& options) {
     std::vector<std::string> notices = note_target(*scene, scene->instruments[kLeadInstrument], instrument, prepared->model.bodies[instrument.lumen],
                                                    prepared->targets[scene->instruments[kLeadInstrument].follow->target].position);
     WrittenOutputs outputs;
-    for (const Result<void>& written : write_plan(record, out, notices)) outputs.note(written);
+    for (const Result<void>& written : write_plan(record, out, notices, options.page)) outputs.note(written);
     for (const std::string& notice : notices) fmt::print(stderr, "notice: {}\n", notice);
-    print_plan(record, out);
+    print_plan(record, out, options.page);
     if (record.plan.arrived) {
         warn_of_replay(record);
         return outputs.tell(out);
@@ -120,6 +122,8 @@ Command add_plan_command(CLI::App& app) {
     command->add_option("--out", options->out, "output folder; out/<scene>-to-<target> where none is given");
     command->add_option("--time", options->time_limit, "s of simulated time that the trial may take")->check(number_range(0.0, 1e5));
     command->add_flag("--force", options->force, "write into an output folder that is not empty");
+    command->add_flag("!--no-report", options->page, "write no report.html");
+    add_set_options(*command, options->settings);
     command->add_flag("--quiet", options->quiet, "no progress line");
     return {command, [options] { return plan(*options); }};
 }

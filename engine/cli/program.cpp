@@ -57,6 +57,21 @@ static std::optional<Error> check_values(const CLI::App& command) {
     return std::nullopt;
 }
 
+Result<void> check_command_line(std::vector<std::string> words) {
+    CLI::App app{"", "trocar"};
+    app.require_subcommand(1);
+    const Command commands[] = {add_run_command(app), add_plan_command(app), add_cost_command(app), add_verify_command(app)};
+    std::reverse(words.begin(), words.end()); // as the library wants them
+    try {
+        app.parse(words);
+    } catch (const CLI::ParseError& error) {
+        return Error{ErrorCode::BadUsage, printable(error.what())};
+    }
+    for (const Command& command : commands)
+        if (const auto empty = command.app->parsed() ? check_values(*command.app) : std::nullopt) return *empty;
+    return {};
+}
+
 int run_program(int argc, char** argv) {
     CLI::App app{"Time-critical, interactive surgical simulation", "trocar"};
     app.set_version_flag("--version", "trocar 0.1.0");
@@ -69,7 +84,7 @@ int run_program(int argc, char** argv) {
         add_run_command(app),    add_view_command(app),     add_plan_command(app),    add_cost_command(app),
         add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app),
         add_ccd_command(app),    add_contacts_command(app), add_schema_command(app),
-        add_score_command(app),
+        add_score_command(app),  add_sweep_command(app),    add_sweep_worker_command(app),
     };
     if (const auto unknown = check_command(app, argc, argv)) return report_error(*unknown);
     try {

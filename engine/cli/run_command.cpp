@@ -1,6 +1,7 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/number_range.hpp"
 #include "engine/cli/progress.hpp"
+#include "engine/cli/set_option.hpp"
 #include "engine/cli/taken_files.hpp"
 #include "engine/render/attach_culler.hpp"
 #include "engine/io/atomic_file.hpp"
@@ -38,7 +39,8 @@ struct RunOptions {
     std::filesystem::path record_grants, replay;
     std::uint64_t checkpoint_every = 0; // steps; 0: none
     std::filesystem::path resume;       // a checkpoint, or the output folder that holds one
-    bool trace = false, record = false, force = false, fail_on_overrun = false, pictures = true, quiet = false;
+    SceneSettings settings;
+    bool trace = false, record = false, force = false, fail_on_overrun = false, pictures = true, page = true, quiet = false;
 };
 
 /// Decisions of the clock: written down, or taken from a record, or both. And the time line, where it is asked for.
@@ -84,7 +86,7 @@ Result<PreparedScene> prepare_to_run(const RunOptions& options, Scene& scene, co
     return prepared;
 }
 
-void print_summary(const RunSummary& summary, const PreparedScene& prepared, const std::filesystem::path& out) {
+void print_summary(const RunSummary& summary, const PreparedScene& prepared, const std::filesystem::path& out, bool page) {
     fmt::print("{} steps in {:.3g} s, real-time factor {:.3g}, step p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} ms, "
                "budget kept in {:.2f} %\n",
                summary.steps, summary.wall_s, summary.realtime_factor, summary.step_ms.p50, summary.step_ms.p95, summary.step_ms.p99,
@@ -114,7 +116,7 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
     if (summary.target_distance_m >= 0.0)
         fmt::print("tip to target {:.2f} mm{}\n", 1e3 * summary.target_distance_m,
                    prepared.model.instruments[kLeadInstrument].path.empty() ? "" : ", at the end of the replayed path");
-    const bool lost = std::any_of(summary.missing_outputs.begin(), summary.missing_outputs.end(),
+    const bool lost = !page || std::any_of(summary.missing_outputs.begin(), summary.missing_outputs.end(),
                                   [](const std::string& sentence) { return sentence.starts_with(output_name::kReport); });
     fmt::print("state {}{}\n", summary.state_hash, lost ? "" : "   report " + (out / output_name::kReport).string());
 }
@@ -324,6 +326,7 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     observe.force = options.force;
     observe.record = options.record;
     observe.pictures = options.pictures;
+    observe.page = options.page;
     observe.steps = count_steps(options, prepared.model.step_count, replay);
     observe.checkpoint_every = options.checkpoint_every;
     Simulator simulator(prepared.model);
@@ -354,13 +357,13 @@ int simulate(const RunOptions& options, const Scene& scene, const PreparedScene&
     const RunSummary summary = (*observer)->finish(simulator, wall_s, taken.interrupted);
     for (const std::string& notice : (*observer)->notices()) fmt::print(stderr, "notice: {}\n", notice);
     for (const std::string& note : simulator.cull_notes()) fmt::print(stderr, "notice: {}\n", note);
-    print_summary(summary, prepared, observe.out);
+    print_summary(summary, prepared, observe.out, options.page);
     if (first_step > 0) fmt::print("resumed after step {}: rows, counts and extremes are of the steps since then\n", first_step);
     return tell_missing(summary, observe.out, exit_code(options, summary, taken, replay));
 }
 
 int run(const RunOptions& options) {
-    Result<Scene> scene = read_scene(options.scene);
+    Result<Scene> scene = read_set_scene(options.scene, options.settings);
     if (!scene.ok()) return report_error(scene.error());
     const Result<void> overridden = apply_overrides(options, *scene);
     if (!overridden.ok()) return report_error(overridden.error());
@@ -412,6 +415,8 @@ Command add_run_command(CLI::App& app) {
     command->add_flag("--force", options.force, "write into an output folder that is not empty");
     command->add_flag("--fail-on-overrun", options.fail_on_overrun, "exit 4 when a step missed its budget");
     command->add_flag("!--no-pictures", options.pictures, "take no pictures");
+    command->add_flag("!--no-report", options.page, "write no report.html, whose plots take longer than a short run");
+    add_set_options(*command, options.settings);
     command->add_flag("--quiet", options.quiet, "no progress line");
     return {command, [run_options] { return run(*run_options); }};
 }

@@ -2,6 +2,7 @@
 
 #include "engine/experiments/effect_cost.hpp"
 #include "engine/experiments/laid_out.hpp"
+#include "engine/experiments/trial_run.hpp"
 #include "engine/render/describe_graphics.hpp"
 #include "engine/report/floor.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
@@ -20,13 +21,8 @@ namespace trocar::engine {
 
 namespace {
 
-/// Steps that are tried out for the predicted cost: enough to pass the first steps' allocations.
-constexpr std::uint64_t kTrialSteps = 30;
-/// Steps before that of a trial whose instruments were laid along their routes: until they lean on the walls.
-constexpr std::uint64_t kSettlingSteps = 30;
-/// A heavy scene's trial ends after so long, and the cost of its effects is measured in about as long; fewer steps tell nothing.
-constexpr double kTrialTime = 5e3, kEffectsTime = 20e3; // ms
-constexpr std::uint64_t kFewestSteps = 3;
+/// The cost of the effects is measured in about so long.
+constexpr double kEffectsTime = 20e3; // ms
 /// [-]; a step that exceeds the drive's limit by no more than this share is within it.
 constexpr double kRounding = 1e-9;
 
@@ -93,64 +89,20 @@ void tell_instruments(const Scene& scene, const PreparedScene& prepared, std::st
     }
 }
 
-/// Median step of a trial, ms.
-struct Trial {
-    std::vector<double> total, collision;
-    StepReport last;
-
-    [[nodiscard]] static double middle(std::vector<double>& values) {
-        std::sort(values.begin(), values.end());
-        return values.empty() ? 0.0 : values[values.size() / 2];
-    }
-};
-
-/// from      a state to go on from; none: the start
-/// settling  steps that do not count, as far as there is time for them
-Trial try_steps(const SceneModel& model, const std::optional<State>& from, std::uint64_t settling, std::uint64_t steps) {
-    Simulator simulator(model);
-    Trial trial;
-    if (from)
-        if (const Result<void> restored = simulator.restore(*from); !restored) {
-            trial.last.failure = restored.error().message;
-            return trial;
-        }
-    const StopWatch watch;
-    const auto step = [&] { return (trial.last = simulator.step()).finite; };
-    for (std::uint64_t k = 0; k < settling && watch.elapsed_ms() < kTrialTime; ++k)
-        if (!step()) return trial;
-    while (trial.total.size() < steps && (trial.total.size() < kFewestSteps || watch.elapsed_ms() < kTrialTime)) {
-        if (!step()) return trial;
-        trial.total.push_back(trial.last.ms.total);
-        trial.collision.push_back(trial.last.ms.descend + trial.last.ms.exact);
-    }
-    return trial;
-}
-
-/// s until the slowest of the instruments that follow a route has gone along it, at best.
-double arrival_time(const SceneModel& model) {
-    double time = 0.0;
-    for (const InstrumentModel& instrument : model.instruments)
-        if (instrument.route) time = std::max(time, (instrument.route->length.back() - instrument.inserted) / instrument.follow.speed);
-    return time;
-}
-
 /// What the trials represent, and the predicted run.
 void tell_prediction(const SceneModel& model, Trial& first, Trial& late, std::string& text) {
-    const double middle = Trial::middle(first.total), run_s = static_cast<double>(model.step_count) * model.step_s;
-    const auto run_time = [&](double mean_ms) { return 1e-3 * mean_ms * static_cast<double>(model.step_count); };
+    const double middle = Trial::middle(first.total);
+    const double run_s = 1e-3 * mean_step_ms(model, first, late, model.step_count) * static_cast<double>(model.step_count);
     if (late.total.empty()) {
         text += fmt::format(
             "  predicted       {:.3g} ms a step (collision {:.3g} ms), from a trial of the first {} steps; whole run about {:.3g} s\n",
-            middle, Trial::middle(first.collision), first.total.size(), run_time(middle));
+            middle, Trial::middle(first.collision), first.total.size(), run_s);
         if (!model.instruments.empty()) text += fmt::format("  {:<15} steps with more of an instrument inside cost more\n", "");
         return;
     }
-    const double end = Trial::middle(late.total);
-    const double share = run_s > 0.0 ? std::min(1.0, arrival_time(model) / run_s) : 1.0; // of the run that is spent on the way
     text += fmt::format("  predicted       {:.3g} ms a step at the start (collision {:.3g} ms), {:.3g} ms with instruments laid along their routes "
                "(collision {:.3g} ms), from trials of {} steps; whole run about {:.3g} s\n",
-               middle, Trial::middle(first.collision), end, Trial::middle(late.collision), first.total.size(),
-               run_time(share * 0.5 * (middle + end) + (1.0 - share) * end));
+               middle, Trial::middle(first.collision), Trial::middle(late.total), Trial::middle(late.collision), first.total.size(), run_s);
 }
 
 /// returns   ms of a step where it is dearest, as far as was tried
@@ -158,7 +110,7 @@ double tell_cost(const Scene& scene, const PreparedScene& prepared, const Progre
     const SceneModel& model = prepared.model;
     const std::uint64_t steps = std::min(kTrialSteps, model.step_count);
     progress("trying the first steps");
-    Trial first = try_steps(model, {}, 0, steps);
+    Trial first = try_steps(model, {}, 0, steps, kTrialTime);
     text += fmt::format("\ntime and cost\n  step            {:g} ms, {} steps, {} sub-steps of the tissue (stable step {:.3g} ms)\n",
                1e3 * scene.time.step, model.step_count, first.last.substeps, 1e3 * first.last.stable_step_s);
     text += fmt::format("  budget          {} per step over {}\n", scene.budget.to_string(),
@@ -166,7 +118,7 @@ double tell_cost(const Scene& scene, const PreparedScene& prepared, const Progre
     if (!first.last.finite) text += fmt::format("  trial           stopped: {}\n", first.last.failure);
     if (first.total.empty()) return 0.0;
     Trial late;
-    if (const std::optional<State> inside = lay_along_routes(model)) late = try_steps(model, inside, kSettlingSteps, steps);
+    if (const std::optional<State> inside = lay_along_routes(model)) late = try_steps(model, inside, kSettlingSteps, steps, kTrialTime);
     tell_prediction(model, first, late, text);
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);

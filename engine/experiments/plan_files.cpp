@@ -170,10 +170,11 @@ std::string replay_command(const PlanRecord& record, const std::string& path) {
     return steps == record.prepared.model.step_count ? command : command + fmt::format(" -n {}", steps);
 }
 
-std::vector<Result<void>> write_plan(const PlanRecord& record, const std::filesystem::path& folder, std::vector<std::string>& notices) {
+std::vector<Result<void>> write_plan(const PlanRecord& record, const std::filesystem::path& folder, std::vector<std::string>& notices,
+                                     bool page) {
     return {write_path_csv(folder / output_name::kPath, rows_in_units(record)),
             write_file_atomically(folder / output_name::kCentreline, centreline_text(record)),
-            write_file_atomically(folder / output_name::kReport, page_text(record, notices)),
+            page ? write_file_atomically(folder / output_name::kReport, page_text(record, notices)) : Result<void>(),
             write_file_atomically(folder / output_name::kPlan, json_text(record))};
 }
 

@@ -30,6 +30,6 @@ struct PlanRecord {
 /// notices  what could not be made (plots without gnuplot)
 /// returns  what came of each file: CannotWrite of one does not keep the others from being written
 [[nodiscard]] std::vector<Result<void>> write_plan(const PlanRecord& record, const std::filesystem::path& folder,
-                                                   std::vector<std::string>& notices);
+                                                   std::vector<std::string>& notices, bool page = true);
 
 } // namespace trocar::engine

@@ -147,8 +147,9 @@ void RunObserver::Parts::stop(Simulator& simulator, const StepReport& report) {
 void RunObserver::Parts::write_pages(RunRecord& record) {
     record.notices = notices;
     append(missing.sentences(), record.notices);
-    const std::string page = make_report_page(record, photographer.taken(), folder.path(), notices);
-    note(output_name::kReport, write_file_atomically(folder.path() / output_name::kReport, page));
+    if (options.page)
+        note(output_name::kReport, write_file_atomically(folder.path() / output_name::kReport,
+                                                         make_report_page(record, photographer.taken(), folder.path(), notices)));
     append(list_warnings(record), notices); // the report has them as losses, with what would help
     record.notices = notices;
     record.summary.missing_outputs = missing.sentences();

@@ -19,6 +19,7 @@ struct ObserveOptions {
     bool force = false;        // an existing folder that is not empty may be written into
     bool record = false;       // states for ParaView, every outputs.record_every steps (or so that 100 are kept)
     bool pictures = true;
+    bool page = true; // report.html, whose plots take longer than a short run
     std::uint64_t steps = 0;             // that the run is going to take
     std::uint64_t checkpoint_every = 0;  // steps; 0: no checkpoints. The last step gets one too
     const State* resumed_from = nullptr; // where an earlier run stood; nullptr: the run begins at the beginning

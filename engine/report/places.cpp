@@ -39,6 +39,7 @@ std::string shell_quoted(std::string_view word) {
 std::string repeat_command(const Scene& scene, std::uint64_t steps) {
     std::string command =
         fmt::format("trocar run {} -n {} --budget {}", shell_quoted(project_path(scene.file)), steps, scene.budget.to_string());
+    for (const std::string& setting : scene.settings) command += setting.starts_with("--") ? " " + setting : " --set " + shell_quoted(setting);
     if (!scene.instruments.empty() && !scene.instruments[kLeadInstrument].path_file.empty())
         command += " --path " + shell_quoted(scene.instruments[kLeadInstrument].path_file.string());
     if (!scene.instruments.empty() && !scene.instruments[kLeadInstrument].path.empty() && scene.instruments[kLeadInstrument].follow)

@@ -58,6 +58,8 @@ public:
             return map(node, spec, path);
         case ValueKind::Alternatives:
             return alternatives(node, spec, path);
+        case ValueKind::Any:
+            return std::nullopt;
         }
         return std::nullopt;
     }
@@ -194,7 +196,7 @@ private:
     std::optional<Error> map(const JsonNode& node, const ValueSpec& spec, const std::string& path) {
         if (node.type != JsonType::Object) return mismatch(node, spec, path);
         for (const JsonNode& member : node.children) {
-            if (!is_name(member.key))
+            if (!spec.any_names && !is_name(member.key))
                 return fail(
                     member.key_at, path,
                     fmt::format("found the name {}; expected up to {} letters, digits, - and _", in_quotes(member.key), kMaxNameLength));
@@ -256,6 +258,8 @@ bool takes(const ValueSpec& value, JsonType type) {
         return type == JsonType::Object;
     case ValueKind::Alternatives:
         return false;
+    case ValueKind::Any:
+        return true;
     }
     return false;
 }

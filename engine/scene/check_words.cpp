@@ -90,6 +90,8 @@ std::string expected(const ValueSpec& value, const Units& units) {
         return object_text(*value.object);
     case ValueKind::Map:
         return "an object with names as keys";
+    case ValueKind::Any:
+        return "a JSON value";
     case ValueKind::Alternatives: {
         std::vector<std::string> all;
         for (const ValueSpec& one : value.alternatives) all.push_back(expected(one, units));

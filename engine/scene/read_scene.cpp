@@ -2,6 +2,7 @@
 #include "engine/scene/describe_contact.hpp"
 #include "engine/scene/describe_run.hpp"
 #include "engine/scene/nearest.hpp"
+#include "engine/scene/override.hpp"
 #include "engine/scene/read_keys.hpp"
 #include "engine/scene/recipe.hpp"
 #include "engine/scene/scene_size.hpp"
@@ -176,9 +177,19 @@ std::optional<Error> read_all(CheckContext& context, const Values& root, Scene& 
 
 } // namespace
 
-Result<Scene> parse_scene(std::string_view text, const std::filesystem::path& file) {
-    const auto tree = parse_json_tree(text, file.string());
-    if (!tree) return tree.error();
+namespace {
+
+/// A mistake in a value that an override gave lies in no line of the file.
+Error name_override(Error error, std::span<const SceneOverride> overrides) {
+    if (error.line != 0) return error;
+    for (const SceneOverride& one : overrides)
+        if (const std::string key = dotted_key(one.pointer); error.key == key || error.key.starts_with(key + ".") || error.key.starts_with(key + "["))
+            error.message += fmt::format("; the value was given for {}", one.pointer);
+    return error;
+}
+
+Result<Scene> read_tree(const JsonNode& root, const std::filesystem::path& file) {
+    const JsonNode* tree = &root;
     CheckContext context{file.string(), file.parent_path(), {}, {}, {}};
     if (tree->type == JsonType::Object)
         if (auto error = read_units(*tree, units_table(), context)) return *error;
@@ -186,16 +197,36 @@ Result<Scene> parse_scene(std::string_view text, const std::filesystem::path& fi
     if (auto error = check_object(*tree, scene_table(), "", context)) return *error;
     Scene scene;
     scene.file = file;
-    if (auto error = read_all(context, Values(&tree.value(), scene_table(), context.units, ""), scene)) return *error;
+    if (auto error = read_all(context, Values(tree, scene_table(), context.units, ""), scene)) return *error;
     scene.questions = std::move(context.questions);
     for (const auto& [key, at] : context.positions) scene.positions[key] = {at.line, at.column};
     return scene;
 }
 
-Result<Scene> read_scene(const std::filesystem::path& file) {
+} // namespace
+
+Result<Scene> parse_scene(std::string_view text, const std::filesystem::path& file) { return parse_scene(text, file, {}); }
+
+Result<Scene> parse_scene(std::string_view text, const std::filesystem::path& file, std::span<const SceneOverride> overrides) {
+    auto tree = parse_json_tree(text, file.string());
+    if (!tree) return tree.error();
+    for (const SceneOverride& one : overrides)
+        if (auto error = apply_override(*tree, one)) {
+            error->file = file.string();
+            return *error;
+        }
+    auto scene = read_tree(*tree, file);
+    if (!scene) return name_override(scene.error(), overrides);
+    for (const SceneOverride& one : overrides) scene->settings.push_back(one.to_string());
+    return scene;
+}
+
+Result<Scene> read_scene(const std::filesystem::path& file) { return read_scene(file, {}); }
+
+Result<Scene> read_scene(const std::filesystem::path& file, std::span<const SceneOverride> overrides) {
     const auto text = read_json_file(file);
     if (!text) return text.error();
-    return parse_scene(*text, file);
+    return parse_scene(*text, file, overrides);
 }
 
 } // namespace trocar::engine

@@ -238,6 +238,7 @@ struct Scene {
     OutputSpec outputs;
     std::vector<std::string> questions;                          // numbers that are allowed but unusual, for `explain` to show
     std::map<std::string, ScenePosition, std::less<>> positions; // key path, as in bodies.liver.material -> its value
+    std::vector<std::string> settings; // POINTER=JSON, in place of what the file says: see override.hpp
 };
 
 /// Reads and checks a scene: JSON, comments allowed, names of files relative to the scene's folder.

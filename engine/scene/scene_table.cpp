@@ -67,7 +67,7 @@ struct SceneKeys {
                                    "exact_contact, and gravity where it is given."),
                        kReadApart, s.effects),
             object_key<OutputKeys>(s.outputs, object_field("outputs", table_of<OutputKeys>(), "Pictures and recordings.")),
-            no_key(s.file, s.questions, s.positions));
+            no_key(s.file, s.questions, s.positions, s.settings));
     }
 };
 static_assert(describes_all<SceneKeys>);

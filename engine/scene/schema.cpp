@@ -87,7 +87,10 @@ Json value_schema(const ValueSpec& value) {
         return list_schema(value, value_schema(value.alternatives.front()));
     case ValueKind::Object:
         return {{"$ref", "#/$defs/" + definition_name(*value.object)}};
+    case ValueKind::Any:
+        return Json::object();
     case ValueKind::Map:
+        if (value.any_names) return {{"type", "object"}, {"additionalProperties", value_schema(value.alternatives.front())}};
         return {{"type", "object"},
                 {"propertyNames", {{"pattern", "^[A-Za-z0-9_-]{1,64}$"}}},
                 {"additionalProperties", value_schema(value.alternatives.front())}};
@@ -201,13 +204,21 @@ This page is written by the engine from the table that also checks scenes and ma
 
 } // namespace
 
-Json scene_schema() {
+Json make_schema(std::string_view title, const ObjectSpec& root) {
     Json definitions = Json::object();
-    for (const ObjectSpec* object : reachable_objects(scene_table())) definitions[definition_name(*object)] = object_schema(*object);
+    for (const ObjectSpec* object : reachable_objects(root)) definitions[definition_name(*object)] = object_schema(*object);
     return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-            {"title", "Trocar scene"},
-            {"$ref", "#/$defs/scene"},
+            {"title", title},
+            {"$ref", "#/$defs/" + definition_name(root)},
             {"$defs", definitions}};
+}
+
+Json scene_schema() { return make_schema("Trocar scene", scene_table()); }
+
+std::string reference_markdown(const ObjectSpec& root) {
+    std::string page;
+    for (const ObjectSpec* object : reachable_objects(root)) page += object_page(*object);
+    return page;
 }
 
 std::string scene_schema_text() { return scene_schema().dump(2) + "\n"; }

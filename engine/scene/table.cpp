@@ -142,6 +142,8 @@ ValueSpec any_value(std::vector<ValueSpec> alternatives) {
     return value;
 }
 
+ValueSpec json_value() { return plain_value(ValueKind::Any); }
+
 Range positive() noexcept { return above(0.0, std::numeric_limits<double>::infinity()); }
 
 Range between(double least, double most) noexcept {

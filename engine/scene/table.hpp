@@ -28,6 +28,7 @@ enum class ValueKind : std::uint8_t {
     Object,
     Map,          // of alternatives.front(), by name
     Alternatives, // told apart by JSON type; objects by their marker
+    Any,          // any JSON value: checked by whoever uses it
 };
 
 /// Numbers in SI. Outside [least, most] a value is refused; outside the usual range it is questioned.
@@ -62,6 +63,7 @@ struct ValueSpec {
     std::size_t most_count = std::numeric_limits<std::size_t>::max();
     const ObjectSpec* object = nullptr;  // Object
     std::vector<ValueSpec> alternatives; // Alternatives; List, Map: the element alone
+    bool any_names = false;              // Map: names may hold any characters, as JSON pointers do
 
     /// Choice: what a member holds for the choice at that index, and the other way round; choices.size() where it is none.
     [[nodiscard]] int value_of(std::size_t index) const noexcept {
@@ -129,6 +131,7 @@ template <class T>
 [[nodiscard]] ValueSpec rows_value(std::vector<Column> columns, std::size_t least_count, std::size_t most_count);
 [[nodiscard]] ValueSpec list_value(ValueSpec element, std::size_t least_count);
 [[nodiscard]] ValueSpec any_value(std::vector<ValueSpec> alternatives);
+[[nodiscard]] ValueSpec json_value();
 
 /// Positions beyond this are a mistaken unit.
 inline constexpr double kMaxCoordinate = 100.0; // m

@@ -14,6 +14,7 @@ from ._build import build_id
 from ._engine import SavedState, Scene, Simulator, StepReport
 from ._errors import Error, StoppedError
 from ._functions import Plan, centreline, contacts, load, plan, scene_path, scenes
+from ._sweeps import read_table, sweep
 from .environments import Environments, Options, Rollout, RolloutResult, Task, rollout
 
 _pickles.install()
@@ -23,4 +24,5 @@ del _class
 
 __version__ = "0.1.0"
 __all__ = ["Environments", "Error", "Options", "Plan", "Rollout", "RolloutResult", "SavedState", "Scene", "Simulator", "StepReport",
-           "StoppedError", "Task", "build_id", "centreline", "contacts", "load", "plan", "rollout", "scene_path", "scenes"]
+           "StoppedError", "Task", "build_id", "centreline", "contacts", "load", "plan", "read_table", "rollout", "scene_path", "scenes",
+           "sweep"]

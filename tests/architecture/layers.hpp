@@ -70,6 +70,7 @@ inline constexpr std::array kFolders{
     Folder{"engine/render", 5, 0},
     Folder{"engine/report", 6, 0},
     Folder{"engine/experiments", 7, 0},
+    Folder{"engine/experiments/sweep", 7, 1},
     Folder{"engine/episodes", 7, 1},
     Folder{"engine/viewer", 8, 0},
     Folder{"python/binding", 8, 0},

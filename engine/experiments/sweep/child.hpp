@@ -1,0 +1,24 @@
+// One run in a process of its own: whatever happens to it happens to nothing else, and it ends when we do.
+#pragma once
+
+#include "base/result.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace trocar::engine {
+
+struct ChildEnd {
+    int exit_code = -1; // when it ended by itself
+    int signal = 0;     // when it was killed by one
+    bool timed_out = false, interrupted = false; // then we killed it
+};
+
+/// This same program, started in `folder`; what it prints goes to `log`.
+/// time_limit  s; 0: none
+/// fails       ToolFailed: it could not be started; CannotWrite: the log
+[[nodiscard]] Result<ChildEnd> run_this_program(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                                                const std::filesystem::path& log, double time_limit);
+
+} // namespace trocar::engine

@@ -1,0 +1,48 @@
+#include "engine/experiments/sweep/csv.hpp"
+
+namespace trocar::engine {
+
+std::vector<CsvRow> read_csv(std::string_view text) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    std::vector<CsvRow> rows;
+    std::size_t line = 1;
+    CsvRow row{1, {""}};
+    bool quoted = false;
+    const auto end_row = [&] {
+        if (row.cells.size() > 1 || !row.cells.front().empty()) rows.push_back(std::move(row));
+        row = {line, {""}};
+    };
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '\n') ++line;
+        if (quoted) {
+            if (c != '"')
+                row.cells.back() += c;
+            else if (i + 1 < text.size() && text[i + 1] == '"')
+                row.cells.back() += text[++i];
+            else
+                quoted = false;
+        } else if (c == '"')
+            quoted = true;
+        else if (c == ',')
+            row.cells.emplace_back();
+        else if (c == '\n')
+            end_row();
+        else if (c != '\r')
+            row.cells.back() += c;
+    }
+    end_row();
+    return rows;
+}
+
+std::string csv_cell(std::string_view text) {
+    if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+    std::string cell = "\"";
+    for (const char c : text) {
+        if (c == '"') cell += '"';
+        cell += c;
+    }
+    return cell + "\"";
+}
+
+} // namespace trocar::engine

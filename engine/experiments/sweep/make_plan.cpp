@@ -1,0 +1,155 @@
+// From a sweep to its plan: every scene is read, every pointer is followed, before anything runs.
+#include "engine/experiments/sweep/sweep_plan.hpp"
+#include "engine/io/file_bytes.hpp"
+#include "engine/prepare/cache.hpp"
+#include "engine/scene/override.hpp"
+#include "engine/scene/recipe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+namespace trocar::engine {
+namespace {
+
+/// So many runs are each checked as a whole; of more, every value beside the first values of the other pointers.
+constexpr std::uint64_t kMostChecked = 3000;
+/// Results of so many runs are packed into one file; small sweeps have so many chunks that several processes share them.
+constexpr std::uint64_t kMostChunkRuns = 500, kFewestChunks = 32;
+
+std::string hash_of(std::string_view bytes) {
+    ContentHash hash;
+    hash.feed(bytes);
+    return hash.hex();
+}
+
+/// Follows the pointers of one plan into its scenes.
+class PlanCheck {
+public:
+    PlanCheck(const SweepSpec& spec, const SweepPlan& plan) : spec_(spec), plan_(plan) {}
+
+    /// The scene without its runs, then the runs.
+    std::optional<Error> check(std::size_t scene, const std::string& text) {
+        scene_ = scene;
+        text_ = &text;
+        if (auto alone = parse_scene(text, plan_.scenes[scene].file); !alone) return alone.error();
+        const std::uint64_t per_scene = plan_.run_count() / plan_.scenes.size() / plan_.repeat;
+        if (per_scene <= kMostChecked) {
+            for (std::uint64_t k = 0; k < per_scene; ++k)
+                if (auto error = check_run((scene * per_scene + k) * plan_.repeat)) return error;
+            return std::nullopt;
+        }
+        std::uint64_t stride = plan_.repeat;
+        for (std::size_t i = plan_.axes.size(); i-- > 0; stride *= plan_.axes[i].values.size())
+            for (std::size_t v = 0; v < plan_.axes[i].values.size(); ++v)
+                if (auto error = check_run(scene * per_scene * plan_.repeat + v * stride)) return error;
+        return std::nullopt;
+    }
+
+    [[nodiscard]] const std::set<std::string>& files() const noexcept { return files_; }
+
+private:
+    std::optional<Error> check_run(std::uint64_t number) {
+        const PlannedRun run = plan_.run(number);
+        std::vector<SceneOverride> overrides;
+        for (const auto& [pointer, value] : run.settings) {
+            if (is_option(pointer)) continue; // the command line's own check
+            auto override = parse_override(pointer + "=" + value);
+            if (!override) return override.error();
+            overrides.push_back(std::move(*override));
+        }
+        const auto scene = parse_scene(*text_, plan_.scenes[scene_].file, overrides);
+        if (!scene) return blame(scene.error(), run);
+        for (const SceneBody& body : scene->bodies)
+            for (const std::filesystem::path& file : {body.surface.file, body.coarse.file})
+                if (!file.empty()) files_.insert(file.string());
+        for (const SceneInstrument& instrument : scene->instruments)
+            if (!instrument.path_file.empty()) files_.insert(instrument.path_file.string());
+        return std::nullopt;
+    }
+
+    /// The place in the sweep of the value that the scene refuses.
+    Error blame(Error error, const PlannedRun& run) const {
+        std::uint64_t index = run.number / plan_.repeat;
+        for (std::size_t i = spec_.axes.size(); i-- > 0;) {
+            const SweepAxis& axis = spec_.axes[i];
+            const std::size_t value = index % axis.values.size();
+            index /= axis.values.size();
+            for (std::size_t p = 0; p < axis.pointers.size(); ++p) {
+                const bool unknown = error.key == axis.pointers[p];
+                const std::string key = dotted_key(axis.pointers[p]);
+                if (!unknown && error.key != key && !error.key.starts_with(key + ".") && !error.key.starts_with(key + "[")) continue;
+                const TextPosition at = unknown || axis.value_at.empty() ? axis.pointer_at[p] : axis.value_at[value];
+                error.message = error.message.substr(0, error.message.find("; the value was given for ")); // that is the place here
+                error.message += fmt::format(" (scene {})", plan_.scene_names[run.scene]);
+                return {error.code, std::move(error.message), axis.file, at.line, at.column, axis.pointers[p]};
+            }
+        }
+        error.message += fmt::format(" (in run {}: {})", run.number, plan_.describe(run));
+        return error;
+    }
+
+    const SweepSpec& spec_;
+    const SweepPlan& plan_;
+    std::size_t scene_ = 0;
+    const std::string* text_ = nullptr;
+    std::set<std::string> files_;
+};
+
+/// The files of the scenes, hashed; the texts are kept for the check.
+Result<std::vector<std::string>> read_scenes(const SweepSpec& spec, SweepPlan& plan) {
+    std::vector<std::string> texts;
+    for (std::size_t i = 0; i < spec.scenes.size(); ++i) {
+        const TextPosition at = spec.scene_at[i];
+        const auto fail = [&](std::string message) {
+            return Error{ErrorCode::FileNotFound, std::move(message), spec.file.string(), at.line, at.column, "scene"};
+        };
+        const std::filesystem::path file = (spec.folder() / spec.scenes[i]).lexically_normal();
+        std::error_code none;
+        if (std::filesystem::equivalent(file, spec.file, none)) return fail("names this file itself; expected a scene");
+        if (!std::filesystem::is_regular_file(file, none))
+            return fail(fmt::format("the file \"{:.200}\" does not exist (looked for {:.300}); expected a file relative to the sweep's folder",
+                                    spec.scenes[i], file.string()));
+        const auto text = read_json_file(file);
+        if (!text) return text.error();
+        for (std::size_t k = 0; k < i; ++k)
+            if (plan.scenes[k].file == file.string()) return fail(fmt::format("\"{:.200}\" is listed twice; expected once", spec.scenes[i]));
+        plan.scenes.push_back({file.string(), hash_of(*text)});
+        texts.push_back(*text);
+    }
+    return texts;
+}
+
+} // namespace
+
+Result<SweepPlan> make_plan(const SweepSpec& spec) {
+    SweepPlan plan;
+    plan.program = program_version();
+    plan.folder = spec.folder().string();
+    plan.command = spec.command;
+    plan.options = spec.options;
+    plan.scene_names = spec.scenes;
+    plan.has_scene_column = spec.is_list;
+    for (const SweepAxis& axis : spec.axes) plan.axes.push_back({axis.pointers, axis.values});
+    plan.repeat = spec.repeat;
+    plan.collect = spec.collect;
+    plan.keeps_folders = spec.keeps_folders;
+    plan.time_limit = spec.time_limit;
+    const auto texts = read_scenes(spec, plan);
+    if (!texts) return texts.error();
+    const std::uint64_t runs = plan.run_count();
+    plan.chunk_runs = std::clamp<std::uint64_t>(runs / kFewestChunks, 1, kMostChunkRuns);
+    if (plan.command == SweepCommand::Verify) return plan;
+    PlanCheck check(spec, plan);
+    for (std::size_t i = 0; i < texts->size(); ++i)
+        if (auto error = check.check(i, (*texts)[i])) return *error;
+    for (const std::string& file : check.files()) {
+        const auto bytes = read_file_bytes(file);
+        if (!bytes) return bytes.error();
+        plan.files.push_back({file, hash_of(*bytes)});
+    }
+    return plan;
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,476 @@
+// `sweep`: many runs, one table; nothing is lost and nothing is done twice, whatever happens to those who do the work.
+#include "program.hpp"
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+namespace trocar::cli_test {
+namespace {
+
+/// 12 runs of a wire in a tube: three budgets, two speeds of its script, twice each.
+const std::string kSweep = R"({
+    "scene": "scenes/tube.json", "command": "run", "options": ["-n", "6"], "repeat": 2,
+    "vary": {"/budget": ["work:10", "work:100", "exact"], "/instruments/wire/friction": {"from": 0.0, "to": 0.2, "count": 2}},
+    "collect": {"exits": "/lumen_exits", "force": "/largest_contact_force_n", "hash": "/state_hash",
+        "peak": {"column": "max_contact_force_n", "take": "max"}}
+})";
+
+using Rows = std::vector<std::vector<std::string>>;
+
+/// A table without quoted cells.
+Rows rows_of(const std::string& csv) {
+    Rows rows;
+    std::istringstream in(csv);
+    for (std::string line; std::getline(in, line);) {
+        std::vector<std::string>& row = rows.emplace_back();
+        std::istringstream cells(line + ",");
+        for (std::string cell; std::getline(cells, cell, ',');) row.push_back(cell);
+    }
+    return rows;
+}
+
+class SweepCommand : public Program {
+protected:
+    SweepCommand() {
+        fs::create_directory(folder / "scenes");
+        write("scenes/tube.json", kTube);
+    }
+
+    fs::path write_sweep(const std::string& text = kSweep) const { return write("sweep.json", text); }
+
+    Ended sweep(std::vector<std::string> more = {}) const {
+        std::vector<std::string> arguments = {"sweep", (folder / "sweep.json").string()};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return call(arguments);
+    }
+    Ended sweep_into(const std::string& name, std::vector<std::string> more = {}) const {
+        more.insert(more.begin(), {"--out", (folder / name).string()});
+        return sweep(std::move(more));
+    }
+    /// The table of a sweep that runs from its beginning.
+    std::string table_of(const std::string& name, std::vector<std::string> more = {}) const {
+        const fs::path table = folder / (name + ".csv");
+        more.insert(more.end(), {"--collect", table.string()});
+        const Ended ended = sweep_into(name, more);
+        EXPECT_TRUE(ended_with(ended, 0));
+        return text_of(table);
+    }
+};
+
+TEST_F(SweepCommand, RunsTheCartesianProductInThePlansOrder) {
+    write_sweep();
+    const Rows rows = rows_of(table_of("a"));
+    ASSERT_EQ(rows.size(), 13u);
+    EXPECT_EQ(rows[0], (std::vector<std::string>{"/budget", "/instruments/wire/friction", "repeat", "status", "exits", "force", "hash", "peak"}));
+    std::size_t k = 1;
+    for (const char* budget : {"work:10", "work:100", "exact"})
+        for (const char* friction : {"0", "0.2"})
+            for (const char* repeat : {"0", "1"}) {
+                EXPECT_EQ(rows[k][0], budget);
+                EXPECT_EQ(rows[k][1], friction);
+                EXPECT_EQ(rows[k][2], repeat);
+                EXPECT_EQ(rows[k][3], "done");
+                EXPECT_EQ(rows[k][6].size(), 16u) << "a state's hash";
+                ++k;
+            }
+}
+
+TEST_F(SweepCommand, EveryRowIsThatOfTheSameSceneRunByHand) {
+    write_sweep();
+    const Rows rows = rows_of(table_of("a", {"--jobs", "2"}));
+    ASSERT_EQ(rows.size(), 13u);
+    for (const std::size_t k : {1u, 6u, 12u}) {
+        std::string text = with(kTube, R"("budget": "exact")", R"("budget": ")" + rows[k][0] + "\"");
+        text = with(text, R"("lumen": "tube")", R"("lumen": "tube", "friction": )" + rows[k][1]);
+        ASSERT_TRUE(ended_with(run(write("by_hand.json", text), {"-n", "6", "--force"}), 0));
+        const Json figures = summary();
+        EXPECT_EQ(figures["state_hash"], rows[k][6]);
+        EXPECT_EQ(figures["lumen_exits"].dump(), rows[k][4]);
+        EXPECT_EQ(figures["largest_contact_force_n"].dump(), rows[k][5]);
+        EXPECT_EQ(std::stod(rows[k][7]), figures["largest_contact_force_n"].get<double>()) << "the largest of all steps";
+    }
+}
+
+TEST_F(SweepCommand, TheTableIsTheSameForAnyNumberOfJobs) {
+    write_sweep();
+    const std::string table = table_of("one");
+    EXPECT_EQ(table_of("two", {"--jobs", "2"}), table);
+    EXPECT_EQ(table_of("five", {"--jobs", "5"}), table);
+}
+
+/// Processes whose command line names this folder.
+std::vector<pid_t> processes_of(const fs::path& folder, const std::string& word) {
+    std::vector<pid_t> found;
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator("/proc", none)) {
+        const std::string name = entry.path().filename().string();
+        if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+        const std::string words = text_of(entry.path() / "cmdline");
+        if (words.find(folder.string()) != std::string::npos && words.find(word) != std::string::npos) found.push_back(std::stoi(name));
+    }
+    return found;
+}
+
+TEST_F(SweepCommand, KilledWorkersAndSubmittersLoseNothing) {
+    const std::string longer = with(with(kSweep, R"("-n", "6")", R"("-n", "2000")"), R"("repeat": 2)", R"("repeat": 4)");
+    write_sweep(with(longer, R"("scene": "scenes/tube.json")", R"("scene": "scenes/long.json")"));
+    write("scenes/long.json", with(kTube, R"("duration": 0.2)", R"("duration": 30)"));
+    const std::string table = table_of("whole", {"--jobs", "2"});
+    std::mt19937 random(7);
+    const std::string out = (folder / "cut").string();
+    const std::vector<std::string> command{"sweep", (folder / "sweep.json").string(), "--out", out, "--jobs", "2", "--resume"};
+    for (int round = 0; round < 6; ++round) {
+        const pid_t submitter = start(command);
+        std::this_thread::sleep_for(std::chrono::milliseconds(100 + random() % 500));
+        if (round % 2 == 0) {
+            kill(submitter, SIGKILL);
+        } else {
+            for (const pid_t worker : processes_of(out, "sweep-worker")) kill(worker, SIGKILL);
+        }
+        const Ended ended = wait_for(submitter, kPatience);
+        EXPECT_FALSE(ended.timed_out);
+        const Ended status = sweep_into("cut", {"--status"});
+        EXPECT_TRUE(ended_with(status, 0));
+        EXPECT_TRUE(status.says("24 runs:")) << status;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    EXPECT_TRUE(processes_of(out, "sweep-worker").empty()) << "workers end with their submitter";
+    ASSERT_TRUE(ended_with(sweep_into("cut", {"--resume", "--jobs", "2", "--collect", (folder / "cut.csv").string()}), 0));
+    EXPECT_EQ(text_of(folder / "cut.csv"), table);
+    EXPECT_TRUE(sweep_into("cut", {"--status"}).says("24 done, 0 failed, 0 running, 0 missing"));
+    for (const auto& entry : fs::recursive_directory_iterator(folder / "cut"))
+        EXPECT_EQ(entry.path().filename().string().find(".part"), std::string::npos) << entry.path() << ": nothing half-written stays";
+    EXPECT_FALSE(fs::exists(folder / "cut" / "scratch"));
+}
+
+TEST_F(SweepCommand, ResumeRunsExactlyWhatIsMissing) {
+    write_sweep();
+    const std::string table = table_of("a");
+    std::vector<fs::path> packed;
+    for (const auto& entry : fs::directory_iterator(folder / "a" / "results")) packed.push_back(entry.path());
+    std::sort(packed.begin(), packed.end());
+    ASSERT_EQ(packed.size(), 12u);
+    std::map<fs::path, std::string> before;
+    for (const fs::path& file : packed) before[file] = text_of(file);
+    fs::remove(packed[3]);
+    const Ended status = sweep_into("a", {"--status"});
+    EXPECT_TRUE(status.says("11 done, 0 failed, 0 running, 1 missing")) << status;
+    const Ended collected = sweep_into("a", {"--collect", (folder / "part.csv").string()});
+    EXPECT_TRUE(ended_with(collected, 0)) << "a table of what is there";
+    EXPECT_EQ(rows_of(text_of(folder / "part.csv"))[4][3], "missing");
+    ASSERT_TRUE(ended_with(sweep_into("a", {"--resume", "--collect", (folder / "again.csv").string()}), 0));
+    EXPECT_EQ(text_of(folder / "again.csv"), table);
+    for (const fs::path& file : packed)
+        if (file != packed[3]) {
+            EXPECT_EQ(text_of(file), before[file]) << file << ": not run again";
+        }
+}
+
+TEST_F(SweepCommand, ARunThatSomebodyKilledIsMissingAndNotFailed) {
+    write_sweep(R"({"scene": "scenes/long.json", "collect": {"hash": "/state_hash"}})");
+    write("scenes/long.json", with(kTube, R"("duration": 0.2)", R"("duration": 600)"));
+    const pid_t submitter = start({"sweep", (folder / "sweep.json").string(), "--out", (folder / "a").string()});
+    for (int wait = 0; wait < 1000 && processes_of(folder / "a", "--no-report").empty(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    for (const pid_t run : processes_of(folder / "a", "--no-report")) kill(run, SIGKILL);
+    EXPECT_TRUE(refuses(wait_for(submitter, kPatience), "--resume"));
+    EXPECT_TRUE(sweep_into("a", {"--status"}).says("0 done, 0 failed, 0 running, 1 missing"));
+}
+
+TEST_F(SweepCommand, ARunBeyondItsTimeLimitFails) {
+    write_sweep(R"({"scene": "scenes/long.json", "time_limit": 0.3})");
+    write("scenes/long.json", with(kTube, R"("duration": 0.2)", R"("duration": 3000)"));
+    EXPECT_EQ(table_of("a"), "repeat,status\n0,failed: took longer than 0.3 s\n");
+}
+
+TEST_F(SweepCommand, WorkersAreStartedByHandAsWell) {
+    write_sweep();
+    ASSERT_TRUE(ended_with(sweep_into("a", {"--plan"}), 0));
+    EXPECT_TRUE(sweep_into("a", {"--status"}).says("12 missing"));
+    ASSERT_TRUE(ended_with(call({"sweep-worker", (folder / "a").string(), "--chunk", "3,0"}), 0));
+    ASSERT_TRUE(ended_with(call({"sweep-worker", (folder / "a").string(), "--prepare"}), 0));
+    EXPECT_TRUE(sweep_into("a", {"--status"}).says("2 done, 0 failed, 0 running, 10 missing"));
+    EXPECT_TRUE(refuses(call({"sweep-worker", (folder / "a").string(), "--chunk", "12"}), "0 to 11"));
+    EXPECT_TRUE(refuses(call({"sweep-worker", (folder / "a").string()}), "--chunk"));
+    EXPECT_TRUE(refuses(call({"sweep-worker", (folder / "none").string(), "--chunk", "0"}), "plan.json"));
+}
+
+TEST_F(SweepCommand, WithoutSlurmItIsSaidWhatIsMissing) {
+    write_sweep();
+    const std::string path = std::getenv("PATH");
+    setenv("PATH", "/nowhere", 1);
+    const Ended ended = sweep_into("a", {"--slurm", "--no-forecast"});
+    setenv("PATH", path.c_str(), 1);
+    EXPECT_TRUE(refuses(ended, "sbatch"));
+    EXPECT_TRUE(refuses(sweep_into("b", {"--slurm", "--collect", (folder / "t.csv").string()}), "come later"));
+    EXPECT_TRUE(refuses(sweep_into("b", {"--partition", "main"}), "--slurm"));
+}
+
+TEST_F(SweepCommand, ACutLineIsNoResult) {
+    write_sweep();
+    const std::string table = table_of("a");
+    const fs::path packed = folder / "a" / "results" / "chunk-0000002.jsonl.gz";
+    const std::string bytes = text_of(packed);
+    for (const std::size_t size : {std::size_t{0}, bytes.size() / 2, bytes.size() - 3}) {
+        std::ofstream(packed, std::ios::binary) << bytes.substr(0, size);
+        EXPECT_TRUE(sweep_into("a", {"--status"}).says("11 done, 0 failed, 0 running, 1 missing"));
+    }
+    ASSERT_TRUE(ended_with(sweep_into("a", {"--resume", "--collect", (folder / "again.csv").string()}), 0));
+    EXPECT_EQ(text_of(folder / "again.csv"), table);
+}
+
+TEST_F(SweepCommand, AnInterruptionEndsWith130AndIsResumed) {
+    write_sweep(with(with(kSweep, R"("-n", "6")", R"("-n", "3000")"), "scenes/tube.json", "scenes/long.json"));
+    write("scenes/long.json", with(kTube, R"("duration": 0.2)", R"("duration": 60)"));
+    const pid_t submitter = start({"sweep", (folder / "sweep.json").string(), "--out", (folder / "a").string(), "--jobs", "2"});
+    for (int wait = 0; wait < 1000 && processes_of(folder / "a", "sweep-worker").empty(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    kill(submitter, SIGINT);
+    const Ended ended = wait_for(submitter, kPatience);
+    EXPECT_TRUE(ended_with(ended, 130));
+    EXPECT_TRUE(ended.says("--resume")) << ended;
+    EXPECT_TRUE(ended_with(sweep_into("a", {"--resume", "--jobs", "2"}), 0));
+}
+
+TEST_F(SweepCommand, AFailedRunIsARowWithItsReasonAndIsNotRunAgain) {
+    write("scenes/tube.json", with(kTube, R"("sides": 16)", R"("sides": 16)"));
+    write_sweep(R"({"scene": "scenes/tube.json", "options": ["-n", "3"],
+        "vary": {"/instruments/wire/entry/position": [[0, 0, 10], [50, 0, 10]]}, "collect": {"hash": "/state_hash"}})");
+    const Ended ended = sweep_into("a", {"--collect", (folder / "a.csv").string()});
+    EXPECT_TRUE(ended_with(ended, 0)) << "the sweep has done what it was asked for";
+    EXPECT_TRUE(ended.says("1 failed")) << ended;
+    const std::string table = text_of(folder / "a.csv");
+    EXPECT_NE(table.find("failed: exit 2: "), std::string::npos) << table;
+    EXPECT_EQ(table.find(folder.string() + "/a"), std::string::npos) << "no place of this run alone: " << table;
+    const Ended status = sweep_into("a", {"--status"});
+    EXPECT_TRUE(status.says("1 done, 1 failed, 0 running, 0 missing")) << status;
+    EXPECT_TRUE(ended_with(sweep_into("a", {"--resume", "--collect", (folder / "b.csv").string()}), 0));
+    EXPECT_EQ(text_of(folder / "b.csv"), table);
+    EXPECT_TRUE(ended_with(sweep_into("a", {"--resume", "--retry-failed"}), 0));
+    EXPECT_TRUE(sweep_into("a", {"--status"}).says("1 done, 1 failed, 0 running, 0 missing"));
+}
+
+TEST_F(SweepCommand, DrawsAreTheSameEveryTimeAndWithinTheirBounds) {
+    write_sweep(R"({"scene": "scenes/tube.json", "options": ["-n", "0"], "draws": {"count": 5, "seed": 3},
+        "vary": {"/instruments/wire/friction": {"uniform": [0.1, 0.3]}, "/instruments/wire/young_modulus": {"log_uniform": [10, 100]}}})");
+    const std::string table = table_of("a");
+    EXPECT_EQ(table_of("b", {"--jobs", "2"}), table);
+    const Rows rows = rows_of(table);
+    ASSERT_EQ(rows.size(), 6u);
+    std::set<std::string> values;
+    for (std::size_t k = 1; k < rows.size(); ++k) {
+        EXPECT_GE(std::stod(rows[k][0]), 0.1);
+        EXPECT_LE(std::stod(rows[k][0]), 0.3);
+        EXPECT_GE(std::stod(rows[k][1]), 10.0);
+        EXPECT_LE(std::stod(rows[k][1]), 100.0);
+        values.insert(rows[k][0]);
+    }
+    EXPECT_EQ(values.size(), 5u) << "five draws";
+}
+
+TEST_F(SweepCommand, RowsOfACsvAreRunAsTheyStand) {
+    write("cases.csv", "/budget,/instruments/wire/friction\nwork:10,0.05\nexact,0.1\n");
+    write_sweep(R"({"scene": "scenes/tube.json", "options": ["-n", "2"], "rows": "cases.csv"})");
+    EXPECT_EQ(table_of("a"), "/budget,/instruments/wire/friction,repeat,status\nwork:10,0.05,0,done\nexact,0.1,0,done\n");
+}
+
+TEST_F(SweepCommand, CostPlanAndVerifyAreRunAsWell) {
+    write_sweep(R"({"scene": "scenes/tube.json", "command": "cost", "options": ["-n", "3", "--budgets", "work:10,exact"],
+        "vary": {"/instruments/wire/friction": [0, 0.1]}, "collect": {"missed": "/rows/0/missed_contacts", "steps": "/steps"}})");
+    const Rows costs = rows_of(table_of("cost"));
+    ASSERT_EQ(costs.size(), 3u);
+    EXPECT_EQ(costs[1][2], "done");
+    EXPECT_EQ(costs[1][4], "3");
+    EXPECT_FALSE(costs[1][3].empty());
+    write("scenes/list.txt", "tube.json 3 0\n");
+    write_sweep(R"({"scene": "scenes/list.txt", "command": "verify"})");
+    const std::string verified = table_of("verify");
+    EXPECT_NE(verified.find("failed: exit 2"), std::string::npos) << "there is no reference: " << verified;
+}
+
+TEST_F(SweepCommand, SeveralScenesHaveAColumn) {
+    write("scenes/other.json", with(kTube, R"("name": "tube")", R"("name": "other")"));
+    write_sweep(R"({"scene": ["scenes/tube.json", "scenes/other.json"], "options": ["-n", "1"], "repeat": 2, "keep": "folder"})");
+    EXPECT_EQ(table_of("a"), "scene,repeat,status\nscenes/tube.json,0,done\nscenes/tube.json,1,done\nscenes/other.json,0,done\nscenes/other.json,1,done\n");
+    std::size_t kept = 0;
+    for (const auto& entry : fs::directory_iterator(folder / "a" / "runs")) kept += fs::exists(entry.path() / "report.html");
+    EXPECT_EQ(kept, 4u);
+    EXPECT_NE(text_of(folder / "a.html").find("href=\"a/runs/"), std::string::npos) << "the page leads to each run's report";
+}
+
+TEST_F(SweepCommand, RunsFromAnyFolderAndLeavesNothingElsewhere) {
+    write_sweep(R"({"scene": "scenes/tube.json", "options": ["-n", "2", "--path", "path.csv"]})");
+    write("path.csv", "t,insertion,rotation\n0,20,0\n0.2,22,0\n");
+    const fs::path before = fs::current_path();
+    fs::current_path("/");
+    const std::string table = table_of("a");
+    fs::current_path(before);
+    EXPECT_EQ(table, "repeat,status\n0,done\n") << "options' files are relative to the sweep";
+}
+
+TEST_F(SweepCommand, ADryRunListsAndWritesNothing) {
+    write_sweep();
+    const Ended ended = sweep({"--dry-run", "--no-forecast"});
+    EXPECT_TRUE(ended_with(ended, 0));
+    EXPECT_TRUE(ended.says("12 runs")) << ended;
+    EXPECT_TRUE(ended.says("--set '/budget=")) << ended;
+    std::size_t files = 0;
+    for (const auto& entry : fs::directory_iterator(folder)) files += entry.path().filename() != "stdout" && entry.path().filename() != "stderr";
+    EXPECT_EQ(files, 2u) << "the sweep and its scenes";
+}
+
+TEST_F(SweepCommand, AnOptionOfTheCommandIsVariedAsAPointerIs) {
+    write_sweep(R"({"scene": "scenes/tube.json", "vary": {"--steps": [2, 5]}, "collect": {"steps": "/steps"}})");
+    EXPECT_EQ(table_of("a"), "--steps,repeat,status,steps\n2,0,done,2\n5,0,done,5\n");
+    write_sweep(R"({"scene": "scenes/tube.json", "vary": {"--steps": [2, "many"]}})");
+    EXPECT_TRUE(refuses(sweep_into("b"), "--steps: run does not take it"));
+    write_sweep(R"({"scene": "scenes/tube.json", "vary": {"--out": ["x"]}})");
+    EXPECT_TRUE(refuses(sweep_into("b"), "the sweep's own affair"));
+}
+
+TEST_F(SweepCommand, EveryShippedSweepIsListedByADryRun) {
+    std::size_t count = 0;
+    for (const auto& entry : fs::directory_iterator(fs::path(TROCAR_SOURCE_DIR) / "assets" / "sweeps")) {
+        const Ended ended = call({"sweep", entry.path().string(), "--dry-run", "--no-forecast"});
+        EXPECT_TRUE(ended_with(ended, 0)) << entry.path();
+        EXPECT_TRUE(ended.says(" runs, results packed by")) << ended;
+        ++count;
+    }
+    EXPECT_EQ(count, 3u);
+}
+
+TEST_F(SweepCommand, ADryRunForecastsTimeAndMemory) {
+    write_sweep();
+    const Ended ended = sweep({"--dry-run"});
+    EXPECT_TRUE(ended_with(ended, 0));
+    EXPECT_TRUE(ended.says("in all on one core")) << ended;
+    EXPECT_TRUE(ended.says("MB")) << ended;
+}
+
+TEST_F(SweepCommand, ThePageStandsBesideTheTableAndNeedsNothingElse) {
+    write_sweep();
+    ASSERT_FALSE(table_of("a").empty());
+    const std::string page = text_of(folder / "a.html");
+    EXPECT_NE(page.find("12 runs of"), std::string::npos);
+    EXPECT_NE(page.find("/instruments/wire/friction"), std::string::npos);
+    for (const char* piece : {"src=", "http://cdn", "https://", "@import"}) EXPECT_EQ(page.find(piece), std::string::npos) << piece;
+    ASSERT_FALSE(table_of("b", {"--jobs", "2"}).empty());
+    EXPECT_EQ(text_of(folder / "b.html"), page);
+}
+
+TEST_F(SweepCommand, AnotherPlanInTheFolderIsRefused) {
+    write_sweep();
+    ASSERT_TRUE(ended_with(sweep_into("a"), 0));
+    EXPECT_TRUE(refuses(sweep_into("a"), "--resume"));
+    write_sweep(with(kSweep, R"("repeat": 2)", R"("repeat": 3)"));
+    EXPECT_TRUE(refuses(sweep_into("a", {"--resume"}), "12 runs"));
+    write_sweep();
+    write("scenes/tube.json", with(kTube, R"("young_modulus": 60)", R"("young_modulus": 61)"));
+    EXPECT_TRUE(refuses(sweep_into("a", {"--resume"}), "has changed since"));
+    write("scenes/tube.json", kTube);
+    const fs::path plan = folder / "a" / "plan.json";
+    const std::string text = text_of(plan);
+    std::ofstream(plan, std::ios::binary) << with(text, "trocar 0.1.0", "trocar 0.0.9");
+    EXPECT_TRUE(refuses(sweep_into("a", {"--resume"}), "trocar 0.0.9"));
+    EXPECT_TRUE(refuses(call({"sweep-worker", (folder / "a").string(), "--chunk", "0"}), "trocar 0.0.9"));
+    for (const std::string& damaged : {std::string(), std::string("{}"), text.substr(0, text.size() / 2), std::string("[1]"), with(text, "\"runs\": 12", "\"runs\": 13"),
+                                       with(text, "\"chunk_runs\": 1,", "\"chunk_runs\": 18446744073709551615,"), with(text, "\"command\": \"run\"", "\"command\": \"fly\"")}) {
+        std::ofstream(plan, std::ios::binary) << damaged;
+        EXPECT_TRUE(refuses(sweep_into("a", {"--resume"}), "plan")) << damaged.substr(0, 40);
+    }
+    fs::create_directory(folder / "full");
+    write("full/letter.txt", "dear");
+    EXPECT_TRUE(refuses(sweep_into("full"), "letter.txt"));
+    EXPECT_TRUE(refuses(sweep_into("sweep.json"), "is a file"));
+    EXPECT_TRUE(refuses(sweep_into("none", {"--status"}), "no sweep"));
+}
+
+struct Broken {
+    const char* text;
+    const char* says; // a piece of the message
+};
+
+/// Refused with a place and the reason, before anything runs.
+TEST_F(SweepCommand, BadSweepsAreRefusedWithTheirPlaceBeforeAnythingRuns) {
+    const Broken broken[] = {
+        {"", "empty"},
+        {"[]", "1:1"},
+        {R"({"command": "run"})", "scene"},
+        {R"({"scene": 5})", "1:11: scene"},
+        {R"({"scene": "none.json"})", "does not exist"},
+        {R"({"scene": "sweep.json"})", "this file itself"},
+        {R"({"scene": []})", "scene"},
+        {R"({"scene": ["scenes/tube.json", "scenes/tube.json"]})", "twice"},
+        {R"({"scene": "scenes/tube.json", "commnad": "run"})", "nearest known key: \"command\""},
+        {R"({"scene": "scenes/tube.json", "command": "view"})", "nearest known value"},
+        {R"({"scene": "scenes/tube.json", "repeat": 0})", "repeat"},
+        {R"({"scene": "scenes/tube.json", "repeat": 1e6, "vary": {"/budget": ["exact", "work:1"]}})", "at most 1000000"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/budget": []}})", "1:51"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/budget": 5}})", "1:51"},
+        {R"({"scene": "scenes/tube.json", "vary": {"budget": ["exact"]}})", "JSON pointer"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/budget~2": ["exact"]}})", "JSON pointer"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/budgt": ["exact"]}})", "1:40: /budgt: found the unknown key of a scene \"budgt\"; nearest known key of a scene: \"budget\""},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wier/friction": [0]}})", "\"wire\""},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/frictoin": [0]}})", "\"friction\""},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/path/7/0": [0]}})", "from 0 to 1"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/radius/x": [0]}})", "pointer to end there"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/radius": [0.5, -1]}})", "1:74: /instruments/wire/radius"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/radius": ["soft"]}})", "a number in mm"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/radius": [NaN]}})", "NaN"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/budget": ["exact"], "/budget": ["exact"]}})", "already given"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/bodies/tube": [{}], "/bodies/tube/kind": ["static"]}})", "a part of the other"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/friction": {"from": 0, "to": 1, "count": 1e15}}})", "count"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/friction": {"from": 0, "to": 1, "count": 3, "scale": "log"}}})", "above 0"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/friction": {"from": -1.7e308, "to": 1.7e308, "count": 3}}})", "too long"},
+        {R"({"scene": "scenes/tube.json", "vary": {"/instruments/wire/friction": {"uniform": [0, 1]}}})", "draws"},
+        {R"({"scene": "scenes/tube.json", "draws": {"count": 3}})", "nothing is drawn"},
+        {R"({"scene": "scenes/tube.json", "draws": {"count": 3}, "vary": {"/instruments/wire/friction": {"uniform": [1, 0]}}})", "smaller bound first"},
+        {R"({"scene": "scenes/tube.json", "options": ["--out", "x"]})", "the sweep's own affair"},
+        {R"({"scene": "scenes/tube.json", "options": ["--bugdet", "x"]})", "options"},
+        {R"({"scene": "scenes/tube.json", "options": ["--budget", "1ms"], "vary": {"/budget": ["exact"]}})", "expected one of them"},
+        {R"({"scene": "scenes/tube.json", "options": ["-n", "2"], "vary": {"--steps": [3]}})", "options"},
+        {R"({"scene": "scenes/tube.json", "options": ["-n", "many"]})", "options"},
+        {R"({"scene": "scenes/tube.json", "command": "plan"})", "--to"},
+        {R"({"scene": "scenes/tube.json", "collect": {"status": "/steps"}})", "another name"},
+        {R"({"scene": "scenes/tube.json", "collect": {"x": "steps"}})", "JSON pointer"},
+        {R"({"scene": "scenes/tube.json", "collect": {"x": {"column": "tip_w", "take": "max"}}})", "nearest known column"},
+        {R"({"scene": "scenes/tube.json", "collect": {"x": {"column": "tip_x", "take": "p98"}}})", "nearest known value"},
+        {R"({"scene": "scenes/tube.json", "command": "verify", "vary": {"/budget": ["exact"]}})", "verify"},
+        {R"({"scene": "scenes/tube.json", "rows": "none.csv"})", "does not exist"},
+    };
+    for (const Broken& one : broken) {
+        write_sweep(one.text);
+        EXPECT_TRUE(refuses(sweep_into("a"), one.says)) << one.text;
+        EXPECT_FALSE(fs::exists(folder / "a")) << one.text;
+    }
+}
+
+TEST_F(SweepCommand, BadTablesOfRowsAreRefusedWithTheirLine) {
+    write_sweep(R"({"scene": "scenes/tube.json", "rows": "cases.csv"})");
+    const Broken broken[] = {{"", "no rows"},
+                             {"/budget\n", "no rows"},
+                             {"budget\nexact\n", "cases.csv:1: found \"budget\""},
+                             {"/budget,/budget\nexact,exact\n", "varied twice"},
+                             {"/budget\nexact\nexact,5\n", "cases.csv:3"},
+                             {"/budget\nexact\nnan\n", "cases.csv:3"},
+                             {"/budgt\nexact\n", "\"budget\""},
+                             {"/instruments/wire/friction\nnan\n", "cases.csv:2"}};
+    for (const Broken& one : broken) {
+        write("cases.csv", one.text);
+        EXPECT_TRUE(refuses(sweep_into("a"), one.says)) << one.text;
+    }
+}
+
+TEST_F(SweepCommand, SetGivesACommandTheSameValues) {
+    const fs::path scene = folder / "scenes" / "tube.json";
+    ASSERT_TRUE(ended_with(run(scene, {"--set", "/budget=work:10", "--set", "/instruments/wire/friction=0.1", "-n", "3"}), 0));
+    EXPECT_EQ(summary()["budget"], "work:10");
+    EXPECT_NE(summary()["command"].get<std::string>().find("--set"), std::string::npos);
+    EXPECT_TRUE(refuses(run(scene, {"--set", "/budgt=5", "--force"}), "\"budget\""));
+    EXPECT_TRUE(refuses(run(scene, {"--set", "budget", "--force"}), "POINTER=VALUE"));
+    EXPECT_TRUE(refuses(run(scene, {"--set", "/instruments/wire/radius=-1", "--force"}), "/instruments/wire/radius"));
+    EXPECT_TRUE(refuses(run(scene, {"--set", "/instruments/wire/radius=[1", "--force"}), "--set"));
+}
+
+} // namespace
+} // namespace trocar::cli_test
