@@ -91,7 +91,7 @@ TEST_F(Cost, ThatIsInterruptedLeavesNoTableAndGoesOnWhereItWas) {
     const fs::path scene = write("ball.json", kBall);
     const pid_t child = start({"cost", scene, "--budgets", "work:0,exact", "-n", "100000", "--out", out()});
     for (int wait = 0; wait < 3000 && !fs::exists(out() / "parts"); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    ASSERT_EQ(kill(child, SIGINT), 0);
+    ASSERT_EQ(send_signal(child, SIGINT), 0);
     EXPECT_TRUE(ended_with(wait_for(child, 60.0), 130));
     EXPECT_FALSE(fs::exists(out() / "cost.csv")) << "rows that were not measured are no zeros";
     EXPECT_TRUE(fs::exists(out() / "parts"));
@@ -134,9 +134,9 @@ TEST_F(Pace, ARunThatIsSuspendedGoesOnInSlowMotionAndSaysSo) {
     const fs::path scene = write("tube.json", kTube);
     const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "--budget", "1ms", "--pace", "1", "-n", "200"});
     ASSERT_TRUE(wait_for_steps(out()));
-    ASSERT_EQ(kill(child, SIGSTOP), 0);
+    ASSERT_EQ(send_signal(child, SIGSTOP), 0);
     std::this_thread::sleep_for(std::chrono::milliseconds(600));
-    ASSERT_EQ(kill(child, SIGCONT), 0);
+    ASSERT_EQ(send_signal(child, SIGCONT), 0);
     ASSERT_TRUE(ended_with(wait_for(child, kPatience), 0));
     const Json json = summary();
     EXPECT_EQ(json["steps"], 200);

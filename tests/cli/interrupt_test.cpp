@@ -85,7 +85,7 @@ TEST_F(Interrupted, APreparationEndsTheMesherAndRemovesItsFolder) {
         const pid_t child = start(command);
         const std::vector<pid_t> mesher = wait_for_mesher();
         EXPECT_EQ(mesher.size(), 2u) << command[0];
-        ASSERT_EQ(kill(child, SIGINT), 0);
+        ASSERT_EQ(send_signal(child, SIGINT), 0);
         const Ended ended = wait_for(child, 30.0);
         EXPECT_TRUE(ended_with(ended, 130)) << command[0];
         EXPECT_NE(ended.err.find("interrupted: ends as soon as it can"), std::string::npos) << command[0] << ": " << ended;
@@ -99,10 +99,10 @@ TEST_F(Interrupted, AProgramThatIsKilledDoesNotLeaveItsMesherBehind) {
     const pid_t child = start({"explain", write("ball.json", kSoftBall)});
     const std::vector<pid_t> mesher = wait_for_mesher();
     ASSERT_EQ(mesher.size(), 2u);
-    ASSERT_EQ(kill(child, SIGKILL), 0);
+    ASSERT_EQ(send_signal(child, SIGKILL), 0);
     EXPECT_EQ(wait_for(child, 30.0).signal, SIGKILL);
     EXPECT_TRUE(soon([&] { return is_gone(mesher[0]); }));
-    kill(mesher[1], SIGKILL); // the stand-in's own child is not checked
+    send_signal(mesher[1], SIGKILL); // the stand-in's own child is not checked
 }
 
 TEST_F(Interrupted, WorkWithNothingToPutAwayEndsAtOnce) {
@@ -112,7 +112,7 @@ TEST_F(Interrupted, WorkWithNothingToPutAwayEndsAtOnce) {
     for (const std::vector<std::string>& command : {std::vector<std::string>{"explain", heavy}, {"run", heavy, "--out", out()}}) {
         const pid_t child = start(command);
         ASSERT_TRUE(soon([&] { return catches(child, SIGINT); }));
-        ASSERT_EQ(kill(child, SIGINT), 0);
+        ASSERT_EQ(send_signal(child, SIGINT), 0);
         const Ended ended = wait_for(child, 30.0);
         EXPECT_TRUE(ended_with(ended, 130));
         EXPECT_EQ(ended.err, "interrupted: ended before it was done\n");

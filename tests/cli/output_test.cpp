@@ -82,7 +82,7 @@ TEST_F(Output, AnInterruptedRunEndsWith130AndAReadableSummary) {
         fs::remove_all(out());
         const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "--force", "-n", "100000000"});
         ASSERT_TRUE(wait_for_steps(out()));
-        ASSERT_EQ(kill(child, signal), 0);
+        ASSERT_EQ(send_signal(child, signal), 0);
         const Ended ended = wait_for(child, 30.0);
         EXPECT_TRUE(ended_with(ended, 130));
         const Json json = summary();
@@ -97,7 +97,7 @@ TEST_F(Output, ARunThatIsKilledLeavesNothingThatLooksFinished) {
     const pid_t child = start({"run", write("long.json", kTube), "--out", out(), "--no-pictures", "-n", "100000000"});
     ASSERT_TRUE(wait_for_file(out() / "steps.csv.partial")) << "killed before it began it would leave nothing either";
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    ASSERT_EQ(kill(child, SIGKILL), 0);
+    ASSERT_EQ(send_signal(child, SIGKILL), 0);
     EXPECT_EQ(wait_for(child, 30.0).signal, SIGKILL);
     EXPECT_TRUE(fs::exists(out() / "steps.csv.partial"));
     EXPECT_FALSE(fs::exists(out() / "summary.json"));
@@ -139,7 +139,7 @@ TEST_F(Checkpoints, OfAKilledRunAreWholeAndGoOnToTheSameBits) {
     const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "-n", "100000000", "--checkpoint-every", "7"});
     ASSERT_TRUE(wait_for_file(out() / "checkpoint.bin"));
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    ASSERT_EQ(kill(child, SIGKILL), 0);
+    ASSERT_EQ(send_signal(child, SIGKILL), 0);
     EXPECT_EQ(wait_for(child, 30.0).signal, SIGKILL);
     EXPECT_FALSE(fs::exists(out() / "summary.json")) << "nothing that looks finished";
     std::istringstream rows(text_of(out() / "steps.csv.partial"));
@@ -160,7 +160,7 @@ TEST_F(Checkpoints, OfAKilledRunAreWholeAndGoOnToTheSameBits) {
 TEST_F(Checkpoints, OfAnInterruptedRunHoldItsLastStep) {
     const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "-n", "100000000", "--checkpoint-every", "1000000000"});
     ASSERT_TRUE(wait_for_rows(out() / "steps.csv.partial"));
-    ASSERT_EQ(kill(child, SIGINT), 0);
+    ASSERT_EQ(send_signal(child, SIGINT), 0);
     EXPECT_TRUE(ended_with(wait_for(child, 30.0), 130));
     const Json json = summary();
     ASSERT_TRUE(json.contains("checkpoint_step")) << json;
@@ -226,7 +226,7 @@ TEST_F(Output, TwoRunsIntoOneFolderAreNotMixed) {
                           " > " + (folder / "second").string() + " 2>&1";
     EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
     EXPECT_NE(text_of(folder / "second").find("another run is writing"), std::string::npos) << text_of(folder / "second");
-    ASSERT_EQ(kill(child, SIGINT), 0);
+    ASSERT_EQ(send_signal(child, SIGINT), 0);
     EXPECT_TRUE(ended_with(wait_for(child, 30.0), 130));
 }
 
@@ -431,7 +431,7 @@ TEST_F(Output, RecordedStatesOfAKilledRunCanBeReadAndTheCollectionNamesNoOthers)
         const pid_t child = start({"run", scene, "--out", out(), "--no-pictures", "--force", "--record", "-n", "100000000"});
         ASSERT_TRUE(wait_for_file(out() / "record/states.pvd")) << "no collection came";
         std::this_thread::sleep_for(std::chrono::milliseconds(ms));
-        ASSERT_EQ(kill(child, SIGKILL), 0);
+        ASSERT_EQ(send_signal(child, SIGKILL), 0);
         EXPECT_EQ(wait_for(child, 30.0).signal, SIGKILL);
         EXPECT_FALSE(fs::exists(out() / "summary.json"));
         least = std::min(least, expect_readable_states(out()));

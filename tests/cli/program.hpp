@@ -55,6 +55,9 @@ constexpr double kPatience = 900.0;
 constexpr double kPatience = 300.0;
 #endif
 
+/// A program that never started has no process: kill(-1) would end every one that there is.
+inline int send_signal(pid_t process, int signal) { return process > 0 ? ::kill(process, signal) : -1; }
+
 /// A run in a folder of its own, which goes away with it.
 class Program : public ::testing::Test {
 protected:
@@ -99,7 +102,7 @@ protected:
         while (waitpid(child, &status, WNOHANG) == 0) {
             if (Time::now() > end && !ended.timed_out) {
                 ended.timed_out = true;
-                kill(child, SIGKILL);
+                send_signal(child, SIGKILL);
             }
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
         }

@@ -124,9 +124,9 @@ TEST_F(SweepCommand, KilledWorkersAndSubmittersLoseNothing) {
         const pid_t submitter = start(command);
         std::this_thread::sleep_for(std::chrono::milliseconds(100 + random() % 500));
         if (round % 2 == 0) {
-            kill(submitter, SIGKILL);
+            send_signal(submitter, SIGKILL);
         } else {
-            for (const pid_t worker : processes_of(out, "sweep-worker")) kill(worker, SIGKILL);
+            for (const pid_t worker : processes_of(out, "sweep-worker")) send_signal(worker, SIGKILL);
         }
         const Ended ended = wait_for(submitter, kPatience);
         EXPECT_FALSE(ended.timed_out);
@@ -172,7 +172,7 @@ TEST_F(SweepCommand, ARunThatSomebodyKilledIsMissingAndNotFailed) {
     write("scenes/long.json", with(kTube, R"("duration": 0.2)", R"("duration": 600)"));
     const pid_t submitter = start({"sweep", (folder / "sweep.json").string(), "--out", (folder / "a").string()});
     for (int wait = 0; wait < 1000 && processes_of(folder / "a", "--no-report").empty(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    for (const pid_t run : processes_of(folder / "a", "--no-report")) kill(run, SIGKILL);
+    for (const pid_t run : processes_of(folder / "a", "--no-report")) send_signal(run, SIGKILL);
     EXPECT_TRUE(refuses(wait_for(submitter, kPatience), "--resume"));
     EXPECT_TRUE(sweep_into("a", {"--status"}).says("0 done, 0 failed, 0 running, 1 missing"));
 }
@@ -225,7 +225,7 @@ TEST_F(SweepCommand, AnInterruptionEndsWith130AndIsResumed) {
     const pid_t submitter = start({"sweep", (folder / "sweep.json").string(), "--out", (folder / "a").string(), "--jobs", "2"});
     for (int wait = 0; wait < 1000 && processes_of(folder / "a", "sweep-worker").empty(); ++wait) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     std::this_thread::sleep_for(std::chrono::milliseconds(150));
-    kill(submitter, SIGINT);
+    send_signal(submitter, SIGINT);
     const Ended ended = wait_for(submitter, kPatience);
     EXPECT_TRUE(ended_with(ended, 130));
     EXPECT_TRUE(ended.says("--resume")) << ended;

@@ -25,7 +25,7 @@ TEST_F(View, EndsWellWhenInterrupted) {
     const pid_t child = start({"view", scene.string(), "--page", page.string(), "--quiet", "--paused"});
     while (text_of(folder / "stdout").find('\n') == std::string::npos && waitpid(child, nullptr, WNOHANG) == 0)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    kill(child, SIGINT);
+    send_signal(child, SIGINT);
     const Ended ended = wait_for(child, kPatience);
     EXPECT_TRUE(ended_with(ended, 0));
     EXPECT_TRUE(ended.says("0 steps")) << ended;
@@ -36,7 +36,7 @@ TEST_F(View, TakesNoStepBeforeTheFirstViewerUnlessItIsToldTo) {
     while (text_of(folder / "stdout").find("Ctrl-C") == std::string::npos && waitpid(child, nullptr, WNOHANG) == 0)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     std::this_thread::sleep_for(std::chrono::milliseconds(500)); // some fifty steps, if it took any
-    kill(child, SIGINT);
+    send_signal(child, SIGINT);
     const Ended ended = wait_for(child, kPatience);
     EXPECT_TRUE(ended_with(ended, 0));
     EXPECT_TRUE(ended.says("the first step waits for it")) << ended;

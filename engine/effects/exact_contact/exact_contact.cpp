@@ -18,14 +18,14 @@ const EffectDescriptor exact_contact{
         return {on, listed(on, "continuous tests of the skin against the wall, when they fit in the budget")};
     },
     .floor = [](const SceneModel& model) -> std::string {
-        std::size_t triangles = 0, last = model.bodies.size();
+        std::size_t vertices = 0, last = model.bodies.size();
         for (const InstrumentModel& instrument : model.instruments) {
-            if (instrument.lumen != last) triangles += model.bodies[instrument.lumen].surface.triangles.size();
+            if (instrument.lumen != last && model.bodies[instrument.lumen].moves()) vertices += model.bodies[instrument.lumen].surface.vertices.size();
             last = instrument.lumen;
         }
-        return fmt::format("no continuous test, but the planes of the walls near each instrument and the solve between them; boxes of {} triangles "
-                           "of the walls are fitted anew where those move: charged, not left out, and not bounded by the budget",
-                           triangles);
+        const std::string pass = vertices > 0 ? fmt::format("; one pass over {} vertices of the walls, which move", vertices) : "";
+        return "no continuous test, but the planes of the walls near each instrument and the solve between them" + pass +
+               ": charged, not left out, and not bounded by the budget";
     },
     .scale = [](EffectSet& live, double share) { live.exact_contact = live.exact_contact && share > 0.0; },
 };
