@@ -9,7 +9,7 @@ const std::string kBend = R"({
     "name": "bend",
     "units": {"length": "mm", "pressure": "MPa"},
     "time": {"step": 0.01, "duration": 0.2},
-    "budget": "5ms",
+    "budget": "work:100000",
     "bodies": {"tube": {"kind": "static", "hollow": true, "surface": {"shape": "tube", "sides": 24, "axis":
         [[0, 0, 0, 4], [0, 0, 40, 4], [2.7, 0, 50, 4], [10, 0, 57.3, 4], [20, 0, 60, 4], [70, 0, 60, 4]]}}},
     "instruments": {"wire": {"length": 150, "radius": 0.5, "young_modulus": 60, "segment": 2.5, "skin_triangles": 600,
@@ -77,7 +77,7 @@ std::string breathing_bend() {
         "coarse": {"mesher": "lattice", "surface_triangles": 200}, "fixed": [{"direction": [0, 0, 1], "fraction": 0.2}]},
         "tube": {"kind": "static", "hollow": true, "embedded_in": "organ", "blend": 5,)");
     text = with(text, R"("duration": 0.2)", R"("duration": 5)");
-    text = with(text, R"("budget": "5ms")", R"("budget": "exact")");
+    text = with(text, R"("budget": "work:100000")", R"("budget": "exact")");
     return with(text, R"("effects": ["coarse_contact", "exact_contact", "friction"])",
                 R"("effects": {"elasticity": true, "damping": true, "coarse_contact": true, "exact_contact": true, "friction": true,
                                "breathing": {"amplitude": 2, "period": 2, "direction": [0, 0, 1]}})");

@@ -137,6 +137,7 @@ TEST(StateBytes, EveryOtherMemberChangesThem) {
         {"route_frames", [](State& s) { s.instruments[0].route_frames.frame[0].turn[1][1] += 1.0; }},
         {"chain.hint", [](State& s) { ++s.instruments[0].chain.hint[0]; }},
         {"exact_candidates", [](State& s) { ++s.instruments[0].exact_candidates; }},
+        {"solids.taken_j", [](State& s) { s.solids.taken_j += 1.0; }},
         {"a plane", [](State& s) { s.instruments[0].planes.pop_back(); }},
     };
     for (const auto& [what, edit] : edits) {
