@@ -16,7 +16,7 @@ namespace trocar::engine {
 
 /// Terms of the reward, each the product of its weight and what it measures.
 enum class RewardTerm : std::uint8_t {
-    Progress, // m that the way to the target along the centreline has become shorter
+    Advance, // m that the way to the target along the centreline has become shorter
     Target,   // 1 when the target is reached
     Force,    // N, largest normal force at one place on a wall
     Step,     // 1 for each action

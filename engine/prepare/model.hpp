@@ -63,6 +63,7 @@ struct InstrumentModel {
     unsigned mass_spring_substeps = 0; // of a step, of a chain of masses and springs; 0: the implicit rod
     std::optional<std::size_t> inside; // instrument in whose bore it runs, as a wire
     std::optional<std::size_t> wire;   // instrument that runs in its own bore
+    bool self_contact = false;         // meets itself, where the scene has that effect: an implicit rod alone
     double friction = 0.0;             // Coulomb mu
     double inserted = 0.02;            // m at the start
     DriveLimits limits;

@@ -82,7 +82,9 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     if (spec.inside != kNoIndex) {
         model.inside = spec.inside;
         prepared.model.instruments[spec.inside].wire = prepared.model.instruments.size();
+        prepared.model.instruments[spec.inside].self_contact = false;
     }
+    model.self_contact = spec.self_contact && spec.kind == InstrumentKind::Rod && spec.inside == kNoIndex; // unless a wire runs in it
     model.friction = scene.effects.friction ? spec.friction : 0.0;
     model.inserted = spec.inserted;
     model.limits = spec.limits;

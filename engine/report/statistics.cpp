@@ -152,6 +152,9 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     largest_torque_nm = std::max(largest_torque_nm, std::abs(report.handle_torque_nm));
     largest_imbalance_n = std::max(largest_imbalance_n, report.balance_n);
     slowed_steps += report.slowed_rods > 0;
+    self_contacts += report.self_contacts;
+    self_held_steps += report.self_held > 0;
+    largest_self_n = std::max(largest_self_n, report.self_force_n);
     unsettled_rods += report.unsettled_rods;
     unsettled_steps += report.unsettled_rods > 0;
     target_distance_m = report.target_distance_m;

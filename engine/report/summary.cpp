@@ -201,6 +201,11 @@ std::string summary_text(const RunRecord& record) {
         json["largest_handle_torque_nm"] = t.largest_torque_nm;
         json["largest_rod_imbalance_n"] = t.largest_imbalance_n;
         json["rod_slowed_steps"] = t.slowed_steps;
+        if (record.prepared.model.effects.self_contact) {
+            json["self_contacts_total"] = t.self_contacts;
+            json["self_held_steps"] = t.self_held_steps;
+            json["largest_self_force_n"] = t.largest_self_n;
+        }
         json["rod_unsettled_total"] = t.unsettled_rods;
         if (t.target_distance_m >= 0.0) json["target_distance_m"] = {{"last", t.target_distance_m}, {"min", t.closest_target_m}};
     }

@@ -118,6 +118,10 @@ void add_contact_losses(const RunRecord& record, std::vector<Loss>& losses) {
         losses.push_back(make_loss("Rods slowed", t.slowed_steps, fmt::format("in {}", of_steps(t.slowed_steps, record)), Mark::Note,
                                    "They would have moved by more than 1.2 mm in a step, farther than the wall near them was known. Shorter "
                                    "steps show such snaps."));
+    if (t.self_held_steps > 0)
+        losses.push_back(make_loss("Rods held before themselves", t.self_held_steps, fmt::format("in {}", of_steps(t.self_held_steps, record)),
+                                   Mark::Note, "Only a part of their motion was proven not to pass through themselves, and that part was taken "
+                                               "(self_held in steps.csv)."));
     if (t.unsettled_rods > 0)
         losses.push_back(make_loss("Rod solves that ended at their bound", t.unsettled_steps,
                                    fmt::format("{} stages in {}", t.unsettled_rods, of_steps(t.unsettled_steps, record)), Mark::Note,

@@ -90,7 +90,7 @@ struct EffectsKeys {
                                                    "feels it too.")),
             object_key<BreathingKeys>(s.breathing, effect_field<BreathingKeys>("breathing", "Respiration: true for the defaults.")),
             object_key<PulseKeys>(s.pulse, effect_field<PulseKeys>("pulse", "Arterial pulse: true for the defaults.")),
-            key(s.self_contact, flag_field("self_contact", "Solid bodies against themselves, where their leaf spheres lay apart at rest; "
+            key(s.self_contact, flag_field("self_contact", "Solid bodies against themselves, where their leaf spheres lay apart at rest, and instruments; "
                                                            "needs coarse_contact.")),
             key(s.twist, flag_field("twist", "Torsion of instruments: a turn of the handle travels along them; off, it reaches the tip at "
                                              "once.")),

@@ -17,12 +17,12 @@ struct TipKeys {
                 choice_field<Shape>(
                     "shape", {{"J", Shape::J}, {"straight", Shape::Straight}, {"simmons", Shape::Simmons}, {"pigtail", Shape::Pigtail}},
                     "At rest.")),
-            key(s.tip_length, number_field("length", Dimension::Length, {5e-4, 0.3, false, 2e-3, 0.15, "shaped tips are 2 to 150 mm long"},
+            key(s.tip_length, number_field("length", Dimension::Length, {5e-4, 1.0, false, 2e-3, 0.3, "shaped tips are 2 to 150 mm long, coils up to 300"},
                                            "Of the shaped part; a pigtail's is 40 mm when absent.")
                                   .when({"J", "simmons", "pigtail"})),
             key(s.tip_angle,
-                number_field("angle", Dimension::Angle, {0.0, 20.0, true, 0.0, 9.5, "a pigtail turns one and a half times at most"},
-                             "Total bend of the shaped part; a pigtail's is 6 rad when absent.")
+                number_field("angle", Dimension::Angle, {0.0, 1000.0, true, 0.0, 300.0, "a pigtail turns one and a half times, a coil of 300 mm and 4 mm across 150 rad"},
+                             "Total bend of the shaped part; a pigtail's is 6 rad when absent. A coil is a pigtail of many turns.")
                     .when({"J", "simmons", "pigtail"})),
             key(s.tip_stiffness,
                 number_field("stiffness", Dimension::None, above(0.0, 10.0), "Modulus of the shaped part over the shaft's.")
@@ -114,6 +114,8 @@ struct InstrumentKeys {
             part_key<TipKeys>(rod, object_field("tip", table_of<TipKeys>(), "Shape of the distal end.")),
             key(s.friction, number_field("friction", Dimension::None, {0.0, 2.0, false, 0.0, 1.0, "coated catheters are 0.01 to 0.3"},
                                          "Coulomb's mu against every wall.")),
+            key(s.self_contact, flag_field("self_contact", "Whether the rod touches itself, where the scene has that effect. A rod in another's bore or "
+                                                           "with a wire in its own, and a mass-spring chain, do not.")),
             key(s.min_bend_radius, number_field("min_bend_radius", Dimension::Length, between(0.0, 1.0),
                                                 "Tighter bends kink it: `plan` refuses ways that need them. 0: not stated.")),
             key(rod.segment, number_field("segment", Dimension::Length, {1e-4, 0.1, false, 2e-4, 0.02, "short against the vessels' bends"},

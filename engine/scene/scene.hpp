@@ -148,6 +148,7 @@ struct SceneInstrument {
     InstrumentKind kind = InstrumentKind::Rod;
     Index inside = kNoIndex; // a wire: the instrument before it whose bore it runs in, with whose entry and lumen
     fem::RodDesign design;
+    bool self_contact = true;           // with that effect
     double friction = 0.05;             // Coulomb mu against every wall, with the effect friction
     double min_bend_radius = 0.0;       // m, bends tighter than this kink it; 0: not stated
     std::size_t skin_triangles = 10000; // of the dense surface, aimed at

@@ -105,6 +105,7 @@ struct InstrumentState {
     spheretree::ChainState chain;          // its hints: the lumen's spheres that held the links in the last step
     std::vector<fem::RodPlane> planes;     // of the last solve, with the forces that push the wall in the next step
     std::vector<WallPress> presses;        // [planes]
+    std::vector<fem::RodPlane> self_planes; // that places of its own rod carry, of the last solve
     std::uint64_t exact_candidates = 0;    // of the last exact stage: the forecast of the next
 };
 

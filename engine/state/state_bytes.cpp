@@ -52,8 +52,10 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
     const auto plane_fits = [&](const fem::RodPlane& p) {
         return p.node + 1 < nodes && is_finite(p.normal) && is_finite(p.wall_velocity) && is_finite(p.drag) && std::isfinite(p.offset) &&
                std::isfinite(p.weight) && std::isfinite(p.force) && std::isfinite(p.hold) && std::isfinite(p.start_force) &&
-               is_finite(p.start_drag) && std::isfinite(p.give);
+               is_finite(p.start_drag) && std::isfinite(p.give) && std::isfinite(p.other_weight);
     };
+    const auto wall_plane_fits = [&](const fem::RodPlane& p) { return plane_fits(p) && p.other == kNoIndex; };
+    const auto self_plane_fits = [&](const fem::RodPlane& p) { return plane_fits(p) && p.other < nodes && p.other + 1 < nodes; };
     const auto press_fits = [&](const WallPress& p) { return is_id(p.triangle, triangles); };
     const std::size_t angles = own.rod.twist_stiffness.empty() ? 0 : nodes;
     for (const std::vector<double>* list : {&state.rod.angle, &state.rod.spin})
@@ -69,7 +71,8 @@ bool instrument_fits(const SceneModel& model, const InstrumentModel& own, const 
            are_finite(state.route.points) &&
            is_none_or(state.route_frames.frame.size(), own.route_links ? own.route_links->frame_nodes.size() : 0) &&
            is_none_or(state.chain.hint.size(), own.chain.capacity()) && state.presses.size() == state.planes.size() &&
-           std::all_of(state.planes.begin(), state.planes.end(), plane_fits) &&
+           std::all_of(state.planes.begin(), state.planes.end(), wall_plane_fits) &&
+           std::all_of(state.self_planes.begin(), state.self_planes.end(), self_plane_fits) &&
            std::all_of(state.presses.begin(), state.presses.end(), press_fits);
 }
 

@@ -73,7 +73,8 @@ void visit_follow(Visitor& visitor, Follow& follow) {
 
 template <class Visitor, class Instrument>
 void visit_instrument(Visitor& visitor, Instrument& instrument) {
-    auto& [rod, skin, follow, drive_stopped, kept_inside, route, route_frames, chain, planes, presses, exact_candidates] = instrument;
+    auto& [rod, skin, follow, drive_stopped, kept_inside, route, route_frames, chain, planes, presses, self_planes, exact_candidates] =
+        instrument;
     auto& [position, velocity, insertion, rotation, angle, spin] = rod;
     visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, skin);
     visit_numbers(visitor, insertion, rotation);
@@ -83,11 +84,13 @@ void visit_instrument(Visitor& visitor, Instrument& instrument) {
     visit_points(visitor, route.points); // radii and lengths are the model's
     visit_frames(visitor, route_frames);
     visitor.list(chain.hint, [&](auto& leaf) { visitor.number(leaf); });
-    visitor.list(planes, [&](auto& plane) {
-        auto& [node, weight, normal, offset, force, wall_velocity, drag, friction_share, hold, start_force, start_drag, give] = plane;
-        visit_numbers(visitor, node, weight, offset, force, friction_share, hold, start_force, give);
-        visitor.vector(normal), visitor.vector(wall_velocity), visitor.vector(drag), visitor.vector(start_drag);
-    });
+    for (auto* list : {&planes, &self_planes})
+        visitor.list(*list, [&](auto& plane) {
+            auto& [node, weight, normal, offset, force, wall_velocity, drag, friction_share, hold, start_force, start_drag, give, other,
+                   other_weight] = plane;
+            visit_numbers(visitor, node, weight, offset, force, friction_share, hold, start_force, give, other, other_weight);
+            visitor.vector(normal), visitor.vector(wall_velocity), visitor.vector(drag), visitor.vector(start_drag);
+        });
     visitor.list(presses, [&](auto& press) {
         auto& [triangle, bary] = press;
         visitor.number(triangle);

@@ -14,18 +14,6 @@ constexpr double kHoldShares[] = {0.9, 0.5};
 /// A safe share of a motion below this is none.
 constexpr double kStuck = 0.01;
 
-/// Up to which share of the motion as it is does no skin come so near to its wall? Safety is not negotiable: without a budget.
-double find_free_share(const SceneModel& model, double distance, const State& state, RodsScratch& rods) {
-    double share = 1.0;
-    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
-        WorkBudget budget;
-        follow_wall(model, model.instruments[i].lumen, state, rods);
-        rods.hits.clear();
-        share = std::min(share, test_skin_at(model, i, state, rods, distance, budget).safe_fraction);
-    }
-    return share;
-}
-
 void scale(const std::vector<Vec3>& from, double fraction, std::vector<Vec3>& to) {
     for (std::size_t k = 0; k < to.size(); ++k) to[k] = from[k] + fraction * (to[k] - from[k]);
 }
@@ -62,6 +50,31 @@ void scale_motion(const SceneModel& model, const EffectSet& live, double fractio
 }
 
 } // namespace
+
+/// Safety is not negotiable: without a budget.
+double find_free_share(const SceneModel& model, double distance, const State& state, RodsScratch& rods) {
+    double share = 1.0;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        WorkBudget budget;
+        follow_wall(model, model.instruments[i].lumen, state, rods);
+        rods.hits.clear();
+        share = std::min(share, test_skin_at(model, i, state, rods, distance, budget).safe_fraction);
+    }
+    return share;
+}
+
+bool hold_rods(const SceneModel& model, State& state, RodsScratch& rods, StepReport& report) {
+    bool held = false;
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        InstrumentScratch& own = rods.instruments[i];
+        if (!own.meets_itself || !(own.self.proven_share() < 1.0)) continue;
+        scale_rod(model.instruments[i], kHoldShares[0] * own.self.proven_share(), state.instruments[i], own);
+        state.instruments[i].kept_inside = false;
+        ++report.self_held;
+        held = true;
+    }
+    return held;
+}
 
 void scale_to_safe_fraction(const SceneModel& model, const EffectSet& live, double fraction, State& state, BodiesScratch& bodies,
                             RodsScratch& rods, StepReport& report) {

@@ -76,6 +76,8 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
         own.thicker = model.instruments[i].rod;
         own.taken.reserve(state.instruments[i].planes.capacity());
         own.rod.presses.reserve(state.instruments[i].planes.capacity());
+        own.rod.self_presses.reserve(state.instruments[i].self_planes.capacity());
+        if (model.instruments[i].self_contact && model.effects.self_contact) own.self.reserve(model.instruments[i].rod.node_count());
         std::size_t planes = 0; // of a coaxial pair
         for (const std::size_t one : coaxial(model, i)) planes += state.instruments[one].planes.capacity();
         rods.solvers.push_back(make_solver(model, i, planes));
@@ -115,6 +117,7 @@ void reserve_state(const SceneModel& model, State& state) {
         own.chain.links_t1.reserve(places);
         own.planes.reserve(places * kPlanesPerPlace + kSparePlanes);
         own.presses.reserve(places * kPlanesPerPlace + kSparePlanes);
+        if (model.instruments[i].self_contact && model.effects.self_contact) own.self_planes.reserve(fem::kSelfPlanesPerNode * model.instruments[i].rod.node_count());
     }
 }
 

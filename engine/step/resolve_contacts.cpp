@@ -64,7 +64,8 @@ void resolve_walls(const SceneModel& model, const EffectSet& live, State& state,
 /// Forces of a solve whose motion was not taken mean nothing: nothing is pushed in the next step.
 void forget_forces(State& state) {
     for (InstrumentState& instrument : state.instruments)
-        for (fem::RodPlane& plane : instrument.planes) plane.force = 0.0, plane.drag.setZero();
+        for (auto* planes : {&instrument.planes, &instrument.self_planes})
+            for (fem::RodPlane& plane : *planes) plane.force = 0.0, plane.drag.setZero();
 }
 
 void check_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report) {
@@ -84,13 +85,17 @@ void resolve_instruments(const SceneModel& model, const EffectSet& live, State& 
     Phase phase(budget, StepPart::Respond);
     const bool coarse_answer = !report.exact_ran;
     resolve_walls(model, live, state, rods, report, budget);
+    if (hold_rods(model, state, rods, report)) {
+        if (report.exact_ran && report.safe_fraction == 1.0) report.safe_fraction = find_free_share(model, model.contact.exact_distance, state, rods);
+        forget_forces(state);
+    }
     if (report.exact_ran && report.safe_fraction < 1.0) {
         scale_to_safe_fraction(model, live, report.safe_fraction, state, bodies, rods, report);
         forget_forces(state);
     }
     for (BodyState& body : state.bodies) body.springs.clear();
     for (std::size_t i = 0; i < model.instruments.size(); ++i) push_wall(model, i, state, report);
-    report_rods(model, rods, report);
+    report_rods(model, state, rods, report);
     check_rods(model, rods, report);
     if (!coarse_answer || report.exact_forced) phase.forget();
 }
@@ -101,6 +106,7 @@ void list_contacts(const SceneModel& model, const State& state, std::span<const 
     const ContactOrigin origin = report.exact_ran ? ContactOrigin::ExactVF : ContactOrigin::TestedSpheres;
     for (std::size_t i = 0; i < model.instruments.size(); ++i) list_presses(model, i, state, origin, contacts);
     report.pressing_contacts = contacts.size();
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) list_self_presses(model, i, state, ContactOrigin::ExactEE, contacts);
     for (const SolidContact& place : state.solids.contacts)
         if (is_touching(place.touch)) contacts.push_back(place.touch);
     for (const Contact& contact : coarse) // solids without a surface's depth; those of instruments are among the presses

@@ -17,6 +17,12 @@ namespace trocar::engine {
 void resolve_instruments(const SceneModel& model, const EffectSet& live, State& state, BodiesScratch& bodies, RodsScratch& rods,
                          StepReport& report, StepBudget& budget);
 
+/// A rod that was not proven to stay out of itself all the way takes the share of its motion that is. Returns whether one did.
+[[nodiscard]] bool hold_rods(const SceneModel& model, State& state, RodsScratch& rods, StepReport& report);
+
+/// Up to which share of the motion as it is does no skin come nearer to its wall than `distance`, m?
+[[nodiscard]] double find_free_share(const SceneModel& model, double distance, const State& state, RodsScratch& rods);
+
 /// Bodies and rods take the share of the step's motion that is proven free, or as much of it as is.
 void scale_to_safe_fraction(const SceneModel& model, const EffectSet& live, double fraction, State& state, BodiesScratch& bodies,
                             RodsScratch& rods, StepReport& report);

@@ -49,7 +49,7 @@ public:
         drive.flow = work_.flow;
         join_forces();
         drive.force = work_.force;
-        RodStep<kRodCoordinates> step(work_.model, work_.state, drive, work_.planes, dt_, first_, share(), work_.rod);
+        RodStep<kRodCoordinates> step(work_.model, work_.state, drive, work_.planes, {}, dt_, first_, share(), work_.rod);
         step.solve(report);
         step.balance(report);
         part();

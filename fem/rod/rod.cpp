@@ -55,13 +55,17 @@ void begin_stage(int stage, double dt, double step, Index first, const RodState&
 }
 
 /// Velocities at a stage's end, and what was touched in it. Nodes before `free_from` were behind the port when it began.
-void end_stage(double dt, Index first, Index free_from, std::span<const RodPlane> planes, RodState& state, RodWorkspace& work) noexcept {
+void end_stage(double dt, Index first, Index free_from, std::span<const RodPlane> planes, std::span<const RodPlane> self, RodState& state,
+               RodWorkspace& work) noexcept {
     std::fill(work.touched.begin(), work.touched.end(), std::uint8_t{0});
+    const auto touch = [&](Index node, double weight) {
+        if (weight < 1.0) work.touched[node] = 1;
+        if (weight > 0.0) work.touched[node + 1] = 1;
+    };
     for (const RodPlane& plane : planes)
-        if (plane.force > 0.0) {
-            if (plane.weight < 1.0) work.touched[plane.node] = 1;
-            if (plane.weight > 0.0) work.touched[plane.node + 1] = 1;
-        }
+        if (plane.force > 0.0) touch(plane.node, plane.weight);
+    for (const RodPlane& plane : self)
+        if (plane.force > 0.0) touch(plane.node, plane.weight), touch(plane.other, plane.other_weight);
     for (std::size_t i = 0; i < free_from; ++i) work.touched[i] = 1;
     for (std::size_t i = first; i < state.position.size(); ++i)
         state.velocity[i] = work.touched[i] != 0 ? Vec3((state.position[i] - work.start[i]) / dt)
@@ -85,7 +89,7 @@ void hold_back(const RodModel& model, double most_j, Index first, RodState& stat
 } // namespace
 
 RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigned substeps, const RodDrive& drive,
-                    std::span<RodPlane> planes, RodWorkspace& work) noexcept {
+                    std::span<RodPlane> planes, RodWorkspace& work, std::span<RodPlane> self) noexcept {
     RodReport report;
     size_workspace(model.node_count(), work);
     size_twist_workspace(model, work);
@@ -114,11 +118,11 @@ RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigne
             if (k + 1 == 2 * substeps) rod_step.balance(report);
         };
         if (twists)
-            advance(RodStep<kTwistedCoordinates>(model, state, drive, planes, dt, first, share, work, &twist));
+            advance(RodStep<kTwistedCoordinates>(model, state, drive, planes, self, dt, first, share, work, &twist));
         else
-            advance(RodStep<kRodCoordinates>(model, state, drive, planes, dt, first, share, work));
+            advance(RodStep<kRodCoordinates>(model, state, drive, planes, self, dt, first, share, work));
         const double energy = settled ? 0.0 : kinetic_energy(model, state, first);
-        end_stage(dt, first, std::max(first, before), planes, state, work);
+        end_stage(dt, first, std::max(first, before), planes, self, state, work);
         if (!settled) hold_back(model, energy, first, state);
         before = first;
         if (!twists) continue;

@@ -20,10 +20,13 @@ namespace trocar::fem {
 void place_rod(const RodModel& model, const RodPort& port, double insertion, double rotation, RodState& state);
 
 /// Advances by `step` seconds in `substeps` steps of two stages each. Planes hold for the whole step.
-/// cost      O(node_count) a Newton iteration: banded LDL^T, half bandwidth 8
+/// self      planes that places of the rod itself carry (RodPlane::other): both places feel the force, one along the normal and the other
+///           against it
+/// cost      O(node_count) a Newton iteration: banded LDL^T, half bandwidth 8; where the rod presses on itself a substitution more for each
+///           of the conjugate gradients' iterations
 /// fails     never; a state that is not finite is reported by node
 RodReport solve_rod(const RodModel& model, RodState& state, double step, unsigned substeps, const RodDrive& drive,
-                    std::span<RodPlane> planes, RodWorkspace& workspace) noexcept;
+                    std::span<RodPlane> planes, RodWorkspace& workspace, std::span<RodPlane> self = {}) noexcept;
 
 /// First node that has passed the port; node_count where none has.
 [[nodiscard]] Index first_inserted_node(const RodModel& model, double insertion) noexcept;

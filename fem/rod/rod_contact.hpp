@@ -11,7 +11,7 @@
 // what holds by newtons leave the cone alike; a held place does not creep, since its anchor stays. The bound follows the normal force only
 // where the iteration has nearly settled: normal forces far from balance would let friction throw the rod about. A plane touches two
 // neighbouring nodes: the matrix stays a band, O(n) for any number of planes. With torsion the place that slides is on the rod's surface:
-// one cone for what slides along it and around it.
+// one cone for what slides along it and around it. A place of the rod that meets another one of it does not roll on it.
 // Deviations: the bound is lagged by an iteration (Tresca's friction, iterated), so that the matrix is symmetric; the rod's tangent and the
 // plane's normal are those of the stage's start.
 #pragma once
@@ -33,22 +33,24 @@ class RodContact {
 public:
     /// twists   the rod has angles, and rolls on what it touches
     RodContact(const RodModel& model, const RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt, Index first,
-               bool twists, RodWorkspace& workspace) noexcept
-        : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), twists_(twists), work_(workspace) {
+               bool twists, RodWorkspace& workspace, std::vector<RodPress>& presses) noexcept
+        : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), twists_(twists), work_(workspace),
+          presses_(presses) {
         begin();
     }
 
     [[nodiscard]] std::span<RodPlane> planes() const noexcept { return planes_; }
-    [[nodiscard]] RodPress& press(std::size_t k) noexcept { return work_.presses[k]; }
+    [[nodiscard]] RodPress& press(std::size_t k) noexcept { return presses_[k]; }
+    [[nodiscard]] const RodPress& press(std::size_t k) const noexcept { return presses_[k]; }
 
     /// Forces and stiffness of every plane where the rod is now.
     void evaluate() noexcept {
-        for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], work_.presses[k], false);
+        for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], presses_[k], false);
     }
     /// The same for a stage's first correction: what pressed when it began still holds, both ways. Where the rod would have gone freely most
     /// gaps are open by more than the micrometre that lets go of a force; without those planes it would spring by millimetres, into others.
     void evaluate_held() noexcept {
-        for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], work_.presses[k], work_.presses[k].force > 0.0);
+        for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], presses_[k], presses_[k].force > 0.0);
     }
 
     /// Takes note of the normal forces; with `bounds` friction's bounds become those of now. Returns by how much the worst of either
@@ -56,7 +58,7 @@ public:
     double update(bool bounds) noexcept {
         double change = 0.0;
         for (std::size_t k = 0; k < planes_.size(); ++k) {
-            RodPress& press = work_.presses[k];
+            RodPress& press = presses_[k];
             const double force = planes_[k].force;
             change = std::max(change, std::abs(force - press.last));
             press.last = force;
@@ -90,7 +92,7 @@ public:
 
 private:
     void begin() noexcept {
-        if (work_.presses.size() < planes_.size()) work_.presses.resize(planes_.size()); // never shrinks
+        if (presses_.size() < planes_.size()) presses_.resize(planes_.size()); // never shrinks
         double across = 0.0;
         for (std::size_t i = std::max<std::size_t>(first_, 1); i < model_.node_count(); ++i) {
             if (i + 1 == model_.node_count()) continue;
@@ -101,7 +103,7 @@ private:
         softness_ = 1.0 / drive_.contact_stiffness;
         for (std::size_t k = 0; k < planes_.size(); ++k) {
             RodPlane& plane = planes_[k];
-            RodPress& press = work_.presses[k];
+            RodPress& press = presses_[k];
             press = RodPress();
             const Vec3 drag = plane.drag;
             plane.drag.setZero();
@@ -114,8 +116,12 @@ private:
         }
     }
 
+    /// From the place that carries it, if one does.
     [[nodiscard]] static Vec3 point(const RodPlane& plane, const std::vector<Vec3>& position) noexcept {
-        return (1.0 - plane.weight) * position[plane.node] + plane.weight * position[plane.node + 1];
+        Vec3 place = (1.0 - plane.weight) * position[plane.node] + plane.weight * position[plane.node + 1];
+        if (plane.other != kNoIndex)
+            place -= (1.0 - plane.other_weight) * position[plane.other] + plane.other_weight * position[plane.other + 1];
+        return place;
     }
     [[nodiscard]] static double mean(const RodPlane& plane, const std::vector<double>& value) noexcept {
         return (1.0 - plane.weight) * value[plane.node] + plane.weight * value[plane.node + 1];
@@ -125,7 +131,7 @@ private:
     [[nodiscard]] Vec3 slide(const RodPlane& plane) const noexcept {
         Vec3 moved = point(plane, state_.position) - point(plane, work_.start) - dt_ * plane.wall_velocity;
         moved -= plane.normal.dot(moved) * plane.normal;
-        if (twists_) moved += (mean(plane, state_.angle) - mean(plane, work_.start_angle)) * roll(plane);
+        if (twists_ && plane.other == kNoIndex) moved += (mean(plane, state_.angle) - mean(plane, work_.start_angle)) * roll(plane);
         return moved;
     }
 
@@ -167,6 +173,7 @@ private:
     Index first_;
     bool twists_;
     RodWorkspace& work_;
+    std::vector<RodPress>& presses_;
     double across_ = 0.0;   // N/m, augmentation
     double softness_ = 0.0; // m/N, of what is behind the planes
 };

@@ -54,7 +54,7 @@ struct RodPort {
 };
 
 /// Half-space on a point of the chain: weight[0] x_node + weight[1] x_node+1. The rod stays where
-/// normal . point >= offset. Its forces are those that the last solve ended with, and where the next one starts.
+/// normal . point >= offset; a half-space that another place of the rod carries: where normal . (point - other point) >= offset. Its forces are those that the last solve ended with, and where the next one starts.
 struct RodPlane {
     Index node = 0;      // 0 .. node_count - 2
     double weight = 0.0; // of node + 1, in [0, 1]
@@ -68,6 +68,8 @@ struct RodPlane {
     double start_force = 0.0;          // N, what the step began with: every solve of the step begins with it, by what drives the solver
     Vec3 start_drag = Vec3::Zero();    // N
     double give = 0.0;                 // m/N, of a wall that gives way by what the force is beyond start_force: in the next step
+    Index other = kNoIndex;            // the place that carries it is between this node and the next; kNoIndex: a wall carries it
+    double other_weight = 0.0;         // of other + 1, in [0, 1]
 };
 
 struct RodDrive {
@@ -111,11 +113,13 @@ struct RodWorkspace {
     std::vector<double> diagonal, beside, turn;        // [node_count] of the angles' tridiagonal system
     std::vector<double> band;                          // [coordinates node_count][bandwidth + 1]
     std::vector<double> rhs, residual;                 // [coordinates node_count] N, or N m; rhs: the correction once it is solved, m or rad
-    std::vector<RodPress> presses;                     // [planes] at least
+    std::vector<RodPress> presses, self_presses;       // [planes] at least, [planes of the rod itself] at least
+    std::vector<double> remainder, guess, direction, pressed, solution; // [coordinates node_count] of conjugate gradients: see rod_step.hpp
 };
 
 struct RodReport {
     unsigned iterations = 0;       // Newton iterations, all sub-steps together
+    unsigned inner_iterations = 0; // conjugate gradients, where places of the rod press on one another
     double largest_residual = 0.0; // m, last Newton correction of the worst sub-step
     double farthest_m = 0.0;       // no node was farther from the step's start where planes were evaluated, in any iteration; a bound
     double force_error = 0.0;      // N, by which the worst contact force of the worst sub-step still changed

@@ -18,7 +18,7 @@ public:
     void solve(std::span<const SolvedRod> rods, double step) noexcept override {
         assert(rods.size() == 1);
         const SolvedRod& rod = rods.front();
-        rod.report = solve_rod(rod.model, rod.state, step, count_substeps(0.5 * step), rod.drive, rod.planes, rod.workspace);
+        rod.report = solve_rod(rod.model, rod.state, step, count_substeps(0.5 * step), rod.drive, rod.planes, rod.workspace, rod.self);
     }
 };
 

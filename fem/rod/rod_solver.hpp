@@ -15,6 +15,7 @@ struct SolvedRod {
     std::span<RodPlane> planes; // half-spaces of the whole step; their forces are filled in
     RodWorkspace& workspace;
     RodReport& report;
+    std::span<RodPlane> self = {}; // that places of the rod itself carry, of the implicit rod
 };
 
 class RodSolver {

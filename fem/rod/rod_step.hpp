@@ -1,6 +1,7 @@
 // One implicit Euler step of the rod by Newton's method: inertia, drag, stretch, bending, torsion and the planes that hold it.
 #pragma once
 
+#include "fem/rod/conjugate_gradients.hpp"
 #include "fem/rod/rod_band.hpp"
 #include "fem/rod/rod_contact.hpp"
 #include "fem/rod/rod_model.hpp"
@@ -44,11 +45,13 @@ public:
     static constexpr bool kTwists = kCoordinates == kTwistedCoordinates;
     using Band = RodBandOf<kCoordinates>;
 
+    /// self   planes that places of the rod itself carry
     /// share  of the segment behind `first`, see inserted_share
-    RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt, Index first, double share,
-            RodWorkspace& workspace, RodTwist* twist = nullptr) noexcept
+    RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, std::span<RodPlane> self, double dt,
+            Index first, double share, RodWorkspace& workspace, RodTwist* twist = nullptr) noexcept
         : model_(model), state_(state), drive_(drive), dt_(dt), first_(first), share_(share), work_(workspace), twist_(twist),
-          contact_(model, state, drive, planes, dt, first, kTwists, workspace) {}
+          contact_(model, state, drive, planes, dt, first, kTwists, workspace, workspace.presses),
+          self_(model, state, drive, self, dt, first, kTwists, workspace, workspace.self_presses) {}
 
     /// Returns whether positions and contact forces settled.
     bool solve(RodReport& report) noexcept {
@@ -57,23 +60,23 @@ public:
         for (unsigned iteration = 0; iteration < kMaxNewton; ++iteration) {
             farthest_sq = std::max(farthest_sq, farthest_from_start_sq());
             if (iteration == 0) {
-                contact_.evaluate_held();
+                contact_.evaluate_held(), self_.evaluate_held();
             } else {
-                contact_.evaluate();
-                const double largest = contact_.largest_force();
+                contact_.evaluate(), self_.evaluate();
+                const double largest = std::max(contact_.largest_force(), self_.largest_force());
                 const bool bounds = correction <= kBoundWithin;
-                change = contact_.update(bounds);
+                change = std::max(contact_.update(bounds), self_.update(bounds));
                 settled = drive_.rough ? correction <= kRoughTolerance : correction <= kNewtonTolerance && change <= std::max(kForceTolerance * largest, kLeastForce);
                 if (settled) break;
-                if (bounds) contact_.evaluate();
+                if (bounds) contact_.evaluate(), self_.evaluate();
             }
             ++report.iterations;
             Band band(work_.band, moving());
             assemble(band);
-            solve_band(band);
+            solve_band(band, report);
             correction = apply_correction();
         }
-        contact_.stay_in_cone();
+        contact_.stay_in_cone(), self_.stay_in_cone();
         report.farthest_m += std::sqrt(farthest_sq); // a stage's on top of those before it
         report.unconverged += !settled;
         report.largest_residual = std::max(report.largest_residual, correction);
@@ -98,10 +101,13 @@ public:
     }
 
 private:
-    void solve_band(Band& band) noexcept {
+    void solve_band(Band& band, RodReport& report) noexcept {
         const auto rhs = std::span(work_.rhs).first(kCoordinates * moving());
         std::copy(rhs.begin(), rhs.end(), work_.residual.begin());
         band.solve(rhs);
+        if (presses_on_itself_)
+            report.inner_iterations += conjugate_gradients(band, std::span<const double>(work_.residual).first(rhs.size()), rhs, work_,
+                                                           [&](std::span<const double> p, std::span<double> out) { couple_places(p, out); });
         power_ = 0.0;
         for (std::size_t r = 0; r < rhs.size(); ++r) power_ += rhs[r] * work_.residual[r];
     }
@@ -152,6 +158,8 @@ private:
         if constexpr (kTwists) add_twist(band);
         if (!drive_.flow.empty()) add_flow(band);
         add_planes(band);
+        presses_on_itself_ = false;
+        for (std::size_t k = 0; k < self_.planes().size(); ++k) add_place(band, self_.planes()[k], k);
     }
 
     [[nodiscard]] double farthest_from_start_sq() const noexcept {
@@ -321,6 +329,55 @@ private:
         }
     }
 
+    /// Of a plane that the rod itself carries: what either place feels of its own motion. What it feels of the other's is no part of the
+    /// band: couple_places.
+    void add_place(Band& band, const RodPlane& plane, std::size_t k) noexcept {
+        RodPress& press = self_.press(k);
+        press.pushed = press.pushes;
+        if (!press.pushes) return;
+        presses_on_itself_ = true;
+        press.start_force = self_.force(k);
+        press.start_stiffness = press.stiffness * plane.normal * plane.normal.transpose() + press.aside;
+        const auto add_side = [&](Index node, double weight, const Vec3& force) {
+            const double weights[2] = {1.0 - weight, weight};
+            for (std::size_t a = 0; a < 2; ++a) {
+                push(node + a, weights[a] * force);
+                for (std::size_t b = 0; b <= a; ++b) stiffen(band, node + a, node + b, Mat3(weights[a] * weights[b] * press.start_stiffness));
+            }
+        };
+        add_side(plane.node, plane.weight, press.start_force);
+        add_side(plane.other, plane.other_weight, -press.start_force);
+    }
+
+    /// m; of a place between a node and the next, where `p` is a motion of all coordinates.
+    [[nodiscard]] Vec3 motion_at(std::span<const double> p, Index node, double weight) const noexcept {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t a = 0; a < 2; ++a) {
+            if (!moves(node + a)) continue;
+            const double* at = p.data() + kCoordinates * (node + a - first_);
+            sum += (a == 0 ? 1.0 - weight : weight) * Vec3(at[0], at[1], at[2]);
+        }
+        return sum;
+    }
+
+    /// The force that either place feels as the other one moves by p, taken off `out`.
+    void couple_places(std::span<const double> p, std::span<double> out) const noexcept {
+        for (std::size_t k = 0; k < self_.planes().size(); ++k) {
+            const RodPress& press = self_.press(k);
+            if (!press.pushed) continue;
+            const RodPlane& plane = self_.planes()[k];
+            const auto take = [&](Index node, double weight, const Vec3& force) {
+                for (std::size_t a = 0; a < 2; ++a) {
+                    if (!moves(node + a)) continue;
+                    double* at = out.data() + kCoordinates * (node + a - first_);
+                    for (int axis = 0; axis < 3; ++axis) at[axis] -= (a == 0 ? 1.0 - weight : weight) * force[axis];
+                }
+            };
+            take(plane.node, plane.weight, press.start_stiffness * motion_at(p, plane.other, plane.other_weight));
+            take(plane.other, plane.other_weight, press.start_stiffness * motion_at(p, plane.node, plane.weight));
+        }
+    }
+
     /// Friction on the surface turns the rod.
     void add_grip(Band& band, const RodPlane& plane, const RodPress& press) noexcept {
         const Vec3 roll = contact_.roll(plane), stiff = press.aside * roll;
@@ -382,6 +439,8 @@ private:
 
     /// m; how the correction moves the rod's surface at a plane.
     [[nodiscard]] Vec3 moved_at(const RodPlane& plane) const noexcept {
+        if (plane.other != kNoIndex)
+            return motion_at(work_.rhs, plane.node, plane.weight) - motion_at(work_.rhs, plane.other, plane.other_weight);
         const double weight[2] = {1.0 - plane.weight, plane.weight};
         Vec3 sum = Vec3::Zero();
         for (std::size_t a = 0; a < 2; ++a) {
@@ -395,15 +454,17 @@ private:
 
     /// J; power over the correction of all forces where `part` of it is made: the planes' as they are there, the rest linear.
     [[nodiscard]] double power_at(double part) noexcept {
-        contact_.evaluate();
         double power = (1.0 - part) * power_;
-        for (std::size_t k = 0; k < contact_.planes().size(); ++k) {
-            const RodPress& press = contact_.press(k);
-            if (!press.pushes && !press.pushed) continue;
-            const Vec3 moved = moved_at(contact_.planes()[k]);
-            Vec3 change = press.pushes ? contact_.force(k) : Vec3(Vec3::Zero());
-            if (press.pushed) change += part * (press.start_stiffness * moved) - press.start_force;
-            power += change.dot(moved);
+        for (RodContact* contact : {&contact_, &self_}) {
+            contact->evaluate();
+            for (std::size_t k = 0; k < contact->planes().size(); ++k) {
+                const RodPress& press = contact->press(k);
+                if (!press.pushes && !press.pushed) continue;
+                const Vec3 moved = moved_at(contact->planes()[k]);
+                Vec3 change = press.pushes ? contact->force(k) : Vec3(Vec3::Zero());
+                if (press.pushed) change += part * (press.start_stiffness * moved) - press.start_force;
+                power += change.dot(moved);
+            }
         }
         return power;
     }
@@ -440,7 +501,8 @@ private:
     double share_;
     RodWorkspace& work_;
     RodTwist* twist_; // nullptr: no torsion
-    RodContact contact_;
+    RodContact contact_, self_; // with walls, with itself
+    bool presses_on_itself_ = false; // as it was assembled last
     Vec3 handle_ = Vec3::Zero(), body_ = Vec3::Zero(); // N, on what does not move; see RodReport
     double power_ = 0.0; // J, of all forces over the correction, at its start
 };

@@ -7,6 +7,7 @@
 #include "engine/state/state.hpp"
 #include "engine/step/instrument/cull_stage.hpp"
 #include "fem/rod/rod_solver.hpp"
+#include "fem/rod/self_contact.hpp"
 #include "spheretree/traverse/descent.hpp"
 
 #include <limits>
@@ -34,6 +35,8 @@ struct InstrumentScratch {
     std::vector<fem::RodPlane> last_planes; // those of the last step, in the order of their places but for those of corrections at the end
     std::vector<WallPress> last_presses;    // [last_planes]
     std::vector<std::uint8_t> taken;        // [last_planes] a newer plane goes on with its forces
+    fem::SelfContact self;    // of this step
+    bool meets_itself = false; // in this step
     DriveCommand command;
     bool slowed = false;   // in this step, see keep_within_reach
     unsigned iterations = 0; // of all solves of this step

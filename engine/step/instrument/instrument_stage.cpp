@@ -16,6 +16,9 @@ constexpr std::optional<DriveCommand> kNoCommand;
 /// N; resistance at the handle when the last step's contact stopped it: more than a user pushes.
 constexpr double kBlocked = 1e3;
 
+/// Solves of a rod that meets itself, each with the planes that the last one lacked.
+constexpr unsigned kMostSelfRounds = 4;
+
 TipView view_tip(const InstrumentModel& model, const InstrumentState& state, std::vector<Vec3>& axis) {
     const std::size_t last = model.rod.node_count() - 1;
     const auto shaped = static_cast<std::size_t>(model.rod.design.tip_length / model.rod.segment);
@@ -99,7 +102,9 @@ DriveCommand steer_along_route(const SceneModel& model, std::size_t index, State
 void keep_instruments(const SceneModel& model, State& state, RodsScratch& rods) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         rods.instruments[i].rod_t0 = state.instruments[i].rod;
-        for (fem::RodPlane& plane : state.instruments[i].planes) plane.start_force = plane.force, plane.start_drag = plane.drag;
+        for (auto* planes : {&state.instruments[i].planes, &state.instruments[i].self_planes})
+            for (fem::RodPlane& plane : *planes) plane.start_force = plane.force, plane.start_drag = plane.drag;
+        rods.instruments[i].self.end();
         rods.instruments[i].slowed = false;
         rods.instruments[i].iterations = 0;
         rods.instruments[i].last_planes = state.instruments[i].planes; // reserved, and so are their presses
@@ -158,6 +163,9 @@ void load_instruments(const SceneModel& model, const EffectSet& live, State& sta
             if (effect->load_rod != nullptr) call(*effect, step, [&](const EffectStep& own_step) { effect->load_rod(own_step, i, state, loads); });
         own.acceleration = loads.acceleration;
         own.friction = loads.friction;
+        own.meets_itself = live.self_contact && model.instruments[i].self_contact;
+        if (own.meets_itself) report.effects.note(effects::self_contact);
+        if (!own.meets_itself) state.instruments[i].self_planes.clear();
     }
 }
 
@@ -179,7 +187,8 @@ static fem::RodDrive make_drive(const SceneModel& model, std::size_t index, cons
 static fem::SolvedRod make_solved(const SceneModel& model, std::size_t index, const fem::RodDrive& drive, State& state, RodsScratch& rods) {
     InstrumentState& now = state.instruments[index];
     InstrumentScratch& scratch = rods.instruments[index];
-    return {scratch.slowed ? scratch.thicker : model.instruments[index].rod, now.rod, drive, now.planes, scratch.rod, scratch.rod_report};
+    return {scratch.slowed ? scratch.thicker : model.instruments[index].rod, now.rod, drive, now.planes, scratch.rod, scratch.rod_report,
+            now.self_planes};
 }
 
 std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t index, std::size_t plane_count) {
@@ -190,11 +199,12 @@ std::unique_ptr<fem::RodSolver> make_solver(const SceneModel& model, std::size_t
     return fem::make_implicit_solver();
 }
 
-void solve_instrument(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, bool rough) {
-    if (is_coaxial_inner(model, index)) return;
+/// From the step's start, with the forces that it began with.
+static void solve_rods(const SceneModel& model, std::size_t index, bool rough, State& state, RodsScratch& rods) {
     for (const std::size_t one : coaxial(model, index)) {
         state.instruments[one].rod = rods.instruments[one].rod_t0; // same sizes: copies, never allocates
-        for (fem::RodPlane& plane : state.instruments[one].planes) plane.force = plane.start_force, plane.drag = plane.start_drag;
+        for (auto* planes : {&state.instruments[one].planes, &state.instruments[one].self_planes})
+            for (fem::RodPlane& plane : *planes) plane.force = plane.start_force, plane.drag = plane.start_drag;
     }
     fem::RodDrive drive = make_drive(model, index, rods);
     drive.rough = rough;
@@ -207,6 +217,32 @@ void solve_instrument(const SceneModel& model, std::size_t index, State& state, 
         rods.solvers[index]->solve({&own, 1}, model.step_s);
     }
     rods.instruments[index].iterations += own.report.iterations;
+}
+
+/// Until the rod is proven not to have passed through itself, or as often as that is worth: what is proven then is taken, hold_rods.
+static void solve_apart(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods) {
+    const fem::RodModel& rod = model.instruments[index].rod;
+    InstrumentScratch& own = rods.instruments[index];
+    InstrumentState& now = state.instruments[index];
+    const std::span<const Vec3> from = own.rod_t0.position;
+    if (!own.self.has_begun()) {
+        const double least = std::min(own.rod_t0.insertion, now.rod.insertion);
+        const Index first = fem::first_inserted_node(rod, least);
+        own.self.begin(rod, from, now.rod.position, first > 0 ? first - 1 : 0, model.step_s);
+        own.self.list_planes(rod, from, now.self_planes);
+    }
+    for (unsigned round = 0; round < kMostSelfRounds; ++round) {
+        solve_rods(model, index, false, state, rods);
+        if (own.self.check(rod, from, now.rod.position, now.self_planes)) return;
+    }
+}
+
+void solve_instrument(const SceneModel& model, std::size_t index, State& state, RodsScratch& rods, bool rough) {
+    if (is_coaxial_inner(model, index)) return;
+    if (rods.instruments[index].meets_itself && !rough)
+        solve_apart(model, index, state, rods);
+    else
+        solve_rods(model, index, rough, state, rods);
     for (const std::size_t one : coaxial(model, index)) {
         const InstrumentModel& instrument = model.instruments[one];
         InstrumentState& now = state.instruments[one];
@@ -287,12 +323,17 @@ void push_wall(const SceneModel& model, std::size_t index, State& state, StepRep
     }
 }
 
-void report_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report) {
+void report_rods(const SceneModel& model, const State& state, const RodsScratch& rods, StepReport& report) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const fem::RodReport& rod = rods.instruments[i].rod_report;
         report.rod_iterations += rods.instruments[i].iterations;
         report.unsettled_rods += rod.unconverged;
         report.slowed_rods += rods.instruments[i].slowed;
+        for (const fem::RodPlane& plane : state.instruments[i].self_planes) {
+            if (!(plane.force > 0.0)) continue;
+            ++report.self_contacts;
+            report.self_force_n += plane.force;
+        }
         report.balance_n += std::sqrt((rod.handle_force + rod.contact_force + rod.body_force).squaredNorm());
     }
     if (model.instruments.empty()) return;
@@ -326,6 +367,26 @@ void list_presses(const SceneModel& model, std::size_t index, const State& state
                 contact.point += press.bary[corner] * surface[contact.feature_b[corner]];
             }
         }
+        contacts.push_back(contact);
+    }
+}
+
+void list_self_presses(const SceneModel& model, std::size_t index, const State& state, ContactOrigin origin, std::vector<Contact>& contacts) {
+    const InstrumentState& now = state.instruments[index];
+    for (const fem::RodPlane& plane : now.self_planes) {
+        if (!(plane.force > 0.0)) continue;
+        Contact contact;
+        contact.a = contact.b = Thing::instrument(index);
+        contact.origin = origin;
+        contact.normal = plane.normal;
+        const Vec3 one = point_at(now.rod, {plane.node, plane.weight}), two = point_at(now.rod, {plane.other, plane.other_weight});
+        contact.gap = std::sqrt((one - two).squaredNorm()) - 2.0 * model.instruments[index].rod.design.radius;
+        contact.force = plane.force * plane.normal + plane.drag;
+        contact.point = 0.5 * (one + two);
+        contact.feature_a[0] = plane.node;
+        contact.feature_b[0] = plane.other;
+        contact.bary_a[0] = 1.0 - plane.weight, contact.bary_a[1] = plane.weight;
+        contact.bary_b[0] = 1.0 - plane.other_weight, contact.bary_b[1] = plane.other_weight;
         contacts.push_back(contact);
     }
 }

@@ -141,11 +141,15 @@ void follow_wall(const SceneModel& model, std::size_t body, const State& state, 
 void push_wall(const SceneModel& model, std::size_t instrument, State& state, StepReport& report);
 
 /// Handle's force and torque, and what is missing of the rods' balance.
-void report_rods(const SceneModel& model, const RodsScratch& rods, StepReport& report);
+void report_rods(const SceneModel& model, const State& state, const RodsScratch& rods, StepReport& report);
 
 /// Appends the places where the rod presses on a wall: gap is what is missing of the clearance.
 /// origin   of what is appended: how the motion was tested
 void list_presses(const SceneModel& model, std::size_t instrument, const State& state, ContactOrigin origin, std::vector<Contact>& contacts);
+
+/// The same of the places where the rod presses on itself: both things are the instrument, features are its nodes.
+void list_self_presses(const SceneModel& model, std::size_t instrument, const State& state, ContactOrigin origin,
+                       std::vector<Contact>& contacts);
 
 /// Instrument vertices outside the lumen, counted by an inside test that shares nothing with the contact stages.
 [[nodiscard]] std::uint32_t count_lumen_exits(const SceneModel& model, std::size_t instrument, const State& state, RodsScratch& rods);
