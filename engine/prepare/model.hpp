@@ -94,6 +94,7 @@ struct SceneModel {
     std::vector<InstrumentModel> instruments;
     EffectSet effects;
     ContactSpec contact;
+    std::optional<PackingSpec> packing; // reported
 };
 
 } // namespace trocar::engine

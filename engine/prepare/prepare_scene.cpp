@@ -178,6 +178,7 @@ void fill_settings(const Scene& scene, SceneModel& model) {
     model.drop = scene.budget.drop;
     model.effects = make_effects(scene);
     model.contact = make_contact(scene);
+    model.packing = scene.outputs.packing;
 }
 
 } // namespace

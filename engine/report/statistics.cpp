@@ -157,6 +157,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     largest_self_n = std::max(largest_self_n, report.self_force_n);
     unsettled_rods += report.unsettled_rods;
     unsettled_steps += report.unsettled_rods > 0;
+    packing_density = report.packing_density;
     target_distance_m = report.target_distance_m;
     if (report.target_distance_m >= 0.0)
         closest_target_m = closest_target_m < 0.0 ? report.target_distance_m : std::min(closest_target_m, report.target_distance_m);

@@ -207,6 +207,7 @@ std::string summary_text(const RunRecord& record) {
             json["largest_self_force_n"] = t.largest_self_n;
         }
         json["rod_unsettled_total"] = t.unsettled_rods;
+        if (t.packing_density >= 0.0) json["packing_density"] = t.packing_density;
         if (t.target_distance_m >= 0.0) json["target_distance_m"] = {{"last", t.target_distance_m}, {"min", t.closest_target_m}};
     }
     json["step_s"] = record.scene.time.step;

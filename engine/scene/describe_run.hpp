@@ -88,6 +88,16 @@ struct PictureKeys {
 };
 static_assert(describes_all<PictureKeys>);
 
+struct PackingKeys {
+    using Struct = PackingSpec;
+    static auto of(auto& s) {
+        return described({"packing", "A ball, as an aneurysm's sac is one, of which instruments fill a share: packing_density in steps.csv and summary.json."},
+                         key(s.centre, vector_field("centre", Dimension::Length, coordinate(), "Middle.").required()),
+                         key(s.radius, number_field("radius", Dimension::Length, above(0.0, 1.0), "Of the ball.").required()));
+    }
+};
+static_assert(describes_all<PackingKeys>);
+
 struct OutputKeys {
     using Struct = OutputSpec;
     static auto of(auto& s) {
@@ -104,7 +114,8 @@ struct OutputKeys {
             custom_key(value_field("size", std::move(size), "Of a picture in pixels, 1280 x 720 when absent."), read_picture_size, s.width,
                        s.height),
             key(s.record_every,
-                count_field("record_every", 0, 1e9, "Steps between recorded states; 0 records none unless the command line asks.")));
+                count_field("record_every", 0, 1e9, "Steps between recorded states; 0 records none unless the command line asks.")),
+            object_key<PackingKeys>(s.packing, object_field("packing", table_of<PackingKeys>(), "Which share of a ball the instruments fill.")));
     }
 };
 static_assert(describes_all<OutputKeys>);

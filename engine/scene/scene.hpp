@@ -217,6 +217,7 @@ struct OutputSpec {
     std::vector<PictureSpec> pictures; // in the scene's order; a count in the scene is spread evenly over the run
     unsigned width = 1280, height = 720;
     unsigned record_every = 0; // steps between recorded states; 0: none unless the command line asks
+    std::optional<PackingSpec> packing;
 };
 
 struct ScenePosition {

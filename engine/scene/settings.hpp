@@ -64,6 +64,12 @@ enum class Culling : std::uint8_t {
     OpenGl, // always, by OpenGL, hardware or software; by the CPU reference where there is none
 };
 
+/// Of a sac that is filled: which share of a ball instruments take.
+struct PackingSpec {
+    Vec3 centre = Vec3::Zero(); // m
+    double radius = 0.0;        // m
+};
+
 /// Parameters of contact and response, the same for all pairs. Preparation lowers the clearance for thin instruments and the distance
 /// with it, and takes solid_friction away without the effect friction.
 struct ContactSpec {

@@ -97,6 +97,7 @@ struct StepReport {
     unsigned contact_unconverged = 0; // sub-steps whose solve ended at its bound: conservative, both bodies feel what there is
     double contact_residual_n = 0.0;  // what the worst place of a solve still wanted to change
     double pull_force_n = 0.0;       // of the hand that holds a point of a surface
+    double packing_density = -1.0;   // [-] share of the scene's ball that instruments fill; negative: none is named
     double target_distance_m = -1.0; // tip to the followed target; negative: none
     std::uint32_t lumen_exits = 0;   // instrument vertices outside the lumen at the end, by an independent test
     bool budget_kept = true;

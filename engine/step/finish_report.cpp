@@ -19,6 +19,19 @@ void close_account(StepBudget& budget, StepReport& report) {
     report.work_units = budget.units_spent();
 }
 
+/// Volume of the instruments' segments whose middle lies in the ball, over the ball's.
+double find_packing(const SceneModel& model, const State& state) noexcept {
+    double length_area = 0.0; // m^3 over pi
+    for (std::size_t i = 0; i < model.instruments.size(); ++i) {
+        const fem::RodModel& rod = model.instruments[i].rod;
+        const std::vector<Vec3>& x = state.instruments[i].rod.position;
+        for (std::size_t k = 0; k + 1 < x.size(); ++k)
+            if ((0.5 * (x[k] + x[k + 1]) - model.packing->centre).squaredNorm() < model.packing->radius * model.packing->radius)
+                length_area += rod.segment * rod.design.radius * rod.design.radius;
+    }
+    return 0.75 * length_area / (model.packing->radius * model.packing->radius * model.packing->radius);
+}
+
 void observe(const SceneModel& model, const State& state, RodsScratch& rods, StepReport& report) {
     const StopWatch watch;
     for (std::size_t i = 0; i < model.bodies.size(); ++i)
@@ -29,6 +42,7 @@ void observe(const SceneModel& model, const State& state, RodsScratch& rods, Ste
         report.kinetic_j += rod.kinetic_j;
         report.elastic_j += rod.bend_j + rod.stretch_j + rod.twist_j;
     }
+    if (model.packing) report.packing_density = find_packing(model, state);
     report.ms.observe = watch.elapsed_ms();
 }
 

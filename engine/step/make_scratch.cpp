@@ -77,7 +77,8 @@ void prepare_instruments(const SceneModel& model, const State& state, const Rods
         own.taken.reserve(state.instruments[i].planes.capacity());
         own.rod.presses.reserve(state.instruments[i].planes.capacity());
         own.rod.self_presses.reserve(state.instruments[i].self_planes.capacity());
-        if (model.instruments[i].self_contact && model.effects.self_contact) own.self.reserve(model.instruments[i].rod.node_count());
+        if (model.instruments[i].self_contact && model.effects.self_contact) own.self.reserve(model.instruments[i].rod.node_count()),
+                own.rod.couplings.reserve(state.instruments[i].self_planes.capacity());
         std::size_t planes = 0; // of a coaxial pair
         for (const std::size_t one : coaxial(model, i)) planes += state.instruments[one].planes.capacity();
         rods.solvers.push_back(make_solver(model, i, planes));

@@ -85,9 +85,9 @@ private:
 
 std::uint64_t hash_model(const SceneModel& model) noexcept {
     const auto& [name, file, step_s, step_count, fixed_substeps, max_substeps, integrator, budget, budget_covers_step, drop, bodies, nested,
-                 instruments, effects, contact] = model;
+                 instruments, effects, contact, packing] = model;
     ModelHash hash;
-    const auto add = [&](const auto&... member) { (hash.add(member), ...); }; // all but file, step_count and budget
+    const auto add = [&](const auto&... member) { (hash.add(member), ...); }; // all but file, step_count, budget and packing, which is only reported
     add(name, step_s, fixed_substeps, max_substeps, integrator, budget_covers_step, drop, bodies, nested, instruments, effects, contact);
     return hash.value();
 }

@@ -61,7 +61,7 @@ TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, exact_contac
 TROCAR_MEMBERS(AddedEffect, effect, settings)
 TROCAR_MEMBERS(BudgetLimits, mode, wall_s, work_units)
 TROCAR_MEMBERS(SceneModel, name, file, step_s, step_count, fixed_substeps, max_substeps, integrator, budget, budget_covers_step, drop,
-               bodies, nested, instruments, effects, contact)
+               bodies, nested, instruments, effects, contact, packing)
 
 #undef TROCAR_MEMBERS
 
@@ -70,7 +70,7 @@ template <class T, class... Known>
 concept OneOf = (std::same_as<std::remove_const_t<T>, Known> || ...);
 template <class T>
 concept DescribedSettings =
-    OneOf<T, ContactSpec, BreathingSpec, PulseSpec, Blood, DriveLimits, FollowSettings, fem::Material, fem::RodDesign>;
+    OneOf<T, ContactSpec, PackingSpec, BreathingSpec, PulseSpec, Blood, DriveLimits, FollowSettings, fem::Material, fem::RodDesign>;
 template <DescribedSettings T>
 [[nodiscard]] auto members_of(T& value) noexcept {
     return tie_members(value);

@@ -53,19 +53,36 @@ public:
 
     /// Solves once more with the factors that solve() left. Below `from` x is 0.
     void solve_again(std::span<double> x, std::size_t from) noexcept {
-        for (std::size_t c = from; c < size_; ++c)
-            for (std::size_t m = std::min(kBandwidth, size_ - 1 - c); m > 0; --m) x[c + m] -= column_of(c)[m] * x[c];
+        const std::size_t whole = std::max(from, size_ > kBandwidth ? size_ - kBandwidth : 0);
+        for (std::size_t c = from; c < whole; ++c) substitute(c, Whole(), x.data());
+        for (std::size_t c = whole; c < size_; ++c) substitute(c, size_ - 1 - c, x.data());
         substitute_back(x);
     }
 
 private:
+    using Whole = std::integral_constant<std::size_t, kBandwidth>;
+
     void substitute_back(std::span<double> x) noexcept {
         for (std::size_t c = 0; c < size_; ++c) x[c] /= column_of(c)[0];
-        for (std::size_t c = size_; c-- > 0;)
-            for (std::size_t m = std::min(kBandwidth, size_ - 1 - c); m > 0; --m) x[c] -= column_of(c)[m] * x[c + m];
+        const std::size_t whole = size_ > kBandwidth ? size_ - kBandwidth : 0;
+        for (std::size_t c = size_; c-- > whole;) gather(c, size_ - 1 - c, x.data());
+        for (std::size_t c = whole; c-- > 0;) gather(c, Whole(), x.data());
     }
 
-    using Whole = std::integral_constant<std::size_t, kBandwidth>;
+    template <class Reach>
+    void substitute(std::size_t c, Reach reach, double* x) noexcept {
+        const double* own = column_of(c);
+        const double at = x[c];
+        for (std::size_t m = 1; m <= reach; ++m) x[c + m] -= own[m] * at;
+    }
+    /// The nearest entry last: it is the one that is waited for.
+    template <class Reach>
+    void gather(std::size_t c, Reach reach, double* x) noexcept {
+        const double* own = column_of(c);
+        double sum = x[c];
+        for (std::size_t m = reach; m > 0; --m) sum -= own[m] * x[c + m];
+        x[c] = sum;
+    }
 
     [[nodiscard]] double* column_of(std::size_t column) noexcept { return data_.data() + column * (kBandwidth + 1); }
 

@@ -26,6 +26,8 @@ namespace trocar::fem {
 
 /// [-] k, of the rod's own stiffness against what is pressed across it.
 inline constexpr double kPressAugmentation = 30.0;
+/// [-] of the same where the rod presses on itself: what couples its places is as stiff, and conjugate gradients take longer for that.
+inline constexpr double kSelfAugmentation = 2.0;
 /// m; a place holds until it has moved by this from where it was fixed, with a friction that grows along the way to the cone's edge.
 inline constexpr double kStickReach = 2e-6;
 
@@ -99,7 +101,8 @@ private:
             const double turn = bend_stencil(model_, i)[1];
             across = std::max(across, 1.5 * model_.bending_of(i) * turn * turn + model_.mass[i] / (dt_ * dt_));
         }
-        across_ = kPressAugmentation * across;
+        const bool own = !planes_.empty() && planes_.front().other != kNoIndex;
+        across_ = (own ? kSelfAugmentation : kPressAugmentation) * across;
         softness_ = 1.0 / drive_.contact_stiffness;
         for (std::size_t k = 0; k < planes_.size(); ++k) {
             RodPlane& plane = planes_[k];

@@ -99,6 +99,13 @@ struct RodPress {
     Mat3 start_stiffness = Mat3::Zero();
 };
 
+/// What two places of the rod feel of each other's motion.
+struct RodCoupling {
+    Index node = 0, other = 0; // each place lies between this node and the next
+    double weight = 0.0, other_weight = 0.0; // of the next
+    Mat3 stiffness = Mat3::Zero(); // N/m
+};
+
 /// Memory of the solve: sized once, no allocation afterwards.
 struct RodWorkspace {
     std::vector<Vec3> start, rest_bend, axis, tangent; // [node_count]
@@ -114,7 +121,8 @@ struct RodWorkspace {
     std::vector<double> band;                          // [coordinates node_count][bandwidth + 1]
     std::vector<double> rhs, residual;                 // [coordinates node_count] N, or N m; rhs: the correction once it is solved, m or rad
     std::vector<RodPress> presses, self_presses;       // [planes] at least, [planes of the rod itself] at least
-    std::vector<double> remainder, guess, direction, pressed, solution; // [coordinates node_count] of conjugate gradients: see rod_step.hpp
+    std::vector<double> remainder, guess, direction, banded, solution; // [coordinates node_count] of conjugate gradients
+    std::vector<RodCoupling> couplings;                // of the places of the rod that press on one another
 };
 
 struct RodReport {

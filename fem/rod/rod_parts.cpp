@@ -18,7 +18,7 @@ void size_workspace(std::size_t nodes, RodWorkspace& work) {
     work.axis.resize(nodes);
     work.tangent.resize(nodes);
     work.band.resize(most * nodes * (rod_bandwidth(most) + 1));
-    for (auto* list : {&work.rhs, &work.residual, &work.remainder, &work.guess, &work.direction, &work.pressed, &work.solution})
+    for (auto* list : {&work.rhs, &work.residual, &work.remainder, &work.guess, &work.direction, &work.banded, &work.solution})
         list->resize(most * nodes);
 }
 

@@ -105,9 +105,11 @@ private:
         const auto rhs = std::span(work_.rhs).first(kCoordinates * moving());
         std::copy(rhs.begin(), rhs.end(), work_.residual.begin());
         band.solve(rhs);
-        if (presses_on_itself_)
+        if (!work_.couplings.empty())
             report.inner_iterations += conjugate_gradients(band, std::span<const double>(work_.residual).first(rhs.size()), rhs, work_,
-                                                           [&](std::span<const double> p, std::span<double> out) { couple_places(p, out); });
+                                                           [&](std::span<const double> p, std::span<double> out) {
+                                                               couple_places<kCoordinates>(work_.couplings, first_, p, out);
+                                                           });
         power_ = 0.0;
         for (std::size_t r = 0; r < rhs.size(); ++r) power_ += rhs[r] * work_.residual[r];
     }
@@ -158,7 +160,7 @@ private:
         if constexpr (kTwists) add_twist(band);
         if (!drive_.flow.empty()) add_flow(band);
         add_planes(band);
-        presses_on_itself_ = false;
+        work_.couplings.clear();
         for (std::size_t k = 0; k < self_.planes().size(); ++k) add_place(band, self_.planes()[k], k);
     }
 
@@ -335,7 +337,6 @@ private:
         RodPress& press = self_.press(k);
         press.pushed = press.pushes;
         if (!press.pushes) return;
-        presses_on_itself_ = true;
         press.start_force = self_.force(k);
         press.start_stiffness = press.stiffness * plane.normal * plane.normal.transpose() + press.aside;
         const auto add_side = [&](Index node, double weight, const Vec3& force) {
@@ -347,35 +348,7 @@ private:
         };
         add_side(plane.node, plane.weight, press.start_force);
         add_side(plane.other, plane.other_weight, -press.start_force);
-    }
-
-    /// m; of a place between a node and the next, where `p` is a motion of all coordinates.
-    [[nodiscard]] Vec3 motion_at(std::span<const double> p, Index node, double weight) const noexcept {
-        Vec3 sum = Vec3::Zero();
-        for (std::size_t a = 0; a < 2; ++a) {
-            if (!moves(node + a)) continue;
-            const double* at = p.data() + kCoordinates * (node + a - first_);
-            sum += (a == 0 ? 1.0 - weight : weight) * Vec3(at[0], at[1], at[2]);
-        }
-        return sum;
-    }
-
-    /// The force that either place feels as the other one moves by p, taken off `out`.
-    void couple_places(std::span<const double> p, std::span<double> out) const noexcept {
-        for (std::size_t k = 0; k < self_.planes().size(); ++k) {
-            const RodPress& press = self_.press(k);
-            if (!press.pushed) continue;
-            const RodPlane& plane = self_.planes()[k];
-            const auto take = [&](Index node, double weight, const Vec3& force) {
-                for (std::size_t a = 0; a < 2; ++a) {
-                    if (!moves(node + a)) continue;
-                    double* at = out.data() + kCoordinates * (node + a - first_);
-                    for (int axis = 0; axis < 3; ++axis) at[axis] -= (a == 0 ? 1.0 - weight : weight) * force[axis];
-                }
-            };
-            take(plane.node, plane.weight, press.start_stiffness * motion_at(p, plane.other, plane.other_weight));
-            take(plane.other, plane.other_weight, press.start_stiffness * motion_at(p, plane.node, plane.weight));
-        }
+        work_.couplings.push_back({plane.node, plane.other, plane.weight, plane.other_weight, press.start_stiffness});
     }
 
     /// Friction on the surface turns the rod.
@@ -440,7 +413,8 @@ private:
     /// m; how the correction moves the rod's surface at a plane.
     [[nodiscard]] Vec3 moved_at(const RodPlane& plane) const noexcept {
         if (plane.other != kNoIndex)
-            return motion_at(work_.rhs, plane.node, plane.weight) - motion_at(work_.rhs, plane.other, plane.other_weight);
+            return motion_at<kCoordinates>(work_.rhs, first_, plane.node, plane.weight) -
+                   motion_at<kCoordinates>(work_.rhs, first_, plane.other, plane.other_weight);
         const double weight[2] = {1.0 - plane.weight, plane.weight};
         Vec3 sum = Vec3::Zero();
         for (std::size_t a = 0; a < 2; ++a) {
@@ -502,7 +476,6 @@ private:
     RodWorkspace& work_;
     RodTwist* twist_; // nullptr: no torsion
     RodContact contact_, self_; // with walls, with itself
-    bool presses_on_itself_ = false; // as it was assembled last
     Vec3 handle_ = Vec3::Zero(), body_ = Vec3::Zero(); // N, on what does not move; see RodReport
     double power_ = 0.0; // J, of all forces over the correction, at its start
 };

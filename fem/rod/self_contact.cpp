@@ -93,7 +93,7 @@ void SelfContact::hand_on(RodPlane& plane) {
     plane.drag = plane.start_drag = last_[best].start_drag - plane.normal.dot(last_[best].start_drag) * plane.normal;
 }
 
-void SelfContact::list_planes(const RodModel& model, std::span<const Vec3> from, std::vector<RodPlane>& planes) {
+void SelfContact::list_planes(const RodModel& model, std::span<const Vec3> from, std::span<const Vec3> guess, std::vector<RodPlane>& planes) {
     last_.clear();
     for (const RodPlane& plane : planes)
         if (plane.start_force > 0.0) last_.push_back(plane);
@@ -108,6 +108,7 @@ void SelfContact::list_planes(const RodModel& model, std::span<const Vec3> from,
         planes.push_back(plane_of(model, pairs_[k], step_));
         hand_on(planes.back());
     }
+    for (const SegmentPair& pair : pairs_) (void)add_met(model, pair, from, guess, planes);
 }
 
 bool SelfContact::check(const RodModel& model, std::span<const Vec3> from, std::span<const Vec3> to, std::vector<RodPlane>& planes) {
@@ -121,23 +122,27 @@ bool SelfContact::check(const RodModel& model, std::span<const Vec3> from, std::
         left_reach = true;
     }
     if (left_reach) {
-        list_planes(model, from, planes);
+        list_planes(model, from, to, planes);
         return false;
     }
     const std::size_t known = planes.size();
-    for (const SegmentPair& pair : pairs_) {
-        const std::array<Vec3, 4> start = corners_of(pair, from), end = corners_of(pair, to);
-        const double share = share_apart(start, end, nearest_allowed(model, pair.distance));
-        if (share >= 1.0) continue;
-        proven_share_ = std::min(proven_share_, share);
-        // Where they would have met: the plane across the nearest points there holds from the start on.
-        std::array<Vec3, 4> met;
-        for (std::size_t c = 0; c < 4; ++c) met[c] = (1.0 - share) * start[c] + share * end[c];
-        SegmentPair there = nearest_on_pair(pair.a, pair.b, met);
-        there.distance = there.normal.dot((1.0 - there.s) * start[0] + there.s * start[1] - (1.0 - there.t) * start[2] - there.t * start[3]);
-        if (there.distance > 0.0) planes.push_back(plane_of(model, there, step_));
-    }
+    for (const SegmentPair& pair : pairs_) proven_share_ = std::min(proven_share_, add_met(model, pair, from, to, planes));
     return proven_share_ >= 1.0 || planes.size() == known;
+}
+
+/// Returns the share of the motion that is proven; where that is not all, a plane across the nearest points of where they would have met,
+/// which holds from the start on.
+double SelfContact::add_met(const RodModel& model, const SegmentPair& pair, std::span<const Vec3> from, std::span<const Vec3> to,
+                            std::vector<RodPlane>& planes) const {
+    const std::array<Vec3, 4> start = corners_of(pair, from), end = corners_of(pair, to);
+    const double share = share_apart(start, end, nearest_allowed(model, pair.distance));
+    if (share >= 1.0) return share;
+    std::array<Vec3, 4> met;
+    for (std::size_t c = 0; c < 4; ++c) met[c] = (1.0 - share) * start[c] + share * end[c];
+    SegmentPair there = nearest_on_pair(pair.a, pair.b, met);
+    there.distance = there.normal.dot((1.0 - there.s) * start[0] + there.s * start[1] - (1.0 - there.t) * start[2] - there.t * start[3]);
+    if (there.distance > 0.0) planes.push_back(plane_of(model, there, step_));
+    return share;
 }
 
 } // namespace trocar::fem

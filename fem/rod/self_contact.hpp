@@ -29,8 +29,9 @@ public:
     [[nodiscard]] bool has_begun() const noexcept { return begun_; }
     void end() noexcept { begun_ = false; }
 
-    /// The planes of all pairs; those of the last step hand on their forces.
-    void list_planes(const RodModel& model, std::span<const Vec3> from, std::vector<RodPlane>& planes);
+    /// The planes of all pairs, and of those that would meet on the way to `guess` where they would; those of the last step hand on their
+    /// forces.
+    void list_planes(const RodModel& model, std::span<const Vec3> from, std::span<const Vec3> guess, std::vector<RodPlane>& planes);
 
     /// Does a solve that ended at `to` keep what it may not pass apart all the way? Where not `planes` is changed: it wants to be solved again.
     /// The share of the motion that is proven is then less than 1.
@@ -43,6 +44,8 @@ private:
     [[nodiscard]] bool is_pushed_elsewhere(std::size_t pair) const noexcept;
     [[nodiscard]] const SegmentPair* find_pair(Index a, Index b) const noexcept;
     void hand_on(RodPlane& plane);
+    double add_met(const RodModel& model, const SegmentPair& pair, std::span<const Vec3> from, std::span<const Vec3> to,
+                   std::vector<RodPlane>& planes) const;
 
     ChainBoxes boxes_;
     std::vector<SegmentPair> pairs_;

@@ -35,6 +35,7 @@ State one_of_each() {
     instrument.route_frames.frame.resize(1);
     instrument.chain.hint = {3};
     instrument.planes.resize(1);
+    instrument.self_planes.resize(1);
     instrument.presses.resize(1);
     state.solids.touching.resize(1);
     state.solids.entries.resize(1);
@@ -84,9 +85,10 @@ TEST(StateBytes, EveryByteOfThePlainStructsChangesThem) {
         expect_every_byte<WallPress>([](State& s) -> WallPress& { return s.instruments[0].presses[0]; }, sum_of_sizes(a, b), "WallPress");
     }
     {
-        const auto& [a, b, c, d, e, f, g, h, i, j, k, l] = state.instruments[0].planes[0];
-        expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].planes[0]; },
-                                         sum_of_sizes(a, b, c, d, e, f, g, h, i, j, k, l), "RodPlane");
+        const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n] = state.instruments[0].planes[0];
+        const std::size_t size = sum_of_sizes(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
+        expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].planes[0]; }, size, "RodPlane");
+        expect_every_byte<fem::RodPlane>([](State& s) -> fem::RodPlane& { return s.instruments[0].self_planes[0]; }, size, "RodPlane of the rod");
     }
     {
         const auto& [a, b, c, d, e, f, g] = state.bodies[0].springs.springs[0];
@@ -139,6 +141,7 @@ TEST(StateBytes, EveryOtherMemberChangesThem) {
         {"exact_candidates", [](State& s) { ++s.instruments[0].exact_candidates; }},
         {"solids.taken_j", [](State& s) { s.solids.taken_j += 1.0; }},
         {"a plane", [](State& s) { s.instruments[0].planes.pop_back(); }},
+        {"a plane of the rod itself", [](State& s) { s.instruments[0].self_planes.pop_back(); }},
     };
     for (const auto& [what, edit] : edits) {
         State state = one_of_each();

@@ -1,6 +1,7 @@
 // A rod that meets itself: laws over random crumpled rods, step lengths and stiffnesses, and the parts against brute force.
 #include "fem/rod/rod.hpp"
 #include "fem/rod/self_contact.hpp"
+#include "tests/fem/rod_apart.hpp"
 
 #include <gtest/gtest.h>
 
@@ -28,37 +29,6 @@ public:
 private:
     std::mt19937 random_;
 };
-
-/// m, between two segments; shares nothing with the engine: the least over s, by ternary search, of the way from a point to the other one.
-double distance_by_search(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-    const auto to_other = [&](double s) {
-        const Vec3 p = a + s * (b - a);
-        const double length_sq = (d - c).squaredNorm();
-        const double t = length_sq > 0.0 ? std::clamp((p - c).dot(d - c) / length_sq, 0.0, 1.0) : 0.0;
-        return (p - c - t * (d - c)).norm();
-    };
-    double low = 0.0, high = 1.0; // the way to a convex set is convex along a line
-    for (int round = 0; round < 60; ++round) {
-        const double one = low + (high - low) / 3.0, two = high - (high - low) / 3.0;
-        if (to_other(one) < to_other(two))
-            high = two;
-        else
-            low = one;
-    }
-    return to_other(0.5 * (low + high));
-}
-
-/// m; of all pairs that are as far apart along the rod as `gap` segments.
-double nearest_by_search(const std::vector<Vec3>& axis, std::size_t first, std::size_t gap) {
-    double nearest = 1.0;
-    for (std::size_t i = first; i + 1 < axis.size(); ++i)
-        for (std::size_t j = i + gap; j + 1 < axis.size(); ++j) {
-            const double apart = (0.5 * (axis[i] + axis[i + 1]) - 0.5 * (axis[j] + axis[j + 1])).norm();
-            const double halves = 0.5 * ((axis[i + 1] - axis[i]).norm() + (axis[j + 1] - axis[j]).norm());
-            if (apart - halves < nearest) nearest = std::min(nearest, distance_by_search(axis[i], axis[i + 1], axis[j], axis[j + 1]));
-        }
-    return nearest;
-}
 
 /// Of Gauss' integral over all pairs of segments (Klenin & Langowski 2000): it changes by 2 where a part passes through another one.
 double writhe(const std::vector<Vec3>& x) {
@@ -189,8 +159,7 @@ public:
         report = solve_rod(model_, state_, crumple_.step, 1, drive_, {}, work_, planes_);
         drive_.rough = false;
         self.begin(model_, start.position, state_.position, first, crumple_.step);
-        for (RodPlane& plane : planes_) plane.force = plane.start_force, plane.drag = plane.start_drag;
-        self.list_planes(model_, start.position, planes_);
+        self.list_planes(model_, start.position, state_.position, planes_);
         for (rounds = 0; rounds < 6; ++rounds) {
             state_ = start;
             for (RodPlane& plane : planes_) plane.force = plane.start_force, plane.drag = plane.start_drag;

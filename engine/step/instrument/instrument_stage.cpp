@@ -229,7 +229,7 @@ static void solve_apart(const SceneModel& model, std::size_t index, State& state
         const double least = std::min(own.rod_t0.insertion, now.rod.insertion);
         const Index first = fem::first_inserted_node(rod, least);
         own.self.begin(rod, from, now.rod.position, first > 0 ? first - 1 : 0, model.step_s);
-        own.self.list_planes(rod, from, now.self_planes);
+        own.self.list_planes(rod, from, now.rod.position, now.self_planes);
     }
     for (unsigned round = 0; round < kMostSelfRounds; ++round) {
         solve_rods(model, index, false, state, rods);

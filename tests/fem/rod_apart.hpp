@@ -1,0 +1,42 @@
+// How near a chain comes to itself, by means that the engine does not use.
+#pragma once
+
+#include "base/vec.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace trocar::fem {
+
+/// m, between two segments; shares nothing with the engine: the least over s, by ternary search, of the way from a point to the other one.
+inline double distance_by_search(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+    const auto to_other = [&](double s) {
+        const Vec3 p = a + s * (b - a);
+        const double length_sq = (d - c).squaredNorm();
+        const double t = length_sq > 0.0 ? std::clamp((p - c).dot(d - c) / length_sq, 0.0, 1.0) : 0.0;
+        return (p - c - t * (d - c)).norm();
+    };
+    double low = 0.0, high = 1.0; // the way to a convex set is convex along a line
+    for (int round = 0; round < 60; ++round) {
+        const double one = low + (high - low) / 3.0, two = high - (high - low) / 3.0;
+        if (to_other(one) < to_other(two))
+            high = two;
+        else
+            low = one;
+    }
+    return to_other(0.5 * (low + high));
+}
+
+/// m; of all pairs that are as far apart along the rod as `gap` segments.
+inline double nearest_by_search(const std::vector<Vec3>& axis, std::size_t first, std::size_t gap) {
+    double nearest = 1.0;
+    for (std::size_t i = first; i + 1 < axis.size(); ++i)
+        for (std::size_t j = i + gap; j + 1 < axis.size(); ++j) {
+            const double apart = (0.5 * (axis[i] + axis[i + 1]) - 0.5 * (axis[j] + axis[j + 1])).norm();
+            const double halves = 0.5 * ((axis[i + 1] - axis[i]).norm() + (axis[j + 1] - axis[j]).norm());
+            if (apart - halves < nearest) nearest = std::min(nearest, distance_by_search(axis[i], axis[i + 1], axis[j], axis[j + 1]));
+        }
+    return nearest;
+}
+
+} // namespace trocar::fem
