@@ -18,7 +18,7 @@ std::string text_of(const CoilInSac& c) {
     const double length = 90.0;
     return fmt::format(R"({{
     "name": "sac", "units": {{"length": "mm", "pressure": "MPa"}}, "time": {{"step": {}, "duration": {}}}, "budget": "{}",
-    "bodies": {{"sac": {{"kind": "static", "hollow": true, "surface": {{"shape": "sphere", "radius": {}, "triangles": 2000}}}}}},
+    "bodies": {{"sac": {{"kind": "static", "hollow": true, "surface": {{"shape": "sphere", "radius": {}, "subdivisions": 3}}}}}},
     "instruments": {{"coil": {{"length": {}, "radius": {}, "young_modulus": {}, "density": 10700, "segment": 0.6, "skin_triangles": 1500,
         "tip": {{"shape": "pigtail", "length": {}, "angle": {}, "stiffness": 1}}, "lumen": "sac", "friction": {}, "inserted": 1,
         "entry": {{"position": [0.3, 0, {}], "direction": [0, 0, 1]}}, "path": [[0, 1, 0], [{}, {}, {}]]}}}},
