@@ -57,7 +57,8 @@ double centre_point(const InsideTest& inside, const Vec3& axis, Vec3& p) {
             for (int k = 0; k < kDirections; ++k) { // turned by half their angle with each halving: the nearest walls meet in ridges
                 const auto [s, c] = sin_cos((k + 0.5 * (halving % 2)) * 2.0 * std::numbers::pi / kDirections);
                 const Vec3 tried = p + step * (c * across + s * other);
-                if (const double room = inside.tree().closest(tried)->distance; room > best) best = room, better = tried;
+                const auto wall = inside.tree().closest(tried, 1.001 * (best + step)); // it cannot be farther
+                if (wall && wall->distance > best) best = wall->distance, better = tried;
             }
             if (better == p) break;
             p = better;
