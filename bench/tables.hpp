@@ -22,6 +22,7 @@ namespace trocar::engine {
 [[nodiscard]] Result<BenchTable> bench_laws(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_hard_cases(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_validation(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_import(const BenchOptions& options);
 
 inline constexpr std::array kBenches{
     Bench{"deadline", "budgets from 0.1 to 33 ms on the main scene: kept or not, p99, p99.9, worst", bench_deadline},
@@ -48,6 +49,7 @@ inline constexpr std::array kBenches{
     Bench{"image-space", "image-space culling of a bunny and two cows: time per pass, share pruned", bench_image_space},
     Bench{"seed004", "cloth on solids, step by step: no duplicates, representative triangles, without and with skipping frame sessions",
           bench_seed004},
+    Bench{"import", "users' anatomy to scenes: repairs, surfaces, radii of phantoms, plans and runs of the scenes as they were written", bench_import},
 };
 
 } // namespace trocar::engine

@@ -69,7 +69,11 @@ uInt chunk(std::size_t bytes) { return static_cast<uInt>(std::min<std::size_t>(b
 
 } // namespace
 
-Result<std::string> inflate_bytes(const std::string& packed, std::size_t max_bytes) {
+namespace {
+
+enum class Beyond : std::uint8_t { IsAnError, IsLeftOut };
+
+Result<std::string> inflate_up_to(std::string_view packed, std::size_t max_bytes, Beyond beyond) {
     z_stream stream{};
     if (::inflateInit2(&stream, kGzipOrZlib) != Z_OK) return Error{ErrorCode::BadSyntax, "zlib could not start"};
     const std::unique_ptr<z_stream, StreamEnd> ender(&stream);
@@ -93,6 +97,7 @@ Result<std::string> inflate_bytes(const std::string& packed, std::size_t max_byt
         if (status != Z_OK && status != Z_BUF_ERROR)
             return Error{ErrorCode::BadSyntax, fmt::format("damaged compressed data near byte {}", read)};
         if (written == text.size()) {
+            if (written >= max_bytes && beyond == Beyond::IsLeftOut) break;
             if (written >= max_bytes)
                 return Error{ErrorCode::BadSyntax, fmt::format("unfolds to more than {} bytes, {} times its size: not a mesh", max_bytes,
                                                                max_bytes / std::max<std::size_t>(packed.size(), 1))};
@@ -104,6 +109,19 @@ Result<std::string> inflate_bytes(const std::string& packed, std::size_t max_byt
     text.resize(written);
     return text;
 }
+
+} // namespace
+
+Result<std::string> inflate_bytes(const std::string& packed, std::size_t max_bytes) {
+    return inflate_up_to(packed, max_bytes, Beyond::IsAnError);
+}
+
+Result<std::string> inflate_prefix(std::string_view packed, std::size_t bytes) {
+    if (bytes == 0) return std::string();
+    return inflate_up_to(packed, bytes, Beyond::IsLeftOut);
+}
+
+Result<std::string> read_packed_bytes(const std::filesystem::path& path) { return read_raw(path); }
 
 Result<std::string> read_file_bytes(const std::filesystem::path& path) {
     Result<std::string> bytes = read_raw(path);

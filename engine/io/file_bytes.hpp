@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace trocar::engine {
 
@@ -25,6 +26,15 @@ inline constexpr std::size_t kFreeExpansionBytes = std::size_t{16} << 20; // byt
 /// Unfolds one gzip or zlib stream (or several gzip members in a row). max_bytes bounds what is allocated.
 /// fails     BadSyntax, without a file name: the caller knows it
 [[nodiscard]] Result<std::string> inflate_bytes(const std::string& packed, std::size_t max_bytes);
+
+/// The file as it is, packed or not.
+/// fails     FileNotFound, BadSyntax as above
+[[nodiscard]] Result<std::string> read_packed_bytes(const std::filesystem::path& path);
+
+/// The first `bytes` bytes that one gzip or zlib stream unfolds to, fewer where it ends before: for data whose size is known. Memory is
+/// bounded by `bytes`, whatever the stream would unfold to.
+/// fails     BadSyntax, without a file name: damaged, or cut off before it gave as many
+[[nodiscard]] Result<std::string> inflate_prefix(std::string_view packed, std::size_t bytes);
 
 /// How much a packed stream of this size may unfold to.
 [[nodiscard]] constexpr std::size_t max_unfolded_bytes(std::size_t packed) noexcept {

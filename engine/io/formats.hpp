@@ -45,9 +45,12 @@ struct VtkMesh {
     VtkCells polygons, strips; // of PolyData
     VtkCells cells;            // of an unstructured grid
     bool unstructured = false;
+    VtkCells lines;                                                 // of PolyData, where they are asked for
+    std::vector<std::pair<std::string, std::vector<double>>> of_points, of_cells; // arrays of one component, where lines are asked for
 };
 [[nodiscard]] Result<VtkMesh> parse_vtk_legacy(std::string_view bytes, const std::string& name);
-[[nodiscard]] Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name);
+/// with_lines  lines and arrays are wanted as well
+[[nodiscard]] Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name, bool with_lines = false);
 
 /// Polygons, strips and triangle cells as one surface; fails where an id is out of range.
 [[nodiscard]] Result<TriMesh> make_surface(VtkMesh&& vtk, const std::string& name);

@@ -20,7 +20,7 @@ constexpr std::ptrdiff_t kMaxTags = 100000;
 
 class VtkXmlReader {
 public:
-    VtkXmlReader(std::string_view bytes, const std::string& name) : name_(name), bytes_(bytes) {}
+    VtkXmlReader(std::string_view bytes, const std::string& name, bool with_lines) : name_(name), bytes_(bytes), with_lines_(with_lines) {}
 
     Result<VtkMesh> read() {
         if (!load() || !read_pieces()) return *error_;
@@ -100,8 +100,24 @@ private:
                 return fail(ErrorCode::BadValue, fmt::format("vertex {} has a coordinate that is not finite", i / 3), points);
         }
         if (out_.unstructured) return read_cells(piece.child("Cells"), out_.cells, first, piece.attribute("NumberOfCells").as_ullong());
+        if (with_lines_ && !(read_cells(piece.child("Lines"), out_.lines, first, piece.attribute("NumberOfLines").as_ullong()) &&
+                             read_data(piece.child("PointData"), out_.of_points) && read_data(piece.child("CellData"), out_.of_cells)))
+            return false;
         return read_cells(piece.child("Polys"), out_.polygons, first, piece.attribute("NumberOfPolys").as_ullong()) &&
                read_cells(piece.child("Strips"), out_.strips, first, piece.attribute("NumberOfStrips").as_ullong());
+    }
+
+    /// Arrays of one component, by name; of several pieces one after another.
+    bool read_data(const pugi::xml_node& node, std::vector<std::pair<std::string, std::vector<double>>>& arrays) {
+        for (const pugi::xml_node array : node.children("DataArray")) {
+            const std::string components = array.attribute("NumberOfComponents").value();
+            if ((!components.empty() && components != "1") || !find_scalar_type(array.attribute("type").value())) continue;
+            const std::string name = array.attribute("Name").value();
+            auto known = std::find_if(arrays.begin(), arrays.end(), [&](const auto& each) { return each.first == name; });
+            if (known == arrays.end()) known = arrays.insert(arrays.end(), {name, {}});
+            if (!read_array(array, &known->second, nullptr)) return false;
+        }
+        return true;
     }
 
     bool read_cells(const pugi::xml_node& node, VtkCells& cells, std::int64_t first_point, std::size_t announced) {
@@ -189,6 +205,7 @@ private:
 
     const std::string& name_;
     std::string_view bytes_;
+    bool with_lines_;
     std::size_t unpacked_ = 0; // bytes of all arrays so far
     VtkArrayFormat format_;
     pugi::xml_document document_;
@@ -199,6 +216,8 @@ private:
 
 } // namespace
 
-Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name) { return VtkXmlReader(bytes, name).read(); }
+Result<VtkMesh> parse_vtk_xml(std::string_view bytes, const std::string& name, bool with_lines) {
+    return VtkXmlReader(bytes, name, with_lines).read();
+}
 
 } // namespace trocar::engine

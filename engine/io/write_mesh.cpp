@@ -14,7 +14,7 @@
 namespace trocar::engine {
 namespace {
 
-constexpr std::uint8_t kVtkTetrahedron = 10; // vtkCellType.h
+constexpr std::uint8_t kTetrahedronCell = 10; // vtkCellType.h
 
 std::string escape(const std::string& text) {
     std::string out;
@@ -138,18 +138,42 @@ Result<void> write_vtp(const std::filesystem::path& path, const SurfaceView& sur
     return write_file_atomically(path, std::move(writer).finish());
 }
 
-Result<void> write_vtp_line(const std::filesystem::path& path, std::span<const Vec3> line, std::span<const DataArray> points) {
-    if (Result<void> good = check(points, line.size(), path); !good) return good;
-    std::array<std::vector<Index>, 1> whole;
-    for (std::size_t i = 0; i < line.size(); ++i) whole[0].push_back(static_cast<Index>(i));
+Result<void> write_stl(const std::filesystem::path& path, const SurfaceView& surface) {
+    if (Result<void> good = check_cells(surface.triangles, surface.vertices.size(), "triangle", path); !good) return good;
+    static_assert(std::endian::native == std::endian::little, "the format is little-endian");
+    std::string bytes(80, ' ');
+    const auto add = [&bytes](const auto& number) { bytes.append(reinterpret_cast<const char*>(&number), sizeof number); };
+    add(static_cast<std::uint32_t>(surface.triangles.size()));
+    for (const Triangle& t : surface.triangles) {
+        const Vec3 &a = surface.vertices[t[0]], &b = surface.vertices[t[1]], &c = surface.vertices[t[2]];
+        const Vec3 area = (b - a).cross(c - a), normal = area.norm() > 0.0 ? Vec3(area.normalized()) : Vec3(Vec3::Zero());
+        for (const Vec3& v : {normal, a, b, c})
+            for (int axis = 0; axis < 3; ++axis) add(static_cast<float>(v[axis]));
+        add(std::uint16_t{0});
+    }
+    return write_file_atomically(path, bytes);
+}
+
+Result<void> write_vtp_lines(const std::filesystem::path& path, std::span<const Vec3> points, std::span<const std::vector<Index>> lines,
+                             const MeshData& data) {
+    if (Result<void> good = check_cells(lines, points.size(), "line", path); !good) return good;
+    if (Result<void> good = check(data.points, points.size(), path); !good) return good;
+    if (Result<void> good = check(data.cells, lines.size(), path); !good) return good;
     VtkWriter writer("PolyData");
-    writer.text(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfLines=\"1\">\n", line.size()));
-    writer.data("PointData", points);
-    writer.points(line);
+    writer.text(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfLines=\"{}\">\n", points.size(), lines.size()));
+    writer.data("PointData", data.points);
+    writer.data("CellData", data.cells);
+    writer.points(points);
     writer.text("<Lines>\n");
-    writer.connectivity(std::span<const std::vector<Index>>(whole));
+    writer.connectivity(lines);
     writer.text("</Lines>\n");
     return write_file_atomically(path, std::move(writer).finish());
+}
+
+Result<void> write_vtp_line(const std::filesystem::path& path, std::span<const Vec3> line, std::span<const DataArray> points) {
+    std::array<std::vector<Index>, 1> whole;
+    for (std::size_t i = 0; i < line.size(); ++i) whole[0].push_back(static_cast<Index>(i));
+    return write_vtp_lines(path, line, whole, {points, {}});
 }
 
 Result<void> write_vtu(const std::filesystem::path& path, const TetView& mesh, const MeshData& data) {
@@ -163,7 +187,7 @@ Result<void> write_vtu(const std::filesystem::path& path, const TetView& mesh, c
     writer.points(mesh.vertices);
     writer.text("<Cells>\n");
     writer.connectivity(mesh.tets);
-    const std::vector<std::uint8_t> types(mesh.tets.size(), kVtkTetrahedron);
+    const std::vector<std::uint8_t> types(mesh.tets.size(), kTetrahedronCell);
     writer.array("UInt8", "types", 1, types.data(), types.size());
     writer.text("</Cells>\n");
     return write_file_atomically(path, std::move(writer).finish());

@@ -44,6 +44,11 @@ struct MeshData {
 /// write_file_atomically
 [[nodiscard]] Result<void> write_obj(const std::filesystem::path& path, const SurfaceView& surface);
 [[nodiscard]] Result<void> write_vtp(const std::filesystem::path& path, const SurfaceView& surface, const MeshData& data = {});
+/// Binary STL: numbers in single precision, no shared vertices.
+[[nodiscard]] Result<void> write_stl(const std::filesystem::path& path, const SurfaceView& surface);
+/// Lines as lists of point ids; data per point and per line.
+[[nodiscard]] Result<void> write_vtp_lines(const std::filesystem::path& path, std::span<const Vec3> points,
+                                           std::span<const std::vector<Index>> lines, const MeshData& data = {});
 /// One line through all points, in their order; no cell data.
 [[nodiscard]] Result<void> write_vtp_line(const std::filesystem::path& path, std::span<const Vec3> line, std::span<const DataArray> points);
 [[nodiscard]] Result<void> write_vtu(const std::filesystem::path& path, const TetView& mesh, const MeshData& data = {});

@@ -48,6 +48,7 @@ inline constexpr std::array kFolders{
     Folder{"engine/scene", 2, 0},
     Folder{"engine/prepare", 3, 0},
     Folder{"engine/state", 3, 1},
+    Folder{"engine/importing", 3, 1},
     Folder{"engine/effects", 3, 1},
     Folder{"engine/effects/elasticity", 3, 2},
     Folder{"engine/effects/damping", 3, 2},

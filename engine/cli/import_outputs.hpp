@@ -1,0 +1,22 @@
+// What `import` leaves: the files of an anatomy, a scene that was read back and prepared, and what it says on the terminal.
+#pragma once
+
+#include "engine/cli/import_options.hpp"
+
+namespace trocar::engine {
+
+/// scene_text  in place of the vessel's own; empty: that
+/// Writes a vessel and its scene, prepares the scene as `run` would, and explains it. Returns the exit code.
+[[nodiscard]] int write_imported(const ImportedVessel& vessel, const ImportSource& source, const ImportRequest& request,
+                                 const std::filesystem::path& out, const std::string& scene_text = {});
+
+/// Named facts of the source, and the repairs.
+void print_facts(const ImportSource& source, const std::vector<std::string>& repairs);
+
+/// try_scene, and where the scene is. Returns the exit code.
+[[nodiscard]] int end_import(const ImportRequest& request, const std::filesystem::path& out);
+
+/// Reads the scene back and prepares it; explain.txt where it was not asked to be left out. Returns the exit code.
+[[nodiscard]] int try_scene(const ImportRequest& request, const std::filesystem::path& out);
+
+} // namespace trocar::engine

@@ -1,0 +1,124 @@
+#include "engine/importing/fit_instrument.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar::engine {
+
+namespace {
+
+/// Of the narrowest radius on the way: the instrument's, within what instruments are, m.
+constexpr double kRadiusShare = 0.35, kThinnest = 1e-4, kThickest = 6e-4;
+/// An instrument needs this much beyond its radius, on its way.
+constexpr double kRoom = 1.3;
+/// Of the widest place behind it: near its end a way counts as long as it is this wide, an entry likewise.
+constexpr double kFullWidth = 0.9;
+/// m: beyond the entry an instrument begins with at most this much, straight.
+constexpr double kMostInserted = 8e-3;
+/// m: an instrument is longer than its way by this much, and no longer than this.
+constexpr double kSpareLength = 0.1, kLongestInstrument = 3.0;
+
+double clearance(const InsideTest& inside, const Vec3& p) { return -inside.signed_distance(p); }
+
+/// First point of the way that is not narrowed by the cap it begins at.
+std::size_t find_begin(const CentrelineWay& way, double inlet_radius) {
+    double along = 0.0, widest = way.radii[0];
+    std::size_t last = 1;
+    for (; last < way.points.size() && along < 3.0 * inlet_radius; ++last) {
+        along += (way.points[last] - way.points[last - 1]).norm();
+        widest = std::max(widest, way.radii[last]);
+    }
+    for (std::size_t i = 0; i + 1 < last; ++i)
+        if (way.radii[i] >= kFullWidth * widest) return i;
+    return 0;
+}
+
+/// Last point of the way that is not narrowed by the cap it ends at.
+std::size_t find_end(const CentrelineWay& way, double end_radius) {
+    double along = 0.0, widest = way.radii.back();
+    std::size_t first = way.points.size() - 1;
+    for (; first > 0 && along < 3.0 * end_radius; --first) {
+        along += (way.points[first] - way.points[first - 1]).norm();
+        widest = std::max(widest, way.radii[first]);
+    }
+    for (std::size_t i = way.points.size() - 1; i > first; --i)
+        if (way.radii[i] >= kFullWidth * widest) return i;
+    return first;
+}
+
+VesselTarget make_target(const CentrelineWay& way, std::size_t begin, const VesselEnd& end) {
+    const std::size_t last = std::max(begin + 1, std::min(find_end(way, end.radius), way.points.size() - 1));
+    VesselTarget target{end.name, way.points[last], way.radii[last], way.radii[begin], 0.0};
+    for (std::size_t i = begin + 1; i <= last; ++i) {
+        target.narrowest = std::min(target.narrowest, way.radii[i]);
+        target.way += (way.points[i] - way.points[i - 1]).norm();
+    }
+    return target;
+}
+
+/// Along the way over the width of the lumen, so that no single point decides.
+Vec3 direction_at(const CentrelineWay& way, std::size_t from) {
+    double along = 0.0;
+    std::size_t to = from;
+    while (to + 1 < way.points.size() && along < 3.0 * way.radii[from]) along += (way.points[to + 1] - way.points[to]).norm(), ++to;
+    const Vec3 ahead = way.points[to] - way.points[from];
+    return ahead.norm() > 0.0 ? Vec3(ahead.normalized()) : Vec3(Vec3::UnitZ());
+}
+
+double free_ahead(const InsideTest& inside, const Vec3& from, const Vec3& direction, double radius) {
+    constexpr double kStep = 2.5e-4; // m
+    double s = 0.0;
+    while (s < 1.25 * kMostInserted && clearance(inside, from + (s + kStep) * direction) >= kRoom * radius) s += kStep;
+    return s;
+}
+
+/// The widest way; of equally wide ones the longest, so that there is something to see.
+std::size_t choose_target(const std::vector<VesselTarget>& targets) {
+    std::size_t best = 0;
+    for (std::size_t t = 1; t < targets.size(); ++t) {
+        const double a = targets[t].narrowest, b = targets[best].narrowest;
+        if (a > 1.001 * b || (a > 0.999 * b && targets[t].way > targets[best].way)) best = t;
+    }
+    return best;
+}
+
+} // namespace
+
+Result<void> fit_instrument(ImportedVessel& vessel, const InsideTest& inside) {
+    std::vector<std::size_t> begins;
+    std::vector<CentrelineWay> ways;
+    for (std::size_t e = 1; e < vessel.ends.size(); ++e) {
+        ways.push_back(way_to(vessel.branches, vessel.end_branch[e]));
+        begins.push_back(std::min(find_begin(ways.back(), vessel.ends[0].radius), ways.back().points.size() - 2));
+        vessel.targets.push_back(make_target(ways.back(), begins.back(), vessel.ends[e]));
+    }
+    FittingInstrument& fit = vessel.instrument;
+    fit.target = choose_target(vessel.targets);
+    const VesselTarget& aim = vessel.targets[fit.target];
+    fit.radius = std::clamp(kRadiusShare * aim.narrowest, kThinnest, kThickest);
+    if (aim.narrowest < kRoom * fit.radius)
+        return Error{ErrorCode::BadMesh,
+                     fmt::format("its widest way is {:.3g} mm wide at its narrowest place, and instruments are {:.3g} mm at least; expected "
+                                 "another --unit, or another --inlet",
+                                 2e3 * aim.narrowest, 2e3 * kThinnest)};
+    vessel.entry = ways[fit.target].points[begins[fit.target]];
+    vessel.direction = direction_at(ways[fit.target], begins[fit.target]);
+    fit.inserted = 0.8 * free_ahead(inside, vessel.entry, vessel.direction, fit.radius);
+    fit.segment = std::clamp(1.2 * aim.narrowest, 5e-4, 2.5e-3);
+    fit.tip_length = std::clamp(5.0 * aim.narrowest, 2e-3, 1.2e-2);
+    fit.tolerance = std::clamp(0.8 * aim.radius, 2e-4, 3e-3);
+    double longest = 0.0;
+    for (const VesselTarget& target : vessel.targets) longest = std::max(longest, target.way);
+    fit.length = std::min(longest + kSpareLength, kLongestInstrument);
+    std::size_t narrow = 0;
+    for (const VesselTarget& target : vessel.targets) narrow += target.narrowest < kRoom * fit.radius;
+    if (narrow > 0)
+        vessel.notes.push_back(fmt::format("{} of {} targets lie behind places that are too narrow for the instrument's radius of {:.3g} mm; "
+                                           "a smaller \"radius\" in the scene reaches them",
+                                           narrow, vessel.targets.size(), 1e3 * fit.radius));
+    return {};
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,112 @@
+// `import` as a user calls it: a scene that runs as written, or exit 2 with what helps and nothing half-written.
+#include "program.hpp"
+
+#include <cmath>
+#include <cstdint>
+
+namespace trocar::cli_test {
+namespace {
+
+class ImportCommand : public Program {
+protected:
+    /// A label map of a straight tube, radius 3 mm, voxels of 0.75 mm, that the volume's sides cut: two open ends.
+    fs::path write_tube(const std::string& header_more = "") const {
+        constexpr int kSide = 24, kLength = 96;
+        std::string voxels;
+        for (int k = 0; k < kLength; ++k)
+            for (int j = 0; j < kSide; ++j)
+                for (int i = 0; i < kSide; ++i) voxels += std::hypot(0.75 * (i - 11.5), 0.75 * (j - 11.5)) <= 3.0 ? '\2' : '\0';
+        return write("tube.nrrd", "NRRD0004\ntype: unsigned char\ndimension: 3\nspace: left-posterior-superior\nsizes: 24 24 96\n"
+                                  "space directions: (0.75,0,0) (0,0.75,0) (0,0,0.75)\nencoding: raw\nspace origin: (0,0,0)\n" +
+                                      header_more + "\n" + voxels);
+    }
+    Ended import(const std::string& kind, const fs::path& file, std::vector<std::string> more = {}) const {
+        std::vector<std::string> arguments = {"import", kind, file.string(), "--out", (folder / "made").string(), "--quiet"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return call(arguments);
+    }
+    [[nodiscard]] fs::path made(const char* name) const { return folder / "made" / name; }
+};
+
+} // namespace
+
+TEST_F(ImportCommand, MakesASceneOfALabelMapThatRunsWithoutAnExitAndIsPlanned) {
+    const Ended ended = import("segmentation", write_tube());
+    ASSERT_EQ(ended.exit_code, 0) << ended;
+    for (const char* name : {"scene.json", "vessel.vtp", "vessel.stl", "centreline.vtp", "centreline.mrk.json", "import.json", "explain.txt"})
+        EXPECT_TRUE(fs::exists(made(name))) << name;
+    EXPECT_TRUE(ended.says("24 x 24 x 96")) << ended;
+    EXPECT_TRUE(ended.says("open_ends: 2")) << ended;
+    const Json report = Json::parse(text_of(made("import.json")));
+    ASSERT_EQ(report["ends"].size(), 2u);
+    EXPECT_EQ(report["ends"][0]["name"], "inlet");
+    EXPECT_EQ(report["ends"][1]["name"], "outlet_1");
+    const Ended ran = run(made("scene.json"), {"-n", "300"});
+    ASSERT_EQ(ran.exit_code, 0) << ran;
+    EXPECT_EQ(summary()["steps"], 300);
+    EXPECT_EQ(summary()["lumen_exits"], 0);
+    const Ended planned = call({"plan", made("scene.json").string(), "--to", "outlet_1", "--out", (folder / "plan").string(), "--no-report", "--quiet"});
+    EXPECT_EQ(planned.exit_code, 0) << planned;
+}
+
+TEST_F(ImportCommand, MakesAVesselOfASurfaceAndAnOrganOfTheSameLabelMap) {
+    ASSERT_EQ(import("segmentation", write_tube(), {"--no-explain"}).exit_code, 0);
+    fs::copy_file(made("vessel.stl"), folder / "again.stl");
+    fs::copy_file(made("centreline.mrk.json"), folder / "line.mrk.json");
+    fs::copy_file(made("centreline.vtp"), folder / "line.vtp");
+    const Ended vessel = import("vessel", folder / "again.stl", {"--no-explain", "--force", "--unit", "mm"});
+    EXPECT_EQ(vessel.exit_code, 0) << vessel;
+    for (const auto& [kind, file] : {std::pair{"slicer", "line.mrk.json"}, {"vmtk", "line.vtp"}}) {
+        const Ended curves = import(kind, folder / file, {"--no-explain", "--force"});
+        EXPECT_EQ(curves.exit_code, 0) << curves;
+        EXPECT_TRUE(curves.says("swept: 1 curves")) << curves;
+    }
+    const Ended organ = import("segmentation", folder / "tube.nrrd", {"--no-explain", "--force", "--as", "organ"});
+    ASSERT_EQ(organ.exit_code, 0) << organ;
+    const Ended ran = run(made("scene.json"), {"-n", "20"});
+    EXPECT_EQ(ran.exit_code, 0) << ran;
+}
+
+TEST_F(ImportCommand, RefusesWhatItCannotReadAndLeavesNothingBehind) {
+    const auto refused = [&](const Ended& ended, const std::string& says) {
+        EXPECT_EQ(ended.exit_code, 2) << ended;
+        EXPECT_TRUE(ended.says(says)) << says << "\n" << ended;
+        EXPECT_FALSE(fs::exists(folder / "made")) << says;
+    };
+    const fs::path tube = write_tube();
+    const std::string whole = text_of(tube);
+    refused(import("segmentation", folder / "missing.nrrd"), "cannot be opened");
+    refused(import("segmentation", tube, {"--label", "7"}), "--label: no segment '7'; known: 2");
+    refused(import("segmentation", write_tube("space units: \"parsec\"\n")), "space units");
+    refused(import("segmentation", write("short.nrrd", whole.substr(0, 5000))), "the header announces 55296");
+    refused(import("vessel", write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")), "error: ");
+    refused(import("vessel", write("b.obj", "v 0 0 0\nf 1 1 1\n")), "error: ");
+    refused(import("vessel", tube), "nrrd");
+    refused(import("vessel", write("c.stl", "solid\nendsolid\n"), {"--unit", "furlong"}), "error: ");
+    refused(import("organ", folder / "missing.msh"), "cannot be opened");
+    refused(import("slicer", folder / "missing"), "no such file or folder");
+    refused(import("simvascular", tube), "is no folder");
+    refused(import("vmtk", tube), "expected a .vtp file");
+    refused(import("vessel", tube, {"--inlet", ""}), "empty value");
+    EXPECT_EQ(call({"import"}).exit_code, 2);
+    EXPECT_EQ(call({"import", "hologram", "x"}).exit_code, 2);
+    fs::create_directories(folder / "made");
+    std::ofstream(folder / "made" / "mine.txt") << "mine";
+    const Ended occupied = import("segmentation", tube);
+    EXPECT_EQ(occupied.exit_code, 2);
+    EXPECT_TRUE(occupied.says("not empty")) << occupied;
+    EXPECT_FALSE(fs::exists(made("scene.json")));
+}
+
+TEST_F(ImportCommand, SaysWhereAnInletWasAskedForAndRefusesWordsForIt) {
+    const Ended ended = import("segmentation", write_tube(), {"--inlet", "8.6,8.6,71", "--no-explain"});
+    ASSERT_EQ(ended.exit_code, 0) << ended;
+    const Json report = Json::parse(text_of(made("import.json")));
+    EXPECT_GT(report["ends"][0]["centre_mm"][2].get<double>(), 70.0);
+    EXPECT_LT(report["entry"]["direction"][2].get<double>(), -0.95);
+    const Ended words = import("segmentation", folder / "tube.nrrd", {"--inlet", "left,right", "--force"});
+    EXPECT_EQ(words.exit_code, 2);
+    EXPECT_TRUE(words.says("--inlet: found 'left,right'; expected three numbers")) << words;
+}
+
+} // namespace trocar::cli_test

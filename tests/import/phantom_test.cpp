@@ -1,0 +1,156 @@
+// Label maps of tubes with known radius: the centreline's radii are within half a voxel, the surface holds the voxels' volume.
+#include "phantoms.hpp"
+
+#include "base/self_intersection.hpp"
+#include "base/topology.hpp"
+#include "engine/importing/import_segmentation.hpp"
+#include "engine/importing/import_vessel.hpp"
+
+#include <numbers>
+
+using namespace trocar;
+using namespace trocar::engine;
+using namespace trocar::import_test;
+
+namespace {
+
+constexpr double kVoxel = 0.5; // mm
+
+Branch straight() { return {{{16, 16, 6}, {16, 16, 58}}, {4, 4}}; }
+Branch tapering() { return {{{16, 16, 6}, {16, 16, 58}}, {5, 2}}; }
+Branch slanting() { return {{{8, 9, 6}, {24, 22, 58}}, {3.2, 3.2}}; }
+Branch bent() {
+    Branch branch;
+    for (int i = 0; i <= 40; ++i) {
+        const double a = std::numbers::pi * i / 40;
+        branch.axis.emplace_back(16, 28 - 16 * std::cos(a), 12 + 20 * std::sin(a));
+        branch.radii.push_back(3);
+    }
+    return branch;
+}
+std::vector<Branch> branching() { return {{{{16, 26, 6}, {16, 26, 30}}, {4, 4}}, {{{16, 26, 30}, {16, 10, 58}}, {3, 3}}, {{{16, 26, 30}, {16, 44, 58}}, {2.5, 2.5}}}; }
+
+struct Imported {
+    SegmentSurface segment;
+    ImportedVessel vessel;
+};
+
+class Phantoms : public Folder {
+protected:
+    Result<Imported> import(const Phantom& phantom) {
+        Result<SegmentSurface> segment = read_segment(write("phantom.nrrd", nrrd_gzip(phantom)), "", {});
+        if (!segment.ok()) return segment.error();
+        VesselOptions options;
+        options.openings = segment->cut;
+        Result<ImportedVessel> vessel = import_vessel(segment->mesh, options);
+        if (!vessel.ok()) return vessel.error();
+        return Imported{std::move(*segment), std::move(*vessel)};
+    }
+};
+
+/// m -> the phantom's own frame, mm.
+Vec3 own_place(const Phantom& phantom, const Vec3& p) { return phantom.turn.transpose() * (1e3 * p - phantom.origin); }
+
+/// mm; largest difference between the radii of the centreline and of the phantom, where no end and no fork is near.
+double radius_error(const Phantom& phantom, const std::vector<Branch>& branches, const ImportedVessel& vessel, const std::vector<Vec3>& forks, std::size_t& counted) {
+    double most = 0.0;
+    counted = 0;
+    for (const CentrelineBranch& branch : vessel.branches)
+        for (std::size_t i = 0; i < branch.points.size(); ++i) {
+            const Vec3 p = own_place(phantom, branch.points[i]);
+            const NearestAxis near = nearest_axis(branches, p);
+            bool skip = false;
+            for (const Branch& each : branches)
+                for (const Vec3& end : {each.axis.front(), each.axis.back()}) skip = skip || (p - end).norm() < 1.5 * near.radius;
+            for (const Vec3& fork : forks) skip = skip || (p - fork).norm() < 10.0;
+            if (skip) continue;
+            ++counted;
+            most = std::max(most, std::abs(1e3 * branch.radii[i] - near.radius));
+            EXPECT_LT(near.distance, kVoxel) << "off the axis";
+        }
+    return most;
+}
+
+void expect_sound(const ImportedVessel& vessel) {
+    EXPECT_TRUE(check_closed_surface(vessel.surface).ok());
+    EXPECT_EQ(find_self_intersections(vessel.surface).count, 0u);
+}
+
+} // namespace
+
+TEST_F(Phantoms, HaveRadiiWithinHalfAVoxel) {
+    const std::tuple<const char*, std::vector<Branch>, std::vector<Vec3>> cases[] = {
+        {"straight", {straight()}, {}}, {"slanting", {slanting()}, {}}, {"tapering", {tapering()}, {}}, {"bent", {bent()}, {}}, {"branching", branching(), {Vec3(16, 26, 30)}}};
+    for (const auto& [name, branches, forks] : cases) {
+        SCOPED_TRACE(name);
+        const Phantom phantom = make_phantom(branches, {64, 112, 128}, Vec3::Constant(kVoxel));
+        const Result<Imported> made = import(phantom);
+        ASSERT_TRUE(made.ok()) << made.error().to_string();
+        expect_sound(made->vessel);
+        std::size_t counted = 0;
+        const double error = radius_error(phantom, branches, made->vessel, forks, counted);
+        RecordProperty(name, fmt::format("{:.3f}", error));
+        std::printf("%-10s radius error at most %.3f mm = %.2f voxels at %zu points, %zu ends\n", name, error, error / kVoxel, counted, made->vessel.ends.size());
+        EXPECT_LE(error, 0.5 * kVoxel);
+        EXPECT_GT(counted, 10u);
+        EXPECT_EQ(made->vessel.ends.size(), name == std::string("branching") ? 3u : 2u);
+    }
+}
+
+TEST_F(Phantoms, HaveTheVolumeOfTheirVoxelsWhateverTheirSpacingAndTheirTurn) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        Dice dice(seed);
+        const Vec3 spacing(dice.between(0.4, 0.7), dice.between(0.4, 0.7), dice.between(0.5, 0.9));
+        Mat3 turn = dice.turn();
+        if (seed % 2 == 0) turn.col(0) *= -1.0; // left-handed: files may count either way
+        const std::vector<Branch> branches{slanting()};
+        const Phantom phantom = make_phantom(branches, {80, 80, 130}, spacing, turn, Vec3(dice.between(-200, 200), 40, dice.between(-900, 900)));
+        const Result<Imported> made = import(phantom);
+        ASSERT_TRUE(made.ok()) << seed << ": " << made.error().to_string();
+        expect_sound(made->vessel);
+        const auto voxels = static_cast<double>(std::count(phantom.voxels.begin(), phantom.voxels.end(), '\1'));
+        const double volume = 1e-9 * voxels * spacing.prod();
+        EXPECT_NEAR(signed_volume(made->vessel.surface) / volume, 1.0, 0.01);
+        std::size_t counted = 0;
+        EXPECT_LE(radius_error(phantom, branches, made->vessel, {}, counted), 0.5 * spacing.maxCoeff()) << seed;
+        EXPECT_GT(counted, 10u);
+    }
+}
+
+TEST_F(Phantoms, ThatTheVolumesSidesCutOpenThere) {
+    const Branch through{{{16, 16, -5}, {16, 16, 90}}, {4, 3}};
+    const Phantom phantom = make_phantom({through}, {64, 64, 128}, Vec3::Constant(kVoxel));
+    const Result<Imported> made = import(phantom);
+    ASSERT_TRUE(made.ok()) << made.error().to_string();
+    ASSERT_EQ(made->segment.cut.size(), 2u);
+    ASSERT_EQ(made->vessel.ends.size(), 2u);
+    EXPECT_TRUE(made->vessel.ends[0].open && made->vessel.ends[1].open);
+    EXPECT_EQ(made->vessel.ends[0].name, "inlet");
+    EXPECT_NEAR(1e3 * made->vessel.ends[0].radius, 4.0 - 5.0 / 95.0, 0.3) << "the wider end";
+    EXPECT_NEAR(1e3 * made->vessel.ends[0].centre.z(), -0.25, 0.01);
+    EXPECT_GT(made->vessel.direction.z(), 0.99);
+}
+
+TEST_F(Phantoms, LoseIslandsAndHolesThatAreCounted) {
+    Phantom phantom = make_phantom({straight()}, {64, 64, 128}, Vec3::Constant(kVoxel));
+    phantom.voxels[phantom.at(2, 2, 2)] = 1;
+    phantom.voxels[phantom.at(60, 60, 9)] = phantom.voxels[phantom.at(60, 61, 9)] = 1;
+    phantom.voxels[phantom.at(32, 32, 60)] = 0;
+    const Result<Imported> made = import(phantom);
+    ASSERT_TRUE(made.ok()) << made.error().to_string();
+    ASSERT_GE(made->segment.repairs.size(), 2u);
+    EXPECT_NE(made->segment.repairs[0].find("islands: 2 parts of 3 voxels removed"), std::string::npos) << made->segment.repairs[0];
+    EXPECT_NE(made->segment.repairs[1].find("holes: 1 cavities of 1 voxels filled"), std::string::npos) << made->segment.repairs[1];
+}
+
+TEST_F(Phantoms, GiveTheSameSurfaceFromEveryFormat) {
+    const Phantom phantom = make_phantom({slanting()}, {64, 64, 128}, Vec3::Constant(kVoxel));
+    const Result<SegmentSurface> a = read_segment(write("a.nrrd", nrrd_raw(phantom)), "", {});
+    const Result<SegmentSurface> b = read_segment(write("b.nii.gz", gzip_bytes(nifti(phantom)).value()), "1", {});
+    const Result<SegmentSurface> c = read_segment(write("c.mha", metaimage_header(phantom, "LOCAL") + phantom.voxels), "", {});
+    ASSERT_TRUE(a.ok() && b.ok() && c.ok());
+    EXPECT_EQ(a->mesh.triangles, c->mesh.triangles);
+    EXPECT_NEAR(signed_volume(a->mesh), signed_volume(b->mesh), 1e-6 * signed_volume(a->mesh));
+    ASSERT_FALSE(read_segment(folder / "a.nrrd", "7", {}).ok());
+    EXPECT_NE(read_segment(folder / "a.nrrd", "7", {}).error().to_string().find("no segment '7'; known: 1"), std::string::npos);
+}
