@@ -1,4 +1,5 @@
 // What holds of every projection: landmarks where a pinhole has them, thicknesses of closed surfaces, nothing through edges.
+#include "assets/anatomy/shapes.hpp"
 #include "engine/fluoroscopy/projector.hpp"
 
 #include <gtest/gtest.h>
@@ -143,6 +144,26 @@ TEST(Projector, ThicknessOfASphereIsExactToAPercent) {
             ++tested;
         }
     EXPECT_GT(tested, 8000u);
+}
+
+TEST(Projector, ThicknessOfATubeIsExactToAPercent) {
+    const XrayView view = view_at(25, 15);
+    const ConeBeam beam = beam_of(view);
+    const double radius = 0.008;
+    const std::vector<Vec3> axis{Vec3(0.01, 0, -0.2), Vec3(0.01, 0, -0.1), Vec3(0.01, 0, 0.0), Vec3(0.01, 0, 0.1), Vec3(0.01, 0, 0.2)};
+    const std::vector<double> picture = attenuation(beam, anatomy::make_tube(axis, std::vector<double>(5, radius), 96), 1.0);
+    std::size_t tested = 0;
+    for (unsigned y = 60; y < 196; ++y)
+        for (unsigned x = 0; x < 256; ++x) {
+            const Vec3 pixel = beam.source + beam.sid * beam.along + (x + 0.5 - 128.0) * beam.pitch[0] * beam.right + (y + 0.5 - 128.0) * beam.pitch[1] * beam.down;
+            const Vec3 ray = (pixel - beam.source).normalized(), across = ray.cross(Vec3::UnitZ());
+            const double miss = (axis[0] - beam.source).dot(across) / across.norm();
+            if (std::abs(miss) > 0.9 * radius) continue;
+            const double chord = 2.0 * std::sqrt(radius * radius - miss * miss) / across.norm();
+            ASSERT_NEAR(picture[y * 256 + x], chord, 0.01 * chord) << x << ", " << y;
+            ++tested;
+        }
+    EXPECT_GT(tested, 1500u);
 }
 
 TEST(Projector, RaysThroughVerticesAndEdgesCountOnce) {
