@@ -21,6 +21,7 @@ namespace trocar::engine {
 [[nodiscard]] Result<BenchTable> bench_effects(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_laws(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_hard_cases(const BenchOptions& options);
+[[nodiscard]] Result<BenchTable> bench_fluoroscopy(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_validation(const BenchOptions& options);
 [[nodiscard]] Result<BenchTable> bench_import(const BenchOptions& options);
 
@@ -46,6 +47,8 @@ inline constexpr std::array kBenches{
           bench_seed001},
     Bench{"device", "stage II on this machine's OpenGL: from which size on it is faster than the CPU, and 100K triangles at 1024 x 1024",
           bench_device},
+    Bench{"fluoroscopy", "X-ray frames of 100K triangles by the CPU projector, at 128, 256 and 512 pixels, beside OpenGL on this machine",
+          bench_fluoroscopy},
     Bench{"image-space", "image-space culling of a bunny and two cows: time per pass, share pruned", bench_image_space},
     Bench{"seed004", "cloth on solids, step by step: no duplicates, representative triangles, without and with skipping frame sessions",
           bench_seed004},

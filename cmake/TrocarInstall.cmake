@@ -3,7 +3,7 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-set(modules base fem spheretree collision assets io time scene prepare state effects step render report experiments)
+set(modules base fem spheretree collision assets io time scene prepare state effects step fluoroscopy render report experiments)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Trocar)
 
 set(targets trocar_options trocar_engine)

@@ -10,8 +10,13 @@ namespace trocar::engine {
 template <class Hook>
 void call(const EffectDescriptor& effect, const EffectStep& step, Hook hook) {
     if (effect.acts_on != nullptr) return hook(step);
-    for (const AddedEffect& added : step.live.added)
-        if (added.effect == &effect) hook(EffectStep{step.model, step.live, added.settings, step.time_t1, step.counts});
+    const std::vector<AddedEffect>& all = step.model.effects.added;
+    for (const AddedEffect& added : step.live.added) {
+        if (added.effect != &effect) continue;
+        std::size_t index = 0;
+        while (index < all.size() && all[index].effect != &effect) ++index;
+        hook(EffectStep{step.model, step.live, added.settings, step.time_t1, step.counts, index});
+    }
 }
 
 /// What preparing the same scene without the effect gives, but for self_contact without coarse_contact, which goes with it.

@@ -16,6 +16,7 @@
     effect(friction)                                                                                                                       \
     effect(twist)                                                                                                                          \
     effect(blood_drag)                                                                                                                     \
+    effect(contrast)                                                                                                                       \
     effect(fluoroscopy)
 
 namespace trocar::engine::effects {

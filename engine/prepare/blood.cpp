@@ -87,11 +87,13 @@ Vec3 find_inflow(const spheretree::CentrelineTree& tree, const Vec3& direction) 
     return place;
 }
 
-Index find_flow_point(const BloodFlow& flow, const Vec3& p) noexcept {
+Index find_flow_point(const BloodFlow& flow, const Vec3& p) noexcept { return find_flow_point(flow, p, flow.points); }
+
+Index find_flow_point(const BloodFlow& flow, const Vec3& p, std::span<const Vec3> points) noexcept {
     Index best = 0;
     double least = std::numeric_limits<double>::infinity();
     for (Index i = 0; i < flow.point_count(); ++i) {
-        const double share = (flow.points[i] - p).squaredNorm() / (flow.radii[i] * flow.radii[i] + std::numeric_limits<double>::min());
+        const double share = (points[i] - p).squaredNorm() / (flow.radii[i] * flow.radii[i] + std::numeric_limits<double>::min());
         if (share < least) {
             least = share;
             best = i;

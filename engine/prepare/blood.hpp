@@ -38,5 +38,7 @@ struct BloodFlow {
 
 /// The point at rest in whose cross-section p lies deepest.
 [[nodiscard]] Index find_flow_point(const BloodFlow& flow, const Vec3& p) noexcept;
+/// The same where the points stand now.
+[[nodiscard]] Index find_flow_point(const BloodFlow& flow, const Vec3& p, std::span<const Vec3> points) noexcept;
 
 } // namespace trocar::engine

@@ -10,9 +10,11 @@
 #include "engine/report/step_table.hpp"
 #include "engine/report/summary.hpp"
 #include "engine/report/verdict.hpp"
+#include "engine/report/xray_frames.hpp"
 #include "engine/step/checkpoint.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -25,7 +27,7 @@ namespace {
 constexpr std::uint64_t kUsualStates = 100; // when the command line asks and the scene does not say how often
 
 /// Outputs of several files, as they are called where some are missing.
-constexpr const char *kPictures = "pictures", *kRecordedStates = "recorded states";
+constexpr const char *kPictures = "pictures", *kFluoroscopyFrames = "fluoroscopy frames", *kRecordedStates = "recorded states";
 
 std::uint64_t record_interval(const Scene& scene, const ObserveOptions& options) {
     if (scene.outputs.record_every > 0) return scene.outputs.record_every;
@@ -59,6 +61,7 @@ struct RunObserver::Parts {
     void observe(Simulator& simulator, const StepReport& report);
     void stop(Simulator& simulator, const StepReport& report);
     void take_pictures(const Moment& now, double time, bool rest);
+    void take_xrays(const State& state);
     void save(Simulator& simulator);
     void note(const std::string& what, const Result<void>& written);
     void write_pages(RunRecord& record);
@@ -72,6 +75,8 @@ struct RunObserver::Parts {
     StepTable table;
     Photographer photographer;
     Recorder recorder;
+    std::unique_ptr<XrayFrames> xrays; // nullptr: the scene asks for none, or nobody wants pictures
+    std::size_t failed_xrays = 0;
     RunStatistics statistics;
     std::vector<std::string> notices;
     MissingOutputs missing;
@@ -94,8 +99,9 @@ Result<void> RunObserver::Parts::start() {
     }
     const bool picture = options.pictures && photographer.anything_due(0.0);
     const bool record = record_interval(scene, options) > 0;
-    if (!picture && !record) return {};
+    if (!picture && !record && !xrays) return {};
     const State initial = make_initial_state(prepared.model);
+    if (xrays) take_xrays(initial);
     if (picture) take_pictures({.prepared = prepared, .state = initial, .contacts = {}}, 0.0, false);
     return recorder.start(initial);
 }
@@ -112,11 +118,18 @@ void RunObserver::Parts::take_pictures(const Moment& now, double time, bool rest
     }
 }
 
+void RunObserver::Parts::take_xrays(const State& state) {
+    xrays->take(state);
+    for (; failed_xrays < xrays->failed().size(); ++failed_xrays)
+        if (missing.add(kFluoroscopyFrames, xrays->failed()[failed_xrays]) && !news) news = xrays->failed()[failed_xrays];
+}
+
 void RunObserver::Parts::observe(Simulator& simulator, const StepReport& report) {
     if (!report.finite) return stop(simulator, report);
     statistics.add(report, budget_ms, simulator.contacts().size());
     note(output_name::kSteps, table.add(report));
     if (options.pictures && photographer.anything_due(report.time_s)) take_pictures(moment(simulator), report.time_s, false);
+    if (xrays && xrays->is_due(simulator.state())) take_xrays(simulator.state());
     if (options.checkpoint_every > 0 && report.step % options.checkpoint_every == 0) save(simulator);
     if (Result<void> recorded = recorder.after_step(simulator.state()); !recorded && missing.add(kRecordedStates, recorded.error()))
         news = recorded.error();
@@ -164,6 +177,11 @@ Result<std::unique_ptr<RunObserver>> RunObserver::open(const Scene& scene, const
     Result<StepTable> table = StepTable::create(options.out, budget_limit_ms(scene.budget));
     if (!table) return table.error();
     auto parts = std::make_unique<Parts>(scene, prepared, options, std::move(*folder), std::move(*table));
+    if (options.pictures) {
+        auto xrays = XrayFrames::make(scene, prepared, options.out);
+        if (!xrays) return xrays.error();
+        parts->xrays = std::move(*xrays);
+    }
     if (Result<void> started = parts->start(); !started) return started.error();
     return std::unique_ptr<RunObserver>(new RunObserver(std::move(parts)));
 }
@@ -192,6 +210,12 @@ RunSummary RunObserver::finish(Simulator& simulator, double wall_s, bool interru
     parts.note(output_name::kSteps, parts.table.finish());
     if (parts.options.checkpoint_every > 0 && parts.failed_step == 0 && parts.saved_step != state.step) parts.save(simulator);
     if (parts.options.pictures) parts.take_pictures(parts.moment(simulator), state.time, true);
+    if (parts.xrays) {
+        parts.xrays->finish();
+        for (; parts.failed_xrays < parts.xrays->failed().size(); ++parts.failed_xrays)
+            parts.missing.add(kFluoroscopyFrames, parts.xrays->failed()[parts.failed_xrays]);
+        append(parts.xrays->notices(), parts.notices);
+    }
     if (const Result<void> finished = parts.recorder.finish(state); !finished) parts.missing.add(kRecordedStates, finished.error());
 
     RunRecord record{.scene = parts.scene, .prepared = parts.prepared, .statistics = parts.statistics};
@@ -207,6 +231,7 @@ RunSummary RunObserver::finish(Simulator& simulator, double wall_s, bool interru
     record.summary.pace_stats = parts.pace_stats;
     record.gl = parts.photographer.renderer_name();
     record.machine = describe_machine();
+    record.xrays = parts.xrays.get();
     for (const TakenPicture& picture : parts.photographer.taken()) record.pictures.push_back(picture.file);
     make_run_summary(record, static_cast<double>(parts.statistics.steps) * parts.scene.time.step, std::max(wall_s - record.observe_s, 0.0),
                      hash_state(state));

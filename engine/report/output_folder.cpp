@@ -137,6 +137,23 @@ bool is_state_file(std::string_view name) {
     return is_ours(name) || is_temporary(name, is_ours);
 }
 
+/// NAME_000010.png, NAME_000010_device.png, NAME.dcm and the tables
+bool is_xray_file(std::string_view name) {
+    const auto is_ours = [](std::string_view n) {
+        if (n == "frames.csv" || n == "centrelines.csv" || n == "contrast.csv") return true;
+        if (n.starts_with(".")) return false;
+        if (n.ends_with(".dcm") || n.ends_with("_film.png")) return true;
+        for (const std::string_view ending : {"_device.png", "_vessel.png", "_depth.png", ".png"})
+            if (n.ends_with(ending)) {
+                const std::string_view stem = n.substr(0, n.size() - ending.size());
+                std::string_view digits = stem.substr(std::min(stem.rfind('_'), stem.size() - 1) + 1);
+                return stem.rfind('_') != std::string_view::npos && digits.size() >= 6 && skip_digits(digits) && digits.empty();
+            }
+        return false;
+    };
+    return is_ours(name) || is_temporary(name, is_ours);
+}
+
 /// Removes the files of a folder that `is_ours` knows, but for the one named `keep`; links are removed, never followed.
 Result<void> remove_files(const fs::path& folder, bool (*is_ours)(std::string_view), std::string_view keep) {
     std::error_code failed;
@@ -152,10 +169,11 @@ Result<void> remove_files(const fs::path& folder, bool (*is_ours)(std::string_vi
 
 Result<void> remove_old_outputs(const fs::path& folder, std::string_view keep) {
     if (Result<void> removed = remove_files(folder, is_output_file, keep); !removed) return removed;
-    for (const char* name : {output_name::kRecord, output_name::kLastGoodState}) {
+    for (const char* name : {output_name::kRecord, output_name::kLastGoodState, output_name::kFluoro}) {
         const fs::path states = folder / name;
         if (!fs::is_directory(fs::symlink_status(states))) continue;
-        if (Result<void> removed = remove_files(states, is_state_file, {}); !removed) return removed;
+        const auto is_ours = name == output_name::kFluoro ? is_xray_file : is_state_file;
+        if (Result<void> removed = remove_files(states, is_ours, {}); !removed) return removed;
         std::error_code not_empty;
         fs::remove(states, not_empty); // other files in it keep it
     }

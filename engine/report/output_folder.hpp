@@ -49,6 +49,7 @@ inline constexpr const char* kPrepare = "prepare.json";
 inline constexpr const char* kSpheres = "spheres.sph";
 inline constexpr const char* kCheckpoint = "checkpoint.bin"; // the newest one
 inline constexpr const char* kRecord = "record";
+inline constexpr const char* kFluoro = "fluoro"; // X-ray frames
 inline constexpr const char* kLastGoodState = "last_good_state";
 } // namespace output_name
 

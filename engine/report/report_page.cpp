@@ -6,6 +6,7 @@
 #include "engine/report/plots.hpp"
 #include "engine/report/report_style.hpp"
 #include "engine/report/verdict.hpp"
+#include "engine/report/xray_frames.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -136,6 +137,23 @@ void add_pictures(const std::vector<TakenPicture>& taken, const std::filesystem:
     if (pictures.size() > kMaxPictures) page.add("<p class=\"soft\">{} more are beside this page.</p>\n", pictures.size() - kMaxPictures);
 }
 
+/// Films play by themselves in a browser.
+void add_xrays(const RunRecord& record, const std::filesystem::path& folder, Page& page) {
+    if (record.xrays == nullptr || record.xrays->shown().empty()) return;
+    page.add("<h2>Fluoroscopy</h2>\n<div class=\"grid\">\n");
+    for (const XrayFrames::Shown& view : record.xrays->shown()) {
+        const Result<std::string> bytes = read_file_bytes(folder / view.file);
+        if (!bytes) {
+            page.add("<p class=\"soft\">No picture: {}</p>\n", escape_html(bytes.error().to_string()));
+            continue;
+        }
+        page.add("<figure><img alt=\"X-ray view {0}\" src=\"data:image/png;base64,{1}\"><figcaption><b>{0}</b>, {2} frames. At 0/0 the patient's right "
+                 "is on the left.</figcaption></figure>\n",
+                 escape_html(view.title), encode_base64(*bytes), view.frames);
+    }
+    page.add("</div>\n");
+}
+
 /// Without gnuplot: the curve at a dozen times.
 void add_curve_table(const RunRecord& record, Page& page) {
     const std::vector<CurvePoint>& points = record.statistics.curve.points();
@@ -222,7 +240,7 @@ void add_bodies(const RunRecord& record, Page& page) {
 
 void add_effects(const RunRecord& record, Page& page) {
     constexpr const char* kEffects[] = {"elasticity", "gravity",   "damping", "coarse_contact", "self_contact", "exact_contact",
-                                        "friction",   "breathing", "pulse",   "twist",          "blood_drag",   "fluoroscopy"};
+                                        "friction",   "breathing", "pulse",   "twist",          "blood_drag",   "contrast",     "fluoroscopy"};
     const std::vector<std::string> on = record.scene.effects.names();
     page.add("<h2>Simulated, and not</h2>\n<p class=\"tags\">");
     for (const char* effect : kEffects)
@@ -262,6 +280,7 @@ std::string make_report_page(const RunRecord& record, const std::vector<TakenPic
     add_losses(record, page);
     add_figures(record, page);
     add_pictures(pictures, folder, page);
+    add_xrays(record, folder, page);
     add_plots(record, page, notices);
     add_stages(record, page);
     add_bodies(record, page);

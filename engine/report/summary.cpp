@@ -1,5 +1,7 @@
 #include "engine/report/summary.hpp"
 
+#include "engine/report/xray_frames.hpp"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -216,6 +218,10 @@ std::string summary_text(const RunRecord& record) {
     json["bodies"] = bodies(record.prepared);
     json["instruments"] = instruments(record.prepared.model);
     json["pictures"] = record.pictures;
+    if (record.xrays != nullptr) {
+        json["views"] = record.xrays->views();
+        json["fluoroscopy"] = record.xrays->facts();
+    }
     json["notices"] = record.notices;
     json["machine"] = {{"processor", record.machine.processor},   {"cores", record.machine.cores},
                        {"memory_gib", record.machine.memory_gib}, {"system", record.machine.system},

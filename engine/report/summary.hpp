@@ -10,6 +10,8 @@
 
 namespace trocar::engine {
 
+class XrayFrames;
+
 /// Facts about a finished run, beside its statistics.
 struct RunRecord {
     const Scene& scene;
@@ -27,6 +29,7 @@ struct RunRecord {
     std::string gl = {};                    // who drew them
     std::vector<std::string> notices = {};
     Machine machine = {};
+    const XrayFrames* xrays = nullptr; // none were asked for
 };
 
 /// Fills summary and stage_p50 from the statistics.

@@ -1,6 +1,7 @@
 // Keys of what is not simulated itself: "time", "budget", "cost", "outputs".
 #pragma once
 
+#include "engine/scene/describe_fluoroscopy.hpp"
 #include "engine/scene/described.hpp"
 #include "engine/scene/reader.hpp"
 #include "engine/scene/scene.hpp"
@@ -115,7 +116,10 @@ struct OutputKeys {
                        s.height),
             key(s.record_every,
                 count_field("record_every", 0, 1e9, "Steps between recorded states; 0 records none unless the command line asks.")),
-            object_key<PackingKeys>(s.packing, object_field("packing", table_of<PackingKeys>(), "Which share of a ball the instruments fill.")));
+            object_key<PackingKeys>(s.packing, object_field("packing", table_of<PackingKeys>(), "Which share of a ball the instruments fill.")),
+            object_key<FluoroscopyKeys>(
+                s.fluoroscopy,
+                object_field("fluoroscopy", table_of<FluoroscopyKeys>(), "X-ray frames of a C-arm, in the folder fluoro; none when absent.")));
     }
 };
 static_assert(describes_all<OutputKeys>);

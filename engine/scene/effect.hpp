@@ -81,6 +81,7 @@ struct EffectStep {
     std::span<const double> settings; // of an effect of the program's own: the numbers of its keys, in their order
     double time_t1;                   // s, at the step's end
     EffectCounts& counts;
+    std::size_t added = 0; // of an effect of the program's own: which of SceneModel::effects.added, and of State::effects, it is
 };
 
 /// What effects do to the tissue of one body in a step; they add to it.
@@ -110,7 +111,7 @@ struct EffectDescriptor {
     std::string_view name;  // key under "effects" of a scene
     std::string_view label; // for people: the viewer's switch
     std::string_view doc;   // of the key, for schema and docs/scene.md
-    /// Keys of its object, all of them numbers or vectors with defaults, for effects of the program's own; `true` in a scene takes the
+    /// Keys of its object, all of them numbers, vectors, or choices (of which the first is the default) with defaults, for effects of the program's own; `true` in a scene takes the
     /// defaults. Empty: a flag.
     std::vector<FieldSpec> settings = {};
 
@@ -127,6 +128,8 @@ struct EffectDescriptor {
     bool fades = false;  // switched at once it would throw something: a switch takes a second
     bool in_step = true; // some of its code runs in steps
 
+    /// Numbers that it keeps in the State from step to step (State::effects), 0 at the start; after prepare. Null: none.
+    std::size_t (*memory)(const SceneModel&) = nullptr;
     /// After bodies and instruments have been prepared.
     Result<void> (*prepare)(const EffectPreparation&) = nullptr;
     void (*load_tissue)(const EffectStep&, std::size_t body, const State&, TissueLoads&) = nullptr;

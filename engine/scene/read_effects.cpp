@@ -46,6 +46,8 @@ AddedEffect read_added(const Values& effects, const EffectDescriptor& effect) {
     for (const FieldSpec& field : effect.settings)
         if (field.value.kind == ValueKind::Vector)
             for (int axis = 0; axis < 3; ++axis) added.settings.push_back(settings.vector(field.key)[axis]);
+        else if (field.value.kind == ValueKind::Choice)
+            added.settings.push_back(static_cast<double>(settings.has(field.key) ? settings.choice(field.key) : 0));
         else
             added.settings.push_back(settings.number(field.key));
     return added;

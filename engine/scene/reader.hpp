@@ -37,6 +37,15 @@ struct Reading {
 [[nodiscard]] std::optional<Error> read_drop(const Reading& reading, std::vector<Droppable>& drop);
 [[nodiscard]] std::optional<Error> read_pictures(const Reading& reading, std::vector<PictureSpec>& pictures);
 [[nodiscard]] std::optional<Error> read_picture_size(const Reading& reading, unsigned& width, unsigned& height);
+[[nodiscard]] std::optional<Error> read_primary(const Reading& reading, double& angle);
+[[nodiscard]] std::optional<Error> read_secondary(const Reading& reading, double& angle);
+[[nodiscard]] std::optional<Error> read_arm(const Reading& reading, std::vector<ArmRow>& arm);
+[[nodiscard]] std::optional<Error> read_detector(const Reading& reading, std::array<double, 2>& detector);
+[[nodiscard]] std::optional<Error> read_xray_pixels(const Reading& reading, std::array<unsigned, 2>& pixels);
+[[nodiscard]] std::optional<Error> read_window(const Reading& reading, std::optional<std::array<double, 2>>& window);
+[[nodiscard]] std::optional<Error> read_bits(const Reading& reading, unsigned& bits);
+[[nodiscard]] std::optional<Error> read_matter(const Reading& reading, std::vector<std::pair<std::string, XrayMatter>>& matter);
+[[nodiscard]] std::optional<Error> read_views(const Reading& reading, std::vector<XrayView>& views);
 [[nodiscard]] std::optional<Error> read_inlet(const Reading& reading, std::optional<SceneTarget>& inlet);
 [[nodiscard]] std::optional<Error> read_file_unit(const Reading& reading, double& unit);
 [[nodiscard]] std::optional<Error> read_groups(const Reading& reading, std::vector<std::string>& groups);

@@ -213,11 +213,61 @@ struct PictureSpec {
     double time = 0.0; // s
 };
 
+/// Grey values of an X-ray frame.
+enum class XrayDisplay : std::uint8_t {
+    Linear,      // transmission, full scale is the open beam
+    Log,         // attenuation within a window, dense is dark
+    Subtraction, // attenuation added since the mask frame: what has moved, and contrast
+    Roadmap,     // the attenuation's picture, over it what the mask frame's contrast filled
+};
+
+/// Of matter, at kXrayEnergy: see engine/fluoroscopy/matter.hpp.
+enum class XrayMatter : std::uint8_t { Tissue, Blood, Bone, Nitinol, Steel };
+
+/// Where a moving C-arm stands, linear between rows.
+struct ArmRow {
+    double time = 0.0;                     // s, ascending
+    double primary = 0.0, secondary = 0.0; // rad
+};
+
+/// An X-ray source and a detector on the two ends of an arm round the isocentre. docs/fluoroscopy.md draws it.
+struct XrayView {
+    std::string name;
+    double primary = 0.0, secondary = 0.0; // rad; + LAO, + CRA
+    std::vector<ArmRow> arm;               // empty: it stands at these angles
+    Vec3 isocentre = Vec3::Zero();         // m
+    Vec3 table = Vec3::Zero();             // m, that the patient is moved by
+    double sid = 1.05, sod = 0.75;         // m, from the source to the detector and to the isocentre
+    std::array<double, 2> detector{0.3, 0.3};  // m, width and height
+    std::array<unsigned, 2> pixels{512, 512};
+    XrayDisplay display = XrayDisplay::Linear;
+    std::optional<std::array<double, 2>> window; // [-] attenuations shown as white and as black; none: those of the first frame
+    double mask = 0.0;                           // s, of the mask frame
+    bool noise = false;
+    double photons = 2000.0;      // of a pixel in the open beam: the dose
+    double blur = 0.0;            // m, standard deviation of the detector's point spread
+    double scatter = 0.0;         // [-] share of the signal that has been scattered
+    double scatter_width = 0.03;  // m, standard deviation of its spread
+    unsigned seed = 1;            // of the noise
+    unsigned bits = 0;            // 8 or 16; 0: 16 of a linear display, 8 otherwise
+    bool masks = false, depth = false, dicom = false;
+
+    [[nodiscard]] std::size_t pixel_count() const noexcept { return std::size_t{pixels[0]} * pixels[1]; }
+};
+
+struct FluoroscopySpec {
+    unsigned every = 10; // steps between frames
+    std::vector<XrayView> views;
+    std::vector<std::pair<std::string, XrayMatter>> matter; // of bodies and instruments by name; others have their kind's
+    double shell = 1e-3;                                    // m, thickness of surfaces that are not closed
+};
+
 struct OutputSpec {
     std::vector<PictureSpec> pictures; // in the scene's order; a count in the scene is spread evenly over the run
     unsigned width = 1280, height = 720;
     unsigned record_every = 0; // steps between recorded states; 0: none unless the command line asks
     std::optional<PackingSpec> packing;
+    std::optional<FluoroscopySpec> fluoroscopy;
 };
 
 struct ScenePosition {

@@ -42,6 +42,8 @@ State make_initial_state(const SceneModel& model) {
         if (const std::optional<fem::RigidLinks>& links = model.bodies[i].links)
             (void)fem::turn_frames(*links, state.bodies[owner_of(model, i)].tissue.position, state.bodies[i].frames);
     for (const InstrumentModel& instrument : model.instruments) state.instruments.push_back(make_instrument_state(instrument));
+    for (const AddedEffect& added : model.effects.added)
+        state.effects.emplace_back(added.effect->memory != nullptr ? added.effect->memory(model) : 0, 0.0);
     return state;
 }
 
@@ -61,6 +63,8 @@ std::uint64_t hash_state(const State& state) noexcept {
         for (const double angle : instrument.rod.angle) hash.add(angle);
         for (const double spin : instrument.rod.spin) hash.add(spin);
     }
+    for (const std::vector<double>& memory : state.effects)
+        for (const double value : memory) hash.add(value);
     return hash.value();
 }
 

@@ -123,6 +123,7 @@ struct State {
     std::vector<BodyState> bodies; // as SceneModel::bodies
     std::vector<InstrumentState> instruments;
     SolidContactState solids;
+    std::vector<std::vector<double>> effects; // as SceneModel::effects.added: EffectDescriptor::memory
 };
 
 [[nodiscard]] State make_initial_state(const SceneModel& model);

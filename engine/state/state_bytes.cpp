@@ -130,6 +130,14 @@ std::string find_misfit(const SceneModel& model, const State& state) {
     for (std::size_t i = 0; i < model.instruments.size(); ++i)
         if (!instrument_fits(model, model.instruments[i], state.instruments[i]))
             return fmt::format("what it holds of the instrument \"{}\" does not fit the scene's", model.instruments[i].name);
+    if (state.effects.size() != model.effects.added.size()) return "what it holds of effects does not fit the scene's";
+    for (std::size_t i = 0; i < state.effects.size(); ++i) {
+        const auto& [effect, settings] = model.effects.added[i];
+        const std::vector<double>& kept = state.effects[i];
+        if (kept.size() != (effect->memory != nullptr ? effect->memory(model) : 0) ||
+            !std::all_of(kept.begin(), kept.end(), [](double value) { return std::isfinite(value); }))
+            return fmt::format("what it holds of the effect \"{}\" does not fit the scene's", effect->name);
+    }
     if (!solids_fit(model, state)) return "its contacts name what the scene does not have";
     return {};
 }

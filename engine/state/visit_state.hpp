@@ -130,11 +130,12 @@ void visit_solids(Visitor& visitor, Solids& solids) {
 
 template <class Visitor, class StateT, class Lumen>
 void visit_state(Visitor& visitor, StateT& state, Lumen&& visit_lumen) {
-    auto& [step, time, bodies, instruments, solids] = state;
+    auto& [step, time, bodies, instruments, solids, effects] = state;
     visit_numbers(visitor, step, time);
     for (auto& body : bodies) visit_body(visitor, body, visit_lumen);
     for (auto& instrument : instruments) visit_instrument(visitor, instrument);
     visit_solids(visitor, solids);
+    for (auto& memory : effects) visitor.list(memory, [&](auto& value) { visitor.number(value); });
 }
 
 } // namespace trocar::engine

@@ -61,6 +61,7 @@ inline constexpr std::array kFolders{
     Folder{"engine/effects/friction", 3, 2},
     Folder{"engine/effects/twist", 3, 2},
     Folder{"engine/effects/blood_drag", 3, 2},
+    Folder{"engine/effects/contrast", 3, 2},
     Folder{"engine/effects/fluoroscopy", 3, 2},
     Folder{"engine/step/contact", 4, 0},
     Folder{"engine/step/tissue", 4, 1},
@@ -68,6 +69,7 @@ inline constexpr std::array kFolders{
     Folder{"engine/step/instrument", 4, 2},
     Folder{"engine/step", 4, 3},
     Folder{"engine", 4, 4}, // trocar.hpp, which users include
+    Folder{"engine/fluoroscopy", 5, 0},
     Folder{"engine/render", 5, 0},
     Folder{"engine/report", 6, 0},
     Folder{"engine/experiments", 7, 0},

@@ -15,6 +15,16 @@
 
 namespace trocar::engine {
 
+/// More members than tie_members has lines for.
+inline bool operator==(const ArmRow& a, const ArmRow& b) { return tie_members(a) == tie_members(b); }
+inline bool operator==(const XrayView& left, const XrayView& right) {
+    const auto tied = [](const XrayView& view) {
+        const auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w] = view;
+        return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w);
+    };
+    return tied(left) == tied(right);
+}
+
 /// Of every kind of member.
 namespace sample {
 struct Pair {
@@ -43,7 +53,7 @@ using sample::Many, sample::Pair;
 template <class K>
 class Described : public testing::Test {};
 using AllKeys =
-    testing::Types<ContactKeys, CostKeys, PaceKeys, TimeKeys, BudgetKeys, PictureKeys, OutputKeys, BreathingKeys, PulseKeys,
+    testing::Types<ContactKeys, CostKeys, PaceKeys, TimeKeys, BudgetKeys, PictureKeys, OutputKeys, FluoroscopyKeys, XrayViewKeys, BreathingKeys, PulseKeys,
                    BloodPropertyKeys, BloodKeys, EffectsKeys, LandmarkKeys, EntryPositionKeys, TargetPositionKeys, MaterialKeys, TissueKeys,
                    FileSurfaceKeys, RecipeSurfaceKeys, ShapeKeys, MeshedCoarseKeys, FileCoarseKeys, DirectionRegionKeys, BoxRegionKeys,
                    BallKeys, SphereRegionKeys, BodyKeys, TipKeys, LimitKeys, FollowSettingKeys, FollowKeys, InstrumentKeys>;

@@ -1,12 +1,12 @@
 // Blood flows along the vessels that instruments move in, and drags them along.
 #include "engine/effects/describe.hpp"
 #include "engine/effects/registry.hpp"
-#include "engine/prepare/effect_preparation.hpp"
 #include "engine/prepare/scripted_motion.hpp"
+#include "engine/prepare/vessel_flow.hpp"
+#include "engine/state/flow_points.hpp"
 #include "engine/state/state.hpp"
 #include "fem/rod/rod.hpp"
 #include "fem/rod/rod_flow.hpp"
-#include "spheretree/lumen/centreline.hpp"
 
 #include <fmt/format.h>
 
@@ -18,23 +18,6 @@ namespace {
 
 /// How far along the centreline the next node's place is looked for: segments of the rod, and metres beyond.
 constexpr double kWindowSegments = 2.0, kWindow = 3e-3;
-
-/// Where the vessel stands at the step's end.
-std::span<const Vec3> find_flow_points(const EffectStep& step, std::size_t body, State& state, std::vector<Vec3>& moved_points) {
-    const BodyModel& vessel = step.model.bodies[body];
-    const BloodFlow& flow = *vessel.blood;
-    if (flow.links) {
-        moved_points.resize(flow.point_count());
-        fem::update_embedded_surface(*flow.links, state.bodies[*vessel.host_body].tissue.position, flow.points,
-                                     state.bodies[body].flow_frames, moved_points);
-        return moved_points;
-    }
-    if (vessel.path.empty()) return flow.points;
-    const Vec3 moved = evaluate_motion(vessel.path, step.time_t1);
-    moved_points.resize(flow.point_count());
-    for (std::size_t i = 0; i < flow.point_count(); ++i) moved_points[i] = flow.points[i] + moved;
-    return moved_points;
-}
 
 /// The rod's nodes one after another: each is looked for near the one before, so that it is never in a branch beside its own.
 class FlowWalk {
@@ -112,7 +95,7 @@ void find_flow(const EffectStep& step, std::size_t index, State& state, RodLoads
     const InstrumentModel& instrument = step.model.instruments[index];
     const fem::RodModel& rod = instrument.rod;
     const fem::RodState& rod_t0 = state.instruments[index].rod;
-    const std::span<const Vec3> points = find_flow_points(step, instrument.lumen, state, loads.scratch);
+    const std::span<const Vec3> points = find_flow_points(step.model, instrument.lumen, step.time_t1, state, loads.scratch);
     loads.flow.assign(rod.node_count(), {});
     const double form = fem::form_resistance(blood.density, rod.design.radius);
     FlowWalk walk(*step.model.bodies[instrument.lumen].blood, points, instrument.flow_entry, kWindowSegments * rod.segment + kWindow);
@@ -122,43 +105,9 @@ void find_flow(const EffectStep& step, std::size_t index, State& state, RodLoads
     }
 }
 
-/// Blood in every vessel with an instrument: from the scene's inlet where that lies in it, otherwise along the first instrument's entry.
 Result<void> prepare_flow(const EffectPreparation& preparation) {
-    const auto& [scene, coarse, shelf, prepared] = preparation;
-    if (!scene.effects.blood_drag) return {};
-    const BloodSpec& spec = *scene.effects.blood_drag;
-    const std::string key = "effects.blood_drag";
-    std::optional<Place> inlet;
-    if (spec.inlet) {
-        const auto place = find_place(scene, spec.inlet->place, key + ".inlet", shelf);
-        if (!place.ok()) return place.error();
-        inlet = *place;
-    }
-    bool inlet_used = false;
-    for (InstrumentModel& instrument : prepared.model.instruments) {
-        BodyModel& vessel = prepared.model.bodies[instrument.lumen];
-        if (!vessel.blood) {
-            auto tree = spheretree::find_centreline_tree(*vessel.lumen, inlet ? inlet->position : instrument.port.position);
-            const bool from_inlet = inlet && tree.ok();
-            inlet_used |= from_inlet;
-            if (inlet && !tree.ok()) tree = spheretree::find_centreline_tree(*vessel.lumen, instrument.port.position);
-            if (tree.ok() && !from_inlet)
-                tree = spheretree::find_centreline_tree(*vessel.lumen, find_inflow(*tree, instrument.port.direction));
-            if (!tree.ok()) return scene_error(scene, key, tree.error().message, tree.error().code);
-            vessel.blood = make_blood_flow(*tree, spec.speed);
-            if (vessel.host_body) {
-                auto links =
-                    fem::make_embedded_links(coarse.meshes[*vessel.host_body], vessel.blood->points, scene.bodies[instrument.lumen].blend);
-                if (!links.ok()) return links.error();
-                vessel.blood->links = std::move(*links);
-            }
-        }
-        instrument.flow_entry = find_flow_point(*vessel.blood, instrument.port.position);
-    }
-    if (!inlet || inlet_used || prepared.model.instruments.empty()) return {};
-    return scene_error(scene, key + ".inlet",
-                       fmt::format("({:.4g}, {:.4g}, {:.4g}) mm lies in no vessel that an instrument moves in; expected a place inside",
-                                   1e3 * inlet->position.x(), 1e3 * inlet->position.y(), 1e3 * inlet->position.z()));
+    const auto& spec = preparation.scene.effects.blood_drag;
+    return spec ? prepare_vessel_flow(preparation, "effects.blood_drag", spec->speed, spec->inlet ? &*spec->inlet : nullptr) : Result<void>();
 }
 
 EffectLine explain_flow(const Scene& scene, const SceneModel&) {

@@ -5,6 +5,7 @@ import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { Fluoroscope } from "./fluoroscope";
+import { Orientation } from "./orientation";
 import { makeDots, makeTarget, setDots } from "./marks";
 import { Surface } from "./surface";
 import type { Frame, Model, PartShape, SceneMessage, View } from "./protocol";
@@ -41,6 +42,7 @@ export class Stage {
     private readonly seen = new THREE.Matrix4();
     private readonly scene = new THREE.Scene();
     private readonly fluoroscope = new Fluoroscope();
+    private readonly orientation = new Orientation((from) => this.lookFrom(from));
     private surfaces: Surface[] = [];
     private readonly rod: Line2;
     private readonly rodMaterial = new LineMaterial({ linewidth: 3, depthTest: false, transparent: true, opacity: 0.9 });
@@ -215,6 +217,15 @@ export class Stage {
         this.controls.maxDistance = 6 * distance;
     }
 
+    /// From a side of the patient, as far away as now.
+    lookFrom(side: THREE.Vector3): void {
+        const distance = this.camera.position.distanceTo(this.controls.target);
+        const way = side.clone();
+        if (Math.abs(way.dot(this.camera.up)) > 0.99) way.addScaledVector(new THREE.Vector3(...this.view.antero_posterior), -0.02); // the front stays down
+        this.camera.position.copy(this.controls.target).addScaledVector(way.normalize(), distance);
+        this.touch();
+    }
+
     /// Unit vector from the eye to what it looks at.
     get looking(): [number, number, number] {
         return this.controls.target.clone().sub(this.camera.position).normalize().toArray();
@@ -341,6 +352,7 @@ export class Stage {
 
     private draw(): void {
         this.takeFrame();
+        this.orientation.update(this.camera);
         for (const surface of this.surfaces) surface.follow();
         this.dots.visible = this.showContacts && !this.xray;
         this.spheres.visible = this.showSpheres && !this.xray;

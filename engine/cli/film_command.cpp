@@ -1,0 +1,114 @@
+// `film`: a scene as the angiography suite shows it, one animated PNG.
+#include "engine/cli/commands.hpp"
+#include "engine/cli/progress.hpp"
+#include "engine/cli/set_option.hpp"
+#include "engine/fluoroscopy/film.hpp"
+#include "engine/fluoroscopy/fluoroscope.hpp"
+#include "engine/io/atomic_file.hpp"
+#include "engine/prepare/prepare_scene.hpp"
+#include "engine/step/simulator.hpp"
+#include "engine/time/interrupt.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <memory>
+
+namespace trocar::engine {
+
+namespace {
+
+constexpr std::size_t kMostFilmBytes = std::size_t{1} << 30; // of frames in memory
+constexpr std::array<unsigned, 2> kFilmPixels{256, 256};     // of a scene that has no view of its own
+
+struct FilmOptions {
+    std::filesystem::path scene, out = "film.png";
+    std::string view; // by name; empty: the scene's first
+    std::int64_t steps = -1;
+    unsigned every = 0; // steps; 0: as the scene says, or 10
+    SceneSettings settings;
+};
+
+/// The view that is filmed: of the scene, or one of the whole patient from the front.
+Result<FluoroscopySpec> choose_view(const FilmOptions& options, const Scene& scene, const SceneModel& model) {
+    FluoroscopySpec spec = scene.outputs.fluoroscopy.value_or(FluoroscopySpec{});
+    if (options.every > 0) spec.every = options.every;
+    if (spec.views.empty() && options.view.empty()) {
+        spec.views = {XrayPatient::whole_view(make_initial_state(model), kFilmPixels)};
+        spec.views.front().display = XrayDisplay::Log;
+        return spec;
+    }
+    std::string known;
+    for (const XrayView& view : spec.views) {
+        if (options.view.empty() || view.name == options.view) {
+            spec.views = {XrayView(view)};
+            return spec;
+        }
+        known += (known.empty() ? "" : ", ") + view.name;
+    }
+    return Error{.code = ErrorCode::BadUsage,
+                 .message = fmt::format("the scene has no view \"{}\"; it has {}", options.view, known.empty() ? "none" : known),
+                 .key = "--view"};
+}
+
+int film(const FilmOptions& options) {
+    if (const auto fits = check_place(options.out, "--out"); !fits) return report_error(fits.error());
+    const Result<Scene> scene = read_set_scene(options.scene, options.settings);
+    if (!scene.ok()) return report_error(scene.error());
+    ProgressLine progress(true);
+    const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
+    progress.clear();
+    if (!prepared.ok()) return report_error(prepared.error());
+    const Result<FluoroscopySpec> spec = choose_view(options, *scene, prepared->model);
+    if (!spec.ok()) return report_error(spec.error());
+    XrayPatient patient(*spec, prepared->model);
+    Fluoroscope scope(spec->views.front());
+    Simulator simulator(prepared->model);
+    const std::uint64_t steps = options.steps >= 0 ? static_cast<std::uint64_t>(options.steps) : prepared->model.step_count;
+    const std::size_t bytes = (steps / spec->every + 1) * spec->views.front().pixel_count() * sizeof(std::uint16_t);
+    if (bytes > kMostFilmBytes)
+        return report_error({ErrorCode::BadValue, fmt::format("{} frames of {} x {} pixels fill {:.1f} GiB; expected 1 GiB at most: fewer pixels, or a larger --every",
+                                                              steps / spec->every + 1, spec->views.front().pixels[0], spec->views.front().pixels[1],
+                                                              static_cast<double>(bytes) / (1u << 30))});
+    std::vector<GreyFrame> frames;
+    const auto take = [&](const State& state) {
+        (void)scope.project(patient, state);
+        frames.push_back(scope.frame(state.step, state.time));
+    };
+    take(simulator.state());
+    int code = kExitFine;
+    for (std::uint64_t k = 0; k < steps && code == kExitFine; ++k) {
+        if (interrupt_requested()) {
+            code = kExitInterrupted;
+            break;
+        }
+        const StepReport& report = simulator.step();
+        progress.show_step(k + 1, steps, report);
+        if (!report.finite) code = kExitNotFinite;
+        if (report.finite && report.step % spec->every == 0) take(simulator.state());
+    }
+    progress.clear();
+    const Result<std::string> bytes_of_film = encode_film(frames, prepared->model.step_s * spec->every);
+    if (!bytes_of_film.ok()) return report_error(bytes_of_film.error());
+    if (const auto written = write_file_atomically(options.out, *bytes_of_film); !written) return report_error(written.error());
+    fmt::print("{} frames of {} x {} pixels, every {} steps: {}\n", frames.size(), frames.front().width, frames.front().height, spec->every, options.out.string());
+    for (const std::string& notice : patient.notices()) fmt::print("notice: {}\n", notice);
+    if (code == kExitNotFinite) fmt::print(stderr, "error: {}\n", simulator.report().failure);
+    return code;
+}
+
+} // namespace
+
+Command add_film_command(CLI::App& app) {
+    const auto options = std::make_shared<FilmOptions>();
+    CLI::App* command = app.add_subcommand("film", "Run a scene and show it as the C-arm does: one animated PNG");
+    command->add_option("scene", options->scene, "scene file (JSON)")->required();
+    command->add_option("--out", options->out, "the film; film.png where none is given");
+    command->add_option("--view", options->view, "of outputs.fluoroscopy, by its name; the first where none is given");
+    command->add_option("-n,--steps", options->steps, "steps to take instead of the scene's duration")->check(CLI::Range(std::int64_t{0}, std::int64_t{1000000000}));
+    command->add_option("--every", options->every, "steps between frames, instead of the scene's")->check(CLI::Range(1u, 1000000000u));
+    add_set_options(*command, options->settings);
+    return {command, [options] { return film(*options); }};
+}
+
+} // namespace trocar::engine

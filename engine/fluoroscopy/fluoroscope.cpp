@@ -1,0 +1,77 @@
+#include "engine/fluoroscopy/fluoroscope.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace trocar::engine {
+
+namespace {
+
+GreyFrame mask_of(const XrayView& view, const AttenuationSums& sums) {
+    GreyFrame frame{view.pixels[0], view.pixels[1], 8, std::vector<std::uint16_t>(view.pixel_count(), 0)};
+    for (std::size_t k = 0; k < sums.size(); ++k) frame.values[k] = sums[k] != 0 ? 255 : 0;
+    return frame;
+}
+
+} // namespace
+
+const XrayFrame& Fluoroscope::project(XrayPatient& patient, const State& state) {
+    const ArmAngles angles = find_angles(view_, state.time);
+    if (angles.primary != now_.angles.primary || angles.secondary != now_.angles.secondary) has_still_ = false;
+    now_.angles = angles;
+    now_.beam = make_cone_beam(view_, angles);
+    Projector projector(now_.beam, threads_);
+    const auto& bodies = patient.bodies();
+    if (!has_still_) {
+        still_.assign(view_.pixel_count(), 0);
+        for (std::size_t i = 0; i < bodies.size(); ++i)
+            if (!bodies[i].moves) projector.add(patient.body(state, i), still_);
+        has_still_ = true;
+    }
+    sums_ = still_;
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+        if (bodies[i].moves) projector.add(patient.body(state, i), sums_);
+    device_.assign(sums_.size(), 0);
+    for (std::size_t i = 0; i < patient.instruments().size(); ++i) projector.add(patient.instrument(state, i), device_);
+    contrast_.assign(sums_.size(), 0);
+    const XraySurface iodine = patient.contrast(state);
+    if (!iodine.triangles.empty()) projector.add(iodine, contrast_);
+    for (std::size_t k = 0; k < sums_.size(); ++k) sums_[k] += device_[k] + contrast_[k];
+    projector.attenuations(sums_, now_.attenuation);
+    now_.contrast.clear();
+    if (!iodine.triangles.empty()) projector.attenuations(contrast_, now_.contrast);
+    return now_;
+}
+
+GreyFrame Fluoroscope::frame(std::uint64_t step, double time) {
+    detect(view_, now_.attenuation, step, transmission_);
+    return show(view_, transmission_, time, console_);
+}
+
+GreyFrame Fluoroscope::device_mask() const { return mask_of(view_, device_); }
+
+GreyFrame Fluoroscope::vessel_mask(XrayPatient& patient, const State& state) const {
+    Projector projector(now_.beam, threads_);
+    AttenuationSums sums(view_.pixel_count(), 0);
+    for (std::size_t i = 0; i < patient.bodies().size(); ++i) {
+        if (!patient.bodies()[i].vessel) continue;
+        XraySurface surface = patient.body(state, i);
+        surface.attenuation = 1.0;
+        projector.add(surface, sums);
+    }
+    return mask_of(view_, sums);
+}
+
+GreyFrame Fluoroscope::depth(XrayPatient& patient, const State& state) const {
+    Projector projector(now_.beam, threads_);
+    std::vector<double> nearest(view_.pixel_count(), std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < patient.bodies().size(); ++i) projector.add_depth(patient.body(state, i), nearest);
+    for (std::size_t i = 0; i < patient.instruments().size(); ++i) projector.add_depth(patient.instrument(state, i), nearest);
+    GreyFrame frame{view_.pixels[0], view_.pixels[1], 16, std::vector<std::uint16_t>(nearest.size(), 0)};
+    for (std::size_t k = 0; k < nearest.size(); ++k)
+        if (std::isfinite(nearest[k])) frame.values[k] = static_cast<std::uint16_t>(std::clamp(nearest[k] / view_.sid, 0.0, 1.0) * 65535.0 + 0.5);
+    return frame;
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,54 @@
+// A state as X-rays see it: which surfaces attenuate, and by how much.
+//
+// A body displaces what it lies in: a vessel that is embedded in an organ attenuates by blood minus that organ's matter, an instrument by
+// its metal minus the blood, a wire by its metal minus its catheter's.
+#pragma once
+
+#include "engine/fluoroscopy/projector.hpp"
+#include "engine/prepare/prepared_scene.hpp"
+#include "engine/state/state.hpp"
+
+#include <string>
+#include <vector>
+
+namespace trocar::engine {
+
+struct XrayBody {
+    std::string name;
+    XrayMatter matter = XrayMatter::Tissue;
+    double attenuation = 0.0; // 1/m, beyond that of what it lies in
+    double shell = 0.0;       // m; > 0: not closed
+    bool moves = false, vessel = false;
+};
+
+class XrayPatient {
+public:
+    /// spec     its names and shell; both outlive the patient
+    XrayPatient(const FluoroscopySpec& spec, const SceneModel& model);
+
+    [[nodiscard]] const std::vector<XrayBody>& bodies() const noexcept { return bodies_; }           // as SceneModel::bodies
+    [[nodiscard]] const std::vector<XrayBody>& instruments() const noexcept { return instruments_; } // as SceneModel::instruments
+
+    [[nodiscard]] XraySurface body(const State& state, std::size_t index) const;
+    [[nodiscard]] XraySurface instrument(const State& state, std::size_t index) const;
+    /// What contrast agent adds: closed pieces of vessel, made anew by this call and valid until the next; empty where there is none.
+    [[nodiscard]] XraySurface contrast(const State& state);
+
+    /// A sentence for each body that is taken as a thin shell.
+    [[nodiscard]] std::vector<std::string> notices() const;
+
+    /// Does a closed body hold this place? By the number of surfaces on the way to it.
+    [[nodiscard]] const XrayBody* find_around(const State& state, const Vec3& place) const;
+
+    /// A C-arm that has everything in its picture, from the front.
+    [[nodiscard]] static XrayView whole_view(const State& state, std::array<unsigned, 2> pixels);
+
+private:
+    const SceneModel& model_;
+    std::vector<XrayBody> bodies_, instruments_;
+    std::vector<Vec3> contrast_points_, flow_points_;
+    std::vector<Triangle> contrast_triangles_;
+    std::vector<double> contrast_attenuation_; // [triangles] 1/m
+};
+
+} // namespace trocar::engine
