@@ -45,7 +45,13 @@ void print_facts(const ImportSource& source, const std::vector<std::string>& rep
 }
 
 int end_import(const ImportRequest& request, const std::filesystem::path& out) {
-    if (const int tried = try_scene(request, out); tried != kExitFine) return tried;
+    if (const int tried = try_scene(request, out); tried != kExitFine) { // nothing stays that looks finished
+        std::error_code ignored;
+        for (const char* name : {import_name::kScene, import_name::kSurface, import_name::kStl, import_name::kCentreline, import_name::kMarkups,
+                                 import_name::kReport, import_name::kExplain, import_name::kOrganSurface, import_name::kOrganTets})
+            std::filesystem::remove(out / name, ignored);
+        return tried;
+    }
     fmt::print("scene {}\nto see it: trocar view {}\n", (out / import_name::kScene).string(), (out / import_name::kScene).string());
     return kExitFine;
 }

@@ -15,7 +15,9 @@ namespace trocar::engine {
 namespace {
 
 /// Of the median inscribed sphere: distance of the points along a branch, within these bounds.
-constexpr double kSpacingShare = 0.5, kLeastSpacing = 1e-4, kMostSpacing = 2e-3; // [-], m, m
+constexpr double kSpacingShare = 0.5, kLeastSpacing = 1e-4, kLargestSpacing = 2e-3; // [-], m, m
+/// Points along the longest side of the surface's box, at most.
+constexpr double kMostAlong = 800.0;
 /// Centring: halvings of the step, which begins at this share of the radius, moves with each, directions tried for a move.
 constexpr int kHalvings = 6, kMovesEach = 4, kDirections = 12;
 constexpr double kFirstStep = 0.25;
@@ -209,7 +211,8 @@ void centre_tree(const InsideTest& inside, CentrelineTree& tree) {
 Result<std::vector<CentrelineBranch>> find_branches(const TriMesh& closed, const spheretree::LumenTree& lumen, const Vec3& root,
                                                     std::span<const VesselEnd> openings, Centring centring) {
     spheretree::CentrelineOptions options;
-    options.spacing = std::clamp(kSpacingShare * median_radius(lumen), kLeastSpacing, kMostSpacing);
+    const double least = std::max(kLeastSpacing, closed.bounds().longest_edge() / kMostAlong);
+    options.spacing = std::clamp(kSpacingShare * median_radius(lumen), least, std::max(least, kLargestSpacing));
     Result<CentrelineTree> tree = spheretree::find_centreline_tree(lumen, root, options);
     if (!tree.ok()) return tree.error();
     if (centring == Centring::Full) centre_tree(InsideTest(closed), *tree);
