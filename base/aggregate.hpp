@@ -54,7 +54,7 @@ inline constexpr std::size_t member_count = aggregate_detail::count_members<std:
 template <class T>
 [[nodiscard]] constexpr auto tie_members(T& value) noexcept {
     constexpr std::size_t count = member_count<std::remove_const_t<T>>;
-    static_assert(count >= 1 && count <= 16, "a struct with more members needs another line here");
+    static_assert(count >= 1 && count <= 32, "a struct with more members needs another line here");
 #define TROCAR_TIE(number, ...)                                                                                                            \
     if constexpr (count == number) {                                                                                                       \
         auto& [__VA_ARGS__] = value;                                                                                                       \
@@ -76,6 +76,22 @@ template <class T>
     TROCAR_TIE(14, a, b, c, d, e, f, g, h, i, j, k, l, m, n)
     TROCAR_TIE(15, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o)
     TROCAR_TIE(16, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p)
+    TROCAR_TIE(17, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q)
+    TROCAR_TIE(18, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r)
+    TROCAR_TIE(19, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s)
+    TROCAR_TIE(20, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t)
+    TROCAR_TIE(21, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u)
+    TROCAR_TIE(22, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v)
+    TROCAR_TIE(23, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w)
+    TROCAR_TIE(24, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x)
+    TROCAR_TIE(25, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y)
+    TROCAR_TIE(26, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z)
+    TROCAR_TIE(27, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa)
+    TROCAR_TIE(28, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb)
+    TROCAR_TIE(29, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc)
+    TROCAR_TIE(30, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd)
+    TROCAR_TIE(31, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee)
+    TROCAR_TIE(32, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, aa, bb, cc, dd, ee, ff)
 #undef TROCAR_TIE
 }
 

@@ -9,6 +9,7 @@
     effect(damping)                                                                                                                        \
     effect(gravity)                                                                                                                        \
     effect(breathing)                                                                                                                      \
+    effect(loads)                                                                                                                          \
     effect(pulse)                                                                                                                          \
     effect(coarse_contact)                                                                                                                 \
     effect(self_contact)                                                                                                                   \

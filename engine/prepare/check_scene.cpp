@@ -100,6 +100,34 @@ void check_fixed(const std::string& key, const FixedRegion& region, SceneCheck& 
     if (region.kind == RegionKind::Sphere) check.keys<SphereRegionKeys>(key, region);
 }
 
+void check_rows(const std::string& key, const std::vector<LoadRow>& rows, SceneCheck& check) {
+    double last = -kNoLimit;
+    for (const LoadRow& row : rows) {
+        check.number(key, row.time, last, kNoLimit);
+        check.number(key, row.value, -kNoLimit, kNoLimit);
+        last = row.time;
+    }
+}
+
+void check_held(const std::string& key, const HeldRegion& held, SceneCheck& check) {
+    check_fixed(key, held.region, check);
+    check.keys<HeldMotionKeys>(key, held);
+    check_rows(key + ".turns", held.turns, check);
+    double last = -kNoLimit;
+    for (const KeyFrame& frame : held.moves) {
+        check.number(key + ".moves", frame.time, last, kNoLimit);
+        check.place(key + ".moves", frame.displacement);
+        last = frame.time;
+    }
+}
+
+void check_load(const std::string& key, const LoadSpec& load, SceneCheck& check) {
+    if (load.region) check_fixed(key + ".where", *load.region, check);
+    check_rows(key + ".over", load.over, check);
+    for (int axis = 0; axis < 3; ++axis) check.number(key, load.vector[axis], -kNoLimit, kNoLimit);
+    check.number(key, load.number, -kNoLimit, kNoLimit);
+}
+
 void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
     const SceneBody& body = scene.bodies[i];
     const std::string key = "bodies." + body.name;
@@ -116,7 +144,8 @@ void check_body(const Scene& scene, std::size_t i, SceneCheck& check) {
     if (body.kind == BodyKind::Deformable) {
         check.above(key + ".coarse.unit", body.coarse.unit);
         if (body.coarse.file.empty()) check.keys<MeshedCoarseKeys>(key + ".coarse", body.coarse);
-        for (const FixedRegion& region : body.fixed) check_fixed(key + ".fixed", region, check);
+        for (const HeldRegion& held : body.fixed) check_held(key + ".fixed", held, check);
+        for (const LoadSpec& load : body.loads) check_load(key + ".loads", load, check);
     }
     if (body.kind == BodyKind::Kinematic && body.motion.empty())
         check.fail(key + ".motion", "found no row, expected one at least for a kinematic body");

@@ -31,6 +31,26 @@ struct MotionRow {
     Vec3 displacement = Vec3::Zero(); // m, from the rest pose
 };
 
+/// Held nodes that move as told.
+struct HeldNodes {
+    std::vector<Index> pinned; // places in TissueModel::pinned, ascending
+    std::vector<MotionRow> moves;
+    std::vector<LoadRow> turns; // rad
+    Vec3 point = Vec3::Zero(), axis = Vec3::UnitZ();
+};
+
+/// A load on a body's nodes.
+struct BodyLoad {
+    LoadKind kind = LoadKind::Force;
+    Vec3 vector = Vec3::Zero();
+    double number = 0.0;
+    std::vector<LoadRow> over;
+    std::vector<Index> nodes;    // ascending; empty for loads on faces
+    std::vector<double> share;   // [nodes] of their mass in all
+    std::vector<Triangle> faces; // coarse nodes, outward
+    std::vector<double> area;    // [faces] m^2 at rest
+};
+
 struct BodyModel {
     std::string name;
     Motion motion = Motion::Static;
@@ -42,6 +62,10 @@ struct BodyModel {
     std::optional<fem::RigidLinks> links;   // surface embedded in its own mesh, or in the host's
     bool self_contact = true;               // where the scene has that effect
     std::vector<MotionRow> path;            // kinematic bodies
+    std::vector<HeldNodes> held;            // deformable bodies: those of their held nodes that move
+    std::vector<BodyLoad> loads;            // deformable bodies, with the effect loads
+    Vec3 velocity = Vec3::Zero();           // m/s, of tissue at the start
+    Vec3 spin = Vec3::Zero();               // rad/s, of tissue at the start
     collision::SurfaceTopology topology;
     std::vector<Vec3> pulse_reach;                    // [vertex_count] m, to the systolic position; hollow bodies under the effect pulse
     spheretree::CoveringTree covering;                // solid bodies; of a wrapped tree, or one from a file, the tree alone

@@ -1,3 +1,4 @@
+#include "engine/prepare/node_sets.hpp"
 #include "engine/prepare/prepare_body.hpp"
 #include "base/topology.hpp"
 #include "engine/prepare/pulse.hpp"
@@ -128,34 +129,6 @@ Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, const
     return mesh;
 }
 
-bool in_region(const FixedRegion& region, const Vec3& p, double least, double most) {
-    switch (region.kind) {
-    case RegionKind::Box:
-        return region.box.contains(p);
-    case RegionKind::Sphere:
-        return (p - region.centre).squaredNorm() <= region.radius * region.radius;
-    case RegionKind::Direction:
-        break;
-    }
-    return region.direction.dot(p) >= most - region.fraction * (most - least);
-}
-
-std::vector<Index> find_pinned(const std::vector<FixedRegion>& regions, const std::vector<Vec3>& nodes) {
-    std::vector<Index> pinned;
-    for (const FixedRegion& region : regions) {
-        double least = std::numeric_limits<double>::infinity(), most = -least;
-        for (const Vec3& p : nodes) {
-            least = std::min(least, region.direction.dot(p));
-            most = std::max(most, region.direction.dot(p));
-        }
-        for (Index i = 0; i < nodes.size(); ++i)
-            if (in_region(region, nodes[i], least, most)) pinned.push_back(i);
-    }
-    std::sort(pinned.begin(), pinned.end());
-    pinned.erase(std::unique(pinned.begin(), pinned.end()), pinned.end());
-    return pinned;
-}
-
 fem::Material effective_material(const Scene& scene, const SceneBody& body) {
     fem::Material material = body.material;
     if (!scene.effects.damping) material.viscosity = material.mass_damping = 0.0;
@@ -248,6 +221,7 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const Sce
     const std::vector<Index> pinned = find_pinned(body.fixed, mesh->vertices);
     if (!body.fixed.empty() && pinned.empty())
         return scene_error(scene, key + ".fixed", "no node of the coarse mesh lies in any of these regions");
+    if (const Result<void> held = prepare_held(scene, body, mesh->vertices, pinned, model); !held.ok()) return held;
     Result<fem::TissueModel> tissue = fem::make_tissue_model(*mesh, effective_material(scene, body), pinned);
     if (!tissue.ok())
         return scene_error(scene, key,
@@ -272,11 +246,12 @@ Result<void> prepare_tissue(const Scene& scene, const SceneBody& body, const Sce
     summary.coarse_nodes = mesh->vertices.size();
     summary.coarse_tets = mesh->tets.size();
     summary.pinned_nodes = tissue->pinned.size();
-    if (body.material.poisson_ratio > fem::kLockingPoissonRatio)
+    if (!fem::uses_patches(body.material) && body.material.poisson_ratio > fem::kLockingPoissonRatio)
         summary.notes.push_back(
             fmt::format("Poisson's ratio {} above {}: linear tetrahedra lock; a cantilever of 41K of them bends 0.88 of "
-                        "what it should at 0.45, 0.71 at 0.49, 0.29 at 0.499",
+                        "what it should at 0.45, 0.71 at 0.49, 0.29 at 0.499; \"elements\": \"patched\" does not",
                         body.material.poisson_ratio, fem::kLockingPoissonRatio));
+    if (const Result<void> loaded = prepare_loads(scene, body, *mesh, *tissue, model); !loaded.ok()) return loaded;
     note_sliver(*mesh, stable, summary.notes);
     model.tissue = std::move(*tissue);
     model.links = std::move(*links);
@@ -307,6 +282,8 @@ Result<void> prepare_body(const Scene& scene, const SceneBody& body, PatientShel
     model.surface = std::move(surface->mesh);
     model.hollow = body.hollow;
     model.self_contact = body.self_contact;
+    model.velocity = body.velocity;
+    model.spin = body.spin;
     for (const KeyFrame& frame : body.motion) model.path.push_back({frame.time, frame.displacement});
     coarse.meshes.emplace_back();
     if (model.motion == Motion::Deformable) {

@@ -2,6 +2,7 @@
 
 #include "base/trig.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -17,6 +18,27 @@ Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept {
         return path[i - 1].displacement + s * (path[i].displacement - path[i - 1].displacement);
     }
     return path.back().displacement;
+}
+
+double evaluate_rows(const std::vector<LoadRow>& rows, double time) noexcept {
+    if (time <= rows.front().time) return rows.front().value;
+    const auto next = std::upper_bound(rows.begin(), rows.end(), time, [](double t, const LoadRow& row) { return t < row.time; });
+    if (next == rows.end()) return rows.back().value;
+    const LoadRow &from = *(next - 1), &to = *next;
+    return from.value + (time - from.time) / (to.time - from.time) * (to.value - from.value);
+}
+
+void move_held_nodes(const BodyModel& body, double time, std::vector<Vec3>& target) {
+    if (body.held.empty()) return;
+    const fem::TissueModel& tissue = *body.tissue;
+    if (target.empty())
+        for (const Index node : tissue.pinned) target.push_back(tissue.rest_position[node]);
+    for (const HeldNodes& held : body.held) {
+        const Vec3 moved = evaluate_motion(held.moves, time);
+        const Mat3 turn = held.turns.empty() ? Mat3(Mat3::Identity()) : rotation_about(held.axis, evaluate_rows(held.turns, time));
+        for (const Index k : held.pinned)
+            target[k] = held.point + turn * (tissue.rest_position[tissue.pinned[k]] - held.point) + moved;
+    }
 }
 
 double wave_at(double period, double time) noexcept {

@@ -8,6 +8,12 @@ namespace trocar::engine {
 /// Displacement of a kinematic body: linear between rows, held outside.
 [[nodiscard]] Vec3 evaluate_motion(const std::vector<MotionRow>& path, double time) noexcept;
 
+/// Linear between rows, held outside. rows: not empty.
+[[nodiscard]] double evaluate_rows(const std::vector<LoadRow>& rows, double time) noexcept;
+
+/// Where held nodes are that move as told. target [pinned_count] m, or empty, which is filled with the rest places first.
+void move_held_nodes(const BodyModel& body, double time, std::vector<Vec3>& target);
+
 /// Share of a breath or a beat at a time, 0 at the start of a period, 1 in its middle; smooth, and free of libm.
 /// source   amplitude (1 - cos) / 2
 [[nodiscard]] double wave_at(double period, double time) noexcept;

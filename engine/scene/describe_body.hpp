@@ -3,13 +3,19 @@
 
 #include "base/repair.hpp"
 #include "engine/scene/described.hpp"
+#include "engine/scene/presets.hpp"
 #include "engine/scene/reader.hpp"
 #include "engine/scene/scene.hpp"
 
 namespace trocar::engine {
 
-inline constexpr double kLargestShape = 10.0;    // m
+inline constexpr double kLargestShape = 10.0;   // m
 inline constexpr double kSmallestLength = 1e-5; // m
+inline constexpr double kUsualPoissonRatio = 0.495;
+
+inline constexpr Range kModuli{0.0, 1e10, false, 0.0, 1e8, "soft tissue is below 100 MPa"};
+inline constexpr Range kOgdenModuli{-1e10, 1e10, false, -1e8, 1e8, "soft tissue is below 100 MPa"};
+inline constexpr Range kOgdenPowers{-30.0, 30.0};
 
 /// Part of the keys of "material".
 struct MaterialKeys {
@@ -17,16 +23,58 @@ struct MaterialKeys {
     static auto of(auto& s) {
         using Law = fem::MaterialLaw;
         return described(
-            {"tissue", "Isotropic tissue."},
+            {"tissue", "A tissue.", "", "law"},
             key(s.law,
-                choice_field<Law>("law", {{"neo_hookean", Law::NeoHookean}, {"corotational", Law::Corotational}, {"stvk", Law::StVK}},
-                                  "Stable neo-Hookean, corotational linear, or St. Venant-Kirchhoff.")),
-            key(s.young_modulus,
-                number_field("young_modulus", Dimension::Pressure,
-                             {10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"}, "Stiffness.")),
+                choice_field<Law>("law",
+                                  {{"neo_hookean", Law::NeoHookean},
+                                   {"corotational", Law::Corotational},
+                                   {"stvk", Law::StVK},
+                                   {"mooney_rivlin", Law::MooneyRivlin},
+                                   {"ogden", Law::Ogden},
+                                   {"hgo", Law::Hgo}},
+                                  "Stable neo-Hookean, corotational linear, St. Venant-Kirchhoff, Mooney-Rivlin, Ogden with one to three "
+                                  "terms, or Holzapfel-Gasser-Ogden: two families of fibres in a neo-Hookean ground. See docs/tissue.md.")),
+            key(s.young_modulus, number_field("young_modulus", Dimension::Pressure,
+                                              {10.0, 3e10, false, 100.0, 1e8, "soft tissue is 0.1 kPa to 100 MPa, bone up to 30 GPa"},
+                                              "Stiffness; of hgo that of the ground between its fibres.")
+                                     .when({"neo_hookean", "corotational", "stvk", "hgo"})),
+            key(s.c10, number_field("c10", Dimension::Pressure, kModuli, "On the first invariant; the shear modulus is 2 (c10 + c01).")
+                           .when({"mooney_rivlin"})),
+            key(s.c01, number_field("c01", Dimension::Pressure, kModuli, "On the second invariant.").when({"mooney_rivlin"})),
+            key(s.mu1, number_field("mu1", Dimension::Pressure, kOgdenModuli,
+                                    "Of the first term mu / alpha (l1^alpha + l2^alpha + l3^alpha - 3); the shear modulus is half the sum "
+                                    "of mu alpha.")
+                           .when({"ogden"})),
+            key(s.alpha1, number_field("alpha1", Dimension::None, kOgdenPowers, "Of the first term.").when({"ogden"})),
+            key(s.mu2, number_field("mu2", Dimension::Pressure, kOgdenModuli, "Of a second term.").when({"ogden"})),
+            key(s.alpha2, number_field("alpha2", Dimension::None, kOgdenPowers, "Of a second term.").when({"ogden"})),
+            key(s.mu3, number_field("mu3", Dimension::Pressure, kOgdenModuli, "Of a third term.").when({"ogden"})),
+            key(s.alpha3, number_field("alpha3", Dimension::None, kOgdenPowers, "Of a third term.").when({"ogden"})),
+            key(s.k1, number_field("k1", Dimension::Pressure, kModuli,
+                                   "Stiffness of either family of fibres; they do not resist "
+                                   "compression.")
+                          .when({"hgo"})),
+            key(s.k2, number_field("k2", Dimension::None, above(0.0, 1e4), "How fast fibres stiffen: exp(k2 E^2).").when({"hgo"})),
+            key(s.kappa, number_field("kappa", Dimension::None, between(0.0, 1.0 / 3.0),
+                                      "Dispersion of the fibres: 0 all along their direction, 1/3 in all directions alike.")
+                             .when({"hgo"})),
+            key(s.fibre1, vector_field("fibre1", Dimension::None, coordinate(),
+                                       "Direction of the first family at rest; its length does "
+                                       "not matter.")
+                              .when({"hgo"})),
+            key(s.fibre2, vector_field("fibre2", Dimension::None, coordinate(), "Of the second family.").when({"hgo"})),
+            key(s.fibre_axis,
+                vector_field("fibre_axis", Dimension::None, coordinate(),
+                             "Of a vessel: fibres wind round the line through fibre_point along it, both ways; instead of fibre1 and "
+                             "fibre2 where it is not 0.")
+                    .when({"hgo"})),
+            key(s.fibre_point, vector_field("fibre_point", Dimension::Length, coordinate(), "On that line.").when({"hgo"})),
+            key(s.fibre_angle,
+                number_field("fibre_angle", Dimension::Angle, between(-1.5708, 1.5708), "From the circumference towards the axis.")
+                    .when({"hgo"})),
             key(s.poisson_ratio, number_field("poisson_ratio", Dimension::None,
-                                              {0.0, 0.4999, false, 0.0, fem::kLockingPoissonRatio,
-                                               "above 0.45 linear tetrahedra lock: they bend far too little"},
+                                              {0.0, 0.4999, false, 0.0, kUsualPoissonRatio,
+                                               "steps shrink with the root of 1 - 2 nu; tissue is 0.45 to 0.495"},
                                               "0 compressible, 0.5 incompressible.")),
             key(s.density,
                 number_field("density", Dimension::Density,
@@ -38,7 +86,21 @@ struct MaterialKeys {
                              "Damps deformation: adds the stress 2 viscosity D, with D the rate of strain, see docs/tissue.md.")),
             key(s.mass_damping,
                 number_field("mass_damping", Dimension::Rate, {0.0, 1e4, false, 0.0, 1e3, "drags every node towards rest"},
-                             "Damps all motion, free flight too: adds the acceleration -mass_damping v, see docs/tissue.md.")));
+                             "Damps all motion, free flight too: adds the acceleration -mass_damping v, see docs/tissue.md.")),
+            key(s.g1, number_field("g1", Dimension::None, between(0.0, 1e4),
+                                   "Stress that relaxes: the shear modulus at once is 1 + g1 + g2 + g3 times that in the end.")),
+            key(s.tau1, number_field("tau1", Dimension::Time, between(0.0, 1e6), "In which g1's share falls to 1/e.")),
+            key(s.g2, number_field("g2", Dimension::None, between(0.0, 1e4), "Of a second branch.")),
+            key(s.tau2, number_field("tau2", Dimension::Time, between(0.0, 1e6), "Of a second branch.")),
+            key(s.g3, number_field("g3", Dimension::None, between(0.0, 1e4), "Of a third branch.")),
+            key(s.tau3, number_field("tau3", Dimension::Time, between(0.0, 1e6), "Of a third branch.")),
+            key(s.elements, choice_field<fem::TetElements>("elements",
+                                                           {{"automatic", fem::TetElements::Automatic},
+                                                            {"linear", fem::TetElements::Linear},
+                                                            {"patched", fem::TetElements::Patched}},
+                                                           "Linear tetrahedra, each for itself (they lock near incompressibility), or in "
+                                                           "patches of eight that share a deformation gradient and do not; automatic: "
+                                                           "patched from a Poisson's ratio of 0.4 on. See docs/tissue.md.")));
     }
 };
 static_assert(describes_all<MaterialKeys>);
@@ -46,7 +108,12 @@ static_assert(describes_all<MaterialKeys>);
 struct TissueKeys {
     using Struct = SceneBody;
     static auto of(auto& s) {
-        return described({"material", "Isotropic tissue. The defaults are a soft liver."}, inline_keys<MaterialKeys>(s.material),
+        return described({"material", "A tissue. The defaults are a soft liver.", "", "law"},
+                         custom_key(choice_field("preset", preset_names(),
+                                                 "A tissue of the literature, from which other keys here deviate. Their sources are in "
+                                                 "docs/tissue.md."),
+                                    kReadApart, s.preset), // before all others: read_body
+                         inline_keys<MaterialKeys>(s.material),
                          key(s.cap_viscosity, flag_field("cap_viscosity", "Lowers a viscosity that would cost more than a tenth of the "
                                                                           "stable step, and says so.")));
     }
@@ -67,7 +134,8 @@ struct FileSurfaceKeys {
         const auto repairs = repair_names();
         return described(
             {"file surface",
-             "A mesh from a file: OBJ, PLY, STL, OFF, VTK, VTP, plain or .gz; of a file of tetrahedra (MSH, VTU, MEDIT, ...) its closed triangles, or else the boundary.",
+             "A mesh from a file: OBJ, PLY, STL, OFF, VTK, VTP, plain or .gz; of a file of tetrahedra (MSH, VTU, MEDIT, ...) its closed "
+             "triangles, or else the boundary.",
              "file"},
             key(s.file,
                 path_field("file", "Relative to the scene's folder; ${TROCAR_TEST_DATA} stands for that environment variable.").required()),
@@ -220,6 +288,112 @@ struct SphereRegionKeys {
 };
 static_assert(describes_all<DirectionRegionKeys, BoxRegionKeys, BallKeys>);
 
+/// Rows of a time and a number.
+[[nodiscard]] inline ValueSpec rows_over_time(Column value) {
+    return rows_value({{"t", Dimension::Time, between(0.0, 1e6)}, std::move(value)}, 1, 1000000);
+}
+[[nodiscard]] inline ValueSpec displacement_rows() {
+    return rows_value({{"t", Dimension::Time, between(0.0, 1e6)},
+                       {"x", Dimension::Length, coordinate()},
+                       {"y", Dimension::Length, coordinate()},
+                       {"z", Dimension::Length, coordinate()}},
+                      1, 1000000);
+}
+
+/// Of a held region, beside what says where it is.
+struct HeldMotionKeys {
+    using Struct = HeldRegion;
+    static auto of(auto& s) {
+        return described(
+            {"held motion", "How a held region moves."},
+            custom_key(value_field("moves", displacement_rows(), "Displacement over time, linear between rows; it rests when absent."),
+                       read_moves, s.moves),
+            custom_key(
+                value_field("turns", rows_over_time({"angle", Dimension::Angle, between(-1e6, 1e6)}),
+                            "Angle over time, linear between rows, about the line through turn_point along turn_axis; before moves."),
+                read_turns, s.turns),
+            key(s.point, vector_field("turn_point", Dimension::Length, coordinate(), "On the line of turns, at rest.")),
+            direction_key(s.axis, vector_field("turn_axis", Dimension::None, {}, "Along that line; its length does not matter.")));
+    }
+};
+
+/// A region that is held and may be moved: where it is, and how.
+template <class Region>
+struct HeldKeys {
+    using Struct = HeldRegion;
+    static auto of(auto& s) {
+        typename Region::Struct none{};
+        const auto about = Region::of(none).about;
+        return described(about, inline_keys<Region>(s.region), inline_keys<HeldMotionKeys>(s));
+    }
+};
+
+[[nodiscard]] inline ValueSpec region_value() {
+    return any_value({object_value(table_of<DirectionRegionKeys>()), object_value(table_of<BoxRegionKeys>()),
+                      object_value(table_of<SphereRegionKeys>())});
+}
+
+/// Of any load, beside what it is.
+struct LoadPlaceKeys {
+    using Struct = LoadSpec;
+    static auto of(auto& s) {
+        return described({"load place", "Where and when a load acts."},
+                         custom_key(value_field("where", region_value(), "On the nodes in a region; on the whole body when absent."),
+                                    read_where, s.region),
+                         custom_key(value_field("over", rows_over_time({"factor", Dimension::None, between(-1e6, 1e6)}),
+                                                "Factor over time, linear between rows, held before the first and after the last; 1 when "
+                                                "absent."),
+                                    read_over, s.over));
+    }
+};
+struct ForceLoadKeys {
+    using Struct = LoadSpec;
+    static auto of(auto& s) {
+        return described({"force load", "A force in all, shared by the nodes as by their mass.", "force"},
+                         key(s.vector, vector_field("force", Dimension::Force, between(-1e6, 1e6), "In all.").required()),
+                         inline_keys<LoadPlaceKeys>(s));
+    }
+};
+struct TractionLoadKeys {
+    using Struct = LoadSpec;
+    static auto of(auto& s) {
+        return described({"traction load", "A force per area at rest, of a direction that does not turn with the body.", "traction"},
+                         key(s.vector, vector_field("traction", Dimension::Pressure, between(-1e9, 1e9),
+                                                    "On the boundary's triangles whose nodes are all in the region.")
+                                           .required()),
+                         inline_keys<LoadPlaceKeys>(s));
+    }
+};
+struct PressureLoadKeys {
+    using Struct = LoadSpec;
+    static auto of(auto& s) {
+        return described({"pressure load", "A force per area as the body stands, inwards along its normals.", "pressure"},
+                         key(s.number, number_field("pressure", Dimension::Pressure, between(-1e9, 1e9),
+                                                    "On the boundary's triangles whose nodes are all in the region.")
+                                           .required()),
+                         inline_keys<LoadPlaceKeys>(s));
+    }
+};
+struct AccelerationLoadKeys {
+    using Struct = LoadSpec;
+    static auto of(auto& s) {
+        return described(
+            {"acceleration load", "A force per mass.", "acceleration"},
+            key(s.vector, vector_field("acceleration", Dimension::Acceleration, between(-1e6, 1e6), "Of every node there.").required()),
+            inline_keys<LoadPlaceKeys>(s));
+    }
+};
+struct SpringLoadKeys {
+    using Struct = LoadSpec;
+    static auto of(auto& s) {
+        return described({"spring load", "Springs to the ground, slack where the body rests.", "spring"},
+                         key(s.number, number_field("spring", Dimension::Stiffness, between(0.0, 1e9),
+                                                    "Of all together, shared by the nodes as by their mass.")
+                                           .required()),
+                         inline_keys<LoadPlaceKeys>(s));
+    }
+};
+
 struct BodyKeys {
     using Struct = SceneBody;
     static auto of(auto& s) {
@@ -254,29 +428,37 @@ struct BodyKeys {
                            .when({"deformable"}),
                        read_coarse, s.coarse),
             key(s.spheres,
-                path_field("spheres", "Of a solid body: its sphere tree, a .sph file as the command prepare and the toolkit of Bradshaw and O'Sullivan "
-                                      "write it, in the surface's frame and the unit of its file, whatever the scene's sphere_trees. Surface that "
-                                      "the tree leaves out is given to the nearest leaves, which grow, and said.")),
+                path_field(
+                    "spheres",
+                    "Of a solid body: its sphere tree, a .sph file as the command prepare and the toolkit of Bradshaw and O'Sullivan "
+                    "write it, in the surface's frame and the unit of its file, whatever the scene's sphere_trees. Surface that "
+                    "the tree leaves out is given to the nearest leaves, which grow, and said.")),
             key(s.self_contact,
                 flag_field("self_contact", "Whether the body touches itself, where the scene has that effect.").when({"deformable"})),
+            custom_key(value_field("fixed",
+                                   list_value(any_value({object_value(table_of<HeldKeys<DirectionRegionKeys>>()),
+                                                         object_value(table_of<HeldKeys<BoxRegionKeys>>()),
+                                                         object_value(table_of<HeldKeys<SphereRegionKeys>>())}),
+                                              0),
+                                   "Regions whose nodes are held, or moved as told; none when absent.")
+                           .when({"deformable"}),
+                       read_fixed, s.fixed),
+            custom_key(value_field(
+                           "loads",
+                           list_value(any_value({object_value(table_of<ForceLoadKeys>()), object_value(table_of<TractionLoadKeys>()),
+                                                 object_value(table_of<PressureLoadKeys>()), object_value(table_of<AccelerationLoadKeys>()),
+                                                 object_value(table_of<SpringLoadKeys>())}),
+                                      0),
+                           "What pulls on the body, with the effect loads; nothing when absent.")
+                           .when({"deformable"}),
+                       read_loads, s.loads),
+            key(s.velocity,
+                vector_field("velocity", Dimension::Speed, between(-1e3, 1e3), "Of all nodes at the start.").when({"deformable"})),
+            key(s.spin, vector_field("spin", Dimension::AngularSpeed, between(-1e4, 1e4), "At the start, about the centre of mass.")
+                            .when({"deformable"})),
             custom_key(
-                value_field("fixed",
-                            list_value(any_value({object_value(table_of<DirectionRegionKeys>()), object_value(table_of<BoxRegionKeys>()),
-                                                  object_value(table_of<SphereRegionKeys>())}),
-                                       0),
-                            "Regions whose nodes are held; none when absent.")
-                    .when({"deformable"}),
-                read_fixed, s.fixed),
-            custom_key(value_field("motion",
-                                   rows_value({{"t", Dimension::Time, between(0.0, 1e6)},
-                                               {"x", Dimension::Length, coordinate()},
-                                               {"y", Dimension::Length, coordinate()},
-                                               {"z", Dimension::Length, coordinate()}},
-                                              1, 1000000),
-                                   "Displacement over time, linear between rows.")
-                           .required()
-                           .when({"kinematic"}),
-                       read_motion, s.motion),
+                value_field("motion", displacement_rows(), "Displacement over time, linear between rows.").required().when({"kinematic"}),
+                read_motion, s.motion),
             no_key(s.name)); // its key in the scene's map
     }
 };

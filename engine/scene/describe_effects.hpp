@@ -84,6 +84,7 @@ struct EffectsKeys {
             key(s.elasticity, flag_field("elasticity", "Deformable bodies deform; off, they stay at rest.")),
             key(s.gravity, flag_field("gravity", "Weight, as the key gravity says.")),
             key(s.damping, flag_field("damping", "Viscosity and mass damping of the materials.")),
+            key(s.loads, flag_field("loads", "Forces, tractions, pressures and springs of the bodies' key loads.")),
             key(s.coarse_contact, flag_field("coarse_contact", "Contacts by sphere trees, interrupted by the budget.")),
             key(s.exact_contact, flag_field("exact_contact", "Continuous contacts, when the budget allows.")),
             key(s.friction, flag_field("friction", "Coulomb friction of instruments on walls, by each instrument's key friction; the wall "

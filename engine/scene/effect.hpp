@@ -19,6 +19,10 @@
 #include <string_view>
 #include <vector>
 
+namespace trocar::fem {
+struct ContactSprings;
+}
+
 namespace trocar::engine {
 
 struct Scene;
@@ -66,6 +70,7 @@ struct EffectSet {
     bool elasticity = true;      // off: deformable bodies stay at rest
     bool coarse_contact = true;  // sphere trees
     bool self_contact = false;   // solid bodies against themselves
+    bool loads = false;          // of the bodies' key loads
     bool exact_contact = true;   // continuous tests, when the budget allows
     std::optional<Vec3> gravity; // m/s^2
     std::optional<BreathingSpec> breathing;
@@ -89,6 +94,7 @@ struct TissueLoads {
     Vec3 acceleration = Vec3::Zero();  // m/s^2, of every node
     std::vector<Vec3>& pinned_target;  // [pinned_count] m, where held nodes are at the step's end; empty: they stay
     std::vector<Vec3>& force;          // [node_count] N, constant over the step; empty: none
+    fem::ContactSprings& springs;      // besides contact's; integrated with the tissue
 };
 
 /// The same of an instrument's rod.

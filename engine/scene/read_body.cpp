@@ -98,15 +98,6 @@ std::optional<Error> read_recipe_surface(const Reading& reading, SurfaceSpec& su
     return std::nullopt;
 }
 
-std::optional<Error> read_region(const Reading& reading, const JsonNode& node, FixedRegion& region) {
-    if (node.find("direction") != nullptr) {
-        region.kind = RegionKind::Direction;
-        return read_keys<DirectionRegionKeys>(reading, region);
-    }
-    region.kind = node.find("sphere") != nullptr ? RegionKind::Sphere : RegionKind::Box;
-    return region.kind == RegionKind::Sphere ? read_keys<SphereRegionKeys>(reading, region) : read_keys<BoxRegionKeys>(reading, region);
-}
-
 } // namespace
 
 std::filesystem::path checked_file(const CheckContext& context, const std::string& name) {
@@ -182,34 +173,16 @@ std::optional<Error> read_box(const Reading& reading, Box3& box) {
     return fail_at(reading.context, reading.values, "box", "found an empty box; expected the lower corner first, then the upper one");
 }
 
-std::optional<Error> read_fixed(const Reading& body, std::vector<FixedRegion>& fixed) {
-    const JsonNode* list = body.values.find("fixed");
-    for (std::size_t i = 0; list != nullptr && i < list->children.size(); ++i) {
-        const JsonNode& node = list->children[i];
-        const Values values = body.values.element("fixed", node, fmt::format("{}[{}]", body.values.path("fixed"), i));
-        if (auto error = read_region({body.context, values, body.scene}, node, fixed.emplace_back())) return error;
-    }
-    return std::nullopt;
-}
-
-std::optional<Error> read_motion(const Reading& body, std::vector<KeyFrame>& motion) {
-    const auto& [context, values, scene] = body;
-    const JsonNode* rows = values.find("motion");
-    if (rows == nullptr) return std::nullopt;
-    for (const JsonNode& row : rows->children) {
-        KeyFrame frame{values.column("motion", row, 0), {}};
-        for (std::size_t i = 0; i < 3; ++i) frame.displacement[static_cast<int>(i)] = values.column("motion", row, i + 1);
-        if (!motion.empty() && frame.time <= motion.back().time)
-            return error_at(context, row.at, fmt::format("{}[{}]", values.path("motion"), motion.size()),
-                            fmt::format("found the time {} after {}; expected increasing times",
-                                        with_unit(frame.time, Dimension::Time, context.units),
-                                        with_unit(motion.back().time, Dimension::Time, context.units)));
-        motion.push_back(frame);
-    }
-    return std::nullopt;
-}
+std::optional<Error> read_motion(const Reading& reading, std::vector<KeyFrame>& motion) { return read_frames(reading, "motion", motion); }
 
 std::optional<Error> read_body(const Reading& reading, SceneBody& body) {
+    if (reading.values.has("material")) {
+        const Values material = reading.values.object("material");
+        if (material.has("preset")) {
+            body.preset = material.text("preset");
+            body.material = *find_preset(body.preset);
+        }
+    }
     if (auto error = read_keys<BodyKeys>(reading, body)) return error;
     if (reading.values.has("spheres") && body.hollow)
         return fail_at(reading.context, reading.values, "spheres",

@@ -66,6 +66,8 @@ void question_effects(const Scene& scene, CheckContext& context) {
         const bool damped = body.material.viscosity > 0.0 || body.material.mass_damping > 0.0;
         if (body.kind == BodyKind::Deformable && damped && !effects.damping)
             context.questions.push_back(fmt::format("bodies.{}.material: has damping, but the effect damping is off", body.name));
+        if (!body.loads.empty() && !effects.loads)
+            context.questions.push_back(fmt::format("bodies.{}.loads: are there, but the effect loads is off", body.name));
         if (body.kind == BodyKind::Deformable && body.fixed.empty() && effects.gravity && scene.bodies.size() == 1)
             context.questions.push_back(fmt::format("bodies.{}: nothing holds it against gravity", body.name));
     }
@@ -73,9 +75,14 @@ void question_effects(const Scene& scene, CheckContext& context) {
 
 std::optional<Error> check_breathing(const CheckContext& context, const Scene& scene) {
     if (!scene.effects.breathing) return std::nullopt;
+    const auto place = context.positions.find("effects");
+    for (const SceneBody& body : scene.bodies)
+        for (const HeldRegion& held : body.fixed)
+            if (!held.moves.empty() || !held.turns.empty())
+                return error_at(context, place->second, "effects",
+                                fmt::format("breathing moves all fixed nodes, and those of {} move as told; expected one of both", body.name));
     for (const SceneBody& body : scene.bodies)
         if (body.kind == BodyKind::Deformable && !body.fixed.empty()) return std::nullopt;
-    const auto place = context.positions.find("effects");
     return error_at(context, place->second, "effects",
                     "breathing moves the fixed nodes of deformable bodies, and there are none; expected it left out, or a "
                     "\"fixed\" region");

@@ -2,6 +2,7 @@
 
 #include "base/repair.hpp"
 #include "engine/scene/check.hpp"
+#include "fem/tissue/tangent.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -40,15 +41,37 @@ std::string surface_text(const SurfaceSpec& surface) {
     return text;
 }
 
+/// What the constants of a law come to; nothing of the plain ones, which are given by their moduli.
+std::string material_text(const Scene& scene, const SceneBody& body) {
+    const fem::Material& m = body.material;
+    const auto unit = [&](double si) { return with_unit(si, Dimension::Pressure, scene.units); };
+    std::string text;
+    if (m.law >= fem::MaterialLaw::MooneyRivlin) {
+        const fem::SmallStrain small = fem::find_small_strain(m);
+        constexpr const char* kNames[] = {"Mooney-Rivlin", "Ogden", "Holzapfel-Gasser-Ogden"};
+        text += fmt::format("  {}{}: shear modulus {}, bulk modulus {} at small strain{}; pulled{}, its tangent is {} at a stretch of 0.8, "
+                            "{} at 1, {} at 1.2\n",
+                            kNames[static_cast<int>(m.law) - static_cast<int>(fem::MaterialLaw::MooneyRivlin)],
+                            body.preset.empty() ? "" : fmt::format(" ({})", body.preset), unit(small.mu), unit(small.bulk_modulus()),
+                            m.law == fem::MaterialLaw::Hgo ? " without fibres" : "",
+                            m.law == fem::MaterialLaw::Hgo ? " along the first fibres" : "", unit(fem::find_pull_tangent(m, 0.8)),
+                            unit(fem::find_pull_tangent(m, 1.0)), unit(fem::find_pull_tangent(m, 1.2)));
+    }
+    if (m.g1 + m.g2 + m.g3 > 0.0)
+        text += fmt::format("  stress relaxes: the shear modulus at once is {:.4g} times that in the end\n", 1.0 + m.g1 + m.g2 + m.g3);
+    return text;
+}
+
 std::string body_text(const Scene& scene, const SceneBody& body) {
     std::string text =
         fmt::format("body {}: {}{}, {}\n", body.name, kind_text(body.kind), body.hollow ? ", hollow" : "", surface_text(body.surface));
     if (body.embedded_in != kNoIndex) text += fmt::format("  carried by {}\n", scene.bodies[body.embedded_in].name);
     if (body.kind != BodyKind::Deformable) return text;
     const auto unit = [&](double si, Dimension dimension) { return with_unit(si, dimension, scene.units); };
-    return text + fmt::format("  Young's modulus {}, Poisson's ratio {:.4g}, density {}, {} fixed regions\n",
-                              unit(body.material.young_modulus, Dimension::Pressure), body.material.poisson_ratio,
-                              unit(body.material.density, Dimension::Density), body.fixed.size());
+    text += fmt::format("  Young's modulus {}, Poisson's ratio {:.4g}, density {}, {} fixed regions\n",
+                        unit(fem::find_small_strain(body.material).young_modulus(), Dimension::Pressure), body.material.poisson_ratio,
+                        unit(body.material.density, Dimension::Density), body.fixed.size());
+    return text + material_text(scene, body);
 }
 
 std::string script_text(const Scene& scene, const SceneInstrument& instrument) {

@@ -88,24 +88,46 @@ struct KeyFrame {
     Vec3 displacement = Vec3::Zero(); // m
 };
 
+/// A region of nodes that are held, and how they are moved: turned first, about a line of the rest shape, then displaced.
+struct HeldRegion {
+    FixedRegion region;
+    std::vector<KeyFrame> moves; // empty: none
+    std::vector<LoadRow> turns;  // rad over time; empty: none
+    Vec3 point = Vec3::Zero();   // m, of the line
+    Vec3 axis = Vec3::UnitZ();   // unit
+};
+
+/// What pulls on a body from outside, with the effect loads.
+struct LoadSpec {
+    LoadKind kind = LoadKind::Force;
+    Vec3 vector = Vec3::Zero();        // of all but pressure and spring
+    double number = 0.0;               // of these
+    std::optional<FixedRegion> region; // the whole body when absent
+    std::vector<LoadRow> over;         // factor over time; empty: 1
+};
+
 enum class BodyKind : std::uint8_t { Deformable, Static, Kinematic };
 
 struct SceneBody {
     std::string name;
     BodyKind kind = BodyKind::Static;
     SurfaceSpec surface;
-    double scale = 1.0;             // applied about the origin, before translate
-    Vec3 translate = Vec3::Zero();  // m
-    bool hollow = false;            // the surface is a lumen: instruments are inside, contacts push inwards
-    Index embedded_in = kNoIndex;   // Static: deformable host body, in whose mesh this surface is embedded where it is inside
-    double blend = 0.010;           // m: over this distance outside the host the motion fades to rest
-    fem::Material material;         // Deformable
-    bool cap_viscosity = true;      // Deformable: viscosity may cost a tenth of the stable step, no more
-    CoarseSpec coarse;              // Deformable
-    std::filesystem::path spheres;  // solid bodies: the sphere tree, .sph; empty: made of the surface
-    std::vector<FixedRegion> fixed; // Deformable; empty: floats freely
-    bool self_contact = true;       // Deformable, with that effect
-    std::vector<KeyFrame> motion;   // Kinematic, at least one
+    double scale = 1.0;            // applied about the origin, before translate
+    Vec3 translate = Vec3::Zero(); // m
+    bool hollow = false;           // the surface is a lumen: instruments are inside, contacts push inwards
+    Index embedded_in = kNoIndex;  // Static: deformable host body, in whose mesh this surface is embedded where it is inside
+    double blend = 0.010;          // m: over this distance outside the host the motion fades to rest
+    std::string preset;            // Deformable: whose tissue the material began as; empty: the defaults
+    fem::Material material;        // Deformable
+    bool cap_viscosity = true;     // Deformable: viscosity may cost a tenth of the stable step, no more
+    CoarseSpec coarse;             // Deformable
+    std::filesystem::path spheres; // solid bodies: the sphere tree, .sph; empty: made of the surface
+    std::vector<HeldRegion> fixed; // Deformable; empty: floats freely
+    std::vector<LoadSpec> loads;   // Deformable, with that effect
+    Vec3 velocity = Vec3::Zero();  // m/s, Deformable: at the start
+    Vec3 spin = Vec3::Zero();      // rad/s, Deformable: at the start, about its centre of mass
+    bool self_contact = true;      // Deformable, with that effect
+    std::vector<KeyFrame> motion;  // Kinematic, at least one
 };
 
 /// A place: a landmark of a recipe body, or a position. Landmark names are checked when the patient is generated.
@@ -197,6 +219,7 @@ struct Effects {
     std::optional<BreathingSpec> breathing;
     std::optional<PulseSpec> pulse;
     std::optional<BloodSpec> blood_drag; // of instruments
+    bool loads = false;                  // of the bodies' key loads
     bool self_contact = false;           // of deformable bodies with themselves
     bool twist = false;                  // of instruments: off, a turn of the handle reaches the tip at once
     bool fluoroscopy = false;            // X-ray pictures beside the shaded ones
@@ -290,7 +313,7 @@ struct Scene {
     OutputSpec outputs;
     std::vector<std::string> questions;                          // numbers that are allowed but unusual, for `explain` to show
     std::map<std::string, ScenePosition, std::less<>> positions; // key path, as in bodies.liver.material -> its value
-    std::vector<std::string> settings; // POINTER=JSON, in place of what the file says: see override.hpp
+    std::vector<std::string> settings;                           // POINTER=JSON, in place of what the file says: see override.hpp
 };
 
 /// Reads and checks a scene: JSON, comments allowed, names of files relative to the scene's folder.

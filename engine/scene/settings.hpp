@@ -87,6 +87,20 @@ struct ContactSpec {
     Culling culling = Culling::Auto;                  // of the exact stage's candidates
 };
 
+enum class LoadKind : std::uint8_t {
+    Force,        // N in all, shared by the nodes as by their mass
+    Traction,     // Pa, on the rest area of the boundary's triangles whose nodes are all in the region
+    Pressure,     // Pa, inwards, on the area of such triangles as they stand
+    Acceleration, // m/s^2
+    Spring,       // N/m in all, shared likewise, from the nodes to where they rest
+};
+
+/// A number at a time; linear between rows, held before the first and after the last.
+struct LoadRow {
+    double time = 0.0; // s, ascending
+    double value = 0.0;
+};
+
 /// Where the handle is wanted at the end of a step.
 struct DriveCommand {
     double insertion = 0.0; // m

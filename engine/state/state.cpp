@@ -7,9 +7,22 @@ namespace trocar::engine {
 
 namespace {
 
+/// At rest, thrown as the scene says; what is pinned stays.
+fem::TissueState make_tissue_state(const BodyModel& body) {
+    const fem::TissueModel& tissue = *body.tissue;
+    fem::TissueState state = fem::make_rest_state(tissue);
+    if (body.velocity.isZero(0.0) && body.spin.isZero(0.0)) return state;
+    Vec3 centre = Vec3::Zero();
+    for (std::size_t node = 0; node < tissue.node_count(); ++node) centre += tissue.node_mass[node] / tissue.mass * tissue.rest_position[node];
+    for (std::size_t node = 0; node < tissue.node_count(); ++node)
+        if (tissue.inv_mass[node] > 0.0)
+            state.velocity[node] = body.velocity + body.spin.cross(tissue.rest_position[node] - centre);
+    return state;
+}
+
 BodyState make_body_state(const BodyModel& body) {
     BodyState state;
-    if (body.tissue) state.tissue = fem::make_rest_state(*body.tissue);
+    if (body.tissue) state.tissue = make_tissue_state(body);
     state.surface = body.surface.vertices;
     if (body.hollow && body.moves_by_links_alone()) state.lumen.mark_still(*body.lumen, body.links->vertex_blend);
     return state;
@@ -53,6 +66,7 @@ std::uint64_t hash_state(const State& state) noexcept {
     for (const BodyState& body : state.bodies) {
         hash.add(body.tissue.position);
         hash.add(body.tissue.velocity);
+        for (const double strain : body.tissue.relaxed) hash.add(strain);
         hash.add(body.surface);
     }
     for (const InstrumentState& instrument : state.instruments) {

@@ -4,6 +4,7 @@
 #include "engine/state/bit_hash.hpp"
 #include "engine/state/byte_stream.hpp"
 #include "engine/state/visit_state.hpp"
+#include "fem/tissue/relaxation.hpp"
 
 #include <fmt/format.h>
 
@@ -33,12 +34,19 @@ bool springs_fit(const fem::ContactSprings& springs, std::size_t nodes) {
                        [&](const fem::SpringEntry& e) { return e.node < nodes && is_finite(e.g); });
 }
 
+bool keeps_relaxation(const BodyModel& model, const fem::TissueState& tissue) {
+    const std::size_t wanted = model.tissue ? fem::relaxation_size(*model.tissue) : 0;
+    return tissue.relaxed.size() == wanted &&
+           std::all_of(tissue.relaxed.begin(), tissue.relaxed.end(), [](double strain) { return std::isfinite(strain); });
+}
+
 bool body_fits(const BodyModel& model, std::size_t nodes, const BodyState& body) {
     const fem::StableStepWorkspace& stable = body.stable;
     const std::size_t tissue_nodes = model.tissue ? model.tissue->node_count() : 0;
     const std::size_t batches = model.tissue ? model.tissue->plan.batches.size() : 0, tets = model.tissue ? model.tissue->tet_count() : 0;
     return body.tissue.position.size() == tissue_nodes && body.tissue.velocity.size() == tissue_nodes &&
            body.surface.size() == model.surface.vertices.size() && are_finite(body.tissue.position) && are_finite(body.tissue.velocity) &&
+           keeps_relaxation(model, body.tissue) &&
            are_finite(body.surface) && body.frames.frame.size() == (model.links ? model.links->frame_nodes.size() : 0) &&
            is_none_or(stable.mode.size(), tissue_nodes) && is_none_or(stable.damping_mode.size(), tissue_nodes) &&
            are_finite(stable.mode) && are_finite(stable.damping_mode) && is_none_or(stable.notes.size(), batches) &&

@@ -57,8 +57,9 @@ void visit_stable_step(Visitor& visitor, Memory& memory) {
 template <class Visitor, class Body, class Lumen>
 void visit_body(Visitor& visitor, Body& body, Lumen&& visit_lumen) {
     auto& [tissue, surface, surface_deferred, frames, flow_frames, stable, springs, lumen, lumen_step] = body; // evaluated: it does not wait
-    auto& [position, velocity] = tissue;
+    auto& [position, velocity, relaxed] = tissue;
     visit_points(visitor, position), visit_points(visitor, velocity), visit_points(visitor, surface);
+    visitor.list(relaxed, [&](auto& strain) { visitor.number(strain); });
     visit_frames(visitor, frames), visit_frames(visitor, flow_frames);
     visit_stable_step(visitor, stable.memory());
     visit_springs(visitor, springs);

@@ -14,23 +14,25 @@ namespace trocar::engine {
 
 /// members_of(value): a tuple of references to all members; member_names(value): their names, with commas between.
 #define TROCAR_MEMBERS(Type, ...)                                                                                                          \
-    [[nodiscard]] inline auto members_of(const Type& value) noexcept {                                                                     \
-        const auto& [__VA_ARGS__] = value;                                                                                                 \
+    [[nodiscard]] inline auto members_of(const Type& whole) noexcept {                                                                     \
+        const auto& [__VA_ARGS__] = whole;                                                                                                 \
         return std::tie(__VA_ARGS__);                                                                                                      \
     }                                                                                                                                      \
-    [[nodiscard]] inline auto members_of(Type& value) noexcept {                                                                           \
-        auto& [__VA_ARGS__] = value;                                                                                                       \
+    [[nodiscard]] inline auto members_of(Type& whole) noexcept {                                                                           \
+        auto& [__VA_ARGS__] = whole;                                                                                                       \
         return std::tie(__VA_ARGS__);                                                                                                      \
     }                                                                                                                                      \
     [[nodiscard]] constexpr std::string_view member_names(const Type*) noexcept { return #__VA_ARGS__; }
 
 TROCAR_MEMBERS(TriMesh, vertices, triangles)
 TROCAR_MEMBERS(SinCos, sin, cos)
-TROCAR_MEMBERS(fem::LawConstants, mu, lambda, rest_volume)
+TROCAR_MEMBERS(fem::LawConstants, mu, lambda, rest_volume, c10, c01, ogden_mu, ogden_alpha, ogden_terms, k1, k2, kappa, fibre_limit, patch)
 TROCAR_MEMBERS(fem::TetShape, inverse, volume, stiffness)
 TROCAR_MEMBERS(fem::TetBatch, inverse, volume, gram, inverse_det, node, slot)
+TROCAR_MEMBERS(fem::PatchShares, share)
+TROCAR_MEMBERS(fem::FibreBatch, axis)
 TROCAR_MEMBERS(fem::ForceChunk, first_batch, batch_count, first_slot, slot_count)
-TROCAR_MEMBERS(fem::ForcePlan, batches, chunks, tet_of, node_of, record_of, slot_begin, slots, inv_mass)
+TROCAR_MEMBERS(fem::ForcePlan, batches, chunks, shares, fibres, tet_of, node_of, record_of, slot_begin, slots, inv_mass)
 TROCAR_MEMBERS(fem::TissueModel, material, law, tet_nodes, tet_shape, node_mass, inv_mass, rest_position, pinned, plan, volume, mass)
 TROCAR_MEMBERS(fem::RigidLinks, frame_nodes, frame_rest, vertex_frame, vertex_weight, vertex_projection, vertex_blend, node_rest,
                degenerate, static_count, max_length, longest, long_count)
@@ -51,13 +53,17 @@ TROCAR_MEMBERS(spheretree::LumenTree, tree, largest_ball, leaf_of_ball, neighbou
                anchor_begin, anchors, anchor_weights, link_reach, rest_vertices, triangles)
 TROCAR_MEMBERS(MotionRow, time, displacement)
 TROCAR_MEMBERS(BloodFlow, points, radii, speeds, parents, child_begin, children, links)
-TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, closed, tissue, host_body, links, self_contact, path, topology, pulse_reach,
+TROCAR_MEMBERS(LoadRow, time, value)
+TROCAR_MEMBERS(HeldNodes, pinned, moves, turns, point, axis)
+TROCAR_MEMBERS(BodyLoad, kind, vector, number, over, nodes, share, faces, area)
+TROCAR_MEMBERS(BodyModel, name, motion, surface, hollow, closed, tissue, host_body, links, self_contact, path, held, loads,
+               velocity, spin, topology, pulse_reach,
                covering, wrapped, lumen, blood)
 TROCAR_MEMBERS(DriveRow, time, insertion, rotation)
 TROCAR_MEMBERS(Route, points, radii, length)
 TROCAR_MEMBERS(InstrumentModel, name, rod, skin, port, lumen, mass_spring_substeps, inside, wire, self_contact, friction, inserted, limits, path,
                route, route_links, follow, flow_entry, chain, topology)
-TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, exact_contact, gravity, breathing, pulse, blood_drag, added)
+TROCAR_MEMBERS(EffectSet, elasticity, coarse_contact, self_contact, loads, exact_contact, gravity, breathing, pulse, blood_drag, added)
 TROCAR_MEMBERS(AddedEffect, effect, settings)
 TROCAR_MEMBERS(BudgetLimits, mode, wall_s, work_units)
 TROCAR_MEMBERS(SceneModel, name, file, step_s, step_count, fixed_substeps, max_substeps, integrator, budget, budget_covers_step, drop,

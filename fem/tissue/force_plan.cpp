@@ -2,6 +2,7 @@
 
 #include "base/box.hpp"
 #include "fem/tissue/block.hpp"
+#include "fem/tissue/patches.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +45,7 @@ std::vector<Index> sort_tets(std::span<const Tet> tets, std::span<const Vec3> po
 
 void number_nodes(ForcePlan& plan, std::span<const Tet> tets, std::span<const Index> order) {
     for (const Index tet : order)
-        for (const Index node : tets[tet])
+        for (const Index node : tet == kNoIndex ? std::span<const Index>() : std::span<const Index>(tets[tet]))
             if (plan.record_of[node] == kNoIndex) {
                 plan.record_of[node] = static_cast<Index>(plan.node_of.size());
                 plan.node_of.push_back(node);
@@ -61,17 +62,38 @@ void fill_lane(TetBatch& batch, std::size_t lane, const TetShape& shape, double 
     batch.volume[lane] = volume;
 }
 
+Index last_tet(std::span<const Index> order) {
+    std::size_t place = order.size();
+    while (order[--place] == kNoIndex) {
+    }
+    return order[place];
+}
+
+/// Volumes over the patch's; patches that no tet fills have the whole of their first.
+void fill_shares(ForcePlan& plan) {
+    plan.shares.resize(plan.batches.size());
+    for (std::size_t first = 0; first < plan.batches.size(); first += kPatch)
+        for (std::size_t lane = 0; lane < kBatch; ++lane) {
+            double volume = 0.0;
+            for (std::size_t b = first; b < first + kPatch; ++b) volume += plan.batches[b].volume[lane];
+            for (std::size_t b = first; b < first + kPatch; ++b)
+                plan.shares[b].share[lane] = volume > 0.0 ? plan.batches[b].volume[lane] / volume : b == first ? 1.0 : 0.0;
+        }
+}
+
 /// Lane l of a chunk's batches walks along the l-th eighth of the chunk: neighbours in space, which share nodes, do not meet in
 /// one batch, where their sums would depend on each other.
 void fill_chunk(ForcePlan& plan, const ForceChunk& chunk, std::span<const Tet> tets, std::span<const TetShape> shapes,
                 std::span<const Index> order) {
+    Index tet = order.front();
     for (std::size_t lane = 0; lane < kBatch; ++lane)
         for (std::size_t b = 0; b < chunk.batch_count; ++b) {
             const std::size_t place = kBatch * chunk.first_batch + lane * chunk.batch_count + b; // along the curve
-            const Index tet = order[std::min(place, tets.size() - 1)];
+            const bool filled = place < order.size() && order[place] != kNoIndex;
+            tet = filled ? order[place] : place < order.size() ? tet : last_tet(order);
             TetBatch& batch = plan.batches[chunk.first_batch + b];
             plan.tet_of[kBatch * (chunk.first_batch + b) + lane] = tet;
-            fill_lane(batch, lane, shapes[tet], place < tets.size() ? shapes[tet].volume * shapes[tet].stiffness : 0.0);
+            fill_lane(batch, lane, shapes[tet], filled ? shapes[tet].volume * shapes[tet].stiffness : 0.0);
             for (std::size_t corner = 0; corner < 4; ++corner)
                 batch.node[corner][lane] = static_cast<Index>(sizeof(NodeRecord)) * plan.record_of[tets[tet][corner]];
         }
@@ -105,16 +127,19 @@ void group_slots(ForcePlan& plan, std::span<const Index> owner) {
 } // namespace
 
 ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Vec3> rest_position,
-                          std::span<const double> inv_mass) {
+                          std::span<const double> inv_mass, bool patched) {
     ForcePlan plan;
-    const std::vector<Index> order = sort_tets(tets, rest_position);
+    std::vector<Index> order = sort_tets(tets, rest_position);
+    if (patched) order = make_patches(tets, shapes, order);
     plan.record_of.assign(rest_position.size(), kNoIndex);
     number_nodes(plan, tets, order);
-    plan.batches.resize((tets.size() + kBatch - 1) / kBatch);
+    const std::size_t whole = patched ? kBatch * kPatch : kBatch; // tets of the smallest piece of a chunk
+    plan.batches.resize((order.size() + whole - 1) / whole * (whole / kBatch));
     plan.tet_of.resize(kBatch * plan.batches.size());
     for (std::size_t first = 0; first < plan.batches.size(); first += kChunkBatches)
         plan.chunks.push_back({static_cast<Index>(first), static_cast<Index>(std::min(kChunkBatches, plan.batches.size() - first)), 0, 0});
     for (const ForceChunk& chunk : plan.chunks) fill_chunk(plan, chunk, tets, shapes, order);
+    if (patched) fill_shares(plan);
     std::vector<Index> slot_of(plan.node_count(), kNoIndex), owner;
     for (ForceChunk& chunk : plan.chunks) add_slots(plan, chunk, slot_of, owner);
     group_slots(plan, owner);

@@ -12,6 +12,7 @@
 namespace trocar::fem {
 
 inline constexpr std::size_t kBatch = 8;         // tets that a kernel handles at once: a vector of doubles in AVX-512
+inline constexpr std::size_t kPatch = 8;         // tets that share a deformation gradient at most: patches.hpp
 inline constexpr std::size_t kChunkBatches = 64; // its slots fit in the first-level cache
 
 /// Eight tets; where the last chunk is not full, its last tet is repeated with volume 0.
@@ -22,6 +23,16 @@ struct alignas(64) TetBatch {
     double inverse_det[kBatch]; // det Dm^-1, 1/m^3
     Index node[4][kBatch];      // records, as bytes from the first
     Index slot[4][kBatch];      // partial sums, as bytes from the first
+};
+
+/// Of patched plans: each tet's share of its patch's volume, [-]. A patch is a lane of kPatch batches that follow one another.
+struct alignas(64) PatchShares {
+    double share[kBatch];
+};
+
+/// Of hgo: both fibre directions at rest, x y z x y z; of a patch the same in all its tets.
+struct alignas(64) FibreBatch {
+    double axis[6][kBatch];
 };
 
 /// A node's two vectors side by side: position and velocity, or position and a displacement.
@@ -41,13 +52,16 @@ struct ForceChunk {
 struct ForcePlan {
     std::vector<TetBatch> batches;
     std::vector<ForceChunk> chunks;
-    std::vector<Index> tet_of;     // [8 batches] caller's tet id
-    std::vector<Index> node_of;    // [node_count] caller's id of a record
-    std::vector<Index> record_of;  // [node_count] record of a caller's node
-    std::vector<Index> slot_begin; // [node_count + 1] into `slots`
-    std::vector<Index> slots;      // a record's partial sums, ascending
-    std::vector<double> inv_mass;  // [node_count] by record, 1/kg; 0 pins
+    std::vector<PatchShares> shares; // [batches]; empty: every tet stands for itself
+    std::vector<FibreBatch> fibres;  // [batches]; empty: a law without
+    std::vector<Index> tet_of;       // [8 batches] caller's tet id
+    std::vector<Index> node_of;      // [node_count] caller's id of a record
+    std::vector<Index> record_of;    // [node_count] record of a caller's node
+    std::vector<Index> slot_begin;   // [node_count + 1] into `slots`
+    std::vector<Index> slots;        // a record's partial sums, ascending
+    std::vector<double> inv_mass;    // [node_count] by record, 1/kg; 0 pins
 
+    [[nodiscard]] bool patched() const noexcept { return !shares.empty(); }
     [[nodiscard]] std::size_t node_count() const noexcept { return node_of.size(); }
 };
 
@@ -61,8 +75,8 @@ struct TetShape {
 /// Nodes and partial sums whose distances in bytes still fit: 67 million nodes.
 inline constexpr std::size_t kMostPlanBytes = std::size_t{1} << 32;
 
-/// tets, shapes [tet_count]; inv_mass [node_count] in the caller's order. Every node must belong to a tet.
+/// tets, shapes [tet_count]; inv_mass [node_count] in the caller's order. Every node must belong to a tet. patched: see patches.hpp.
 [[nodiscard]] ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Vec3> rest_position,
-                                        std::span<const double> inv_mass);
+                                        std::span<const double> inv_mass, bool patched = false);
 
 } // namespace trocar::fem

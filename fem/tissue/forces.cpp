@@ -1,7 +1,9 @@
 #include "fem/tissue/forces.hpp"
 
+#include "fem/tissue/fibred_laws.hpp"
 #include "fem/tissue/laws.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace trocar::fem {
@@ -27,17 +29,58 @@ void note_volume(TetReport& report, double det, std::size_t tet) noexcept {
     if (det <= 0.0) ++report.inverted;
 }
 
+void note_energy(TetReport& report, double det, double energy, std::size_t tet) noexcept {
+    note_volume(report, det, tet);
+    report.elastic_energy += energy;
+    if (!(std::isfinite(det) && std::isfinite(energy))) report.first_bad_tet = std::min(report.first_bad_tet, static_cast<Index>(tet));
+}
+
+FibreAxes find_fibres_at(const TissueModel& model, std::size_t batch, std::size_t lane) noexcept {
+    return model.plan.fibres.empty() ? FibreAxes{} : fibres_at(model, batch, lane);
+}
+
+Vec3 find_centre(const TissueModel& model, std::size_t tet) noexcept {
+    Vec3 sum = Vec3::Zero();
+    for (const Index node : model.tet_nodes[tet]) sum += 0.25 * model.rest_position[node];
+    return sum;
+}
+
+/// Patch by patch, in the plan's order.
+template <class Law, class At>
+TetReport measure_patches(const TissueModel& model, At&& at) noexcept {
+    TetReport report;
+    const ForcePlan& plan = model.plan;
+    for (std::size_t first = 0; first < plan.batches.size(); first += kPatch)
+        for (std::size_t lane = 0; lane < kBatch; ++lane) {
+            Block<double> each[kPatch], mean{};
+            for (std::size_t k = 0; k < kPatch; ++k) {
+                each[k] = find_gradient(model, plan.tet_of[(first + k) * kBatch + lane], at);
+                for (int i = 0; i < 9; ++i) mean.m[i] += plan.shares[first + k].share[lane] * each[k].m[i];
+            }
+            const FibreAxes fibres = find_fibres_at(model, first, lane);
+            const double shared = Law::energy(model.law, mean, determinant(mean), &fibres);
+            for (std::size_t k = 0; k < kPatch; ++k) {
+                const double volume = plan.batches[first + k].volume[lane];
+                Block<double> off = each[k];
+                for (int i = 0; i < 9; ++i) off.m[i] -= mean.m[i];
+                if (!(volume > 0.0)) continue; // fillers have none
+                const double det = determinant(each[k]), own = 0.5 * model.law.patch * contraction(off, off);
+                note_energy(report, det, volume * (shared + own), plan.tet_of[(first + k) * kBatch + lane]);
+            }
+        }
+    return report;
+}
+
 template <class Law, class At>
 TetReport measure(const TissueModel& model, At&& at) noexcept {
+    if (model.plan.patched()) return measure_patches<Law>(model, at);
     TetReport report;
     for (std::size_t tet = 0; tet < model.tet_count(); ++tet) {
         const Block<double> f = find_gradient(model, tet, at);
         const double det = determinant(f);
-        const double energy = model.tet_shape[tet].volume * model.tet_shape[tet].stiffness * Law::energy(model.law, f, det);
-        note_volume(report, det, tet);
-        report.elastic_energy += energy;
-        if (!(std::isfinite(det) && std::isfinite(energy)) && report.first_bad_tet == kNoIndex)
-            report.first_bad_tet = static_cast<Index>(tet);
+        const FibreAxes fibres = model.plan.fibres.empty() ? FibreAxes{} : find_fibres(model.material, find_centre(model, tet));
+        note_energy(report, det, model.tet_shape[tet].volume * model.tet_shape[tet].stiffness * Law::energy(model.law, f, det, &fibres),
+                    tet);
     }
     return report;
 }
@@ -49,6 +92,12 @@ TetReport measure_with_law(const TissueModel& model, At&& at) noexcept {
         return measure<StVKLaw>(model, at);
     case MaterialLaw::Corotational:
         return measure<CorotationalLaw>(model, at);
+    case MaterialLaw::MooneyRivlin:
+        return measure<MooneyRivlinLaw>(model, at);
+    case MaterialLaw::Ogden:
+        return measure<OgdenLaw>(model, at);
+    case MaterialLaw::Hgo:
+        return measure<HgoLaw>(model, at);
     case MaterialLaw::NeoHookean:
         break;
     }

@@ -54,7 +54,9 @@ StageOutcome take_leapfrog(const Substep& s, double h) noexcept {
 
 /// One sub-step of w.start. Anything but Fine: it was left as it was.
 StageOutcome take_substep(const Substep& s, double h, Integrator integrator) noexcept {
-    return integrator == Integrator::Rk4 ? take_rk4(s, h) : take_leapfrog(s, h);
+    const StageOutcome outcome = integrator == Integrator::Rk4 ? take_rk4(s, h) : take_leapfrog(s, h);
+    if (outcome == StageOutcome::Fine) follow_relaxation(s.model, s.w, h);
+    return outcome;
 }
 
 } // namespace

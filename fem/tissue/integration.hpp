@@ -37,6 +37,7 @@ struct RkWorkspace {
     std::vector<PartialForce> partial;           // [slots]
     std::vector<PartialForce> extra;             // [node_count] N, springs and external forces
     std::vector<TetSum> sums;                    // [chunks]
+    std::span<double> relaxed;                   // of the state in hand
     unsigned threads = 1;                        // the bits are the same for any number
 };
 

@@ -12,6 +12,7 @@ TissueLockstep::TissueLockstep(const TissueModel& model, TissueState& state, dou
 double TissueLockstep::find_forces(double time, double taken) {
     if (!report_.integrate.finite()) return 0.0;
     time_ = time;
+    if (taken > 0.0) follow_relaxation(model_, w_, taken);
     const Substep substep{model_, inputs_, w_, &watch_, report_.integrate, time};
     bool derive = taken == 0.0 ? !can_keep(model_, stable_, limits_) : !holds(stable_, limits_, watch_.largest);
     if (taken == 0.0) watch_ = make_watch(model_.plan, stable_, false);

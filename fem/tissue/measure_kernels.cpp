@@ -12,35 +12,24 @@
 #include <hwy/foreach_target.h> // translates this file once more for every instruction set
 #include <hwy/highway.h>
 
+#include "fem/tissue/tet_fibred_laws-inl.hpp"
 #include "fem/tissue/tet_lanes-inl.hpp"
 #include "fem/tissue/tet_laws-inl.hpp"
+#include "fem/tissue/tet_patches-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::fem {
 namespace HWY_NAMESPACE {
 
-/// logarithm.hpp's, for every lane.
-HWY_INLINE V natural_log(V x) {
-    const hn::RebindToUnsigned<D8> du;
-    const auto bits = hn::BitCast(du, x);
-    const auto fine = hn::And(hn::Ge(x, set(std::numeric_limits<double>::min())), hn::Lt(x, set(std::numeric_limits<double>::infinity())));
-    constexpr double kTwo52 = 4503599627370496.0; // an integer in its lowest bits is that integer more
-    V exponent = hn::Sub(hn::BitCast(D8(), hn::Or(hn::ShiftRight<52>(bits), hn::BitCast(du, set(kTwo52)))), set(kTwo52 + 1023.0));
-    V m = hn::BitCast(D8(), hn::Or(hn::And(bits, hn::Set(du, 0x000fffffffffffffULL)), hn::BitCast(du, set(1.0))));
-    const auto high = hn::Gt(m, set(1.4142135623730951));
-    m = hn::IfThenElse(high, hn::Mul(m, set(0.5)), m);
-    exponent = hn::IfThenElse(high, hn::Add(exponent, set(1.0)), exponent);
-    const V s = hn::Div(hn::Sub(m, set(1.0)), hn::Add(m, set(1.0))), z = hn::Mul(s, s), twice = hn::Add(s, s);
-    V series = set(0.0);
-    for (int k = 21; k >= 3; k -= 2) series = hn::Mul(hn::Add(series, set(1.0 / k)), z);
-    const V tail = hn::Add(hn::Mul(twice, series), hn::Mul(exponent, set(1.90821492927058770002e-10)));
-    const V log = hn::Add(hn::Mul(exponent, set(0.693147180369123816490)), hn::Add(twice, tail));
-    return hn::IfThenElse(fine, log, set(std::numeric_limits<double>::quiet_NaN()));
-}
-
 template <MaterialLaw kLaw>
-HWY_INLINE V find_energy(const LawConstants& c, const M3& f, V det) {
-    if constexpr (kLaw == MaterialLaw::StVK) {
+HWY_INLINE V find_energy(const LawConstants& c, const FibreBatch* fibres, std::size_t lane, const M3& f, V det) {
+    if constexpr (kLaw == MaterialLaw::MooneyRivlin) {
+        return MooneyRivlinLanes::energy(c, fibres, lane, f, det);
+    } else if constexpr (kLaw == MaterialLaw::Ogden) {
+        return OgdenLanes::energy(c, fibres, lane, f, det);
+    } else if constexpr (kLaw == MaterialLaw::Hgo) {
+        return HgoLanes::energy(c, fibres, lane, f, det);
+    } else if constexpr (kLaw == MaterialLaw::StVK) {
         const Sym g = gram(f);
         const auto strain = [](V entry) HWY_ATTR { return hn::Mul(set(0.5), hn::Sub(entry, set(1.0))); };
         const V xx = strain(g.xx), yy = strain(g.yy), zz = strain(g.zz), trace = hn::Add(hn::Add(xx, yy), zz);
@@ -68,47 +57,87 @@ HWY_INLINE void note_bad(const ForcePlan& plan, std::size_t first, V value, TetS
         if (!(lanes[i] < std::numeric_limits<double>::infinity())) sum.first_bad_tet = std::min(sum.first_bad_tet, plan.tet_of[first + i]);
 }
 
+/// Sums over a chunk's tets, the groups of a batch apart.
+class ChunkTotal {
+public:
+    void add(const ForcePlan& plan, std::size_t b, std::size_t group, V det, V density) {
+        const std::size_t lane = group * kLanes, first = b * kBatch + lane;
+        const V volume = hn::Load(D8(), plan.batches[b].volume + lane), size = hn::Add(hn::Abs(det), hn::Abs(density));
+        energy_[group] = fma(density, volume, energy_[group]);
+        const auto inverted = hn::And(hn::Le(det, set(0.0)), hn::Gt(volume, set(0.0))); // fillers have none
+        sum_.inverted += static_cast<std::uint32_t>(hn::CountTrue(D8(), inverted));
+        extremes_.note(det, set(0.0), hn::Add(set(static_cast<double>(first)), hn::Iota(D8(), 0.0)));
+        if (!hn::AllTrue(D8(), hn::Lt(size, set(std::numeric_limits<double>::infinity())))) note_bad(plan, first, size, sum_);
+    }
+    [[nodiscard]] TetSum finish() {
+        alignas(64) double lanes[kBatch];
+        for (std::size_t group = 0; group < kGroups; ++group) hn::Store(energy_[group], D8(), lanes + group * kLanes);
+        for (const double lane : lanes) sum_.energy += lane;
+        const Extremes found = extremes_.reduce();
+        sum_.low = found.low;
+        sum_.low_place = found.low_place;
+        return sum_;
+    }
+    static constexpr std::size_t kGroups = kBatch / kLanes;
+    ChunkTotal() {
+        for (V& group : energy_) group = set(0.0);
+    }
+
+private:
+    TetSum sum_{.low = no_extremes().low};
+    LaneExtremes extremes_;
+    V energy_[kGroups];
+};
+
 template <MaterialLaw kLaw>
 TetSum sum_chunk(const ForcePlan& plan, const ForceChunk& chunk, const LawConstants& constants, const NodeRecord* records) {
-    constexpr std::size_t kGroups = kBatch / kLanes;
-    TetSum sum{.low = no_extremes().low};
-    LaneExtremes extremes;
-    V energy[kGroups];
-    for (V& group : energy) group = set(0.0);
+    ChunkTotal total;
     for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; ++b)
-        for (std::size_t group = 0; group < kGroups; ++group) {
+        for (std::size_t group = 0; group < ChunkTotal::kGroups; ++group) {
             const TetBatch& batch = plan.batches[b];
-            const std::size_t lane = group * kLanes, first = b * kBatch + lane;
+            const std::size_t lane = group * kLanes;
             const M3 f = mul(load_edges(batch, lane, records, false), load_inverse(batch, lane));
-            const V det = determinant(f, cofactors(f)), volume = hn::Load(D8(), batch.volume + lane);
-            const V density = find_energy<kLaw>(constants, f, det), size = hn::Add(hn::Abs(det), hn::Abs(density));
-            energy[group] = fma(density, volume, energy[group]);
-            const auto inverted = hn::And(hn::Le(det, set(0.0)), hn::Gt(volume, set(0.0))); // fillers have none
-            sum.inverted += static_cast<std::uint32_t>(hn::CountTrue(D8(), inverted));
-            extremes.note(det, set(0.0), hn::Add(set(static_cast<double>(first)), hn::Iota(D8(), 0.0)));
-            if (!hn::AllTrue(D8(), hn::Lt(size, set(std::numeric_limits<double>::infinity())))) note_bad(plan, first, size, sum);
+            const V det = determinant(f, cofactors(f));
+            total.add(plan, b, group, det, find_energy<kLaw>(constants, fibres_of(plan, b), lane, f, det));
         }
-    alignas(64) double lanes[kBatch];
-    for (std::size_t group = 0; group < kGroups; ++group) hn::Store(energy[group], D8(), lanes + group * kLanes);
-    for (const double lane : lanes) sum.energy += lane;
-    const Extremes found = extremes.reduce();
-    sum.low = found.low;
-    sum.low_place = found.low_place;
-    return sum;
+    return total.finish();
+}
+
+template <MaterialLaw kLaw>
+TetSum sum_patches(const ForcePlan& plan, const ForceChunk& chunk, const LawConstants& constants, const NodeRecord* records) {
+    ChunkTotal total;
+    for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += kPatch)
+        for (std::size_t group = 0; group < ChunkTotal::kGroups; ++group) {
+            PatchGradients g;
+            load_patch(plan, b, group * kLanes, records, false, g);
+            const V mean = find_energy<kLaw>(constants, fibres_of(plan, b), group * kLanes, g.mean, determinant(g.mean, cofactors(g.mean)));
+            for (std::size_t k = 0; k < kPatch; ++k) {
+                const M3 off = scaled_add(g.mean, set(-1.0), g.each[k]);
+                const V det = determinant(g.each[k], cofactors(g.each[k]));
+                total.add(plan, b + k, group, det, fma(set(0.5 * constants.patch), contract(off, off), mean));
+            }
+        }
+    return total.finish();
 }
 
 using ChunkSum = TetSum (*)(const ForcePlan&, const ForceChunk&, const LawConstants&, const NodeRecord*);
 
-ChunkSum pick_sum(MaterialLaw law) {
+ChunkSum pick_sum(MaterialLaw law, bool patched) {
     switch (law) {
     case MaterialLaw::StVK:
-        return &sum_chunk<MaterialLaw::StVK>;
+        return patched ? &sum_patches<MaterialLaw::StVK> : &sum_chunk<MaterialLaw::StVK>;
     case MaterialLaw::Corotational:
-        return &sum_chunk<MaterialLaw::Corotational>;
+        return patched ? &sum_patches<MaterialLaw::Corotational> : &sum_chunk<MaterialLaw::Corotational>;
+    case MaterialLaw::MooneyRivlin:
+        return patched ? &sum_patches<MaterialLaw::MooneyRivlin> : &sum_chunk<MaterialLaw::MooneyRivlin>;
+    case MaterialLaw::Ogden:
+        return patched ? &sum_patches<MaterialLaw::Ogden> : &sum_chunk<MaterialLaw::Ogden>;
+    case MaterialLaw::Hgo:
+        return patched ? &sum_patches<MaterialLaw::Hgo> : &sum_chunk<MaterialLaw::Hgo>;
     case MaterialLaw::NeoHookean:
         break;
     }
-    return &sum_chunk<MaterialLaw::NeoHookean>;
+    return patched ? &sum_patches<MaterialLaw::NeoHookean> : &sum_chunk<MaterialLaw::NeoHookean>;
 }
 
 } // namespace HWY_NAMESPACE
@@ -125,7 +154,7 @@ HWY_EXPORT(pick_sum);
 } // namespace
 
 TetSum sum_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<TetSum> per_chunk) noexcept {
-    const auto run = HWY_DYNAMIC_DISPATCH(pick_sum)(job.law);
+    const auto run = HWY_DYNAMIC_DISPATCH(pick_sum)(job.law, plan.patched());
     const std::size_t chunks = plan.chunks.size();
     for_each_block(chunks, job.threads, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) per_chunk[c] = run(plan, plan.chunks[c], job.constants, records.data());

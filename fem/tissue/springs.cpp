@@ -45,6 +45,12 @@ SpringReport add_forces(const ContactSprings& springs, double time, Position&& p
 
 } // namespace
 
+void append_springs(const ContactSprings& from, ContactSprings& to) {
+    const auto shift = static_cast<Index>(to.entries.size());
+    to.entries.insert(to.entries.end(), from.entries.begin(), from.entries.end());
+    for (const ContactSpring& spring : from.springs) to.springs.emplace_back(spring).first_entry += shift;
+}
+
 SpringReport add_spring_forces(const ContactSprings& springs, double time, std::span<const Vec3> position, std::span<const Vec3> velocity,
                                std::span<Vec3> force) noexcept {
     return add_forces(

@@ -37,6 +37,9 @@ struct ContactSprings {
     }
 };
 
+/// All of `from` behind those of `to`.
+void append_springs(const ContactSprings& from, ContactSprings& to);
+
 struct SpringReport {
     std::uint32_t pressed = 0; // springs with a negative gap
     double energy = 0.0;       // J, stored energy of the pressed ones: 1/2 stiffness gap^2 up to their limit

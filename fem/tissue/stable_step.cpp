@@ -1,5 +1,7 @@
 #include "fem/tissue/stable_step.hpp"
 
+#include "fem/tissue/relaxation.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -136,8 +138,9 @@ StableStep join(const TissueModel& model, const TissueRates& tissue, const Conta
     const SpringBound contact = springs ? bound_springs(model.plan, *springs, w) : SpringBound{};
     StableStep stable;
     stable.worst_tet = tissue.worst_tet;
-    stable.tissue_omega = std::sqrt(tissue.elastic);
-    stable.omega_max = std::sqrt(tissue.elastic + contact.stiffness);
+    const double elastic = instant_share(model.material) * tissue.elastic; // branches stiffen the shear, so this is a bound
+    stable.tissue_omega = std::sqrt(elastic);
+    stable.omega_max = std::sqrt(elastic + contact.stiffness);
     stable.damping_rate = tissue.viscous + contact.damping + model.material.mass_damping;
     stable.finite = std::isfinite(stable.omega_max) && std::isfinite(stable.damping_rate);
     w.warm = stable.finite && tissue.elastic > 0.0;

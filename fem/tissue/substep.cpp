@@ -1,5 +1,7 @@
 #include "fem/tissue/substep.hpp"
 
+#include "fem/tissue/relaxation.hpp"
+
 #include <cassert>
 
 namespace trocar::fem {
@@ -86,6 +88,7 @@ bool find_forces(const Substep& s, std::span<const NodeRecord> now) noexcept {
     if (s.watch) forces.growth = s.watch->growth;
     const Extremes tets = run_tets(s.model.plan, forces, now, s.w.partial);
     if (s.watch && s.watch->trips(tets.high)) return false;
+    if (!s.w.relaxed.empty()) add_relaxation_forces(s.model, now, s.w.relaxed, s.w.partial, s.w.threads);
     if (tets.low_place != kNoIndex) s.report.least_stage_ratio = std::min(s.report.least_stage_ratio, tets.low);
     return true;
 }
@@ -115,9 +118,15 @@ void begin_substeps(const TissueModel& model, TissueState& state, double step, c
            IntegrateReport& report) {
     check_sizes(model, state, step, inputs);
     prepare_workspace(model.plan, w);
+    state.relaxed.resize(relaxation_size(model), 0.0);
+    w.relaxed = state.relaxed;
     report.first_bad_node = find_bad_node(state);
     aim_pinned(model, state, step, inputs);
     gather_records(model.plan, state.position, state.velocity, w.start);
+}
+
+void follow_relaxation(const TissueModel& model, RkWorkspace& w, double h) noexcept {
+    if (!w.relaxed.empty()) relax(model, w.start, h, w.relaxed, w.threads);
 }
 
 void finish_substeps(const TissueModel& model, TissueState& state, const IntegrateInputs& inputs, bool arrived, RkWorkspace& w,

@@ -52,6 +52,9 @@ StageOutcome update_stage(const Substep& s, double since, std::span<const NodeRe
 void begin_substeps(const TissueModel& model, TissueState& state, double step, const IntegrateInputs& inputs, RkWorkspace& w,
                     IntegrateReport& report);
 
+/// What relaxes in a sub-step of h seconds that led to w.start.
+void follow_relaxation(const TissueModel& model, RkWorkspace& w, double h) noexcept;
+
 /// Sets pinned nodes exactly to their targets where they arrived, and computes the end's energies.
 void finish_substeps(const TissueModel& model, TissueState& state, const IntegrateInputs& inputs, bool arrived, RkWorkspace& w,
                      IntegrateReport& report) noexcept;

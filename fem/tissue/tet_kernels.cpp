@@ -10,32 +10,20 @@
 #include <hwy/foreach_target.h> // translates this file once more for every instruction set
 #include <hwy/highway.h>
 
+#include "fem/tissue/tet_fibred_laws-inl.hpp"
 #include "fem/tissue/tet_lanes-inl.hpp"
 #include "fem/tissue/tet_laws-inl.hpp"
+#include "fem/tissue/tet_patches-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::fem {
 namespace HWY_NAMESPACE {
 
-/// Notes or compares; 1 where there is nothing to compare with. A crushed tet (|F|^2 below 1; 3 is rest) has negligible drag.
-template <bool kSize>
-HWY_INLINE V find_growth(const TetGrowth& growth, std::size_t first, V tangent, V size_sq) {
-    if (growth.use == TetGrowth::Use::None) return set(1.0);
-    StiffnessNote& note = growth.notes[first / kBatch];
-    double *per_tangent = note.per_tangent + first % kBatch, *per_size = note.per_size + first % kBatch;
-    if (growth.use == TetGrowth::Use::Note) {
-        hn::Store(hn::Div(set(1.0), tangent), D8(), per_tangent);
-        if constexpr (kSize) hn::Store(hn::Div(set(1.0), hn::Max(size_sq, set(1.0))), D8(), per_size);
-        return set(1.0);
-    }
-    const V grown = hn::Mul(tangent, hn::Load(D8(), per_tangent));
-    if constexpr (kSize) return hn::Max(grown, hn::Mul(size_sq, hn::Load(D8(), per_size)));
-    return grown;
-}
-
 template <class Law, TetKernel kKernel>
-HWY_INLINE M3 evaluate(const TetBatch& batch, std::size_t lane, std::size_t first, const TetJob& job, const M3& edges,
+HWY_INLINE M3 evaluate(const ForcePlan& plan, std::size_t b, std::size_t lane, const TetJob& job, const M3& edges,
                        const NodeRecord* records, LaneExtremes& extremes) {
+    const TetBatch& batch = plan.batches[b];
+    const std::size_t first = b * kBatch + lane;
     const V place = hn::Add(set(static_cast<double>(first)), hn::Iota(D8(), 0.0));
     const V factor = hn::Neg(hn::Load(D8(), batch.volume + lane)); // a force is -V P grad_a
     if constexpr (kKernel == TetKernel::Damping) {
@@ -46,22 +34,35 @@ HWY_INLINE M3 evaluate(const TetBatch& batch, std::size_t lane, std::size_t firs
         const M3 inverse = load_inverse(batch, lane), f = mul(edges, inverse), cof = cofactors(f);
         const M3 d = mul(load_edges(batch, lane, records, true), inverse);
         const V det = determinant(f, cof);
-        const M3 stress = Law::stress_along(Constants(job.constants, factor), f, cof, det, d);
+        const M3 stress = Law::stress_along(Constants(job.constants, factor, fibres_of(plan, b), lane), f, cof, det, d);
         extremes.note(det, hn::Neg(contract(d, stress)), place);
         return mult(stress, inverse);
     } else {
         constexpr bool kViscous = kKernel == TetKernel::ViscousForce;
-        const Response response = Law::template respond<kViscous>(batch, lane, job, factor, edges, records);
+        const Response response = Law::template respond<kViscous>(batch, lane, job, factor, edges, records, fibres_of(plan, b));
         extremes.note(response.det, find_growth < kViscous || Law::kTurns > (job.growth, first, response.tangent, response.size_sq), place);
         return response.force;
     }
 }
 
-template <class Law, TetKernel kKernel>
-Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob& job, const NodeRecord* records, PartialForce* partial) {
+void clear_slots(const ForceChunk& chunk, PartialForce* partial) {
     const auto d4 = hn::CappedTag<double, 4>();
     for (Index slot = chunk.first_slot; slot < chunk.first_slot + chunk.slot_count; ++slot)
         for (std::size_t q = 0; q < 4; q += hn::Lanes(d4)) hn::Store(hn::Zero(d4), d4, partial[slot].f + q);
+}
+
+template <class Law, TetKernel kKernel>
+Extremes run_patches(const ForcePlan& plan, const ForceChunk& chunk, const TetJob& job, const NodeRecord* records, PartialForce* partial) {
+    clear_slots(chunk, partial);
+    LaneExtremes extremes;
+    for (std::size_t b = chunk.first_batch; b < chunk.first_batch + chunk.batch_count; b += kPatch)
+        run_patch_row<Law, kKernel>(plan, b, job, records, partial, extremes);
+    return extremes.reduce();
+}
+
+template <class Law, TetKernel kKernel>
+Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob& job, const NodeRecord* records, PartialForce* partial) {
+    clear_slots(chunk, partial);
     LaneExtremes extremes;
     const std::size_t end = chunk.first_batch + chunk.batch_count;
     if constexpr (kKernel == TetKernel::ViscousForce && kLanes == kBatch) {
@@ -74,7 +75,7 @@ Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob&
         for (std::size_t b = chunk.first_batch; b < end; ++b) {
             add_to_slots(force, *last, 0, partial);
             last = &plan.batches[b];
-            force = evaluate<Law, kKernel>(*last, 0, b * kBatch, job, edges, records, extremes);
+            force = evaluate<Law, kKernel>(plan, b, 0, job, edges, records, extremes);
             edges = load_edges(plan.batches[std::min(b + 1, end - 1)], 0, records, false);
         }
         add_to_slots(force, *last, 0, partial);
@@ -83,7 +84,7 @@ Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob&
             const TetBatch& batch = plan.batches[b];
             for (std::size_t lane = 0; lane < kBatch; lane += kLanes) {
                 const M3 edges = load_edges(batch, lane, records, false);
-                add_to_slots(evaluate<Law, kKernel>(batch, lane, b * kBatch + lane, job, edges, records, extremes), batch, lane, partial);
+                add_to_slots(evaluate<Law, kKernel>(plan, b, lane, job, edges, records, extremes), batch, lane, partial);
             }
         }
     }
@@ -92,31 +93,42 @@ Extremes run_chunk(const ForcePlan& plan, const ForceChunk& chunk, const TetJob&
 
 using ChunkRun = Extremes (*)(const ForcePlan&, const ForceChunk&, const TetJob&, const NodeRecord*, PartialForce*);
 
+template <class Law, TetKernel kKernel>
+ChunkRun pick_elements(bool patched) {
+    return patched ? &run_patches<Law, kKernel> : &run_chunk<Law, kKernel>;
+}
+
 template <class Law>
-ChunkRun pick_kernel(TetKernel kernel) {
+ChunkRun pick_kernel(TetKernel kernel, bool patched) {
     switch (kernel) {
     case TetKernel::Force:
-        return &run_chunk<Law, TetKernel::Force>;
+        return pick_elements<Law, TetKernel::Force>(patched);
     case TetKernel::ViscousForce:
-        return &run_chunk<Law, TetKernel::ViscousForce>;
+        return pick_elements<Law, TetKernel::ViscousForce>(patched);
     case TetKernel::Stiffness:
-        return &run_chunk<Law, TetKernel::Stiffness>;
+        return pick_elements<Law, TetKernel::Stiffness>(patched);
     case TetKernel::Damping:
         break;
     }
-    return &run_chunk<StVKLanes, TetKernel::Damping>;
+    return &run_chunk<StVKLanes, TetKernel::Damping>; // drag is each tet's own
 }
 
-ChunkRun pick_run(TetKernel kernel, MaterialLaw law) {
+ChunkRun pick_run(TetKernel kernel, MaterialLaw law, bool patched) {
     switch (law) {
     case MaterialLaw::StVK:
-        return pick_kernel<StVKLanes>(kernel);
+        return pick_kernel<StVKLanes>(kernel, patched);
     case MaterialLaw::Corotational:
-        return pick_kernel<CorotationalLanes>(kernel);
+        return pick_kernel<CorotationalLanes>(kernel, patched);
+    case MaterialLaw::MooneyRivlin:
+        return pick_kernel<Alone<MooneyRivlinLanes>>(kernel, patched);
+    case MaterialLaw::Ogden:
+        return pick_kernel<Alone<OgdenLanes>>(kernel, patched);
+    case MaterialLaw::Hgo:
+        return pick_kernel<Alone<HgoLanes>>(kernel, patched);
     case MaterialLaw::NeoHookean:
         break;
     }
-    return pick_kernel<NeoHookeanLanes>(kernel);
+    return pick_kernel<NeoHookeanLanes>(kernel, patched);
 }
 
 int lane_count() { return static_cast<int>(kLanes); }
@@ -151,7 +163,7 @@ void Extremes::join(const Extremes& other) noexcept {
 }
 
 Extremes run_tets(const ForcePlan& plan, const TetJob& job, std::span<const NodeRecord> records, std::span<PartialForce> partial) noexcept {
-    const auto run = HWY_DYNAMIC_DISPATCH(pick_run)(job.kernel, job.law);
+    const auto run = HWY_DYNAMIC_DISPATCH(pick_run)(job.kernel, job.law, plan.patched());
     std::array<Extremes, kMostBlocks> found;
     const auto run_range = [&](std::size_t block, std::size_t begin, std::size_t end) {
         Extremes& extremes = found[block] = no_extremes();

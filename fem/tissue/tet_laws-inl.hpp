@@ -39,10 +39,18 @@ struct LaneExtremes {
 
 /// A law's constants times a factor in every lane; rest_volume is a ratio and stays.
 struct Constants {
-    V mu, lambda, rest_volume;
-    HWY_INLINE Constants(const LawConstants& c, V factor)
-        : mu(hn::Mul(set(c.mu), factor)), lambda(hn::Mul(set(c.lambda), factor)), rest_volume(set(c.rest_volume)) {}
+    V mu, lambda, rest_volume, factor;
+    const LawConstants* law;  // of laws with more of them, without the factor
+    const FibreBatch* fibres; // of the tets' batch; null: a law without
+    std::size_t lane;
+    HWY_INLINE Constants(const LawConstants& c, V times, const FibreBatch* fibre_batch = nullptr, std::size_t first_lane = 0)
+        : mu(hn::Mul(set(c.mu), times)), lambda(hn::Mul(set(c.lambda), times)), rest_volume(set(c.rest_volume)), factor(times), law(&c),
+          fibres(fibre_batch), lane(first_lane) {}
 };
+
+HWY_INLINE const FibreBatch* fibres_of(const ForcePlan& plan, std::size_t batch) {
+    return plan.fibres.empty() ? nullptr : &plan.fibres[batch];
+}
 
 /// Results of a force evaluation, per tet.
 struct Response {
@@ -51,6 +59,22 @@ struct Response {
     V tangent; // bound on the tangent's largest eigenvalue, Pa: compared with itself only, to see a tet stiffen
     V size_sq; // |F|^2; left out by laws that neither turn nor drag
 };
+
+/// Notes or compares; 1 where there is nothing to compare with. A crushed tet (|F|^2 below 1; 3 is rest) has negligible drag.
+template <bool kSize>
+HWY_INLINE V find_growth(const TetGrowth& growth, std::size_t first, V tangent, V size_sq) {
+    if (growth.use == TetGrowth::Use::None) return set(1.0);
+    StiffnessNote& note = growth.notes[first / kBatch];
+    double *per_tangent = note.per_tangent + first % kBatch, *per_size = note.per_size + first % kBatch;
+    if (growth.use == TetGrowth::Use::Note) {
+        hn::Store(hn::Div(set(1.0), tangent), D8(), per_tangent);
+        if constexpr (kSize) hn::Store(hn::Div(set(1.0), hn::Max(size_sq, set(1.0))), D8(), per_size);
+        return set(1.0);
+    }
+    const V grown = hn::Mul(tangent, hn::Load(D8(), per_tangent));
+    if constexpr (kSize) return hn::Max(grown, hn::Mul(size_sq, hn::Load(D8(), per_size)));
+    return grown;
+}
 
 /// viscosity (F^T dF + dF^T F), times F the viscous stress: none in rigid motion.
 HWY_INLINE Sym viscous_second_stress(V viscosity, const M3& f, const M3& rate) {
@@ -88,7 +112,7 @@ struct StVKLanes {
     static constexpr bool kTurns = false;
     template <bool kViscous>
     static HWY_INLINE Response respond(const TetBatch& batch, std::size_t lane, const TetJob& job, V factor, const M3& edges,
-                                       const NodeRecord* records) {
+                                       const NodeRecord* records, const FibreBatch*) {
         const M3 inverse = load_inverse(batch, lane), f = mul(edges, inverse);
         V trace;
         Sym s = second_stress(Constants(job.constants, factor), f, trace);
@@ -101,6 +125,12 @@ struct StVKLanes {
         const double mu = job.constants.mu, lambda = job.constants.lambda;
         const V tangent = fma(set(1.5 * lambda + 3.0 * mu), trace, set(1.5 * lambda + mu));
         return {mult(mul(f, s), inverse), determinant(f, cofactors(f)), tangent, trace};
+    }
+    static HWY_INLINE M3 stress(const Constants& c, const M3& f, const M3&, V, V& tangent) {
+        V trace;
+        const Sym s = second_stress(c, f, trace);
+        tangent = fma(fma(set(1.5), c.lambda, hn::Mul(set(3.0), c.mu)), trace, fma(set(1.5), c.lambda, c.mu));
+        return mul(f, s);
     }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3&, V, const M3& d) {
         V trace;
@@ -205,7 +235,7 @@ struct CorotationalLanes {
     /// Linear in stretch: it stiffens only where a stretched frame resists to turn, which |F|^2 measures.
     template <bool kViscous>
     static HWY_INLINE Response respond(const TetBatch& batch, std::size_t lane, const TetJob& job, V factor, const M3& edges,
-                                       const NodeRecord* records) {
+                                       const NodeRecord* records, const FibreBatch*) {
         const Constants c(job.constants, factor);
         const M3 inverse = load_inverse(batch, lane), f = mul(edges, inverse), r = find_rotation(f);
         const M3 turned = scaled(r, pressure(c, f, r));
@@ -215,6 +245,11 @@ struct CorotationalLanes {
             return {mult(with_drag(f, find_drag(batch, lane, job, factor, inverse, f, records), shear, turned), inverse), det, tangent,
                     size_sq};
         return {mult(scaled_add(f, shear, turned), inverse), det, tangent, size_sq};
+    }
+    static HWY_INLINE M3 stress(const Constants& c, const M3& f, const M3&, V, V& tangent) {
+        const M3 r = find_rotation(f);
+        tangent = fma(set(2.0), c.mu, c.lambda);
+        return scaled_add(f, hn::Add(c.mu, c.mu), scaled(r, pressure(c, f, r)));
     }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3&, V, const M3& d) {
         const M3 r = find_rotation(f);
@@ -246,7 +281,7 @@ struct NeoHookeanLanes {
     /// F S Dm^-T = Ds G (Ds^T Vs + Vs^T Ds) G.
     template <bool kViscous>
     static HWY_INLINE Response respond(const TetBatch& batch, std::size_t lane, const TetJob& job, V factor, const M3& edges,
-                                       const NodeRecord* records) {
+                                       const NodeRecord* records, const FibreBatch*) {
         const LawConstants& c = job.constants;
         const Sym gram = load_gram(batch, lane);
         const V per_rest = hn::Load(D8(), batch.inverse_det + lane);
@@ -261,6 +296,13 @@ struct NeoHookeanLanes {
         if constexpr (!kViscous) return {force, det, tangent, size_sq};
         const Sym drag = viscous_second_stress(hn::Mul(set(job.viscosity), factor), edges, load_edges(batch, lane, records, true));
         return {mul_add(mul(a, drag), gram, force), det, tangent, size_sq};
+    }
+    static HWY_INLINE M3 stress(const Constants& c, const M3& f, const M3& cof, V det, V& tangent) {
+        const V size_sq = contract(f, f), offset = hn::Sub(det, c.rest_volume);
+        const V shear = hn::Sub(c.mu, hn::Div(c.mu, hn::Add(size_sq, set(1.0))));
+        const V inner = fma(set(0.5), fma(offset, offset, size_sq), hn::Mul(hn::Mul(size_sq, size_sq), set(1.0 / 3.0)));
+        tangent = fma(c.lambda, inner, hn::Add(c.mu, c.mu));
+        return scaled_add(f, shear, scaled(cof, hn::Mul(c.lambda, offset)));
     }
     static HWY_INLINE M3 stress_along(const Constants& c, const M3& f, const M3& cof, V det, const M3& d) {
         const V per_grown = hn::Div(set(1.0), hn::Add(contract(f, f), set(1.0)));

@@ -2,6 +2,7 @@
 
 #include "base/short_number.hpp"
 #include "fem/mesh/mesh_parts.hpp"
+#include "fem/tissue/relaxation.hpp"
 
 #include <Eigen/Dense>
 
@@ -114,6 +115,27 @@ Result<void> add_mass(TissueModel& model, std::span<const double> density_factor
     return {};
 }
 
+Vec3 centre_of_tet(const TissueModel& model, std::size_t tet) {
+    const Tet& t = model.tet_nodes[tet];
+    return 0.25 * (model.rest_position[t[0]] + model.rest_position[t[1]] + model.rest_position[t[2]] + model.rest_position[t[3]]);
+}
+
+/// A tet's fibres are those of its centre, a patch's those of its tets' mean centre.
+void add_fibres(TissueModel& model) {
+    ForcePlan& plan = model.plan;
+    plan.fibres.resize(plan.batches.size());
+    const std::size_t group = plan.patched() ? kPatch : 1;
+    for (std::size_t first = 0; first < plan.batches.size(); first += group)
+        for (std::size_t lane = 0; lane < kBatch; ++lane) {
+            Vec3 centre = Vec3::Zero();
+            for (std::size_t b = first; b < first + group; ++b)
+                centre += (plan.patched() ? plan.shares[b].share[lane] : 1.0) * centre_of_tet(model, plan.tet_of[b * kBatch + lane]);
+            const FibreAxes axes = find_fibres(model.material, centre);
+            for (std::size_t b = first; b < first + group; ++b)
+                for (std::size_t k = 0; k < 6; ++k) plan.fibres[b].axis[k][lane] = axes.axis[k];
+        }
+}
+
 } // namespace
 
 Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material, std::span<const Index> pinned_nodes,
@@ -149,12 +171,22 @@ Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& mater
                      .message = "pinned node " + std::to_string(model.pinned.back()) + " is beyond the last node, " +
                                 std::to_string(model.node_count() - 1)};
     for (const Index node : model.pinned) model.inv_mass[node] = 0.0;
-    model.plan = make_force_plan(model.tet_nodes, model.tet_shape, model.rest_position, model.inv_mass);
+    model.plan = make_force_plan(model.tet_nodes, model.tet_shape, model.rest_position, model.inv_mass, uses_patches(material));
+    if (material.law == MaterialLaw::Hgo) add_fibres(model);
+    model.material.young_modulus = find_small_strain(material).young_modulus();
     return model;
 }
 
+FibreAxes fibres_at(const TissueModel& model, std::size_t batch, std::size_t lane) noexcept {
+    FibreAxes axes;
+    for (std::size_t k = 0; k < 6; ++k) axes.axis[k] = model.plan.fibres[batch].axis[k][lane];
+    return axes;
+}
+
 TissueState make_rest_state(const TissueModel& model) {
-    return {.position = model.rest_position, .velocity = std::vector<Vec3>(model.node_count(), Vec3::Zero())};
+    return {.position = model.rest_position,
+            .velocity = std::vector<Vec3>(model.node_count(), Vec3::Zero()),
+            .relaxed = std::vector<double>(relaxation_size(model), 0.0)};
 }
 
 } // namespace trocar::fem

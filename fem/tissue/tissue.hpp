@@ -33,8 +33,9 @@ struct TissueModel {
 };
 
 struct TissueState {
-    std::vector<Vec3> position; // [node_count] m, world
-    std::vector<Vec3> velocity; // [node_count] m/s
+    std::vector<Vec3> position;  // [node_count] m, world
+    std::vector<Vec3> velocity;  // [node_count] m/s
+    std::vector<double> relaxed; // [relaxation_size] strains of the branches that relax; empty: there are none
 };
 
 /// Checks mesh and material and precomputes the rest shape. pinned_nodes in any order, repeats allowed.
@@ -42,6 +43,9 @@ struct TissueState {
 /// without a tet, repeated tet, more than one part) or BadValue (material, contrast by tet).
 [[nodiscard]] Result<TissueModel> make_tissue_model(const TetMesh& mesh, const Material& material, std::span<const Index> pinned_nodes,
                                                     const TetContrast& contrast = {});
+
+/// Of a tet of hgo by its place in the plan.
+[[nodiscard]] FibreAxes fibres_at(const TissueModel& model, std::size_t batch, std::size_t lane) noexcept;
 
 /// At rest, without velocity.
 [[nodiscard]] TissueState make_rest_state(const TissueModel& model);

@@ -14,11 +14,11 @@ namespace {
 
 constexpr double kYoung = 20000.0, kDensity = 1000.0; // Pa, kg/m^3
 
-TissueModel make_body(const TetMesh& mesh, MaterialLaw law, double poisson_ratio, std::vector<Index> pinned = {}, double viscosity = 0.0) {
-    return make_tissue_model(
-               mesh, {.law = law, .young_modulus = kYoung, .poisson_ratio = poisson_ratio, .density = kDensity, .viscosity = viscosity},
-               pinned)
-        .value();
+TissueModel make_body(const TetMesh& mesh, MaterialLaw law, double poisson_ratio, std::vector<Index> pinned = {}, double viscosity = 0.0,
+                      TetElements elements = TetElements::Automatic) {
+    Material material{.law = law, .young_modulus = kYoung, .poisson_ratio = poisson_ratio, .density = kDensity, .viscosity = viscosity};
+    material.elements = elements;
+    return make_tissue_model(mesh, material, pinned).value();
 }
 
 std::vector<Index> nodes_at(const TetMesh& mesh, double x) {
@@ -121,10 +121,10 @@ double wave_speed_ratio(Wave wave, double poisson_ratio) {
     return std::sqrt(work / mass) / kNumber / std::sqrt((wave == Wave::Pressure ? lambda + 2.0 * mu : mu) / kDensity);
 }
 
-double cantilever_ratio(Index cells_across, double poisson_ratio) {
+double cantilever_ratio(Index cells_across, double poisson_ratio, TetElements elements) {
     constexpr double kSide = 0.1, kLength = 0.4, kLoad = 1e-3;
     const TetMesh mesh = make_bar_mesh({4 * cells_across, cells_across, cells_across}, kSide / cells_across, 0.0);
-    const TissueModel model = make_body(mesh, MaterialLaw::NeoHookean, poisson_ratio, nodes_at(mesh, 0.0));
+    const TissueModel model = make_body(mesh, MaterialLaw::NeoHookean, poisson_ratio, nodes_at(mesh, 0.0), 0.0, elements);
     const std::vector<Index> end = nodes_at(mesh, kLength);
     std::vector<Vec3> force(model.node_count(), Vec3::Zero());
     double weight = 0.0, tip = 0.0;

@@ -18,7 +18,7 @@ enum class Wave : std::uint8_t { Pressure, Shear };
 [[nodiscard]] double wave_speed_ratio(Wave wave, double poisson_ratio);
 
 /// Tip of a bar of 0.4 x 0.1 x 0.1 m, clamped at one end, loaded by 1 mN at the other, over Timoshenko's with Cowper's coefficient.
-[[nodiscard]] double cantilever_ratio(Index cells_across, double poisson_ratio);
+[[nodiscard]] double cantilever_ratio(Index cells_across, double poisson_ratio, TetElements elements = TetElements::Linear);
 
 /// Pressure of a cube squeezed by 1e-6 over 3 K 1e-6.
 [[nodiscard]] double bulk_ratio(MaterialLaw law);

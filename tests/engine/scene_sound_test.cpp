@@ -23,7 +23,7 @@ TEST(Scenes, NumbersArriveInSi) {
     EXPECT_DOUBLE_EQ(organ.material.young_modulus, 5000.0);
     EXPECT_DOUBLE_EQ(organ.material.density, 1060.0);
     EXPECT_DOUBLE_EQ(organ.surface.shape.radius, 0.050);
-    EXPECT_DOUBLE_EQ(organ.fixed[0].fraction, 0.2);
+    EXPECT_DOUBLE_EQ(organ.fixed[0].region.fraction, 0.2);
     const SceneBody& vessel = scene.bodies[1];
     EXPECT_EQ(vessel.embedded_in, 0U);
     EXPECT_TRUE(vessel.hollow);

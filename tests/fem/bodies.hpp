@@ -31,8 +31,18 @@ inline TetMesh make_bar(Index nx, Index ny, Index nz, double cell) {
     return mesh;
 }
 
+/// Of 5 kPa at small strain, whatever the law; hgo's fibres come on top.
 inline Material make_material(MaterialLaw law, double poisson_ratio = 0.3) {
-    return {.law = law, .young_modulus = 5000.0, .poisson_ratio = poisson_ratio, .density = 1000.0};
+    Material material{.law = law, .young_modulus = 5000.0, .poisson_ratio = poisson_ratio, .density = 1000.0};
+    const double mu = 5000.0 / (2.0 * (1.0 + poisson_ratio));
+    material.c10 = 0.35 * mu;
+    material.c01 = 0.15 * mu;
+    material.alpha1 = 4.0, material.mu1 = 0.6 * 2.0 * mu / 4.0;
+    material.alpha2 = -3.0, material.mu2 = -0.3 * 2.0 * mu / 3.0;
+    material.alpha3 = 1.5, material.mu3 = 0.1 * 2.0 * mu / 1.5;
+    material.k1 = 2000.0, material.k2 = 3.0, material.kappa = 0.1;
+    material.fibre1 = Vec3(1.0, 0.5, 0.2), material.fibre2 = Vec3(0.3, -1.0, 0.4);
+    return material;
 }
 
 inline TissueModel make_model(const TetMesh& mesh, const Material& material, std::vector<Index> pinned = {}) {
@@ -56,6 +66,11 @@ inline Vec3 random_vec(std::mt19937_64& random, double size) {
 
 inline std::vector<Vec3> zeros(std::size_t count) { return std::vector<Vec3>(count, Vec3::Zero()); }
 
+/// Those that E and nu say all of.
 inline constexpr MaterialLaw kLaws[] = {MaterialLaw::StVK, MaterialLaw::Corotational, MaterialLaw::NeoHookean};
+inline constexpr MaterialLaw kAllLaws[] = {MaterialLaw::StVK,         MaterialLaw::Corotational, MaterialLaw::NeoHookean,
+                                           MaterialLaw::MooneyRivlin, MaterialLaw::Ogden,        MaterialLaw::Hgo};
+inline constexpr const char* kLawNames[] = {"StVK", "Corotational", "NeoHookean", "MooneyRivlin", "Ogden", "Hgo"};
+inline constexpr TetElements kElements[] = {TetElements::Linear, TetElements::Patched};
 
 } // namespace trocar::fem::test

@@ -18,10 +18,7 @@ struct EveryKernel : testing::TestWithParam<MaterialLaw> {
     ~EveryKernel() override { choose_isa(""); }
 };
 
-std::string name_of_law(const testing::TestParamInfo<MaterialLaw>& info) {
-    constexpr const char* kNames[] = {"StVK", "Corotational", "NeoHookean"};
-    return kNames[static_cast<int>(info.param)];
-}
+std::string name_of_law(const testing::TestParamInfo<MaterialLaw>& info) { return kLawNames[static_cast<int>(info.param)]; }
 
 TissueModel make_rough(MaterialLaw law, std::array<Index, 3> cells) {
     Material material = make_material(law, 0.4);
@@ -179,25 +176,30 @@ TEST_P(EveryKernel, GrowthOfTheStiffestTetIsSeenAndOnlyThat) {
     EXPECT_GT(more, little);
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, EveryKernel, testing::ValuesIn(kLaws), name_of_law);
+INSTANTIATE_TEST_SUITE_P(Laws, EveryKernel, testing::ValuesIn(kAllLaws), name_of_law);
 
 TEST(ForcePlan, NamesEveryTetAndNodeOnceAndEverySlotOfANode) {
-    const auto model = make_model(make_bar_mesh({13, 7, 5}, 0.01, 0.1), make_material(MaterialLaw::NeoHookean));
-    const ForcePlan& plan = model.plan;
-    std::vector<int> tets(model.tet_count(), 0);
-    double volume = 0.0;
-    for (std::size_t place = 0; place < plan.tet_of.size(); ++place) {
-        const double share = plan.batches[place / kBatch].volume[place % kBatch];
-        volume += share;
-        if (share > 0.0) ++tets[plan.tet_of[place]];
+    for (const TetElements elements : kElements) {
+        Material material = make_material(MaterialLaw::NeoHookean);
+        material.elements = elements;
+        const auto model = make_model(make_bar_mesh({13, 7, 5}, 0.01, 0.1), material);
+        const ForcePlan& plan = model.plan;
+        EXPECT_EQ(plan.patched(), elements == TetElements::Patched);
+        std::vector<int> tets(model.tet_count(), 0);
+        double volume = 0.0;
+        for (std::size_t place = 0; place < plan.tet_of.size(); ++place) {
+            const double share = plan.batches[place / kBatch].volume[place % kBatch];
+            volume += share;
+            if (share > 0.0) ++tets[plan.tet_of[place]];
+        }
+        EXPECT_EQ(std::count(tets.begin(), tets.end(), 1), static_cast<long>(tets.size()));
+        EXPECT_NEAR(volume, model.volume, 1e-12 * model.volume);
+        for (std::size_t record = 0; record < plan.node_count(); ++record) {
+            EXPECT_EQ(plan.record_of[plan.node_of[record]], record);
+            EXPECT_LT(plan.slot_begin[record], plan.slot_begin[record + 1]);
+        }
+        EXPECT_EQ(plan.slot_begin.back(), plan.slots.size());
     }
-    EXPECT_EQ(std::count(tets.begin(), tets.end(), 1), static_cast<long>(tets.size()));
-    EXPECT_NEAR(volume, model.volume, 1e-12 * model.volume);
-    for (std::size_t record = 0; record < plan.node_count(); ++record) {
-        EXPECT_EQ(plan.record_of[plan.node_of[record]], record);
-        EXPECT_LT(plan.slot_begin[record], plan.slot_begin[record + 1]);
-    }
-    EXPECT_EQ(plan.slot_begin.back(), plan.slots.size());
 }
 
 } // namespace trocar::fem

@@ -8,6 +8,7 @@
 
 #include "engine/effects/call.hpp"
 #include "engine/effects/registry.hpp"
+#include "engine/prepare/scripted_motion.hpp"
 #include "fem/tissue/integrate.hpp"
 
 #include <fmt/format.h>
@@ -61,9 +62,11 @@ std::string describe_failure(const SceneModel& model, const BodyModel& body, con
 void find_loads(const EffectStep& step, std::size_t body, const State& state, TissueScratch& scratch, fem::IntegrateInputs& inputs) {
     scratch.pinned_target.clear();
     scratch.force.clear();
-    TissueLoads loads{.pinned_target = scratch.pinned_target, .force = scratch.force};
+    scratch.springs.clear();
+    TissueLoads loads{.pinned_target = scratch.pinned_target, .force = scratch.force, .springs = scratch.springs};
     for (const EffectDescriptor* effect : registered_effects())
         if (effect->load_tissue != nullptr) call(*effect, step, [&](const EffectStep& own) { effect->load_tissue(own, body, state, loads); });
+    move_held_nodes(step.model.bodies[body], step.time_t1, scratch.pinned_target);
     inputs.gravity = loads.acceleration;
     inputs.pinned_target = scratch.pinned_target;
     inputs.external_force = scratch.force;
@@ -72,7 +75,9 @@ void find_loads(const EffectStep& step, std::size_t body, const State& state, Ti
 void load_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {
     step.counts.note(effects::elasticity);
     find_loads(step, body, state, scratch, scratch.inputs);
-    scratch.inputs.springs = &state.bodies[body].springs;
+    const fem::ContactSprings& contact = state.bodies[body].springs;
+    scratch.inputs.springs = scratch.springs.springs.empty() ? &contact : &scratch.springs;
+    if (!scratch.springs.springs.empty()) fem::append_springs(contact, scratch.springs);
 }
 
 void integrate_body(const EffectStep& step, std::size_t body, State& state, TissueScratch& scratch) {

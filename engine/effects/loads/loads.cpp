@@ -1,0 +1,84 @@
+// What a scene pulls on its bodies with: forces, tractions, pressures, accelerations and springs to the ground, by factors over time.
+#include "engine/effects/describe.hpp"
+#include "engine/effects/registry.hpp"
+#include "engine/prepare/scripted_motion.hpp"
+#include "engine/state/state.hpp"
+#include "fem/tissue/springs.hpp"
+
+#include <fmt/format.h>
+
+namespace trocar::engine::effects {
+
+static void push_faces(const BodyLoad& load, double factor, const std::vector<Vec3>& position, std::vector<Vec3>& force) {
+    for (std::size_t f = 0; f < load.faces.size(); ++f) {
+        const Triangle& face = load.faces[f];
+        const Vec3 &a = position[face[0]], &b = position[face[1]], &c = position[face[2]];
+        const Vec3 whole =
+            load.kind == LoadKind::Pressure ? Vec3(-0.5 * load.number * (b - a).cross(c - a)) : Vec3(load.area[f] * load.vector);
+        for (const Index node : face) force[node] += factor / 3.0 * whole;
+    }
+}
+
+/// A spring pushes one way only: two of them along every axis hold.
+static void hold_nodes(const BodyLoad& load, double factor, const fem::TissueModel& tissue, fem::ContactSprings& springs) {
+    for (std::size_t k = 0; k < load.nodes.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double way : {1.0, -1.0}) {
+                fem::ContactSpring spring;
+                spring.first_entry = static_cast<Index>(springs.entries.size());
+                spring.entry_count = 1;
+                spring.stiffness = factor * load.number * load.share[k];
+                spring.offset = -way * tissue.rest_position[load.nodes[k]][axis];
+                springs.entries.push_back({load.nodes[k], way * Vec3::Unit(axis)});
+                springs.springs.push_back(spring);
+            }
+}
+
+static void load_body(const EffectStep& step, std::size_t body, const State& state, TissueLoads& loads) {
+    const BodyModel& model = step.model.bodies[body];
+    if (!step.live.loads || model.loads.empty()) return;
+    step.counts.note(effects::loads);
+    const fem::TissueModel& tissue = *model.tissue;
+    for (const BodyLoad& load : model.loads) {
+        const double factor = load.over.empty() ? 1.0 : evaluate_rows(load.over, step.time_t1);
+        if (load.kind == LoadKind::Spring) {
+            if (factor > 0.0) hold_nodes(load, factor, tissue, loads.springs);
+            continue;
+        }
+        loads.force.resize(tissue.node_count(), Vec3::Zero());
+        push_faces(load, factor, state.bodies[body].tissue.position, loads.force);
+        for (std::size_t k = 0; k < load.nodes.size(); ++k)
+            loads.force[load.nodes[k]] +=
+                factor * (load.kind == LoadKind::Force ? load.share[k] : tissue.node_mass[load.nodes[k]]) * load.vector;
+    }
+}
+
+static std::size_t count_loads(const SceneModel& model) {
+    std::size_t count = 0;
+    for (const BodyModel& body : model.bodies) count += body.loads.size();
+    return count;
+}
+
+const EffectDescriptor loads{
+    .name = "loads",
+    .label = "loads",
+    .doc = "Forces, tractions, pressures and springs of the bodies' key loads.",
+    .acts_on = [](const SceneModel& model) { return model.effects.loads && model.effects.elasticity && count_loads(model) > 0; },
+    .remove =
+        [](SceneModel& model) {
+            model.effects.loads = false;
+            for (BodyModel& body : model.bodies) body.loads.clear();
+        },
+    .explain = [](const Scene& scene, const SceneModel& model) -> EffectLine {
+        if (!scene.effects.loads) return {false, listed(false, {})};
+        const std::size_t count = count_loads(model);
+        return {count > 0, count > 0 ? fmt::format("{} of them", count) : "no body has any"};
+    },
+    .scale =
+        [](EffectSet& live, double share) {
+            if (!(share > 0.0)) live.loads = false;
+        },
+    .load_tissue = load_body,
+};
+
+} // namespace trocar::engine::effects

@@ -1,0 +1,121 @@
+#include "engine/prepare/node_sets.hpp"
+
+#include "base/topology.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace trocar::engine {
+namespace {
+
+bool in_region(const FixedRegion& region, const Vec3& p, double least, double most) {
+    switch (region.kind) {
+    case RegionKind::Box:
+        return region.box.contains(p);
+    case RegionKind::Sphere:
+        return (p - region.centre).squaredNorm() <= region.radius * region.radius;
+    case RegionKind::Direction:
+        break;
+    }
+    return region.direction.dot(p) >= most - region.fraction * (most - least);
+}
+
+bool is_on_faces(LoadKind kind) { return kind == LoadKind::Traction || kind == LoadKind::Pressure; }
+
+/// Boundary triangles whose nodes are all among some.
+void add_faces(const TetMesh& mesh, const std::vector<Index>& nodes, BodyLoad& load) {
+    const auto is_in = [&](Index node) { return std::binary_search(nodes.begin(), nodes.end(), node); };
+    for (const Triangle& face : boundary_surface(mesh).triangles) {
+        if (!std::all_of(face.begin(), face.end(), is_in)) continue;
+        const Vec3 &a = mesh.vertices[face[0]], &b = mesh.vertices[face[1]], &c = mesh.vertices[face[2]];
+        load.faces.push_back(face);
+        load.area.push_back(0.5 * (b - a).cross(c - a).norm());
+    }
+}
+
+void add_nodes(const fem::TissueModel& tissue, const std::vector<Index>& nodes, BodyLoad& load) {
+    double mass = 0.0;
+    for (const Index node : nodes) mass += tissue.node_mass[node];
+    for (const Index node : nodes) load.share.push_back(tissue.node_mass[node] / mass);
+    load.nodes = nodes;
+}
+
+} // namespace
+
+std::vector<Index> find_region_nodes(const FixedRegion& region, const std::vector<Vec3>& nodes) {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const Vec3& p : nodes) {
+        least = std::min(least, region.direction.dot(p));
+        most = std::max(most, region.direction.dot(p));
+    }
+    std::vector<Index> found;
+    for (Index i = 0; i < nodes.size(); ++i)
+        if (in_region(region, nodes[i], least, most)) found.push_back(i);
+    return found;
+}
+
+std::vector<Index> find_pinned(const std::vector<HeldRegion>& regions, const std::vector<Vec3>& nodes) {
+    std::vector<Index> pinned;
+    for (const HeldRegion& held : regions) {
+        const std::vector<Index> found = find_region_nodes(held.region, nodes);
+        pinned.insert(pinned.end(), found.begin(), found.end());
+    }
+    std::sort(pinned.begin(), pinned.end());
+    pinned.erase(std::unique(pinned.begin(), pinned.end()), pinned.end());
+    return pinned;
+}
+
+Result<void> prepare_held(const Scene& scene, const SceneBody& body, const std::vector<Vec3>& nodes, const std::vector<Index>& pinned,
+                          BodyModel& model) {
+    std::vector<bool> moves(nodes.size(), false);
+    for (std::size_t i = 0; i < body.fixed.size(); ++i) {
+        const HeldRegion& held = body.fixed[i];
+        if (held.moves.empty() && held.turns.empty()) continue;
+        const std::string key = fmt::format("bodies.{}.fixed[{}]", body.name, i);
+        HeldNodes& made = model.held.emplace_back();
+        made.turns = held.turns;
+        made.point = held.point;
+        made.axis = held.axis;
+        for (const KeyFrame& frame : held.moves) made.moves.push_back({frame.time, frame.displacement});
+        for (const Index node : find_region_nodes(held.region, nodes)) {
+            if (moves[node])
+                return scene_error(scene, key, fmt::format("node {} of the coarse mesh is moved by another region already", node));
+            moves[node] = true;
+            const auto place = std::lower_bound(pinned.begin(), pinned.end(), node);
+            made.pinned.push_back(static_cast<Index>(place - pinned.begin()));
+        }
+        if (made.pinned.empty()) return scene_error(scene, key, "no node of the coarse mesh lies in this region, and it is to move");
+    }
+    return {};
+}
+
+Result<void> prepare_loads(const Scene& scene, const SceneBody& body, const TetMesh& mesh, const fem::TissueModel& tissue,
+                           BodyModel& model) {
+    if (!scene.effects.loads) return {};
+    for (std::size_t i = 0; i < body.loads.size(); ++i) {
+        const LoadSpec& spec = body.loads[i];
+        BodyLoad& load = model.loads.emplace_back();
+        load.kind = spec.kind;
+        load.vector = spec.vector;
+        load.number = spec.number;
+        load.over = spec.over;
+        std::vector<Index> nodes;
+        if (spec.region)
+            nodes = find_region_nodes(*spec.region, mesh.vertices);
+        else
+            for (Index node = 0; node < mesh.vertices.size(); ++node) nodes.push_back(node);
+        if (is_on_faces(spec.kind))
+            add_faces(mesh, nodes, load);
+        else
+            add_nodes(tissue, nodes, load);
+        if (load.nodes.empty() && load.faces.empty())
+            return scene_error(scene, fmt::format("bodies.{}.loads[{}]", body.name, i),
+                               is_on_faces(spec.kind) ? "no boundary triangle of the coarse mesh lies in its region"
+                                                      : "no node of the coarse mesh lies in its region");
+    }
+    return {};
+}
+
+} // namespace trocar::engine

@@ -1,0 +1,23 @@
+// Coarse nodes and faces that a body's regions name, and what holds, moves and loads them.
+#pragma once
+
+#include "base/mesh.hpp"
+#include "base/result.hpp"
+#include "engine/prepare/model.hpp"
+#include "engine/scene/scene.hpp"
+
+namespace trocar::engine {
+
+/// Of all nodes; ascending.
+[[nodiscard]] std::vector<Index> find_region_nodes(const FixedRegion& region, const std::vector<Vec3>& nodes);
+[[nodiscard]] std::vector<Index> find_pinned(const std::vector<HeldRegion>& regions, const std::vector<Vec3>& nodes);
+
+/// Into model.held. Fails where a region that moves is empty, or holds a node of another that moves.
+[[nodiscard]] Result<void> prepare_held(const Scene& scene, const SceneBody& body, const std::vector<Vec3>& nodes,
+                                        const std::vector<Index>& pinned, BodyModel& model);
+
+/// Into model.loads, with the effect. Fails where a load acts on nothing.
+[[nodiscard]] Result<void> prepare_loads(const Scene& scene, const SceneBody& body, const TetMesh& mesh, const fem::TissueModel& tissue,
+                                         BodyModel& model);
+
+} // namespace trocar::engine

@@ -1,0 +1,116 @@
+// Reads what holds, moves and loads the nodes of a deformable body.
+#include "engine/scene/describe_body.hpp"
+#include "engine/scene/read_keys.hpp"
+
+#include <fmt/format.h>
+
+namespace trocar::engine {
+namespace {
+
+/// The time of a row, later than the one before it.
+std::optional<Error> check_order(const Reading& reading, std::string_view key, const JsonNode& row, std::size_t count, double last) {
+    const double time = reading.values.column(key, row, 0);
+    if (count == 0 || time > last) return std::nullopt;
+    return error_at(reading.context, row.at, fmt::format("{}[{}]", reading.values.path(key), count),
+                    fmt::format("found the time {} after {}; expected increasing times",
+                                with_unit(time, Dimension::Time, reading.context.units),
+                                with_unit(last, Dimension::Time, reading.context.units)));
+}
+
+std::optional<Error> read_rows(const Reading& reading, std::string_view key, std::vector<LoadRow>& rows) {
+    const JsonNode* list = reading.values.find(key);
+    if (list == nullptr) return std::nullopt;
+    for (const JsonNode& row : list->children) {
+        if (auto error = check_order(reading, key, row, rows.size(), rows.empty() ? 0.0 : rows.back().time)) return error;
+        rows.push_back({reading.values.column(key, row, 0), reading.values.column(key, row, 1)});
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_held(const Reading& reading, const JsonNode& node, HeldRegion& held) {
+    if (auto error = read_region(reading, node, held.region)) return error;
+    if (auto error = read_keys<HeldMotionKeys>(reading, held)) return error;
+    for (const char* key : {"turn_point", "turn_axis"})
+        if (reading.values.has(key) && held.turns.empty())
+            return fail_at(reading.context, reading.values, key, "unused key: nothing turns here; expected turns added or this left out");
+    return std::nullopt;
+}
+
+std::optional<Error> read_load(const Reading& reading, const JsonNode& node, LoadSpec& load) {
+    if (node.find("force") != nullptr) {
+        load.kind = LoadKind::Force;
+        return read_keys<ForceLoadKeys>(reading, load);
+    }
+    if (node.find("traction") != nullptr) {
+        load.kind = LoadKind::Traction;
+        return read_keys<TractionLoadKeys>(reading, load);
+    }
+    if (node.find("pressure") != nullptr) {
+        load.kind = LoadKind::Pressure;
+        return read_keys<PressureLoadKeys>(reading, load);
+    }
+    if (node.find("acceleration") != nullptr) {
+        load.kind = LoadKind::Acceleration;
+        return read_keys<AccelerationLoadKeys>(reading, load);
+    }
+    load.kind = LoadKind::Spring;
+    return read_keys<SpringLoadKeys>(reading, load);
+}
+
+} // namespace
+
+std::optional<Error> read_region(const Reading& reading, const JsonNode& node, FixedRegion& region) {
+    if (node.find("direction") != nullptr) {
+        region.kind = RegionKind::Direction;
+        return read_keys<DirectionRegionKeys>(reading, region);
+    }
+    region.kind = node.find("sphere") != nullptr ? RegionKind::Sphere : RegionKind::Box;
+    return region.kind == RegionKind::Sphere ? read_keys<SphereRegionKeys>(reading, region) : read_keys<BoxRegionKeys>(reading, region);
+}
+
+std::optional<Error> read_fixed(const Reading& body, std::vector<HeldRegion>& fixed) {
+    const JsonNode* list = body.values.find("fixed");
+    for (std::size_t i = 0; list != nullptr && i < list->children.size(); ++i) {
+        const JsonNode& node = list->children[i];
+        const Values values = body.values.element("fixed", node, fmt::format("{}[{}]", body.values.path("fixed"), i));
+        if (auto error = read_held({body.context, values, body.scene}, node, fixed.emplace_back())) return error;
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_loads(const Reading& body, std::vector<LoadSpec>& loads) {
+    const JsonNode* list = body.values.find("loads");
+    for (std::size_t i = 0; list != nullptr && i < list->children.size(); ++i) {
+        const JsonNode& node = list->children[i];
+        const Values values = body.values.element("loads", node, fmt::format("{}[{}]", body.values.path("loads"), i));
+        if (auto error = read_load({body.context, values, body.scene}, node, loads.emplace_back())) return error;
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> read_where(const Reading& reading, std::optional<FixedRegion>& region) {
+    const JsonNode* node = reading.values.find("where");
+    if (node == nullptr) return std::nullopt;
+    const Values values = reading.values.object("where");
+    return read_region({reading.context, values, reading.scene}, *node, region.emplace());
+}
+
+std::optional<Error> read_over(const Reading& reading, std::vector<LoadRow>& rows) { return read_rows(reading, "over", rows); }
+
+std::optional<Error> read_turns(const Reading& reading, std::vector<LoadRow>& rows) { return read_rows(reading, "turns", rows); }
+
+std::optional<Error> read_moves(const Reading& reading, std::vector<KeyFrame>& moves) { return read_frames(reading, "moves", moves); }
+
+std::optional<Error> read_frames(const Reading& reading, std::string_view key, std::vector<KeyFrame>& frames) {
+    const JsonNode* rows = reading.values.find(key);
+    if (rows == nullptr) return std::nullopt;
+    for (const JsonNode& row : rows->children) {
+        if (auto error = check_order(reading, key, row, frames.size(), frames.empty() ? 0.0 : frames.back().time)) return error;
+        KeyFrame frame{reading.values.column(key, row, 0), {}};
+        for (std::size_t i = 0; i < 3; ++i) frame.displacement[static_cast<int>(i)] = reading.values.column(key, row, i + 1);
+        frames.push_back(frame);
+    }
+    return std::nullopt;
+}
+
+} // namespace trocar::engine

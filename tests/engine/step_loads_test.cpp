@@ -1,0 +1,179 @@
+// What a scene pulls its bodies with, what it moves them by, and how they start.
+#include "engine/io/write_mesh.hpp"
+#include "engine/prepare/scripted_motion.hpp"
+#include "engine/scene/presets.hpp"
+#include "engine/step/checkpoint.hpp"
+#include "fem/mesh/bar_mesh.hpp"
+#include "step_fixture.hpp"
+
+#include <cmath>
+
+namespace trocar::engine {
+namespace {
+
+/// A cube of 20 mm; more: further keys of the body.
+std::string cube_scene(const std::string& more, const std::string& effects = R"("elasticity", "damping", "loads")", double nu = 0.3) {
+    return fmt::format(R"({{
+    "units": {{"length": "mm", "pressure": "kPa", "angle": "deg"}},
+    "time": {{"step": 0.005, "duration": 2}},
+    "budget": "exact",
+    "bodies": {{"cube": {{"kind": "deformable", "surface": {{"shape": "box", "centre": [0, 0, 0], "extent": [20, 20, 20], "cells": 4}},
+        "material": {{"young_modulus": 10, "poisson_ratio": {}, "density": 1000, "viscosity": 0.01, "mass_damping": 40}},
+        "coarse": {{"mesher": "lattice", "surface_triangles": 200}}, {}}}}},
+    "effects": [{}]
+}})",
+                       nu, more, effects);
+}
+
+constexpr const char* kHeldBelow = R"("fixed": [{"direction": [0, 0, -1], "fraction": 0.1}])";
+
+Simulator run(const PreparedScene& prepared, int steps) {
+    Simulator simulator(prepared.model);
+    for (int k = 0; k < steps; ++k) {
+        const StepReport& report = simulator.step();
+        if (!report.finite) throw std::runtime_error(report.failure);
+    }
+    return simulator;
+}
+
+const std::vector<Vec3>& nodes_of(const Simulator& simulator) { return simulator.state().bodies[0].tissue.position; }
+
+Vec3 mean_shift(const PreparedScene& prepared, const Simulator& simulator) {
+    const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t n = 0; n < tissue.node_count(); ++n)
+        sum += tissue.node_mass[n] / tissue.mass * (nodes_of(simulator)[n] - tissue.rest_position[n]);
+    return sum;
+}
+
+/// Of the effect, in one step.
+std::uint64_t count_of(const StepReport& report, const char* name) { return report.effects.of(*find_effect(name)); }
+
+} // namespace
+
+TEST(Loads, AForceInAllAcceleratesAFreeBodyByItsMass) {
+    const PreparedScene prepared = test::prepare(cube_scene(R"("loads": [{"force": [0.004, 0, 0]}])", R"("elasticity", "loads")"));
+    Simulator simulator = run(prepared, 20);
+    const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+    const double wanted = 0.5 * 0.004 / tissue.mass * 0.1 * 0.1;
+    EXPECT_NEAR(mean_shift(prepared, simulator).x(), wanted, 1e-9 + 1e-6 * wanted);
+}
+
+TEST(Loads, TractionsAndForcesOnAnEndStretchABarAsHookeSays) {
+    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "loaded.vtu";
+    TetMesh mesh = fem::make_bar_mesh({4, 4, 4}, 0.005, 0.0); // its faces are flat, a lattice's not quite
+    for (Vec3& v : mesh.vertices) v -= Vec3::Constant(0.01);
+    ASSERT_TRUE(write_vtu(file, mesh).ok());
+    for (const char* load : {R"({"traction": [0, 0, 0.1], "where": {"direction": [0, 0, 1], "fraction": 0.02}})",
+                             R"({"pressure": -0.1, "where": {"direction": [0, 0, 1], "fraction": 0.02}})",
+                             R"({"force": [0, 0, 0.04], "where": {"direction": [0, 0, 1], "fraction": 0.02}})"}) {
+        std::string scene = cube_scene(fmt::format(R"({}, "loads": [{}])", kHeldBelow, load), R"("elasticity", "damping", "loads")", 0.0);
+        const std::string lattice = R"({"mesher": "lattice", "surface_triangles": 200})";
+        scene.replace(scene.find(lattice), lattice.size(), fmt::format(R"({{"file": "{}", "unit": "m"}})", file.string()));
+        const PreparedScene prepared = test::prepare(scene);
+        Simulator simulator = run(prepared, 200);
+        double top = -1.0, rest = -1.0;
+        for (std::size_t n = 0; n < nodes_of(simulator).size(); ++n) {
+            top = std::max(top, nodes_of(simulator)[n].z());
+            rest = std::max(rest, prepared.model.bodies[0].tissue->rest_position[n].z());
+        }
+        EXPECT_NEAR(top - rest, 0.01 * 0.02, 0.02 * 0.01 * 0.02) << load; // 0.1 kPa of 10 kPa over 20 mm
+    }
+}
+
+TEST(Loads, PressureAllRoundPushesNowhere) {
+    const PreparedScene prepared = test::prepare(cube_scene(R"("loads": [{"pressure": 1}])"));
+    Simulator simulator = run(prepared, 40);
+    EXPECT_LT(mean_shift(prepared, simulator).norm(), 1e-7);
+    const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+    EXPECT_LT(fem::measure_tets(tissue, nodes_of(simulator)).min_volume_ratio, 0.95); // 3 (1 - 2 nu) p / E = 0.12
+}
+
+TEST(Loads, FollowTheirRowsOverTime) {
+    const std::vector<LoadRow> rows{{0.1, 0.0}, {0.2, 1.0}, {0.4, -1.0}};
+    EXPECT_EQ(evaluate_rows(rows, 0.0), 0.0);
+    EXPECT_DOUBLE_EQ(evaluate_rows(rows, 0.15), 0.5);
+    EXPECT_DOUBLE_EQ(evaluate_rows(rows, 0.3), 0.0);
+    EXPECT_EQ(evaluate_rows(rows, 9.0), -1.0);
+    const PreparedScene prepared = test::prepare(
+        cube_scene(R"("loads": [{"acceleration": [1000, 0, 0], "over": [[0, 0], [0.049, 0], [0.05, 1]]}])", R"("elasticity", "loads")"));
+    Simulator simulator = run(prepared, 9);
+    EXPECT_EQ(mean_shift(prepared, simulator), Vec3::Zero()); // until then it rests to the bit
+    for (int k = 0; k < 10; ++k) (void)simulator.step();
+    EXPECT_GT(mean_shift(prepared, simulator).x(), 1e-4);
+}
+
+TEST(Loads, SpringsToTheGroundHoldABodyAgainstItsWeight) {
+    const PreparedScene prepared = test::prepare(cube_scene(R"("loads": [{"spring": 0.04}, {"acceleration": [0, 0, -9810]}])"));
+    Simulator simulator = run(prepared, 400);
+    const double wanted = 9.81 * prepared.model.bodies[0].tissue->mass / 40.0;
+    const Vec3 shift = mean_shift(prepared, simulator);
+    EXPECT_NEAR(-shift.z(), wanted, 0.02 * wanted);
+    EXPECT_LT(std::abs(shift.x()) + std::abs(shift.y()), 1e-9);
+}
+
+TEST(Loads, AreAbsentWhereTheEffectIsNotNamedAndCountedWhereItIs) {
+    const std::string load = R"("loads": [{"force": [1, 0, 0]}])";
+    const PreparedScene without = test::prepare(cube_scene(load, R"("elasticity")")), with = test::prepare(cube_scene(load));
+    EXPECT_TRUE(without.model.bodies[0].loads.empty());
+    Simulator a = run(without, 3), b = run(with, 3);
+    EXPECT_EQ(mean_shift(without, a), Vec3::Zero());
+    EXPECT_EQ(count_of(a.report(), "loads"), 0u);
+    EXPECT_GT(count_of(b.report(), "loads"), 0u);
+}
+
+TEST(HeldNodes, MoveAndTurnAsTheirRowsSay) {
+    const PreparedScene prepared = test::prepare(cube_scene(
+        R"("fixed": [{"direction": [0, 0, -1], "fraction": 0.1},
+                     {"direction": [0, 0, 1], "fraction": 0.1, "moves": [[0, 0, 0, 0], [0.2, 0, 0, 3]],
+                      "turns": [[0, 0], [0.2, 45]], "turn_axis": [0, 0, 2]}])",
+        R"("elasticity", "damping")"));
+    Simulator simulator = run(prepared, 60);
+    const BodyModel& body = prepared.model.bodies[0];
+    ASSERT_EQ(body.held.size(), 1u);
+    for (const Index k : body.held[0].pinned) {
+        const Index node = body.tissue->pinned[k];
+        const Vec3& rest = body.tissue->rest_position[node];
+        const double c = std::sqrt(0.5);
+        EXPECT_LT((nodes_of(simulator)[node] - Vec3(c * rest.x() - c * rest.y(), c * rest.x() + c * rest.y(), rest.z() + 0.003)).norm(),
+                  1e-12);
+    }
+    EXPECT_LT(body.held[0].pinned.size(), body.tissue->pinned.size());
+}
+
+TEST(InitialMotion, VelocityAndSpinAreThoseOfTheBodysCentre) {
+    const PreparedScene prepared = test::prepare(cube_scene(R"("velocity": [100, 0, 0], "spin": [0, 0, 90])", R"("elasticity")"));
+    Simulator simulator(prepared.model);
+    const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
+    const fem::Momentum momentum = fem::find_momentum(tissue, simulator.state().bodies[0].tissue);
+    EXPECT_LT((momentum.linear / tissue.mass - Vec3(0.1, 0, 0)).norm(), 1e-12);
+    EXPECT_GT(momentum.angular.z(), 0.0);
+    (void)simulator.step();
+    EXPECT_NEAR(mean_shift(prepared, simulator).x(), 0.1 * 0.005, 1e-9);
+}
+
+TEST(RelaxingTissue, ForksAndSavesGoOnToTheSameBits) {
+    std::string scene = cube_scene(
+        fmt::format(R"({}, "loads": [{{"force": [0.05, 0, 0], "where": {{"direction": [0, 0, 1], "fraction": 0.1}}}}])", kHeldBelow));
+    scene.insert(scene.find("\"viscosity\""), R"("g1": 1.5, "tau1": 0.05, )");
+    const PreparedScene prepared = test::prepare(scene);
+    Simulator one = run(prepared, 10);
+    EXPECT_FALSE(one.state().bodies[0].tissue.relaxed.empty());
+    Simulator other = one.fork(), third(prepared.model);
+    ASSERT_TRUE(third.restore(*one.save()).ok());
+    for (int k = 0; k < 10; ++k) (void)one.step(), (void)other.step(), (void)third.step();
+    EXPECT_EQ(hash_state(one.state()), hash_state(other.state()));
+    EXPECT_EQ(hash_state(one.state()), hash_state(third.state()));
+    EXPECT_EQ(one.state().bodies[0].tissue.relaxed, other.state().bodies[0].tissue.relaxed);
+}
+
+TEST(Presets, AreMaterialsThatPassTheirChecks) {
+    for (const std::string_view name : preset_names()) {
+        const std::optional<fem::Material> material = find_preset(name);
+        ASSERT_TRUE(material) << name;
+        EXPECT_TRUE(fem::check_material(*material).ok()) << name;
+    }
+    EXPECT_FALSE(find_preset("stone"));
+}
+
+} // namespace trocar::engine
