@@ -2,10 +2,13 @@
 #include "engine/cli/commands.hpp"
 #include "engine/cli/progress.hpp"
 #include "engine/cli/set_option.hpp"
+#include "engine/fluoroscopy/dicom.hpp"
 #include "engine/fluoroscopy/film.hpp"
 #include "engine/fluoroscopy/fluoroscope.hpp"
 #include "engine/io/atomic_file.hpp"
+#include "engine/io/file_bytes.hpp"
 #include "engine/prepare/prepare_scene.hpp"
+#include "engine/scene/describe_fluoroscopy.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/time/interrupt.hpp"
 
@@ -23,7 +26,8 @@ constexpr std::array<unsigned, 2> kFilmPixels{256, 256};     // of a scene that 
 
 struct FilmOptions {
     std::filesystem::path scene, out = "film.png";
-    std::string view; // by name; empty: the scene's first
+    std::string view;             // by name; empty: the scene's first
+    std::filesystem::path like;   // a DICOM XA file: its angles, distances and detector in place of the view's
     std::int64_t steps = -1;
     unsigned every = 0; // steps; 0: as the scene says, or 10
     SceneSettings settings;
@@ -51,6 +55,22 @@ Result<FluoroscopySpec> choose_view(const FilmOptions& options, const Scene& sce
                  .key = "--view"};
 }
 
+/// As the file's C-arm stood, round the view's isocentre.
+Result<void> stand_like(const std::filesystem::path& file, XrayView& view) {
+    const Result<std::string> bytes = read_file_bytes(file);
+    if (!bytes) return bytes.error();
+    const Result<XrayView> read = read_dicom_view(*bytes, file.string());
+    if (!read) return read.error();
+    if (read->pixel_count() > kMostXrayPixels)
+        return Error{.code = ErrorCode::BadValue,
+                     .message = fmt::format("has {} x {} pixels; expected {} in all at most", read->pixels[0], read->pixels[1], kMostXrayPixels),
+                     .file = file.string()};
+    view.primary = read->primary, view.secondary = read->secondary, view.sid = read->sid, view.sod = read->sod;
+    view.detector = read->detector, view.pixels = read->pixels;
+    view.arm.clear();
+    return {};
+}
+
 int film(const FilmOptions& options) {
     if (const auto fits = check_place(options.out, "--out"); !fits) return report_error(fits.error());
     const Result<Scene> scene = read_set_scene(options.scene, options.settings);
@@ -59,11 +79,18 @@ int film(const FilmOptions& options) {
     const auto prepared = make_prepared_scene(*scene, [&](const std::string& what) { progress.show("preparing " + what); });
     progress.clear();
     if (!prepared.ok()) return report_error(prepared.error());
-    const Result<FluoroscopySpec> spec = choose_view(options, *scene, prepared->model);
+    Result<FluoroscopySpec> spec = choose_view(options, *scene, prepared->model);
     if (!spec.ok()) return report_error(spec.error());
+    if (!options.like.empty())
+        if (const auto stands = stand_like(options.like, spec->views.front()); !stands) return report_error(stands.error());
     XrayPatient patient(*spec, prepared->model);
     Fluoroscope scope(spec->views.front());
     Simulator simulator(prepared->model);
+    if (const auto outside = patient.check_source(simulator.state(), spec->views.front()); !outside) {
+        Error error = outside.error();
+        error.file = options.scene.string();
+        return report_error(error);
+    }
     const std::uint64_t steps = options.steps >= 0 ? static_cast<std::uint64_t>(options.steps) : prepared->model.step_count;
     const std::size_t bytes = (steps / spec->every + 1) * spec->views.front().pixel_count() * sizeof(std::uint16_t);
     if (bytes > kMostFilmBytes)
@@ -105,6 +132,7 @@ Command add_film_command(CLI::App& app) {
     command->add_option("scene", options->scene, "scene file (JSON)")->required();
     command->add_option("--out", options->out, "the film; film.png where none is given");
     command->add_option("--view", options->view, "of outputs.fluoroscopy, by its name; the first where none is given");
+    command->add_option("--like", options->like, "a DICOM XA file: its angles, distances and detector instead of the view's");
     command->add_option("-n,--steps", options->steps, "steps to take instead of the scene's duration")->check(CLI::Range(std::int64_t{0}, std::int64_t{1000000000}));
     command->add_option("--every", options->every, "steps between frames, instead of the scene's")->check(CLI::Range(1u, 1000000000u));
     add_set_options(*command, options->settings);

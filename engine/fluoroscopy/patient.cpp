@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kLeastIodine = 1e-6; // kg/m^3, of what is drawn
 constexpr unsigned kTubeSides = 12;
+constexpr int kArmChecks = 64; // places of a moving arm at which its source is looked for in the patient
 
 /// Every edge is passed as often one way as the other.
 bool is_closed(std::span<const Triangle> triangles) {
@@ -150,6 +151,20 @@ const XrayBody* XrayPatient::find_around(const State& state, const Vec3& place) 
         if (std::abs(turns) > 0.5) return &bodies_[i];
     }
     return nullptr;
+}
+
+Result<void> XrayPatient::check_source(const State& state, const XrayView& view) const {
+    const double from = view.arm.empty() ? 0.0 : view.arm.front().time, to = view.arm.empty() ? 0.0 : view.arm.back().time;
+    for (int k = 0; k < (view.arm.empty() ? 1 : kArmChecks); ++k) {
+        const ArmAngles angles = find_angles(view, from + (to - from) * k / (kArmChecks - 1));
+        const XrayBody* around = find_around(state, make_cone_beam(view, angles).source);
+        if (around != nullptr)
+            return Error{ErrorCode::BadValue, fmt::format("the source of \"{}\" stands inside \"{}\" at {:.4g}/{:.4g} deg; expected it outside the patient: a larger "
+                                                          "sod, or another isocentre",
+                                                          view.name, around->name, angles.primary * 180.0 / std::numbers::pi,
+                                                          angles.secondary * 180.0 / std::numbers::pi)};
+    }
+    return {};
 }
 
 } // namespace trocar::engine

@@ -37,8 +37,11 @@ public:
     /// A sentence for each body that is taken as a thin shell.
     [[nodiscard]] std::vector<std::string> notices() const;
 
-    /// Does a closed body hold this place? By the number of surfaces on the way to it.
+    /// The closed body that holds this place; nullptr: none.
     [[nodiscard]] const XrayBody* find_around(const State& state, const Vec3& place) const;
+    /// At every stand of its arm the source is outside all of them.
+    /// fails     BadValue
+    [[nodiscard]] Result<void> check_source(const State& state, const XrayView& view) const;
 
     /// A C-arm that has everything in its picture, from the front.
     [[nodiscard]] static XrayView whole_view(const State& state, std::array<unsigned, 2> pixels);

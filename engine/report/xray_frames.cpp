@@ -19,7 +19,6 @@ namespace {
 constexpr std::size_t kMostDicomBytes = std::size_t{1} << 30; // of all views' frames in memory
 constexpr std::size_t kMostFilmBytes = std::size_t{1} << 26; // likewise: a report is to open at once
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr int kArmChecks = 64; // places of a moving arm at which its source is looked for in the patient
 
 nlohmann::ordered_json rows_of(const XrayProjection& projection) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
@@ -61,21 +60,13 @@ Result<std::unique_ptr<XrayFrames>> XrayFrames::make(const Scene& scene, const P
 
 Result<void> XrayFrames::check_sources() const {
     const State start = make_initial_state(prepared_.model);
-    for (std::size_t i = 0; i < cameras_.size(); ++i) {
-        const XrayView& view = cameras_[i]->scope.view();
-        const double from = view.arm.empty() ? 0.0 : view.arm.front().time, to = view.arm.empty() ? 0.0 : view.arm.back().time;
-        for (int k = 0; k < (view.arm.empty() ? 1 : kArmChecks); ++k) {
-            const ArmAngles angles = find_angles(view, from + (to - from) * k / (kArmChecks - 1));
-            const XrayBody* around = patient_.find_around(start, make_cone_beam(view, angles).source);
-            if (around == nullptr) continue;
-            return Error{.code = ErrorCode::BadValue,
-                         .message = fmt::format("the source of \"{}\" stands inside \"{}\" at {:.4g}/{:.4g} deg; expected it outside the patient: a larger "
-                                                "sod, or another isocentre",
-                                                view.name, around->name, kDegrees * angles.primary, kDegrees * angles.secondary),
-                         .file = scene_.file.string(),
-                         .key = fmt::format("outputs.fluoroscopy.views[{}].sod", i)};
+    for (std::size_t i = 0; i < cameras_.size(); ++i)
+        if (Result<void> outside = patient_.check_source(start, cameras_[i]->scope.view()); !outside) {
+            Error error = outside.error();
+            error.file = scene_.file.string();
+            error.key = fmt::format("outputs.fluoroscopy.views[{}].sod", i);
+            return error;
         }
-    }
     return {};
 }
 

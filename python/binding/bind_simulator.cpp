@@ -206,6 +206,16 @@ void bind_simulator(py::module_& module) {
                 const auto points = free([&] { return s.surface(index); });
                 return view_points(points, self);
             }, py::arg("body"), "(N, 3) float64, m, read-only view: vertices of a body's surface.")
+        .def("render", [](PySimulator& s, const std::optional<std::string>& view) -> py::array {
+                const engine::GreyFrame frame = free([&] { return s.render(view.value_or("")); });
+                const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(frame.height), static_cast<py::ssize_t>(frame.width)};
+                if (frame.bits == 16) return py::array_t<std::uint16_t>(shape, frame.values.data());
+                py::array_t<std::uint8_t> bytes(shape);
+                std::transform(frame.values.begin(), frame.values.end(), bytes.mutable_data(), [](std::uint16_t v) { return static_cast<std::uint8_t>(v); });
+                return bytes;
+            }, py::arg("view") = py::none(),
+            "(rows, columns) uint16 or uint8: the X-ray frame of a view of the scene's outputs.fluoroscopy, its first where none is named; the "
+            "whole patient from the front where the scene has none.")
         .def("contacts", &list_contacts, "Structured array of what the last step's response pushed against; of its own.")
         .def("__repr__", [](PySimulator& s) {
             const auto report = free([&] { return s.report(); });

@@ -41,6 +41,17 @@ private:
     PySimulator& simulator_;
 };
 
+/// What does not move is projected once for each view.
+struct PySimulator::Cameras {
+    engine::FluoroscopySpec spec;
+    engine::XrayPatient patient;
+    std::vector<engine::Fluoroscope> scopes; // [views]
+
+    Cameras(engine::FluoroscopySpec all, const engine::SceneModel& scene_model) : spec(std::move(all)), patient(spec, scene_model) {
+        for (const engine::XrayView& view : spec.views) scopes.emplace_back(view);
+    }
+};
+
 PySimulator::PySimulator(ScenePtr scene, const engine::BudgetLimits& limits)
     : scene_(std::move(scene)), limits_(limits), simulator_(scene_->take_simulator(limits)), drives_(model().instruments.size()),
       watched_(model().bodies.size()) {}
@@ -143,6 +154,28 @@ std::unique_ptr<PySimulator> PySimulator::fork() {
 std::vector<Contact> PySimulator::contacts() {
     const Use use(*this);
     return {simulator_->contacts().begin(), simulator_->contacts().end()};
+}
+
+engine::GreyFrame PySimulator::render(const std::string& name) {
+    const Use use(*this);
+    const engine::State& state = simulator_->state();
+    if (!cameras_) {
+        engine::FluoroscopySpec spec = scene_->scene().outputs.fluoroscopy.value_or(engine::FluoroscopySpec{});
+        if (spec.views.empty()) spec.views = {engine::XrayPatient::whole_view(state, {256, 256})};
+        auto made = std::make_unique<Cameras>(std::move(spec), model());
+        for (const engine::XrayView& view : made->spec.views)
+            if (const auto outside = made->patient.check_source(state, view); !outside) throw EngineError(outside.error());
+        cameras_ = std::move(made);
+    }
+    std::string known;
+    for (engine::Fluoroscope& scope : cameras_->scopes) {
+        if (name.empty() || scope.view().name == name) {
+            (void)scope.project(cameras_->patient, state);
+            return scope.frame(state.step, state.time);
+        }
+        known += (known.empty() ? "" : ", ") + scope.view().name;
+    }
+    bad_usage(fmt::format("found the view \"{}\", expected one of {}", name, known), "view");
 }
 
 std::span<const Vec3> PySimulator::rod(std::size_t index) { return instrument(index).rod.position; }

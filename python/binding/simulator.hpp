@@ -1,6 +1,7 @@
 // A simulator as Python holds it: with its scene, the drive commands that hold until they are changed, and surfaces that views look at.
 #pragma once
 
+#include "engine/fluoroscopy/fluoroscope.hpp"
 #include "engine/step/simulator.hpp"
 #include "python/binding/errors.hpp"
 #include "python/binding/loaded_scene.hpp"
@@ -56,6 +57,10 @@ public:
     void load(const SavedState& saved);
     [[nodiscard]] std::unique_ptr<PySimulator> fork();
     [[nodiscard]] std::vector<Contact> contacts();
+    /// The X-ray frame of a view of the scene's outputs.fluoroscopy as the state stands. Empty: its first, or the whole patient from the
+    /// front where it has none.
+    /// fails  no such view, a source inside a body
+    [[nodiscard]] engine::GreyFrame render(const std::string& view);
 
     /// Memory that stays where it is for as long as the simulator lives, and follows its steps.
     [[nodiscard]] std::span<const Vec3> rod(std::size_t instrument);
@@ -81,6 +86,8 @@ private:
     /// [body] what a view of a surface that moves looks at: the engine keeps two and exchanges them. Empty: nobody looks.
     std::vector<std::vector<Vec3>> watched_;
     bool any_watched_ = false;
+    struct Cameras; // made by the first picture
+    std::unique_ptr<Cameras> cameras_;
     std::timed_mutex mutex_;
     std::atomic<int> user_process_{0}; // that holds the mutex
 };

@@ -150,6 +150,8 @@ class Simulator:
         """(N, 3) m, read-only view: vertices of the instrument's surface."""
     def surface(self, body: Union[int, str]) -> NDArray[np.float64]:
         """(N, 3) m, read-only view: vertices of a body's surface."""
+    def render(self, view: Optional[str] = None) -> NDArray[Any]:
+        """(rows, columns) uint16 or uint8: the X-ray frame of a view of the scene's outputs.fluoroscopy."""
     def contacts(self) -> NDArray[Any]:
         """Structured array, of its own: body_a, body_b, origin, point (3) m, normal (3), gap m, time, force (3) N."""
 

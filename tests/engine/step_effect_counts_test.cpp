@@ -19,12 +19,14 @@ std::string everything(const std::string& effects) {
 }
 
 const std::vector<std::string> kAll{"elasticity",   "damping",       "gravity",  "breathing", "pulse",     "coarse_contact",
-                                    "self_contact", "exact_contact", "friction", "twist",     "blood_drag"};
+                                    "self_contact", "exact_contact", "friction", "twist",     "blood_drag",
+                                    "contrast"};
 
 std::string list_without(const std::string& left_out) {
     std::string list;
     for (const std::string& name : kAll)
-        if (name != left_out && !(left_out == "coarse_contact" && name == "self_contact"))
+        if (name != left_out && !(left_out == "coarse_contact" && name == "self_contact") &&
+            !(left_out == "blood_drag" && name == "contrast")) // which would find a flow of its own
             list += (list.empty() ? "\"" : ", \"") + name + "\"";
     return list;
 }

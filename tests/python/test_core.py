@@ -388,3 +388,20 @@ def test_many_simulators_come_and_go_without_leaving_memory(tube):
     for _ in range(200):
         tube.simulator().step(2)
     assert resident() < 1.05 * before
+
+
+def test_a_simulator_is_rendered_as_a_c_arm_sees_it():
+    scene = {"name": "ball", "units": {"length": "mm", "pressure": "kPa"}, "time": {"step": 0.01, "duration": 1},
+             "bodies": {"ball": {"kind": "static", "surface": {"shape": "sphere", "centre": [40, 0, 30], "radius": 12}}}, "effects": [],
+             "outputs": {"fluoroscopy": {"views": [{"name": "ap", "pixels": [64, 48]}, {"name": "shown", "pixels": [32, 32], "display": "log"}]}}}
+    sim = trocar.load(scene).simulator()
+    frame = sim.render()
+    assert frame.shape == (48, 64) and frame.dtype == np.uint16 and frame.max() == 65535
+    row, column = np.unravel_index(np.argmin(frame), frame.shape)
+    assert column < 32 and row < 24  # the patient's right is on the left, the head is up
+    assert sim.render("shown").dtype == np.uint8
+    assert np.array_equal(sim.render("ap"), frame)
+    with pytest.raises(trocar.Error, match="view"):
+        sim.render("nobody")
+    del scene["outputs"]
+    assert trocar.load(scene).simulator().render().min() < 65535

@@ -130,6 +130,7 @@ const EffectDescriptor blood_drag{
     .remove =
         [](SceneModel& model) {
             model.effects.blood_drag.reset();
+            std::erase_if(model.effects.added, [](const AddedEffect& added) { return added.effect == &contrast; }); // it goes with the flow
             for (BodyModel& body : model.bodies) body.blood.reset();
             for (InstrumentModel& instrument : model.instruments) instrument.flow_entry = 0;
         },
