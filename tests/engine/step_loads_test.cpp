@@ -4,6 +4,7 @@
 #include "engine/scene/presets.hpp"
 #include "engine/step/checkpoint.hpp"
 #include "fem/mesh/bar_mesh.hpp"
+#include "fem/tissue/integrate.hpp"
 #include "step_fixture.hpp"
 
 #include <cmath>
