@@ -84,7 +84,13 @@ double mean_along(std::span<const Vec3> moved, const Bar& bar, int axis) {
 Result<double> sofa_tip_here(fem::MaterialLaw law, bool small_strain) {
     const Bar bar = make_sofa_bar();
     const auto model =
-        fem::make_tissue_model(bar.mesh, {.law = law, .young_modulus = 2e6, .poisson_ratio = 0.45, .density = 1100.0}, bar.fixed);
+        fem::make_tissue_model(bar.mesh,
+                               {.law = law,
+                                .young_modulus = 2e6,
+                                .poisson_ratio = 0.45,
+                                .density = 1100.0,
+                                .elements = fem::TetElements::Linear}, // as SOFA's
+                               bar.fixed);
     if (!model) return model.error();
     std::vector<Vec3> weight;
     for (const double mass : model->node_mass) weight.push_back(Vec3(0.0, -9.81 * mass, 0.0));

@@ -10,7 +10,7 @@ struct Preset {
     fem::Material (*make)();
 };
 
-constexpr double kDegree = 3.14159265358979323846 / 180.0;
+constexpr double kFibreDegree = 3.14159265358979323846 / 180.0;
 
 /// Their constants are of psi = c / 2 (I1 - 3) + k1 / (2 k2) sum (exp(k2 (I4 - 1)^2) - 1), carotid artery of a rabbit; c is the ground's
 /// mu.
@@ -20,7 +20,7 @@ fem::Material make_artery(double c, double k1, double k2, double degrees) {
     m.k1 = k1;
     m.k2 = k2;
     m.fibre_axis = Vec3::UnitZ();
-    m.fibre_angle = degrees * kDegree;
+    m.fibre_angle = degrees * kFibreDegree;
     return m;
 }
 

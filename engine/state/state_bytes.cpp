@@ -36,7 +36,7 @@ bool springs_fit(const fem::ContactSprings& springs, std::size_t nodes) {
 
 bool keeps_relaxation(const BodyModel& model, const fem::TissueState& tissue) {
     const std::size_t wanted = model.tissue ? fem::relaxation_size(*model.tissue) : 0;
-    return tissue.relaxed.size() == wanted &&
+    return is_none_or(tissue.relaxed.size(), wanted) && // none before the first step
            std::all_of(tissue.relaxed.begin(), tissue.relaxed.end(), [](double strain) { return std::isfinite(strain); });
 }
 

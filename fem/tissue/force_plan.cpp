@@ -130,7 +130,12 @@ ForcePlan make_force_plan(std::span<const Tet> tets, std::span<const TetShape> s
                           std::span<const double> inv_mass, bool patched) {
     ForcePlan plan;
     std::vector<Index> order = sort_tets(tets, rest_position);
-    if (patched) order = make_patches(tets, shapes, order);
+    if (patched) {
+        static_assert(kPatch == kMostPatchTets);
+        std::vector<double> stiffness;
+        for (const TetShape& shape : shapes) stiffness.push_back(shape.stiffness);
+        order = make_patches(tets, stiffness, order);
+    }
     plan.record_of.assign(rest_position.size(), kNoIndex);
     number_nodes(plan, tets, order);
     const std::size_t whole = patched ? kBatch * kPatch : kBatch; // tets of the smallest piece of a chunk

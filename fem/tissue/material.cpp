@@ -117,7 +117,7 @@ FibreAxes find_fibres(const Material& m, const Vec3& place) noexcept {
 }
 
 bool uses_patches(const Material& m) noexcept {
-    return m.elements == TetElements::Automatic ? m.poisson_ratio >= kPatchedPoissonRatio : m.elements == TetElements::Patched;
+    return m.elements == TetElements::Automatic ? m.poisson_ratio > kPatchedPoissonRatio : m.elements == TetElements::Patched;
 }
 
 namespace {

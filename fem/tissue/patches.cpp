@@ -36,8 +36,8 @@ Neighbours find_neighbours(std::span<const Tet> tets) {
 /// neighbours of its own; of these the first along the order.
 class Growth {
 public:
-    Growth(std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Index> order)
-        : tets_(tets), shapes_(shapes), neighbours_(find_neighbours(tets)), rank_(tets.size()), taken_(tets.size(), false) {
+    Growth(std::span<const Tet> tets, std::span<const double> stiffness, std::span<const Index> order)
+        : tets_(tets), stiffness_(stiffness), neighbours_(find_neighbours(tets)), rank_(tets.size()), taken_(tets.size(), false) {
         for (std::size_t k = 0; k < order.size(); ++k) rank_[order[k]] = static_cast<Index>(k);
     }
 
@@ -45,12 +45,12 @@ public:
         if (taken_[seed]) return;
         count_ = 0;
         add(seed);
-        while (count_ < kPatch) {
+        while (count_ < kMostPatchTets) {
             const Index next = find_next();
             if (next == kNoIndex) break;
             add(next);
         }
-        for (std::size_t k = 0; k < kPatch; ++k) rows.push_back(k < count_ ? patch_[k] : kNoIndex);
+        for (std::size_t k = 0; k < kMostPatchTets; ++k) rows.push_back(k < count_ ? patch_[k] : kNoIndex);
     }
 
 private:
@@ -78,7 +78,7 @@ private:
         Merit least{};
         for (std::size_t k = 0; k < count_; ++k)
             for (const Index tet : neighbours_[patch_[k]]) {
-                if (tet == kNoIndex || taken_[tet] || shapes_[tet].stiffness != shapes_[patch_[0]].stiffness) continue;
+                if (tet == kNoIndex || taken_[tet] || stiffness_[tet] != stiffness_[patch_[0]]) continue;
                 const Merit merit = judge(tet);
                 if (best != kNoIndex && !(merit < least)) continue;
                 best = tet;
@@ -88,18 +88,18 @@ private:
     }
 
     std::span<const Tet> tets_;
-    std::span<const TetShape> shapes_;
+    std::span<const double> stiffness_;
     Neighbours neighbours_;
     std::vector<Index> rank_;
     std::vector<bool> taken_;
-    std::array<Index, kPatch> patch_{};
+    std::array<Index, kMostPatchTets> patch_{};
     std::size_t count_ = 0;
 };
 
 } // namespace
 
-std::vector<Index> make_patches(std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Index> order) {
-    Growth growth(tets, shapes, order);
+std::vector<Index> make_patches(std::span<const Tet> tets, std::span<const double> stiffness, std::span<const Index> order) {
+    Growth growth(tets, stiffness, order);
     std::vector<Index> rows;
     rows.reserve(tets.size() + tets.size() / 8);
     for (const Index seed : order) growth.grow(seed, rows);

@@ -8,7 +8,6 @@
 #pragma once
 
 #include "base/mesh.hpp"
-#include "fem/tissue/force_plan.hpp"
 
 #include <span>
 #include <vector>
@@ -18,8 +17,10 @@ namespace trocar::fem {
 /// Of mu: resistance to what the patch's mean does not see. Less bends too much on coarse meshes, more bends too little: docs/tissue.md.
 inline constexpr double kPatchShare = 0.15;
 
-/// Patches of at most kPatch tets that hang together by faces and have the same stiffness factor; a row of kPatch places each, kNoIndex
-/// where it is not full. order: all tets, along which patches begin. Depends on nothing else.
-[[nodiscard]] std::vector<Index> make_patches(std::span<const Tet> tets, std::span<const TetShape> shapes, std::span<const Index> order);
+inline constexpr std::size_t kMostPatchTets = 8;
+
+/// Patches of at most kMostPatchTets tets that hang together by faces and have the same stiffness factor; a row of so many places each,
+/// kNoIndex where it is not full. stiffness: [tet_count]; order: all tets, along which patches begin. Depends on nothing else.
+[[nodiscard]] std::vector<Index> make_patches(std::span<const Tet> tets, std::span<const double> stiffness, std::span<const Index> order);
 
 } // namespace trocar::fem

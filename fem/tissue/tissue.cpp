@@ -2,7 +2,6 @@
 
 #include "base/short_number.hpp"
 #include "fem/mesh/mesh_parts.hpp"
-#include "fem/tissue/relaxation.hpp"
 
 #include <Eigen/Dense>
 
@@ -184,9 +183,7 @@ FibreAxes fibres_at(const TissueModel& model, std::size_t batch, std::size_t lan
 }
 
 TissueState make_rest_state(const TissueModel& model) {
-    return {.position = model.rest_position,
-            .velocity = std::vector<Vec3>(model.node_count(), Vec3::Zero()),
-            .relaxed = std::vector<double>(relaxation_size(model), 0.0)};
+    return {.position = model.rest_position, .velocity = std::vector<Vec3>(model.node_count(), Vec3::Zero()), .relaxed = {}};
 }
 
 } // namespace trocar::fem

@@ -165,7 +165,7 @@ void expect_longer_steps(TriMesh surface, const char* name, std::initializer_lis
     const double unit = 0.2 / surface.bounds().longest_edge();
     for (Vec3& v : surface.vertices) v *= unit;
     const auto step_of = [](const TetMesh& tets) {
-        const auto model = fem::make_tissue_model(tets, {.young_modulus = 20000.0, .poisson_ratio = 0.45, .density = 1000.0}, {});
+        const auto model = fem::make_tissue_model(tets, {.young_modulus = 20000.0, .poisson_ratio = 0.4, .density = 1000.0}, {});
         EXPECT_TRUE(model.ok());
         fem::StableStepWorkspace workspace;
         return fem::find_stable_step(*model, model->rest_position, nullptr, workspace).step;

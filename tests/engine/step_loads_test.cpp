@@ -37,9 +37,9 @@ Simulator run(const PreparedScene& prepared, int steps) {
     return simulator;
 }
 
-const std::vector<Vec3>& nodes_of(const Simulator& simulator) { return simulator.state().bodies[0].tissue.position; }
+const std::vector<Vec3>& nodes_of(Simulator& simulator) { return simulator.state().bodies[0].tissue.position; }
 
-Vec3 mean_shift(const PreparedScene& prepared, const Simulator& simulator) {
+Vec3 mean_shift(const PreparedScene& prepared, Simulator& simulator) {
     const fem::TissueModel& tissue = *prepared.model.bodies[0].tissue;
     Vec3 sum = Vec3::Zero();
     for (std::size_t n = 0; n < tissue.node_count(); ++n)

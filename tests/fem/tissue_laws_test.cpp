@@ -244,6 +244,7 @@ TEST(TissueLaws, ShearRelaxesAsTheSeriesSaysWhateverTheLawAndTheElements) {
             std::vector<NodeRecord> records(model.node_count());
             gather_records(model.plan, sheared, sheared, records);
             TissueState state = make_rest_state(model);
+            state.relaxed.resize(relaxation_size(model));
             double time = 0.0;
             for (int step = 0; step <= 1000; ++step) {
                 if (step % 100 == 0) {
@@ -302,6 +303,7 @@ TEST(TissueLaws, WhatRelaxesPullsNothingRoundAndTheBitsDoNotDependOnThreads) {
     std::vector<std::vector<PartialForce>> all;
     for (const unsigned threads : {1u, 3u}) {
         TissueState state = make_rest_state(model);
+        state.relaxed.resize(relaxation_size(model));
         relax(model, records, 0.02, state.relaxed, threads);
         all.emplace_back(model.plan.slots.size());
         add_relaxation_forces(model, records, state.relaxed, all.back(), threads);
