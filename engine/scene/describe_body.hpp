@@ -100,7 +100,7 @@ struct MaterialKeys {
                                                             {"patched", fem::TetElements::Patched}},
                                                            "Linear tetrahedra, each for itself (they lock near incompressibility), or in "
                                                            "patches of eight that share a deformation gradient and do not; automatic: "
-                                                           "patched above a Poisson's ratio of 0.4. See docs/tissue.md.")));
+                                                           "patched above a Poisson's ratio of 0.4, but for StVK. See docs/tissue.md.")));
     }
 };
 static_assert(describes_all<MaterialKeys>);

@@ -13,6 +13,7 @@ namespace {
 constexpr double kLeastSegments = 4.0;
 constexpr double kPigtailLength = 0.04; // m, when absent
 constexpr double kPigtailAngle = 6.0;   // rad, when absent
+constexpr double kLargestTipAngle = 20.0; // rad, of what is no pigtail: more is a number of degrees
 constexpr double kMostSegments = 20000.0;
 
 std::vector<std::string_view> recipe_bodies(const Scene& scene) {
@@ -141,6 +142,9 @@ std::optional<Error> check_pigtail(const CheckContext& context, const Values& va
 /// What a pigtail has where nothing is said, and lengths that contradict each other.
 std::optional<Error> complete_design(const CheckContext& context, const Values& values, fem::RodDesign& design) {
     const Values tip = values.object("tip");
+    if (design.tip != fem::TipShape::Pigtail && design.tip_angle > kLargestTipAngle)
+        return fail_at(context, tip, "angle",
+                       fmt::format("found {:g} rad; expected at most {:g} rad, or the shape \"pigtail\"; was it meant in deg?", design.tip_angle, kLargestTipAngle));
     if (design.tip == fem::TipShape::Pigtail) {
         if (!tip.has("length")) design.tip_length = kPigtailLength;
         if (!tip.has("angle")) design.tip_angle = kPigtailAngle;

@@ -117,7 +117,8 @@ FibreAxes find_fibres(const Material& m, const Vec3& place) noexcept {
 }
 
 bool uses_patches(const Material& m) noexcept {
-    return m.elements == TetElements::Automatic ? m.poisson_ratio > kPatchedPoissonRatio : m.elements == TetElements::Patched;
+    if (m.elements != TetElements::Automatic) return m.elements == TetElements::Patched;
+    return m.law != MaterialLaw::StVK && m.poisson_ratio > kPatchedPoissonRatio; // StVK's collapse comes sooner with them
 }
 
 namespace {

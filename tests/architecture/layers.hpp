@@ -61,6 +61,7 @@ inline constexpr std::array kFolders{
     Folder{"engine/effects/friction", 3, 2},
     Folder{"engine/effects/twist", 3, 2},
     Folder{"engine/effects/blood_drag", 3, 2},
+    Folder{"engine/effects/loads", 3, 2},
     Folder{"engine/effects/contrast", 3, 2},
     Folder{"engine/effects/fluoroscopy", 3, 2},
     Folder{"engine/step/contact", 4, 0},

@@ -226,9 +226,8 @@ static void solve_apart(const SceneModel& model, std::size_t index, State& state
     InstrumentState& now = state.instruments[index];
     const std::span<const Vec3> from = own.rod_t0.position;
     if (!own.self.has_begun()) {
-        const double least = std::min(own.rod_t0.insertion, now.rod.insertion);
-        const Index first = fem::first_inserted_node(rod, least);
-        own.self.begin(rod, from, now.rod.position, first > 0 ? first - 1 : 0, model.step_s);
+        // From the handle on: what has not passed the port lies in the device that it comes out of, and that is in the way as well.
+        own.self.begin(rod, from, now.rod.position, 0, model.step_s);
         own.self.list_planes(rod, from, now.rod.position, now.self_planes);
     }
     for (unsigned round = 0; round < kMostSelfRounds; ++round) {
@@ -380,7 +379,7 @@ void list_self_presses(const SceneModel& model, std::size_t index, const State& 
         contact.origin = origin;
         contact.normal = plane.normal;
         const Vec3 one = point_at(now.rod, {plane.node, plane.weight}), two = point_at(now.rod, {plane.other, plane.other_weight});
-        contact.gap = std::sqrt((one - two).squaredNorm()) - 2.0 * model.instruments[index].rod.design.radius;
+        contact.gap = plane.normal.dot(one - two) - 2.0 * model.instruments[index].rod.design.radius;
         contact.force = plane.force * plane.normal + plane.drag;
         contact.point = 0.5 * (one + two);
         contact.feature_a[0] = plane.node;
