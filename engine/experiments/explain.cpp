@@ -5,10 +5,12 @@
 #include "engine/experiments/trial_run.hpp"
 #include "engine/render/describe_graphics.hpp"
 #include "engine/report/floor.hpp"
+#include "engine/scene/check.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/state/state.hpp"
 #include "engine/step/simulator.hpp"
 #include "engine/time/clock.hpp"
+#include "fem/tissue/tangent.hpp"
 
 #include <fmt/format.h>
 
@@ -37,7 +39,24 @@ void tell_effects(const Scene& scene, const PreparedScene& prepared, std::string
     }
 }
 
-void tell_bodies(const PreparedScene& prepared, std::string& text) {
+/// What the constants of a material come to, in the scene's units.
+void tell_material(const Scene& scene, const SceneBody& body, std::string& text) {
+    const fem::Material& m = body.material;
+    const fem::SmallStrain small = fem::find_small_strain(m);
+    const auto unit = [&](double si) { return with_unit(si, Dimension::Pressure, scene.units); };
+    constexpr const char* kNames[] = {"St. Venant-Kirchhoff", "corotational", "neo-Hookean", "Mooney-Rivlin", "Ogden", "Holzapfel-Gasser-Ogden"};
+    const bool fibres = m.law == fem::MaterialLaw::Hgo;
+    text += fmt::format("  {:<15} {}{}: Young's modulus {}, Poisson's ratio {:.4g} at small strain{}; {} tetrahedra\n", "",
+                        kNames[static_cast<std::size_t>(m.law)], body.preset.empty() ? "" : fmt::format(" ({})", body.preset),
+                        unit(small.young_modulus()), m.poisson_ratio, fibres ? " without fibres" : "", fem::uses_patches(m) ? "patched" : "linear");
+    if (m.law >= fem::MaterialLaw::MooneyRivlin)
+        text += fmt::format("  {:<15} pulled{}, its tangent is {} at a stretch of 0.8, {} at 1, {} at 1.2\n", "", fibres ? " along the first fibres" : "",
+                            unit(fem::find_pull_tangent(m, 0.8)), unit(fem::find_pull_tangent(m, 1.0)), unit(fem::find_pull_tangent(m, 1.2)));
+    if (const double relaxing = m.g1 + m.g2 + m.g3; relaxing > 0.0)
+        text += fmt::format("  {:<15} stress relaxes: the shear modulus at once is {:.4g} times that in the end\n", "", 1.0 + relaxing);
+}
+
+void tell_bodies(const Scene& scene, const PreparedScene& prepared, std::string& text) {
     text += "\nbodies\n";
     for (std::size_t i = 0; i < prepared.bodies.size(); ++i) {
         const BodySummary& b = prepared.bodies[i];
@@ -48,6 +67,7 @@ void tell_bodies(const PreparedScene& prepared, std::string& text) {
             text += fmt::format(", {} tetrahedra on {} nodes ({} fixed), stable step {:.3g} ms", b.coarse_tets, b.coarse_nodes, b.pinned_nodes,
                        1e3 * b.stable_step_s);
         text += "\n";
+        if (model.tissue) tell_material(scene, scene.bodies[i], text);
         if (b.links > 0)
             text += fmt::format("  {:<15} {} links to {}, {} static, {} degenerate, longest {:.3g} mm\n", "", b.links,
                        model.host_body ? prepared.bodies[*model.host_body].name : std::string("its own coarse mesh"), b.static_links,
@@ -189,7 +209,7 @@ void explain_scene(const Scene& scene, const PreparedScene& prepared, const std:
     std::string text = fmt::format("{}   {}\n", scene.name, scene.file.string());
     for (const std::string& question : scene.questions) text += fmt::format("  question: {}\n", question);
     tell_effects(scene, prepared, text);
-    tell_bodies(prepared, text);
+    tell_bodies(scene, prepared, text);
     tell_instruments(scene, prepared, text);
     tell_graphics(text);
     tell(text); // what is tried from here on may take a while

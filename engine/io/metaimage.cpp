@@ -3,8 +3,6 @@
 #include "engine/io/label_volume.hpp"
 #include "engine/io/volume_header.hpp"
 
-#include <map>
-
 namespace trocar::engine::volume {
 
 namespace {
@@ -32,19 +30,8 @@ public:
     }
 
 private:
-    struct Field {
-        std::string value;
-        std::size_t line = 0;
-    };
-
-    Error bad(const std::string& key, std::string message) const {
-        const auto found = fields_.find(key);
-        return {ErrorCode::BadValue, std::move(message), name_, found == fields_.end() ? 0 : found->second.line, 0, key};
-    }
-    [[nodiscard]] std::string field(const std::string& key) const {
-        const auto found = fields_.find(key);
-        return found == fields_.end() ? std::string() : found->second.value;
-    }
+    Error bad(const std::string& key, std::string message) const { return fields_.bad(key, std::move(message)); }
+    [[nodiscard]] std::string field(const std::string& key) const { return fields_.get(key); }
     [[nodiscard]] bool flag(const std::string& key) const { return lower(field(key)) == "true" || field(key) == "1"; }
 
     Result<void> read_header() {
@@ -59,7 +46,7 @@ private:
             const std::size_t mark = text.find('=');
             if (mark == text.npos) return Error{ErrorCode::BadSyntax, "expected 'Key = value'", name_, line};
             const std::string key(strip(text.substr(0, mark)));
-            if (!fields_.try_emplace(key, Field{std::string(strip(text.substr(mark + 1))), line}).second)
+            if (!fields_.add(key, std::string(strip(text.substr(mark + 1))), line))
                 return Error{ErrorCode::BadSyntax, fmt::format("'{}' stands twice", key), name_, line};
             if (key != "ElementDataFile") continue;
             data_at_ = std::min(at, all.size());
@@ -91,7 +78,7 @@ private:
     /// The first of some keys that the file has.
     [[nodiscard]] std::string first_of(std::initializer_list<const char*> keys, std::string& key) const {
         for (const char* each : keys)
-            if (fields_.contains(each)) return key = each, field(each);
+            if (fields_.has(each)) return key = each, field(each);
         return {};
     }
 
@@ -156,7 +143,7 @@ private:
     const std::filesystem::path& path_;
     std::string name_;
     const std::string& bytes_;
-    std::map<std::string, Field> fields_;
+    HeaderFields fields_{name_};
     std::size_t data_at_ = 0, total_ = 0;
     LabelVolume volume_;
 };

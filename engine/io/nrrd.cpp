@@ -4,7 +4,6 @@
 #include "engine/io/volume_header.hpp"
 
 #include <cstring>
-#include <map>
 
 namespace trocar::engine::volume {
 
@@ -44,20 +43,9 @@ public:
     }
 
 private:
-    struct Field {
-        std::string value;
-        std::size_t line = 0;
-    };
-
-    Error bad(const std::string& key, std::string message) const {
-        const auto found = fields_.find(key);
-        return {ErrorCode::BadValue, std::move(message), name_, found == fields_.end() ? 0 : found->second.line, 0, key};
-    }
+    Error bad(const std::string& key, std::string message) const { return fields_.bad(key, std::move(message)); }
     Error syntax(std::size_t line, std::string message) const { return {ErrorCode::BadSyntax, std::move(message), name_, line}; }
-    [[nodiscard]] std::string field(const std::string& key) const {
-        const auto found = fields_.find(key);
-        return found == fields_.end() ? std::string() : found->second.value;
-    }
+    [[nodiscard]] std::string field(const std::string& key) const { return fields_.get(key); }
 
     Result<void> read_header() {
         const std::string_view all(bytes_);
@@ -78,7 +66,7 @@ private:
             if (colon == text.npos) return syntax(line, "expected 'field: value'");
             const std::string key = mark != text.npos ? std::string(text.substr(0, colon)) : lower(strip(text.substr(0, colon)));
             const std::string value(strip(text.substr(colon + (mark != text.npos ? 2 : 1))));
-            if (!fields_.try_emplace(key, Field{value, line}).second) return syntax(line, fmt::format("'{}' stands twice", key));
+            if (!fields_.add(key, value, line)) return syntax(line, fmt::format("'{}' stands twice", key));
         }
         if (at > kMostHeaderBytes) return syntax(line, fmt::format("the header does not end within {} bytes", kMostHeaderBytes));
         data_at_ = all.size(); // a detached header may end without an empty line
@@ -218,7 +206,7 @@ private:
     Result<void> set_segments() {
         for (std::size_t n = 0; n < kMostSegments; ++n) {
             const std::string stem = fmt::format("Segment{}_", n);
-            if (!fields_.contains(stem + "Name") && !fields_.contains(stem + "ID") && !fields_.contains(stem + "LabelValue")) break;
+            if (!fields_.has(stem + "Name") && !fields_.has(stem + "ID") && !fields_.has(stem + "LabelValue")) break;
             LabelSegment segment;
             segment.name = field(stem + "Name").empty() ? field(stem + "ID") : field(stem + "Name");
             if (const std::string value = field(stem + "LabelValue"); !value.empty() && !parse_number(std::string_view(value), segment.value))
@@ -320,7 +308,7 @@ private:
     const std::filesystem::path& path_;
     std::string name_, data_name_, kept_;
     const std::string& bytes_;
-    std::map<std::string, Field> fields_;
+    HeaderFields fields_{name_};
     std::size_t data_at_ = 0, total_ = 0, layer_axis_ = 0;
     bool layered_ = false;
     LabelVolume volume_;

@@ -9,6 +9,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -61,5 +62,31 @@ bool parse_numbers(std::string_view text, std::size_t count, std::vector<Number>
     }
     return true;
 }
+
+/// Keys and values of a text header, and where they stand.
+class HeaderFields {
+public:
+    explicit HeaderFields(std::string file) : file_(std::move(file)) {}
+    /// Returns whether the key is new.
+    bool add(const std::string& key, std::string value, std::size_t line) { return fields_.try_emplace(key, Field{std::move(value), line}).second; }
+    [[nodiscard]] bool has(const std::string& key) const { return fields_.contains(key); }
+    /// Empty where there is none.
+    [[nodiscard]] std::string get(const std::string& key) const {
+        const auto found = fields_.find(key);
+        return found == fields_.end() ? std::string() : found->second.value;
+    }
+    [[nodiscard]] Error bad(const std::string& key, std::string message) const {
+        const auto found = fields_.find(key);
+        return {ErrorCode::BadValue, std::move(message), file_, found == fields_.end() ? 0 : found->second.line, 0, key};
+    }
+
+private:
+    struct Field {
+        std::string value;
+        std::size_t line = 0;
+    };
+    std::string file_;
+    std::map<std::string, Field> fields_;
+};
 
 } // namespace trocar::engine::volume

@@ -68,25 +68,20 @@ std::optional<Error> read_region(const Reading& reading, const JsonNode& node, F
     return region.kind == RegionKind::Sphere ? read_keys<SphereRegionKeys>(reading, region) : read_keys<BoxRegionKeys>(reading, region);
 }
 
-std::optional<Error> read_fixed(const Reading& body, std::vector<HeldRegion>& fixed) {
-    const JsonNode* list = body.values.find("fixed");
+template <class Item, class Read>
+static std::optional<Error> read_each(const Reading& body, std::string_view key, std::vector<Item>& items, Read read) {
+    const JsonNode* list = body.values.find(key);
     for (std::size_t i = 0; list != nullptr && i < list->children.size(); ++i) {
         const JsonNode& node = list->children[i];
-        const Values values = body.values.element("fixed", node, fmt::format("{}[{}]", body.values.path("fixed"), i));
-        if (auto error = read_held({body.context, values, body.scene}, node, fixed.emplace_back())) return error;
+        const Values values = body.values.element(key, node, fmt::format("{}[{}]", body.values.path(key), i));
+        if (auto error = read({body.context, values, body.scene}, node, items.emplace_back())) return error;
     }
     return std::nullopt;
 }
 
-std::optional<Error> read_loads(const Reading& body, std::vector<LoadSpec>& loads) {
-    const JsonNode* list = body.values.find("loads");
-    for (std::size_t i = 0; list != nullptr && i < list->children.size(); ++i) {
-        const JsonNode& node = list->children[i];
-        const Values values = body.values.element("loads", node, fmt::format("{}[{}]", body.values.path("loads"), i));
-        if (auto error = read_load({body.context, values, body.scene}, node, loads.emplace_back())) return error;
-    }
-    return std::nullopt;
-}
+std::optional<Error> read_fixed(const Reading& body, std::vector<HeldRegion>& fixed) { return read_each(body, "fixed", fixed, read_held); }
+
+std::optional<Error> read_loads(const Reading& body, std::vector<LoadSpec>& loads) { return read_each(body, "loads", loads, read_load); }
 
 std::optional<Error> read_where(const Reading& reading, std::optional<FixedRegion>& region) {
     const JsonNode* node = reading.values.find("where");

@@ -337,7 +337,4 @@ struct Scene {
 [[nodiscard]] Index find_body(const Scene& scene, std::string_view name) noexcept;
 [[nodiscard]] Index find_target(const Scene& scene, std::string_view name) noexcept;
 
-/// What the scene asks for, readable, in the scene's own units.
-[[nodiscard]] std::string to_text(const Scene& scene);
-
 } // namespace trocar::engine

@@ -19,13 +19,13 @@ void close_account(StepBudget& budget, StepReport& report) {
     report.work_units = budget.units_spent();
 }
 
-/// Volume of the instruments' segments whose middle lies in the ball, over the ball's.
+/// Volume of the instruments' segments that have passed the port and whose middle lies in the ball, over the ball's.
 double find_packing(const SceneModel& model, const State& state) noexcept {
     double length_area = 0.0; // m^3 over pi
     for (std::size_t i = 0; i < model.instruments.size(); ++i) {
         const fem::RodModel& rod = model.instruments[i].rod;
         const std::vector<Vec3>& x = state.instruments[i].rod.position;
-        for (std::size_t k = 0; k + 1 < x.size(); ++k)
+        for (std::size_t k = fem::first_inserted_node(rod, state.instruments[i].rod.insertion); k + 1 < x.size(); ++k)
             if ((0.5 * (x[k] + x[k + 1]) - model.packing->centre).squaredNorm() < model.packing->radius * model.packing->radius)
                 length_area += rod.segment * rod.design.radius * rod.design.radius;
     }

@@ -70,13 +70,13 @@ double share_apart(const std::array<Vec3, 4>& from, const std::array<Vec3, 4>& t
     return share;
 }
 
-void ChainBoxes::find_pairs(std::span<const Vec3> axis, Index first, const ChainRule& rule, double within, std::span<const double> reach,
+void ChainBoxes::find_pairs(std::span<const Vec3> axis, const ChainRule& rule, double within, std::span<const double> reach,
                             std::vector<SegmentPair>& pairs) {
     pairs.clear();
     runs_.clear();
-    if (axis.size() < std::size_t{first} + 2) return;
+    if (axis.size() < 2) return;
     axis_ = axis, pairs_ = &pairs, least_gap_ = rule.least_gap(), reach_ = reach, within_ = within;
-    (void)build(first, static_cast<Index>(axis.size() - 1));
+    (void)build(0, static_cast<Index>(axis.size() - 1));
     meet_itself(0);
     std::sort(pairs.begin(), pairs.end(), [](const SegmentPair& x, const SegmentPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
 }

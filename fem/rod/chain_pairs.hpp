@@ -33,10 +33,9 @@ public:
     void reserve(std::size_t nodes) { runs_.reserve(nodes); }
     /// Lists the pairs whose nearest points are closer than `within` and the reaches of both, by (a, b).
     /// axis   [node_count] m
-    /// first  the first segment that counts
     /// reach  [node_count] m; a segment's is that of its farther node
     /// cost   O(n) for a chain that keeps away from itself, and so much for each pair beyond that
-    void find_pairs(std::span<const Vec3> axis, Index first, const ChainRule& rule, double within, std::span<const double> reach,
+    void find_pairs(std::span<const Vec3> axis, const ChainRule& rule, double within, std::span<const double> reach,
                     std::vector<SegmentPair>& pairs);
 
 private:

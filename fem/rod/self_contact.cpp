@@ -49,8 +49,8 @@ void SelfContact::reserve(std::size_t nodes) {
     taken_.reserve(kSelfPlanesPerNode * nodes);
 }
 
-void SelfContact::begin(const RodModel& model, std::span<const Vec3> from, std::span<const Vec3> guess, Index first, double step) {
-    begun_ = true, first_ = first, step_ = step, proven_share_ = 1.0;
+void SelfContact::begin(const RodModel& model, std::span<const Vec3> from, std::span<const Vec3> guess, double step) {
+    begun_ = true, step_ = step, proven_share_ = 1.0;
     reach_.resize(from.size());
     for (std::size_t i = 0; i < from.size(); ++i)
         reach_[i] = kReachFactor * std::sqrt((guess[i] - from[i]).squaredNorm()) + kLeastReach * model.design.radius;
@@ -101,7 +101,7 @@ void SelfContact::list_planes(const RodModel& model, std::span<const Vec3> from,
         return std::tuple(a.node, a.other, a.weight, a.other_weight) < std::tuple(b.node, b.other, b.weight, b.other_weight);
     });
     taken_.assign(last_.size(), 0);
-    boxes_.find_pairs(from, first_, {model.design.radius, model.segment}, (1.0 + kSelfClearance) * diameter(model), reach_, pairs_);
+    boxes_.find_pairs(from, {model.design.radius, model.segment}, (1.0 + kSelfClearance) * diameter(model), reach_, pairs_);
     planes.clear();
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
         if (is_pushed_elsewhere(k)) continue;
@@ -114,7 +114,7 @@ void SelfContact::list_planes(const RodModel& model, std::span<const Vec3> from,
 bool SelfContact::check(const RodModel& model, std::span<const Vec3> from, std::span<const Vec3> to, std::vector<RodPlane>& planes) {
     proven_share_ = 1.0;
     bool left_reach = false;
-    for (std::size_t i = first_; i < from.size(); ++i) {
+    for (std::size_t i = 0; i < from.size(); ++i) {
         const double way = std::sqrt((to[i] - from[i]).squaredNorm());
         if (way <= reach_[i]) continue;
         proven_share_ = std::min(proven_share_, reach_[i] / way);

@@ -24,8 +24,8 @@ public:
     /// What a step starts with. No lists longer than before: nothing is allocated once each has had its longest size.
     /// from   [node_count] m, where the step started
     /// guess  [node_count] m, where it may end
-    /// first  the first segment that counts: what is behind the port is not free to move
-    void begin(const RodModel& model, std::span<const Vec3> from, std::span<const Vec3> guess, Index first, double step);
+    /// What is behind the port lies in the device that the rod comes out of, and is in the way as well.
+    void begin(const RodModel& model, std::span<const Vec3> from, std::span<const Vec3> guess, double step);
     [[nodiscard]] bool has_begun() const noexcept { return begun_; }
     void end() noexcept { begun_ = false; }
 
@@ -38,7 +38,6 @@ public:
     [[nodiscard]] bool check(const RodModel& model, std::span<const Vec3> from, std::span<const Vec3> to, std::vector<RodPlane>& planes);
 
     [[nodiscard]] double proven_share() const noexcept { return proven_share_; }
-    [[nodiscard]] std::span<const SegmentPair> pairs() const noexcept { return pairs_; }
 
 private:
     [[nodiscard]] bool is_pushed_elsewhere(std::size_t pair) const noexcept;
@@ -52,7 +51,6 @@ private:
     std::vector<double> reach_;         // [node_count] m
     std::vector<RodPlane> last_;        // of the last step, by place
     std::vector<std::uint8_t> taken_;   // [last_] a newer plane goes on with its forces
-    Index first_ = 0;
     double step_ = 0.0;                 // s
     double proven_share_ = 1.0;
     bool begun_ = false;

@@ -15,8 +15,8 @@ namespace trocar::fem {
 /// neo_hookean is finite and restoring through inversion: the one to use unless there is a reason.
 enum class MaterialLaw : std::uint8_t { StVK, Corotational, NeoHookean, MooneyRivlin, Ogden, Hgo };
 
-/// Linear tets, each for itself or in patches that share a deformation gradient (patches.hpp); automatic: patches from
-/// kPatchedPoissonRatio on.
+/// Linear tets, each for itself or in patches that share a deformation gradient (patches.hpp); automatic: patches above
+/// kPatchedPoissonRatio, but for StVK.
 enum class TetElements : std::uint8_t { Automatic, Linear, Patched };
 
 struct Material {

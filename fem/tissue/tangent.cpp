@@ -45,6 +45,12 @@ double find_least(F&& f) noexcept {
 
 } // namespace
 
+double find_energy(const Material& m, const Mat3& deformation, const Vec3& place) noexcept {
+    Block<double> block;
+    for (int i = 0; i < 9; ++i) block.m[i] = deformation(i / 3, i % 3);
+    return find_density(m, make_law_constants(m), find_fibres(m, place), block);
+}
+
 double find_pull_tangent(const Material& m, double stretch) noexcept {
     const LawConstants c = make_law_constants(m);
     const FibreAxes fibres = find_fibres(m, m.fibre_point + Vec3(1.0, 0.5, 0.25));

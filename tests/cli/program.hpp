@@ -1,6 +1,8 @@
 // Runs the built program as a user does: arguments in, exit code, output and files out. Never waits for ever.
 #pragma once
 
+#include "tests/temp_folder.hpp"
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -59,22 +61,8 @@ constexpr double kPatience = 300.0;
 inline int send_signal(pid_t process, int signal) { return process > 0 ? ::kill(process, signal) : -1; }
 
 /// A run in a folder of its own, which goes away with it.
-class Program : public ::testing::Test {
+class Program : public FolderTest {
 protected:
-    Program() {
-        std::string name = (fs::temp_directory_path() / "trocar-cli-XXXXXX").string();
-        folder = mkdtemp(name.data());
-    }
-    ~Program() override {
-        std::error_code ignored;
-        fs::remove_all(folder, ignored);
-    }
-
-    fs::path write(const std::string& name, const std::string& text) const {
-        std::ofstream(folder / name, std::ios::binary) << text;
-        return folder / name;
-    }
-
     /// Starts the program; output goes to files, so that no pipe can fill up.
     pid_t start(const std::vector<std::string>& arguments, const fs::path& program = TROCAR_PROGRAM) const {
         posix_spawn_file_actions_t actions;

@@ -1,6 +1,8 @@
 // Builds mesh files in memory, byte by byte and independently of the readers, and gives tests a folder of their own.
 #pragma once
 
+#include "tests/temp_folder.hpp"
+
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -12,8 +14,6 @@
 #include <iterator>
 #include <string>
 #include <string_view>
-
-#include <unistd.h>
 
 namespace trocar::engine::test {
 
@@ -52,20 +52,9 @@ inline std::string deflate_bytes(std::string_view bytes, int window_bits = 31) {
     return out;
 }
 
-/// A test with a folder that is gone afterwards.
-class FolderTest : public testing::Test {
+/// The same with what these tests read of it.
+class FolderTest : public trocar::FolderTest {
 protected:
-    void SetUp() override {
-        const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-        folder_ = std::filesystem::temp_directory_path() / ("trocar-" + std::string(info->name()) + "-" + std::to_string(::getpid()));
-        std::filesystem::create_directories(folder_);
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-
-    [[nodiscard]] std::filesystem::path write(const std::string& name, std::string_view bytes) const {
-        std::ofstream(folder_ / name, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-        return folder_ / name;
-    }
     [[nodiscard]] static std::string slurp(const std::filesystem::path& path) {
         std::ifstream in(path, std::ios::binary);
         return {std::istreambuf_iterator<char>(in), {}};
@@ -74,7 +63,7 @@ protected:
         return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder_), {}));
     }
 
-    std::filesystem::path folder_;
+    const std::filesystem::path& folder_ = folder;
 };
 
 /// A tetrahedron's surface and volume, in whatever format: what every well-formed sample below must read as.

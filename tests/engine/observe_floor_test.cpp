@@ -68,6 +68,25 @@ TEST_F(FloorOfAStep, IsInEveryReportOfABudgetOfTime) {
     EXPECT_THAT(text_of("report.html"), HasSubstr("is what a step from the run&#39;s end takes under a budget of nothing"));
 }
 
+/// Whatever law and preset a material has, its moduli are told; laws of their own constants tell their tangents as well.
+TEST_F(FloorOfAStep, ExplainTellsWhatAMaterialComesTo) {
+    const struct {
+        const char *material, *law;
+        bool tangent;
+    } cases[] = {{R"("young_modulus": 20, "poisson_ratio": 0.4)", "neo-Hookean: Young's modulus 20 kPa, Poisson's ratio 0.4 at small strain; linear tetrahedra", false},
+                 {R"("young_modulus": 20, "poisson_ratio": 0.48)", "Poisson's ratio 0.48 at small strain; patched tetrahedra", false},
+                 {R"("preset": "artery_media")", "Holzapfel-Gasser-Ogden (artery_media): Young's modulus", true},
+                 {R"("preset": "brain")", "Ogden (brain): Young's modulus", true}};
+    for (const auto& each : cases) {
+        std::string text = floor_test::ball_on_table("exact");
+        const std::string plain = R"("young_modulus": 20, "poisson_ratio": 0.4)";
+        text.replace(text.find(plain), plain.size(), each.material);
+        const std::string told = floor_test::explanation_of(TinyRun(text));
+        EXPECT_THAT(told, HasSubstr(each.law));
+        EXPECT_EQ(told.find("its tangent is") != std::string::npos, each.tangent) << each.material;
+    }
+}
+
 TEST_F(FloorOfAStep, IsNotSpokenOfWhereNoBudgetOfTimeIs) {
     std::vector<std::string> notices;
     ASSERT_TRUE(TinyRun(floor_test::ball_on_table("exact")).into(out, 5, false, false, &notices).ok());

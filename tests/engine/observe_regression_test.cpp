@@ -4,6 +4,7 @@
 #include "engine/io/gzip.hpp"
 #include "engine/experiments/regression_page.hpp"
 #include "step_fixture.hpp"
+#include "tests/temp_folder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,21 +14,11 @@
 namespace trocar::engine {
 namespace {
 
-class Regression : public ::testing::Test {
+class Regression : public trocar::FolderTest {
 protected:
     Regression() {
-        std::string name = (std::filesystem::temp_directory_path() / "trocar-regression-XXXXXX").string();
-        folder = mkdtemp(name.data());
         write("tube.json", "{}");
         write("other.json", "{}");
-    }
-    ~Regression() override {
-        std::error_code ignored;
-        std::filesystem::remove_all(folder, ignored);
-    }
-    std::filesystem::path write(const std::string& name, const std::string& text) const {
-        EXPECT_TRUE(write_file_atomically(folder / name, text).ok());
-        return folder / name;
     }
     testing::AssertionResult refuses(const std::string& text, const std::string& piece) const {
         const auto list = read_regression_list(write("list.txt", text));
@@ -36,7 +27,6 @@ protected:
         if (words.find(piece) == std::string::npos) return testing::AssertionFailure() << "\"" << piece << "\" is not in: " << words;
         return testing::AssertionSuccess();
     }
-    std::filesystem::path folder;
 };
 
 TEST_F(Regression, ListsHaveALinePerSceneAndComments) {

@@ -45,8 +45,7 @@ Outcome fill(const CoilInSac& c) {
         EXPECT_TRUE(report.finite) << report.failure;
         if (!report.finite) return outcome;
         const fem::RodState& now = simulator.state().instruments[0].rod;
-        const Index first = fem::first_inserted_node(rod, now.insertion);
-        outcome.nearest = std::min(outcome.nearest, fem::nearest_by_search(now.position, first > 0 ? first - 1 : 0, gap) / (2.0 * rod.design.radius));
+        outcome.nearest = std::min(outcome.nearest, fem::nearest_by_search(now.position, gap) / (2.0 * rod.design.radius));
         outcome.contacts += report.self_contacts, outcome.held += report.self_held, outcome.exits += report.lumen_exits, ++outcome.steps;
     }
     return outcome;
@@ -116,6 +115,26 @@ TEST(RodSelfScene, ContactsOfARodWithItselfNameBothPlacesAndBalance) {
         EXPECT_LT(report.balance_n, 1e-3 * std::max(report.contact_force_n, 1e-3));
     }
     EXPECT_GT(seen, 50u);
+}
+
+/// A straight rod along a ball's diameter, its port within the ball or before it: what waits in its device does not count.
+TEST(RodSelfScene, PackingIsTheShareOfWhatHasComeIntoTheBall) {
+    for (const double port : {-4.0, -1.0}) {
+        for (const double ball : {1.0, 2.0}) {
+            const std::string text = fmt::format(R"({{
+    "name": "ball", "units": {{"length": "mm", "pressure": "MPa"}}, "time": {{"step": 0.01, "duration": 1}}, "budget": "exact",
+    "bodies": {{"sac": {{"kind": "static", "hollow": true, "surface": {{"shape": "sphere", "radius": 12, "subdivisions": 3}}}}}},
+    "instruments": {{"wire": {{"length": 60, "radius": 0.15, "young_modulus": 5000, "segment": 0.6, "skin_triangles": 1500, "tip": {{"shape": "straight"}},
+        "lumen": "sac", "inserted": 6, "entry": {{"position": [0, 0, {}], "direction": [0, 0, 1]}}, "path": [[0, 6, 0], [1, 6, 0]]}}}},
+    "effects": ["coarse_contact"], "outputs": {{"packing": {{"centre": [0, 0, 0], "radius": {}}}}}
+}})",
+                                                 port, ball);
+            const PreparedScene prepared = test::prepare(text);
+            Simulator simulator(prepared.model);
+            const double within = std::min(ball, 6.0 + port) - std::max(-ball, port), wanted = 0.75 * within * 0.15 * 0.15 / (ball * ball * ball);
+            EXPECT_NEAR(simulator.step().packing_density, wanted, wanted * 1.2 / within) << port << ", " << ball; // segments of 0.6 mm at both ends
+        }
+    }
 }
 
 } // namespace

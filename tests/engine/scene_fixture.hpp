@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/scene/scene.hpp"
+#include "tests/temp_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -66,29 +67,7 @@ inline testing::AssertionResult says(const Error& error, const std::string& piec
     return testing::AssertionFailure() << "\"" << piece << "\" is not in: " << error.to_string();
 }
 
-/// A folder of its own that goes away again.
-class SceneFolder {
-public:
-    SceneFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "trocar-scene-XXXXXX").string();
-        path_ = mkdtemp(name.data());
-    }
-    ~SceneFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    SceneFolder(const SceneFolder&) = delete;
-    SceneFolder& operator=(const SceneFolder&) = delete;
-
-    [[nodiscard]] std::filesystem::path write(const std::string& name, const std::string& text) const {
-        std::ofstream(path_ / name, std::ios::binary) << text;
-        return path_ / name;
-    }
-    [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
+using SceneFolder = TempFolder;
 
 /// Root of the source tree, seen from this file.
 inline std::filesystem::path source_root() {

@@ -28,9 +28,9 @@ inline double distance_by_search(const Vec3& a, const Vec3& b, const Vec3& c, co
 }
 
 /// m; of all pairs that are as far apart along the rod as `gap` segments.
-inline double nearest_by_search(const std::vector<Vec3>& axis, std::size_t first, std::size_t gap) {
+inline double nearest_by_search(const std::vector<Vec3>& axis, std::size_t gap) {
     double nearest = 1.0;
-    for (std::size_t i = first; i + 1 < axis.size(); ++i)
+    for (std::size_t i = 0; i + 1 < axis.size(); ++i)
         for (std::size_t j = i + gap; j + 1 < axis.size(); ++j) {
             const double apart = (0.5 * (axis[i] + axis[i + 1]) - 0.5 * (axis[j] + axis[j + 1])).norm();
             const double halves = 0.5 * ((axis[i + 1] - axis[i]).norm() + (axis[j + 1] - axis[j]).norm());

@@ -1,8 +1,12 @@
 // A rod that meets itself: laws over random crumpled rods, step lengths and stiffnesses, and the parts against brute force.
+#include "fem/rod/conjugate_gradients.hpp"
 #include "fem/rod/rod.hpp"
+#include "fem/rod/rod_band.hpp"
+#include "fem/rod/rod_parts.hpp"
 #include "fem/rod/self_contact.hpp"
 #include "tests/fem/rod_apart.hpp"
 
+#include <Eigen/Dense>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -74,11 +78,10 @@ TEST(ChainBoxes, ListThePairsThatBruteForceFinds) {
         std::vector<double> reach(nodes);
         for (double& r : reach) r = dice.between(0, 1e-3);
         const ChainRule rule{dice.between(1e-4, 2e-3), 1e-3};
-        const auto first = static_cast<Index>(dice.between(0, 0.5) * double(nodes));
         const double within = dice.between(0, 2e-3);
-        boxes.find_pairs(axis, first, rule, within, reach, pairs);
+        boxes.find_pairs(axis, rule, within, reach, pairs);
         std::vector<std::pair<Index, Index>> wanted, listed;
-        for (Index i = first; i + 1 < nodes; ++i)
+        for (Index i = 0; i + 1 < nodes; ++i)
             for (Index j = i + rule.least_gap(); j + 1 < nodes; ++j)
                 if (distance_by_search(axis[i], axis[i + 1], axis[j], axis[j + 1]) <
                     within + std::max(reach[i], reach[i + 1]) + std::max(reach[j], reach[j + 1]))
@@ -114,6 +117,63 @@ TEST(ShareApart, IsOfAMotionThatKeepsItsDistanceAndIsAllOfOneThatStaysAway) {
     }
     EXPECT_GT(all, 300);
     EXPECT_GT(part, 100);
+}
+
+/// A band of random stiffness and random couplings between its nodes, against a dense solver; and every iterate has x . b = x . A x.
+TEST(ConjugateGradients, SolveABandWithCouplingsAsADenseSolverDoes) {
+    Dice dice(7);
+    for (int k = 0; k < 40; ++k) {
+        const auto nodes = static_cast<std::size_t>(dice.between(8, 40)), size = 3 * nodes;
+        const auto first = static_cast<Index>(dice.between(0, 3));
+        std::vector<double> storage(size * (kRodBandwidth + 1));
+        RodBand band(storage, nodes);
+        Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(static_cast<int>(size), static_cast<int>(size));
+        const auto add = [&](std::size_t i, std::size_t j, const Mat3& m) { // to (i, j) and by symmetry to (j, i)
+            band.add(i, j, m);
+            dense.block<3, 3>(static_cast<int>(3 * i), static_cast<int>(3 * j)) += m;
+            if (i != j) dense.block<3, 3>(static_cast<int>(3 * j), static_cast<int>(3 * i)) += m.transpose();
+        };
+        for (std::size_t i = 0; i < nodes; ++i) {
+            add(i, i, Mat3(dice.between(0.5, 2.0) * Mat3::Identity()));
+            if (i == 0) continue;
+            const Mat3 link = std::pow(10.0, dice.between(-1, 2)) * Mat3::Identity();
+            add(i, i, link), add(i - 1, i - 1, link), add(i, i - 1, Mat3(-link));
+        }
+        std::vector<RodCoupling> couplings;
+        for (int c = 0; c < 6; ++c) {
+            const auto a = static_cast<Index>(dice.between(0, double(nodes) - 5)), b = static_cast<Index>(dice.between(a + 3, double(nodes) - 1));
+            const Vec3 n = dice.direction();
+            const RodCoupling pair{a + first, b + first, dice.between(0, 1), dice.between(0, 1), Mat3(std::pow(10.0, dice.between(-1, 2)) * n * n.transpose())};
+            const auto side = [&](Index node, double weight, Index other, double other_weight, double sign, bool banded) {
+                for (Index u = 0; u < 2; ++u)
+                    for (Index v = 0; v < 2; ++v) {
+                        const Mat3 m = sign * (u == 0 ? 1.0 - weight : weight) * (v == 0 ? 1.0 - other_weight : other_weight) * pair.stiffness;
+                        if (banded && v > u) continue;
+                        if (banded)
+                            add(node + u, other + v, m);
+                        else
+                            dense.block<3, 3>(static_cast<int>(3 * (node + u)), static_cast<int>(3 * (other + v))) += m;
+                    }
+            };
+            side(a, pair.weight, a, pair.weight, 1.0, true), side(b, pair.other_weight, b, pair.other_weight, 1.0, true);
+            side(a, pair.weight, b, pair.other_weight, -1.0, false), side(b, pair.other_weight, a, pair.weight, -1.0, false);
+            couplings.push_back(pair);
+        }
+        Eigen::VectorXd b(static_cast<int>(size));
+        for (int r = 0; r < b.size(); ++r) b[r] = dice.between(-1, 1);
+        std::vector<double> x(b.data(), b.data() + b.size());
+        RodWorkspace work;
+        size_workspace(nodes, work);
+        band.solve(x);
+        const unsigned iterations = conjugate_gradients(band, std::span<const double>(b.data(), size), x, work, [&](std::span<const double> p, std::span<double> out) {
+            couple_places<kRodCoordinates>(couplings, first, p, out);
+        });
+        const Eigen::VectorXd found = Eigen::Map<const Eigen::VectorXd>(x.data(), b.size()), wanted = dense.ldlt().solve(b);
+        const auto energy = [&](const Eigen::VectorXd& v) { return v.dot(dense * v); };
+        EXPECT_LT(std::sqrt(energy(found - wanted) / energy(wanted)), 0.1) << k << " after " << iterations;
+        EXPECT_NEAR(found.dot(b), energy(found), 1e-9 * energy(found)) << k;
+        EXPECT_GE(iterations, 1u);
+    }
 }
 
 struct Crumple {
@@ -154,11 +214,10 @@ public:
         drive_.force = force_;
         const RodState start = state_;
         for (RodPlane& plane : planes_) plane.start_force = plane.force, plane.start_drag = plane.drag;
-        const Index first = first_inserted_node(model_, state_.insertion);
         drive_.rough = true;
         report = solve_rod(model_, state_, crumple_.step, 1, drive_, {}, work_, planes_);
         drive_.rough = false;
-        self.begin(model_, start.position, state_.position, first, crumple_.step);
+        self.begin(model_, start.position, state_.position, crumple_.step);
         self.list_planes(model_, start.position, state_.position, planes_);
         for (rounds = 0; rounds < 6; ++rounds) {
             state_ = start;
@@ -209,12 +268,11 @@ void crumple_and_check(bool torsion, unsigned seed) {
         const Crumple c = random_crumple(dice, torsion);
         CrumpledRod rod(c, seed + 100 + k);
         const std::size_t gap = ChainRule{c.design.radius, rod.model().segment}.least_gap();
-        const Index first = first_inserted_node(rod.model(), rod.state().insertion);
         for (int step = 0; step < 250; ++step) {
             const std::vector<Vec3> before = rod.state().position;
             rod.step();
             ASSERT_EQ(rod.report.first_bad_node, kNoIndex) << k << ", " << step;
-            const double apart = nearest_by_search(rod.state().position, first, gap) / (2.0 * c.design.radius);
+            const double apart = nearest_by_search(rod.state().position, gap) / (2.0 * c.design.radius);
             ASSERT_GE(apart, 0.99) << "rod " << k << ", step " << step;
             ASSERT_LT(largest_jump(before, rod.state().position), 1.0) << "rod " << k << ", step " << step << " passed through itself";
             nearest = std::min(nearest, apart);

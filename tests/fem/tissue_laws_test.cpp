@@ -4,6 +4,7 @@
 #include "fem/tissue/laws.hpp"
 #include "fem/tissue/relaxation.hpp"
 #include "fem/tissue/statics.hpp"
+#include "fem/tissue/tangent.hpp"
 #include "tests/fem/bodies.hpp"
 
 #include <cmath>
@@ -17,28 +18,7 @@ using namespace test;
 
 namespace {
 
-double energy_of(const Material& m, const Mat3& f) {
-    const LawConstants c = make_law_constants(m);
-    Block<double> block;
-    for (int i = 0; i < 9; ++i) block.m[i] = f(i / 3, i % 3);
-    const FibreAxes fibres = find_fibres(m, Vec3(0.1, 0.2, 0.3));
-    const double det = f.determinant();
-    switch (m.law) {
-    case MaterialLaw::StVK:
-        return StVKLaw::energy(c, block, det);
-    case MaterialLaw::Corotational:
-        return CorotationalLaw::energy(c, block, det);
-    case MaterialLaw::NeoHookean:
-        return NeoHookeanLaw::energy(c, block, det);
-    case MaterialLaw::MooneyRivlin:
-        return MooneyRivlinLaw::energy(c, block, det, &fibres);
-    case MaterialLaw::Ogden:
-        return OgdenLaw::energy(c, block, det, &fibres);
-    case MaterialLaw::Hgo:
-        break;
-    }
-    return HgoLaw::energy(c, block, det, &fibres);
-}
+double energy_of(const Material& m, const Mat3& f) { return find_energy(m, f, Vec3(0.1, 0.2, 0.3)); }
 
 /// Mean first Piola-Kirchhoff stress of a cube of kernels' tets in a uniform deformation: of the tractions on its faces.
 Mat3 stress_of_block(const Material& material, const Mat3& f, TetElements elements) {
@@ -116,6 +96,17 @@ TEST(TissueLaws, StressIsTheDerivativeOfTheEnergyForRandomDeformationsInvertedOn
             }
         }
         EXPECT_GT(inverted, 3);
+    }
+}
+
+TEST(TissueLaws, AtRestThePullsTangentIsYoungsModulus) {
+    for (const MaterialLaw law : kAllLaws) {
+        if (law == MaterialLaw::Hgo) continue; // its fibres add to it
+        for (const double nu : {0.0, 0.3, 0.45, 0.49}) {
+            Material material = make_material(law, nu);
+            const double modulus = find_small_strain(material).young_modulus();
+            EXPECT_NEAR(find_pull_tangent(material, 1.0), modulus, 1e-3 * modulus) << kLawNames[static_cast<int>(law)] << " " << nu;
+        }
     }
 }
 

@@ -88,8 +88,8 @@ TEST(SteveDevices, WithoutACrossSectionAreTakenAsSolidAndItIsSaid) {
 }
 
 TEST(SteveSetups, AreScenesThatArePrepared) {
-    std::string name = (fs::temp_directory_path() / "trocar-import-XXXXXX").string();
-    const fs::path folder = mkdtemp(name.data());
+    const TempFolder own;
+    const fs::path& folder = own.path();
     const Result<SteveSetup> setup = import_arch_variety({});
     ASSERT_TRUE(setup.ok()) << setup.error().to_string();
     const ImportSource source{"archvariety", "", {}};
@@ -100,7 +100,6 @@ TEST(SteveSetups, AreScenesThatArePrepared) {
     EXPECT_NEAR(scene->instruments[0].design.tip_length, 0.0121 * 0.4 * std::numbers::pi, 1e-6);
     const auto prepared = make_prepared_scene(*scene);
     EXPECT_TRUE(prepared.ok()) << prepared.error().to_string();
-    fs::remove_all(folder);
 }
 
 TEST_F(Projects, OfOrgansKeepTheirTetrahedraAndTellTheirQuality) {

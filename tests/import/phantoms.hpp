@@ -3,6 +3,7 @@
 
 #include "base/vec.hpp"
 #include "engine/io/gzip.hpp"
+#include "tests/temp_folder.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -128,24 +129,7 @@ inline std::string metaimage_header(const Phantom& p, const std::string& file, c
                        p.origin.x(), p.origin.y(), p.origin.z(), p.spacing.x(), p.spacing.y(), p.spacing.z(), p.size[0], p.size[1], p.size[2], file);
 }
 
-/// A folder of its own, which goes away with the test.
-class Folder : public ::testing::Test {
-protected:
-    Folder() {
-        std::string name = (fs::temp_directory_path() / "trocar-import-XXXXXX").string();
-        folder = mkdtemp(name.data());
-    }
-    ~Folder() override {
-        std::error_code ignored;
-        fs::remove_all(folder, ignored);
-    }
-    fs::path write(const std::string& name, const std::string& bytes) const {
-        fs::create_directories((folder / name).parent_path());
-        std::ofstream(folder / name, std::ios::binary) << bytes;
-        return folder / name;
-    }
-    fs::path folder;
-};
+using Folder = FolderTest;
 
 /// The same numbers on every run and machine.
 class Dice {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine/experiments/sweep/sweep_plan.hpp"
+#include "tests/temp_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,23 +17,7 @@ inline std::string text_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// A folder that goes away with the test.
-class SweepFolder : public ::testing::Test {
-protected:
-    SweepFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "trocar-sweep-XXXXXX").string();
-        folder = mkdtemp(name.data());
-    }
-    ~SweepFolder() override {
-        std::error_code ignored;
-        std::filesystem::remove_all(folder, ignored);
-    }
-    std::filesystem::path write(const std::string& name, const std::string& text) const {
-        std::ofstream(folder / name, std::ios::binary) << text;
-        return folder / name;
-    }
-    std::filesystem::path folder;
-};
+using SweepFolder = FolderTest;
 
 inline const std::string kBall = R"({
     "units": {"length": "mm"},

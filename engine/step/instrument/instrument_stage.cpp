@@ -226,8 +226,7 @@ static void solve_apart(const SceneModel& model, std::size_t index, State& state
     InstrumentState& now = state.instruments[index];
     const std::span<const Vec3> from = own.rod_t0.position;
     if (!own.self.has_begun()) {
-        // From the handle on: what has not passed the port lies in the device that it comes out of, and that is in the way as well.
-        own.self.begin(rod, from, now.rod.position, 0, model.step_s);
+        own.self.begin(rod, from, now.rod.position, model.step_s);
         own.self.list_planes(rod, from, now.rod.position, now.self_planes);
     }
     for (unsigned round = 0; round < kMostSelfRounds; ++round) {
