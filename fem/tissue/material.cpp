@@ -84,6 +84,7 @@ Result<void> check_material(const Material& m) {
         check_range("density", m.density, m.density > 0.0, "above 0 kg/m^3"),
         check_range("viscosity", m.viscosity, m.viscosity >= 0.0, "0 Pa s or more"),
         check_range("mass_damping", m.mass_damping, m.mass_damping >= 0.0, "0 per second or more"),
+        check_branches(m),
         check_law(m)};
     for (const Result<void>& check : checks)
         if (!check) return check;

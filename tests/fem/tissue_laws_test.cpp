@@ -328,7 +328,12 @@ TEST(TissueLaws, ParametersOutOfRangeAreRefusedByName) {
     EXPECT_NE(refusal(MaterialLaw::Hgo, [](Material& m) { m.kappa = 0.5; }).find("kappa"), std::string::npos);
     EXPECT_NE(refusal(MaterialLaw::Hgo, [](Material& m) { m.fibre1 = Vec3::Zero(); }).find("fibre1"), std::string::npos);
     EXPECT_NE(refusal(MaterialLaw::Hgo, [](Material& m) { m.k2 = 0.0; }).find("k2"), std::string::npos);
-    for (const MaterialLaw law : kAllLaws) EXPECT_EQ(refusal(law, [](Material&) {}), "");
+    for (const MaterialLaw law : kAllLaws) {
+        EXPECT_EQ(refusal(law, [](Material&) {}), "");
+        EXPECT_EQ(refusal(law, [](Material& m) { m.g1 = 1.5, m.tau1 = 0.2; }), "");
+        EXPECT_NE(refusal(law, [](Material& m) { m.g2 = 1.5; }).find("tau2"), std::string::npos); // in no time
+        EXPECT_NE(refusal(law, [](Material& m) { m.g3 = -0.5, m.tau3 = 0.2; }).find("g3"), std::string::npos);
+    }
 }
 
 } // namespace trocar::fem
