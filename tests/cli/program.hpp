@@ -122,7 +122,6 @@ protected:
     }
     [[nodiscard]] Json summary() const { return Json::parse(text_of(out() / "summary.json"), nullptr, false); }
 
-    fs::path folder;
 };
 
 /// Until a run that writes into `out` has taken steps; false: it never did.
