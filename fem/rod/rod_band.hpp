@@ -26,15 +26,18 @@ public:
         std::fill_n(data_.begin(), size_ * (kBandwidth + 1), 0.0);
     }
 
-    /// Adds to the block of positions of nodes (i, j) and by symmetry to (j, i).
+    /// Adds to the block of positions of nodes (i, j) and by symmetry to (j, i). On the diagonal m is symmetric.
     void add(std::size_t i, std::size_t j, const Mat3& m) noexcept {
-        const bool lower = i >= j;
-        for (std::size_t r = 0; r < 3; ++r)
-            for (std::size_t c = 0; c < 3; ++c) {
-                const std::size_t row = kCoordinates * (lower ? i : j) + r;
-                const std::size_t column = kCoordinates * (lower ? j : i) + c;
-                if (row >= column) column_of(column)[row - column] += lower ? m(int(r), int(c)) : m(int(c), int(r));
-            }
+        const std::size_t high = std::max(i, j), low = std::min(i, j), between = kCoordinates * (high - low);
+        for (std::size_t c = 0; c < 3; ++c) {
+            double* column = column_of(kCoordinates * low + c); // its rows count from the diagonal
+            if (high == low)
+                for (std::size_t r = c; r < 3; ++r) column[r - c] += m(int(r), int(c));
+            else if (i > j)
+                for (std::size_t r = 0; r < 3; ++r) column[between + r - c] += m(int(r), int(c));
+            else
+                for (std::size_t r = 0; r < 3; ++r) column[between + r - c] += m(int(c), int(r));
+        }
     }
     void add(std::size_t i, std::size_t j, double scale) noexcept {
         const std::size_t high = std::max(i, j), low = std::min(i, j);

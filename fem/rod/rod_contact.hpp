@@ -12,6 +12,7 @@
 // where the iteration has nearly settled: normal forces far from balance would let friction throw the rod about. A plane touches two
 // neighbouring nodes: the matrix stays a band, O(n) for any number of planes. With torsion the place that slides is on the rod's surface:
 // one cone for what slides along it and around it. A place of the rod that meets another one of it does not roll on it.
+// Nearly all of a rod's planes are out of reach: those farther off than any node has gone since the iteration began are not evaluated.
 // Deviations: the bound is lagged by an iteration (Tresca's friction, iterated), so that the matrix is symmetric; the rod's tangent and the
 // plane's normal are those of the stage's start.
 #pragma once
@@ -21,6 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace trocar::fem {
 
@@ -30,14 +32,16 @@ inline constexpr double kPressAugmentation = 30.0;
 inline constexpr double kSelfAugmentation = 2.0;
 /// m; a place holds until it has moved by this from where it was fixed, with a friction that grows along the way to the cone's edge.
 inline constexpr double kStickReach = 2e-6;
+/// m; planes nearer than this are evaluated from the beginning, and what rounding may hide of a gap.
+inline constexpr double kNearPlanes = 1e-4, kGapRounding = 1e-9;
 
 class RodContact {
 public:
     /// twists   the rod has angles, and rolls on what it touches
     RodContact(const RodModel& model, const RodState& state, const RodDrive& drive, std::span<RodPlane> planes, double dt, Index first,
-               bool twists, RodWorkspace& workspace, std::vector<RodPress>& presses) noexcept
+               bool twists, RodWorkspace& workspace, std::vector<RodPress>& presses, std::vector<Index>& near) noexcept
         : model_(model), state_(state), drive_(drive), planes_(planes), dt_(dt), first_(first), twists_(twists), work_(workspace),
-          presses_(presses) {
+          presses_(presses), near_(near) {
         begin();
     }
 
@@ -45,21 +49,26 @@ public:
     [[nodiscard]] RodPress& press(std::size_t k) noexcept { return presses_[k]; }
     [[nodiscard]] const RodPress& press(std::size_t k) const noexcept { return presses_[k]; }
 
+    /// Those that may have a force; in their order.
+    [[nodiscard]] std::span<const Index> near() const noexcept { return near_; }
+
     /// Forces and stiffness of every plane where the rod is now.
     void evaluate() noexcept {
-        for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], presses_[k], false);
+        reach_for(farthest_way());
+        for (const Index k : near_) evaluate(planes_[k], presses_[k], false);
     }
     /// The same for a stage's first correction: what pressed when it began still holds, both ways. Where the rod would have gone freely most
     /// gaps are open by more than the micrometre that lets go of a force; without those planes it would spring by millimetres, into others.
     void evaluate_held() noexcept {
-        for (std::size_t k = 0; k < planes_.size(); ++k) evaluate(planes_[k], presses_[k], presses_[k].force > 0.0);
+        reach_for(farthest_way());
+        for (const Index k : near_) evaluate(planes_[k], presses_[k], presses_[k].force > 0.0);
     }
 
     /// Takes note of the normal forces; with `bounds` friction's bounds become those of now. Returns by how much the worst of either
     /// changed, N.
     double update(bool bounds) noexcept {
         double change = 0.0;
-        for (std::size_t k = 0; k < planes_.size(); ++k) {
+        for (const Index k : near_) {
             RodPress& press = presses_[k];
             const double force = planes_[k].force;
             change = std::max(change, std::abs(force - press.last));
@@ -73,7 +82,8 @@ public:
 
     /// Friction that the last normal forces allow: bounds were those of the iteration before.
     void stay_in_cone() noexcept {
-        for (RodPlane& plane : planes_) {
+        for (const Index k : near_) {
+            RodPlane& plane = planes_[k];
             const double most = bound_of(plane, plane.force), drag = std::sqrt(plane.drag.squaredNorm());
             if (drag > most) plane.drag *= most / drag;
         }
@@ -82,7 +92,7 @@ public:
     /// N, of the normal forces.
     [[nodiscard]] double largest_force() const noexcept {
         double largest = 0.0;
-        for (const RodPlane& plane : planes_) largest = std::max(largest, plane.force);
+        for (const Index k : near_) largest = std::max(largest, planes_[k].force);
         return largest;
     }
 
@@ -95,6 +105,7 @@ public:
 private:
     void begin() noexcept {
         if (presses_.size() < planes_.size()) presses_.resize(planes_.size()); // never shrinks
+        near_.reserve(presses_.capacity());
         double across = 0.0;
         for (std::size_t i = std::max<std::size_t>(first_, 1); i < model_.node_count(); ++i) {
             if (i + 1 == model_.node_count()) continue;
@@ -111,11 +122,43 @@ private:
             const Vec3 drag = plane.drag;
             plane.drag.setZero();
             press.force = press.last = press.bounding = plane.force;
+            press.gap = plane.normal.dot(start_of(plane)) - plane.offset - plane.give * plane.start_force;
             const double bound = bound_of(plane, plane.force);
             if (!(bound > 0.0)) continue;
             press.anchor = -kStickReach / bound * (drag - plane.normal.dot(drag) * plane.normal);
             const double length = std::sqrt(press.anchor.squaredNorm());
             if (length > kStickReach) press.anchor *= kStickReach / length;
+        }
+        list_near(kNearPlanes);
+    }
+
+    /// Where the iteration began, of a plane as point() tells it. What does not move is where the port has put it.
+    [[nodiscard]] Vec3 start_of(const RodPlane& plane) const noexcept {
+        const auto at = [&](Index i) -> const Vec3& { return i >= first_ ? work_.start[i] : state_.position[i]; };
+        Vec3 place = (1.0 - plane.weight) * at(plane.node) + plane.weight * at(plane.node + 1);
+        if (plane.other != kNoIndex) place -= (1.0 - plane.other_weight) * at(plane.other) + plane.other_weight * at(plane.other + 1);
+        return place;
+    }
+    /// m; no node has gone farther since the iteration began, rounding allowed for.
+    [[nodiscard]] double farthest_way() const noexcept {
+        double farthest_sq = 0.0;
+        bool finite = true;
+        for (std::size_t i = first_; i < model_.node_count(); ++i) {
+            const double way_sq = (state_.position[i] - work_.start[i]).squaredNorm();
+            finite = finite && way_sq < std::numeric_limits<double>::infinity();
+            farthest_sq = std::max(farthest_sq, way_sq);
+        }
+        return finite ? std::sqrt(farthest_sq) : std::numeric_limits<double>::infinity();
+    }
+    void reach_for(double way) noexcept {
+        if (!(way <= within_)) list_near(2.0 * way);
+    }
+    void list_near(double within) noexcept {
+        within_ = within;
+        near_.clear();
+        for (std::size_t k = 0; k < planes_.size(); ++k) {
+            const double way = planes_[k].other == kNoIndex ? within : 2.0 * within; // both places go
+            if (presses_[k].force > 0.0 || !(presses_[k].gap > way + kGapRounding)) near_.push_back(static_cast<Index>(k)); // reserved
         }
     }
 
@@ -152,7 +195,7 @@ private:
             press.aside.setZero();
         }
         press.pushes = pushes;
-        if (!(bound > 0.0)) return; // nearly all of a rod's planes are out of reach
+        if (!(bound > 0.0)) return;
         const Vec3 trial = press.anchor + slide(plane);
         const double length = std::sqrt(trial.squaredNorm());
         const Mat3 across = Mat3::Identity() - plane.normal * plane.normal.transpose();
@@ -177,6 +220,8 @@ private:
     bool twists_;
     RodWorkspace& work_;
     std::vector<RodPress>& presses_;
+    std::vector<Index>& near_;
+    double within_ = 0.0;   // m, see near()
     double across_ = 0.0;   // N/m, augmentation
     double softness_ = 0.0; // m/N, of what is behind the planes
 };

@@ -91,6 +91,7 @@ struct RodPress {
     double last = 0.0;          // N, normal force of the last iteration
     double bounding = 0.0;      // N, normal force that bounds friction
     double stiffness = 0.0;     // N/m, of the forces as they were evaluated last
+    double gap = 0.0;           // m, where the iteration began
     bool pushes = false;        // it has a force or a stiffness, as they were evaluated last
     bool pushed = false;        // the same where the last correction started
     Vec3 anchor = Vec3::Zero(); // m, from where it is anchored to where it was at the stage's start
@@ -121,6 +122,7 @@ struct RodWorkspace {
     std::vector<double> band;                          // [coordinates node_count][bandwidth + 1]
     std::vector<double> rhs, residual;                 // [coordinates node_count] N, or N m; rhs: the correction once it is solved, m or rad
     std::vector<RodPress> presses, self_presses;       // [planes] at least, [planes of the rod itself] at least
+    std::vector<Index> near_planes, near_self;         // what of them the iteration can have met
     std::vector<double> remainder, guess, direction, banded, solution; // [coordinates node_count] of conjugate gradients
     std::vector<RodCoupling> couplings;                // of the places of the rod that press on one another
 };

@@ -50,8 +50,8 @@ public:
     RodStep(const RodModel& model, RodState& state, const RodDrive& drive, std::span<RodPlane> planes, std::span<RodPlane> self, double dt,
             Index first, double share, RodWorkspace& workspace, RodTwist* twist = nullptr) noexcept
         : model_(model), state_(state), drive_(drive), dt_(dt), first_(first), share_(share), work_(workspace), twist_(twist),
-          contact_(model, state, drive, planes, dt, first, kTwists, workspace, workspace.presses),
-          self_(model, state, drive, self, dt, first, kTwists, workspace, workspace.self_presses) {}
+          contact_(model, state, drive, planes, dt, first, kTwists, workspace, workspace.presses, workspace.near_planes),
+          self_(model, state, drive, self, dt, first, kTwists, workspace, workspace.self_presses, workspace.near_self) {}
 
     /// Returns whether positions and contact forces settled.
     bool solve(RodReport& report) noexcept {
@@ -161,7 +161,7 @@ private:
         if (!drive_.flow.empty()) add_flow(band);
         add_planes(band);
         work_.couplings.clear();
-        for (std::size_t k = 0; k < self_.planes().size(); ++k) add_place(band, self_.planes()[k], k);
+        for (const Index k : self_.near()) add_place(band, self_.planes()[k], k);
     }
 
     [[nodiscard]] double farthest_from_start_sq() const noexcept {
@@ -312,7 +312,7 @@ private:
     }
 
     void add_planes(Band& band) noexcept {
-        for (std::size_t k = 0; k < contact_.planes().size(); ++k) {
+        for (const Index k : contact_.near()) {
             RodPress& press = contact_.press(k);
             press.pushed = press.pushes;
             if (!press.pushes) continue;
@@ -372,7 +372,7 @@ private:
     void turn_alone() noexcept {
         contact_.evaluate();
         twist_->assemble();
-        for (std::size_t k = 0; k < contact_.planes().size(); ++k) {
+        for (const Index k : contact_.near()) {
             if (!contact_.press(k).pushes) continue;
             const RodPlane& plane = contact_.planes()[k];
             const Vec3 roll = contact_.roll(plane);
@@ -431,7 +431,7 @@ private:
         double power = (1.0 - part) * power_;
         for (RodContact* contact : {&contact_, &self_}) {
             contact->evaluate();
-            for (std::size_t k = 0; k < contact->planes().size(); ++k) {
+            for (const Index k : contact->near()) {
                 const RodPress& press = contact->press(k);
                 if (!press.pushes && !press.pushed) continue;
                 const Vec3 moved = moved_at(contact->planes()[k]);
