@@ -75,7 +75,7 @@ Result<void> prepare_instrument(const Scene& scene, const SceneInstrument& spec,
     model.port = {entry->position, entry->direction};
     model.lumen = spec.lumen;
     if (spec.kind == InstrumentKind::MassSpring) {
-        const auto substeps = fem::count_mass_spring_substeps(model.rod, prepared.model.contact.rod_stiffness, scene.time.step);
+        const auto substeps = fem::count_mass_spring_substeps(model.rod, scene.time.step);
         if (!substeps.ok()) return scene_error(scene, key + ".kind", substeps.error().message, substeps.error().code);
         model.mass_spring_substeps = *substeps;
     }

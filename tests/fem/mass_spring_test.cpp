@@ -26,7 +26,7 @@ RodState hang(const RodModel& model, bool mass_spring, double& seconds_a_step) {
     RodState state;
     place_rod(model, drive.port, drive.insertion, 0.0, state);
     RodWorkspace workspace;
-    const unsigned substeps = count_mass_spring_substeps(model, 0.0, 0.01).value();
+    const unsigned substeps = count_mass_spring_substeps(model, 0.01).value();
     constexpr int kSteps = 300;
     const std::clock_t start = std::clock();
     for (int k = 0; k < kSteps; ++k)
@@ -70,7 +70,7 @@ double shake(double faster) {
     for (Vec3& v : state.velocity)
         for (int axis = 0; axis < 3; ++axis) v[axis] = 1e-3 * (static_cast<double>(random() % 2001) / 1000.0 - 1.0);
     RodWorkspace workspace;
-    const auto substeps = static_cast<unsigned>(0.1 / (faster * mass_spring_substep(model, 0.0)));
+    const auto substeps = static_cast<unsigned>(0.1 / (faster * mass_spring_substep(model)));
     solve_mass_spring(model, state, 0.1, substeps, drive, {}, workspace);
     double fastest = 0.0;
     for (const Vec3& v : state.velocity) fastest = std::max(fastest, std::isfinite(v.norm()) ? v.norm() : 1e300);
@@ -91,11 +91,89 @@ TEST(MassSpring, TellsWhenItsStiffnessAsksForTooManySubsteps) {
     design.segment = 0.25e-3;
     design.density = 7900.0;
     const RodModel model = make_rod_model(design).value();
-    const auto count = count_mass_spring_substeps(model, 2e4, 0.1);
+    const auto count = count_mass_spring_substeps(model, 0.1);
     ASSERT_FALSE(count.ok());
     for (const char* piece : {"sub-steps", "at most 20000", "kind rod"})
         EXPECT_NE(count.error().message.find(piece), std::string::npos) << count.error().message;
-    EXPECT_TRUE(count_mass_spring_substeps(model, 2e4, 2e-4).ok());
+    EXPECT_TRUE(count_mass_spring_substeps(model, 2e-4).ok());
+}
+
+/// A free chain along x on a floor z = 0 under every node, and gravity that leans by `slope` rad along it.
+struct OnFloor {
+    explicit OnFloor(double slope, double friction, double step_s) : model(make_rod_model(straight()).value()), step(step_s) {
+        drive.port = {Vec3::Zero(), Vec3::UnitX()};
+        drive.insertion = model.design.length + 0.01; // all of it is beyond the port
+        drive.friction = friction;
+        drive.gravity = 9.81 * Vec3(std::sin(slope), 0.0, -std::cos(slope));
+        place_rod(model, drive.port, drive.insertion, 0.0, state);
+        for (Index node = 0; node + 1 < model.node_count(); ++node) {
+            if (node == 0) planes.push_back({.node = 0, .weight = 0.0, .normal = Vec3::UnitZ()});
+            planes.push_back({.node = node, .weight = 1.0, .normal = Vec3::UnitZ()});
+        }
+        for (const double mass : model.mass) weight += 9.81 * mass;
+        substeps = count_mass_spring_substeps(model, step).value();
+    }
+    static RodDesign straight() {
+        RodDesign design = soft_catheter();
+        design.tip = TipShape::Straight;
+        design.tip_stiffness = 1.0;
+        design.drag = design.transverse_drag = 0.0;
+        return design;
+    }
+    RodReport advance() { return solve_mass_spring(model, state, step, substeps, drive, planes, workspace); }
+
+    RodModel model;
+    RodDrive drive;
+    RodState state;
+    std::vector<RodPlane> planes;
+    RodWorkspace workspace;
+    double step = 0.0, weight = 0.0;
+    unsigned substeps = 0;
+};
+
+TEST(MassSpring, WhatRestsPressesWithItsWeightWhateverTheStep) {
+    for (const double step : {2e-4, 1e-3, 1e-2}) {
+        OnFloor floor(0.0, 0.3, step);
+        RodReport report;
+        for (double time = 0.0; time < 1.0; time += step) {
+            report = floor.advance();
+            EXPECT_LT((report.contact_force + report.handle_force + report.body_force).norm(), 1e-6 * floor.weight);
+        }
+        EXPECT_NEAR(report.contact_force.z(), floor.weight, 1e-3 * floor.weight) << step;
+        EXPECT_EQ(report.unconverged, 0u) << step;
+        for (const Vec3& x : floor.state.position) EXPECT_NEAR(x.z(), 0.0, 1e-9) << step;
+    }
+}
+
+TEST(MassSpring, WhatFrictionHoldsDoesNotCreepAndWhatItDoesNotSlidesAsCoulombSays) {
+    for (const double step : {1e-3, 1e-2})
+        for (const auto& [slope, friction] : {std::pair{0.2, 0.3}, {0.3, 0.2}}) {
+            OnFloor floor(slope, friction, step);
+            const Vec3 from = floor.state.position.front();
+            const int steps = static_cast<int>(0.5 / step);
+            for (int k = 0; k < steps; ++k) (void)floor.advance();
+            const double way = floor.state.position.front().x() - from.x(), time = steps * step;
+            const double expected = 0.5 * 9.81 * std::max(0.0, std::sin(slope) - friction * std::cos(slope)) * time * time;
+            EXPECT_NEAR(way, expected, 0.02 * expected + 1e-7) << step << " " << slope;
+        }
+}
+
+/// The hand draws it along a floor at a steady speed.
+TEST(MassSpring, TheHandFeelsTheFrictionOfWhatItDraws) {
+    OnFloor floor(0.0, 0.3, 1e-3);
+    floor.drive.insertion = 0.08;
+    place_rod(floor.model, floor.drive.port, floor.drive.insertion, 0.0, floor.state);
+    RodReport report;
+    double force = 0.0, pressed = 0.0;
+    for (int k = 0; k < 3000; ++k) {
+        floor.drive.insertion = 0.08 - 5e-6 * k; // 5 mm/s
+        report = floor.advance();
+        if (k < 2000) continue;
+        force -= report.handle_force.x() / 1000.0;
+        pressed += report.contact_force.z() / 1000.0;
+    }
+    EXPECT_NEAR(force, 0.3 * pressed, 0.03 * force);
+    EXPECT_GT(force, 1e-4);
 }
 
 } // namespace

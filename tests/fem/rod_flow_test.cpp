@@ -74,7 +74,7 @@ TEST(RodFlow, AFallingRodReachesTheSpeedAtWhichDragIsItsWeight) {
             drive.gravity = gravity;
             drive.flow = flow;
             RodWorkspace workspace;
-            const unsigned substeps = springs ? static_cast<unsigned>(0.01 / mass_spring_substep(model, drive.contact_stiffness)) + 1 : 2;
+            const unsigned substeps = springs ? static_cast<unsigned>(0.01 / mass_spring_substep(model)) + 1 : 2;
             for (int k = 0; k < 300; ++k) {
                 if (springs)
                     (void)solve_mass_spring(model, state, 0.01, substeps, drive, {}, workspace);
