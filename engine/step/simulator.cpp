@@ -4,6 +4,7 @@
 #include "engine/state/state_bytes.hpp"
 #include "engine/step/entry_checks.hpp"
 #include "engine/step/finish_report.hpp"
+#include "engine/step/first_contacts.hpp"
 #include "engine/step/instrument/instrument_stage.hpp"
 #include "engine/step/make_scratch.hpp"
 #include "engine/step/solid/solid_trees.hpp"
@@ -15,8 +16,10 @@
 namespace trocar::engine {
 
 struct Simulator::Parts {
-    /// monotonic   in place of a null pointer
-    Parts(std::optional<Prepared> scene, const SceneModel& of, const Clock* given, const BudgetLimits& with, const StepScratch* like);
+    /// given   nullptr: monotonic
+    /// fresh   no other state is put in place of the initial one
+    Parts(std::optional<Prepared> scene, const SceneModel& of, const Clock* given, const BudgetLimits& with, const StepScratch* like,
+          bool fresh = true);
     void refuse(const Result<void>& settings);
     void check();
 
@@ -33,12 +36,13 @@ struct Simulator::Parts {
 };
 
 Simulator::Parts::Parts(std::optional<Prepared> scene, const SceneModel& of, const Clock* given, const BudgetLimits& with,
-                        const StepScratch* like)
+                        const StepScratch* like, bool fresh)
     : prepared(std::move(scene)), model(of), clock(given), limits(with), budget(given != nullptr ? *given : monotonic, with),
       state(make_initial_state(of)), scratch(make_scratch(of, state, like)) {
     if (like != nullptr) forget_walls(scratch.rods);
     report_first_instrument(model, state, scratch.report);
     check();
+    if (fresh && !stopped) find_first_contacts(model, state, scratch);
 }
 
 /// No step will be taken, and the report says why.
@@ -80,7 +84,7 @@ Simulator& Simulator::operator=(Simulator&& other) noexcept = default;
 
 Simulator Simulator::fork() {
     Parts& own = *parts_;
-    Simulator other(std::make_unique<Parts>(own.prepared, own.model, own.clock, own.limits, &own.scratch));
+    Simulator other(std::make_unique<Parts>(own.prepared, own.model, own.clock, own.limits, &own.scratch, false));
     const Result<void> restored = other.restore(state());
     assert(restored.ok()); // it is a state of this model
     (void)restored;

@@ -282,6 +282,21 @@ double slide(double tangent, double friction, double step, double seconds, doubl
     return mass_centre(tissue, simulator.state().bodies[0].tissue).x() - start;
 }
 
+TEST(SolidLaws, WhatBeginsOnASurfaceDoesNotSinkIntoItInTheFirstStep) {
+    for (const double step : {0.0002, 0.002, 0.01})
+        for (const char* budget : {"exact", "work:1000"}) {
+            SolidScene scene{.bodies = deformable("block", box({0, 0, 0.015}, {0.03, 0.03, 0.03}, 2), {}) + "," + table(4), .budget = budget};
+            scene.step = step;
+            scene.gravity = Vec3(0, 0, -9.81);
+            const PreparedScene prepared = prepare_solids_of(scene);
+            Simulator simulator(prepared.model);
+            ASSERT_TRUE(simulator.step().finite);
+            double lowest = INFINITY;
+            for (const Vec3& x : simulator.state().bodies[0].surface) lowest = std::min(lowest, x.z());
+            EXPECT_GT(lowest, -2e-5) << step << " " << budget << ": freely it falls by " << 9.81 * step * step << " m";
+        }
+}
+
 TEST(SolidLaws, OnASlopeFrictionHoldsBelowItsAngleAndAboveItTheBlockSlidesAsCoulombSays) {
     for (const double step : {1e-3, 5e-3, 1e-2}) {
         SCOPED_TRACE(fmt::format("step {:g} s", step));
