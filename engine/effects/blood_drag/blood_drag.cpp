@@ -86,7 +86,7 @@ private:
 /// The profile of Poiseuille around the centreline where the vessels stand now, seen from where the rod stands at the start of the step.
 /// Nodes before the port feel nothing.
 /// cost      O(node_count), some tens of centreline points a node
-void find_flow(const EffectStep& step, std::size_t index, State& state, RodLoads& loads) {
+void find_flow(const EffectStep& step, std::size_t index, State& state, RodLoads& acting) {
     if (!step.live.blood_drag) return;
     step.counts.note(blood_drag);
     const Blood& blood = *step.live.blood_drag;
@@ -95,13 +95,13 @@ void find_flow(const EffectStep& step, std::size_t index, State& state, RodLoads
     const InstrumentModel& instrument = step.model.instruments[index];
     const fem::RodModel& rod = instrument.rod;
     const fem::RodState& rod_t0 = state.instruments[index].rod;
-    const std::span<const Vec3> points = find_flow_points(step.model, instrument.lumen, step.time_t1, state, loads.scratch);
-    loads.flow.assign(rod.node_count(), {});
+    const std::span<const Vec3> points = find_flow_points(step.model, instrument.lumen, step.time_t1, state, acting.scratch);
+    acting.flow.assign(rod.node_count(), {});
     const double form = fem::form_resistance(blood.density, rod.design.radius);
     FlowWalk walk(*step.model.bodies[instrument.lumen].blood, points, instrument.flow_entry, kWindowSegments * rod.segment + kWindow);
     for (Index i = fem::first_inserted_node(rod, rod_t0.insertion); i < rod.node_count(); ++i) {
         walk.move_to(rod_t0.position[i]);
-        loads.flow[i] = {rate * walk.velocity(), fem::viscous_resistance(blood.viscosity, rod.design.radius, walk.radius()), form};
+        acting.flow[i] = {rate * walk.velocity(), fem::viscous_resistance(blood.viscosity, rod.design.radius, walk.radius()), form};
     }
 }
 

@@ -25,14 +25,14 @@ static Vec3 breathe(const BreathingSpec& breath, const Vec3& now, double time, d
     return length <= most ? wanted : Vec3(now + (most / length) * way);
 }
 
-static void move_held_nodes(const EffectStep& step, std::size_t body, const State& state, TissueLoads& loads) {
+static void move_held_nodes(const EffectStep& step, std::size_t body, const State& state, TissueLoads& acting) {
     const fem::TissueModel& tissue = *step.model.bodies[body].tissue;
     if (!step.live.breathing || tissue.pinned.empty()) return;
     step.counts.note(breathing);
     const Index any = tissue.pinned.front(); // they all move alike
     const Vec3 now = state.bodies[body].tissue.position[any] - tissue.rest_position[any];
     const Vec3 moved = breathe(*step.live.breathing, now, step.time_t1, step.model.step_s);
-    for (const Index node : tissue.pinned) loads.pinned_target.push_back(tissue.rest_position[node] + moved);
+    for (const Index node : tissue.pinned) acting.pinned_target.push_back(tissue.rest_position[node] + moved);
 }
 
 const EffectDescriptor breathing{

@@ -49,7 +49,7 @@ double pulse_at(const EffectStep& step) {
 }
 
 /// The lead instrument's step carries all of it.
-void carry(const EffectStep& step, std::size_t instrument, State& state, RodLoads& loads) {
+void carry(const EffectStep& step, std::size_t instrument, State& state, RodLoads& acting) {
     const BloodFlow* flow = flow_of(step.model);
     if (instrument != 0 || flow == nullptr) return;
     step.counts.note(contrast);
@@ -67,7 +67,7 @@ void carry(const EffectStep& step, std::size_t instrument, State& state, RodLoad
             at = find_flow_point(*flow, place);
         else
             at = find_flow_point(*flow, state.instruments[0].rod.position.back(),
-                                 find_flow_points(step.model, step.model.instruments[0].lumen, step.time_t1, state, loads.scratch));
+                                 find_flow_points(step.model, step.model.instruments[0].lumen, step.time_t1, state, acting.scratch));
         if (at == 0) at = flow->children_of(0).front();
     } else if (std::all_of(iodine.begin(), iodine.end(), [](double c) { return c == 0.0; }))
         return;

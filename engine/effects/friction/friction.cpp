@@ -27,9 +27,9 @@ const EffectDescriptor friction{
                                      : std::string("Coulomb's, between instruments and walls, felt by both"))};
     },
     .load_rod =
-        [](const EffectStep& step, std::size_t instrument, State&, RodLoads& loads) {
-            loads.friction = step.model.instruments[instrument].friction;
-            if (loads.friction > 0.0) step.counts.note(friction);
+        [](const EffectStep& step, std::size_t instrument, State&, RodLoads& acting) {
+            acting.friction = step.model.instruments[instrument].friction;
+            if (acting.friction > 0.0) step.counts.note(friction);
         },
 };
 

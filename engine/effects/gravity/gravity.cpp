@@ -25,15 +25,15 @@ const EffectDescriptor gravity{
             if (!(share > 0.0)) live.gravity.reset();
         },
     .load_tissue =
-        [](const EffectStep& step, std::size_t, const State&, TissueLoads& loads) {
+        [](const EffectStep& step, std::size_t, const State&, TissueLoads& acting) {
             if (!step.live.gravity) return;
-            loads.acceleration += *step.live.gravity;
+            acting.acceleration += *step.live.gravity;
             step.counts.note(gravity);
         },
     .load_rod =
-        [](const EffectStep& step, std::size_t, State&, RodLoads& loads) {
+        [](const EffectStep& step, std::size_t, State&, RodLoads& acting) {
             if (!step.live.gravity) return;
-            loads.acceleration += *step.live.gravity;
+            acting.acceleration += *step.live.gravity;
             step.counts.note(gravity);
         },
 };

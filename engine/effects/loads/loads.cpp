@@ -34,7 +34,7 @@ static void hold_nodes(const BodyLoad& load, double factor, const fem::TissueMod
             }
 }
 
-static void load_body(const EffectStep& step, std::size_t body, const State& state, TissueLoads& loads) {
+static void load_body(const EffectStep& step, std::size_t body, const State& state, TissueLoads& acting) {
     const BodyModel& model = step.model.bodies[body];
     if (!step.live.loads || model.loads.empty()) return;
     step.counts.note(effects::loads);
@@ -42,13 +42,13 @@ static void load_body(const EffectStep& step, std::size_t body, const State& sta
     for (const BodyLoad& load : model.loads) {
         const double factor = load.over.empty() ? 1.0 : evaluate_rows(load.over, step.time_t1);
         if (load.kind == LoadKind::Spring) {
-            if (factor > 0.0) hold_nodes(load, factor, tissue, loads.springs);
+            if (factor > 0.0) hold_nodes(load, factor, tissue, acting.springs);
             continue;
         }
-        loads.force.resize(tissue.node_count(), Vec3::Zero());
-        push_faces(load, factor, state.bodies[body].tissue.position, loads.force);
+        acting.force.resize(tissue.node_count(), Vec3::Zero());
+        push_faces(load, factor, state.bodies[body].tissue.position, acting.force);
         for (std::size_t k = 0; k < load.nodes.size(); ++k)
-            loads.force[load.nodes[k]] +=
+            acting.force[load.nodes[k]] +=
                 factor * (load.kind == LoadKind::Force ? load.share[k] : tissue.node_mass[load.nodes[k]]) * load.vector;
     }
 }
