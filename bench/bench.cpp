@@ -3,7 +3,9 @@
 #include "bench/headlines.hpp"
 #include "bench/tables.hpp"
 #include "engine/io/file_bytes.hpp"
+#include "engine/report/build_facts.hpp"
 #include "engine/report/html.hpp"
+#include "engine/report/plot_html.hpp"
 #include "engine/report/places.hpp"
 #include "engine/report/report_style.hpp"
 
@@ -109,19 +111,15 @@ std::string page_head(const std::string& title, const std::string& lead) {
 
 std::string page_foot() {
     const Machine machine = describe_machine();
-    return fmt::format("<footer>{}, {} cores, {}</footer>\n</main></body></html>\n", escape_html(machine.processor), machine.cores,
-                       escape_html(machine.compiler));
+    return fmt::format("<footer>{}. {}, {} cores, {}</footer>\n</main></body></html>\n", escape_html(build_text()), escape_html(machine.processor),
+                       machine.cores, escape_html(machine.compiler));
 }
 
 std::string plots_html(const BenchTable& table) {
     if (table.sketches.empty()) return {};
     const Result<std::vector<Plot>> plots = draw_plots(table.sketches, table.plot_data);
     if (!plots) return fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
-    std::string page = "<div class=\"grid\">\n";
-    for (const Plot& plot : *plots)
-        page += fmt::format("<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
-                            escape_html(plot.title), plot.svg, escape_html(plot.caption));
-    return page + "</div>\n";
+    return plots_html(*plots);
 }
 
 std::string rows_html(const BenchTable& table) {

@@ -35,19 +35,26 @@ trocar_find_public_headers(headers)
 list(REMOVE_ITEM headers engine/trocar.hpp) # it stands above the folders
 foreach(header ${headers})
     get_filename_component(folder ${header} DIRECTORY)
-    install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION include/trocar/${folder})
+    install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION include/trocar/${folder} COMPONENT dev)
 endforeach()
-install(FILES ${PROJECT_SOURCE_DIR}/engine/trocar.hpp DESTINATION include/trocar)
+install(FILES ${PROJECT_SOURCE_DIR}/engine/trocar.hpp DESTINATION include/trocar COMPONENT dev)
 set_target_properties(trocar_options PROPERTIES EXPORT_NAME options)
 
-install(TARGETS ${targets} EXPORT TrocarTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(EXPORT TrocarTargets NAMESPACE Trocar:: DESTINATION ${package_dir})
+install(TARGETS ${targets} EXPORT TrocarTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+install(EXPORT TrocarTargets NAMESPACE Trocar:: DESTINATION ${package_dir} COMPONENT dev)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/assets/recipes ${PROJECT_SOURCE_DIR}/assets/scenes ${PROJECT_SOURCE_DIR}/assets/sweeps
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/trocar)
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/trocar COMPONENT trocar)
+install(FILES ${PROJECT_SOURCE_DIR}/assets/scene.schema.json ${PROJECT_SOURCE_DIR}/assets/sweep.schema.json
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/trocar COMPONENT trocar)
+# Pages keep their places relative to one another, and with them their links.
+set(doc_dir ${CMAKE_INSTALL_DATADIR}/doc/trocar)
+install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md ${PROJECT_SOURCE_DIR}/CITATION.cff
+    ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${doc_dir} COMPONENT trocar)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${doc_dir} COMPONENT trocar PATTERN "*.py" EXCLUDE PATTERN "__pycache__" EXCLUDE)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${doc_dir} COMPONENT dev PATTERN "__pycache__" EXCLUDE)
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/TrocarConfig.cmake.in
     ${PROJECT_BINARY_DIR}/TrocarConfig.cmake INSTALL_DESTINATION ${package_dir})
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/TrocarConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/TrocarConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/TrocarConfig.cmake ${PROJECT_BINARY_DIR}/TrocarConfigVersion.cmake
-    DESTINATION ${package_dir})
+    DESTINATION ${package_dir} COMPONENT dev)

@@ -29,4 +29,4 @@ else()
         COMMAND ${CMAKE_COMMAND} -E echo "The page of trocar view needs node and npm: apt-get install nodejs npm, configure again"
         COMMAND ${CMAKE_COMMAND} -E false VERBATIM)
 endif()
-install(FILES ${PROJECT_BINARY_DIR}/page/index.html DESTINATION ${CMAKE_INSTALL_DATADIR}/trocar/page OPTIONAL)
+install(FILES ${PROJECT_BINARY_DIR}/page/index.html DESTINATION ${CMAKE_INSTALL_DATADIR}/trocar/page COMPONENT trocar OPTIONAL)

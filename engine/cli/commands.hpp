@@ -40,6 +40,7 @@ struct Command {
 [[nodiscard]] Command add_bench_command(CLI::App& app);
 [[nodiscard]] Command add_ccd_command(CLI::App& app);
 [[nodiscard]] Command add_contacts_command(CLI::App& app);
+[[nodiscard]] Command add_docs_command(CLI::App& app); // `app` outlives it: the pages are about it
 
 /// Parses the command line and runs what it asks for.
 [[nodiscard]] int run_program(int argc, char** argv);

@@ -110,7 +110,7 @@ int film(const FilmOptions& options) {
             break;
         }
         const StepReport& report = simulator.step();
-        progress.show_step(k + 1, steps, report);
+        progress.show_step(k + 1, steps, report, simulator.budget());
         if (!report.finite) code = kExitNotFinite;
         if (report.finite && report.step % spec->every == 0) take(simulator.state());
     }

@@ -58,8 +58,8 @@ Result<std::vector<Repair>> parse_repairs(const std::string& text) {
 
 void print_report(const MeshPreparation& made, const PrepareOptions& options, const std::filesystem::path& out) {
     const double size = made.surface.bounds().longest_edge();
-    fmt::print("dense      {} vertices, {} triangles, {}, {} components, longest side {:.4g} m\n", made.surface.vertices.size(),
-               made.surface.triangles.size(), made.dense.closed() ? "closed" : "open", made.dense.components, size);
+    fmt::print("dense      {} vertices, {} triangles, {}, {} components, longest side {:.4g} mm\n", made.surface.vertices.size(),
+               made.surface.triangles.size(), made.dense.closed() ? "closed" : "open", made.dense.components, 1e3 * size);
     for (const auto& coarse : {made.coarse, made.lattice})
         if (coarse)
             fmt::print(

@@ -1,5 +1,7 @@
 #include "engine/cli/commands.hpp"
+#include "engine/cli/help.hpp"
 #include "engine/io/printable.hpp"
+#include "engine/report/build_facts.hpp"
 #include "engine/scene/nearest.hpp"
 #include "engine/time/interrupt.hpp"
 
@@ -39,13 +41,44 @@ static int end_output(int code) {
     return code == kExitFine ? failed : code;
 }
 
-/// A first word that is no command: the library would only say that one is missing.
-static std::optional<Error> check_command(const CLI::App& app, int argc, char** argv) {
-    if (argc < 2 || argv[1][0] == '-' || argv[1][0] == '\0') return std::nullopt;
-    std::vector<std::string_view> known;
-    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) known.push_back(command->get_name());
-    if (std::find(known.begin(), known.end(), argv[1]) != known.end()) return std::nullopt;
-    return Error{ErrorCode::BadUsage, refuse_unknown("command", argv[1], known) + "; --help describes them"};
+/// The command that was named, or its kind: as deep as the command line goes.
+static const CLI::App& find_named(const CLI::App& app) {
+    const std::vector<const CLI::App*> parsed = app.get_subcommands([](const CLI::App* command) { return command->parsed(); });
+    return parsed.empty() ? app : find_named(*parsed.front());
+}
+
+/// "trocar run".
+static std::string name_with_parents(const CLI::App& command) {
+    return command.get_parent() == nullptr ? std::string("trocar") : name_with_parents(*command.get_parent()) + " " + command.get_name();
+}
+
+static std::string refuse_word(std::string_view kind, std::string_view word, const std::vector<std::string>& known) {
+    return refuse_unknown(kind, word, std::vector<std::string_view>(known.begin(), known.end()));
+}
+
+/// What nobody takes, with what was probably meant; empty: all words were taken.
+static std::string describe_extras(const CLI::App& command) {
+    const std::vector<std::string> extras = command.remaining();
+    std::vector<std::string> options, commands;
+    for (const CLI::Option* option : command.get_options([](const CLI::Option* o) { return !o->get_group().empty(); })) {
+        for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+    }
+    for (const CLI::App* one : shown_commands(command)) commands.push_back(one->get_name());
+    for (const std::string& word : extras)
+        if (word.size() > 1 && word.front() == '-') return refuse_word("option", word.substr(0, word.find('=')), options);
+    if (extras.empty()) return {};
+    if (!commands.empty()) return refuse_word(command.get_parent() == nullptr ? "command" : "kind", extras.front(), commands);
+    return fmt::format("found the argument \"{:.60}\" beyond those that it takes", extras.front());
+}
+
+/// A command line that is none, as any other error.
+static Error describe_usage(const CLI::App& app, const CLI::ParseError& error) {
+    const CLI::App& command = find_named(app);
+    std::string message = describe_extras(command);
+    if (message.empty()) message = error.what();
+    for (char& c : message)
+        if (c == '\n') c = ' ';
+    return {ErrorCode::BadUsage, fmt::format("{}; `{} --help` shows what it takes", message, name_with_parents(command))};
 }
 
 /// An empty value would be taken for an option that was not given: in a script it is a variable that was not set.
@@ -74,7 +107,7 @@ Result<void> check_command_line(std::vector<std::string> words) {
 
 int run_program(int argc, char** argv) {
     CLI::App app{"Time-critical, interactive surgical simulation", "trocar"};
-    app.set_version_flag("--version", "trocar 0.1.0");
+    app.set_version_flag("--version", build_text());
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 fine, 2 bad usage, bad input, or an output that cannot be written, 3 a state left its bounds, 4 budget missed, "
@@ -85,13 +118,14 @@ int run_program(int argc, char** argv) {
         add_verify_command(app), add_explain_command(app),  add_prepare_command(app), add_bench_command(app),
         add_ccd_command(app),    add_contacts_command(app), add_schema_command(app),
         add_score_command(app),  add_sweep_command(app),    add_sweep_worker_command(app), add_import_command(app), add_film_command(app),
+        add_docs_command(app),
     };
-    if (const auto unknown = check_command(app, argc, argv)) return report_error(*unknown);
+    give_examples(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        const int code = app.exit(error);
-        return code == 0 ? kExitFine : kExitBadInput; // help and version end with 0
+        if (error.get_exit_code() == 0) return end_output(app.exit(error)); // help and version
+        return report_error(describe_usage(app, error));
     }
     std::signal(SIGXFSZ, SIG_IGN); // a file beyond the system's limit is then an error of its write
     catch_interrupts();

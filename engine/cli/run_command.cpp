@@ -97,6 +97,9 @@ void print_summary(const RunSummary& summary, const PreparedScene& prepared, con
                prepared.model.budget.mode == BudgetMode::Wall && !prepared.model.budget_covers_step
                    ? "; the budget is for contact alone"
                    : "");
+    if (prepared.model.budget.mode == BudgetMode::Wall)
+        fmt::print("charged to the budget p50/p95/p99/max {:.3g}/{:.3g}/{:.3g}/{:.3g} of {:.4g} ms\n", summary.charged_ms.p50, summary.charged_ms.p95,
+                   summary.charged_ms.p99, summary.charged_ms.max, 1e3 * prepared.model.budget.wall_s);
     if (summary.floor_steps > 0)
         fmt::print("below the floor{} in {} of {} steps: all that a budget may leave out was left out\n",
                    summary.floor_ms > 0.0 ? fmt::format(" of {:.2g} ms", summary.floor_ms) : "", summary.floor_steps, summary.steps);
@@ -151,7 +154,7 @@ Taken take_steps(Simulator& simulator, RunObserver& observer, std::uint64_t step
             progress.clear();
             fmt::print(stderr, "notice: {}; the run goes on without it\n", printable(observed.error().to_string()));
         }
-        progress.show_step(k + 1, steps, report);
+        progress.show_step(k + 1, steps, report, simulator.budget());
         if (grants.trace != nullptr) grants.trace->add(report);
         if (!as_recorded) taken.left_record = k + 1;
         if (!as_recorded || !report.finite) break;

@@ -1,6 +1,7 @@
 // The page of `cost`: the accuracy that each budget gave up, as a table and as curves.
 #include "engine/experiments/cost_page.hpp"
 
+#include "engine/report/build_facts.hpp"
 #include "engine/report/html.hpp"
 #include "engine/report/places.hpp"
 #include "engine/report/report_style.hpp"
@@ -10,7 +11,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <initializer_list>
 #include <iterator>
+#include <vector>
 
 namespace trocar::engine {
 
@@ -20,27 +24,43 @@ bool has_variants(const CostTable& table) {
     return std::any_of(table.rows.begin(), table.rows.end(), [](const CostRow& row) { return !row.variant.empty(); });
 }
 
-std::string table_html(const CostTable& table) {
+/// One table; of all columns together the last would lie beyond a laptop's edge.
+std::string part_html(const CostTable& table, std::initializer_list<const char*> heads,
+                      const std::function<std::vector<std::string>(const CostRow&)>& cells) {
     std::string page = "<div class=\"scroll\"><table><tr><th>budget</th>";
-    for (const char* head : {"charged, median [ms]", "whole step, median [ms]", "99 % [ms]", "budget kept", "real time kept", "open pairs",
-                             "leaf contacts", "level", "missed", "false", "depth error [mm]", "force error", "surface RMS [mm]",
-                             "Hausdorff [mm]", "trajectory RMS [mm]", "trajectory Hausdorff [mm]"})
-        page += fmt::format("<th class=\"n\">{}</th>", head);
+    for (const char* head : heads) page += fmt::format("<th class=\"n wrap\">{}</th>", head);
     page += "</tr>\n";
     for (const CostRow& row : table.rows) {
         page += fmt::format("<tr><td>{}</td>", escape_html(row.name()));
-        for (const std::string& cell :
-             {number_text(row.charged_ms.p50), number_text(row.step_ms.p50), number_text(row.step_ms.p99),
-              fmt::format("{:.2f} %", 100.0 * row.budget_kept), fmt::format("{:.2f} %", 100.0 * row.realtime_kept),
-              number_text(row.pairs_open_mean), number_text(row.leaf_contacts_mean), fmt::format("{:.2f}", row.level_reached_mean),
-              fmt::format("{}", row.contacts.missed), fmt::format("{}", row.contacts.spurious), number_text(1e3 * row.depth_error_rms_m()),
-              fmt::format("{:.2f} %", 100.0 * row.force_error_rel), number_text(1e3 * row.surface.rms()),
-              number_text(1e3 * row.surface.hausdorff), number_text(1e3 * row.trajectory.rms()),
-              number_text(1e3 * row.trajectory.hausdorff)})
-            page += fmt::format("<td class=\"n\">{}</td>", cell);
+        for (const std::string& cell : cells(row)) page += fmt::format("<td class=\"n\">{}</td>", cell);
         page += "</tr>\n";
     }
     return page + "</table></div>\n";
+}
+
+std::string table_html(const CostTable& table) {
+    const auto times = [](const CostRow& row) {
+        return std::vector<std::string>{number_text(row.charged_ms.p50), number_text(row.charged_ms.p99), number_text(row.step_ms.p50),
+                                        number_text(row.step_ms.p99), fmt::format("{:.2f} %", 100.0 * row.budget_kept),
+                                        fmt::format("{:.2f} %", 100.0 * row.realtime_kept), number_text(row.pairs_open_mean),
+                                        number_text(row.leaf_contacts_mean), fmt::format("{:.2f}", row.level_reached_mean)};
+    };
+    const auto errors = [](const CostRow& row) {
+        return std::vector<std::string>{fmt::format("{}", row.contacts.missed), fmt::format("{}", row.contacts.spurious),
+                                        number_text(1e3 * row.depth_error_rms_m()), fmt::format("{:.2f} %", 100.0 * row.force_error_rel),
+                                        number_text(1e3 * row.surface.rms()), number_text(1e3 * row.surface.hausdorff),
+                                        number_text(1e3 * row.trajectory.rms()), number_text(1e3 * row.trajectory.hausdorff)};
+    };
+    return "<h2>Time, and how far the tests went</h2>\n" +
+           part_html(table,
+                     {"charged, median [ms]", "charged, 99 % [ms]", "whole step, median [ms]", "whole step, 99 % [ms]", "budget kept",
+                      "real time kept", "open pairs", "leaf contacts", "level reached"},
+                     times) +
+           "<h2>What it cost in accuracy</h2>\n" +
+           part_html(table,
+                     {"missed contacts", "false contacts", "depth error, RMS [mm]", "force error", "a step: surface RMS [mm]", "a step: Hausdorff [mm]",
+                      "trajectory: RMS [mm]", "trajectory: Hausdorff [mm]"},
+                     errors);
 }
 
 /// The first sentence: the cheapest budget that gave up nothing that matters, or what the tightest one cost.
@@ -125,8 +145,10 @@ std::string cost_page(const Scene& scene, CostTable& table, std::span<const Cost
     page += "<h2>Over budgets and time</h2>\n" + plots + pictures_html(pictures) + how_measured(scene, table);
     const Machine machine = describe_machine();
     page +=
-        fmt::format("<footer>{}, {} cores, {}. The numbers of this page are in cost.csv and cost.json.</footer>\n</main></body></html>\n",
-                    escape_html(machine.processor), machine.cores, escape_html(machine.compiler));
+        fmt::format("<h2>To repeat it</h2>\n<pre>{}</pre>\n<footer>{}. {}, {} cores, {}. The numbers of this page are in cost.csv and "
+                    "cost.json.</footer>\n</main></body></html>\n",
+                    escape_html(cost_command_text(scene, table)), escape_html(build_text()), escape_html(machine.processor), machine.cores,
+                    escape_html(machine.compiler));
     return page;
 }
 

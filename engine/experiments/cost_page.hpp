@@ -3,8 +3,10 @@
 
 #include "engine/experiments/cost_pictures.hpp"
 #include "engine/experiments/cost_run.hpp"
+#include "engine/report/output_keys.hpp"
 
 #include <string>
+#include <vector>
 
 namespace trocar::engine {
 
@@ -14,6 +16,12 @@ namespace trocar::engine {
 
 /// Everything that was measured, as JSON.
 [[nodiscard]] std::string cost_json(const Scene& scene, const CostTable& table);
+
+/// Columns and keys of both.
+[[nodiscard]] std::vector<OutputTable> cost_output_tables();
+
+/// The command that repeats a measurement.
+[[nodiscard]] std::string cost_command_text(const Scene& scene, const CostTable& table);
 
 /// The table for a terminal.
 [[nodiscard]] std::string cost_text(const CostTable& table);

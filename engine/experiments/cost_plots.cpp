@@ -3,11 +3,13 @@
 
 #include "engine/report/gnuplot.hpp"
 #include "engine/report/html.hpp"
+#include "engine/report/plot_html.hpp"
 #include "engine/report/verdict.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 
@@ -16,8 +18,6 @@ namespace trocar::engine {
 namespace {
 
 constexpr const char* kColours[] = {"#2158d6", "#d97706", "#0f8a6d", "#7c3aed", "#d64545", "#0891b2", "#6b7280", "#a16207"};
-/// mm; what is equal to the last bit has no place on a logarithmic axis: it is drawn here.
-constexpr double kNothing = 1e-7;
 constexpr double kNoTime = 1e-6; // ms, likewise
 
 const char* colour(std::size_t row) { return kColours[row % std::size(kColours)]; }
@@ -28,7 +28,7 @@ std::string curve_text(const CostRow& row) {
     std::string text;
     for (const CostPoint& p : row.curve)
         fmt::format_to(std::back_inserter(text), "{:.9g}\t{}\t{}\t{:.7g}\t{:.5g}\t{:.5g}\n", p.time_s, p.level, p.pairs_open,
-                       std::max(1e3 * p.tip_distance_m, kNothing), p.step_ms, std::max(p.charged_ms, kNoTime));
+                       1e3 * p.tip_distance_m, p.step_ms, std::max(p.charged_ms, kNoTime));
     return text;
 }
 
@@ -57,13 +57,34 @@ struct ErrorPlot {
     const SurfaceDistance CostRow::*error;
 };
 
-double error_of(const CostRow& row, const ErrorPlot& plot) { return std::max(1e3 * (row.*plot.error).rms(), kNothing); }
+double true_error(const CostRow& row, const ErrorPlot& plot) { return 1e3 * (row.*plot.error).rms(); }
+
+/// mm; where an error of nothing is drawn on a logarithmic axis, a decade below the smallest error: the tick there says 0.
+double place_of_zero(const CostTable& table, const ErrorPlot& plot) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const CostRow& row : table.rows)
+        if (const double error = true_error(row, plot); error > 0.0) least = std::min(least, error);
+    return std::isfinite(least) ? 0.1 * least : 1.0;
+}
+
+double error_of(const CostTable& table, const CostRow& row, const ErrorPlot& plot) {
+    const double error = true_error(row, plot);
+    return error > 0.0 ? error : place_of_zero(table, plot);
+}
+
+bool any_error(const CostTable& table, const ErrorPlot& plot) {
+    return std::any_of(table.rows.begin(), table.rows.end(), [&](const CostRow& row) { return true_error(row, plot) > 0.0; });
+}
+
+bool any_zero(const CostTable& table, const ErrorPlot& plot) {
+    return std::any_of(table.rows.begin(), table.rows.end(), [&](const CostRow& row) { return row.steps > 0 && !(true_error(row, plot) > 0.0); });
+}
 
 /// The frontier: budgets that no other beats both in what they were charged and in error.
 std::string frontier_text(const CostTable& table, const ErrorPlot& plot) {
     std::vector<std::pair<double, double>> points;
     for (const CostRow& row : table.rows)
-        if (row.steps > 0) points.emplace_back(row.charged_ms.p50, error_of(row, plot));
+        if (row.steps > 0) points.emplace_back(row.charged_ms.p50, error_of(table, row, plot));
     std::sort(points.begin(), points.end());
     std::string text;
     double best = std::numeric_limits<double>::infinity();
@@ -76,10 +97,10 @@ std::string frontier_text(const CostTable& table, const ErrorPlot& plot) {
 }
 
 /// Charged, whole step, error.
-std::string point_text(const CostRow& row, const ErrorPlot& plot) {
+std::string point_text(const CostTable& table, const CostRow& row, const ErrorPlot& plot) {
     if (row.steps == 0) return "NaN NaN NaN\n";
     return fmt::format("{:.6g}\t{:.6g}\t{:.6g}\n", std::max(row.charged_ms.p50, kNoTime), std::max(row.step_ms.p50, kNoTime),
-                       error_of(row, plot));
+                       error_of(table, row, plot));
 }
 
 constexpr ErrorPlot kErrorPlots[] = {
@@ -106,18 +127,19 @@ Sketch sketch_error(const CostTable& table, const Scene& scene, const ErrorPlot&
     sketch.plot = {plot.id,
                    plot.title,
                    fmt::format("{}. Over two medians: full dots, what the budget for {} was charged; rings, the whole step. The line joins "
-                               "the budgets that no other beats in both charge and error. Where nothing differs to the last bit they "
-                               "stand at 10^-7 mm.{}",
+                               "the budgets that no other beats in both charge and error. What equals the exact run to the last "
+                               "bit stands at the tick 0.{}",
                                plot.caption, scope_text(scene.budget),
                                table.floor_ms > 0.0 ? fmt::format(" The floor, {} ms, is what a budget of nothing is charged where most touches.",
                                                                   number_text(table.floor_ms))
                                                     : ""),
                    {}};
     sketch.commands = fmt::format(
-        "set logscale xy\nset format '10^{{%L}}'\nset xlabel 'ms: full dots charged for {}, rings whole step' textcolor rgb '#4b5563' "
-        "offset 0,0.4\nset ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nset offsets graph 0.1, graph 0.1, graph 0.1, graph 0.1\n"
+        "set logscale xy\nset format '10^{{%L}}'\nset xlabel 'time of a step [ms]: full dots charged for {}, rings whole step' textcolor rgb '#4b5563' "
+        "offset 0,0.4\nset ylabel 'distance [mm]' textcolor rgb '#4b5563' offset 1,0\n{}set offsets graph 0.1, graph 0.1, graph 0.1, graph 0.1\n"
         "{}plot 'frontier_{}.tsv' using 1:2 with lines lw 1.2 lc rgb '#9aa3ad' dt (6,4) notitle, ",
-        scope_text(scene.budget), floor_mark(table), plot.id);
+        scope_text(scene.budget), any_zero(table, plot) ? fmt::format("set ytics add ('0' {:.6g})\n", place_of_zero(table, plot)) : "",
+        floor_mark(table), plot.id);
     const bool at_points = table.rows.size() > kNamesInLegend;
     for (std::size_t k = 0; k < table.rows.size(); ++k) {
         const std::string name = quote_for_gnuplot(table.rows[k].name());
@@ -139,7 +161,7 @@ Sketch sketch_contacts(std::size_t rows) {
                    "Contacts against the exact answer",
                    "Patches in contact, summed over the steps: those that the exact answer has and this one has not, and the reverse.",
                    {}};
-    sketch.commands = "set ylabel 'patches' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\nset offsets 0, 0, graph 0.2, 0\nset "
+    sketch.commands = "set ylabel 'patches in contact' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\nset offsets 0, 0, graph 0.2, 0\nset "
                       "style data histogram\n"
                       "set style histogram clustered gap 1.2\nset boxwidth 0.9\nset style fill solid 0.85 noborder\nset xtics nomirror" +
                       std::string(rows > kNamesInLegend ? " rotate by -50 left font ',9'" : "") +
@@ -152,56 +174,63 @@ Sketch sketch_contacts(std::size_t rows) {
 std::vector<PlotData> plot_files(const CostTable& table) {
     std::vector<PlotData> files;
     for (const ErrorPlot& plot : kErrorPlots) {
-        files.push_back({fmt::format("frontier_{}.tsv", plot.id), frontier_text(table, plot)});
+        files.push_back({fmt::format("frontier_{}.tsv", plot.id), frontier_text(table, plot), "charged_ms,error_mm_or_place_of_zero"});
         for (std::size_t k = 0; k < table.rows.size(); ++k)
-            files.push_back({fmt::format("{}_{}.tsv", plot.id, k), point_text(table.rows[k], plot)});
+            files.push_back({fmt::format("{}_{}.tsv", plot.id, k), point_text(table, table.rows[k], plot), "charged_ms,step_ms,error_mm_or_place_of_zero"});
     }
     std::string contacts;
     for (std::size_t k = 0; k < table.rows.size(); ++k) {
         const CostRow& row = table.rows[k];
-        files.push_back({curve_file(k), curve_text(row)});
+        files.push_back({curve_file(k), curve_text(row), "time_s,level_reached,pairs_open,tip_distance_mm,step_ms,charged_ms"});
         std::string name = quote_for_gnuplot(row.name()); // gnuplot's columns are split at blanks
         name = "\"" + name.substr(1, name.size() - 2) + "\"";
         fmt::format_to(std::back_inserter(contacts), "{} {} {} {}\n", name, row.contacts.missed, row.contacts.spurious,
                        row.contacts.reference);
     }
-    files.push_back({"contacts.tsv", contacts});
+    files.push_back({"contacts.tsv", contacts, "budget,missed,false,in_the_exact_answer"});
     return files;
+}
+
+/// Does this number of any curve change over the run? Of distances: is any above 0?
+template <class Of>
+bool any_change(const CostTable& table, const Of& of) {
+    for (const CostRow& row : table.rows)
+        if (row.variant.empty() && !row.curve.empty())
+            for (const CostPoint& p : row.curve)
+                if (of(p) != of(row.curve.front())) return true;
+    return false;
 }
 
 } // namespace
 
 std::string cost_plots(const Scene& scene, CostTable& table) {
     if (std::all_of(table.rows.begin(), table.rows.end(), [](const CostRow& row) { return row.curve.empty(); })) return {};
-    std::vector<Sketch> sketches{sketch_error(table, scene, kErrorPlots[0]), sketch_contacts(table.rows.size()),
-                                 sketch_error(table, scene, kErrorPlots[1])};
-    sketches.push_back(sketch_over_time(
-        table, {"level", "Level reached", "Coarsest level still open when the descent ended; higher is finer.", {}}, 2, "level", false));
-    sketches.push_back(sketch_over_time(
-        table, {"open", "Open pairs", "Pairs of spheres that the budget left untested, assumed to collide.", {}}, 3, "pairs", false));
-    if (!scene.instruments.empty())
+    std::vector<Sketch> sketches;
+    for (const ErrorPlot& plot : kErrorPlots)
+        if (any_error(table, plot)) sketches.push_back(sketch_error(table, scene, plot));
+    if (table.touched()) sketches.insert(sketches.begin() + (sketches.empty() ? 0 : 1), sketch_contacts(table.rows.size()));
+    if (any_change(table, [](const CostPoint& p) { return p.level; }))
+        sketches.push_back(sketch_over_time(table, {"level", "Level reached", "Coarsest level still open when the descent ended; higher is finer.", {}}, 2, "level of the trees", false));
+    if (any_change(table, [](const CostPoint& p) { return p.pairs_open; }))
+        sketches.push_back(sketch_over_time(table, {"open", "Open pairs", "Pairs of spheres that the budget left untested, assumed to collide.", {}}, 3, "open pairs of spheres", false));
+    if (!scene.instruments.empty() && any_change(table, [](const CostPoint& p) { return p.tip_distance_m; }))
         sketches.push_back(sketch_over_time(table,
                                             {"tip",
                                              "Distance of the tip from the exact run's",
-                                             "Where a run equals the exact one to the last bit it stands at 10^-7 mm.",
+                                             "Where a run equals the exact one to the last bit there is no line.",
                                              {}},
-                                            4, "mm", true));
+                                            4, "distance [mm]", true));
     const char* slowest = "Where several steps share a point, the slowest.";
     sketches.push_back(sketch_over_time(
-        table, {"charged", fmt::format("Time charged to the budget: {}", scope_text(scene.budget)), slowest, {}}, 6, "ms", true));
+        table, {"charged", fmt::format("Time charged to the budget: {}", scope_text(scene.budget)), slowest, {}}, 6, "charged time of a step [ms]", true));
     sketches.push_back(sketch_over_time(
-        table, {"times", "Time of the whole step", fmt::format("Whatever the budget is for. {}", slowest), {}}, 5, "ms", true));
+        table, {"times", "Time of the whole step", fmt::format("Whatever the budget is for. {}", slowest), {}}, 5, "time of a step [ms]", true));
     const auto plots = draw_plots(sketches, plot_files(table));
     if (!plots) {
         table.notices.push_back("no plots: " + plots.error().to_string());
         return fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
     }
-    std::string page = "<div class=\"grid\">\n";
-    for (const Plot& plot : *plots)
-        fmt::format_to(std::back_inserter(page),
-                       "<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
-                       escape_html(plot.title), plot.svg, escape_html(plot.caption));
-    return page + "</div>\n";
+    return plots_html(*plots);
 }
 
 } // namespace trocar::engine

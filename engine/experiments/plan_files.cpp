@@ -2,10 +2,12 @@
 
 #include "engine/io/atomic_file.hpp"
 #include "engine/io/path_csv.hpp"
+#include "engine/report/build_facts.hpp"
 #include "engine/report/gnuplot.hpp"
 #include "engine/report/html.hpp"
 #include "engine/report/output_folder.hpp"
 #include "engine/report/places.hpp"
+#include "engine/report/plot_html.hpp"
 #include "engine/report/report_style.hpp"
 
 #include <fmt/format.h>
@@ -45,33 +47,50 @@ std::string centreline_text(const PlanRecord& record) {
     return text;
 }
 
-std::string json_text(const PlanRecord& record) {
+OutputJson route_json(const PlanRecord& record) {
     const InstrumentModel& instrument = instrument_of(record);
-    nlohmann::ordered_json json;
-    json["scene"] = project_path(record.scene.file);
-    json["instrument"] = instrument.name;
-    json["target"] = record.target;
-    json["units"] = {
-        {"time", record.scene.units.time_name}, {"length", record.scene.units.length_name}, {"angle", record.scene.units.angle_name}};
-    json["arrived"] = record.plan.arrived;
-    json["time_s"] = record.plan.time;
-    json["steps"] = record.plan.path.size() - 1;
-    json["closest_m"] = record.plan.closest;
-    json["target_distance_m"] = record.plan.last;
-    json["tolerance_m"] = instrument.follow.tolerance;
-    json["replay"] = replay_json(record);
-    json["retractions"] = record.plan.retractions;
-    json["lumen_exits"] = record.plan.lumen_exits;
-    json["max_contact_force_n"] = record.plan.largest_force;
-    json["route"] = {{"length_m", record.route.length},
-                     {"points", instrument.route->points.size()},
-                     {"min_radius_m", record.route.smallest_radius},
-                     {"min_radius_at_m", record.route.smallest_radius_at},
-                     {"min_clearance_m", record.route.smallest_radius - instrument.rod.design.radius},
-                     {"max_curvature_per_m", record.route.sharpest_curvature},
-                     {"max_curvature_at_m", record.route.sharpest_curvature_at}};
-    return json.dump(2) + "\n";
+    return {{"length_m", record.route.length},
+            {"points", instrument.route->points.size()},
+            {"min_radius_m", record.route.smallest_radius},
+            {"min_radius_at_m", record.route.smallest_radius_at},
+            {"min_clearance_m", record.route.smallest_radius - instrument.rod.design.radius},
+            {"max_curvature_per_m", record.route.sharpest_curvature},
+            {"max_curvature_at_m", record.route.sharpest_curvature_at}};
 }
+
+#define TROCAR_PLAN_KEY(name, unit, meaning, value)                                                                                        \
+    JsonKey<PlanRecord> {                                                                                                                  \
+        {name, unit, meaning}, []([[maybe_unused]] const PlanRecord& r) -> OutputJson { return value; }                                                   \
+    }
+const JsonKey<PlanRecord> kPlanKeys[] = {
+    TROCAR_PLAN_KEY("scene", "", "The scene's file, relative to its project.", project_path(r.scene.file)),
+    TROCAR_PLAN_KEY("instrument", "", "The instrument that is driven.", instrument_of(r).name),
+    TROCAR_PLAN_KEY("target", "", "The target's name.", r.target),
+    TROCAR_PLAN_KEY("units", "", "Of `path.csv` and `centreline.csv`: `time`, `length`, `angle`.",
+                    (OutputJson{{"time", r.scene.units.time_name}, {"length", r.scene.units.length_name}, {"angle", r.scene.units.angle_name}})),
+    TROCAR_PLAN_KEY("arrived", "", "true: the tip came within the tolerance of the target.", r.plan.arrived),
+    TROCAR_PLAN_KEY("time_s", "s", "Simulated time of the way.", r.plan.time),
+    TROCAR_PLAN_KEY("steps", "", "Rows of `path.csv`, less one.", r.plan.path.size() - 1),
+    TROCAR_PLAN_KEY("closest_m", "m", "Nearest that the tip came to the target.", r.plan.closest),
+    TROCAR_PLAN_KEY("target_distance_m", "m", "Distance of the tip from the target at the end.", r.plan.last),
+    TROCAR_PLAN_KEY("tolerance_m", "m", "Within which the tip has arrived.", instrument_of(r).follow.tolerance),
+    TROCAR_PLAN_KEY("replay", "",
+                    "The path driven again in the scene as it is: `steps`, `seconds`, `target_distance_m`, `least_m`, `most_m`, `lumen_exits`, "
+                    "`breathing`; null where it was not.",
+                    replay_json(r)),
+    TROCAR_PLAN_KEY("retractions", "", "Times that the instrument was drawn back.", r.plan.retractions),
+    TROCAR_PLAN_KEY("lumen_exits", "", "Instrument vertices outside the lumen, over all steps.", r.plan.lumen_exits),
+    TROCAR_PLAN_KEY("max_contact_force_n", "N", "Largest normal force on the wall.", r.plan.largest_force),
+    TROCAR_PLAN_KEY("route", "",
+                    "`length_m`, `points`, `min_radius_m` and `min_radius_at_m` (of the lumen), `min_clearance_m`, `max_curvature_per_m`, "
+                    "`max_curvature_at_m`.",
+                    route_json(r)),
+    TROCAR_PLAN_KEY("version", "", "Of the program.", build_facts().version),
+    TROCAR_PLAN_KEY("commit", "", "Of the sources that it was built from.", build_facts().commit),
+};
+#undef TROCAR_PLAN_KEY
+
+std::string json_text(const PlanRecord& record) { return write_keys<PlanRecord>(kPlanKeys, record).dump(2) + "\n"; }
 
 std::string route_data(const PlanRecord& record) {
     const InstrumentModel& instrument = instrument_of(record);
@@ -97,19 +116,19 @@ std::vector<Sketch> make_sketches(const PlanRecord& record) {
                 540,
                 300,
                 along};
-    room.commands += "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' "
+    room.commands += "set ylabel 'radius [mm]' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' "
                      "title 'free radius', "
                      "'' using 1:3 with lines lw 1.6 lc rgb '#0f8a6d' title 'clearance'";
     Sketch bend{{"bend", "Curvature of the route", "What the instrument has to bend to, if it stays in the middle.", {}}, 540, 300, along};
     bend.commands +=
-        "unset key\nset ylabel '1/m' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:4 with lines lw 1.6 lc rgb '#7c3aed'";
+        "unset key\nset ylabel 'curvature [1/m]' textcolor rgb '#4b5563' offset 1,0\nplot 'route.txt' using 1:4 with lines lw 1.6 lc rgb '#7c3aed'";
     Sketch hand{{"hand", "Drive commands", "Insertion, and how far the tip is from the target.", {}}, 540, 300, time};
-    hand.commands += "set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' "
+    hand.commands += "set ylabel 'length [mm]' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:2 with lines lw 1.8 lc rgb '#2158d6' "
                      "title 'inserted', "
                      "'' using 1:4 with lines lw 1.6 lc rgb '#d97706' title 'tip to target'";
     Sketch turn{{"turn", "Rotation of the handle", "", {}}, 540, 300, time};
     turn.commands +=
-        "unset key\nset ylabel 'rad' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:3 with lines lw 1.6 lc rgb '#2158d6'";
+        "unset key\nset ylabel 'rotation [rad]' textcolor rgb '#4b5563' offset 1,0\nplot 'motion.txt' using 1:3 with lines lw 1.6 lc rgb '#2158d6'";
     return record.plan.path.size() > 1 ? std::vector{room, bend, hand, turn} : std::vector{room, bend};
 }
 
@@ -130,13 +149,10 @@ std::string page_text(const PlanRecord& record, std::vector<std::string>& notice
                         record.route.sharpest_curvature > 0.0 ? 1e3 / record.route.sharpest_curvature : 0.0,
                         1e3 * record.route.sharpest_curvature_at, record.plan.retractions, record.plan.retractions == 1 ? "" : "s",
                         record.plan.lumen_exits, record.plan.largest_force);
-    const auto plots = draw_plots(make_sketches(record), {{"route.txt", route_data(record)}, {"motion.txt", motion_data(record)}});
+    const auto plots = draw_plots(make_sketches(record), {{"route.txt", route_data(record), "along_mm,radius_mm,clearance_mm,curvature_per_m"},
+                                                            {"motion.txt", motion_data(record), "time_s,insertion_mm,rotation_rad,target_distance_mm"}});
     if (plots.ok()) {
-        page += "<div class=\"grid\">\n";
-        for (const Plot& plot : *plots)
-            page += fmt::format("<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
-                                escape_html(plot.title), plot.svg, escape_html(plot.caption));
-        page += "</div>\n";
+        page += plots_html(*plots);
     } else {
         notices.push_back("no plots: " + plots.error().to_string());
         page += fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
@@ -149,11 +165,13 @@ std::string page_text(const PlanRecord& record, std::vector<std::string>& notice
         page += fmt::format("<p>Replayed in the scene as it is, the tip is {:.2f} mm from {} at {:.6g} s, and {:.2f} to {:.2f} mm over the "
                             "last period of what moves by itself.</p>\n",
                             1e3 * replay.last, escape_html(record.target), replay.seconds, 1e3 * replay.least, 1e3 * replay.most);
-    page += "</main></body></html>\n";
+    page += fmt::format("<footer>{}</footer>\n</main></body></html>\n", escape_html(build_text()));
     return page;
 }
 
 } // namespace
+
+std::vector<OutputTable> plan_output_tables() { return {{"plan.json", "", keys_of<PlanRecord>(kPlanKeys)}}; }
 
 std::vector<DriveRow> rows_as_written(const PlanRecord& record) {
     const Units& units = record.scene.units;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/experiments/plan.hpp"
+#include "engine/report/output_keys.hpp"
 #include "engine/scene/scene.hpp"
 
 #include <filesystem>
@@ -18,6 +19,9 @@ struct PlanRecord {
     Plan plan;
     Replay replay; // of a plan that arrived
 };
+
+/// Keys of plan.json.
+[[nodiscard]] std::vector<OutputTable> plan_output_tables();
 
 /// The plan's rows as `run --path` reads them back: out of the scene's units and into them again.
 [[nodiscard]] std::vector<DriveRow> rows_as_written(const PlanRecord& record);

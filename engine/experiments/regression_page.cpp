@@ -2,6 +2,7 @@
 
 #include "engine/report/gnuplot.hpp"
 #include "engine/report/html.hpp"
+#include "engine/report/plot_html.hpp"
 #include "engine/report/report_style.hpp"
 #include "engine/report/verdict.hpp"
 
@@ -55,7 +56,7 @@ void add_curves(std::size_t scene, const RegressionOutcome& outcome, Curves& cur
                                outcome.entry.tolerance),
                    {}};
     sketch.commands = "set logscale y\nset format y '10^{%L}'\nset xlabel 'step' textcolor rgb '#4b5563' offset 0,0.4\n"
-                      "set ylabel 'm' textcolor rgb '#4b5563' offset 1,0\nplot ";
+                      "set ylabel 'distance [m]' textcolor rgb '#4b5563' offset 1,0\nplot ";
     for (std::size_t k = 0; k < std::min(drifts.size(), kMostCurves); ++k) {
         const std::string file = fmt::format("drift_{}_{}.tsv", scene, k);
         std::string rows;
@@ -78,12 +79,7 @@ std::string curves_html(std::span<const RegressionOutcome> outcomes) {
     if (curves.sketches.empty()) return {};
     const auto plots = draw_plots(curves.sketches, curves.data);
     if (!plots) return fmt::format("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
-    std::string page = "<h2>How they went apart</h2>\n<div class=\"grid\">\n";
-    for (const Plot& plot : *plots)
-        fmt::format_to(std::back_inserter(page),
-                       "<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
-                       escape_html(plot.title), plot.svg, escape_html(plot.caption));
-    return page + "</div>\n";
+    return "<h2>How they went apart</h2>\n" + plots_html(*plots);
 }
 
 std::string parts_html(const RegressionOutcome& outcome) {

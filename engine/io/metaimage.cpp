@@ -66,7 +66,7 @@ private:
         volume_.big = flag("BinaryDataByteOrderMSB") || flag("ElementByteOrderMSB");
         if (!field("BinaryData").empty() && !flag("BinaryData")) return bad("BinaryData", "expected True: text is not read");
         std::vector<std::size_t> sizes;
-        if (!parse_numbers(field("DimSize"), 3, sizes)) return bad("DimSize", "expected three whole numbers");
+        if (!parse_numbers(field("DimSize"), 3, sizes)) return bad("DimSize", "expected three integers");
         std::copy(sizes.begin(), sizes.end(), volume_.size.begin());
         const Result<std::size_t> total = expected_bytes(volume_, name_, "DimSize");
         if (!total.ok()) return total.error();

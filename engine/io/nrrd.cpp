@@ -82,7 +82,7 @@ private:
         if (!parse_number(std::string_view(field("dimension")), dimension) || (dimension != 3 && dimension != 4))
             return bad("dimension", fmt::format("found '{}'; expected 3, or 4 with layers of segments", field("dimension")));
         std::vector<std::size_t> sizes;
-        if (!parse_numbers(field("sizes"), dimension, sizes)) return bad("sizes", fmt::format("expected {} whole numbers", dimension));
+        if (!parse_numbers(field("sizes"), dimension, sizes)) return bad("sizes", fmt::format("expected {} integers", dimension));
         layered_ = dimension == 4;
         std::size_t list = 0; // axis of the layers
         if (layered_) {

@@ -79,9 +79,9 @@ Result<TetMesh> make_lattice(const SceneBody& body, const TriMesh& surface, cons
                                          body.coarse.surface_triangles);
         return error;
     }
-    remarks.notes.push_back(fmt::format("coarse mesh by lattice of {:.3g} m: {:.4f} of the surface's volume, {:.0f} % of its boundary nodes "
-                                        "on the surface, the farthest {:.3g} m off",
-                                        options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, lattice->farthest));
+    remarks.notes.push_back(fmt::format("coarse mesh by lattice of {:.3g} mm: {:.4f} of the surface's volume, {:.0f} % of its boundary nodes "
+                                        "on the surface, the farthest {:.3g} mm off",
+                                        1e3 * options.cell, lattice->volume_ratio, 100.0 * lattice->fitted_share, 1e3 * lattice->farthest));
     const auto loose = static_cast<double>(lattice->island_tets), kept = static_cast<double>(lattice->tets.tets.size());
     const Result<void> whole = check_loose_parts(body, lattice->island_tets, loose / (loose + kept), remarks); // congruent before they are fitted
     if (!whole.ok()) return whole.error();
@@ -98,9 +98,9 @@ void cap_viscosity(const Scene& scene, const SceneBody& body, fem::TissueModel& 
     tissue.material.viscosity = capped;
     workspace.warm = false;
     stable = fem::find_stable_step(tissue, tissue.rest_position, nullptr, workspace, scene.time.integrator);
-    notes.push_back(fmt::format("viscosity {:g} Pa s lowered to {:.3g} Pa s: the stable step is {:.3g} s instead of {:.3g} s "
+    notes.push_back(fmt::format("viscosity {:g} Pa s lowered to {:.3g} Pa s: the stable step is {:.3g} ms instead of {:.3g} ms "
                                 "(material.cap_viscosity false keeps it)",
-                                asked, capped, stable.step, slow));
+                                asked, capped, 1e3 * stable.step, 1e3 * slow));
 }
 
 Result<TetMesh> make_coarse(const SceneBody& body, const TriMesh& surface, const Remarks& remarks) {

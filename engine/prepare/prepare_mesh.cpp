@@ -230,7 +230,8 @@ Result<void> take_spheres(const PrepareOptions& options, MeshPreparation& made) 
     return {};
 }
 
-Result<void> make_spheres(const PrepareOptions& options, MeshPreparation& made) {
+/// progress  of the tree, 0..1
+Result<void> make_spheres(const PrepareOptions& options, MeshPreparation& made, const std::function<void(double share)>& progress) {
     if (!options.spheres_file.empty()) return take_spheres(options, made);
     const std::string key = find_key(made, options);
     if (options.use_cache)
@@ -239,7 +240,7 @@ Result<void> make_spheres(const PrepareOptions& options, MeshPreparation& made) 
             return {};
         }
     StopWatch watch;
-    Result<spheretree::WrappedTree> built = spheretree::build_wrapped_tree(made.surface, options.spheres);
+    Result<spheretree::WrappedTree> built = spheretree::build_wrapped_tree(made.surface, options.spheres, progress);
     if (!built.ok()) return built.error();
     made.sphere_seconds = 1e-3 * watch.lap_ms();
     made.sphere_peak_mb = peak_mb();
@@ -261,21 +262,26 @@ nlohmann::ordered_json level_json(const spheretree::LevelQuality& level, double 
 
 } // namespace
 
+/// Shares of the whole, by what they take of a mesh of some thousand triangles.
+constexpr double kTreeBegins = 0.05, kTreeEnds = 0.75, kColoursBegin = 0.95;
+
 Result<MeshPreparation> prepare_mesh(const std::filesystem::path& file, const PrepareOptions& options,
                                      const std::function<void(const std::string&)>& progress) {
     MeshPreparation made;
-    progress("surface");
+    const auto tell = [&](const char* what, double share) { progress(fmt::format("{}, {:.0f} %", what, 100.0 * share)); };
+    tell("surface", 0.0);
     if (const Result<void> loaded = load(file, options, made); !loaded.ok()) return loaded.error();
-    progress("sphere tree");
-    if (const Result<void> built = make_spheres(options, made); !built.ok()) {
+    tell("sphere tree", kTreeBegins);
+    const auto of_tree = [&](double share) { tell("sphere tree", kTreeBegins + (kTreeEnds - kTreeBegins) * share); };
+    if (const Result<void> built = make_spheres(options, made, of_tree); !built.ok()) {
         Error error = built.error();
         if (error.file.empty()) error.file = file.string();
         return error;
     }
     if (made.spheres_coarser) made.notes.push_back(spheretree::describe_coarser(made.surface));
-    progress("coarse model and links");
+    tell("coarse model and links", kTreeEnds);
     make_coarse_model(options, made);
-    progress("chromatic sets");
+    tell("chromatic sets", kColoursBegin);
     StopWatch watch;
     made.colours = collision::make_chromatic_sets(made.surface.triangles, made.surface.vertices.size()).count();
     made.colour_seconds = 1e-3 * watch.lap_ms();

@@ -73,6 +73,8 @@ Result<std::vector<Plot>> draw_plots(const std::vector<Sketch>& sketches, const 
         if (!svg) return failed;
         plots.push_back(sketch.plot);
         plots.back().svg = inline_svg(*svg, sketch.plot.name);
+        for (const PlotData& file : data)
+            if (sketch.commands.find("'" + file.name + "'") != std::string::npos) plots.back().data.push_back(file);
     }
     return plots;
 }

@@ -8,11 +8,18 @@
 
 namespace trocar::engine {
 
+/// What the commands read, by name in their folder: blanks between columns.
+struct PlotData {
+    std::string name, text;
+    std::string columns = {}; // names for a CSV file, joined by commas; may be empty
+};
+
 struct Plot {
     std::string name;    // short, a-z only
     std::string title;   // what is seen
     std::string caption; // how to read it
     std::string svg;     // an <svg> element that can stand inside a page
+    std::vector<PlotData> data = {}; // that it was drawn from
 };
 
 /// A plot before gnuplot: its commands run after kPlotStyle.
@@ -20,11 +27,6 @@ struct Sketch {
     Plot plot;
     int width = 540, height = 300; // of the drawing's own units; the page scales it
     std::string commands;
-};
-
-/// What the commands read, by name in their folder.
-struct PlotData {
-    std::string name, text;
 };
 
 /// fails  MissingTool without gnuplot, ToolFailed with its message

@@ -16,6 +16,10 @@ namespace {
 
 constexpr const char* kCurveFile = "curve.tsv";
 
+constexpr const char* kCurveColumns =
+    "time_s,step_min_ms,step_max_ms,charged_min_ms,charged_max_ms,normal_force_n,kinetic_j,elastic_j,volume_ratio,insertion_mm,target_distance_mm,"
+    "level_min,level_max,pairs_open,exact_share,tip_x_mm,tip_y_mm,tip_z_mm";
+
 /// Columns of the curve's file, from 1.
 enum Column {
     kTime = 1,
@@ -60,7 +64,7 @@ Sketch sketch_times(const RunRecord& record) {
                    wall ? "Time of each step against its budget" : "Time of each step",
                    "Milliseconds on a logarithmic scale; where several steps share a point, the slowest is drawn.",
                    {}};
-    sketch.commands = "set logscale y\nset format y '%g'\nset ylabel 'ms' textcolor rgb '#4b5563' offset 1,0\n";
+    sketch.commands = "set logscale y\nset format y '%g'\nset ylabel 'time of a step [ms]' textcolor rgb '#4b5563' offset 1,0\n";
     if (wall && budget.limits.wall_s > 0.0)
         sketch.commands +=
             fmt::format("set arrow 1 from graph 0, first {0} to graph 1, first {0} nohead lc rgb '#d64545' lw 1.6 dt (8,5) front\n"
@@ -84,11 +88,11 @@ Sketch sketch_advance(const RunRecord& record) {
     Sketch sketch;
     const bool target = record.statistics.target_distance_m >= 0.0;
     sketch.plot = {"advance",
-                   target ? "Insertion, and the way that is left" : "Insertion",
+                   target ? "Insertion, and distance to the target" : "Insertion",
                    target ? "Length of instrument beyond the entry, and straight distance from its tip to the target."
                           : "Length of instrument beyond the entry.",
                    {}};
-    sketch.commands = fmt::format("set ylabel 'mm' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\n"
+    sketch.commands = fmt::format("set ylabel 'length [mm]' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\n"
                                   "plot file using {}:{} with lines lw 1.8 lc rgb '#2158d6' title 'inserted'",
                                   int{kTime}, int{kInsertion});
     if (target)
@@ -100,7 +104,7 @@ Sketch sketch_advance(const RunRecord& record) {
 Sketch sketch_force() {
     Sketch sketch;
     sketch.plot = {"force", "Force on the walls", "Sum of the normal forces between instrument and wall.", {}};
-    sketch.commands = fmt::format("set ylabel 'N' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\nunset key\n"
+    sketch.commands = fmt::format("set ylabel 'normal force [N]' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:*]\nunset key\n"
                                   "plot file using {0}:{1} with filledcurves y1=0 fc rgb '#0f8a6d', "
                                   "'' using {0}:{1} with lines lw 1.1 lc rgb '#0f8a6d'",
                                   int{kTime}, int{kForce});
@@ -110,12 +114,12 @@ Sketch sketch_force() {
 Sketch sketch_depth(const RunRecord& record) {
     Sketch sketch;
     sketch.plot = {"level",
-                   "How far the tests went",
+                   "Level reached, and exact answers",
                    "Coarsest level of the sphere trees that was still open when a step's descent ended (higher is finer), and the "
                    "share of steps in which the exact stage gave the answer.",
                    {}};
     sketch.commands =
-        fmt::format("set ylabel 'level' textcolor rgb '#2158d6' offset 1,0\nset yrange [0:*]\nset ytics 1\nset y2range [0:1]\nset y2tics "
+        fmt::format("set ylabel 'level of the trees' textcolor rgb '#2158d6' offset 1,0\nset yrange [0:*]\nset ytics 1\nset y2label 'exact answers [share of steps]' textcolor rgb '#0f8a6d' offset -1,0\nset y2range [0:1]\nset y2tics "
                     "('0 %%' 0, '50 %%' 0.5, '100 %%' 1)\n"
                     "set rmargin 7\nplot file using {0}:{2} axes x1y2 with filledcurves y=0 fc rgb '#7cc4ae' title 'exact answers', "
                     "'' using {0}:{1} with steps lw 1.6 lc rgb '#2158d6' title 'level reached'",
@@ -131,7 +135,7 @@ Sketch sketch_depth(const RunRecord& record) {
 Sketch sketch_energy() {
     Sketch sketch;
     sketch.plot = {"energy", "Energy", "Kinetic and elastic energy of everything that moves; a run that explodes shows here first.", {}};
-    sketch.commands = fmt::format("set ylabel 'J' textcolor rgb '#4b5563' offset 1,0\nset logscale y\nset format y '10^{{%L}}'\n"
+    sketch.commands = fmt::format("set ylabel 'energy [J]' textcolor rgb '#4b5563' offset 1,0\nset logscale y\nset format y '10^{{%L}}'\n"
                                   "plot file using {0}:{1} with lines lw 1.3 lc rgb '#7c3aed' title 'elastic', "
                                   "'' using {0}:{2} with lines lw 1.3 lc rgb '#d97706' title 'kinetic'",
                                   int{kTime}, int{kElastic}, int{kKinetic});
@@ -159,7 +163,7 @@ Sketch sketch_volume() {
     Sketch sketch;
     sketch.plot = {
         "volume", "Smallest volume of a tetrahedron", "Relative to rest, over the whole tissue; at 0 an element is inverted.", {}};
-    sketch.commands = fmt::format("set ylabel 'share of rest' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:1.05]\nunset key\n"
+    sketch.commands = fmt::format("set ylabel 'volume / volume at rest' textcolor rgb '#4b5563' offset 1,0\nset yrange [0:1.05]\nunset key\n"
                                   "plot file using {}:{} with lines lw 1.6 lc rgb '#0f8a6d'",
                                   int{kTime}, int{kVolume});
     return sketch;
@@ -265,17 +269,35 @@ const std::vector<Projection>& projections() {
     return kBoth;
 }
 
+/// Does any of these numbers change in the run? A constant is a sentence, not a plot.
+template <class... Values>
+bool varies(const RunRecord& record, const Values&... values) {
+    const std::vector<CurvePoint>& points = record.statistics.curve.points();
+    const auto one = [&](const auto& value) {
+        return std::any_of(points.begin(), points.end(), [&](const CurvePoint& p) { return value(p) != value(points.front()); });
+    };
+    return (one(values) || ...);
+}
+
 std::vector<Sketch> make_sketches(const RunRecord& record) {
     std::vector<Sketch> sketches{sketch_times(record)};
     if (!record.prepared.model.instruments.empty()) {
-        sketches.push_back(sketch_advance(record));
-        for (const Projection& projection : projections()) sketches.push_back(sketch_path(record, projection));
-        sketches.push_back(sketch_force());
+        if (varies(record, [](const CurvePoint& p) { return p.insertion_m.last; }, [](const CurvePoint& p) { return p.target_distance_m.last; }))
+            sketches.push_back(sketch_advance(record));
+        if (varies(record, [](const CurvePoint& p) { return p.tip.x(); }, [](const CurvePoint& p) { return p.tip.y(); },
+                   [](const CurvePoint& p) { return p.tip.z(); }))
+            for (const Projection& projection : projections()) sketches.push_back(sketch_path(record, projection));
+        if (varies(record, [](const CurvePoint& p) { return p.force_n.max; })) sketches.push_back(sketch_force());
     }
-    if (record.prepared.model.effects.coarse_contact) sketches.push_back(sketch_depth(record));
-    if (record.statistics.energy.max > 0.0) sketches.push_back(sketch_energy());
+    if (record.prepared.model.effects.coarse_contact &&
+        varies(record, [](const CurvePoint& p) { return p.level.min; },
+               [](const CurvePoint& p) { return static_cast<double>(p.exact_steps) / static_cast<double>(p.steps); }))
+        sketches.push_back(sketch_depth(record));
+    if (varies(record, [](const CurvePoint& p) { return p.kinetic_j.max; }, [](const CurvePoint& p) { return p.elastic_j.max; }))
+        sketches.push_back(sketch_energy());
     const std::vector<BodyModel>& bodies = record.prepared.model.bodies;
-    if (std::any_of(bodies.begin(), bodies.end(), [](const BodyModel& body) { return body.tissue.has_value(); }))
+    if (std::any_of(bodies.begin(), bodies.end(), [](const BodyModel& body) { return body.tissue.has_value(); }) &&
+        varies(record, [](const CurvePoint& p) { return p.volume_ratio.min; }))
         sketches.push_back(sketch_volume());
     return sketches;
 }
@@ -285,7 +307,7 @@ std::vector<Sketch> make_sketches(const RunRecord& record) {
 Result<std::vector<Plot>> make_plots(const RunRecord& record) {
     if (record.statistics.steps == 0) return std::vector<Plot>{};
     const Curve& curve = record.statistics.curve;
-    std::vector<PlotData> data{{kCurveFile, curve_text(curve)}};
+    std::vector<PlotData> data{{kCurveFile, curve_text(curve), kCurveColumns}};
     if (!record.prepared.model.instruments.empty())
         for (const Projection& projection : projections()) add_path_files(record, projection, data);
     std::vector<Sketch> sketches = make_sketches(record);

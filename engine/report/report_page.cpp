@@ -1,12 +1,15 @@
 #include "engine/report/report_page.hpp"
 
 #include "engine/io/file_bytes.hpp"
+#include "engine/report/build_facts.hpp"
 #include "engine/report/html.hpp"
 #include "engine/report/output_folder.hpp"
+#include "engine/report/plot_html.hpp"
 #include "engine/report/plots.hpp"
 #include "engine/report/report_style.hpp"
 #include "engine/report/verdict.hpp"
 #include "engine/report/xray_frames.hpp"
+#include "engine/step/model_hash.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -182,16 +185,12 @@ void add_plots(const RunRecord& record, Page& page, std::vector<std::string>& no
         page.add("<p class=\"soft\">No plots: {}</p>\n", escape_html(plots.error().to_string()));
         return add_curve_table(record, page);
     }
-    page.add("<div class=\"grid\">\n");
-    for (const Plot& plot : *plots)
-        page.add("<figure><h3>{0}</h3><div role=\"img\" aria-label=\"{0}\">{1}</div><figcaption>{2}</figcaption></figure>\n",
-                 escape_html(plot.title), plot.svg, escape_html(plot.caption));
-    page.add("</div>\n");
+    page.add("{}", plots_html(*plots));
 }
 
 void add_stages(const RunRecord& record, Page& page) {
-    constexpr const char* kMeaning[kStageCount] = {"drive commands", "tissue and rod",   "dense surfaces follow",
-                                                   "sphere trees", "continuous tests", "response"};
+    constexpr const char* kMeaning[kStageCount] = {"drive commands", "tissue and rod",   "embedded surfaces, sphere trees brought up to date",
+                                                   "traversal of sphere trees", "continuous tests", "contact response"};
     double sum = 0.0;
     for (const double p50 : record.stage_p50) sum += p50;
     if (!(sum > 0.0)) return;
@@ -260,10 +259,11 @@ void add_repeat(const RunRecord& record, Page& page) {
                                                : "The same input gives the same bits: compare the state's hash.");
     page.add(
         "<dl><dt>Scene</dt><dd>{}</dd><dt>Step</dt><dd>{:.4g} ms, {} sub-steps of the tissue at most</dd><dt>Budget</dt><dd>{} for {}</dd>"
-        "<dt>State</dt><dd><code>{}</code></dd>",
+        "<dt>Scene's hash</dt><dd><code>{:016x}</code>, as it was prepared</dd><dt>State's hash</dt><dd><code>{}</code></dd>",
         escape_html(project_path(record.scene.file)), 1e3 * record.scene.time.step, record.statistics.substeps,
         escape_html(budget.to_string()), budget.scope == BudgetScope::Step ? "the whole step" : "collision detection",
-        record.summary.state_hash);
+        hash_model(record.prepared.model), record.summary.state_hash);
+    page.add("<dt>Program</dt><dd>{}</dd>", escape_html(build_text()));
     page.add("<dt>Machine</dt><dd>{}, {} cores, {:.0f} GiB, {}</dd><dt>Compiler</dt><dd>{}</dd>", escape_html(machine.processor),
              machine.cores, machine.memory_gib, escape_html(machine.system), escape_html(machine.compiler));
     if (!record.gl.empty()) page.add("<dt>Pictures by</dt><dd>{}</dd>", escape_html(record.gl));

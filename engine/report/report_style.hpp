@@ -26,7 +26,7 @@ p{margin:0 0 10px}
 table{border-collapse:collapse;width:100%;font-size:15px;font-variant-numeric:tabular-nums}
 th{font-weight:500;text-align:left;color:var(--soft);font-size:13px;padding:6px 14px 6px 0;border-bottom:1px solid var(--line);vertical-align:bottom}
 td{padding:8px 14px 8px 0;border-bottom:1px solid #f0f1f3;vertical-align:top}
-td.n,th.n{text-align:right;white-space:nowrap}
+td.n,th.n{text-align:right;white-space:nowrap}th.wrap{white-space:normal}
 .scroll{overflow-x:auto;-webkit-overflow-scrolling:touch}.scroll table{min-width:720px}
 .dot{display:inline-block;width:9px;height:9px;border-radius:50%;background:var(--good);margin-right:10px;vertical-align:1px}
 .dot.note{background:#e0a23c}.dot.bad{background:var(--bad)}
@@ -39,6 +39,8 @@ figure svg{border:0;border-radius:0}
 figure svg text{font-family:inherit!important}
 figcaption{margin-top:8px}
 .grid{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:28px 28px}
+.save{white-space:nowrap}.save button{font:inherit;font-size:13px;color:var(--blue);background:none;border:0;padding:0 2px;cursor:pointer;text-decoration:underline}
+@media print{.save{display:none}}
 .wide{grid-column:1/-1}
 .bars td{border:0;padding:5px 14px 5px 0;vertical-align:middle}
 .bars td:nth-child(3){width:62%}

@@ -21,7 +21,7 @@ struct RunSummary {
     double simulated_s = 0.0, wall_s = 0.0, realtime_factor = 0.0;
     std::optional<PaceSpec> pace; // none: as fast as it went
     PaceStats pace_stats;
-    Percentiles step_ms, collision_ms;
+    Percentiles step_ms, collision_ms, charged_ms;
     double budget_kept = 1.0;   // share of steps whose budgeted part ended within the budget, 0..1
     double realtime_kept = 1.0; // share of whole steps that took no longer than they simulate, 0..1
     double worst_overrun_ms = 0.0;

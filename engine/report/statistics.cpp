@@ -85,6 +85,7 @@ void RunStatistics::reserve(std::uint64_t step_count) {
     const std::size_t count = static_cast<std::size_t>(std::min(step_count, kMaxReserved));
     total_ms.reserve(count);
     collision_ms.reserve(count);
+    charged_ms.reserve(count);
     for (std::vector<double>& stage : stage_ms) stage.reserve(count);
 }
 
@@ -93,6 +94,7 @@ void RunStatistics::add(const StepReport& report, double budget_ms, std::size_t 
     within_distance += report.within_distance;
     total_ms.push_back(report.ms.total);
     collision_ms.push_back(report.ms.descend + report.ms.exact);
+    charged_ms.push_back(report.ms.budget);
     const std::array<double, kStageCount> times = stage_times(report.ms);
     for (std::size_t i = 0; i < kStageCount; ++i) stage_ms[i].push_back(times[i]);
     curve.add(report);

@@ -53,7 +53,7 @@ struct EnergyRange {
 
 /// Everything that is counted step by step. One double per step and series is kept for the percentiles.
 struct RunStatistics {
-    std::vector<double> total_ms, collision_ms;
+    std::vector<double> total_ms, collision_ms, charged_ms;
     std::array<std::vector<double>, kStageCount> stage_ms;
     Curve curve;
     EnergyRange energy;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/result.hpp"
+#include "engine/report/output_keys.hpp"
 #include "engine/state/step_report.hpp"
 #include "engine/time/clock.hpp"
 
@@ -9,6 +10,9 @@
 #include <string>
 
 namespace trocar::engine {
+
+/// Name, unit and meaning of every column, in their order.
+[[nodiscard]] std::vector<OutputKey> step_table_columns();
 
 /// "step,time_s,..." without a line end: the contract's columns, then more.
 [[nodiscard]] std::string step_table_header();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/prepare/prepared_scene.hpp"
+#include "engine/report/output_keys.hpp"
 #include "engine/report/places.hpp"
 #include "engine/report/statistics.hpp"
 
@@ -36,7 +37,10 @@ struct RunRecord {
 /// wall_s   of the steps and what is between them, without observation
 void make_run_summary(RunRecord& record, double simulated_s, double wall_s, std::uint64_t state_hash);
 
-/// JSON, keys in the contract's order. Numbers that are not finite become null, as JSON has none.
+/// JSON, keys in the order that scripts rely on. Numbers that are not finite become null, as JSON has none.
 [[nodiscard]] std::string summary_text(const RunRecord& record);
+
+/// Its keys.
+[[nodiscard]] std::vector<OutputTable> summary_tables();
 
 } // namespace trocar::engine

@@ -39,14 +39,19 @@ std::string realtime_text(const RunRecord& record) {
                        of_steps(slower, record), step, 100.0 * record.summary.realtime_kept);
 }
 
+/// "; 98.66 % of the steps ended within the 10 ms they simulate". Never rounded up: 100 % is all of them.
+std::string realtime_share(const RunRecord& record) {
+    return fmt::format("; {:.4g} % of the steps ended within the {} they simulate", std::floor(1e4 * record.summary.realtime_kept) / 100.0,
+                       ms(1e3 * record.scene.time.step));
+}
+
 Verdict wall_verdict(const RunRecord& record) {
     const BudgetSpec& budget = record.scene.budget;
     const RunStatistics& t = record.statistics;
     const std::uint64_t slower = record.summary.realtime_overruns;
     const std::string limit = ms(1e3 * budget.limits.wall_s);
     const char* who = budget.scope == BudgetScope::Step ? "Whole steps" : "Collision detection";
-    const std::string too_slow =
-        slower > 0 ? fmt::format("; {} slower than real time", count_text(slower, "whole step was", "whole steps were")) : "";
+    const std::string too_slow = realtime_share(record);
     if (t.overruns == 0)
         return {slower > 0 ? Mark::Note : Mark::Good,
                 fmt::format("{} kept the budget of {} in {}{}.", who, limit, all_steps(record), too_slow),
@@ -63,9 +68,9 @@ Verdict budget_verdict(const RunRecord& record) {
     if (record.statistics.steps == 0) return {Mark::Note, "No step was taken.", "There is nothing to judge."};
     if (limits.mode == BudgetMode::Wall) return wall_verdict(record);
     if (limits.mode == BudgetMode::Work)
-        return {Mark::Good, fmt::format("{} with {} units of work each.", steps, grouped(limits.work_units)),
+        return {Mark::Good, fmt::format("{} with {} units of work each{}.", steps, grouped(limits.work_units), realtime_share(record)),
                 "No clock decides: the same input gives the same bits, on every run."};
-    return {Mark::Good, fmt::format("{} without a deadline.", steps),
+    return {Mark::Good, fmt::format("{} without a budget{}.", steps, realtime_share(record)),
             fmt::format("Everything was tested in every step; the slowest took {}.", ms(record.summary.step_ms.max))};
 }
 

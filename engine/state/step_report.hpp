@@ -14,9 +14,9 @@ namespace trocar::engine {
 
 /// Wall time by stage, ms.
 struct StageTimes {
-    double script = 0.0;     // hands
+    double script = 0.0;     // drive commands
     double fem = 0.0;        // integration of the tissue and free motion of the rod
-    double steer = 0.0;      // dense surfaces follow
+    double steer = 0.0;      // embedded surfaces
     double descend = 0.0;    // sphere trees
     double exact = 0.0;      // continuous tests
     double respond = 0.0;    // contact response, without the exact tests it repeats
@@ -45,27 +45,27 @@ struct StepReport {
     std::uint64_t candidates = 0, unresolved = 0;
     std::uint64_t exact_contacts = 0; // that continuous tests found, those that a correction removed included
     std::uint64_t pressing_contacts = 0; // places where an instrument presses on its wall
-    unsigned culled_by = 0;           // who looked at candidates by pictures (CulledBy): 0 nobody, 1 the CPU twin, 2 OpenGL
-    std::uint64_t cull_items = 0;     // candidates looked at
+    unsigned culled_by = 0;           // which candidate filter ran (CulledBy): 0 none, 1 the CPU reference, 2 OpenGL
+    std::uint64_t cull_items = 0;     // candidates that it tested
     std::uint64_t cull_apart = 0;     // of them proven apart
-    unsigned cull_late = 0;           // looks whose answer came after the tests and was dropped
-    unsigned cull_left_out = 0;       // looks that the scene asks for and the budget had no room for, or that found the device busy
+    unsigned cull_late = 0;           // filter passes whose answer came after the tests and was dropped
+    unsigned cull_left_out = 0;       // filter passes that the scene asks for and the budget had no room for, or that found the device busy
     unsigned corrections = 0;         // times the rod was solved again because a continuous test still hit
-    unsigned drive_limited = 0;        // instruments whose hand moved less than asked for: kDriveReach in a step
-    unsigned drive_stops = 0;          // instruments whose hand was stopped in this step because its push met the wall
+    unsigned drive_limited = 0;        // instruments whose drive command was cut: kDriveReach in a step
+    unsigned drive_stops = 0;          // instruments whose drive was stopped in this step because its push met the wall
     unsigned clamped_forces = 0;      // always 0: forces are cut neither for the rod nor for the wall
     unsigned slowed_rods = 0;         // instruments that would have moved farther in this step than planes of their wall tell of: dragged
     std::uint64_t self_contacts = 0;  // places where instruments press on themselves
     unsigned self_held = 0;           // instruments of whose motion only a part was proven not to pass through themselves, and taken
     unsigned rod_iterations = 0;      // of Newton's method, in all solves of the step and all instruments
     unsigned unsettled_rods = 0;      // stages of rods whose contact forces had not settled when the iteration ended
-    double safe_fraction = 1.0;       // < 1: the motion of this step was held back to this share
+    double safe_fraction = 1.0;       // < 1: the motion of this step was scaled to this share
     bool within_distance = false; // skin and wall stayed nearer than the exact distance all step: the motion was taken, proven not to touch
     unsigned unproven_links = 0;  // instrument links whose freedom nothing proved in this step
 
     // state
     // Both where the tissue's integration ends, over all deformable bodies: the ratio is 0 or less if and only if tets are inverted. A step
-    // that is held back ends between there and its start.
+    // that is scaled ends between there and its start.
     double min_volume_ratio = 1.0;   // [-] smallest det F of a tet
     std::uint32_t inverted_tets = 0; // with det F <= 0
     double kinetic_j = 0.0, elastic_j = 0.0;
@@ -75,7 +75,7 @@ struct StepReport {
     double max_contact_force_n = 0.0;
     double friction_force_n = 0.0;   // sum of friction forces on the walls
     double self_force_n = 0.0;       // sum of normal forces of instruments on themselves
-    double handle_force_n = 0.0;     // of the first instrument: along the port's axis, positive: the hand pushes
+    double handle_force_n = 0.0;     // of the first instrument: along the port's axis, positive: the drive pushes
     double handle_torque_nm = 0.0;   // of the first instrument: about the port's axis; without torsion that of the shaped tip alone
     double balance_n = 0.0;          // over all instruments: handle, contacts, loads and inertia, which should be nothing
     std::uint64_t solid_touches = 0; // places where solid bodies' surfaces touch
@@ -96,7 +96,7 @@ struct StepReport {
     unsigned contact_iterations = 0;  // of the solver of solids' contact, all sub-steps together
     unsigned contact_unconverged = 0; // sub-steps whose solve ended at its bound: conservative, both bodies feel what there is
     double contact_residual_n = 0.0;  // what the worst place of a solve still wanted to change
-    double pull_force_n = 0.0;       // of the hand that holds a point of a surface
+    double pull_force_n = 0.0;       // of the user input that pulls a point of a surface
     double packing_density = -1.0;   // [-] share of the scene's ball that instruments fill; negative: none is named
     double target_distance_m = -1.0; // tip to the followed target; negative: none
     std::uint32_t lumen_exits = 0;   // instrument vertices outside the lumen at the end, by an independent test

@@ -22,7 +22,7 @@ for _class in (SavedState, Scene, Simulator, StepReport):
     _class.__module__ = "trocar"
 del _class
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 __all__ = ["Environments", "Error", "Options", "Plan", "Rollout", "RolloutResult", "SavedState", "Scene", "Simulator", "StepReport",
            "StoppedError", "Task", "build_id", "centreline", "contacts", "load", "plan", "read_table", "rollout", "scene_path", "scenes",
            "sweep"]

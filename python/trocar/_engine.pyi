@@ -8,25 +8,32 @@ from numpy.typing import NDArray
 class Scene:
     """A prepared scene: immutable, shared by its simulators."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Of the scene."""
     @property
-    def file(self) -> str: ...
+    def file(self) -> str:
+        """That it was read from."""
     @property
     def step(self) -> float:
         """s, simulated by one step."""
     @property
-    def step_count(self) -> int: ...
+    def step_count(self) -> int:
+        """Steps of the scene's duration."""
     @property
-    def budget(self) -> str: ...
+    def budget(self) -> str:
+        """Of a step, as load() takes it."""
     @property
-    def bodies(self) -> list[str]: ...
+    def bodies(self) -> list[str]:
+        """Names, in the scene's order."""
     @property
-    def instruments(self) -> list[str]: ...
+    def instruments(self) -> list[str]:
+        """Names, in the scene's order."""
     @property
     def targets(self) -> dict[str, NDArray[np.float64]]:
         """(3,) m, at rest."""
     @property
-    def notices(self) -> list[str]: ...
+    def notices(self) -> list[str]:
+        """What was noticed while it was prepared."""
     @property
     def seconds(self) -> float:
         """s, that preparing took."""
@@ -47,7 +54,8 @@ class Scene:
 class StepReport:
     """What one step did: a copy of its own."""
     @property
-    def step(self) -> int: ...
+    def step(self) -> int:
+        """Number of the step, from 1; 0 before the first."""
     @property
     def time(self) -> float:
         """s, at the end of the step."""
@@ -70,21 +78,29 @@ class StepReport:
     def friction_force(self) -> float:
         """N"""
     @property
-    def exact(self) -> bool: ...
+    def exact(self) -> bool:
+        """The exact stage gave this step's answer."""
     @property
-    def contacts(self) -> int: ...
+    def contacts(self) -> int:
+        """Places where instruments press on walls."""
     @property
-    def exact_contacts(self) -> int: ...
+    def exact_contacts(self) -> int:
+        """Contacts that continuous tests found."""
     @property
-    def exits(self) -> int: ...
+    def exits(self) -> int:
+        """Instrument vertices outside the lumen, by an independent test."""
     @property
-    def unresolved(self) -> int: ...
+    def unresolved(self) -> int:
+        """Continuous tests without a verdict."""
     @property
-    def assumed(self) -> int: ...
+    def assumed(self) -> int:
+        """Untested sphere pairs that count as contacts."""
     @property
-    def unproven(self) -> int: ...
+    def unproven(self) -> int:
+        """Links of instruments that nothing proved free."""
     @property
-    def safe_fraction(self) -> float: ...
+    def safe_fraction(self) -> float:
+        """Share of the step's motion that was taken, 0..1."""
     @property
     def target_distance(self) -> float:
         """m; negative: none."""
@@ -95,19 +111,26 @@ class StepReport:
     def elastic(self) -> float:
         """J"""
     @property
-    def min_volume_ratio(self) -> float: ...
+    def min_volume_ratio(self) -> float:
+        """Smallest volume of a tetrahedron over its volume at rest."""
     @property
-    def inverted_tets(self) -> int: ...
+    def inverted_tets(self) -> int:
+        """Tetrahedra whose volume is 0 or less."""
     @property
-    def substeps(self) -> int: ...
+    def substeps(self) -> int:
+        """Of the tissue's integration."""
     @property
-    def budget_kept(self) -> bool: ...
+    def budget_kept(self) -> bool:
+        """What was charged is within the budget."""
     @property
-    def work_units(self) -> int: ...
+    def work_units(self) -> int:
+        """Units of work that the step took."""
     @property
-    def finite(self) -> bool: ...
+    def finite(self) -> bool:
+        """False: a state left its bounds."""
     @property
-    def failure(self) -> str: ...
+    def failure(self) -> str:
+        """Then the body, element and number."""
     @property
     def ms(self) -> dict[str, float]:
         """Wall time of the stages, ms."""
@@ -115,7 +138,8 @@ class StepReport:
 class SavedState:
     """All that a simulator needs to go on to the same bits."""
     @property
-    def step(self) -> int: ...
+    def step(self) -> int:
+        """Number of the step, from 1; 0 before the first."""
     @property
     def time(self) -> float:
         """s"""
@@ -127,11 +151,14 @@ class SavedState:
 class Simulator:
     """One run of a scene. Calls from several threads follow one another."""
     @property
-    def scene(self) -> Scene: ...
+    def scene(self) -> Scene:
+        """That it simulates."""
     @property
-    def budget(self) -> str: ...
+    def budget(self) -> str:
+        """Of a step, as load() takes it."""
     @property
-    def report(self) -> StepReport: ...
+    def report(self) -> StepReport:
+        """Of the last step."""
     @property
     def hash(self) -> str:
         """Of the state, 16 hex digits: the `state_hash` of `trocar run`."""
@@ -141,9 +168,12 @@ class Simulator:
         """From now on the scene's own script drives the instrument."""
     def step(self, count: int = 1) -> StepReport:
         """Takes steps, and returns the last one's report."""
-    def save(self) -> SavedState: ...
-    def load(self, state: SavedState) -> None: ...
-    def fork(self) -> Simulator: ...
+    def save(self) -> SavedState:
+        """The state, for load() or trocar.rollout."""
+    def load(self, state: SavedState) -> None:
+        """Goes on from a state of the same scene."""
+    def fork(self) -> Simulator:
+        """Another simulator in the same state: the same bits from here."""
     def rod(self, instrument: Union[int, str] = 0) -> NDArray[np.float64]:
         """(N, 3) m, read-only view: nodes of the rod, the tip last."""
     def skin(self, instrument: Union[int, str] = 0) -> NDArray[np.float64]:

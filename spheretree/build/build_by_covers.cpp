@@ -49,17 +49,25 @@ public:
         candidates_ = find_candidates(surface, body_, std::clamp(10 * leaves_, kLeastCandidates, kMostCandidates));
     }
 
-    WrappedNodes build() {
+    WrappedNodes build(const BuildProgress& progress) {
+        progress_ = progress;
+        tell(1);
         make_root();
         make_levels();
+        tell(options_.depth + 2);
         share_out();
+        tell(options_.depth + 3);
         make_nodes();
+        tell(options_.depth + 4);
         trim_leaves();
         out_.coarser = first_.reached || second_.reached;
         return std::move(out_);
     }
 
 private:
+    /// Of the candidates, the levels, and what follows them: a stage each.
+    void tell(unsigned stages) const { progress_(static_cast<double>(stages) / static_cast<double>(options_.depth + 5)); }
+
     [[nodiscard]] LevelPoints make_points() {
         ids_ = corners_of(pieces_);
         std::vector<double> area(out_.set.points().size(), 0.0), areas;
@@ -90,6 +98,7 @@ private:
             enter(points, levels_, k);
             levels_.push_back(cover(points, levels_, k, kStarts[0]));
             if (k < options_.depth) widen(levels_.back().balls);
+            tell(k + 1);
         }
         refine();
     }
@@ -249,6 +258,7 @@ private:
     }
 
     WrappedOptions options_;
+    BuildProgress progress_;
     BodyDepth& body_;
     WrappedNodes out_;
     std::size_t leaves_ = 1;
@@ -273,8 +283,8 @@ std::vector<Ball> find_candidates(const TriMesh& surface, const BodyDepth& body,
     return candidates;
 }
 
-WrappedNodes build_by_covers(const TriMesh& surface, const WrappedOptions& options, BodyDepth& body) {
-    return CoverBuilder(surface, options, body).build();
+WrappedNodes build_by_covers(const TriMesh& surface, const WrappedOptions& options, BodyDepth& body, const BuildProgress& progress) {
+    return CoverBuilder(surface, options, body).build(progress);
 }
 
 } // namespace trocar::spheretree

@@ -32,9 +32,13 @@ public:
         out_.nodes.push_back(std::move(root));
     }
 
-    WrappedNodes build() {
-        for (std::size_t n = 0; n < out_.nodes.size(); ++n)
+    WrappedNodes build(const BuildProgress& progress) {
+        double told = 0.0;
+        for (std::size_t n = 0; n < out_.nodes.size(); ++n) {
             if (out_.nodes[n].level < options_.depth) split_node(n);
+            const double share = static_cast<double>(n + 1) / static_cast<double>(out_.nodes.size()); // more nodes may follow
+            if (share >= told + 0.01) progress(told = share);
+        }
         out_.coarser = cuts_.reached;
         return std::move(out_);
     }
@@ -87,8 +91,8 @@ private:
 
 } // namespace
 
-WrappedNodes build_by_nodes(const TriMesh& surface, const WrappedOptions& options, const BodyDepth& body) {
-    return NodeBuilder(surface, options, body).build();
+WrappedNodes build_by_nodes(const TriMesh& surface, const WrappedOptions& options, const BodyDepth& body, const BuildProgress& progress) {
+    return NodeBuilder(surface, options, body).build(progress);
 }
 
 } // namespace trocar::spheretree

@@ -6,6 +6,7 @@
 #include "spheretree/build/wrapped_options.hpp"
 
 #include <algorithm>
+#include <functional>
 
 namespace trocar::spheretree {
 
@@ -34,8 +35,10 @@ inline constexpr std::size_t kMoreOfShares = 3;
 [[nodiscard]] std::vector<Ball> find_candidates(const TriMesh& surface, const BodyDepth& body, std::size_t samples);
 
 /// Octree and Hubbard.
-[[nodiscard]] WrappedNodes build_by_nodes(const TriMesh& surface, const WrappedOptions& options, const BodyDepth& body);
+/// progress  0..1 of the work, from time to time, never falling
+using BuildProgress = std::function<void(double share)>;
+[[nodiscard]] WrappedNodes build_by_nodes(const TriMesh& surface, const WrappedOptions& options, const BodyDepth& body, const BuildProgress& progress);
 /// Medial axis and shell.
-[[nodiscard]] WrappedNodes build_by_covers(const TriMesh& surface, const WrappedOptions& options, BodyDepth& body);
+[[nodiscard]] WrappedNodes build_by_covers(const TriMesh& surface, const WrappedOptions& options, BodyDepth& body, const BuildProgress& progress);
 
 } // namespace trocar::spheretree

@@ -147,7 +147,7 @@ std::string describe_coarser(const TriMesh& surface) {
            " times as long as wide, too thin to be cut as finely as the spheres would need";
 }
 
-Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOptions& options) {
+Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOptions& options, const std::function<void(double share)>& progress) {
     if (options.branching < 2 || options.branching > 64)
         return Error{ErrorCode::BadValue, "branching " + std::to_string(options.branching) + " is not in 2 to 64"};
     if (options.depth > 8) return Error{ErrorCode::BadValue, "depth " + std::to_string(options.depth) + " is not in 0 to 8"};
@@ -155,7 +155,8 @@ Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOpti
     const bool closed = needs_closed(options.builder) || check_surface_for(surface, Builder::Medial).ok();
     BodyDepth body(surface, closed && options.builder != Builder::Shell);
     const bool by_nodes = options.builder == Builder::Octree || options.builder == Builder::Hubbard;
-    return flatten(by_nodes ? build_by_nodes(surface, options, body) : build_by_covers(surface, options, body));
+    const BuildProgress tell = progress ? progress : [](double) {};
+    return flatten(by_nodes ? build_by_nodes(surface, options, body, tell) : build_by_covers(surface, options, body, tell));
 }
 
 } // namespace trocar::spheretree

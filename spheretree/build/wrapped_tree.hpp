@@ -13,6 +13,7 @@
 #include "spheretree/build/wrapped_options.hpp"
 #include "spheretree/sphere_tree.hpp"
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,8 @@ struct WrappedTree {
 /// inconsistently oriented or inverted surface where the builder needs a closed one; (BadMesh) on an empty or non-finite
 /// surface, or one beyond kLargestCoordinate; (BadValue) on options out of range. Non-manifold edges and several components are fine.
 /// Coordinates may be in any unit. The same input gives the same bits.
-[[nodiscard]] Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOptions& options = {});
+[[nodiscard]] Result<WrappedTree> build_wrapped_tree(const TriMesh& surface, const WrappedOptions& options = {},
+                                                      const std::function<void(double share)>& progress = {});
 
 /// What WrappedTree::coarser means for a surface, with its numbers.
 [[nodiscard]] std::string describe_coarser(const TriMesh& surface);

@@ -370,7 +370,7 @@ TEST_F(SweepCommand, AnotherPlanInTheFolderIsRefused) {
     write("scenes/tube.json", kTube);
     const fs::path plan = folder / "a" / "plan.json";
     const std::string text = text_of(plan);
-    std::ofstream(plan, std::ios::binary) << with(text, "trocar 0.1.0", "trocar 0.0.9");
+    std::ofstream(plan, std::ios::binary) << with(text, "trocar 1.0.0", "trocar 0.0.9");
     EXPECT_TRUE(refuses(sweep_into("a", {"--resume"}), "trocar 0.0.9"));
     EXPECT_TRUE(refuses(call({"sweep-worker", (folder / "a").string(), "--chunk", "0"}), "trocar 0.0.9"));
     for (const std::string& damaged : {std::string(), std::string("{}"), text.substr(0, text.size() / 2), std::string("[1]"), with(text, "\"runs\": 12", "\"runs\": 13"),

@@ -16,7 +16,7 @@ TEST_F(Usage, HelpAndVersionEndWell) {
     EXPECT_TRUE(ended_with(call({"run", "--help"}), 0));
     const Ended version = call({"--version"});
     EXPECT_TRUE(ended_with(version, 0));
-    EXPECT_TRUE(version.says("trocar 0.")) << version;
+    EXPECT_TRUE(version.says("trocar 1.")) << version;
 }
 
 TEST_F(Usage, WrongCommandLinesEndWithTwo) {
@@ -31,6 +31,58 @@ TEST_F(Usage, WrongCommandLinesEndWithTwo) {
     EXPECT_TRUE(refuses(call({"run", scene, "-n", "many"}), "many"));
     EXPECT_TRUE(refuses(call({"run", scene, "-n", "1e3"}), "1e3"));
     EXPECT_TRUE(refuses(call({"run", scene, "-n", "99999999999999999999"}), "--steps"));
+}
+
+TEST_F(Usage, EveryErrorBeginsWithErrorAndNamesTheNearestWord) {
+    const std::string scene = write("tube.json", kTube);
+    const std::vector<std::pair<std::vector<std::string>, std::string>> wrong{
+        {{}, "error: "},
+        {{"rnu", scene}, "nearest known command: \"run\""},
+        {{"run", scene, "--bugdet", "1ms"}, "nearest known option: \"--budget\""},
+        {{"run", "--frce"}, "nearest known option: \"--force\""},
+        {{"run", scene, "--bugdet=1ms"}, "the unknown option \"--bugdet\""},
+        {{"run", scene, "another.json"}, "\"another.json\" beyond those that it takes"},
+        {{"import", "vesel", "a.stl"}, "nearest known kind: \"vessel\""},
+        {{"--hlep"}, "nearest known option: \"--help\""},
+        {{"run"}, "`trocar run --help` shows what it takes"},
+        {{"run", scene, "-n", "many"}, "many"},
+        {{"docs", "comands"}, "nearest known page: \"commands\""},
+        {{"bench", "lwas"}, "laws"},
+    };
+    for (const auto& [arguments, piece] : wrong) {
+        const Ended ended = call(arguments);
+        EXPECT_TRUE(refuses(ended, piece)) << piece;
+        EXPECT_EQ(ended.err.rfind("error: ", 0), 0u) << ended;
+        EXPECT_TRUE(ended.out.empty()) << ended;
+    }
+}
+
+TEST_F(Usage, EveryCommandHasAnExample) {
+    const Ended all = call({"docs", "commands"});
+    ASSERT_TRUE(ended_with(all, 0));
+    std::istringstream page(all.out);
+    std::size_t commands = 0, examples = 0;
+    for (std::string line; std::getline(page, line);) {
+        commands += (line.starts_with("## ") && line != "## Exit codes") || line.starts_with("### ");
+        examples += line.starts_with("Example: `trocar ");
+    }
+    EXPECT_GE(commands, 20u);
+    EXPECT_EQ(examples, commands);
+    for (const char* command : {"run", "view", "import"}) EXPECT_TRUE(call({command, "--help"}).says("Example: trocar ")) << command;
+}
+
+TEST_F(Usage, CompletionsKnowEveryCommandAndTheManualEveryOption) {
+    const std::string bash = call({"docs", "bash"}).out, zsh = call({"docs", "zsh"}).out, manual = call({"docs", "man"}).out;
+    EXPECT_TRUE(manual.starts_with(".TH TROCAR 1"));
+    for (const char* word : {"run", "explain", "segmentation", "--budget", "--anatomy-seed"}) {
+        EXPECT_NE(bash.find(word), std::string::npos) << word;
+        EXPECT_NE(zsh.find(word), std::string::npos) << word;
+    }
+    EXPECT_EQ(bash.find("sweep-worker"), std::string::npos) << "what the program alone calls is not offered";
+    write("completion", bash);
+    EXPECT_EQ(std::system(("bash -n '" + (folder / "completion").string() + "'").c_str()), 0);
+    write("words", ". '" + (folder / "completion").string() + "'\nCOMP_WORDS=(trocar run --bud)\nCOMP_CWORD=2\n_trocar\n[[ ${COMPREPLY[*]} == --budget ]]\n");
+    EXPECT_EQ(std::system(("bash '" + (folder / "words").string() + "'").c_str()), 0);
 }
 
 TEST_F(Usage, ASceneThatIsNotThereIsNamed) {

@@ -44,7 +44,7 @@ class Report : public Folder {};
 TEST_F(Report, IsOnePageThatLoadsNothing) {
     ASSERT_TRUE(tube_run().into(out, 20).ok());
     const std::string page = text_of("report.html");
-    for (const char* outside : {"http:", "https:", "<script", "<link", "url(", "@import"}) {
+    for (const char* outside : {"http:", "https:", "<script src", "<link", "url(", "@import", "fetch("}) {
         std::string rest = page; // names of XML languages are no addresses to load
         for (const char* name : {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"})
             for (std::size_t at = rest.find(name); at != std::string::npos; at = rest.find(name)) rest.erase(at, std::string(name).size());
@@ -75,6 +75,34 @@ TEST_F(Report, CarriesPlotsWhereGnuplotIs) {
     EXPECT_THAT(page, HasSubstr("<svg"));
     EXPECT_THAT(page, HasSubstr("id=\"times_gnuplot_plot_1"));
     EXPECT_THAT(page, Not(HasSubstr("<?xml")));
+}
+
+TEST_F(Report, LetsEveryPlotBeSavedAndLeavesConstantOnesOut) {
+    if (!have("gnuplot")) GTEST_SKIP() << "gnuplot is not installed: apt-get install gnuplot-nox";
+    ASSERT_TRUE(tube_run().into(out, 20).ok());
+    const std::string page = text_of("report.html");
+    const auto count = [&](const std::string& piece) {
+        std::size_t found = 0;
+        for (std::size_t at = page.find(piece); at != std::string::npos; at = page.find(piece, at + 1)) ++found;
+        return found;
+    };
+    EXPECT_GE(count("<figure data-plot="), 3u);
+    EXPECT_EQ(count("onclick=\"saveSvg(this)\""), count("<figure data-plot="));
+    EXPECT_EQ(count("onclick=\"saveCsv(this)\""), count("<figure data-plot="));
+    EXPECT_EQ(count("data-file=\"curve.tsv\""), 1u) << "data that several plots share stands in the page once";
+    EXPECT_EQ(count("data-plot=\"volume\""), 0u) << "nothing deforms";
+    EXPECT_EQ(count("data-plot=\"advance\""), 1u) << "the wire advances";
+    EXPECT_THAT(page, HasSubstr("time of a step [ms]"));
+    EXPECT_THAT(page, HasSubstr("length [mm]"));
+}
+
+TEST_F(Report, AndSummaryNameProgramCommitSceneMachineAndCommand) {
+    ASSERT_TRUE(tube_run().into(out, 3).ok());
+    const nlohmann::json json = summary();
+    for (const char* key : {"version", "commit", "model_hash", "machine", "command"}) EXPECT_TRUE(json.contains(key)) << key;
+    const std::string page = text_of("report.html");
+    for (const char* key : {"version", "model_hash"}) EXPECT_THAT(page, HasSubstr(json[key].get<std::string>())) << key;
+    EXPECT_EQ(json["model_hash"].get<std::string>().size(), 16u);
 }
 
 TEST_F(Report, ComesWithATableAndANoticeWhereGnuplotIsNot) {
@@ -129,7 +157,7 @@ TEST(Verdicts, TellMissedDeadlinesAndWhatEachLossMeans) {
     RunRecord record = record_of(run, statistics);
     make_run_summary(record, 10.0, 5.0, 0);
     const Verdict verdict = make_verdict(record);
-    EXPECT_EQ(verdict.headline, "Collision detection missed the budget of 2 ms in 1 of 1000 steps (0.1 %).");
+    EXPECT_EQ(verdict.headline, "Collision detection missed the budget of 2 ms in 1 of 1000 steps (0.1 %); 100 % of the steps ended within the 10 ms they simulate.");
     EXPECT_THAT(verdict.detail, HasSubstr("1.5 ms at worst"));
     EXPECT_EQ(verdict.mark, Mark::Note);
     std::string all;
@@ -162,7 +190,7 @@ TEST(Verdicts, TellWholeStepsThatWereSlowerThanRealTimeApartFromTheBudget) {
         EXPECT_EQ(record.summary.realtime_overruns, 8u);
         EXPECT_DOUBLE_EQ(record.summary.realtime_kept, 592.0 / 600.0);
         const Verdict verdict = make_verdict(record);
-        EXPECT_EQ(verdict.headline, who + " kept the budget of 33 ms in all 600 steps; 8 whole steps were slower than real time.");
+        EXPECT_EQ(verdict.headline, who + " kept the budget of 33 ms in all 600 steps; 98.66 % of the steps ended within the 10 ms they simulate.") << "never rounded up";
         EXPECT_THAT(verdict.detail, HasSubstr("8 of 600 steps took longer than the 10 ms that each simulates: 98.67 %"));
         EXPECT_EQ(verdict.mark, Mark::Note);
         std::string all;

@@ -122,8 +122,8 @@ TEST_F(LabelFiles, ThatAreHostileAreRefusedWithWhatWasExpected) {
     expect_refused(read(replaced(good, "sizes: 7 5 6", "sizes: 1000000000000 5 6")), {"sizes", "1073741824 bytes that are read"});
     expect_refused(read(replaced(good, "sizes: 7 5 6", "sizes: 4294967296 4294967296 4294967296")), {"sizes", "bytes that are read"});
     expect_refused(read(replaced(good, "sizes: 7 5 6", "sizes: 0 5 6")), {"sizes", "at least one voxel"});
-    expect_refused(read(replaced(good, "sizes: 7 5 6", "sizes: -7 5 6")), {"sizes", "3 whole numbers"});
-    expect_refused(read(replaced(good, "sizes: 7 5 6", "sizes: 7 5")), {"sizes", "3 whole numbers"});
+    expect_refused(read(replaced(good, "sizes: 7 5 6", "sizes: -7 5 6")), {"sizes", "3 integers"});
+    expect_refused(read(replaced(good, "sizes: 7 5 6", "sizes: 7 5")), {"sizes", "3 integers"});
     expect_refused(read(replaced(good, "type: unsigned char", "type: block")), {"type", "found 'block'"});
     expect_refused(read(replaced(good, "type: unsigned char", "type: short")), {"endian", "little or big"});
     expect_refused(read(replaced(good, "encoding: raw", "encoding: bzip2")), {"encoding", "raw, gzip or ascii"});

@@ -28,6 +28,21 @@ if(header_count EQUAL 0 OR header_count GREATER 30)
     message(FATAL_ERROR "${header_count} headers are installed, expected 1 to 30: ${headers}")
 endif()
 
+# Beside them what a user reads and calls: the program without debugging symbols, the manual page, completions, pages, scenes.
+foreach(file bin/trocar share/man/man1/trocar.1 share/bash-completion/completions/trocar share/zsh/site-functions/_trocar share/doc/trocar/README.md
+        share/doc/trocar/docs/getting_started.md share/doc/trocar/LICENSE share/trocar/scenes/u_bend.json share/trocar/scene.schema.json)
+    if(NOT EXISTS ${WORK_DIR}/prefix/${file})
+        message(FATAL_ERROR "${file} is not installed")
+    endif()
+endforeach()
+file(SIZE ${WORK_DIR}/prefix/bin/trocar installed_size)
+file(SIZE ${BUILD_DIR}/trocar built_size)
+message(STATUS "program: ${installed_size} bytes installed of ${built_size} built")
+if(NOT installed_size LESS built_size)
+    message(FATAL_ERROR "the installed program still has its debugging symbols")
+endif()
+run("asking the installed program" ${WORK_DIR}/prefix/bin/trocar --version)
+
 # Nothing that is installed may point back into the source or the build folder.
 file(GLOB_RECURSE package ${WORK_DIR}/prefix/${LIB_DIR}/cmake/Trocar/*.cmake)
 foreach(file ${package})

@@ -2,6 +2,7 @@
 
 #include "engine/io/file_bytes.hpp"
 #include "engine/prepare/cache.hpp"
+#include "engine/report/build_facts.hpp"
 #include "engine/report/places.hpp"
 
 #include <fmt/format.h>
@@ -103,7 +104,7 @@ std::string value_text(const std::string& json) {
     return value.is_string() ? value.get<std::string>() : json;
 }
 
-std::string program_version() { return "trocar 0.1.0 " + build_id(); }
+std::string program_version() { return "trocar " + build_facts().version + " " + build_id(); }
 
 std::uint64_t SweepPlan::run_count() const noexcept {
     std::uint64_t runs = scenes.size() * std::min(repeat, kMostRuns + 1);

@@ -80,7 +80,7 @@ export class Panel {
         for (const id of ["hand", "record", "download"]) element(id).hidden = !scene.has_instrument;
         element("welcome-title").textContent = scene.has_instrument ? "Drive the catheter" : "Watch, and change what is simulated";
         element("welcome-text").textContent = scene.has_instrument
-            ? "You hold a catheter at the patient's groin, or wherever this scene lets it in. Press a key to begin."
+            ? "You drive a catheter from the patient's groin, or from wherever this scene's port is. Press a key to begin."
             : "This scene has no instrument: nothing can be driven. Press a key to begin.";
         const levels = element("levels");
         levels.replaceChildren(...Array.from({ length: scene.leaf_level + 1 }, () => document.createElement("i")));
@@ -133,6 +133,7 @@ export class Panel {
         const began = status.step > 0, looked = began && spheres, open = looked && status.pairs_open > 0;
         const leaf = this.scene?.leaf_level ?? 0;
         if (!looked) text("level", spheres ? "–" : "sphere trees off", spheres ? "" : "warn");
+        else if (!open && status.pairs_tested === 0) text("level", `${status.level} of ${leaf}, nothing near`); // nothing was tested: never green
         else text("level", `${status.level} of ${leaf}${open ? "" : ", all tested"}`, open ? "warn" : "good");
         text("assumed", looked ? `${status.assumed} of ${status.pairs_tested + status.pairs_open}` : "–", looked && status.assumed > 0 ? "warn" : "");
         if (status.exact_ran) text("error", "0, exact");
