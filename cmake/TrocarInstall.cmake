@@ -1,4 +1,4 @@
-# What `cmake --install` gives: libraries, <trocar.hpp> with the headers that it includes (under include/trocar),
+# What `cmake --install` gives: libraries, <trocar.hpp> with the headers that it includes (under include/trocar), <c_api.h> beside it,
 # the assets that scenes refer to, and a package: find_package(Trocar), targets Trocar::base ... Trocar::engine.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -6,7 +6,7 @@ include(CMakePackageConfigHelpers)
 set(modules base fem spheretree collision assets io time scene prepare state effects step fluoroscopy render report experiments)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Trocar)
 
-set(targets trocar_options trocar_engine)
+set(targets trocar_options trocar_engine trocar_c)
 foreach(module ${modules})
     list(APPEND targets trocar_${module})
 endforeach()
@@ -40,7 +40,9 @@ endforeach()
 install(FILES ${PROJECT_SOURCE_DIR}/engine/trocar.hpp DESTINATION include/trocar COMPONENT dev)
 set_target_properties(trocar_options PROPERTIES EXPORT_NAME options)
 
-install(TARGETS ${targets} EXPORT TrocarTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+install(TARGETS ${targets} EXPORT TrocarTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT trocar NAMELINK_COMPONENT dev
+    PUBLIC_HEADER DESTINATION include/trocar COMPONENT dev)
 install(EXPORT TrocarTargets NAMESPACE Trocar:: DESTINATION ${package_dir} COMPONENT dev)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/assets/recipes ${PROJECT_SOURCE_DIR}/assets/scenes ${PROJECT_SOURCE_DIR}/assets/sweeps
     DESTINATION ${CMAKE_INSTALL_DATADIR}/trocar COMPONENT trocar)

@@ -70,6 +70,7 @@ inline constexpr std::array kFolders{
     Folder{"engine/step/instrument", 4, 2},
     Folder{"engine/step", 4, 3},
     Folder{"engine", 4, 4}, // trocar.hpp, which users include
+    Folder{"engine/c_api", 4, 4},
     Folder{"engine/fluoroscopy", 5, 0},
     Folder{"engine/render", 5, 0},
     Folder{"engine/report", 6, 0},
